@@ -1,0 +1,14 @@
+# Options every target of the project shares. Nothing here relaxes floating point: no -ffast-math anywhere, and
+# contraction to fused multiply-adds only in the sweep (see core/CMakeLists.txt).
+add_library(mss_options INTERFACE)
+target_include_directories(mss_options INTERFACE ${CMAKE_SOURCE_DIR})
+target_compile_options(mss_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
+                                             -ffp-contract=off)
+if(MSS_WARNINGS_AS_ERRORS)
+  target_compile_options(mss_options INTERFACE -Werror)
+endif()
+if(MSS_SANITIZE)
+  target_compile_options(mss_options INTERFACE -fsanitize=${MSS_SANITIZE} -fno-omit-frame-pointer
+                                               -fno-sanitize-recover=all)
+  target_link_options(mss_options INTERFACE -fsanitize=${MSS_SANITIZE})
+endif()

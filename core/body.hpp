@@ -1,0 +1,139 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/field.hpp"
+#include "core/lattice.hpp"
+#include "core/material.hpp"
+#include "core/voxels.hpp"
+
+namespace mss {
+
+/// A spring that the cell at a site is first to own, as a pair of that cell's corners (c = bx + 2 by + 4 bz).
+struct SpringSlot {
+  enum class Class : std::uint8_t { edge, face, body };
+  int a;
+  int b;
+  Class kind;
+};
+
+/// The thirteen springs per site: every spring of a body lies in exactly one slot of exactly one site.
+inline constexpr std::array<SpringSlot, 13> spring_slots{{
+    {0, 1, SpringSlot::Class::edge},
+    {0, 2, SpringSlot::Class::edge},
+    {0, 4, SpringSlot::Class::edge},
+    {0, 3, SpringSlot::Class::face},  // z-face, the diagonal that `one_diagonal` keeps
+    {1, 2, SpringSlot::Class::face},
+    {0, 5, SpringSlot::Class::face},  // y-face
+    {1, 4, SpringSlot::Class::face},
+    {0, 6, SpringSlot::Class::face},  // x-face
+    {2, 4, SpringSlot::Class::face},
+    {0, 7, SpringSlot::Class::body},
+    {1, 6, SpringSlot::Class::body},
+    {2, 5, SpringSlot::Class::body},
+    {3, 4, SpringSlot::Class::body},
+}};
+
+/// What a site contributes: the stiffness and damping of its thirteen springs and the volume stiffness of its cell.
+struct SiteElements {
+  std::array<double, spring_slots.size()> stiffness{};  ///< [N/m]; 0 where there is no spring
+  std::array<double, spring_slots.size()> damping{};    ///< [kg/s]
+  double volume = 0;                                    ///< k_vol of the cell [Pa]; 0 where there is no cell
+};
+
+/// Everything that defines a body at rest.
+struct BodyConfig {
+  VoxelGrid voxels = VoxelGrid::box(1, 1, 1);
+  double cell_size = 1;  ///< h [m]
+  Vec3 origin = Vec3::Zero();
+  Topology topology = Topology::full;
+  Sharing sharing = Sharing::weighted;
+  double density = 1000;    ///< [kg/m^3]
+  SpringConstants springs;  ///< of interior springs
+  Damping damping;
+};
+
+/// A body at rest: cells, particles, masses and springs on a lattice. Immutable.
+///
+/// Springs are not stored. Whether a spring exists, its shared stiffness and its damping follow from the 3 x 3 x 3
+/// cells around its site, so sites with equal neighbourhoods share one SiteElements.
+class Body {
+ public:
+  explicit Body(const BodyConfig& config);
+
+  const BodyConfig& config() const { return config_; }
+  const Lattice& lattice() const { return lattice_; }
+
+  std::size_t cell_count() const { return cells_; }
+  std::size_t particle_count() const { return site_of_.size(); }
+  std::size_t spring_count() const { return springs_; }
+  double total_mass() const { return config_.density * double(cells_) * cell_volume(); }
+  double cell_volume() const { return config_.cell_size * config_.cell_size * config_.cell_size; }
+
+  /// Lattice site of every particle, ascending: the particle's id is its place in this list.
+  const std::vector<std::ptrdiff_t>& sites() const { return site_of_; }
+
+  /// Mass of the particle at a site [kg]; 0 where there is none. Eq. 2-2.
+  double mass(std::ptrdiff_t site) const { return eighth_mass_ * corner_cells_[std::size_t(site)]; }
+
+  /// Position at rest [m]; defined for every site, ghosts included.
+  Vec3 rest_position(std::ptrdiff_t site) const;
+
+  /// Rest length of a spring class [m].
+  double rest_length(SpringSlot::Class kind) const {
+    return config_.cell_size * length_factor_[static_cast<std::size_t>(kind)];
+  }
+
+  /// Which of elements() a site has.
+  std::uint32_t element_kind(std::ptrdiff_t site) const { return kind_[std::size_t(site)]; }
+  const std::vector<SiteElements>& elements() const { return elements_; }
+  const SiteElements& elements_at(std::ptrdiff_t site) const { return elements_[element_kind(site)]; }
+
+  bool has_cell(std::ptrdiff_t site) const { return cell_[std::size_t(site)] != 0; }
+
+  /// Calls visit(site_a, site_b, slot, stiffness, damping) for every spring, in site order.
+  template <class Visit>
+  void for_each_spring(Visit&& visit) const {
+    for (std::ptrdiff_t site = 0; site < lattice_.sites; ++site) {
+      const SiteElements& e = elements_at(site);
+      for (std::size_t s = 0; s < spring_slots.size(); ++s) {
+        if (e.stiffness[s] == 0) continue;
+        const SpringSlot& slot = spring_slots[s];
+        visit(site + lattice_.corner(slot.a), site + lattice_.corner(slot.b), slot, e.stiffness[s], e.damping[s]);
+      }
+    }
+  }
+
+  /// Calls visit(site) with the lower corner of every cell, in site order.
+  template <class Visit>
+  void for_each_cell(Visit&& visit) const {
+    for (std::ptrdiff_t site = 0; site < lattice_.sites; ++site)
+      if (has_cell(site)) visit(site);
+  }
+
+  /// Sites of the particles whose rest position lies in the closed box [lower, upper], widened by 1e-9 cell.
+  std::vector<std::ptrdiff_t> select(const Vec3& lower, const Vec3& upper) const;
+
+ private:
+  void count_corners();
+  void classify_sites();
+  SiteElements elements_from(std::uint32_t neighbourhood) const;
+
+  static constexpr std::array<double, 3> length_factor_{1.0, 1.4142135623730951, 1.7320508075688772};
+
+  BodyConfig config_;
+  Lattice lattice_;
+  double eighth_mass_;  ///< rho h^3 / 8 [kg]
+  std::size_t cells_ = 0;
+  std::size_t springs_ = 0;
+  std::vector<std::uint8_t> cell_;          ///< per site: 1 where a cell has its lower corner
+  std::vector<std::uint8_t> corner_cells_;  ///< per site: number of cells that touch it
+  std::vector<std::ptrdiff_t> site_of_;
+  std::vector<std::uint32_t> kind_;
+  std::vector<SiteElements> elements_;
+};
+
+}  // namespace mss

@@ -1,0 +1,84 @@
+#include "core/environment.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+namespace mss {
+
+Prescribed prescribed_motion(const Hold& hold, const Vec3& rest, double t) {
+  Prescribed p{rest + hold.displacement + hold.velocity * t, hold.velocity};
+  if (!hold.turn) return p;
+  const Turn& turn = *hold.turn;
+  const Vec3 axis = turn.axis.normalized();
+  const Vec3 arm = Eigen::AngleAxisd(turn.rate * std::min(t, turn.until), axis) *
+                   (rest + hold.displacement - turn.centre);
+  p.position = turn.centre + arm + hold.velocity * t;
+  if (t < turn.until) p.velocity += turn.rate * axis.cross(arm);
+  return p;
+}
+
+HeldSites::HeldSites(const Body& body, const std::vector<Hold>& holds) : holds_(holds) {
+  for (std::size_t h = 0; h < holds.size(); ++h)
+    for (const std::ptrdiff_t site : body.select(holds[h].box.lower, holds[h].box.upper))
+      entries_.push_back({site, h, body.rest_position(site), holds[h].axes});
+  std::stable_sort(entries_.begin(), entries_.end(),
+                   [](const Entry& a, const Entry& b) { return a.site < b.site; });
+}
+
+template <class Real>
+void HeldSites::apply(double t, std::ptrdiff_t first, std::ptrdiff_t last, Field<Real>& x, Field<Real>& v) const {
+  const auto begin = std::lower_bound(entries_.begin(), entries_.end(), first,
+                                      [](const Entry& e, std::ptrdiff_t site) { return e.site < site; });
+  for (auto e = begin; e != entries_.end() && e->site < last; ++e) {
+    const Prescribed p = prescribed_motion(holds_[e->hold], e->rest, t);
+    for (int a = 0; a < 3; ++a) {
+      if (!e->axes[std::size_t(a)]) continue;
+      x.axis(a)[e->site] = static_cast<Real>(p.position[a]);
+      v.axis(a)[e->site] = static_cast<Real>(p.velocity[a]);
+    }
+  }
+}
+
+template <class Real>
+void HeldSites::clear(Field<Real>& field) const {
+  for (const Entry& e : entries_)
+    for (int a = 0; a < 3; ++a)
+      if (e.axes[std::size_t(a)]) field.axis(a)[e.site] = Real(0);
+}
+
+LoadedSites::LoadedSites(const Body& body, const std::vector<Load>& loads) {
+  for (const Load& load : loads) {
+    const std::vector<std::ptrdiff_t> sites = body.select(load.box.lower, load.box.upper);
+    double mass = 0;
+    for (const std::ptrdiff_t site : sites) mass += body.mass(site);
+    for (const std::ptrdiff_t site : sites) entries_.push_back({site, load.force * (body.mass(site) / mass)});
+  }
+  std::stable_sort(entries_.begin(), entries_.end(),
+                   [](const Entry& a, const Entry& b) { return a.site < b.site; });
+}
+
+template <class Real>
+void LoadedSites::add(std::ptrdiff_t first, std::ptrdiff_t last, const std::array<Real*, 3>& forces) const {
+  const auto begin = std::lower_bound(entries_.begin(), entries_.end(), first,
+                                      [](const Entry& e, std::ptrdiff_t site) { return e.site < site; });
+  for (auto e = begin; e != entries_.end() && e->site < last; ++e)
+    for (int a = 0; a < 3; ++a) forces[std::size_t(a)][e->site - first] += static_cast<Real>(e->force[a]);
+}
+
+template <class Real>
+double LoadedSites::potential(const Field<Real>& x) const {
+  double sum = 0;
+  for (const Entry& e : entries_) sum -= e.force.dot(x.at(e.site));
+  return sum;
+}
+
+template void HeldSites::apply(double, std::ptrdiff_t, std::ptrdiff_t, Field<float>&, Field<float>&) const;
+template void HeldSites::apply(double, std::ptrdiff_t, std::ptrdiff_t, Field<double>&, Field<double>&) const;
+template void HeldSites::clear(Field<float>&) const;
+template void HeldSites::clear(Field<double>&) const;
+template void LoadedSites::add(std::ptrdiff_t, std::ptrdiff_t, const std::array<float*, 3>&) const;
+template void LoadedSites::add(std::ptrdiff_t, std::ptrdiff_t, const std::array<double*, 3>&) const;
+template double LoadedSites::potential(const Field<float>&) const;
+template double LoadedSites::potential(const Field<double>&) const;
+
+}  // namespace mss

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <array>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "core/body.hpp"
+#include "core/field.hpp"
+
+namespace mss {
+
+/// A closed axis-aligned box in rest coordinates [m].
+struct Box {
+  Vec3 lower = Vec3::Zero();
+  Vec3 upper = Vec3::Zero();
+};
+
+/// A rotation about a fixed axis that stops after a while.
+struct Turn {
+  Vec3 axis = Vec3::UnitZ();
+  Vec3 centre = Vec3::Zero();  ///< any point of the axis [m]
+  double rate = 0;             ///< [rad/s]
+  double until = std::numeric_limits<double>::infinity();  ///< [s]
+};
+
+/// Particles whose motion is prescribed. What a coordinate does is a function of time alone:
+///   x(t) = R(t) (rest + displacement - centre) + centre + velocity t.
+struct Hold {
+  Box box;
+  std::array<bool, 3> axes{true, true, true};  ///< which coordinates are held
+  Vec3 velocity = Vec3::Zero();                ///< [m/s]
+  Vec3 displacement = Vec3::Zero();            ///< applied at once [m]
+  std::optional<Turn> turn;
+
+  bool moves() const { return !velocity.isZero(0) || turn.has_value(); }
+};
+
+/// A total force [N] on the particles in a box, shared in proportion to their mass.
+struct Load {
+  Box box;
+  Vec3 force = Vec3::Zero();
+};
+
+/// What acts on a body from outside.
+struct Environment {
+  Vec3 gravity = Vec3::Zero();  ///< [m/s^2]
+  std::vector<Hold> holds;
+  std::vector<Load> loads;
+};
+
+/// Position and velocity that a hold prescribes at time t for a particle resting at `rest`.
+struct Prescribed {
+  Vec3 position;
+  Vec3 velocity;
+};
+Prescribed prescribed_motion(const Hold& hold, const Vec3& rest, double t);
+
+/// The holds of an environment resolved to sites, sorted, so that a sweep can apply them plane by plane.
+/// Where holds overlap, the later one wins for the axes it names.
+class HeldSites {
+ public:
+  HeldSites(const Body& body, const std::vector<Hold>& holds);
+
+  bool empty() const { return entries_.empty(); }
+
+  /// Writes prescribed positions and velocities at time t to the held coordinates of sites in [first, last).
+  template <class Real>
+  void apply(double t, std::ptrdiff_t first, std::ptrdiff_t last, Field<Real>& x, Field<Real>& v) const;
+
+  /// Zeroes the held coordinates of a field (an acceleration, a search direction).
+  template <class Real>
+  void clear(Field<Real>& field) const;
+
+ private:
+  struct Entry {
+    std::ptrdiff_t site;
+    std::size_t hold;
+    Vec3 rest;
+    std::array<bool, 3> axes;
+  };
+  std::vector<Hold> holds_;
+  std::vector<Entry> entries_;  ///< ascending by site
+};
+
+/// The loads of an environment resolved to sites: constant accelerations of a few particles.
+class LoadedSites {
+ public:
+  LoadedSites(const Body& body, const std::vector<Load>& loads);
+
+  bool empty() const { return entries_.empty(); }
+
+  /// Adds the loads on sites in [first, last) to forces [N] stored from site `first` on, one array per axis.
+  template <class Real>
+  void add(std::ptrdiff_t first, std::ptrdiff_t last, const std::array<Real*, 3>& forces) const;
+
+  /// Potential -sum F.x of the loads at positions x [J].
+  template <class Real>
+  double potential(const Field<Real>& x) const;
+
+ private:
+  struct Entry {
+    std::ptrdiff_t site;
+    Vec3 force;
+  };
+  std::vector<Entry> entries_;  ///< ascending by site
+};
+
+}  // namespace mss

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace mss {
+
+/// Index arithmetic of the particle lattice: site (i, j, k) is the corner shared by up to eight cells.
+///
+/// Sites of one plane (fixed k) are contiguous, rows along x follow each other without gaps, and planes start at
+/// multiples of `plane_align` so that a vector block never straddles two planes. One ghost plane and one row lie
+/// behind the last plane: the sweep may read the eight corners of any site without asking where it is.
+struct Lattice {
+  static constexpr std::ptrdiff_t plane_align = 16;  ///< the widest vector: 16 floats
+
+  Lattice(int nx, int ny, int nz) : cells{nx, ny, nz}, row(nx + 1) {
+    const std::ptrdiff_t used = row * (ny + 1);
+    plane = (used + plane_align - 1) / plane_align * plane_align;
+    sites = plane * (nz + 1);
+    const std::ptrdiff_t ghosts = plane + row + 1 + plane_align;
+    size = (sites + ghosts + plane_align - 1) / plane_align * plane_align;
+  }
+
+  int planes() const { return cells[2] + 1; }
+  std::ptrdiff_t site(int i, int j, int k) const { return i + row * j + plane * k; }
+
+  /// Offset from a cell's lower corner to its corner c = bx + 2 by + 4 bz.
+  std::ptrdiff_t corner(int c) const { return (c & 1) + row * ((c >> 1) & 1) + plane * ((c >> 2) & 1); }
+
+  std::array<int, 3> cells;  ///< cells along x, y, z
+  std::ptrdiff_t row;        ///< sites from one row to the next
+  std::ptrdiff_t plane;      ///< sites from one plane to the next
+  std::ptrdiff_t sites;      ///< sites that may hold particles, padding between planes included
+  std::ptrdiff_t size;       ///< length of an array over sites, ghosts included
+};
+
+}  // namespace mss

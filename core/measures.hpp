@@ -1,0 +1,35 @@
+#pragma once
+
+#include "core/spring_system.hpp"
+
+namespace mss {
+
+/// What can be said of a body at one moment: a row of series.csv.
+struct Measures {
+  double t = 0;                   ///< [s]
+  double kinetic = 0;             ///< [J]
+  double elastic = 0;             ///< of springs [J]
+  double volume_energy = 0;       ///< eq. 3-1 summed over cells [J]
+  double gravitational = 0;       ///< potential of gravity, from z = 0, and of constant loads [J]
+  double volume_ratio = 1;        ///< exact enclosed volume over volume at rest
+  double volume_ratio_paper = 1;  ///< the same with eq. 3-5, 3-6
+  Vec3 momentum = Vec3::Zero();   ///< [kg m/s]
+  Vec3 spin = Vec3::Zero();       ///< angular momentum about the centre of mass [kg m^2/s]
+  double max_speed = 0;           ///< [m/s]
+  double max_stretch = 0;         ///< largest | |d|/L0 - 1 | of a spring
+  double min_jacobian = 1;        ///< smallest signed volume of a cell corner's three edges, over h^3
+
+  double total() const { return kinetic + elastic + volume_energy + gravitational; }
+};
+
+/// Measures a state in double precision, whatever the system computes in.
+template <class Real>
+Measures measure(const SpringSystem<Real>& system, const State<Real>& state);
+
+/// Volume of the trilinear hexahedron with corners c = bx + 2 by + 4 bz [m^3]; exact for curved faces.
+double trilinear_volume(const std::array<Vec3, 8>& corners);
+
+/// The thesis's estimate of the same, eq. 3-5 and 3-6: one-point quadrature.
+double paper_volume(const std::array<Vec3, 8>& corners);
+
+}  // namespace mss

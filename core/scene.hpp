@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/body.hpp"
+#include "core/environment.hpp"
+
+namespace mss {
+
+enum class Precision { single, dbl };
+
+/// How a scene is to be solved.
+struct SolveConfig {
+  std::string integrator = "verlet";
+  std::optional<double> dt;  ///< [s]; empty: "safe", 0.9 of the predicted limit
+  double duration = 1;       ///< [s]
+  int threads = 0;           ///< 0: all that pay
+  Precision precision = Precision::dbl;
+  double every = 0.01;  ///< seconds between rows of series.csv
+};
+
+/// A scene file, read and checked.
+struct Scene {
+  std::string name;  ///< file name without extension
+  BodyConfig body;
+  Environment environment;
+  Vec3 start_velocity = Vec3::Zero();  ///< [m/s]
+  Vec3 start_spin = Vec3::Zero();      ///< [rad/s] about the centre of mass
+  SolveConfig solve;
+  std::vector<std::string> warnings;  ///< sentences for the user
+  std::string resolved;               ///< the whole configuration as JSON, defaults filled in
+};
+
+/// Reads a scene (TOML, SI units). `overrides` are "table.key=value" with TOML values, applied before checking, as in
+/// `--set solve.dt=1e-4`. Throws InputError naming file, line and key.
+Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+
+}  // namespace mss

@@ -1,0 +1,321 @@
+#include "core/spring_system.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "core/error.hpp"
+
+namespace mss {
+
+namespace {
+
+static_assert(springs_per_site == int(spring_slots.size()));
+
+template <class Real>
+SweepKernel<Real> find_kernel(const std::string& name) {
+  const auto& kernels = sweep_kernels<Real>();
+  if (name.empty()) return kernels.back();
+  std::string known;
+  for (const auto& kernel : kernels) {
+    if (kernel.name == name) return kernel;
+    known += (known.empty() ? "" : ", ") + std::string(kernel.name);
+  }
+  throw InputError(fmt::format("kernel '{}' is unknown or needs another processor; this one runs {}", name, known));
+}
+
+/// As many threads as were asked for, at most one a plane; by default as many as pay: a second thread needs about
+/// a microsecond a step to keep in touch, which is some 600 springs' worth of work.
+int team_size(const Body& body, int asked) {
+  const int planes = body.lattice().planes();
+  if (asked > 0) return std::min(asked, planes);
+  const int worth_it = int(std::min<std::size_t>(body.spring_count() / 600, 1024));
+  return std::clamp(std::min(available_cores(), worth_it), 1, planes);
+}
+
+template <class Real>
+Streams<Real> streams(Field<Real>& f, std::ptrdiff_t offset = 0) {
+  return {{f.axis(0) + offset, f.axis(1) + offset, f.axis(2) + offset}};
+}
+template <class Real>
+ConstStreams<Real> const_streams(const Field<Real>& f, std::ptrdiff_t offset = 0) {
+  return {{f.axis(0) + offset, f.axis(1) + offset, f.axis(2) + offset}};
+}
+template <class Real>
+ConstStreams<Real> read_only(const Streams<Real>& s) {
+  return {{s.axis[0], s.axis[1], s.axis[2]}};
+}
+
+}  // namespace
+
+/// What one thread owns: the planes [first, last) and its scratch planes.
+template <class Real>
+struct alignas(128) SpringSystem<Real>::Slab {
+  Slab(int first_plane, int last_plane, std::ptrdiff_t scratch)
+      : first(first_plane), last(last_plane), own(scratch), first_own(scratch), outgoing(scratch) {
+    for (auto& field : above) field = Field<Real>(scratch);
+  }
+  int first;
+  int last;
+  Field<Real> own;                   ///< sums of the plane at hand
+  Field<Real> first_own;             ///< sums of the first plane, kept until the slab below is done
+  Field<Real> outgoing;              ///< share of the last plane for the slab above
+  std::array<Field<Real>, 2> above;  ///< shares between planes, taking turns
+  alignas(64) Counter swept{0};      ///< steps whose `outgoing` is ready
+  alignas(64) Counter finished{0};   ///< steps whose particles are all updated
+};
+
+/// One kind of pass over the body: what is read, and what happens to a complete force.
+template <class Real>
+struct SpringSystem<Real>::Pass {
+  Finish finish;
+  double t;   ///< at the beginning of the first step
+  double dt;
+  const Field<Real>* x;
+  const Field<Real>* v;
+  Field<Real>* out = nullptr;      ///< force or acceleration
+  State<Real>* state = nullptr;    ///< kick_drift: updated in place
+  KickDrift update;
+};
+
+template <class Real>
+SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environment, const Execution& execution)
+    : body_(body),
+      environment_(environment),
+      held_(body, environment.holds),
+      loads_(body, environment.loads),
+      kernel_(find_kernel<Real>(execution.kernel)),
+      team_(team_size(body, execution.threads)),
+      damped_(body.config().damping.law != Damping::Law::none) {
+  const Lattice& lattice = body_.lattice();
+  const std::ptrdiff_t used = lattice.row * (lattice.cells[1] + 1);
+  blocks_ = (used + kernel_.lanes - 1) / kernel_.lanes;
+  build_dictionary();
+  build_masses();
+  const std::ptrdiff_t scratch = lattice.plane + lattice.row + Lattice::plane_align;
+  nothing_below_ = Field<Real>(scratch);
+  for (int rank = 0; rank < team_.size(); ++rank) {
+    const auto bound = [&](int r) { return int(std::int64_t(lattice.planes()) * r / team_.size()); };
+    slabs_.push_back(std::make_unique<Slab>(bound(rank), bound(rank + 1), scratch));
+  }
+}
+
+template <class Real>
+SpringSystem<Real>::~SpringSystem() = default;
+
+/// Blocks whose sites are alike share an entry: a large box has a few dozen.
+template <class Real>
+void SpringSystem<Real>::build_dictionary() {
+  const Lattice& lattice = body_.lattice();
+  const auto width = std::size_t(kernel_.lanes);
+  std::map<std::vector<std::uint32_t>, std::uint32_t> entry_of;
+  std::vector<std::uint32_t> kinds(width);
+  entry_.reserve(std::size_t(blocks_) * std::size_t(lattice.planes()));
+  for (int k = 0; k < lattice.planes(); ++k)
+    for (std::ptrdiff_t b = 0; b < blocks_; ++b) {
+      const std::ptrdiff_t site = lattice.plane * k + b * kernel_.lanes;
+      for (std::size_t lane = 0; lane < width; ++lane) kinds[lane] = body_.element_kind(site + std::ptrdiff_t(lane));
+      entry_.push_back(entry_of.try_emplace(kinds, std::uint32_t(entry_of.size())).first->second);
+    }
+
+  content_.assign(entry_of.size(), 0);
+  dictionary_ = AlignedArray<Real>(std::ptrdiff_t(entry_of.size() * width) * coefficients_per_lane);
+  const double volume_factor = 1 / (64 * body_.cell_volume());
+  for (const auto& [lane_kinds, entry] : entry_of) {
+    Real* coefficients = dictionary_.data() + std::size_t(entry) * width * coefficients_per_lane;
+    for (std::size_t lane = 0; lane < width; ++lane) {
+      const SiteElements& e = body_.elements()[lane_kinds[lane]];
+      for (std::size_t s = 0; s < spring_slots.size(); ++s) {
+        const auto kind = spring_slots[s].kind;
+        Real* c = coefficients + 3 * width * s + lane;
+        c[0] = static_cast<Real>(e.stiffness[s]);
+        c[width] = static_cast<Real>(e.stiffness[s] * body_.rest_length(kind));
+        c[2 * width] = static_cast<Real>(e.damping[s]);
+        if (e.stiffness[s] != 0)
+          content_[entry] |= kind == SpringSlot::Class::edge   ? block_edges
+                             : kind == SpringSlot::Class::face ? block_faces
+                                                               : block_cells;
+      }
+      coefficients[3 * width * spring_slots.size() + lane] = static_cast<Real>(e.volume * volume_factor);
+      if (e.volume != 0) content_[entry] |= block_cells;
+    }
+  }
+}
+
+template <class Real>
+void SpringSystem<Real>::build_masses() {
+  inverse_mass_ = AlignedArray<Real>(body_.lattice().size);
+  for (const std::ptrdiff_t site : body_.sites()) inverse_mass_[site] = static_cast<Real>(1 / body_.mass(site));
+}
+
+template <class Real>
+State<Real> SpringSystem<Real>::rest_state() const {
+  State<Real> state{0, Field<Real>(size()), Field<Real>(size())};
+  for (std::ptrdiff_t site = 0; site < size(); ++site) state.x.set(site, body_.rest_position(site));
+  constrain(0, state.x, state.v);
+  return state;
+}
+
+template <class Real>
+void SpringSystem<Real>::force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) {
+  run({.finish = Finish::force, .t = t, .dt = 0, .x = &x, .v = &v, .out = &f, .state = nullptr, .update = {}}, 1);
+  if (environment_.gravity.isZero(0)) return;
+  for (const std::ptrdiff_t site : body_.sites())
+    for (int a = 0; a < 3; ++a) f.axis(a)[site] += static_cast<Real>(body_.mass(site) * environment_.gravity[a]);
+}
+
+template <class Real>
+void SpringSystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
+  run({.finish = Finish::acceleration, .t = t, .dt = 0, .x = &x, .v = &v, .out = &a, .state = nullptr, .update = {}},
+      1);
+  held_.clear(a);
+}
+
+template <class Real>
+void SpringSystem<Real>::constrain(double t, Field<Real>& x, Field<Real>& v) const {
+  held_.apply(t, 0, body_.lattice().sites, x, v);
+}
+
+template <class Real>
+void SpringSystem<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
+  run({.finish = Finish::kick_drift,
+       .t = state.t,
+       .dt = dt,
+       .x = &state.x,
+       .v = &state.v,
+       .out = nullptr,
+       .state = &state,
+       .update = update},
+      steps);
+  state.t += double(steps) * dt;
+}
+
+template <class Real>
+void SpringSystem<Real>::apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const {
+  FinishPlane<Real> p{};
+  p.first = 0;
+  p.last = body_.lattice().sites;
+  p.own = const_streams(a);
+  p.x = streams(state.x);
+  p.v = streams(state.v);
+  p.kick_before = static_cast<Real>(update.kick_before);
+  p.kick_after = static_cast<Real>(update.kick_after);
+  p.drift_old = static_cast<Real>(update.drift_old);
+  p.drift_new = static_cast<Real>(update.drift_new);
+  kernel_.kick_drift_stored(p);
+  state.t += dt;
+  constrain(state.t, state.x, state.v);
+}
+
+template <class Real>
+void SpringSystem<Real>::run(const Pass& pass, long steps) {
+  for (auto& slab : slabs_) {
+    slab->swept.store(0, std::memory_order_relaxed);
+    slab->finished.store(0, std::memory_order_relaxed);
+  }
+  team_.run([&](int rank) {
+    for (long step = 0; step < steps; ++step) step_slab(pass, rank, step);
+  });
+}
+
+/// One step of one thread's planes. It meets its neighbours twice: before its last plane it needs the upper
+/// neighbour's first plane of the step before, and its own first plane waits for the lower neighbour's share.
+template <class Real>
+void SpringSystem<Real>::step_slab(const Pass& pass, int rank, long step) {
+  Slab& slab = *slabs_[std::size_t(rank)];
+  const bool bottom = rank == 0, top = rank + 1 == team_.size();
+  const auto done = std::uint32_t(step);
+  const double t_new = pass.t + double(step + 1) * pass.dt;
+
+  for (int plane = slab.first; plane < slab.last; ++plane) {
+    const bool last = plane + 1 == slab.last;
+    if (last && !top) wait_until_reached(slabs_[std::size_t(rank + 1)]->finished, done, team_.may_spin());
+    const auto turn = std::size_t(plane & 1);
+    const Streams<Real> above = streams(last ? slab.outgoing : slab.above[turn]);
+    if (plane == slab.first && !bottom) {
+      sweep_plane(pass, plane, streams(slab.first_own), above, nullptr, t_new);
+    } else {
+      const ConstStreams<Real> below = const_streams(plane == 0 ? nothing_below_ : slab.above[1 - turn]);
+      sweep_plane(pass, plane, streams(slab.own), above, &below, t_new);
+    }
+  }
+  slab.swept.store(done + 1, std::memory_order_release);
+  slab.swept.notify_one();
+  if (!bottom) {
+    const Slab& lower = *slabs_[std::size_t(rank - 1)];
+    wait_until_reached(lower.swept, done + 1, team_.may_spin());
+    finish_plane(pass, slab.first, 0, blocks_ * kernel_.lanes, streams(slab.first_own), const_streams(lower.outgoing),
+                 t_new);
+  }
+  slab.finished.store(done + 1, std::memory_order_release);
+  slab.finished.notify_one();
+}
+
+/// Sweeps a plane in pieces that stay in the first-level cache and, if `below` is known, finishes each piece at
+/// once: no later block reads those particles again.
+template <class Real>
+void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<Real>& own,
+                                     const Streams<Real>& above, const ConstStreams<Real>* below, double t) {
+  constexpr std::ptrdiff_t piece = 32;
+  const Lattice& lattice = body_.lattice();
+  const std::ptrdiff_t offset = lattice.plane * plane;
+  // The sweep begins the sums of every row but the first, and of all where rows are shorter than a block.
+  const std::ptrdiff_t begun = lattice.row < kernel_.lanes ? lattice.plane + lattice.row : lattice.row;
+  for (int a = 0; a < 3; ++a) {
+    std::fill_n(own.axis[a], begun, Real(0));
+    std::fill_n(above.axis[a], begun, Real(0));
+  }
+  SweepPlane<Real> p{};
+  p.row = lattice.row;
+  p.plane = lattice.plane;
+  p.entry = entry_.data() + blocks_ * plane;
+  p.dictionary = dictionary_.data();
+  p.content = content_.data();
+  p.rest_volume = static_cast<Real>(body_.cell_volume());
+  p.x = const_streams(*pass.x, offset);
+  p.v = const_streams(*pass.v, offset);
+  p.own = own;
+  p.above = above;
+  for (p.first_block = 0; p.first_block < blocks_; p.first_block = p.last_block) {
+    p.last_block = std::min(p.first_block + piece, blocks_);
+    (damped_ ? kernel_.sweep_damped : kernel_.sweep_undamped)(p);
+    if (below)
+      finish_plane(pass, plane, p.first_block * kernel_.lanes, p.last_block * kernel_.lanes, own, *below, t);
+  }
+}
+
+template <class Real>
+void SpringSystem<Real>::finish_plane(const Pass& pass, int plane, std::ptrdiff_t first, std::ptrdiff_t last,
+                                      const Streams<Real>& own, const ConstStreams<Real>& below, double t) {
+  const std::ptrdiff_t offset = body_.lattice().plane * plane;
+  if (!loads_.empty())
+    loads_.add(offset + first, offset + last,
+               std::array<Real*, 3>{own.axis[0] + first, own.axis[1] + first, own.axis[2] + first});
+  FinishPlane<Real> p{};
+  p.first = first;
+  p.last = last;
+  p.own = read_only(own);
+  p.below = below;
+  p.inverse_mass = inverse_mass_.data() + offset;
+  for (int a = 0; a < 3; ++a) p.gravity[a] = static_cast<Real>(environment_.gravity[a]);
+  if (pass.finish != Finish::kick_drift) {
+    p.out = streams(*pass.out, offset);
+    (pass.finish == Finish::force ? kernel_.store_force : kernel_.store_acceleration)(p);
+    return;
+  }
+  p.x = streams(pass.state->x, offset);
+  p.v = streams(pass.state->v, offset);
+  p.kick_before = static_cast<Real>(pass.update.kick_before);
+  p.kick_after = static_cast<Real>(pass.update.kick_after);
+  p.drift_old = static_cast<Real>(pass.update.drift_old);
+  p.drift_new = static_cast<Real>(pass.update.drift_new);
+  kernel_.kick_drift(p);
+  if (!held_.empty()) held_.apply(t, offset + first, offset + last, pass.state->x, pass.state->v);
+}
+
+template class SpringSystem<float>;
+template class SpringSystem<double>;
+
+}  // namespace mss

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace mss {
+
+/// What a block of W neighbouring sites holds: bits that let the sweep skip whole groups of springs.
+enum BlockContent : std::uint32_t {
+  block_edges = 1,
+  block_faces = 2,
+  block_cells = 4  ///< body diagonals or volume forces
+};
+
+/// Coefficients of one block, each W numbers: for the thirteen springs k, k L0 and c, then k_vol / (64 V0).
+/// The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and u the differences of x and v.
+inline constexpr int springs_per_site = 13;
+inline constexpr int coefficients_per_lane = 3 * springs_per_site + 1;
+
+/// The three coordinates of a field, as raw pointers.
+template <class Real>
+struct Streams {
+  Real* axis[3];
+};
+template <class Real>
+struct ConstStreams {
+  const Real* axis[3];
+};
+
+/// What one plane of the sweep reads and writes. Pointers to fields start at the plane's first site; scratch
+/// planes hold `plane + row + W` numbers per axis.
+template <class Real>
+struct SweepPlane {
+  std::ptrdiff_t row;
+  std::ptrdiff_t plane;
+  std::ptrdiff_t first_block;  ///< blocks to do: [first_block, last_block)
+  std::ptrdiff_t last_block;
+  const std::uint32_t* entry;    ///< per block of this plane: which dictionary entry
+  const Real* dictionary;        ///< entries of coefficients_per_lane x W numbers
+  const std::uint32_t* content;  ///< per entry: BlockContent bits
+  Real rest_volume;              ///< V0 [m^3]
+  ConstStreams<Real> x;
+  ConstStreams<Real> v;
+  Streams<Real> own;        ///< sums from this plane's cells; filled row by row
+  Streams<Real> above;      ///< sums that this plane's cells leave to the next plane
+  Real carry[4][3];         ///< in and out: the last lane of the four (x+1) corners
+};
+
+/// What happens to a particle once its force, own + below, is complete.
+template <class Real>
+struct FinishPlane {
+  std::ptrdiff_t first;  ///< sites of this plane: [first, last)
+  std::ptrdiff_t last;
+  ConstStreams<Real> own;
+  ConstStreams<Real> below;
+  const Real* inverse_mass;
+  Real gravity[3];
+  Streams<Real> x;
+  Streams<Real> v;
+  Streams<Real> out;  ///< receives force or acceleration
+  Real kick_before, kick_after, drift_old, drift_new;
+};
+
+/// One copy of the sweep, compiled for one instruction set and precision.
+template <class Real>
+struct SweepKernel {
+  const char* name;  ///< "x86-64-v3" and the like
+  int lanes;         ///< W
+  /// Forces of the springs and cells of a plane's blocks; the undamped one does not read velocities.
+  void (*sweep_damped)(SweepPlane<Real>&);
+  void (*sweep_undamped)(SweepPlane<Real>&);
+  /// out = own + below [N].
+  void (*store_force)(const FinishPlane<Real>&);
+  /// out = (own + below) / m + gravity, 0 where there is no particle [m/s^2].
+  void (*store_acceleration)(const FinishPlane<Real>&);
+  /// The KickDrift update in place, from own + below.
+  void (*kick_drift)(const FinishPlane<Real>&);
+  /// The KickDrift update in place, from an acceleration in `own`.
+  void (*kick_drift_stored)(const FinishPlane<Real>&);
+};
+
+/// The kernels this processor can run, slowest first; never empty.
+template <class Real>
+const std::vector<SweepKernel<Real>>& sweep_kernels();
+
+}  // namespace mss

@@ -1,0 +1,44 @@
+#include "core/system.hpp"
+
+namespace mss {
+
+template <class Real>
+void System<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
+  force(t, x, v, a);
+  for (const std::ptrdiff_t site : particles())
+    for (int axis = 0; axis < 3; ++axis) a.axis(axis)[site] /= static_cast<Real>(mass(site));
+}
+
+template <class Real>
+void System<Real>::constrain(double, Field<Real>&, Field<Real>&) const {}
+
+template <class Real>
+void System<Real>::apply(const KickDrift& u, const Field<Real>& a, double dt, State<Real>& state) const {
+  const auto before = static_cast<Real>(u.kick_before), after = static_cast<Real>(u.kick_after);
+  const auto drift_old = static_cast<Real>(u.drift_old), drift_new = static_cast<Real>(u.drift_new);
+  for (int axis = 0; axis < 3; ++axis) {
+    Real* x = state.x.axis(axis);
+    Real* v = state.v.axis(axis);
+    for (const std::ptrdiff_t i : particles()) {
+      const Real v_new = (v[i] + before * a.axis(axis)[i]) + after * a.axis(axis)[i];
+      x[i] += drift_old * v[i] + drift_new * v_new;
+      v[i] = v_new;
+    }
+  }
+  state.t += dt;
+  constrain(state.t, state.x, state.v);
+}
+
+template <class Real>
+void System<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
+  if (scratch_.size() != state.x.size()) scratch_ = state.x;
+  for (long step = 0; step < steps; ++step) {
+    acceleration(state.t, state.x, state.v, scratch_);
+    apply(update, scratch_, dt, state);
+  }
+}
+
+template class System<float>;
+template class System<double>;
+
+}  // namespace mss

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <thread>
+#include <vector>
+
+namespace mss {
+
+/// Cores this process may use (its affinity mask, not the machine's size).
+int available_cores();
+
+/// Counts steps or rounds; compared by difference, so that it may wrap.
+using Counter = std::atomic<std::uint32_t>;
+
+/// Blocks until `value` has reached `target`. Spins for a few microseconds, because a neighbour's slab is usually
+/// about to finish, then sleeps: a core that somebody else needs is not burnt.
+void wait_until_reached(const Counter& value, std::uint32_t target, bool may_spin);
+
+/// Threads that stay alive between steps. The caller is rank 0, so a team of one starts no thread.
+class Team {
+ public:
+  explicit Team(int size);
+  ~Team();
+  Team(const Team&) = delete;
+  Team& operator=(const Team&) = delete;
+
+  int size() const { return size_; }
+
+  /// More threads than cores: waiting threads must give up their core at once.
+  bool may_spin() const { return may_spin_; }
+
+  /// Runs task(rank) on every rank and returns when all have returned. Tasks must not throw.
+  void run(const std::function<void(int)>& task);
+
+ private:
+  void work(int rank);
+
+  int size_;
+  bool may_spin_;
+  const std::function<void(int)>* task_ = nullptr;
+  Counter round_{0};  ///< tasks handed out so far
+  std::atomic<bool> stop_{false};
+  Counter done_{0};   ///< ranks that have finished the current one
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace mss

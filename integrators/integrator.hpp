@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/system.hpp"
+
+namespace mss {
+
+/// How an advance ended. Everything but `ok` is a result too: tables and charts show it.
+enum class Status {
+  ok,
+  non_finite,             ///< a position or velocity became infinite or not a number
+  newton_stalled,         ///< an implicit step found no solution
+  not_positive_definite,  ///< a linear system could not be factored
+  step_limit,             ///< the allowed number of steps did not suffice
+  interrupted             ///< the user stopped it
+};
+
+/// The status as tables and files spell it.
+std::string_view to_string(Status status);
+
+/// What an advance cost, counted rather than timed.
+struct Work {
+  std::int64_t steps = 0;
+  std::int64_t force_evaluations = 0;
+  std::int64_t jacobians = 0;
+  std::int64_t factorisations = 0;
+  std::int64_t linear_solves = 0;
+
+  Work& operator+=(const Work& other);
+};
+
+/// A time-stepping method.
+template <class Real>
+class Integrator {
+ public:
+  Integrator() = default;
+  Integrator(const Integrator&) = delete;
+  Integrator& operator=(const Integrator&) = delete;
+  virtual ~Integrator() = default;
+
+  /// Takes `state` towards t_end [s] and adds to `work`. Methods of fixed step take whole steps only and stop at the
+  /// one nearest to t_end, so that a trajectory does not depend on how often somebody looks; adaptive methods stop at
+  /// t_end. On failure the state is the last one computed.
+  virtual Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) = 0;
+
+  /// Forgets all history. Call it after editing a state, before the next advance.
+  virtual void reset() {}
+};
+
+/// What a user may set about a method.
+struct IntegratorOptions {
+  double dt = 1e-3;  ///< step of fixed-step methods [s]
+};
+
+/// When a method is stable on the test equation x'' = -w^2 x - c x'.
+enum class StabilityLimit {
+  none,             ///< stable for any step
+  explicit_euler,   ///< w^2 dt < c and 2 c dt < 4 + w^2 dt^2
+  central           ///< w^2 dt^2 + 2 c dt < 4
+};
+
+/// Facts about a method. Tests measure that they are true.
+struct IntegratorInfo {
+  std::string name;
+  std::string summary;      ///< one line for `mss list`
+  int order_undamped = 1;   ///< of positions at a fixed time
+  int order_damped = 1;
+  bool implicit = false;
+  bool symplectic = false;  ///< without damping
+  bool adaptive = false;
+  StabilityLimit limit = StabilityLimit::none;
+
+  template <class Real>
+  std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) const;
+
+  std::function<std::unique_ptr<Integrator<float>>(const IntegratorOptions&)> make_single = {};
+  std::function<std::unique_ptr<Integrator<double>>(const IntegratorOptions&)> make_double = {};
+};
+
+template <>
+inline std::unique_ptr<Integrator<float>> IntegratorInfo::make(const IntegratorOptions& options) const {
+  return make_single(options);
+}
+template <>
+inline std::unique_ptr<Integrator<double>> IntegratorInfo::make(const IntegratorOptions& options) const {
+  return make_double(options);
+}
+
+/// All methods, in the order they are listed and charted.
+const std::vector<IntegratorInfo>& integrators();
+
+/// The method of that name. Throws InputError that names the nearest known one.
+const IntegratorInfo& find_integrator(std::string_view name);
+
+}  // namespace mss

@@ -1,0 +1,183 @@
+#include "reference/algorithm1.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+#include <utility>
+
+namespace mss::reference {
+
+namespace {
+
+/// The thesis's corners p_1 .. p_8 as steps along x, y, z from the lower corner; read off eq. 3-5.
+constexpr std::array<std::array<int, 3>, 8> corner_of{
+    {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, 0, 1}, {0, 0, 1}, {0, 1, 1}, {1, 1, 1}}};
+
+/// Springs of one cell (Fig. 2-3) as pairs of thesis corners, 1-based. Of the two diagonals of a face the first is
+/// the one that Fig. 2-2 left keeps.
+constexpr std::array<std::pair<int, int>, 12> edges{
+    {{1, 2}, {4, 3}, {6, 5}, {7, 8}, {2, 3}, {1, 4}, {5, 8}, {6, 7}, {1, 6}, {3, 8}, {2, 5}, {4, 7}}};
+constexpr std::array<std::pair<int, int>, 12> face_diagonals{
+    {{1, 3}, {2, 4}, {6, 8}, {5, 7}, {1, 5}, {2, 6}, {4, 8}, {3, 7}, {1, 7}, {4, 6}, {2, 8}, {3, 5}}};
+constexpr std::array<std::pair<int, int>, 4> body_diagonals{{{1, 8}, {2, 7}, {3, 6}, {4, 5}}};
+
+void atomic_add(Vec3& target, const Vec3& value) {
+  for (int a = 0; a < 3; ++a) {
+    double& component = target[a];
+    const double addend = value[a];
+#pragma omp atomic
+    component += addend;
+  }
+}
+
+struct Volume {
+  double v;
+  Vec3 yz, zx, xy;
+};
+
+/// Eq. 3-5 and 3-6.
+Volume estimate(const std::vector<Algorithm1::Particle>& particles, const Algorithm1::Cell& cell) {
+  const auto p = [&](int i) -> const Vec3& { return particles[cell.p[std::size_t(i - 1)]].x; };
+  const Vec3 x = 0.25 * ((p(2) - p(1)) + (p(3) - p(4)) + (p(5) - p(6)) + (p(8) - p(7)));
+  const Vec3 y = 0.25 * ((p(3) - p(2)) + (p(4) - p(1)) + (p(8) - p(5)) + (p(7) - p(6)));
+  const Vec3 z = 0.25 * ((p(6) - p(1)) + (p(8) - p(3)) + (p(5) - p(2)) + (p(7) - p(4)));
+  return {x.dot(y.cross(z)), y.cross(z), z.cross(x), x.cross(y)};
+}
+
+}  // namespace
+
+Algorithm1::Algorithm1(const BodyConfig& config, const Vec3& gravity, int threads)
+    : threads_(threads),
+      gravity_(gravity),
+      volume_stiffness_(config.springs.volume),
+      cell_volume_(config.cell_size * config.cell_size * config.cell_size) {
+  connect(config);
+}
+
+void Algorithm1::connect(const BodyConfig& config) {
+  std::map<std::array<int, 3>, std::size_t> id;  // by (k, j, i): z-major, as particles.csv numbers them
+  const VoxelGrid& voxels = config.voxels;
+  const auto each_cell = [&](auto&& visit) {
+    for (int k = 0; k < voxels.nz(); ++k)
+      for (int j = 0; j < voxels.ny(); ++j)
+        for (int i = 0; i < voxels.nx(); ++i)
+          if (voxels.at(i, j, k)) visit(i, j, k);
+  };
+  each_cell([&](int i, int j, int k) {
+    for (const auto& c : corner_of) id[{k + c[2], j + c[1], i + c[0]}] = 0;
+  });
+  for (auto& [kji, index] : id) {
+    index = particles_.size();
+    particles_.push_back({.x = config.origin + config.cell_size * Vec3(kji[2], kji[1], kji[0])});
+  }
+
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> spring_of;
+  each_cell([&](int i, int j, int k) {
+    Cell cell{};
+    for (std::size_t c = 0; c < 8; ++c) {
+      cell.p[c] = id.at({k + corner_of[c][2], j + corner_of[c][1], i + corner_of[c][0]});
+      particles_[cell.p[c]].mass += config.density / 8 * cell_volume_;  // eq. 2-2
+    }
+    cells_.push_back(cell);
+    const auto connect_class = [&](const auto& pairs, double stiffness, double share, std::size_t stride) {
+      if (stiffness == 0) return;
+      for (std::size_t s = 0; s < pairs.size(); s += stride) {
+        const std::size_t a = cell.p[std::size_t(pairs[s].first - 1)], b = cell.p[std::size_t(pairs[s].second - 1)];
+        const auto [entry, is_new] = spring_of.try_emplace(std::minmax(a, b), springs_.size());
+        if (is_new) springs_.push_back({a, b, 0, (particles_[b].x - particles_[a].x).norm(), 0});
+        Spring& spring = springs_[entry->second];
+        if (config.sharing == Sharing::weighted)
+          spring.stiffness += stiffness / share;
+        else
+          spring.stiffness = stiffness;
+      }
+    };
+    connect_class(edges, config.springs.edge, 4, 1);
+    if (config.topology != Topology::edges_body)
+      connect_class(face_diagonals, config.springs.face, 2, config.topology == Topology::one_diagonal ? 2 : 1);
+    connect_class(body_diagonals, config.springs.body, 1, 1);
+  });
+
+  for (Spring& s : springs_) {
+    const double m1 = particles_[s.p1].mass, m2 = particles_[s.p2].mass;
+    if (config.damping.law == Damping::Law::ratio)  // critical for two masses on a spring, times zeta
+      s.damping = config.damping.zeta * 2 * std::sqrt(s.stiffness * (m1 * m2 / (m1 + m2)));
+    if (config.damping.law == Damping::Law::paper)  // eq. 2-4
+      s.damping = 2 * std::sqrt(s.stiffness * (m1 + m2)) / s.rest_length;
+  }
+}
+
+void Algorithm1::add_springs() {
+  const auto count = std::ptrdiff_t(springs_.size());
+#pragma omp parallel for num_threads(threads_) schedule(static)
+  for (std::ptrdiff_t j = 0; j < count; ++j) {
+    const Spring& s = springs_[std::size_t(j)];
+    Particle& p1 = particles_[s.p1];
+    Particle& p2 = particles_[s.p2];
+    const Vec3 along = p2.x - p1.x;
+    const double length = along.norm();
+    if (length == 0) continue;  // no direction, no force
+    const Vec3 direction = along / length;
+    const Vec3 spring_force = s.stiffness * (length - s.rest_length) * direction;  // eq. 2-3
+    atomic_add(p1.f, spring_force);
+    atomic_add(p2.f, -spring_force);
+    const double speed_difference = (p2.v - p1.v).dot(direction);  // eq. 2-6, as a projection
+    const Vec3 damping_force = s.damping * speed_difference * direction;  // eq. 2-5
+    atomic_add(p1.f, damping_force);
+    atomic_add(p2.f, -damping_force);
+  }
+}
+
+void Algorithm1::add_volume_forces() {
+  if (volume_stiffness_ == 0) return;
+  const auto count = std::ptrdiff_t(cells_.size());
+#pragma omp parallel for num_threads(threads_) schedule(static)
+  for (std::ptrdiff_t j = 0; j < count; ++j) {
+    const Cell& cell = cells_[std::size_t(j)];
+    const auto [v, yz, zx, xy] = estimate(particles_, cell);
+    const double factor = -volume_stiffness_ * (v - cell_volume_) / (4 * cell_volume_);
+    for (std::size_t c = 0; c < 8; ++c) {  // eq. 3-7: the signs are the corner's side along x, y, z
+      const auto sign = [&](std::size_t axis) { return 2.0 * corner_of[c][axis] - 1.0; };
+      const Vec3 force = factor * (sign(0) * yz + sign(1) * zx + sign(2) * xy);
+      atomic_add(particles_[cell.p[c]].f, force);
+    }
+  }
+}
+
+void Algorithm1::compute_forces() {
+  const auto count = std::ptrdiff_t(particles_.size());
+#pragma omp parallel for num_threads(threads_) schedule(static)
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    Particle& p = particles_[std::size_t(i)];
+    p.f = p.mass * gravity_;
+  }
+  add_springs();
+  add_volume_forces();
+}
+
+void Algorithm1::step(double dt) {
+  compute_forces();
+  const auto count = std::ptrdiff_t(particles_.size());
+#pragma omp parallel for num_threads(threads_) schedule(static)
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    Particle& p = particles_[std::size_t(i)];
+    p.v += dt / p.mass * p.f;
+    p.x += dt * p.v;
+  }
+}
+
+double Algorithm1::potential_energy() const {
+  double energy = 0;
+  for (const Spring& s : springs_) {
+    const double stretch = (particles_[s.p2].x - particles_[s.p1].x).norm() - s.rest_length;
+    energy += 0.5 * s.stiffness * stretch * stretch;
+  }
+  for (const Cell& cell : cells_) {  // eq. 3-1
+    const double change = estimate(particles_, cell).v - cell_volume_;
+    energy += 0.5 * volume_stiffness_ * change * change / cell_volume_;
+  }
+  for (const Particle& p : particles_) energy -= p.mass * gravity_.dot(p.x);
+  return energy;
+}
+
+}  // namespace mss::reference

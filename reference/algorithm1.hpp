@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "core/body.hpp"
+
+namespace mss::reference {
+
+/// The thesis's Algorithm 1 as it is written: objects for particles and springs, one loop over springs that adds
+/// spring and damping force to both ends with atomic operations (lines 7, 8, 12, 13), eq. 3-5 to 3-7 per cell with
+/// the thesis's corner numbering, one loop over particles.
+///
+/// It shares no physics with core/: springs are found by walking over cells, shared ones recognised by their ends.
+/// That makes it the oracle for forces and trajectories, and the baseline of the timing chart.
+class Algorithm1 {
+ public:
+  struct Particle {
+    Vec3 x;
+    Vec3 v = Vec3::Zero();
+    Vec3 f = Vec3::Zero();
+    double mass = 0;
+  };
+  struct Spring {
+    std::size_t p1;
+    std::size_t p2;
+    double stiffness;
+    double rest_length;
+    double damping;
+  };
+  struct Cell {
+    std::array<std::size_t, 8> p;  ///< p[0] is the thesis's p_1
+  };
+
+  /// `threads` OpenMP threads share each loop, more than there are cores if asked to.
+  Algorithm1(const BodyConfig& config, const Vec3& gravity, int threads);
+
+  std::vector<Particle>& particles() { return particles_; }
+  const std::vector<Particle>& particles() const { return particles_; }
+  const std::vector<Spring>& springs() const { return springs_; }
+  const std::vector<Cell>& cells() const { return cells_; }
+  const Vec3& gravity() const { return gravity_; }
+  double volume_stiffness() const { return volume_stiffness_; }
+  double cell_volume() const { return cell_volume_; }
+
+  /// Lines 1 to 14 and the volume force: total forces of all particles [N].
+  void compute_forces();
+
+  /// One update of all particles with semi-implicit Euler (2-12).
+  void step(double dt);
+
+  /// Spring, volume and gravitational energy at the current positions [J]; gravity counts from the origin.
+  double potential_energy() const;
+
+ private:
+  void connect(const BodyConfig& config);
+  void add_springs();
+  void add_volume_forces();
+
+  int threads_;
+  Vec3 gravity_;
+  double volume_stiffness_;
+  double cell_volume_;
+  std::vector<Particle> particles_;
+  std::vector<Spring> springs_;
+  std::vector<Cell> cells_;
+};
+
+}  // namespace mss::reference

@@ -1,0 +1,56 @@
+// Forces of the structured sweep against the oracle, for every shape, topology, sharing, damping law and kernel.
+#include <gtest/gtest.h>
+
+#include "tests/random_bodies.hpp"
+
+namespace mss {
+namespace {
+
+template <class Real>
+double relative_force_error(const BodyConfig& config, const std::string& kernel, int threads) {
+  const Vec3 gravity(0.3, -0.2, -9.81);
+  const Body body(config);
+  SpringSystem<Real> system(body, {.gravity = gravity, .holds = {}, .loads = {}}, {threads, kernel});
+  reference::Algorithm1 oracle(config, gravity, 1);
+  auto state = system.rest_state();
+  testing::randomise(body, state, 0.4, 0.5, 3);
+  testing::copy_state(body, state, oracle);
+  oracle.compute_forces();
+  Field<Real> f(system.size());
+  system.force(0, state.x, state.v, f);
+  double largest = 0, error = 0;
+  for (std::size_t id = 0; id < body.particle_count(); ++id) {
+    const Vec3& expected = oracle.particles()[id].f;
+    largest = std::max(largest, expected.norm());
+    error = std::max(error, (f.at(body.sites()[id]) - expected).norm());
+  }
+  EXPECT_GT(largest, 0);
+  return error / largest;
+}
+
+template <class Real>
+void check_all_forces(double tolerance) {
+  int checked = 0;
+  for (const auto& shape : testing::test_shapes())
+    for (const auto topology : {Topology::full, Topology::edges_body, Topology::one_diagonal})
+      for (const auto sharing : {Sharing::weighted, Sharing::uniform})
+        for (const auto law : {Damping::Law::none, Damping::Law::ratio, Damping::Law::paper})
+          for (const auto& kernel : sweep_kernels<Real>())
+            for (const int threads : {1, 2}) {
+              BodyConfig config = testing::test_config(shape.voxels);
+              config.topology = topology;
+              config.sharing = sharing;
+              config.damping.law = law;
+              EXPECT_LT(relative_force_error<Real>(config, kernel.name, threads), tolerance)
+                  << shape.name << " topology " << int(topology) << " sharing " << int(sharing) << " damping "
+                  << int(law) << " kernel " << kernel.name << " threads " << threads;
+              ++checked;
+            }
+  EXPECT_EQ(checked, 10 * 3 * 2 * 3 * 2 * int(sweep_kernels<Real>().size()));
+}
+
+TEST(Force, EqualsOracleInDouble) { check_all_forces<double>(1e-12); }
+TEST(Force, EqualsOracleInSingle) { check_all_forces<float>(1e-5); }
+
+}  // namespace
+}  // namespace mss
