@@ -96,7 +96,8 @@ void Body::classify_sites() {
 
 SiteElements Body::elements_from(std::uint32_t neighbourhood) const {
   SiteElements e;
-  const std::array<double, 3> class_stiffness{config_.springs.edge, config_.springs.face, config_.springs.body};
+  const std::array<double, 3> class_stiffness{config_.springs.edge, config_.springs.face,
+                                              config_.springs.body};
   constexpr std::array<double, 3> cells_of_interior_spring{4, 2, 1};
   for (std::size_t s = 0; s < spring_slots.size(); ++s) {
     const auto [a, b, kind] = spring_slots[s];
@@ -116,7 +117,8 @@ SiteElements Body::elements_from(std::uint32_t neighbourhood) const {
 
 Vec3 Body::rest_position(std::ptrdiff_t site) const {
   const std::ptrdiff_t in_plane = site % lattice_.plane;
-  const Vec3 index(double(in_plane % lattice_.row), double(in_plane / lattice_.row), double(site / lattice_.plane));
+  const Vec3 index(double(in_plane % lattice_.row), double(in_plane / lattice_.row),
+                   double(site / lattice_.plane));
   return config_.origin + config_.cell_size * index;
 }
 

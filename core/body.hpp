@@ -25,11 +25,11 @@ inline constexpr std::array<SpringSlot, 13> spring_slots{{
     {0, 1, SpringSlot::Class::edge},
     {0, 2, SpringSlot::Class::edge},
     {0, 4, SpringSlot::Class::edge},
-    {0, 3, SpringSlot::Class::face},  // z-face, the diagonal that `one_diagonal` keeps
+    {0, 3, SpringSlot::Class::face},  // the diagonals that `one_diagonal` keeps
+    {0, 5, SpringSlot::Class::face},
+    {0, 6, SpringSlot::Class::face},
     {1, 2, SpringSlot::Class::face},
-    {0, 5, SpringSlot::Class::face},  // y-face
     {1, 4, SpringSlot::Class::face},
-    {0, 6, SpringSlot::Class::face},  // x-face
     {2, 4, SpringSlot::Class::face},
     {0, 7, SpringSlot::Class::body},
     {1, 6, SpringSlot::Class::body},
@@ -37,7 +37,8 @@ inline constexpr std::array<SpringSlot, 13> spring_slots{{
     {3, 4, SpringSlot::Class::body},
 }};
 
-/// What a site contributes: the stiffness and damping of its thirteen springs and the volume stiffness of its cell.
+/// What a site contributes: the stiffness and damping of its thirteen springs and the volume stiffness of its
+/// cell.
 struct SiteElements {
   std::array<double, spring_slots.size()> stiffness{};  ///< [N/m]; 0 where there is no spring
   std::array<double, spring_slots.size()> damping{};    ///< [kg/s]
@@ -51,15 +52,15 @@ struct BodyConfig {
   Vec3 origin = Vec3::Zero();
   Topology topology = Topology::full;
   Sharing sharing = Sharing::weighted;
-  double density = 1000;    ///< [kg/m^3]
-  SpringConstants springs;  ///< of interior springs
-  Damping damping;
+  double density = 1000;      ///< [kg/m^3]
+  SpringConstants springs{};  ///< of interior springs
+  Damping damping{};
 };
 
 /// A body at rest: cells, particles, masses and springs on a lattice. Immutable.
 ///
-/// Springs are not stored. Whether a spring exists, its shared stiffness and its damping follow from the 3 x 3 x 3
-/// cells around its site, so sites with equal neighbourhoods share one SiteElements.
+/// Springs are not stored. Whether a spring exists, its shared stiffness and its damping follow from the 3 x
+/// 3 x 3 cells around its site, so sites with equal neighbourhoods share one SiteElements.
 class Body {
  public:
   explicit Body(const BodyConfig& config);
@@ -102,7 +103,8 @@ class Body {
       for (std::size_t s = 0; s < spring_slots.size(); ++s) {
         if (e.stiffness[s] == 0) continue;
         const SpringSlot& slot = spring_slots[s];
-        visit(site + lattice_.corner(slot.a), site + lattice_.corner(slot.b), slot, e.stiffness[s], e.damping[s]);
+        visit(site + lattice_.corner(slot.a), site + lattice_.corner(slot.b), slot, e.stiffness[s],
+              e.damping[s]);
       }
     }
   }

@@ -10,8 +10,8 @@ Prescribed prescribed_motion(const Hold& hold, const Vec3& rest, double t) {
   if (!hold.turn) return p;
   const Turn& turn = *hold.turn;
   const Vec3 axis = turn.axis.normalized();
-  const Vec3 arm = Eigen::AngleAxisd(turn.rate * std::min(t, turn.until), axis) *
-                   (rest + hold.displacement - turn.centre);
+  const Vec3 arm =
+      Eigen::AngleAxisd(turn.rate * std::min(t, turn.until), axis) * (rest + hold.displacement - turn.centre);
   p.position = turn.centre + arm + hold.velocity * t;
   if (t < turn.until) p.velocity += turn.rate * axis.cross(arm);
   return p;
@@ -26,7 +26,8 @@ HeldSites::HeldSites(const Body& body, const std::vector<Hold>& holds) : holds_(
 }
 
 template <class Real>
-void HeldSites::apply(double t, std::ptrdiff_t first, std::ptrdiff_t last, Field<Real>& x, Field<Real>& v) const {
+void HeldSites::apply(double t, std::ptrdiff_t first, std::ptrdiff_t last, Field<Real>& x,
+                      Field<Real>& v) const {
   const auto begin = std::lower_bound(entries_.begin(), entries_.end(), first,
                                       [](const Entry& e, std::ptrdiff_t site) { return e.site < site; });
   for (auto e = begin; e != entries_.end() && e->site < last; ++e) {

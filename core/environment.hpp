@@ -19,34 +19,34 @@ struct Box {
 /// A rotation about a fixed axis that stops after a while.
 struct Turn {
   Vec3 axis = Vec3::UnitZ();
-  Vec3 centre = Vec3::Zero();  ///< any point of the axis [m]
-  double rate = 0;             ///< [rad/s]
+  Vec3 centre = Vec3::Zero();                              ///< any point of the axis [m]
+  double rate = 0;                                         ///< [rad/s]
   double until = std::numeric_limits<double>::infinity();  ///< [s]
 };
 
 /// Particles whose motion is prescribed. What a coordinate does is a function of time alone:
 ///   x(t) = R(t) (rest + displacement - centre) + centre + velocity t.
 struct Hold {
-  Box box;
+  Box box{};
   std::array<bool, 3> axes{true, true, true};  ///< which coordinates are held
   Vec3 velocity = Vec3::Zero();                ///< [m/s]
   Vec3 displacement = Vec3::Zero();            ///< applied at once [m]
-  std::optional<Turn> turn;
+  std::optional<Turn> turn{};
 
   bool moves() const { return !velocity.isZero(0) || turn.has_value(); }
 };
 
 /// A total force [N] on the particles in a box, shared in proportion to their mass.
 struct Load {
-  Box box;
+  Box box{};
   Vec3 force = Vec3::Zero();
 };
 
 /// What acts on a body from outside.
 struct Environment {
   Vec3 gravity = Vec3::Zero();  ///< [m/s^2]
-  std::vector<Hold> holds;
-  std::vector<Load> loads;
+  std::vector<Hold> holds{};
+  std::vector<Load> loads{};
 };
 
 /// Position and velocity that a hold prescribes at time t for a particle resting at `rest`.

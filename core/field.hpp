@@ -20,7 +20,8 @@ class AlignedArray {
   AlignedArray(const AlignedArray& other) : size_(other.size_), data_(allocate(other.size_)) {
     std::copy_n(other.data(), size_, data());
   }
-  AlignedArray(AlignedArray&& other) noexcept : size_(std::exchange(other.size_, 0)), data_(std::move(other.data_)) {}
+  AlignedArray(AlignedArray&& other) noexcept
+      : size_(std::exchange(other.size_, 0)), data_(std::move(other.data_)) {}
   AlignedArray& operator=(const AlignedArray& other) {
     if (this == &other) return *this;
     if (size_ != other.size_) *this = AlignedArray(other.size_);
@@ -48,7 +49,8 @@ class AlignedArray {
   };
   using Block = std::unique_ptr<Real, Free>;
   static Block allocate(std::ptrdiff_t size) {
-    return Block(static_cast<Real*>(::operator new(static_cast<std::size_t>(size) * sizeof(Real), alignment)));
+    return Block(
+        static_cast<Real*>(::operator new(static_cast<std::size_t>(size) * sizeof(Real), alignment)));
   }
 
   std::ptrdiff_t size_ = 0;
@@ -69,17 +71,22 @@ class Field {
   Real* axis(int a) { return data_.data() + a * stride_; }
   const Real* axis(int a) const { return data_.data() + a * stride_; }
 
-  Vec3 at(std::ptrdiff_t site) const { return {double(axis(0)[site]), double(axis(1)[site]), double(axis(2)[site])}; }
+  Vec3 at(std::ptrdiff_t site) const {
+    return {double(axis(0)[site]), double(axis(1)[site]), double(axis(2)[site])};
+  }
   void set(std::ptrdiff_t site, const Vec3& value) {
     for (int a = 0; a < 3; ++a) axis(a)[site] = static_cast<Real>(value[a]);
   }
 
   /// All coordinates of all sites as one Eigen array, for whole-field arithmetic.
   auto array() { return Eigen::Map<Eigen::Array<Real, Eigen::Dynamic, 1>>(data_.data(), data_.size()); }
-  auto array() const { return Eigen::Map<const Eigen::Array<Real, Eigen::Dynamic, 1>>(data_.data(), data_.size()); }
+  auto array() const {
+    return Eigen::Map<const Eigen::Array<Real, Eigen::Dynamic, 1>>(data_.data(), data_.size());
+  }
 
  private:
-  /// Keeps the three coordinate streams off the same cache sets: equal low address bits would evict each other.
+  /// Keeps the three coordinate streams off the same cache sets: equal low address bits would evict each
+  /// other.
   static std::ptrdiff_t padded(std::ptrdiff_t sites) {
     constexpr std::ptrdiff_t page = 4096 / sizeof(Real);
     constexpr std::ptrdiff_t line = 64 / sizeof(Real);

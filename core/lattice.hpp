@@ -7,9 +7,10 @@ namespace mss {
 
 /// Index arithmetic of the particle lattice: site (i, j, k) is the corner shared by up to eight cells.
 ///
-/// Sites of one plane (fixed k) are contiguous, rows along x follow each other without gaps, and planes start at
-/// multiples of `plane_align` so that a vector block never straddles two planes. One ghost plane and one row lie
-/// behind the last plane: the sweep may read the eight corners of any site without asking where it is.
+/// Sites of one plane (fixed k) are contiguous, rows along x follow each other without gaps, and planes start
+/// at multiples of `plane_align` so that a vector block never straddles two planes. One ghost plane and one
+/// row lie behind the last plane: the sweep may read the eight corners of any site without asking where it
+/// is.
 struct Lattice {
   static constexpr std::ptrdiff_t plane_align = 16;  ///< the widest vector: 16 floats
 

@@ -36,7 +36,8 @@ double CubicStiffness::young(const Eigen::Vector3d& direction) const {
   return 1 / (s.s11 - 2 * s.anisotropy() * cubic_invariant(direction));
 }
 
-// The mean transverse strain follows from the trace: the volume strain s11 + 2 s12 does not depend on direction.
+// The mean transverse strain follows from the trace: the volume strain s11 + 2 s12 does not depend on
+// direction.
 double CubicStiffness::poisson(const Eigen::Vector3d& direction) const {
   const Compliance s = invert(*this);
   const double along = s.s11 - 2 * s.anisotropy() * cubic_invariant(direction);
@@ -60,7 +61,8 @@ SpringConstants calibrate(const ElasticConstants& material, double cell_size, do
   if (!(young > 0) || !std::isfinite(young))
     throw InputError(fmt::format("young = {} is not a stiffness; give a positive number of pascals", young));
   if (!(poisson > -1 && poisson < 0.5))
-    throw InputError(fmt::format("poisson = {} has no finite stiffness; allowed is -1 < poisson < 0.5", poisson));
+    throw InputError(
+        fmt::format("poisson = {} has no finite stiffness; allowed is -1 < poisson < 0.5", poisson));
   if (!(face_share >= 0 && face_share <= 1))
     throw InputError(fmt::format("face_share = {} is not a share; allowed is 0 to 1", face_share));
   const double mu = young / (2 * (1 + poisson));
@@ -84,17 +86,18 @@ std::vector<std::string> material_warnings(const SpringConstants& springs, doubl
   std::vector<std::string> warnings;
   const double zener = c.zener_ratio();
   if (!(c.c11 > c.c12 && c.c11 + 2 * c.c12 > 0 && c.c44 > 0))
-    warnings.push_back(fmt::format("these springs do not resist every deformation: C11 = {:.6g}, C12 = {:.6g}, "
-                                   "C44 = {:.6g} Pa",
-                                   c.c11, c.c12, c.c44));
-  else if (std::abs(zener - 1) > 1e-6)
     warnings.push_back(
-        fmt::format("the material depends on direction: Zener ratio {:.4g}; it is 1 when edge = face + 8/3 body",
-                    zener));
+        fmt::format("these springs do not resist every deformation: C11 = {:.6g}, C12 = {:.6g}, "
+                    "C44 = {:.6g} Pa",
+                    c.c11, c.c12, c.c44));
+  else if (std::abs(zener - 1) > 1e-6)
+    warnings.push_back(fmt::format(
+        "the material depends on direction: Zener ratio {:.4g}; it is 1 when edge = face + 8/3 body", zener));
   if (springs.volume < 0)
-    warnings.push_back(fmt::format("the volume stiffness is negative ({:.6g} Pa), as Poisson's ratio below 1/4 needs; "
-                                   "large compression can become unstable",
-                                   springs.volume));
+    warnings.push_back(
+        fmt::format("the volume stiffness is negative ({:.6g} Pa), as Poisson's ratio below 1/4 needs; "
+                    "large compression can become unstable",
+                    springs.volume));
   if (springs.face == 0)
     warnings.emplace_back("without face diagonals a cell has modes no spring resists; choose face_share > 0");
   return warnings;

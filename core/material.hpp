@@ -72,7 +72,8 @@ SpringConstants calibrate(const ElasticConstants& material, double cell_size, do
 /// What the infinite `weighted` full lattice of these springs is as a continuum (inverse of calibrate()).
 CubicStiffness cubic_stiffness(const SpringConstants& springs, double cell_size);
 
-/// Sentences a user should read before trusting these springs: anisotropy, negative volume stiffness, mechanisms.
+/// Sentences a user should read before trusting these springs: anisotropy, negative volume stiffness,
+/// mechanisms.
 std::vector<std::string> material_warnings(const SpringConstants& springs, double cell_size);
 
 }  // namespace mss

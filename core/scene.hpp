@@ -34,7 +34,8 @@ struct Scene {
   std::string resolved;               ///< the whole configuration as JSON, defaults filled in
 };
 
-/// Reads a scene (TOML, SI units). `overrides` are "table.key=value" with TOML values, applied before checking, as in
+/// Reads a scene (TOML, SI units). `overrides` are "table.key=value" with TOML values, applied before
+/// checking, as in
 /// `--set solve.dt=1e-4`. Throws InputError naming file, line and key.
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 

@@ -1,9 +1,9 @@
 #pragma once
 
-// A thin layer over the vector extensions of GCC and Clang: arithmetic is the compiler's, this adds unaligned memory
-// access, a lane shift and the reciprocal square root. Included only by the sweep, which is compiled once per
-// instruction set; MSS_ISA names the namespace of that copy, so that the linker never mixes two of them. For the
-// same reason nothing here may call an inline function of the standard library.
+// A thin layer over the vector extensions of GCC and Clang: arithmetic is the compiler's, this adds unaligned
+// memory access, a lane shift and the reciprocal square root. Included only by the sweep, which is compiled
+// once per instruction set; MSS_ISA names the namespace of that copy, so that the linker never mixes two of
+// them. For the same reason nothing here may call an inline function of the standard library.
 
 #include <cstddef>
 #if defined(__x86_64__)
@@ -40,7 +40,8 @@ template <class Real>
   *reinterpret_cast<typename PackOf<Real>::unaligned*>(p) = v;
 }
 
-/// (previous[W-1], v[0], ..., v[W-2]): values that belong one lane further on, and the last of the block before.
+/// (previous[W-1], v[0], ..., v[W-2]): values that belong one lane further on, and the last of the block
+/// before.
 [[gnu::always_inline]] inline Pack<double> shift_in(Pack<double> previous, Pack<double> v) {
 #if defined(__AVX512F__)
   return __builtin_shufflevector(previous, v, 7, 8, 9, 10, 11, 12, 13, 14);
@@ -60,49 +61,66 @@ template <class Real>
 #endif
 }
 
-// Reciprocal square root: a hardware estimate y of 1/sqrt(a), then one correction from the series
-//   1/sqrt(a) = y (1 - e)^(-1/2) = y (1 + e/2 + 3/8 e^2 + 5/16 e^3 + 35/128 e^4 + ...),  e = 1 - a y^2.
-// The estimate is good to 1.5 2^-12 (2^-14 with AVX-512), so |e| < 7.4e-4 (1.3e-4) and the terms kept leave
-// 6e-17 in double and 2e-10 in single: below rounding, where square root and division would cost
-// 1.5 times the whole spring.
-[[gnu::always_inline]] inline Pack<double> rsqrt(Pack<double> a) {
+// Sixteen times the reciprocal square root (in single precision: twice). From a hardware estimate y of
+// 1/sqrt(a) with relative error e, one Newton step without its factor 1/2 gives y (3 - a y^2) = 2/sqrt(a) (1
+// - 3/2 e^2), and a second one 16/sqrt(a) (1 - 3/2 (3/2 e^2)^2). Leaving the factor in saves two
+// multiplications a spring, and it disappears into the spring's coefficients. Both errors are one-sided;
+// raising the constants by half of the largest centres them.
+//   baseline and AVX2: e < 3.7e-4, so 2e-7 after the first step, centred 1e-7; 1.6e-14 after the second,
+//   centred 8e-15 AVX-512:           e < 6.1e-5, so 5.6e-9 after the first; 5e-17 after the second, below
+//   rounding.
+// A spring's length is itself known to 1e-14 only where coordinates are fifty times longer than cells. Square
+// root and division would cost as much as the rest of the spring.
+template <class Real>
+inline constexpr Real rsqrt_scale = sizeof(Real) == 8 ? 16 : 2;
+
+#if defined(__x86_64__)
+[[gnu::always_inline]] inline Pack<double> rsqrt_estimate(Pack<double> a) {
 #if defined(__AVX512F__)
-  const Pack<double> y = _mm512_maskz_rsqrt14_pd(0xFF, a);  // the unmasked form makes GCC 12 warn
-  const Pack<double> e = 1.0 - a * y * y;
-  const Pack<double> series = (5.0 / 16 * e + 3.0 / 8) * e + 0.5;
+  return _mm512_maskz_rsqrt14_pd(0xFF, a);  // the unmasked form makes GCC 12 warn
 #elif defined(__AVX2__)
-  const Pack<double> y = _mm256_cvtps_pd(_mm_rsqrt_ps(_mm256_cvtpd_ps(a)));
-  const Pack<double> e = 1.0 - a * y * y;
-  const Pack<double> series = ((35.0 / 128 * e + 5.0 / 16) * e + 3.0 / 8) * e + 0.5;
-#elif defined(__x86_64__)
-  const Pack<double> y = _mm_cvtps_pd(_mm_rsqrt_ps(_mm_cvtpd_ps(a)));
-  const Pack<double> e = 1.0 - a * y * y;
-  const Pack<double> series = ((35.0 / 128 * e + 5.0 / 16) * e + 3.0 / 8) * e + 0.5;
+  return _mm256_cvtps_pd(_mm_rsqrt_ps(_mm256_cvtpd_ps(a)));
 #else
+  return _mm_cvtps_pd(_mm_rsqrt_ps(_mm_cvtpd_ps(a)));
+#endif
+}
+[[gnu::always_inline]] inline Pack<float> rsqrt_estimate(Pack<float> a) {
+#if defined(__AVX512F__)
+  return _mm512_maskz_rsqrt14_ps(0xFFFF, a);
+#elif defined(__AVX2__)
+  return _mm256_rsqrt_ps(a);
+#else
+  return _mm_rsqrt_ps(a);
+#endif
+}
+[[gnu::always_inline]] inline Pack<double> scaled_rsqrt(Pack<double> a) {
+#if defined(__AVX512F__)
+  constexpr double three = 3, twelve = 12;
+#else
+  constexpr double three = 3 + 2 * 1.02e-7, twelve = 12 + 8 * 0.8e-14;
+#endif
+  const Pack<double> y = rsqrt_estimate(a);
+  const Pack<double> ay = a * y;
+  const Pack<double> step = three - ay * y;
+  const Pack<double> y2 = y * step,
+                     ay2 = ay * step;  // side by side: the chain of dependent operations is what costs
+  return y2 * (twelve - ay2 * y2);
+}
+[[gnu::always_inline]] inline Pack<float> scaled_rsqrt(Pack<float> a) {
+  const Pack<float> y = rsqrt_estimate(a);
+  return y * (3.0F - a * y * y);
+}
+#else
+[[gnu::always_inline]] inline Pack<double> scaled_rsqrt(Pack<double> a) {
   Pack<double> y;
-  for (int i = 0; i < lanes<double>; ++i) y[i] = 1 / __builtin_sqrt(a[i]);
+  for (int i = 0; i < lanes<double>; ++i) y[i] = rsqrt_scale<double> / __builtin_sqrt(a[i]);
   return y;
-#endif
-#if defined(__x86_64__)
-  return y + (y * e) * series;
-#endif
 }
-[[gnu::always_inline]] inline Pack<float> rsqrt(Pack<float> a) {
-#if defined(__x86_64__)
-#if defined(__AVX512F__)
-  const Pack<float> y = _mm512_maskz_rsqrt14_ps(0xFFFF, a);
-#elif defined(__AVX2__)
-  const Pack<float> y = _mm256_rsqrt_ps(a);
-#else
-  const Pack<float> y = _mm_rsqrt_ps(a);
-#endif
-  const Pack<float> e = 1.0F - a * y * y;
-  return y + (y * e) * (3.0F / 8 * e + 0.5F);
-#else
+[[gnu::always_inline]] inline Pack<float> scaled_rsqrt(Pack<float> a) {
   Pack<float> y;
-  for (int i = 0; i < lanes<float>; ++i) y[i] = 1 / __builtin_sqrtf(a[i]);
+  for (int i = 0; i < lanes<float>; ++i) y[i] = rsqrt_scale<float> / __builtin_sqrtf(a[i]);
   return y;
-#endif
 }
+#endif
 
 }  // namespace mss::MSS_ISA

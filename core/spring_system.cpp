@@ -23,11 +23,12 @@ SweepKernel<Real> find_kernel(const std::string& name) {
     if (kernel.name == name) return kernel;
     known += (known.empty() ? "" : ", ") + std::string(kernel.name);
   }
-  throw InputError(fmt::format("kernel '{}' is unknown or needs another processor; this one runs {}", name, known));
+  throw InputError(
+      fmt::format("kernel '{}' is unknown or needs another processor; this one runs {}", name, known));
 }
 
-/// As many threads as were asked for, at most one a plane; by default as many as pay: a second thread needs about
-/// a microsecond a step to keep in touch, which is some 600 springs' worth of work.
+/// As many threads as were asked for, at most one a plane; by default as many as pay: a second thread needs
+/// about a microsecond a step to keep in touch, which is some 600 springs' worth of work.
 int team_size(const Body& body, int asked) {
   const int planes = body.lattice().planes();
   if (asked > 0) return std::min(asked, planes);
@@ -71,13 +72,13 @@ struct alignas(128) SpringSystem<Real>::Slab {
 template <class Real>
 struct SpringSystem<Real>::Pass {
   Finish finish;
-  double t;   ///< at the beginning of the first step
+  double t;  ///< at the beginning of the first step
   double dt;
   const Field<Real>* x;
   const Field<Real>* v;
-  Field<Real>* out = nullptr;      ///< force or acceleration
-  State<Real>* state = nullptr;    ///< kick_drift: updated in place
-  KickDrift update;
+  Field<Real>* out = nullptr;    ///< force or acceleration
+  State<Real>* state = nullptr;  ///< kick_drift: updated in place
+  KickDrift update{};
 };
 
 template <class Real>
@@ -116,7 +117,8 @@ void SpringSystem<Real>::build_dictionary() {
   for (int k = 0; k < lattice.planes(); ++k)
     for (std::ptrdiff_t b = 0; b < blocks_; ++b) {
       const std::ptrdiff_t site = lattice.plane * k + b * kernel_.lanes;
-      for (std::size_t lane = 0; lane < width; ++lane) kinds[lane] = body_.element_kind(site + std::ptrdiff_t(lane));
+      for (std::size_t lane = 0; lane < width; ++lane)
+        kinds[lane] = body_.element_kind(site + std::ptrdiff_t(lane));
       entry_.push_back(entry_of.try_emplace(kinds, std::uint32_t(entry_of.size())).first->second);
     }
 
@@ -131,8 +133,8 @@ void SpringSystem<Real>::build_dictionary() {
         const auto kind = spring_slots[s].kind;
         Real* c = coefficients + 3 * width * s + lane;
         c[0] = static_cast<Real>(e.stiffness[s]);
-        c[width] = static_cast<Real>(e.stiffness[s] * body_.rest_length(kind));
-        c[2 * width] = static_cast<Real>(e.damping[s]);
+        c[width] = static_cast<Real>(e.stiffness[s] * body_.rest_length(kind) / kernel_.rsqrt_scale);
+        c[2 * width] = static_cast<Real>(e.damping[s] / (kernel_.rsqrt_scale * kernel_.rsqrt_scale));
         if (e.stiffness[s] != 0)
           content_[entry] |= kind == SpringSlot::Class::edge   ? block_edges
                              : kind == SpringSlot::Class::face ? block_faces
@@ -147,7 +149,8 @@ void SpringSystem<Real>::build_dictionary() {
 template <class Real>
 void SpringSystem<Real>::build_masses() {
   inverse_mass_ = AlignedArray<Real>(body_.lattice().size);
-  for (const std::ptrdiff_t site : body_.sites()) inverse_mass_[site] = static_cast<Real>(1 / body_.mass(site));
+  for (const std::ptrdiff_t site : body_.sites())
+    inverse_mass_[site] = static_cast<Real>(1 / body_.mass(site));
 }
 
 template <class Real>
@@ -160,16 +163,16 @@ State<Real> SpringSystem<Real>::rest_state() const {
 
 template <class Real>
 void SpringSystem<Real>::force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) {
-  run({.finish = Finish::force, .t = t, .dt = 0, .x = &x, .v = &v, .out = &f, .state = nullptr, .update = {}}, 1);
+  run({.finish = Finish::force, .t = t, .dt = 0, .x = &x, .v = &v, .out = &f}, 1);
   if (environment_.gravity.isZero(0)) return;
   for (const std::ptrdiff_t site : body_.sites())
-    for (int a = 0; a < 3; ++a) f.axis(a)[site] += static_cast<Real>(body_.mass(site) * environment_.gravity[a]);
+    for (int a = 0; a < 3; ++a)
+      f.axis(a)[site] += static_cast<Real>(body_.mass(site) * environment_.gravity[a]);
 }
 
 template <class Real>
 void SpringSystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
-  run({.finish = Finish::acceleration, .t = t, .dt = 0, .x = &x, .v = &v, .out = &a, .state = nullptr, .update = {}},
-      1);
+  run({.finish = Finish::acceleration, .t = t, .dt = 0, .x = &x, .v = &v, .out = &a}, 1);
   held_.clear(a);
 }
 
@@ -185,7 +188,6 @@ void SpringSystem<Real>::kick_drift(const KickDrift& update, double dt, long ste
        .dt = dt,
        .x = &state.x,
        .v = &state.v,
-       .out = nullptr,
        .state = &state,
        .update = update},
       steps);
@@ -193,7 +195,8 @@ void SpringSystem<Real>::kick_drift(const KickDrift& update, double dt, long ste
 }
 
 template <class Real>
-void SpringSystem<Real>::apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const {
+void SpringSystem<Real>::apply(const KickDrift& update, const Field<Real>& a, double dt,
+                               State<Real>& state) const {
   FinishPlane<Real> p{};
   p.first = 0;
   p.last = body_.lattice().sites;
@@ -246,15 +249,15 @@ void SpringSystem<Real>::step_slab(const Pass& pass, int rank, long step) {
   if (!bottom) {
     const Slab& lower = *slabs_[std::size_t(rank - 1)];
     wait_until_reached(lower.swept, done + 1, team_.may_spin());
-    finish_plane(pass, slab.first, 0, blocks_ * kernel_.lanes, streams(slab.first_own), const_streams(lower.outgoing),
-                 t_new);
+    finish_plane(pass, slab.first, 0, blocks_ * kernel_.lanes, streams(slab.first_own),
+                 const_streams(lower.outgoing), t_new);
   }
   slab.finished.store(done + 1, std::memory_order_release);
   slab.finished.notify_one();
 }
 
-/// Sweeps a plane in pieces that stay in the first-level cache and, if `below` is known, finishes each piece at
-/// once: no later block reads those particles again.
+/// Sweeps a plane in pieces that stay in the first-level cache and, if `below` is known, finishes each piece
+/// at once: no later block reads those particles again.
 template <class Real>
 void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<Real>& own,
                                      const Streams<Real>& above, const ConstStreams<Real>* below, double t) {

@@ -13,16 +13,17 @@
 
 namespace mss {
 
-/// How a SpringSystem computes. No choice here changes what is computed beyond rounding, and the number of threads
-/// not even that.
+/// How a SpringSystem computes. No choice here changes what is computed beyond rounding, and the number of
+/// threads not even that.
 struct Execution {
-  int threads = 0;     ///< 0: as many as pay
-  std::string kernel;  ///< name of a sweep kernel; empty: the fastest this processor runs
+  int threads = 0;       ///< 0: as many as pay
+  std::string kernel{};  ///< name of a sweep kernel; empty: the fastest this processor runs
 };
 
 /// A mass-spring body in its environment, driven through the structured sweep.
 ///
-/// Threads own slabs of planes. A slab's first plane is finished last, when the slab below has left its share.
+/// Threads own slabs of planes. A slab's first plane is finished last, when the slab below has left its
+/// share.
 template <class Real>
 class SpringSystem final : public System<Real> {
  public:
@@ -60,8 +61,8 @@ class SpringSystem final : public System<Real> {
   void step_slab(const Pass& pass, int rank, long step);
   void sweep_plane(const Pass& pass, int plane, const Streams<Real>& own, const Streams<Real>& above,
                    const ConstStreams<Real>* below, double t);
-  void finish_plane(const Pass& pass, int plane, std::ptrdiff_t first, std::ptrdiff_t last, const Streams<Real>& own,
-                    const ConstStreams<Real>& below, double t);
+  void finish_plane(const Pass& pass, int plane, std::ptrdiff_t first, std::ptrdiff_t last,
+                    const Streams<Real>& own, const ConstStreams<Real>& below, double t);
 
   const Body& body_;
   Environment environment_;
@@ -71,9 +72,9 @@ class SpringSystem final : public System<Real> {
   Team team_;
   bool damped_;
 
-  std::ptrdiff_t blocks_;                ///< per plane
-  std::vector<std::uint32_t> entry_;     ///< per plane and block: dictionary entry
-  std::vector<std::uint32_t> content_;   ///< per entry
+  std::ptrdiff_t blocks_;               ///< per plane
+  std::vector<std::uint32_t> entry_;    ///< per plane and block: dictionary entry
+  std::vector<std::uint32_t> content_;  ///< per entry
   AlignedArray<Real> dictionary_;
   AlignedArray<Real> inverse_mass_;
   Field<Real> nothing_below_;  ///< the lowest plane's share from below: zero

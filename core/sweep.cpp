@@ -31,7 +31,8 @@ std::vector<SweepKernel<Real>> runnable_kernels() {
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
     kernels.push_back(choose<Real>(sweep_v3_float, sweep_v3_double));
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512cd"))
+      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
+      __builtin_cpu_supports("avx512cd"))
     kernels.push_back(choose<Real>(sweep_v4_float, sweep_v4_double));
 #endif
   return kernels;

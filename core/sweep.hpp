@@ -15,6 +15,7 @@ enum BlockContent : std::uint32_t {
 
 /// Coefficients of one block, each W numbers: for the thirteen springs k, k L0 and c, then k_vol / (64 V0).
 /// The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and u the differences of x and v.
+/// The kernel computes rsqrt_scale / |d|, so k L0 is stored divided by rsqrt_scale and c by its square.
 inline constexpr int springs_per_site = 13;
 inline constexpr int coefficients_per_lane = 3 * springs_per_site + 1;
 
@@ -42,9 +43,9 @@ struct SweepPlane {
   Real rest_volume;              ///< V0 [m^3]
   ConstStreams<Real> x;
   ConstStreams<Real> v;
-  Streams<Real> own;        ///< sums from this plane's cells; filled row by row
-  Streams<Real> above;      ///< sums that this plane's cells leave to the next plane
-  Real carry[4][3];         ///< in and out: the last lane of the four (x+1) corners
+  Streams<Real> own;    ///< sums from this plane's cells; filled row by row
+  Streams<Real> above;  ///< sums that this plane's cells leave to the next plane
+  Real carry[4][3];     ///< in and out: the last lane of the four (x+1) corners
 };
 
 /// What happens to a particle once its force, own + below, is complete.
@@ -67,6 +68,7 @@ template <class Real>
 struct SweepKernel {
   const char* name;  ///< "x86-64-v3" and the like
   int lanes;         ///< W
+  Real rsqrt_scale;
   /// Forces of the springs and cells of a plane's blocks; the undamped one does not read velocities.
   void (*sweep_damped)(SweepPlane<Real>&);
   void (*sweep_undamped)(SweepPlane<Real>&);

@@ -17,8 +17,8 @@ struct State {
 
 /// The linear update every one-stage explicit method makes once it knows the acceleration a:
 ///   v' = (v + kick_before a) + kick_after a,   x' = x + drift_old v + drift_new v'.
-/// All four are times [s]. The two kicks are added one after the other, so that a method that stops between them
-/// (velocity Verlet) gives the same bits as one that does not.
+/// All four are times [s]. The two kicks are added one after the other, so that a method that stops between
+/// them (velocity Verlet) gives the same bits as one that does not.
 struct KickDrift {
   double kick_before = 0;
   double kick_after = 0;
@@ -28,8 +28,8 @@ struct KickDrift {
 
 /// The second-order ODE M a = f(t, x, v) that every integrator, experiment and window drives.
 ///
-/// Masses are lumped. Prescribed coordinates have no acceleration; constrain() writes what they do. Fields have
-/// size() sites; sites without a particle have inverse mass 0.
+/// Masses are lumped. Prescribed coordinates have no acceleration; constrain() writes what they do. Fields
+/// have size() sites; sites without a particle have inverse mass 0.
 template <class Real>
 class System {
  public:

@@ -15,8 +15,8 @@ int available_cores();
 /// Counts steps or rounds; compared by difference, so that it may wrap.
 using Counter = std::atomic<std::uint32_t>;
 
-/// Blocks until `value` has reached `target`. Spins for a few microseconds, because a neighbour's slab is usually
-/// about to finish, then sleeps: a core that somebody else needs is not burnt.
+/// Blocks until `value` has reached `target`. Spins for a few microseconds, because a neighbour's slab is
+/// usually about to finish, then sleeps: a core that somebody else needs is not burnt.
 void wait_until_reached(const Counter& value, std::uint32_t target, bool may_spin);
 
 /// Threads that stay alive between steps. The caller is rank 0, so a team of one starts no thread.
@@ -43,7 +43,7 @@ class Team {
   const std::function<void(int)>* task_ = nullptr;
   Counter round_{0};  ///< tasks handed out so far
   std::atomic<bool> stop_{false};
-  Counter done_{0};   ///< ranks that have finished the current one
+  Counter done_{0};  ///< ranks that have finished the current one
   std::vector<std::thread> threads_;
 };
 

@@ -12,7 +12,8 @@ namespace mss {
 
 VoxelGrid::VoxelGrid(int nx, int ny, int nz, bool filled) : size_{nx, ny, nz} {
   if (nx < 1 || ny < 1 || nz < 1)
-    throw InputError(fmt::format("a body needs at least one cell along each axis, got {} x {} x {}", nx, ny, nz));
+    throw InputError(
+        fmt::format("a body needs at least one cell along each axis, got {} x {} x {}", nx, ny, nz));
   cells_.assign(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz),
                 filled ? 1 : 0);
 }
@@ -29,7 +30,8 @@ using Layer = std::vector<std::string>;
 std::vector<Layer> read_layers(const std::filesystem::path& file) {
   std::ifstream in(file);
   if (!in || std::filesystem::is_directory(file))
-    throw InputError(fmt::format("{}: cannot read this voxel file; give the path of a text file", file.string()));
+    throw InputError(
+        fmt::format("{}: cannot read this voxel file; give the path of a text file", file.string()));
   std::vector<Layer> layers;
   bool in_layer = false;
   std::string row;
@@ -46,8 +48,9 @@ std::vector<Layer> read_layers(const std::filesystem::path& file) {
     if (!in_layer) layers.emplace_back();
     in_layer = true;
     if (row.size() != (layers.front().empty() ? row : layers.front().front()).size())
-      throw InputError(fmt::format("{}:{}: this row has {} cells, the first has {}; make all rows equally long",
-                                   file.string(), line, row.size(), layers.front().front().size()));
+      throw InputError(
+          fmt::format("{}:{}: this row has {} cells, the first has {}; make all rows equally long",
+                      file.string(), line, row.size(), layers.front().front().size()));
     layers.back().push_back(row);
   }
   if (layers.empty())
@@ -68,10 +71,13 @@ VoxelGrid VoxelGrid::read(const std::filesystem::path& file) {
   for (int k = 0; k < grid.nz(); ++k)
     for (int j = 0; j < grid.ny(); ++j)
       for (int i = 0; i < grid.nx(); ++i)
-        grid.set(i, j, k,
-                 layers[static_cast<std::size_t>(k)][static_cast<std::size_t>(j)][static_cast<std::size_t>(i)] == '#');
+        grid.set(
+            i, j, k,
+            layers[static_cast<std::size_t>(k)][static_cast<std::size_t>(j)][static_cast<std::size_t>(i)] ==
+                '#');
   if (grid.count() == 0)
-    throw InputError(fmt::format("{}: the voxel file holds no cell; mark at least one with '#'", file.string()));
+    throw InputError(
+        fmt::format("{}: the voxel file holds no cell; mark at least one with '#'", file.string()));
   return grid;
 }
 

@@ -18,7 +18,8 @@ class VoxelGrid {
   static VoxelGrid box(int nx, int ny, int nz) { return {nx, ny, nz, true}; }
 
   /// Reads z-layers, bottom first, separated by blank lines; a line is one row of x, lines go along y;
-  /// '#' is a cell and '.' none. Throws InputError naming file and line for anything else, ragged rows included.
+  /// '#' is a cell and '.' none. Throws InputError naming file and line for anything else, ragged rows
+  /// included.
   static VoxelGrid read(const std::filesystem::path& file);
 
   int nx() const { return size_[0]; }
@@ -39,7 +40,8 @@ class VoxelGrid {
   std::size_t offset(int i, int j, int k) const {
     return static_cast<std::size_t>(i) +
            static_cast<std::size_t>(size_[0]) *
-               (static_cast<std::size_t>(j) + static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(k));
+               (static_cast<std::size_t>(j) +
+                static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(k));
   }
 
   std::array<int, 3> size_;

@@ -14,7 +14,8 @@ class ExplicitEuler final : public Integrator<Real> {
 
   Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     return advance_fixed(state, dt_, t_end, work, [&](long steps) {
-      system.kick_drift({.kick_before = dt_, .kick_after = 0, .drift_old = dt_, .drift_new = 0}, dt_, steps, state);
+      system.kick_drift({.kick_before = dt_, .kick_after = 0, .drift_old = dt_, .drift_new = 0}, dt_, steps,
+                        state);
       work.force_evaluations += steps;
     });
   }

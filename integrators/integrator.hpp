@@ -44,9 +44,9 @@ class Integrator {
   Integrator& operator=(const Integrator&) = delete;
   virtual ~Integrator() = default;
 
-  /// Takes `state` towards t_end [s] and adds to `work`. Methods of fixed step take whole steps only and stop at the
-  /// one nearest to t_end, so that a trajectory does not depend on how often somebody looks; adaptive methods stop at
-  /// t_end. On failure the state is the last one computed.
+  /// Takes `state` towards t_end [s] and adds to `work`. Methods of fixed step take whole steps only and stop
+  /// at the one nearest to t_end, so that a trajectory does not depend on how often somebody looks; adaptive
+  /// methods stop at t_end. On failure the state is the last one computed.
   virtual Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) = 0;
 
   /// Forgets all history. Call it after editing a state, before the next advance.
@@ -60,16 +60,16 @@ struct IntegratorOptions {
 
 /// When a method is stable on the test equation x'' = -w^2 x - c x'.
 enum class StabilityLimit {
-  none,             ///< stable for any step
-  explicit_euler,   ///< w^2 dt < c and 2 c dt < 4 + w^2 dt^2
-  central           ///< w^2 dt^2 + 2 c dt < 4
+  none,            ///< stable for any step
+  explicit_euler,  ///< w^2 dt < c and 2 c dt < 4 + w^2 dt^2
+  central          ///< w^2 dt^2 + 2 c dt < 4
 };
 
 /// Facts about a method. Tests measure that they are true.
 struct IntegratorInfo {
   std::string name;
-  std::string summary;      ///< one line for `mss list`
-  int order_undamped = 1;   ///< of positions at a fixed time
+  std::string summary;     ///< one line for `mss list`
+  int order_undamped = 1;  ///< of positions at a fixed time
   int order_damped = 1;
   bool implicit = false;
   bool symplectic = false;  ///< without damping

@@ -1,4 +1,5 @@
-// The list of methods is in CMakeLists.txt beside this file: the line that compiles a method also registers it.
+// The list of methods is in CMakeLists.txt beside this file: the line that compiles a method also registers
+// it.
 #include <fmt/format.h>
 
 #include "core/error.hpp"
@@ -26,8 +27,9 @@ const IntegratorInfo& find_integrator(std::string_view name) {
     if (info.name == name) return info;
     known.push_back(info.name);
   }
-  throw InputError(fmt::format("integrator '{}' is unknown; did you mean '{}'? `mss list integrators` shows all",
-                               name, nearest(name, known)));
+  throw InputError(
+      fmt::format("integrator '{}' is unknown; did you mean '{}'? `mss list integrators` shows all", name,
+                  nearest(name, known)));
 }
 
 std::string_view to_string(Status status) {

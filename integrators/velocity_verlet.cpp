@@ -1,8 +1,8 @@
 // Velocity Verlet (kick, drift, kick):
 //   v_{n+1/2} = v_n + dt/2 a_n,   x_{n+1} = x_n + dt v_{n+1/2},
 //   a_{n+1} = M^-1 f(x_{n+1}, v_{n+1/2}),   v_{n+1} = v_{n+1/2} + dt/2 a_{n+1}.
-// One force a step: a_{n+1} opens the next step too. Second order and symplectic without damping; a damping force
-// sees the velocity of half a step ago, which leaves first order. Stable iff w^2 dt^2 + 2 c dt < 4.
+// One force a step: a_{n+1} opens the next step too. Second order and symplectic without damping; a damping
+// force sees the velocity of half a step ago, which leaves first order. Stable iff w^2 dt^2 + 2 c dt < 4.
 // Swope, Andersen, Berens and Wilson, J. Chem. Phys. 76 (1982) 637.
 #include "integrators/fixed_step.hpp"
 
@@ -22,7 +22,8 @@ class VelocityVerlet final : public Integrator<Real> {
   void reset() override { acceleration_ = Field<Real>(); }
 
  private:
-  /// Between two steps the closing and the opening kick use the same acceleration, so they fuse with the force.
+  /// Between two steps the closing and the opening kick use the same acceleration, so they fuse with the
+  /// force.
   void take(System<Real>& system, State<Real>& state, long steps, Work& work) {
     const double half = dt_ / 2;
     if (acceleration_.size() == 0) {
@@ -30,11 +31,13 @@ class VelocityVerlet final : public Integrator<Real> {
       system.acceleration(state.t, state.x, state.v, acceleration_);
       ++work.force_evaluations;
     }
-    system.apply({.kick_before = 0, .kick_after = half, .drift_old = 0, .drift_new = dt_}, acceleration_, dt_, state);
-    system.kick_drift({.kick_before = half, .kick_after = half, .drift_old = 0, .drift_new = dt_}, dt_, steps - 1,
-                      state);
+    system.apply({.kick_before = 0, .kick_after = half, .drift_old = 0, .drift_new = dt_}, acceleration_, dt_,
+                 state);
+    system.kick_drift({.kick_before = half, .kick_after = half, .drift_old = 0, .drift_new = dt_}, dt_,
+                      steps - 1, state);
     system.acceleration(state.t, state.x, state.v, acceleration_);
-    system.apply({.kick_before = half, .kick_after = 0, .drift_old = 0, .drift_new = 0}, acceleration_, 0, state);
+    system.apply({.kick_before = half, .kick_after = 0, .drift_old = 0, .drift_new = 0}, acceleration_, 0,
+                 state);
     work.force_evaluations += steps;
   }
 

@@ -1,8 +1,8 @@
 // The thesis's Verlet, eq. 2-15 with the velocity of eq. 2-21:
 //   v_{n-1/2} = (x_n - x_{n-1}) / dt,   x_{n+1} = 2 x_n - x_{n-1} + dt^2 M^-1 f(x_n, v_{n-1/2}).
-// The same recursion as semi-implicit Euler: state.v is v_{n-1/2}, and x_{-1} = x_0 - dt v_0 starts it. As a sampler
-// of the exact (x, v) it is first order, not second as the thesis says: the start and the damping lag by dt/2.
-// Stable iff w^2 dt^2 + 2 c dt < 4.
+// The same recursion as semi-implicit Euler: state.v is v_{n-1/2}, and x_{-1} = x_0 - dt v_0 starts it. As a
+// sampler of the exact (x, v) it is first order, not second as the thesis says: the start and the damping lag
+// by dt/2. Stable iff w^2 dt^2 + 2 c dt < 4.
 #include "integrators/fixed_step.hpp"
 
 namespace mss {

@@ -13,8 +13,8 @@ namespace {
 constexpr std::array<std::array<int, 3>, 8> corner_of{
     {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, 0, 1}, {0, 0, 1}, {0, 1, 1}, {1, 1, 1}}};
 
-/// Springs of one cell (Fig. 2-3) as pairs of thesis corners, 1-based. Of the two diagonals of a face the first is
-/// the one that Fig. 2-2 left keeps.
+/// Springs of one cell (Fig. 2-3) as pairs of thesis corners, 1-based. Of the two diagonals of a face the
+/// first is the one that Fig. 2-2 left keeps.
 constexpr std::array<std::pair<int, int>, 12> edges{
     {{1, 2}, {4, 3}, {6, 5}, {7, 8}, {2, 3}, {1, 4}, {5, 8}, {6, 7}, {1, 6}, {3, 8}, {2, 5}, {4, 7}}};
 constexpr std::array<std::pair<int, int>, 12> face_diagonals{
@@ -82,7 +82,8 @@ void Algorithm1::connect(const BodyConfig& config) {
     const auto connect_class = [&](const auto& pairs, double stiffness, double share, std::size_t stride) {
       if (stiffness == 0) return;
       for (std::size_t s = 0; s < pairs.size(); s += stride) {
-        const std::size_t a = cell.p[std::size_t(pairs[s].first - 1)], b = cell.p[std::size_t(pairs[s].second - 1)];
+        const std::size_t a = cell.p[std::size_t(pairs[s].first - 1)],
+                          b = cell.p[std::size_t(pairs[s].second - 1)];
         const auto [entry, is_new] = spring_of.try_emplace(std::minmax(a, b), springs_.size());
         if (is_new) springs_.push_back({a, b, 0, (particles_[b].x - particles_[a].x).norm(), 0});
         Spring& spring = springs_[entry->second];
@@ -94,7 +95,8 @@ void Algorithm1::connect(const BodyConfig& config) {
     };
     connect_class(edges, config.springs.edge, 4, 1);
     if (config.topology != Topology::edges_body)
-      connect_class(face_diagonals, config.springs.face, 2, config.topology == Topology::one_diagonal ? 2 : 1);
+      connect_class(face_diagonals, config.springs.face, 2,
+                    config.topology == Topology::one_diagonal ? 2 : 1);
     connect_class(body_diagonals, config.springs.body, 1, 1);
   });
 
@@ -121,7 +123,7 @@ void Algorithm1::add_springs() {
     const Vec3 spring_force = s.stiffness * (length - s.rest_length) * direction;  // eq. 2-3
     atomic_add(p1.f, spring_force);
     atomic_add(p2.f, -spring_force);
-    const double speed_difference = (p2.v - p1.v).dot(direction);  // eq. 2-6, as a projection
+    const double speed_difference = (p2.v - p1.v).dot(direction);         // eq. 2-6, as a projection
     const Vec3 damping_force = s.damping * speed_difference * direction;  // eq. 2-5
     atomic_add(p1.f, damping_force);
     atomic_add(p2.f, -damping_force);

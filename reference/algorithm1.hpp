@@ -8,12 +8,12 @@
 
 namespace mss::reference {
 
-/// The thesis's Algorithm 1 as it is written: objects for particles and springs, one loop over springs that adds
-/// spring and damping force to both ends with atomic operations (lines 7, 8, 12, 13), eq. 3-5 to 3-7 per cell with
-/// the thesis's corner numbering, one loop over particles.
+/// The thesis's Algorithm 1 as it is written: objects for particles and springs, one loop over springs that
+/// adds spring and damping force to both ends with atomic operations (lines 7, 8, 12, 13), eq. 3-5 to 3-7 per
+/// cell with the thesis's corner numbering, one loop over particles.
 ///
-/// It shares no physics with core/: springs are found by walking over cells, shared ones recognised by their ends.
-/// That makes it the oracle for forces and trajectories, and the baseline of the timing chart.
+/// It shares no physics with core/: springs are found by walking over cells, shared ones recognised by their
+/// ends. That makes it the oracle for forces and trajectories, and the baseline of the timing chart.
 class Algorithm1 {
  public:
   struct Particle {
@@ -35,6 +35,8 @@ class Algorithm1 {
 
   /// `threads` OpenMP threads share each loop, more than there are cores if asked to.
   Algorithm1(const BodyConfig& config, const Vec3& gravity, int threads);
+
+  void set_threads(int threads) { threads_ = threads; }
 
   std::vector<Particle>& particles() { return particles_; }
   const std::vector<Particle>& particles() const { return particles_; }

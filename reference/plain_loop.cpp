@@ -17,8 +17,7 @@ PlainLoop::PlainLoop(const Algorithm1& model)
   }
   f_.resize(x_.size());
   for (const auto& s : model.springs())
-    springs_.push_back(
-        {std::uint32_t(s.p1), std::uint32_t(s.p2), s.stiffness, s.rest_length, s.damping});
+    springs_.push_back({std::uint32_t(s.p1), std::uint32_t(s.p2), s.stiffness, s.rest_length, s.damping});
 }
 
 void PlainLoop::step(double dt) {

@@ -7,8 +7,9 @@
 
 namespace mss::reference {
 
-/// What a careful programmer writes first: one thread, no atomics, flat arrays of springs and particles, each force
-/// added once. The second baseline of the timing chart: it shows how much of Algorithm 1's time is its atomics.
+/// What a careful programmer writes first: one thread, no atomics, flat arrays of springs and particles, each
+/// force added once. The second baseline of the timing chart: it shows how much of Algorithm 1's time is its
+/// atomics.
 class PlainLoop {
  public:
   /// Takes particles, springs and cells from `model`, at its current state.

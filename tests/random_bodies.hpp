@@ -16,9 +16,9 @@ struct NamedVoxels {
 
 /// Cubes, thin plates along each axis, an L, a sphere and 30 %-random voxels: every way a block can be cut.
 inline std::vector<NamedVoxels> test_shapes() {
-  std::vector<NamedVoxels> shapes{{"cube1", VoxelGrid::box(1, 1, 1)},    {"cube3", VoxelGrid::box(3, 3, 3)},
-                                  {"cube5", VoxelGrid::box(5, 5, 5)},    {"plate_z", VoxelGrid::box(9, 7, 1)},
-                                  {"plate_y", VoxelGrid::box(8, 1, 5)},  {"plate_x", VoxelGrid::box(1, 6, 7)},
+  std::vector<NamedVoxels> shapes{{"cube1", VoxelGrid::box(1, 1, 1)},   {"cube3", VoxelGrid::box(3, 3, 3)},
+                                  {"cube5", VoxelGrid::box(5, 5, 5)},   {"plate_z", VoxelGrid::box(9, 7, 1)},
+                                  {"plate_y", VoxelGrid::box(8, 1, 5)}, {"plate_x", VoxelGrid::box(1, 6, 7)},
                                   {"beam", VoxelGrid::box(17, 2, 2)}};
   VoxelGrid ell(6, 5, 4);
   VoxelGrid sphere(9, 9, 9);
@@ -30,7 +30,8 @@ inline std::vector<NamedVoxels> test_shapes() {
         for (int i = 0; i < g.nx(); ++i) g.set(i, j, k, inside(i, j, k));
   };
   each(ell, [](int i, int j, int) { return i < 2 || j < 2; });
-  each(sphere, [](int i, int j, int k) { return (i - 4) * (i - 4) + (j - 4) * (j - 4) + (k - 4) * (k - 4) <= 18; });
+  each(sphere,
+       [](int i, int j, int k) { return (i - 4) * (i - 4) + (j - 4) * (j - 4) + (k - 4) * (k - 4) <= 18; });
   each(random, [&](int, int, int) { return std::uniform_real_distribution<>(0, 1)(rng) < 0.3; });
   shapes.push_back({"ell", ell});
   shapes.push_back({"sphere", sphere});

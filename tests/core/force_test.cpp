@@ -1,4 +1,5 @@
-// Forces of the structured sweep against the oracle, for every shape, topology, sharing, damping law and kernel.
+// Forces of the structured sweep against the oracle, for every shape, topology, sharing, damping law and
+// kernel.
 #include <gtest/gtest.h>
 
 #include "tests/random_bodies.hpp"
@@ -10,7 +11,7 @@ template <class Real>
 double relative_force_error(const BodyConfig& config, const std::string& kernel, int threads) {
   const Vec3 gravity(0.3, -0.2, -9.81);
   const Body body(config);
-  SpringSystem<Real> system(body, {.gravity = gravity, .holds = {}, .loads = {}}, {threads, kernel});
+  SpringSystem<Real> system(body, {.gravity = gravity}, {threads, kernel});
   reference::Algorithm1 oracle(config, gravity, 1);
   auto state = system.rest_state();
   testing::randomise(body, state, 0.4, 0.5, 3);

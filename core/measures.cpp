@@ -1,0 +1,129 @@
+#include "core/measures.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace mss {
+
+namespace {
+
+double triple(const Vec3& a, const Vec3& b, const Vec3& c) { return a.dot(b.cross(c)); }
+
+double side(int corner, int axis) { return ((corner >> axis) & 1) != 0 ? 1.0 : -1.0; }
+
+/// Coefficients of the trilinear map on [-1, 1]^3:
+///   x = c + x1 xi + y1 eta + z1 zeta + yz eta zeta + zx zeta xi + xy xi eta + xyz xi eta zeta.
+struct TrilinearMap {
+  Vec3 x1 = Vec3::Zero(), y1 = Vec3::Zero(), z1 = Vec3::Zero();
+  Vec3 yz = Vec3::Zero(), zx = Vec3::Zero(), xy = Vec3::Zero();
+
+  explicit TrilinearMap(const std::array<Vec3, 8>& corners) {
+    for (int c = 0; c < 8; ++c) {
+      const Vec3 p = corners[std::size_t(c)] / 8;
+      const double sx = side(c, 0), sy = side(c, 1), sz = side(c, 2);
+      x1 += sx * p;
+      y1 += sy * p;
+      z1 += sz * p;
+      yz += sy * sz * p;
+      zx += sz * sx * p;
+      xy += sx * sy * p;
+    }
+  }
+};
+
+/// Smallest signed volume spanned by the three edges at a corner [m^3], positive at rest.
+double smallest_corner_volume(const std::array<Vec3, 8>& p) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (int c = 0; c < 8; ++c) {
+    std::array<Vec3, 3> edge;
+    for (int axis = 0; axis < 3; ++axis)
+      edge[std::size_t(axis)] = side(c, axis) * (p[std::size_t(c)] - p[std::size_t(c ^ (1 << axis))]);
+    smallest = std::min(smallest, triple(edge[0], edge[1], edge[2]));
+  }
+  return smallest;
+}
+
+template <class Real>
+void measure_motion(const SpringSystem<Real>& system, const State<Real>& state, Measures& m) {
+  const Body& body = system.body();
+  Vec3 first_moment = Vec3::Zero();
+  for (const std::ptrdiff_t site : body.sites()) {
+    const double mass = body.mass(site);
+    const Vec3 v = state.v.at(site);
+    m.momentum += mass * v;
+    first_moment += mass * state.x.at(site);
+    m.kinetic += 0.5 * mass * v.squaredNorm();
+    m.max_speed = std::max(m.max_speed, v.norm());
+  }
+  const Vec3 centre = first_moment / body.total_mass();
+  for (const std::ptrdiff_t site : body.sites())
+    m.spin += body.mass(site) * (state.x.at(site) - centre).cross(state.v.at(site));
+  m.gravitational = -first_moment.dot(system.environment().gravity) + system.loads().potential(state.x);
+}
+
+template <class Real>
+void measure_springs(const SpringSystem<Real>& system, const State<Real>& state, Measures& m) {
+  const Body& body = system.body();
+  body.for_each_spring(
+      [&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double stiffness, double) {
+        const double rest = body.rest_length(slot.kind);
+        const double change = (state.x.at(b) - state.x.at(a)).norm() - rest;
+        m.elastic += 0.5 * stiffness * change * change;
+        m.max_stretch = std::max(m.max_stretch, std::abs(change) / rest);
+      });
+}
+
+template <class Real>
+void measure_cells(const SpringSystem<Real>& system, const State<Real>& state, Measures& m) {
+  const Body& body = system.body();
+  const double rest = body.cell_volume();
+  const double stiffness = body.config().springs.volume;
+  double exact = 0, paper = 0, smallest = std::numeric_limits<double>::infinity();
+  body.for_each_cell([&](std::ptrdiff_t site) {
+    std::array<Vec3, 8> corners;
+    for (int c = 0; c < 8; ++c) corners[std::size_t(c)] = state.x.at(site + body.lattice().corner(c));
+    const double estimate = paper_volume(corners);
+    exact += trilinear_volume(corners);
+    paper += estimate;
+    m.volume_energy += 0.5 * stiffness * (estimate - rest) * (estimate - rest) / rest;
+    smallest = std::min(smallest, smallest_corner_volume(corners));
+  });
+  const double total = rest * double(body.cell_count());
+  m.volume_ratio = exact / total;
+  m.volume_ratio_paper = paper / total;
+  m.min_jacobian = smallest / rest;
+}
+
+}  // namespace
+
+// The Jacobian of the map is triquadratic; over the cube odd powers vanish and squares average to 1/3:
+//   V = 8 ([x1 y1 z1] + ([x1 xy zx] + [xy y1 yz] + [zx yz z1]) / 3).
+// The first term is the thesis's estimate, the others are what it leaves out: products of the cell's warps.
+double trilinear_volume(const std::array<Vec3, 8>& corners) {
+  const TrilinearMap m(corners);
+  return 8 * (triple(m.x1, m.y1, m.z1) +
+              (triple(m.x1, m.xy, m.zx) + triple(m.xy, m.y1, m.yz) + triple(m.zx, m.yz, m.z1)) / 3);
+}
+
+double paper_volume(const std::array<Vec3, 8>& corners) {
+  const TrilinearMap m(corners);
+  return 8 * triple(m.x1, m.y1, m.z1);
+}
+
+template <class Real>
+Measures measure(const SpringSystem<Real>& system, const State<Real>& state) {
+  Measures m;
+  m.t = state.t;
+  measure_motion(system, state, m);
+  measure_springs(system, state, m);
+  measure_cells(system, state, m);
+  return m;
+}
+
+template Measures measure(const SpringSystem<float>&, const State<float>&);
+template Measures measure(const SpringSystem<double>&, const State<double>&);
+
+}  // namespace mss

@@ -1,0 +1,349 @@
+#include "core/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/error.hpp"
+#include "core/toml_reader.hpp"
+
+namespace mss {
+
+namespace {
+
+/// Everything a scene may say. A key that is not here is an error that suggests the nearest one that is.
+const KnownKeys known_keys{
+    {"", {"body", "material", "damping", "environment", "hold", "load", "start", "solve"}},
+    {"body", {"cells", "voxels", "cell_size", "origin", "topology", "sharing"}},
+    {"material", {"density", "young", "poisson", "face_share", "springs", "volume"}},
+    {"material.springs", {"edge", "face", "body"}},
+    {"damping", {"ratio", "paper"}},
+    {"environment", {"gravity"}},
+    {"hold", {"box", "axes", "velocity", "displacement", "turn"}},
+    {"hold.turn", {"axis", "centre", "rate", "until"}},
+    {"load", {"box", "force"}},
+    {"start", {"velocity", "spin"}},
+    {"solve", {"integrator", "dt", "duration", "threads", "precision", "every"}},
+};
+
+constexpr auto any = [](double) { return true; };
+constexpr auto positive = [](double value) { return value > 0; };
+constexpr auto not_negative = [](double value) { return value >= 0; };
+
+constexpr Quantity cell_counts{"a number of cells", "three whole numbers of at least 1, or voxels = \"file\"",
+                               [](double value) { return value >= 1; }};
+constexpr Quantity length{"a length", "a positive number of metres", positive};
+constexpr Quantity position{"a position", "three finite numbers of metres", any};
+constexpr Quantity density{"a density", "a positive number of kg/m^3", positive};
+constexpr Quantity young{"a stiffness", "a positive number of pascals", positive};
+constexpr Quantity poisson{"a Poisson's ratio of finite stiffness", "a number above -1 and below 0.5",
+                           [](double value) { return value > -1 && value < 0.5; }};
+constexpr Quantity share{"a share", "a number from 0 to 1",
+                         [](double value) { return value >= 0 && value <= 1; }};
+constexpr Quantity spring{"a spring constant", "a number of N/m that is not negative", not_negative};
+constexpr Quantity volume{"a volume stiffness", "a finite number of pascals", any};
+constexpr Quantity damping_ratio{"a damping ratio", "a number that is not negative, or paper = true",
+                                 not_negative};
+constexpr Quantity acceleration{"an acceleration", "three finite numbers of m/s^2", any};
+constexpr Quantity velocity{"a velocity", "three finite numbers of m/s", any};
+constexpr Quantity displacement{"a displacement", "three finite numbers of metres", any};
+constexpr Quantity axis{"an axis", "a direction [x, y, z] that is not zero", any};
+constexpr Quantity turn_rate{"an angular rate", "a finite number of rad/s", any};
+constexpr Quantity spin{"an angular velocity", "three finite numbers of rad/s", any};
+constexpr Quantity force{"a force", "three finite numbers of newtons", any};
+constexpr Quantity step{"a time step", "a positive number of seconds, or \"safe\"", positive};
+constexpr Quantity duration{"a duration", "a finite number of seconds that is not negative", not_negative};
+constexpr Quantity interval{"an interval", "a positive number of seconds", positive};
+constexpr int most_threads = 1024;
+constexpr Quantity thread_count{"a number of threads", "a whole number from 0 (all that pay) to 1024",
+                                [](double value) { return value >= 0 && value <= most_threads; }};
+
+const std::vector<std::pair<std::string, Topology>> topologies{
+    {"full", Topology::full}, {"edges+body", Topology::edges_body}, {"one-diagonal", Topology::one_diagonal}};
+const std::vector<std::pair<std::string, Sharing>> sharings{{"weighted", Sharing::weighted},
+                                                            {"uniform", Sharing::uniform}};
+const std::vector<std::pair<std::string, Precision>> precisions{{"double", Precision::dbl},
+                                                                {"single", Precision::single}};
+
+template <class Value>
+const std::string& name_of(Value value, const std::vector<std::pair<std::string, Value>>& names) {
+  for (const auto& [name, named] : names)
+    if (named == value) return name;
+  return names.front().first;
+}
+
+/// What `resolved` tells beside the Scene itself: how the body and the springs were asked for.
+struct Asked {
+  std::string voxels;  ///< empty: a box of cells
+  std::optional<ElasticConstants> elastic;
+  double face_share = 0.5;
+};
+
+/// Some 100 bytes per lattice site are needed: beyond this, bodies outgrow the memory of a large workstation.
+constexpr double most_sites = 2e8;
+
+void check_size(const TomlTable& body, std::string_view key, const std::array<int, 3>& cells) {
+  const double sites = (cells[0] + 1.0) * (cells[1] + 1.0) * (cells[2] + 1.0);
+  if (sites > most_sites)
+    body.reject(
+        key,
+        fmt::format("makes a lattice of {:.0f} million particles; give fewer cells, at most {:.0f} million "
+                    "particles fit",
+                    sites / 1e6, most_sites / 1e6));
+}
+
+VoxelGrid read_voxels(const TomlTable& body, const std::filesystem::path& folder, Asked& asked) {
+  if (body.has("cells") && body.has("voxels"))
+    body.reject("voxels", "stands beside body.cells; give one of the two");
+  if (!body.has("voxels")) {
+    const auto cells = body.three_whole("cells", cell_counts);
+    check_size(body, "cells", cells);
+    return VoxelGrid::box(cells[0], cells[1], cells[2]);
+  }
+  asked.voxels = body.text("voxels", "a file name", "the path of a voxel file, relative to the scene file");
+  try {
+    VoxelGrid grid = VoxelGrid::read(folder / asked.voxels);
+    check_size(body, "voxels", grid.size());
+    return grid;
+  } catch (const InputError& error) {
+    body.reject("voxels", fmt::format("does not give a body: {}", error.what()));
+  }
+}
+
+SpringConstants read_springs(const TomlTable& material, double cell_size, Asked& asked) {
+  const bool calibrated = material.has("young") || material.has("poisson");
+  if (material.has("springs")) {
+    for (const auto* key : {"young", "poisson", "face_share"})
+      if (material.has(key)) material.reject(key, "stands beside material.springs; give one of the two");
+    const TomlTable springs = material.table("springs");
+    return {.edge = springs.number("edge", spring),
+            .face = springs.number("face", spring),
+            .body = springs.number("body", spring),
+            .volume = material.number("volume", volume, 0)};
+  }
+  if (!calibrated)
+    material.reject_missing("young",
+                            "give young and poisson, or springs = { edge = .., face = .., body = .. }");
+  if (material.has("volume"))
+    material.reject("volume", "stands beside material.young, which determines it; give one of the two");
+  asked.elastic = {.young = material.number("young", young), .poisson = material.number("poisson", poisson)};
+  asked.face_share = material.number("face_share", share, 0.5);
+  const SpringConstants springs = calibrate(*asked.elastic, cell_size, asked.face_share);
+  if (!std::isfinite(springs.edge + springs.volume))
+    material.reject("young", "is too large to compute with; give a smaller number of pascals");
+  return springs;
+}
+
+Damping read_damping(const TomlTable& damping) {
+  const bool paper = damping.boolean("paper", false);
+  if (paper && damping.has("ratio"))
+    damping.reject("ratio", "stands beside damping.paper = true; give one of the two");
+  const double zeta = damping.number("ratio", damping_ratio, 0);
+  if (paper) return {.law = Damping::Law::paper};
+  return {.law = zeta > 0 ? Damping::Law::ratio : Damping::Law::none, .zeta = zeta};
+}
+
+BodyConfig read_body(const TomlTable& scene, const std::filesystem::path& folder, Asked& asked) {
+  const TomlTable body = scene.table("body");
+  const TomlTable material = scene.table("material");
+  BodyConfig config;
+  config.voxels = read_voxels(body, folder, asked);
+  config.cell_size = body.number("cell_size", length);
+  config.origin = body.vector("origin", position, Vec3::Zero());
+  config.topology = body.choice("topology", "a topology", topologies, Topology::full);
+  config.sharing = body.choice("sharing", "a way of sharing springs", sharings, Sharing::weighted);
+  config.density = material.number("density", density);
+  if (!std::isnormal(config.density * std::pow(config.cell_size, 3) / 8))
+    body.reject("cell_size", fmt::format("gives particles of mass {} kg; change it or material.density",
+                                         config.density * std::pow(config.cell_size, 3) / 8));
+  config.springs = read_springs(material, config.cell_size, asked);
+  config.damping = read_damping(scene.table("damping"));
+  return config;
+}
+
+std::array<bool, 3> read_axes(const TomlTable& hold) {
+  if (!hold.has("axes")) return {true, true, true};
+  constexpr auto allowed = "one or more of the letters x, y and z, as in \"xyz\"";
+  std::array<bool, 3> axes{};
+  for (const char letter : hold.text("axes", "a set of axes", allowed)) {
+    const bool known = letter >= 'x' && letter <= 'z';
+    if (!known || axes[static_cast<std::size_t>(letter - 'x')])
+      hold.reject("axes", fmt::format("is not a set of axes; give {}", allowed));
+    axes[static_cast<std::size_t>(letter - 'x')] = true;
+  }
+  return axes;
+}
+
+Turn read_turn(const TomlTable& turn) {
+  Turn read{.axis = turn.vector("axis", axis),
+            .centre = turn.vector("centre", position),
+            .rate = turn.number("rate", turn_rate)};
+  if (!(read.axis.stableNorm() > 0)) turn.reject("axis", "is not an axis; give a direction that is not zero");
+  read.axis.stableNormalize();
+  read.until = turn.number("until", duration, read.until);
+  return read;
+}
+
+Environment read_environment(const TomlTable& scene) {
+  Environment environment;
+  environment.gravity = scene.table("environment").vector("gravity", acceleration, Vec3::Zero());
+  for (const TomlTable& table : scene.tables("hold")) {
+    Hold hold{.box = table.box("box"), .axes = read_axes(table), .turn = {}};
+    hold.velocity = table.vector("velocity", velocity, Vec3::Zero());
+    hold.displacement = table.vector("displacement", displacement, Vec3::Zero());
+    if (table.has("turn")) hold.turn = read_turn(table.table("turn"));
+    environment.holds.push_back(hold);
+  }
+  for (const TomlTable& table : scene.tables("load"))
+    environment.loads.push_back({.box = table.box("box"), .force = table.vector("force", force)});
+  return environment;
+}
+
+/// A hold or load that reaches no particle is a slip in its box: it would silently do nothing.
+void check_selections(const TomlTable& scene, const BodyConfig& config, const Environment& environment) {
+  if (environment.holds.empty() && environment.loads.empty()) return;
+  const Body body(config);
+  const auto check = [&](const TomlTable& table, const Box& box) {
+    if (!body.select(box.lower, box.upper).empty()) return;
+    const Vec3 lower = config.origin;
+    const Vec3 upper =
+        lower + config.cell_size * Vec3(config.voxels.nx(), config.voxels.ny(), config.voxels.nz());
+    table.reject("box", fmt::format("contains no particle; give one that does, the body at rest spans "
+                                    "[{:.6g}, {:.6g}, {:.6g}] to [{:.6g}, {:.6g}, {:.6g}]",
+                                    lower[0], lower[1], lower[2], upper[0], upper[1], upper[2]));
+  };
+  const auto holds = scene.tables("hold"), loads = scene.tables("load");
+  for (std::size_t i = 0; i < holds.size(); ++i) check(holds[i], environment.holds[i].box);
+  for (std::size_t i = 0; i < loads.size(); ++i) check(loads[i], environment.loads[i].box);
+}
+
+SolveConfig read_solve(const TomlTable& solve) {
+  SolveConfig config;
+  if (solve.has("integrator"))
+    config.integrator = solve.text("integrator", "an integrator", "its name, such as \"verlet\"");
+  if (solve.is_text("dt")) {
+    if (solve.text("dt", step.noun, step.allowed) != "safe")
+      solve.reject("dt", fmt::format("is not {}; give {}", step.noun, step.allowed));
+  } else if (solve.has("dt")) {
+    config.dt = solve.number("dt", step);
+  }
+  config.duration = solve.number("duration", duration, config.duration);
+  config.threads = solve.whole("threads", thread_count, config.threads);
+  config.precision = solve.choice("precision", "a precision", precisions, config.precision);
+  config.every = solve.number("every", interval, config.every);
+  return config;
+}
+
+/// What a user should know before trusting the material, whose constants assume the full, weighted lattice.
+std::vector<std::string> read_warnings(const BodyConfig& body, const Asked& asked) {
+  if (body.topology != Topology::full)
+    return {
+        fmt::format("body.topology = \"{}\" leaves out face diagonals: the body is softer in shear than its "
+                    "material says, and differs with direction",
+                    name_of(body.topology, topologies))};
+  std::vector<std::string> warnings = material_warnings(body.springs, body.cell_size);
+  if (body.sharing == Sharing::uniform && asked.elastic)
+    warnings.emplace_back(
+        "body.sharing = \"uniform\" makes surfaces stiffer than material.young says; only "
+        "\"weighted\" keeps it");
+  return warnings;
+}
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const Vec3& v) { return {v[0], v[1], v[2]}; }
+Json to_json(const Box& box) { return {to_json(box.lower), to_json(box.upper)}; }
+
+Json to_json(const BodyConfig& body, const Asked& asked) {
+  Json json;
+  if (asked.voxels.empty())
+    json["cells"] = body.voxels.size();
+  else
+    json["voxels"] = asked.voxels;
+  json["cell_count"] = body.voxels.count();
+  json["cell_size"] = body.cell_size;
+  json["origin"] = to_json(body.origin);
+  json["topology"] = name_of(body.topology, topologies);
+  json["sharing"] = name_of(body.sharing, sharings);
+  return json;
+}
+
+Json material_to_json(const BodyConfig& body, const Asked& asked) {
+  Json json{{"density", body.density}};
+  if (asked.elastic) {
+    json["young"] = asked.elastic->young;
+    json["poisson"] = asked.elastic->poisson;
+    json["face_share"] = asked.face_share;
+  }
+  json["springs"] = {{"edge", body.springs.edge}, {"face", body.springs.face}, {"body", body.springs.body}};
+  json["volume"] = body.springs.volume;
+  return json;
+}
+
+Json to_json(const Damping& damping) {
+  return {{"ratio", damping.zeta}, {"paper", damping.law == Damping::Law::paper}};
+}
+
+Json to_json(const Hold& hold) {
+  std::string axes;
+  for (std::size_t a = 0; a < 3; ++a)
+    if (hold.axes[a]) axes += "xyz"[a];
+  Json json{{"box", to_json(hold.box)},
+            {"axes", axes},
+            {"velocity", to_json(hold.velocity)},
+            {"displacement", to_json(hold.displacement)}};
+  if (!hold.turn) return json;
+  json["turn"] = {
+      {"axis", to_json(hold.turn->axis)}, {"centre", to_json(hold.turn->centre)}, {"rate", hold.turn->rate}};
+  if (std::isfinite(hold.turn->until)) json["turn"]["until"] = hold.turn->until;
+  return json;
+}
+
+Json to_json(const SolveConfig& solve) {
+  return {{"integrator", solve.integrator},
+          {"dt", solve.dt ? Json(*solve.dt) : Json("safe")},
+          {"duration", solve.duration},
+          {"threads", solve.threads},
+          {"precision", name_of(solve.precision, precisions)},
+          {"every", solve.every}};
+}
+
+std::string to_json(const Scene& scene, const Asked& asked) {
+  Json holds = Json::array(), loads = Json::array();
+  for (const Hold& hold : scene.environment.holds) holds.push_back(to_json(hold));
+  for (const Load& load : scene.environment.loads)
+    loads.push_back({{"box", to_json(load.box)}, {"force", to_json(load.force)}});
+  const Json json{
+      {"name", scene.name},
+      {"body", to_json(scene.body, asked)},
+      {"material", material_to_json(scene.body, asked)},
+      {"damping", to_json(scene.body.damping)},
+      {"environment", {{"gravity", to_json(scene.environment.gravity)}}},
+      {"hold", holds},
+      {"load", loads},
+      {"start", {{"velocity", to_json(scene.start_velocity)}, {"spin", to_json(scene.start_spin)}}},
+      {"solve", to_json(scene.solve)}};
+  return json.dump(2, ' ', false, Json::error_handler_t::replace);  // an override need not be valid UTF-8
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  const TomlFile toml(file, overrides, known_keys);
+  const TomlTable root(toml);
+  Asked asked;
+  Scene scene;
+  scene.name = file.stem().string();
+  scene.body = read_body(root, file.parent_path(), asked);
+  scene.environment = read_environment(root);
+  scene.start_velocity = root.table("start").vector("velocity", velocity, Vec3::Zero());
+  scene.start_spin = root.table("start").vector("spin", spin, Vec3::Zero());
+  scene.solve = read_solve(root.table("solve"));
+  check_selections(root, scene.body, scene.environment);
+  scene.warnings = read_warnings(scene.body, asked);
+  scene.resolved = to_json(scene, asked);
+  return scene;
+}
+
+}  // namespace mss

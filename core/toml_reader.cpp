@@ -1,0 +1,358 @@
+#include "core/toml_reader.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "core/suggest.hpp"
+
+namespace mss {
+
+namespace {
+
+/// Quoted keys and strings may hold line breaks; a message may not.
+std::string one_line(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  return text;
+}
+
+[[noreturn]] void fail(const std::string& message) { throw InputError(one_line(message)); }
+
+std::string read_text(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored))
+    fail(fmt::format("{}: is a directory; give the path of a scene file, such as scene.toml", file.string()));
+  std::ifstream in(file);
+  if (!in)
+    fail(fmt::format("{}: cannot read this scene file; check its path and permissions", file.string()));
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+toml::table parse_file(const std::filesystem::path& file) {
+  const std::string text = read_text(file);
+  try {
+    return toml::parse(text, file.string());
+  } catch (const toml::parse_error& error) {
+    std::string cause(error.description());
+    if (!cause.empty()) cause[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(cause[0])));
+    fail(fmt::format("{}:{}: this is not TOML, {}; correct the line", file.string(),
+                     error.source().begin.line, cause));
+  }
+}
+
+/// The value of an override as TOML; a word that is not TOML, such as verlet, is taken as a string.
+toml::table parse_value(const std::string& value, const std::string& setting) {
+  const bool bare = value.find_first_of("[]{}\"'\n\r") == std::string::npos && !value.empty();
+  try {
+    toml::table parsed = toml::parse("value = " + value);
+    if (parsed.size() == 1) return parsed;
+  } catch (const toml::parse_error&) {
+    if (bare) return toml::table{{"value", value}};
+  }
+  fail(fmt::format("--set {}: {} is not a value; give one TOML value, as in --set solve.dt=1e-4", setting,
+                   value.empty() ? "nothing" : value));
+}
+
+std::string trimmed(const std::string& text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+std::vector<std::string> split_at_dots(const std::string& path) {
+  std::vector<std::string> keys;
+  std::istringstream in(path + ".");
+  for (std::string key; std::getline(in, key, '.');) keys.push_back(trimmed(key));
+  return keys;
+}
+
+std::string join(const std::string& path, std::string_view key) {
+  return path.empty() ? std::string(key) : fmt::format("{}.{}", path, key);
+}
+
+/// True if `inner` is `outer` or lies below it.
+bool lies_in(const std::string& inner, const std::string& outer) {
+  return inner == outer || inner.compare(0, outer.size() + 1, outer + ".") == 0;
+}
+
+/// The known full key a user most likely meant: the same name in another table, else the nearest in this one.
+std::string suggestion(const std::string& pattern, const std::string& key, const KnownKeys& known) {
+  for (const auto& [table, keys] : known)
+    if (std::find(keys.begin(), keys.end(), key) != keys.end()) return join(table, key);
+  return join(pattern, nearest(key, known.at(pattern)));
+}
+
+/// What a table holds, as the user wrote it; toml++ itself sorts by name.
+std::vector<std::pair<std::string, const toml::node*>> in_order_of_lines(const toml::table& table) {
+  std::vector<std::pair<std::string, const toml::node*>> entries;
+  for (const auto& [key, node] : table) entries.emplace_back(key.str(), &node);
+  std::stable_sort(entries.begin(), entries.end(), [](const auto& a, const auto& b) {
+    return a.second->source().begin < b.second->source().begin;
+  });
+  return entries;
+}
+
+}  // namespace
+
+TomlFile::TomlFile(const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                   const KnownKeys& known)
+    : file_(file), root_(parse_file(file)) {
+  for (const std::string& text : overrides) {
+    const auto equals = text.find('=');
+    const std::string path = trimmed(text.substr(0, equals));
+    const std::vector<std::string> keys = split_at_dots(path);
+    if (equals == std::string::npos || std::find(keys.begin(), keys.end(), "") != keys.end())
+      fail(fmt::format("--set {}: is not a setting; give table.key=value, as in --set solve.dt=1e-4", text));
+    overrides_.push_back({path, text});
+    apply(overrides_.back(), trimmed(text.substr(equals + 1)));
+  }
+  check_keys(root_, "", "", known);
+}
+
+void TomlFile::apply(const Override& setting, const std::string& value) {
+  toml::table parsed = parse_value(value, setting.text);
+  std::vector<std::string> keys = split_at_dots(setting.path);
+  const std::string last = keys.back();
+  keys.pop_back();
+  toml::node* target = &root_;
+  for (const std::string& key : keys) {
+    if (toml::table* table = target->as_table(); table != nullptr && !table->contains(key))
+      table->insert(key, toml::table{});
+    target = descend(*target, key, setting);
+  }
+  toml::node& found = *parsed.get("value");
+  if (toml::table* table = target->as_table()) {
+    table->insert_or_assign(last, std::move(found));
+  } else {
+    descend(*target, last, setting);  // checks the index
+    toml::array& array = *target->as_array();
+    const auto position = array.begin() + std::stol(last);
+    array.insert(array.erase(position), std::move(found));
+  }
+}
+
+toml::node* TomlFile::descend(toml::node& from, const std::string& key, const Override& setting) {
+  if (toml::table* table = from.as_table()) return table->get(key);
+  toml::array* array = from.as_array();
+  if (array == nullptr)
+    fail(
+        fmt::format("--set {}: '{}' stands below a plain value; give the key of a table", setting.text, key));
+  std::size_t index = 0;
+  const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), index);
+  if (error != std::errc() || end != key.data() + key.size() || index >= array->size())
+    fail(fmt::format("--set {}: '{}' is none of the {} entries there; count them from 0", setting.text, key,
+                     array->size()));
+  return array->get(index);
+}
+
+void TomlFile::check_keys(const toml::table& table, const std::string& path, const std::string& pattern,
+                          const KnownKeys& known) const {
+  const auto entry = known.find(pattern);
+  if (entry == known.end()) return;  // a table where a plain value belongs: its reader says so
+  for (const auto& [name, node] : in_order_of_lines(table)) {
+    const std::string full = join(path, name), inner = join(pattern, name);
+    if (std::find(entry->second.begin(), entry->second.end(), name) == entry->second.end())
+      reject(full, node,
+             fmt::format("{} is not a known {} (known: {}); did you mean {}?", full,
+                         node->is_table() ? "table" : "key", fmt::join(entry->second, ", "),
+                         suggestion(pattern, name, known)));
+    if (const toml::table* child = node->as_table()) check_keys(*child, full, inner, known);
+    if (const toml::array* children = node->as_array())
+      for (std::size_t i = 0; i < children->size(); ++i)
+        if (const toml::table* child = children->get(i)->as_table())
+          check_keys(*child, fmt::format("{}.{}", full, i), inner, known);
+  }
+}
+
+std::string TomlFile::place(const std::string& path, const toml::node* node) const {
+  // An override of one element is to blame for the whole value, and one below a table for the table it made.
+  const bool whole = node != nullptr && (!node->is_table() || node->source().begin.line == 0);
+  for (auto o = overrides_.rbegin(); o != overrides_.rend(); ++o)
+    if (lies_in(path, o->path) || (whole && lies_in(o->path, path))) return "--set " + o->text;
+  const auto line = node == nullptr ? 0 : node->source().begin.line;
+  return line == 0 ? file_.string() : fmt::format("{}:{}", file_.string(), line);
+}
+
+void TomlFile::reject(const std::string& path, const toml::node* node, const std::string& sentence) const {
+  fail(fmt::format("{}: {}", place(path, node), sentence));
+}
+
+std::string shown(const toml::node& node) {
+  std::string text;
+  if (const auto* value = node.as_string()) text = fmt::format("\"{}\"", value->get());
+  if (const auto* value = node.as_integer()) text = fmt::format("{}", value->get());
+  if (const auto* value = node.as_floating_point()) text = fmt::format("{}", value->get());
+  if (const auto* value = node.as_boolean()) text = value->get() ? "true" : "false";
+  if (node.is_date() || node.is_time() || node.is_date_time()) text = "a date or time";
+  if (node.is_table()) text = "{...}";
+  if (const toml::array* array = node.as_array()) {
+    std::vector<std::string> elements;
+    for (std::size_t i = 0; i < std::min<std::size_t>(array->size(), 8); ++i)
+      elements.push_back(shown(*array->get(i)));
+    if (array->size() > elements.size()) elements.emplace_back("...");
+    text = fmt::format("[{}]", fmt::join(elements, ", "));
+  }
+  constexpr std::size_t longest = 80;
+  if (text.size() <= longest) return text;
+  std::size_t cut = longest;
+  while ((static_cast<unsigned char>(text[cut]) & 0xc0) == 0x80) --cut;  // not inside a UTF-8 character
+  return text.substr(0, cut) + "...";
+}
+
+TomlTable TomlTable::table(std::string_view key) const {
+  const toml::node* node = find(key);
+  if (node != nullptr && !node->is_table())
+    reject(key, "is not a table; give it as a table of key = value pairs");
+  return {*file_, node == nullptr ? nullptr : node->as_table(), path_of(key)};
+}
+
+std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
+  const toml::node* node = find(key);
+  if (node == nullptr) return {};
+  const toml::array* array = node->as_array();
+  if (array == nullptr || !array->is_homogeneous(toml::node_type::table))
+    reject(key, fmt::format("is not an array of tables; write [[{}]] above each", key));
+  std::vector<TomlTable> tables;
+  for (std::size_t i = 0; i < array->size(); ++i)
+    tables.push_back({*file_, array->get(i)->as_table(), fmt::format("{}.{}", path_of(key), i)});
+  return tables;
+}
+
+namespace {
+
+/// A finite number, given as an integer or with a fraction.
+std::optional<double> finite_number(const toml::node& node) {
+  if (!node.is_number()) return {};
+  const double value = *node.value<double>();
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+std::optional<double> number_within(const toml::node& node, const Quantity& quantity) {
+  const std::optional<double> value = finite_number(node);
+  return value && quantity.accepts(*value) ? value : std::nullopt;
+}
+
+std::optional<int> whole_within(const toml::node& node, const Quantity& quantity) {
+  const std::optional<double> value = number_within(node, quantity);
+  const bool fits = value && node.is_integer() && std::abs(*value) <= std::numeric_limits<int>::max();
+  return fits ? std::optional(static_cast<int>(*value)) : std::nullopt;
+}
+
+std::optional<Vec3> vector_within(const toml::node& node, const Quantity& quantity) {
+  const toml::array* array = node.as_array();
+  if (array == nullptr || array->size() != 3) return {};
+  Vec3 vector;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::optional<double> value = number_within(*array->get(i), quantity);
+    if (!value) return {};
+    vector[static_cast<Eigen::Index>(i)] = *value;
+  }
+  return vector;
+}
+
+}  // namespace
+
+double TomlTable::number(std::string_view key, const Quantity& quantity) const {
+  const std::optional<double> value = number_within(need(key, quantity.allowed), quantity);
+  if (!value) refuse(key, quantity.noun, quantity.allowed);
+  return *value;
+}
+
+double TomlTable::number(std::string_view key, const Quantity& quantity, double fallback) const {
+  return has(key) ? number(key, quantity) : fallback;
+}
+
+int TomlTable::whole(std::string_view key, const Quantity& quantity, int fallback) const {
+  if (!has(key)) return fallback;
+  const std::optional<int> value = whole_within(*find(key), quantity);
+  if (!value) refuse(key, quantity.noun, quantity.allowed);
+  return *value;
+}
+
+std::array<int, 3> TomlTable::three_whole(std::string_view key, const Quantity& quantity) const {
+  const toml::array* array = need(key, quantity.allowed).as_array();
+  std::array<int, 3> values{};
+  if (array == nullptr || array->size() != values.size()) refuse(key, quantity.noun, quantity.allowed);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::optional<int> value = whole_within(*array->get(i), quantity);
+    if (!value) refuse(key, quantity.noun, quantity.allowed);
+    values[i] = *value;
+  }
+  return values;
+}
+
+Vec3 TomlTable::vector(std::string_view key, const Quantity& quantity) const {
+  const std::optional<Vec3> value = vector_within(need(key, quantity.allowed), quantity);
+  if (!value) refuse(key, quantity.noun, quantity.allowed);
+  return *value;
+}
+
+Vec3 TomlTable::vector(std::string_view key, const Quantity& quantity, const Vec3& fallback) const {
+  return has(key) ? vector(key, quantity) : fallback;
+}
+
+Box TomlTable::box(std::string_view key) const {
+  constexpr Quantity corners{"a box", "[[x, y, z], [x, y, z]] in metres, the lower corner first",
+                             [](double) { return true; }};
+  const toml::array* array = need(key, corners.allowed).as_array();
+  if (array == nullptr || array->size() != 2) refuse(key, corners.noun, corners.allowed);
+  const std::optional<Vec3> lower = vector_within(*array->get(0), corners);
+  const std::optional<Vec3> upper = vector_within(*array->get(1), corners);
+  if (!lower || !upper || (lower->array() > upper->array()).any()) refuse(key, corners.noun, corners.allowed);
+  return {*lower, *upper};
+}
+
+bool TomlTable::boolean(std::string_view key, bool fallback) const {
+  if (!has(key)) return fallback;
+  if (!find(key)->is_boolean()) refuse(key, "a truth value", "true or false");
+  return find(key)->as_boolean()->get();
+}
+
+std::string TomlTable::text(std::string_view key, std::string_view noun, std::string_view allowed) const {
+  const auto* value = need(key, allowed).as_string();
+  if (value == nullptr || value->get().empty()) refuse(key, noun, allowed);
+  return value->get();
+}
+
+std::size_t TomlTable::choose(std::string_view key, std::string_view noun,
+                              const std::vector<std::string>& known) const {
+  const auto* value = find(key)->as_string();
+  const auto chosen = value == nullptr ? known.end() : std::find(known.begin(), known.end(), value->get());
+  if (chosen != known.end()) return static_cast<std::size_t>(chosen - known.begin());
+  const std::string hint =
+      value == nullptr ? "" : fmt::format(" (the nearest is \"{}\")", nearest(value->get(), known));
+  reject(key, fmt::format("is not {}; give one of \"{}\"{}", noun, fmt::join(known, "\", \""), hint));
+}
+
+void TomlTable::reject(std::string_view key, const std::string& complaint) const {
+  const toml::node* node = find(key);
+  file_->reject(path_of(key), node, fmt::format("{} = {} {}", path_of(key), shown(*node), complaint));
+}
+
+void TomlTable::reject_missing(std::string_view key, std::string_view remedy) const {
+  file_->reject(path_of(key), table_, fmt::format("{} is missing; {}", path_of(key), remedy));
+}
+
+const toml::node& TomlTable::need(std::string_view key, std::string_view allowed) const {
+  if (!has(key)) reject_missing(key, fmt::format("give {}", allowed));
+  return *find(key);
+}
+
+std::string TomlTable::path_of(std::string_view key) const { return join(path_, key); }
+
+void TomlTable::refuse(std::string_view key, std::string_view noun, std::string_view allowed) const {
+  reject(key, fmt::format("is not {}; give {}", noun, allowed));
+}
+
+}  // namespace mss

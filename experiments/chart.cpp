@@ -1,0 +1,276 @@
+#include "experiments/chart.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "experiments/output.hpp"
+#include "experiments/process.hpp"
+
+namespace mss {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Colours of a dark and a light shade in turn; no two with the same dash and marker.
+struct LineStyle {
+  const char* colour;
+  const char* dash;
+  int marker;
+};
+constexpr std::array<LineStyle, 10> line_styles{{{"#a50f15", "1", 7},
+                                                 {"#ef6548", "(10,4)", 6},
+                                                 {"#e08214", "(10,3,2,3)", 5},
+                                                 {"#6e6e6e", "(2,3)", 8},
+                                                 {"#08519c", "1", 9},
+                                                 {"#4292c6", "(10,4)", 10},
+                                                 {"#006d2c", "1", 13},
+                                                 {"#41ab5d", "(10,4)", 12},
+                                                 {"#54278f", "(10,3,2,3)", 11},
+                                                 {"#807dba", "(2,3)", 4}}};
+
+constexpr const char* font = "DejaVu Sans";
+constexpr double page_width = 1200, page_height = 900;  ///< [px]
+
+/// A gnuplot string expression for text of another size than the rest.
+std::string scaled_text(std::string_view text, double scale, bool bold = false) {
+  return fmt::format("'{{/{}*{} '.{}.'}}'", bold ? ":Bold" : "", scale, gnuplot_text(text));
+}
+
+std::string range_end(double value) { return std::isfinite(value) ? fmt::format("{}", value) : "*"; }
+
+std::string axis_commands(char name, const ChartAxis& axis) {
+  std::string out = fmt::format("set {}label {}\n", name, gnuplot_text(axis.label));
+  out += fmt::format("set {}range [{}:{}]\n", name, range_end(axis.low), range_end(axis.high));
+  if (axis.logarithmic) out += fmt::format("set logscale {} 10\n", name);
+  if (!axis.unit.empty())
+    out += fmt::format("set format {} '%.0s %c'.{}\n", name, gnuplot_text(axis.unit));
+  else
+    out +=
+        fmt::format("set format {} '{}'\n", name, axis.logarithmic && axis.ticks.empty() ? "10^{%L}" : "%g");
+  if (!axis.ticks.empty())
+    out += fmt::format("set {}tics ({})\n", name, fmt::join(axis.ticks, ", "));
+  else if (axis.logarithmic)
+    out += fmt::format("set {0}tics 10\nset m{0}tics 10\n", name);
+  return out;
+}
+
+std::string line_commands(const ReferenceLine& line) {
+  const bool flat = line.direction == ReferenceLine::Direction::horizontal;
+  const auto place = [&](const char* along) {
+    return flat ? fmt::format("graph {}, first {}", along, line.at)
+                : fmt::format("first {}, graph {}", line.at, along);
+  };
+  return fmt::format("set arrow from {} to {} nohead back lw 1.5 dt (6,3) lc '#404040'\n", place("0"),
+                     place("1")) +
+         fmt::format("set label {} at {} {} tc '#404040' front\n", scaled_text(line.label, 0.8),
+                     place(flat ? "0.01" : "0.98"),
+                     flat ? "left offset 0, 0.55" : "right rotate by 90 offset -0.7, 0");
+}
+
+bool has_bar(const ChartPoint& p) { return std::isfinite(p.low) && std::isfinite(p.high); }
+
+/// A block of lines "x y" or, if `bars`, "x y low high" of the points that have a bar. Gaps are left out.
+std::string data_block(const std::string& name, const std::vector<ChartPoint>& points, bool bars) {
+  std::string out = fmt::format("${} << END\n", name);
+  for (const ChartPoint& p : points) {
+    if (!std::isfinite(p.x) || !std::isfinite(p.y)) continue;
+    if (!bars)
+      out += fmt::format("{} {}\n", p.x, p.y);
+    else if (has_bar(p))
+      out += fmt::format("{} {} {} {}\n", p.x, p.y, p.low, p.high);
+  }
+  return out + "END\n";
+}
+
+/// The data blocks and, in `plots`, what to draw from them. Bars are solid whatever the line's dashes.
+std::string series_commands(const Chart& chart, std::vector<std::string>& plots) {
+  std::string out;
+  for (std::size_t i = 0; i < chart.series.size(); ++i) {
+    const ChartSeries& series = chart.series[i];
+    const LineStyle& style =
+        line_styles[(series.style < 0 ? i : std::size_t(series.style)) % line_styles.size()];
+    if (std::any_of(series.points.begin(), series.points.end(), has_bar)) {
+      out += data_block(fmt::format("bars{}", i), series.points, true);
+      plots.push_back(
+          fmt::format("$bars{} using 1:2:3:4 with yerrorbars lc '{}' lw 1.2 pt 0 notitle", i, style.colour));
+    }
+    out += data_block(fmt::format("series{}", i), series.points, false);
+    plots.push_back(
+        fmt::format("$series{} using 1:2 with linespoints lc '{}' lw 2.2 dt {} pt {} ps 1.1 title {}", i,
+                    style.colour, style.dash, style.marker, gnuplot_text(series.label)));
+  }
+  return out;
+}
+
+/// Marked points and bars, black, with their text.
+std::string mark_commands(const Chart& chart, std::vector<std::string>& plots) {
+  std::vector<ChartPoint> points;
+  std::string out;
+  for (const MarkedPoint& mark : chart.marks) {
+    const ChartPoint& p = mark.point;
+    const bool bar = !std::isfinite(p.y);
+    const double middle = bar ? std::sqrt(p.low * p.high) : p.y;
+    if (bar)
+      out += fmt::format(
+          "set arrow from first {0}, first {1} to first {0}, first {2} heads size screen 0.006,90 lw 3 "
+          "front\n",
+          p.x, p.low, p.high);
+    else
+      points.push_back(p);
+    out += fmt::format("set label {} at first {}, first {} left offset 1.1, {} front\n",
+                       scaled_text(mark.label, 0.8), p.x, middle, bar ? 0 : 0.75);
+  }
+  if (!points.empty()) plots.emplace_back("$marks using 1:2 with points lc 'black' lw 2.5 pt 3 ps 2 notitle");
+  return out + data_block("marks", points, false);
+}
+
+const char* legend_place(Chart::Legend legend) {
+  switch (legend) {
+    case Chart::Legend::below:
+      break;
+    case Chart::Legend::top_left:
+      return "inside top left";
+    case Chart::Legend::top_right:
+      return "inside top right";
+    case Chart::Legend::bottom_left:
+      return "inside bottom left";
+    case Chart::Legend::bottom_right:
+      return "inside bottom right";
+  }
+  return "";
+}
+
+/// Margins, legend, title and foot; heights in pixels from below.
+std::string layout_commands(const Chart& chart) {
+  constexpr double legend_row = 27;
+  const auto screen = [](double pixels) { return pixels / page_height; };
+  const bool below = chart.legend == Chart::Legend::below;
+  const std::size_t rows = (chart.series.size() + 1) / 2;
+  const double legend = below ? legend_row * double(rows + (chart.legend_title.empty() ? 0 : 1)) : 0;
+  std::string out = fmt::format("set tmargin at screen {}\nset bmargin at screen {}\n",
+                                screen(page_height - 105), screen(125 + legend));
+  out += fmt::format("set key {} Left reverse samplen 4 spacing 1.2\n", legend_place(chart.legend));
+  if (below) {
+    // gnuplot reserves a third more width than the letters of this font take, in units of a wide letter.
+    std::size_t longest = 0;
+    for (const ChartSeries& series : chart.series) longest = std::max(longest, series.label.size());
+    out += fmt::format("set key at screen 0.015, screen {} left top vertical maxrows {} width {}\n",
+                       screen(50 + legend), rows, -0.25 * double(longest));
+  }
+  if (!chart.legend_title.empty())
+    out += fmt::format("set key title {} left\n", scaled_text(chart.legend_title, 0.9));
+  const auto page_text = [&](const std::string& text, double height, const char* colour) {
+    out +=
+        fmt::format("set label {} at screen 0.015, screen {} left tc '{}'\n", text, screen(height), colour);
+  };
+  page_text(scaled_text(chart.title, 1.3, true), page_height - 32, "#000000");
+  page_text(scaled_text(chart.subtitle, 0.9), page_height - 70, "#404040");
+  page_text(scaled_text(chart.footer, 0.7), 22, "#606060");
+  return out;
+}
+
+/// A quoted file name: unlike shown text it has no markup to escape.
+std::string file_name(const std::string& file) {
+  std::string out = "'";
+  for (const char c : file) out += c == '\'' ? "''" : std::string(1, c);
+  return out + "'";
+}
+
+/// A directory of our own that disappears with everything in it.
+struct ScratchDirectory {
+  ScratchDirectory() {
+    std::string name = (fs::temp_directory_path() / "mss-chart-XXXXXX").string();
+    if (!mkdtemp(name.data())) throw InputError(fmt::format("no directory can be made as {}", name));
+    path = name;
+  }
+  ScratchDirectory(const ScratchDirectory&) = delete;
+  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
+  ~ScratchDirectory() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  fs::path path;
+};
+
+/// Machines without DejaVu fall back to fonts of the same widths, not to a serif one.
+std::string with_fallback_fonts(std::string svg) {
+  const std::string plain = fmt::format("font-family=\"{}\"", font);
+  const std::string fallback = fmt::format("font-family=\"{}, Verdana, sans-serif\"", font);
+  for (std::size_t at = 0; (at = svg.find(plain, at)) != std::string::npos; at += fallback.size())
+    svg.replace(at, plain.size(), fallback);
+  return svg;
+}
+
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+}  // namespace
+
+std::string gnuplot_text(std::string_view text) {
+  std::string out = "'";
+  for (const char c : text) {
+    if (c == '\n') {
+      out += "'.\"\\n\".'";
+      continue;
+    }
+    if (std::string_view("{}^_@&~\\").find(c) != std::string_view::npos) out += '\\';
+    if (c == '\'') out += '\'';
+    out += c;
+  }
+  return out + "'";
+}
+
+std::string gnuplot_script(const Chart& chart, const std::string& svg_file, const std::string& png_file) {
+  std::string out = "set encoding utf8\nset micro\n";
+  std::vector<std::string> plots;
+  out += series_commands(chart, plots) + mark_commands(chart, plots);
+  for (const ReferenceLine& line : chart.lines) out += line_commands(line);
+  out += axis_commands('x', chart.x) + axis_commands('y', chart.y);
+  out +=
+      "set grid xtics ytics lt 1 lc rgb '#d4d4d4' lw 1\nset border 3 lc '#404040'\nset tics nomirror tc "
+      "'#202020'\n";
+  out += "set errorbars small\n";
+  out += layout_commands(chart);
+  for (const auto& [terminal, file] : {std::pair{"svg dynamic", svg_file}, std::pair{"pngcairo", png_file}})
+    out += fmt::format("set terminal {} size {},{} enhanced font '{},16' background 'white'\n", terminal,
+                       page_width, page_height, font) +
+           fmt::format("set output {}\nplot {}\nset output\n", file_name(file), fmt::join(plots, ", \\\n  "));
+  return out;
+}
+
+void draw(const Chart& chart, const fs::path& stem) {
+  const ScratchDirectory scratch;
+  const fs::path script = scratch.path / "chart.gp", svg = scratch.path / "chart.svg",
+                 png = scratch.path / "chart.png";
+  write_atomically(script, gnuplot_script(chart, svg.string(), png.string()));
+  const ProgramRun run = run_program({"gnuplot", script.string()});
+  const std::string target = stem.string() + ".svg";
+  if (!run.started)
+    throw InputError(fmt::format(
+        "{} cannot be drawn because gnuplot is not installed; its package is gnuplot-nox", target));
+  if (run.exit_status != 0 || !fs::exists(svg) || !fs::exists(png))
+    throw InputError(
+        fmt::format("{} cannot be drawn because gnuplot failed: {}", target, one_line(run.output)));
+  write_atomically(target, with_fallback_fonts(read_file(svg)));
+  write_atomically(stem.string() + ".png", read_file(png));
+}
+
+std::string gnuplot_version() {
+  std::istringstream words(run_program({"gnuplot", "--version"}).output);  // "gnuplot 5.4 patchlevel 4"
+  std::string name, version, word, patch;
+  words >> name >> version >> word >> patch;
+  if (name != "gnuplot") return {};
+  return word == "patchlevel" ? fmt::format("{}.{}", version, patch) : version;
+}
+
+}  // namespace mss

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace mss {
+
+/// A point of a series. `low` and `high` draw an error bar; NaN: none. A point whose x or y is not finite is
+/// left out.
+struct ChartPoint {
+  double x;
+  double y;
+  double low = std::numeric_limits<double>::quiet_NaN();
+  double high = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// A line with markers. Series differ by colour, dash pattern and marker, so that a grey print still tells
+/// them apart.
+struct ChartSeries {
+  std::string label;  ///< as the legend shows it
+  std::vector<ChartPoint> points = {};
+  int style = -1;  ///< index into the chart styles; -1: the series' place in the chart
+};
+
+/// A straight line across the chart with its name on it.
+struct ReferenceLine {
+  enum class Direction { horizontal, vertical };
+  Direction direction;
+  double at;
+  std::string label;
+};
+
+/// A single black point, or a bar from point.low to point.high if y is NaN, with text beside it.
+struct MarkedPoint {
+  ChartPoint point;
+  std::string label;
+};
+
+struct ChartAxis {
+  std::string label;  ///< quantity and unit
+  bool logarithmic = false;
+  double low = std::numeric_limits<double>::quiet_NaN();  ///< NaN: from the data
+  double high = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> ticks = {};  ///< empty: chosen by the scale
+  std::string unit = {};           ///< not empty: ticks read "10 ms" and the like
+};
+
+/// A chart of lines over two axes. Text is plain: nothing in it is markup.
+struct Chart {
+  enum class Legend { below, top_left, top_right, bottom_left, bottom_right };
+
+  std::string title;
+  std::string subtitle;     ///< what is held, what the bars mean
+  std::string footer = {};  ///< machine and commit
+  ChartAxis x;
+  ChartAxis y;
+  std::vector<ChartSeries> series = {};
+  std::vector<ReferenceLine> lines = {};
+  std::vector<MarkedPoint> marks = {};
+  Legend legend = Legend::below;
+  std::string legend_title = {};
+};
+
+/// Text as a gnuplot string expression that shows exactly these characters in enhanced mode.
+std::string gnuplot_text(std::string_view text);
+
+/// The gnuplot program that draws the chart to the files named.
+std::string gnuplot_script(const Chart& chart, const std::string& svg_file, const std::string& png_file);
+
+/// Draws STEM.svg and STEM.png. Throws InputError if gnuplot is missing or refuses.
+void draw(const Chart& chart, const std::filesystem::path& stem);
+
+/// Version of the gnuplot that draws, as in "5.4.4"; empty if there is none.
+std::string gnuplot_version();
+
+}  // namespace mss

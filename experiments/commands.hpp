@@ -1,0 +1,33 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace mss {
+
+/// What `mss` ends with.
+enum ExitStatus {
+  exit_ok = 0,
+  exit_check_failed = 1,
+  exit_bad_input = 2,
+  exit_simulation_failed = 3,
+  exit_interrupted = 130  ///< Ctrl-C: finished rows are kept
+};
+
+// A command is a file NAME_command.cpp that defines `void add_NAME_command(CLI::App& app, int& exit_status)`:
+// it adds a subcommand whose callback does the work and sets the exit status if that is not 0. Throw
+// InputError for what the user can mend. The list of commands is in CMakeLists.txt beside this file.
+
+/// Runs the program: parses, dispatches, turns errors into one sentence on stderr. Returns the exit status.
+int run_command_line(int argc, char** argv);
+
+/// Where the scenes that come with the program are: in its source tree, or beside it. Empty if they are
+/// nowhere.
+std::filesystem::path scenes_directory();
+
+/// The first comment line of a scene file, without its mark; empty if it starts with something else.
+std::string scene_description(const std::filesystem::path& scene);
+
+}  // namespace mss

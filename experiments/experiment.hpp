@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "experiments/chart.hpp"
+#include "experiments/progress.hpp"
+#include "experiments/provenance.hpp"
+#include "experiments/table.hpp"
+#include "integrators/integrator.hpp"
+
+namespace mss {
+
+/// What the command line lets a user choose about an experiment.
+struct ExperimentOptions {
+  bool quick = false;
+  std::vector<int> cells;  ///< cells per edge; empty: the experiment's own
+  int threads = 0;         ///< most threads of the core; 0: all cores
+  std::uint64_t seed = 1;
+};
+
+/// Which of these mean something to an experiment; the others are usage errors. All take --quick and --out.
+struct ExperimentAccepts {
+  bool cells = false;
+  int largest_cells = 0;  ///< of any item of --cells
+  bool threads = false;
+  bool seed = false;
+};
+
+struct NamedTable {
+  std::string name;  ///< of the file, without extension
+  Table table;
+};
+
+/// What an experiment hands back; report.hpp turns it into files. An interrupted one hands back what it
+/// finished.
+struct ExperimentResult {
+  Status status = Status::ok;           ///< or interrupted
+  std::vector<NamedTable> tables = {};  ///< the first has the experiment's name
+  std::optional<Chart> chart = {};      ///< empty: too little to draw
+  std::string caption;       ///< for a reader of the chart: what was done, what is held, what is left out
+  std::string summary = {};  ///< lines for stdout
+  Json configuration;        ///< resolved: every choice with its value
+};
+
+/// A pure function from options to result: no files, no printing, no globals.
+struct ExperimentInfo {
+  std::string name;
+  std::string summary;  ///< one line for `mss list` and --help
+  ExperimentAccepts accepts;
+  std::function<ExperimentResult(const ExperimentOptions&, Progress&)> run;
+};
+
+/// All experiments, in the order they are listed and reproduced.
+const std::vector<ExperimentInfo>& experiments();
+
+}  // namespace mss

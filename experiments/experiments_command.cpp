@@ -1,0 +1,112 @@
+// `mss timing` and the like: one command per registered experiment; `mss reproduce` runs all of them.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "core/error.hpp"
+#include "core/team.hpp"
+#include "experiments/commands.hpp"
+#include "experiments/number_list.hpp"
+#include "experiments/output.hpp"
+#include "experiments/report.hpp"
+
+namespace mss {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What the options of one command are read into.
+struct Choice {
+  ExperimentOptions options;
+  std::string cells;
+  std::string directory;
+};
+
+int read_threads(int threads) {
+  constexpr int most = 1024;
+  if (threads < 0 || threads > most)
+    throw InputError(
+        fmt::format("--threads is {}; give a number from 1 to {}, or 0 for all cores", threads, most));
+  return threads;
+}
+
+void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& accepts) {
+  command.add_flag("--quick", choice.options.quick, "Smaller and fewer samples: under a minute on two cores");
+  command.add_option("--out", choice.directory, "Directory for what is written")->capture_default_str();
+  if (accepts.cells)
+    command.add_option("--cells", choice.cells, "Cells per edge: numbers and ranges, as in 2:15,20,30");
+  if (accepts.threads)
+    command.add_option("--threads", choice.options.threads, "Most threads to measure; 0: all cores")
+        ->capture_default_str();
+  if (accepts.seed)
+    command.add_option("--seed", choice.options.seed, "Start of the random numbers")->capture_default_str();
+}
+
+/// What a finished report leaves to say and to end with.
+int conclude(const Report& report) {
+  fmt::print("{}", report.summary);
+  for (const fs::path& file : report.files) fmt::print("wrote {}\n", file.string());
+  if (!report.chart_problem.empty()) fmt::print(stderr, "mss: {}; the rows are kept\n", report.chart_problem);
+  if (report.status == Status::interrupted) {
+    fmt::print(stderr, "mss: {} was interrupted; finished rows are kept\n", report.name);
+    return exit_interrupted;
+  }
+  return report.chart_problem.empty() ? exit_ok : exit_bad_input;
+}
+
+/// What would spoil the results, said before the user waits for them.
+void warn_first() {
+  const double load = load_average()[0];
+  if (load > 0.5 * available_cores())
+    fmt::print(stderr, "mss: the machine is busy (load {:.1f} on {} cores): times will come out too long\n",
+               load, available_cores());
+  if (gnuplot_version().empty())
+    fmt::print(
+        stderr,
+        "mss: gnuplot is not installed, so there will be rows but no chart; its package is gnuplot-nox\n");
+}
+
+void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
+  read_threads(choice.options.threads);
+  if (!choice.cells.empty())
+    choice.options.cells = parse_number_list(choice.cells, "--cells", info.accepts.largest_cells);
+  prepare_directory(choice.directory);
+  warn_first();
+  exit_status = conclude(run_and_write(info, choice.options, choice.directory));
+}
+
+void run_all(const Choice& choice, int& exit_status) {
+  const fs::path directory = choice.directory;
+  prepare_directory(directory);
+  warn_first();
+  std::vector<Report> reports;
+  for (const ExperimentInfo& info : experiments()) {
+    fmt::print(stderr, "mss: {} ({} of {})\n", info.name, reports.size() + 1, experiments().size());
+    reports.push_back(run_and_write(info, choice.options, directory / info.name));
+    exit_status = std::max(exit_status, conclude(reports.back()));
+    if (interrupted()) break;
+  }
+  write_page(reports, directory / "index.html");
+  fmt::print("wrote {}\n", (directory / "index.html").string());
+}
+
+}  // namespace
+
+void add_experiments_command(CLI::App& app, int& exit_status) {
+  for (const ExperimentInfo& info : experiments()) {
+    const auto choice = std::make_shared<Choice>();
+    choice->directory = "out/" + info.name;
+    CLI::App* command = app.add_subcommand(info.name, info.summary);
+    add_options(*command, *choice, info.accepts);
+    command->callback([&info, choice, &exit_status] { run_one(info, *choice, exit_status); });
+  }
+  const auto choice = std::make_shared<Choice>();
+  choice->directory = "out/reproduce";
+  CLI::App* command =
+      app.add_subcommand("reproduce", "every experiment, and one page that shows every chart");
+  add_options(*command, *choice, {});
+  command->callback([choice, &exit_status] { run_all(*choice, exit_status); });
+}
+
+}  // namespace mss

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace mss {
+
+/// Writes a file whole or not at all: beside its place under another name first, then renamed. Missing
+/// directories are made. Throws InputError naming the file if that fails; what was there before is then
+/// untouched.
+void write_atomically(const std::filesystem::path& file, std::string_view content);
+
+/// Makes a directory and checks that files can be written to it. Throws InputError if not.
+void prepare_directory(const std::filesystem::path& directory);
+
+/// The whole content of a file. Throws InputError naming it if it cannot be read.
+std::string read_file(const std::filesystem::path& file);
+
+}  // namespace mss

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace mss {
+
+/// What a long computation may tell its caller and ask of it: by default nobody listens and nobody stops it.
+class Progress {
+ public:
+  Progress() = default;
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  virtual ~Progress() = default;
+
+  /// `done` of the work, 0 to 1, is finished; `what` is being done now.
+  virtual void report(double done, std::string_view what);
+
+  /// True if the computation should return early with what it has.
+  virtual bool stopped() const { return false; }
+};
+
+/// One line on stderr, rewritten in place, and only if that is a terminal; stopped() after Ctrl-C.
+class TerminalProgress final : public Progress {
+ public:
+  explicit TerminalProgress(std::string task);
+  ~TerminalProgress() override;  ///< clears the line
+
+  void report(double done, std::string_view what) override;
+  bool stopped() const override;
+
+ private:
+  std::string task_;
+  bool shown_;
+};
+
+/// From now on SIGINT and SIGTERM only set a flag; the second one ends the program as usual.
+void watch_interrupts();
+
+/// True once such a signal has come.
+bool interrupted();
+
+}  // namespace mss

@@ -1,0 +1,99 @@
+// `mss run`: simulates one scene and writes what happened.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "core/error.hpp"
+#include "experiments/commands.hpp"
+#include "experiments/output.hpp"
+#include "experiments/provenance.hpp"
+#include "experiments/simulation.hpp"
+
+namespace mss {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RunChoice {
+  std::string scene;
+  std::string directory;
+  std::vector<std::string> overrides;
+};
+
+/// A path, or the name of a scene that comes with the program.
+fs::path scene_file(const std::string& given) {
+  if (fs::exists(given) || fs::path(given).has_parent_path() || fs::path(given).has_extension()) return given;
+  const fs::path listed = scenes_directory() / (given + ".toml");
+  return fs::exists(listed) ? listed : fs::path(given);
+}
+
+Json final_row(const Table& series) {
+  Json row = Json::object();
+  for (const Column& column : series.columns())
+    row[column.name] = series.number(series.size() - 1, column.name);
+  return row;
+}
+
+Json summary(const Scene& scene, const SimulationResult& result, const Table& series) {
+  return {{"status", to_string(result.status)},
+          {"scene", scene.name},
+          {"integrator", scene.solve.integrator},
+          {"precision", scene.solve.precision == Precision::single ? "single" : "double"},
+          {"dt", result.dt},
+          {"threads", result.threads},
+          {"kernel", result.kernel},
+          {"steps", result.work.steps},
+          {"simulated_seconds", result.simulated_seconds},
+          {"wall_seconds", result.wall_seconds},
+          {"work",
+           {{"steps", result.work.steps},
+            {"force_evaluations", result.work.force_evaluations},
+            {"jacobians", result.work.jacobians},
+            {"factorisations", result.work.factorisations},
+            {"linear_solves", result.work.linear_solves}}},
+          {"final", final_row(series)},
+          {"warnings", scene.warnings},
+          {"configuration", Json::parse(scene.resolved)},
+          {"provenance", provenance()}};
+}
+
+void run_scene(const RunChoice& choice, int& exit_status) {
+  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+  check_solve(scene);
+  const fs::path directory =
+      choice.directory.empty() ? fs::path("out") / scene.name : fs::path(choice.directory);
+  prepare_directory(directory);  // before hours of work, not after
+  for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
+  SimulationResult result;
+  {
+    TerminalProgress progress(scene.name);
+    result = simulate(scene, progress);
+  }
+  const Table series = series_table(result.series);
+  write_atomically(directory / "series.csv", series.csv());
+  write_atomically(directory / "particles.csv", particle_table(result.particles).csv());
+  write_atomically(directory / "summary.json", summary(scene, result, series).dump(2) + "\n");
+  fmt::print("{}: {} after {} steps of {:.4g} s, {:.4g} s simulated in {:.3g} s; see {}\n", scene.name,
+             to_string(result.status), result.work.steps, result.dt, result.simulated_seconds,
+             result.wall_seconds, directory.string());
+  if (result.status == Status::interrupted)
+    exit_status = exit_interrupted;
+  else if (result.status != Status::ok)
+    exit_status = exit_simulation_failed;
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& exit_status) {
+  CLI::App* command =
+      app.add_subcommand("run", "simulate a scene; writes series.csv, particles.csv, summary.json");
+  const auto choice = std::make_shared<RunChoice>();
+  command->add_option("scene", choice->scene, "Scene file (TOML), or a name from `mss list scenes`")
+      ->required();
+  command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>)");
+  command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
+  command->callback([choice, &exit_status] { run_scene(*choice, exit_status); });
+}
+
+}  // namespace mss

@@ -1,0 +1,178 @@
+#include "experiments/simulation.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "integrators/stable_step.hpp"
+
+namespace mss {
+
+namespace {
+
+/// The numbers of a series row, in the order of its columns.
+std::vector<double> row(const Measures& m) {
+  return {m.t,
+          m.kinetic,
+          m.elastic,
+          m.volume_energy,
+          m.gravitational,
+          m.total(),
+          m.volume_ratio,
+          m.volume_ratio_paper,
+          m.momentum[0],
+          m.momentum[1],
+          m.momentum[2],
+          m.spin[0],
+          m.spin[1],
+          m.spin[2],
+          m.max_speed,
+          m.max_stretch,
+          m.min_jacobian};
+}
+
+bool is_finite(const Measures& m) {
+  const std::vector<double> numbers = row(m);
+  return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
+}
+
+double step_of(const Scene& scene, const IntegratorInfo& method, const Body& body) {
+  if (scene.solve.dt) return *scene.solve.dt;
+  return std::min(safe_share * stable_step(method, spectral_bound(body)), scene.solve.duration);
+}
+
+std::vector<ParticleRecord> record_particles(const Body& body, const auto& state) {
+  std::vector<ParticleRecord> particles;
+  particles.reserve(body.particle_count());
+  for (const std::ptrdiff_t site : body.sites())
+    particles.push_back({body.rest_position(site), state.x.at(site), state.v.at(site), body.mass(site)});
+  return particles;
+}
+
+/// Advances from row to row. The state of the last finite row is what a failed run leaves.
+template <class Real>
+void run_rows(const Scene& scene, SpringSystem<Real>& system, Integrator<Real>& method, Progress& progress,
+              SimulationResult& result) {
+  using Clock = std::chrono::steady_clock;
+  State<Real> state = start_state(system, scene), last = state;
+  result.series.push_back(measure(system, state));
+  const auto rows = std::max(1L, std::lround(std::ceil(scene.solve.duration / scene.solve.every - 1e-9)));
+  for (long i = 1; i <= rows && result.status == Status::ok; ++i) {
+    const double t_end = std::min(double(i) * scene.solve.every, scene.solve.duration);
+    const auto begin = Clock::now();
+    result.status = method.advance(system, state, t_end, result.work);
+    result.wall_seconds += std::chrono::duration<double>(Clock::now() - begin).count();
+    result.simulated_seconds = state.t;
+    if (result.status != Status::ok || state.t == last.t) continue;  // a row every step if `every` is shorter
+    const Measures measures = measure(system, state);
+    if (!is_finite(measures)) {  // energies overflow before coordinates do
+      result.status = Status::non_finite;
+      continue;
+    }
+    result.series.push_back(measures);
+    last = state;
+    progress.report(double(i) / double(rows), fmt::format("t = {:.4g} s", state.t));
+    if (i < rows && progress.stopped()) result.status = Status::interrupted;
+  }
+  result.particles = record_particles(system.body(), last);
+}
+
+template <class Real>
+void simulate_in(const Scene& scene, const Body& body, const IntegratorInfo& info, Progress& progress,
+                 SimulationResult& result) {
+  SpringSystem<Real> system(body, scene.environment, {.threads = scene.solve.threads});
+  result.threads = system.threads();
+  result.kernel = system.kernel_name();
+  run_rows(scene, system, *info.make<Real>({.dt = result.dt}), progress, result);
+}
+
+}  // namespace
+
+template <class Real>
+State<Real> start_state(const SpringSystem<Real>& system, const Scene& scene) {
+  State<Real> state = system.rest_state();
+  const Body& body = system.body();
+  Vec3 centre = Vec3::Zero();
+  for (const std::ptrdiff_t site : body.sites())
+    centre += body.mass(site) / body.total_mass() * state.x.at(site);
+  for (const std::ptrdiff_t site : body.sites())
+    state.v.set(site, scene.start_velocity + scene.start_spin.cross(state.x.at(site) - centre));
+  system.constrain(0, state.x, state.v);
+  return state;
+}
+
+void check_solve(const Scene& scene) {
+  const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+  if (!scene.solve.dt)
+    stable_step(method, {});  // throws if no step is safe
+  else if (*scene.solve.dt > scene.solve.duration)
+    throw InputError(
+        fmt::format("{}: solve.dt = {} s is longer than solve.duration = {} s; give a shorter step",
+                    scene.name, *scene.solve.dt, scene.solve.duration));
+}
+
+SimulationResult simulate(const Scene& scene, Progress& progress) {
+  check_solve(scene);
+  const IntegratorInfo& info = find_integrator(scene.solve.integrator);
+  const Body body(scene.body);
+  SimulationResult result;
+  result.dt = step_of(scene, info, body);
+  if (scene.solve.precision == Precision::single)
+    simulate_in<float>(scene, body, info, progress, result);
+  else
+    simulate_in<double>(scene, body, info, progress, result);
+  return result;
+}
+
+Table series_table(const std::vector<Measures>& series) {
+  Table table({{"t", "s"},
+               {"kinetic", "J"},
+               {"elastic", "J"},
+               {"volume_energy", "J"},
+               {"gravitational", "J"},
+               {"total", "J"},
+               {"volume_ratio"},
+               {"volume_ratio_paper"},
+               {"momentum_x", "kg m/s"},
+               {"momentum_y", "kg m/s"},
+               {"momentum_z", "kg m/s"},
+               {"spin_x", "kg m^2/s"},
+               {"spin_y", "kg m^2/s"},
+               {"spin_z", "kg m^2/s"},
+               {"max_speed", "m/s"},
+               {"max_stretch"},
+               {"min_jacobian"}});
+  for (const Measures& m : series) {
+    const std::vector<double> numbers = row(m);
+    table.add({numbers.begin(), numbers.end()});
+  }
+  return table;
+}
+
+Table particle_table(const std::vector<ParticleRecord>& particles) {
+  Table table({{"id"},
+               {"rest_x", "m"},
+               {"rest_y", "m"},
+               {"rest_z", "m"},
+               {"x", "m"},
+               {"y", "m"},
+               {"z", "m"},
+               {"vx", "m/s"},
+               {"vy", "m/s"},
+               {"vz", "m/s"},
+               {"mass", "kg"}});
+  for (std::size_t id = 0; id < particles.size(); ++id) {
+    const auto& [rest, x, v, mass] = particles[id];
+    table.add({std::int64_t(id), rest[0], rest[1], rest[2], x[0], x[1], x[2], v[0], v[1], v[2], mass});
+  }
+  return table;
+}
+
+template State<float> start_state(const SpringSystem<float>&, const Scene&);
+template State<double> start_state(const SpringSystem<double>&, const Scene&);
+
+}  // namespace mss

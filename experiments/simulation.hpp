@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/measures.hpp"
+#include "core/scene.hpp"
+#include "experiments/progress.hpp"
+#include "experiments/table.hpp"
+#include "integrators/integrator.hpp"
+
+namespace mss {
+
+/// Position and velocity of one particle, in double precision.
+struct ParticleRecord {
+  Vec3 rest, x, v;
+  double mass = 0;
+};
+
+/// What came of simulating a scene. A failed run has the rows it finished, and the particles of the last one.
+struct SimulationResult {
+  Status status = Status::ok;
+  Work work;
+  double dt = 0;  ///< the step used [s]; "safe" resolved
+  double simulated_seconds = 0;
+  double wall_seconds = 0;  ///< of stepping; measuring and setting up not counted
+  int threads = 1;
+  std::string kernel;  ///< instruction set of the sweep
+  std::vector<Measures> series;
+  std::vector<ParticleRecord> particles;
+};
+
+/// The body of a scene as it starts: at rest, in its holds, moving and spinning as [start] says.
+template <class Real>
+State<Real> start_state(const SpringSystem<Real>& system, const Scene& scene);
+
+/// Throws InputError if the scene's method or step cannot be used.
+void check_solve(const Scene& scene);
+
+/// Simulates a scene from beginning to end. Throws as check_solve().
+SimulationResult simulate(const Scene& scene, Progress& progress);
+
+/// series.csv and particles.csv.
+Table series_table(const std::vector<Measures>& series);
+Table particle_table(const std::vector<ParticleRecord>& particles);
+
+}  // namespace mss

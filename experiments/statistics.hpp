@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+namespace mss {
+
+/// The p-quantile, 0 <= p <= 1, of a sample of at least one number: linear between order statistics.
+double quantile(std::vector<double> sample, double p);
+
+/// y = coefficient x^exponent.
+struct PowerLaw {
+  double coefficient = 0;
+  double exponent = 0;
+
+  double at(double x) const;
+  /// The x where the law takes the value y.
+  double inverse(double y) const;
+};
+
+/// Least squares of log y on log x. Needs at least two different x, all numbers positive.
+PowerLaw fit_power_law(const std::vector<double>& x, const std::vector<double>& y);
+
+}  // namespace mss

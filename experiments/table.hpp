@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace mss {
+
+/// What one cell of a table holds.
+using Cell = std::variant<std::string, std::int64_t, double>;
+
+struct Column {
+  std::string name;
+  std::string unit = {};  ///< as in "s" or "N/m"; empty for names, counts and ratios
+};
+
+/// Named columns and rows: what every experiment returns.
+///
+/// A number that does not exist (a failed run, nothing to fit) is a NaN or an infinity in memory and an empty
+/// cell in the file. It is never silent: the table must have a column `status` and that row's status must say
+/// why, that is, be neither empty nor "ok".
+class Table {
+ public:
+  explicit Table(std::vector<Column> columns);
+
+  /// Appends a row. Throws std::logic_error if the number of cells is wrong or a missing number goes
+  /// unexplained.
+  void add(std::vector<Cell> row);
+
+  const std::vector<Column>& columns() const { return columns_; }
+  std::size_t size() const { return rows_.size(); }
+  const std::vector<std::vector<Cell>>& rows() const { return rows_; }
+
+  /// Throw std::logic_error for a column that does not exist or holds another type; number() takes integers
+  /// too.
+  const std::string& text(std::size_t row, std::string_view column) const;
+  double number(std::size_t row, std::string_view column) const;
+
+  /// The table as CSV: a header of column names, then the rows. Numbers read back exactly (shortest
+  /// round-trip form); text is quoted as RFC 4180 says where it has to be; lines end with a line feed.
+  std::string csv() const;
+
+ private:
+  std::size_t index(std::string_view column) const;
+
+  std::vector<Column> columns_;
+  std::vector<std::vector<Cell>> rows_;
+};
+
+/// Splits CSV text into rows of unquoted cells, header included. Throws InputError if a quote is left open.
+std::vector<std::vector<std::string>> parse_csv(std::string_view text);
+
+}  // namespace mss

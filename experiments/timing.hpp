@@ -1,0 +1,63 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/body.hpp"
+#include "experiments/experiment.hpp"
+
+namespace mss {
+
+/// How long one update of a cube takes, against its cells per edge, for every method beside the others.
+struct TimingConfig {
+  std::vector<int> cells;  ///< per edge, ascending
+  std::vector<int> algorithm1_threads{1, 2, 8};
+  std::vector<int> core_threads{1};
+  int repetitions = 15;          ///< samples per method and size
+  double sample_seconds = 4e-3;  ///< a sample takes as many updates as last this long
+  double seconds_per_size =
+      12;  ///< large bodies get fewer repetitions to stay near it, but at least fewest_repetitions
+  int fewest_repetitions = 5;
+  int largest_oracle = 100;  ///< cells per edge up to which Algorithm 1 is built: it needs 1.5 GB there
+};
+
+struct TimingTables {
+  Table rows;  ///< one per method and size
+  Table raw;   ///< one per sample, in the order they were taken
+  Status status = Status::ok;
+};
+
+/// The workload: a full cube of this edge and material, whatever the number of cells.
+struct TimingWorkload {
+  static constexpr double edge = 1;        ///< [m]
+  static constexpr double density = 1000;  ///< [kg/m^3]
+  static constexpr ElasticConstants material{.young = 1e5, .poisson = 0.3};
+  static constexpr double face_share = 0.5;
+  static constexpr double damping_ratio = 0.05;
+  static constexpr double gravity = -9.81;  ///< along z [m/s^2]
+  static constexpr double stretch = 1.01;   ///< of the start along z, so that springs have something to do
+  static constexpr double dt = 1e-5;        ///< [s]; a fiftieth of the stability limit at n = 100
+};
+
+/// The times a frame may take: the thesis's 40 ms, and the frame rate it calls that.
+inline constexpr double thesis_frame_seconds = 0.040;
+inline constexpr double frame_rate = 24;
+
+/// The body of the workload with n cells per edge.
+BodyConfig timing_cube(int n);
+
+TimingConfig timing_config(const ExperimentOptions& options);
+
+/// Measures method by method in turn, again and again, so that whatever disturbs the machine meets all of
+/// them. A size that was not finished when `progress` said stop is left out.
+TimingTables measure_timing(const TimingConfig& config, Progress& progress);
+
+/// For every method: exponent of time in n over the sizes from 20 on, and the largest n under 40 ms.
+Table timing_summary(const Table& rows);
+
+Chart timing_chart(const Table& rows, const Table& summary);
+
+/// The summary as aligned lines, and what the best of each kind comes to against the best of the others.
+std::string timing_text(const Table& rows, const Table& summary);
+
+}  // namespace mss

@@ -1,0 +1,86 @@
+#!/usr/bin/env bash
+# From a bare Debian 12 to results or test verdicts in one command.
+set -euo pipefail
+
+root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd)
+
+usage() {
+  cat >&2 <<'TEXT'
+usage: ./run.sh reproduce [options]   build, then rerun every experiment and draw every chart
+       ./run.sh test [options]        build, then run the tests; options go to ctest
+
+Both install what packages.txt lists and this system lacks. Options of reproduce: --quick, --out DIR.
+TEXT
+  exit 2
+}
+
+say() { printf 'run.sh: %s\n' "$*" >&2; }
+
+as_root() {
+  if [[ $EUID -eq 0 ]]; then "$@"; else sudo "$@"; fi
+}
+
+missing_packages() {
+  local package status
+  while read -r package; do
+    status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
+    [[ $status == installed ]] || echo "$package"
+  done < <(sed 's/#.*//' "$root/packages.txt" | awk 'NF { print $1 }')
+}
+
+install_packages() {
+  if ! command -v dpkg-query >/dev/null; then
+    say "this is not Debian, so install the equivalents of packages.txt yourself; trying to build with what is there"
+    return
+  fi
+  local missing
+  mapfile -t missing < <(missing_packages)
+  [[ ${#missing[@]} -gt 0 ]] || return 0
+  if [[ $EUID -ne 0 ]] && ! command -v sudo >/dev/null; then
+    say "these packages are missing and only root can install them: ${missing[*]}; run 'apt-get install' as root first"
+    exit 2
+  fi
+  say "installing ${missing[*]}"
+  as_root apt-get update --quiet
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get install --quiet --yes --no-install-recommends "${missing[@]}"
+}
+
+build() {
+  (cd "$root" && cmake --preset release && cmake --build --preset release --parallel "$(nproc)")
+}
+
+# The directory that mss will write to: what --out says, else one in this repository.
+out_directory() {
+  local directory="$root/out/reproduce"
+  while [[ $# -gt 0 ]]; do
+    case $1 in
+      --out) directory=${2:-} ;;
+      --out=*) directory=${1#--out=} ;;
+    esac
+    shift
+  done
+  echo "$directory"
+}
+
+reproduce() {
+  local out
+  out=$(out_directory "$@")
+  local options=("$@")
+  [[ " $* " == *" --out"[\ =]* ]] || options+=(--out "$out")
+  "$root/build/release/mss" reproduce "${options[@]}"
+  [[ ! -f $out/index.html ]] || say "every chart is on the page $out/index.html, and beside it as SVG, PNG and CSV"
+}
+
+case ${1:-} in
+  reproduce)
+    install_packages
+    build
+    reproduce "${@:2}"
+    ;;
+  test)
+    install_packages
+    build
+    (cd "$root" && ctest --preset release "${@:2}")
+    ;;
+  *) usage ;;
+esac

@@ -1,0 +1,212 @@
+// Energies, volumes and what follows from them: forces are gradients, momentum and spin are kept, rigid
+// motion costs nothing.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "core/measures.hpp"
+#include "tests/random_bodies.hpp"
+
+namespace mss {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+Environment falling() { return {.gravity = Vec3(0.5, -1, -9.81)}; }
+
+double potential(const SpringSystem<double>& system, const State<double>& state) {
+  const Measures m = measure(system, state);
+  return m.elastic + m.volume_energy + m.gravitational;
+}
+
+BodyConfig undamped(const VoxelGrid& voxels) {
+  BodyConfig config = testing::test_config(voxels);
+  config.damping = {};
+  return config;
+}
+
+TEST(Energy, ForceIsItsNegativeGradient) {
+  int compared = 0;
+  for (const auto& shape : testing::test_shapes())
+    for (const auto sharing : {Sharing::weighted, Sharing::uniform}) {
+      BodyConfig config = undamped(shape.voxels);
+      config.sharing = sharing;
+      const Body body(config);
+      Environment environment = falling();
+      const Vec3 corner = config.origin;
+      environment.loads.push_back({{corner, corner + Vec3(0.2, 0.2, 0.2)}, Vec3(3, 2, 1)});
+      const bool loaded = !body.select(corner, corner + Vec3(0.2, 0.2, 0.2)).empty();
+      if (!loaded) environment.loads.clear();
+      SpringSystem<double> system(body, environment, {.threads = 1});
+      auto state = system.rest_state();
+      testing::randomise(body, state, 0.2, 0, 11);
+      Field<double> f(system.size());
+      system.force(0, state.x, state.v, f);
+      double largest = 0;
+      for (const std::ptrdiff_t site : body.sites()) largest = std::max(largest, f.at(site).norm());
+      const double step = 1e-5 * config.cell_size;
+      for (std::size_t id = 0; id < body.particle_count(); id += 7) {
+        const std::ptrdiff_t site = body.sites()[id];
+        const int axis = int(id % 3);
+        double& coordinate = state.x.axis(axis)[site];
+        const double kept = coordinate;
+        coordinate = kept + step;
+        const double above = potential(system, state);
+        coordinate = kept - step;
+        const double below = potential(system, state);
+        coordinate = kept;
+        EXPECT_NEAR(-(above - below) / (2 * step), f.axis(axis)[site], 1e-7 * largest) << shape.name;
+        ++compared;
+      }
+    }
+  EXPECT_GT(compared, 400);
+}
+
+TEST(Energy, EqualsTheOracles) {
+  const BodyConfig config = undamped(testing::test_shapes().back().voxels);
+  const Body body(config);
+  SpringSystem<double> system(body, falling());
+  reference::Algorithm1 oracle(config, falling().gravity, 1);
+  auto state = system.rest_state();
+  testing::randomise(body, state, 0.3, 0, 5);
+  testing::copy_state(body, state, oracle);
+  EXPECT_NEAR(potential(system, state), oracle.potential_energy(),
+              1e-12 * std::abs(oracle.potential_energy()));
+}
+
+TEST(Motion, KeepsMomentumAndSpinInEveryStep) {
+  for (const auto& shape : testing::test_shapes()) {
+    const BodyConfig config =
+        testing::test_config(shape.voxels);  // damped: pairwise forces keep both all the same
+    const Body body(config);
+    SpringSystem<double> system(body, {});
+    auto state = system.rest_state();
+    testing::randomise(body, state, 0.1, 0.3, 17);
+    const double scale = body.total_mass() * 0.3;
+    const double length = config.cell_size * 17;
+    for (int step = 0; step < 20; ++step) {
+      const Measures before = measure(system, state);
+      system.kick_drift({.kick_before = 1e-4, .kick_after = 0, .drift_old = 0, .drift_new = 1e-4}, 1e-4, 1,
+                        state);
+      const Measures after = measure(system, state);
+      EXPECT_LT((after.momentum - before.momentum).norm(), 1e-12 * scale) << shape.name;
+      EXPECT_LT((after.spin - before.spin).norm(), 1e-12 * scale * length) << shape.name;
+    }
+  }
+}
+
+TEST(Motion, RigidlyMovedBodyHasNoForce) {
+  for (const auto& shape : testing::test_shapes()) {
+    const BodyConfig config = testing::test_config(shape.voxels);
+    const Body body(config);
+    SpringSystem<double> system(body, {});
+    auto state = system.rest_state();
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.1, Vec3(1, 2, -0.5).normalized()).toRotationMatrix();
+    const Vec3 rate(0.4, -2, 1);
+    for (const std::ptrdiff_t site : body.sites()) {
+      const Vec3 p = turn * body.rest_position(site) + Vec3(0.3, -0.2, 0.7);
+      state.x.set(site, p);
+      state.v.set(site, Vec3(1, 2, 3) + rate.cross(p));
+    }
+    Field<double> f(system.size());
+    system.force(0, state.x, state.v, f);
+    const double unit = config.springs.edge * config.cell_size;
+    for (const std::ptrdiff_t site : body.sites()) EXPECT_LT(f.at(site).norm(), 1e-12 * unit) << shape.name;
+    const Measures m = measure(system, state);
+    EXPECT_NEAR(m.volume_ratio, 1, 1e-12);
+    EXPECT_NEAR(m.volume_ratio_paper, 1, 1e-12);
+    EXPECT_NEAR(m.min_jacobian, 1, 1e-12);
+    EXPECT_LT(m.max_stretch, 1e-12);
+    EXPECT_LT(m.elastic, 1e-20);
+  }
+}
+
+/// The cell as tetrahedra fanned from its centre to each face quarter: exact for bilinear faces only in the
+/// limit, so faces are cut finely.
+double fine_volume(const std::array<Vec3, 8>& p, int cuts) {
+  const auto map = [&](double a, double b, double c) {
+    Vec3 x = Vec3::Zero();
+    for (int i = 0; i < 8; ++i)
+      x += (i & 1 ? a : 1 - a) * (i & 2 ? b : 1 - b) * (i & 4 ? c : 1 - c) * p[std::size_t(i)];
+    return x;
+  };
+  double volume = 0;
+  const auto quad = [&](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+    // Two ways to cut the quad; their mean is the bilinear patch's volume to second order.
+    volume += (a.dot(b.cross(c)) + a.dot(c.cross(d)) + a.dot(b.cross(d)) + b.dot(c.cross(d))) / 12;
+  };
+  const double h = 1.0 / cuts;
+  for (int i = 0; i < cuts; ++i)
+    for (int j = 0; j < cuts; ++j) {
+      const double a = i * h, b = j * h;
+      quad(map(a, b, 1), map(a + h, b, 1), map(a + h, b + h, 1), map(a, b + h, 1));
+      quad(map(a, b + h, 0), map(a + h, b + h, 0), map(a + h, b, 0), map(a, b, 0));
+      quad(map(1, a, b), map(1, a + h, b), map(1, a + h, b + h), map(1, a, b + h));
+      quad(map(0, a, b + h), map(0, a + h, b + h), map(0, a + h, b), map(0, a, b));
+      quad(map(a, 1, b + h), map(a + h, 1, b + h), map(a + h, 1, b), map(a, 1, b));
+      quad(map(a, 0, b), map(a + h, 0, b), map(a + h, 0, b + h), map(a, 0, b + h));
+    }
+  return volume;
+}
+
+TEST(Volume, IsExactForTrilinearCells) {
+  std::mt19937 rng(3);
+  std::uniform_real_distribution<> u(-0.3, 0.3);
+  for (int trial = 0; trial < 50; ++trial) {
+    std::array<Vec3, 8> p;
+    for (int c = 0; c < 8; ++c)
+      p[std::size_t(c)] = Vec3(c & 1, (c >> 1) & 1, (c >> 2) & 1) + Vec3(u(rng), u(rng), u(rng));
+    // The mean of both cuts is exact for a bilinear patch, however coarsely cut.
+    EXPECT_NEAR(trilinear_volume(p), fine_volume(p, 1), 1e-13);
+    EXPECT_NEAR(trilinear_volume(p), fine_volume(p, 4), 1e-13);
+  }
+}
+
+TEST(Volume, EstimateIsExactForAffineMapsOnly) {
+  std::array<Vec3, 8> p;
+  Eigen::Matrix3d map;
+  map << 1.2, 0.3, -0.1, 0.2, 0.9, 0.4, 0, -0.2, 1.1;
+  for (int c = 0; c < 8; ++c) p[std::size_t(c)] = map * Vec3(c & 1, (c >> 1) & 1, (c >> 2) & 1);
+  EXPECT_NEAR(paper_volume(p), map.determinant(), 1e-14);
+  EXPECT_NEAR(trilinear_volume(p), map.determinant(), 1e-14);
+  for (int c = 4; c < 8;
+       ++c) {  // turn the upper face: X x Y shrinks, what is enclosed does too, but not as much
+    const Vec3 centre = map * Vec3(0.5, 0.5, 1);
+    p[std::size_t(c)] = centre + Eigen::AngleAxisd(0.6, Vec3::UnitZ()) * (p[std::size_t(c)] - centre);
+  }
+  EXPECT_GT(std::abs(paper_volume(p) - trilinear_volume(p)), 1e-4);
+}
+
+TEST(Measures, SpinOfATurningCube) {
+  BodyConfig config = undamped(VoxelGrid::box(2, 2, 2));
+  const Body body(config);
+  SpringSystem<double> system(body, {});
+  auto state = system.rest_state();
+  const Vec3 rate(0, 0, 3);
+  const Vec3 centre = config.origin + Vec3::Constant(config.cell_size);
+  double inertia = 0;
+  for (const std::ptrdiff_t site : body.sites()) {
+    const Vec3 arm = state.x.at(site) - centre;
+    state.v.set(site, rate.cross(arm));
+    inertia += body.mass(site) * (arm[0] * arm[0] + arm[1] * arm[1]);
+  }
+  const Measures m = measure(system, state);
+  EXPECT_NEAR(m.spin[2], 3 * inertia, 1e-12);
+  EXPECT_NEAR(m.kinetic, 4.5 * inertia, 1e-12);
+  EXPECT_LT(m.momentum.norm(), 1e-12);
+  EXPECT_NEAR(m.max_speed, 3 * std::sqrt(2.0) * config.cell_size, 1e-12);
+}
+
+TEST(Hold, TurnsAboutItsAxisAndStops) {
+  const Hold hold{.turn = Turn{.axis = Vec3(0, 0, 2), .centre = Vec3(1, 0, 0), .rate = pi / 2, .until = 1}};
+  const Prescribed quarter = prescribed_motion(hold, Vec3(2, 0, 5), 1);
+  EXPECT_LT((quarter.position - Vec3(1, 1, 5)).norm(), 1e-14);
+  EXPECT_LT(quarter.velocity.norm(), 1e-14);
+  const Prescribed half = prescribed_motion(hold, Vec3(2, 0, 5), 0.5);
+  EXPECT_LT((half.velocity - pi / 2 * Vec3(-std::sqrt(0.5), std::sqrt(0.5), 0)).norm(), 1e-14);
+  EXPECT_LT((prescribed_motion(hold, Vec3(2, 0, 5), 9).position - quarter.position).norm(), 1e-14);
+}
+
+}  // namespace
+}  // namespace mss

@@ -1,0 +1,103 @@
+// The calibration, its inverse, the thesis's own constants, damping, and bounds on the spectrum.
+#include "core/material.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/spectral_bound.hpp"
+#include "tests/random_bodies.hpp"
+
+namespace mss {
+namespace {
+
+TEST(Material, CalibrationReturnsYoungAndPoissonInEveryDirection) {
+  for (const double poisson : {0.0, 0.1, 0.25, 0.3, 0.4, 0.45, 0.49})
+    for (const double share : {0.25, 0.5, 1.0})
+      for (const double h : {0.01, 1.0}) {
+        const CubicStiffness c = cubic_stiffness(calibrate({.young = 2e5, .poisson = poisson}, h, share), h);
+        EXPECT_NEAR(c.zener_ratio(), 1, 1e-12);
+        for (const auto& direction : {Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(1, 1, 1), Vec3(3, -1, 2)}) {
+          EXPECT_NEAR(c.young(direction), 2e5, 1e-8 * 2e5);
+          EXPECT_NEAR(c.poisson(direction), poisson, 1e-10);
+        }
+      }
+}
+
+TEST(Material, ThesisConstantsAreNotIsotropic) {
+  const SpringConstants springs{.edge = 100, .face = 100, .body = 300, .volume = 0.1};
+  const CubicStiffness c = cubic_stiffness(springs, 0.2);
+  EXPECT_NEAR(c.zener_ratio(), 5, 1e-12);
+  EXPECT_NEAR(c.young(Vec3(1, 0, 0)), 1416.67, 0.005);
+  EXPECT_NEAR(c.poisson(Vec3(1, 0, 0)), 0.4167, 5e-5);
+  ASSERT_EQ(material_warnings(springs, 0.2).size(), 1U);
+  EXPECT_NE(material_warnings(springs, 0.2)[0].find("Zener ratio 5"), std::string::npos);
+  // The volume force the thesis uses changes E by parts in a million.
+  SpringConstants without = springs;
+  without.volume = 0;
+  EXPECT_NEAR(c.young(Vec3(1, 0, 0)) / cubic_stiffness(without, 0.2).young(Vec3(1, 0, 0)) - 1, 2e-6, 1e-6);
+}
+
+TEST(Material, RefusesWhatIsNoMaterial) {
+  EXPECT_THROW(calibrate({.young = 1e5, .poisson = 0.5}, 1, 0.5), InputError);
+  EXPECT_THROW(calibrate({.young = 1e5, .poisson = -1}, 1, 0.5), InputError);
+  EXPECT_THROW(calibrate({.young = 0, .poisson = 0.3}, 1, 0.5), InputError);
+  EXPECT_THROW(calibrate({.young = 1e5, .poisson = 0.3}, 1, 1.5), InputError);
+}
+
+TEST(Damping, RatioOneIsCriticalForTwoMasses) {
+  const double k = 70, m1 = 0.3, m2 = 1.1, reduced = m1 * m2 / (m1 + m2);
+  const Damping critical{.law = Damping::Law::ratio, .zeta = 1};
+  const double c = critical.coefficient(k, m1, m2, 0.2);
+  EXPECT_NEAR(c * c, 4 * k * reduced, 1e-12);  // equal roots of reduced x'' + c x' + k x
+  const Damping paper{.law = Damping::Law::paper};
+  EXPECT_NEAR(paper.coefficient(k, m1, m2, 0.2), 2 * std::sqrt(k * (m1 + m2)) / 0.2, 1e-12);
+}
+
+/// Largest frequency by power iteration on M^-1 K, the force differentiated along the iterate.
+double largest_frequency(const Body& body) {
+  SpringSystem<double> system(body, {});
+  const auto rest = system.rest_state();
+  auto state = rest;
+  Field<double> a(system.size());
+  testing::randomise(body, state, 1e-6, 0, 3);
+  double omega_squared = 0;
+  const double size = 1e-6 * body.config().cell_size;
+  for (int i = 0; i < 3000; ++i) {
+    system.acceleration(0, state.x, state.v, a);
+    omega_squared = std::sqrt(a.array().square().sum() / (state.x.array() - rest.x.array()).square().sum());
+    state.x.array() = rest.x.array() + a.array() * (size / std::sqrt(a.array().square().sum()));
+  }
+  return std::sqrt(omega_squared);
+}
+
+TEST(SpectralBound, IsTheCornersForAUniformCubeAndHolds) {
+  const int n = 7;
+  BodyConfig config{.voxels = VoxelGrid::box(n, n, n),
+                    .cell_size = 1.0 / n,
+                    .sharing = Sharing::uniform,
+                    .density = 1,
+                    .springs = {.edge = 100, .face = 100, .body = 300, .volume = 0}};
+  const double corner = std::sqrt(16 * (100 + 200 + 300) * std::pow(n, 3.0));
+  EXPECT_NEAR(corner, 1815, 0.5);
+  const Body uniform(config);
+  EXPECT_NEAR(spectral_bound(uniform).omega, corner, 1e-9 * corner);
+  EXPECT_NEAR(largest_frequency(uniform), 1350, 5);
+  config.sharing = Sharing::weighted;
+  const Body weighted(config);
+  EXPECT_GT(spectral_bound(weighted).omega, largest_frequency(weighted));
+  EXPECT_LT(spectral_bound(weighted).omega, 2 * largest_frequency(weighted));
+}
+
+TEST(SpectralBound, HoldsForEveryShapeWithVolumeForce) {
+  for (const auto& shape : testing::test_shapes()) {
+    BodyConfig config = testing::test_config(shape.voxels);
+    config.damping = {};
+    const Body body(config);
+    EXPECT_GT(spectral_bound(body).omega, largest_frequency(body)) << shape.name;
+  }
+}
+
+}  // namespace
+}  // namespace mss

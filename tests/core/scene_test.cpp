@@ -1,0 +1,208 @@
+// Scene files: every key, default and override arrives where it belongs. scene_error_test.cpp has the bad
+// ones.
+#include "core/scene.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tests/core/scene_texts.hpp"
+
+namespace mss {
+namespace {
+
+using ::testing::ElementsAre;
+using testing::full_scene;
+using ::testing::HasSubstr;
+using testing::plain_scene;
+using testing::replaced;
+using testing::SceneFolder;
+using ::testing::StartsWith;
+using Path = std::filesystem::path;
+
+Scene load_text(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  const SceneFolder folder;
+  return load_scene(folder.write("scene.toml", text), overrides);
+}
+
+TEST(Scene, ReadsTheBody) {
+  const BodyConfig body = load_text(full_scene).body;
+  EXPECT_THAT(body.voxels.size(), ElementsAre(4, 2, 3));
+  EXPECT_EQ(body.voxels.count(), 24U);
+  EXPECT_EQ(body.cell_size, 0.25);
+  EXPECT_EQ(body.origin, Vec3(0.5, 0, -1));
+  EXPECT_EQ(body.topology, Topology::edges_body);
+  EXPECT_EQ(body.sharing, Sharing::uniform);
+  EXPECT_EQ(body.density, 900);
+  EXPECT_EQ(body.springs.edge, 100);
+  EXPECT_EQ(body.springs.face, 110.5);
+  EXPECT_EQ(body.springs.body, 300);
+  EXPECT_EQ(body.springs.volume, -0.1);
+  EXPECT_EQ(body.damping.law, Damping::Law::ratio);
+  EXPECT_EQ(body.damping.zeta, 0.05);
+}
+
+TEST(Scene, ReadsTheEnvironment) {
+  const Environment environment = load_text(full_scene).environment;
+  EXPECT_EQ(environment.gravity, Vec3(0, 0.5, -9.81));
+  ASSERT_EQ(environment.holds.size(), 2U);
+  EXPECT_THAT(environment.holds[0].axes, ElementsAre(true, true, true));
+  EXPECT_FALSE(environment.holds[0].moves());
+  const Hold& hold = environment.holds[1];
+  EXPECT_EQ(hold.box.lower, Vec3(1.5, 0, -1));
+  EXPECT_EQ(hold.box.upper, Vec3(1.5, 0.5, -0.25));
+  EXPECT_THAT(hold.axes, ElementsAre(true, false, true));
+  EXPECT_EQ(hold.velocity, Vec3(0, 0, 1));
+  EXPECT_EQ(hold.displacement, Vec3(0.1, 0.2, 0.3));
+  ASSERT_TRUE(hold.turn.has_value());
+  EXPECT_EQ(hold.turn->axis, Vec3(0, 0, 1));
+  EXPECT_EQ(hold.turn->centre, Vec3(1.5, 0.25, 0));
+  EXPECT_EQ(hold.turn->rate, -1.5);
+  EXPECT_EQ(hold.turn->until, 0.75);
+  ASSERT_EQ(environment.loads.size(), 1U);
+  EXPECT_EQ(environment.loads[0].box.upper, Vec3(1.5, 0, -1));
+  EXPECT_EQ(environment.loads[0].force, Vec3(1, 2, 3));
+}
+
+TEST(Scene, ReadsStartAndSolve) {
+  const Scene scene = load_text(full_scene);
+  EXPECT_EQ(scene.name, "scene");
+  EXPECT_EQ(scene.start_velocity, Vec3(4, 5, 6));
+  EXPECT_EQ(scene.start_spin, Vec3(7, 8, 9));
+  EXPECT_EQ(scene.solve.integrator, "velocity_verlet");
+  EXPECT_EQ(scene.solve.dt, 2e-4);
+  EXPECT_EQ(scene.solve.duration, 3);
+  EXPECT_EQ(scene.solve.threads, 2);
+  EXPECT_EQ(scene.solve.precision, Precision::single);
+  EXPECT_EQ(scene.solve.every, 0.5);
+}
+
+TEST(Scene, FillsInDefaults) {
+  const Scene scene = load_text(replaced(plain_scene, "dt = 1e-3", ""));
+  EXPECT_EQ(scene.body.origin, Vec3(0, 0, 0));
+  EXPECT_EQ(scene.body.topology, Topology::full);
+  EXPECT_EQ(scene.body.sharing, Sharing::weighted);
+  EXPECT_EQ(scene.body.damping.law, Damping::Law::none);
+  EXPECT_EQ(scene.environment.gravity, Vec3(0, 0, 0));
+  EXPECT_TRUE(scene.environment.holds.empty());
+  EXPECT_TRUE(scene.environment.loads.empty());
+  EXPECT_EQ(scene.start_velocity, Vec3(0, 0, 0));
+  EXPECT_EQ(scene.start_spin, Vec3(0, 0, 0));
+  EXPECT_EQ(scene.solve.integrator, "verlet");
+  EXPECT_FALSE(scene.solve.dt.has_value());
+  EXPECT_EQ(scene.solve.threads, 0);
+  EXPECT_EQ(scene.solve.precision, Precision::dbl);
+  EXPECT_TRUE(scene.warnings.empty());
+}
+
+TEST(Scene, ATurnNeedNotEnd) {
+  const Scene scene = load_text(replaced(full_scene, ", until = 0.75", ""));
+  EXPECT_EQ(scene.environment.holds[1].turn->until, std::numeric_limits<double>::infinity());
+}
+
+TEST(Scene, CalibratesSprings) {
+  const SpringConstants half = calibrate({.young = 1e5, .poisson = 0.3}, 0.5, 0.5);
+  EXPECT_EQ(load_text(plain_scene).body.springs.edge, half.edge);
+  EXPECT_EQ(load_text(plain_scene).body.springs.volume, half.volume);
+  const SpringConstants all = calibrate({.young = 1e5, .poisson = 0.3}, 0.5, 1);
+  const SpringConstants read = load_text(plain_scene, {"material.face_share=1"}).body.springs;
+  EXPECT_EQ(read.face, all.face);
+  EXPECT_EQ(read.body, 0);
+}
+
+TEST(Scene, KnowsThreeKindsOfDampingAndSafeSteps) {
+  EXPECT_EQ(load_text(plain_scene + "[damping]\npaper = true").body.damping.law, Damping::Law::paper);
+  EXPECT_EQ(load_text(plain_scene + "[damping]\npaper = false\nratio = 1").body.damping.law,
+            Damping::Law::ratio);
+  EXPECT_EQ(load_text(plain_scene + "[damping]\nratio = 0").body.damping.law, Damping::Law::none);
+  EXPECT_FALSE(load_text(replaced(plain_scene, "1e-3", "\"safe\"")).solve.dt.has_value());
+  EXPECT_EQ(load_text(replaced(full_scene, "edges+body", "one-diagonal")).body.topology,
+            Topology::one_diagonal);
+}
+
+TEST(Scene, FindsVoxelFilesBesideItself) {
+  const SceneFolder folder;
+  folder.write("shape.txt", "##.\n#..\n\n#..\n...\n");
+  const Path file =
+      folder.write("scene.toml", replaced(plain_scene, "cells = [2, 2, 2]", "voxels = \"shape.txt\""));
+  const Scene scene = load_scene(file);
+  EXPECT_THAT(scene.body.voxels.size(), ElementsAre(3, 2, 2));
+  EXPECT_EQ(scene.body.voxels.count(), 4U);
+  EXPECT_TRUE(scene.body.voxels.at(1, 0, 0));
+  EXPECT_TRUE(scene.body.voxels.at(0, 1, 0));
+  EXPECT_FALSE(scene.body.voxels.at(0, 1, 1));
+}
+
+TEST(Scene, WarnsAboutMaterials) {
+  const std::string springs = "springs = { edge = 100, face = 100, body = 300 }\nvolume = 0.1";
+  const std::string anisotropic = replaced(plain_scene, "young = 1e5\npoisson = 0.3", springs);
+  EXPECT_THAT(load_text(anisotropic).warnings, ElementsAre(HasSubstr("Zener ratio 5")));
+  EXPECT_THAT(load_text(plain_scene, {"material.poisson=0.1"}).warnings,
+              ElementsAre(HasSubstr("volume stiffness is negative")));
+  EXPECT_THAT(load_text(plain_scene, {"body.sharing=uniform"}).warnings,
+              ElementsAre(HasSubstr("\"weighted\"")));
+  EXPECT_THAT(load_text(plain_scene, {"body.topology=edges+body"}).warnings,
+              ElementsAre(HasSubstr("softer in shear")));
+}
+
+TEST(Scene, TellsWhatItResolvedTo) {
+  const auto plain = nlohmann::json::parse(load_text(replaced(plain_scene, "dt = 1e-3", "")).resolved);
+  EXPECT_EQ(plain["body"]["cells"], nlohmann::json({2, 2, 2}));
+  EXPECT_EQ(plain["body"]["topology"], "full");
+  EXPECT_EQ(plain["material"]["young"], 1e5);
+  EXPECT_EQ(plain["material"]["springs"]["face"], calibrate({.young = 1e5, .poisson = 0.3}, 0.5, 0.5).face);
+  EXPECT_EQ(plain["damping"]["ratio"], 0);
+  EXPECT_EQ(plain["hold"], nlohmann::json::array());
+  EXPECT_EQ(plain["solve"]["dt"], "safe");
+  const auto full = nlohmann::json::parse(load_text(full_scene).resolved);
+  EXPECT_FALSE(full["material"].contains("young"));
+  EXPECT_EQ(full["material"]["volume"], -0.1);
+  EXPECT_EQ(full["environment"]["gravity"], nlohmann::json({0, 0.5, -9.81}));
+  EXPECT_EQ(full["hold"][1]["axes"], "xz");
+  EXPECT_EQ(full["hold"][1]["box"], nlohmann::json({{1.5, 0, -1}, {1.5, 0.5, -0.25}}));
+  EXPECT_EQ(full["hold"][1]["turn"]["until"], 0.75);
+  EXPECT_EQ(full["load"][0]["force"], nlohmann::json({1, 2, 3}));
+  EXPECT_EQ(full["start"]["spin"], nlohmann::json({7, 8, 9}));
+  EXPECT_EQ(full["solve"]["dt"], 2e-4);
+}
+
+TEST(Scene, OverridesComeBeforeChecks) {
+  const std::string wrong = replaced(plain_scene, "density = 1000", "density = -1");
+  EXPECT_EQ(load_text(wrong, {"material.density=5"}).body.density, 5);
+  EXPECT_EQ(load_text(plain_scene, {"material.density=5", "material.density=6"}).body.density, 6);
+  EXPECT_EQ(load_text(plain_scene, {" start.spin = [0, 0, 2] "}).start_spin, Vec3(0, 0, 2));
+  EXPECT_EQ(load_text(plain_scene, {"solve.integrator=rk4"}).solve.integrator, "rk4");
+  EXPECT_EQ(load_text(plain_scene, {"solve.integrator=\"rk4\""}).solve.integrator, "rk4");
+  EXPECT_FALSE(load_text(plain_scene, {"solve.dt=safe"}).solve.dt.has_value());
+}
+
+TEST(Scene, OverridesReachIntoArrays) {
+  const std::vector<std::string> overrides{"hold.1.velocity=[0, 0, 7]", "hold.1.displacement.2 = 9",
+                                           "hold.0.turn.axis=[1,0,0]", "hold.0.turn.centre=[0,0,0]",
+                                           "hold.0.turn.rate=3"};
+  const auto holds = load_text(full_scene, overrides).environment.holds;
+  EXPECT_EQ(holds[1].velocity, Vec3(0, 0, 7));
+  EXPECT_EQ(holds[1].displacement, Vec3(0.1, 0.2, 9));
+  ASSERT_TRUE(holds[0].turn.has_value());
+  EXPECT_EQ(holds[0].turn->rate, 3);
+}
+
+TEST(Scene, AllThatAreShippedLoad) {
+  const Path scenes = Path(MSS_SOURCE_DIR) / "experiments" / "scenes";
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(scenes)) {
+    if (entry.path().extension() != ".toml") continue;
+    std::ifstream in(entry.path());
+    std::string comment;
+    std::getline(in, comment);
+    EXPECT_THAT(comment, StartsWith("# ")) << entry.path() << ": `mss list scenes` shows the first line";
+    names.insert(load_scene(entry.path()).name);
+  }
+  for (const auto* name : {"fig5_1_stretch", "fig5_1_compress", "fig5_1_twist", "cantilever"})
+    EXPECT_EQ(names.count(name), 1U) << name;
+}
+
+}  // namespace
+}  // namespace mss

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace mss::testing {
+
+/// A folder of its own for every test: they run side by side.
+class SceneFolder {
+ public:
+  SceneFolder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "mss_scene_XXXXXX").string();
+    path_ = mkdtemp(pattern.data());
+  }
+  SceneFolder(const SceneFolder&) = delete;
+  SceneFolder& operator=(const SceneFolder&) = delete;
+  ~SceneFolder() { std::filesystem::remove_all(path_); }
+
+  std::filesystem::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(path_ / name) << text;
+    return path_ / name;
+  }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline const std::string plain_scene = R"([body]
+cells = [2, 2, 2]
+cell_size = 0.5
+[material]
+density = 1000
+young = 1e5
+poisson = 0.3
+[solve]
+dt = 1e-3
+duration = 1
+)";
+
+inline const std::string full_scene = R"(# Everything a scene can say.
+[body]
+cells = [4, 2, 3]
+cell_size = 0.25
+origin = [0.5, 0, -1]
+topology = "edges+body"
+sharing = "uniform"
+[material]
+density = 900
+springs = { edge = 100, face = 110.5, body = 300 }
+volume = -0.1
+[damping]
+ratio = 0.05
+[environment]
+gravity = [0, 0.5, -9.81]
+[[hold]]
+box = [[0.5, 0, -1], [0.5, 0.5, -0.25]]
+[[hold]]
+box = [[1.5, 0, -1], [1.5, 0.5, -0.25]]
+axes = "zx"
+velocity = [0, 0, 1]
+displacement = [0.1, 0.2, 0.3]
+turn = { axis = [0, 0, 2], centre = [1.5, 0.25, 0], rate = -1.5, until = 0.75 }
+[[load]]
+box = [[1.5, 0, -1], [1.5, 0, -1]]
+force = [1, 2, 3]
+[start]
+velocity = [4, 5, 6]
+spin = [7, 8, 9]
+[solve]
+integrator = "velocity_verlet"
+dt = 2e-4
+duration = 3
+threads = 2
+precision = "single"
+every = 0.5
+)";
+
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+}  // namespace mss::testing

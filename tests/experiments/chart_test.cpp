@@ -1,0 +1,133 @@
+// Charts, number lists and statistics.
+#include "experiments/chart.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <set>
+
+#include "core/error.hpp"
+#include "experiments/number_list.hpp"
+#include "experiments/output.hpp"
+#include "experiments/report.hpp"
+#include "experiments/statistics.hpp"
+
+namespace mss {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(ChartText, EscapesEverythingGnuplotReadsAsMarkup) {
+  EXPECT_EQ(gnuplot_text("time per update"), "'time per update'");
+  EXPECT_EQ(gnuplot_text("k_e^2 {a} @b & c~d"), "'k\\_e\\^2 \\{a\\} \\@b \\& c\\~d'");
+  EXPECT_EQ(gnuplot_text("the thesis's \\n"), "'the thesis''s \\\\n'");
+  EXPECT_EQ(gnuplot_text("two\nlines"), "'two'.\"\\n\".'lines'");
+  EXPECT_EQ(gnuplot_text("`date` $x"), "'`date` $x'");  // not substituted between single quotes
+}
+
+Chart small_chart() {
+  Chart chart{.title = "title of k_e {x}^2 @home & it's `date`",
+              .subtitle = "subtitle",
+              .x = {.label = "n_x", .logarithmic = true},
+              .y = {.label = "time", .logarithmic = true, .unit = "s"}};
+  chart.series = {
+      {.label = "first_series", .points = {{2, 1e-6, 0.9e-6, 1.2e-6}, {20, 1e-3, 0.9e-3, 1.1e-3}}},
+      {.label = "second", .points = {{2, 3e-6}, {7, std::nan("")}, {20, 2e-3}}}};
+  chart.lines = {{ReferenceLine::Direction::horizontal, 1e-4, "limit_1"},
+                 {ReferenceLine::Direction::vertical, 5, "limit_2"}};
+  chart.marks = {{{7, 1e-5}, "mark_1"}, {{7, std::nan(""), 1e-4, 2e-4}, "mark_2"}};
+  return chart;
+}
+
+TEST(ChartScript, LeavesGapsWhereThereIsNoNumber) {
+  const std::string script = gnuplot_script(small_chart(), "a.svg", "it's.png");
+  EXPECT_NE(script.find("$series1 << END\n2 3e-06\n20 0.002\nEND\n"), std::string::npos);
+  EXPECT_NE(script.find("$bars0 << END\n2 1e-06 9e-07 1.2e-06\n"), std::string::npos);
+  EXPECT_EQ(script.find("$bars1"), std::string::npos);
+  EXPECT_EQ(script.find("nan"), std::string::npos);
+  EXPECT_NE(script.find("set output 'it''s.png'"), std::string::npos);
+}
+
+TEST(ChartScript, GivesEverySeriesItsOwnMarkerAndDash) {
+  Chart chart = small_chart();
+  chart.series.clear();
+  for (int i = 0; i < 10; ++i) chart.series.push_back({.label = "s", .points = {{1, 1}}});
+  const std::string script = gnuplot_script(chart, "a", "b");
+  std::set<std::string> styles;
+  for (std::size_t at = script.find(" with linespoints"); at < script.rfind("set output 'b'");
+       at = script.find(" with linespoints", at + 1)) {
+    const std::size_t from = script.find(" dt ", at), to = script.find(" ps ", at);
+    styles.insert(script.substr(from, to - from));
+  }
+  EXPECT_EQ(styles.size(), 10U);
+}
+
+TEST(Chart, ShowsItsTextUnchanged) {
+  if (gnuplot_version().empty()) GTEST_SKIP() << "gnuplot is not installed";
+  const fs::path directory = fs::temp_directory_path() / ("mss-chart-test-" + std::to_string(getpid()));
+  draw(small_chart(), directory / "it's a chart");
+  const std::string svg = read_file(directory / "it's a chart.svg"),
+                    png = read_file(directory / "it's a chart.png");
+  fs::remove_all(directory);
+  EXPECT_EQ(png.substr(1, 3), "PNG");
+  for (const std::string text :
+       {"title of k_e {x}^2 @home &amp; it's `date`", "first_series", "n_x", "limit_1", "mark_2"})
+    EXPECT_NE(svg.find(text), std::string::npos) << text;
+}
+
+TEST(NumberList, ReadsNumbersAndRangesOnceAndAscending) {
+  EXPECT_EQ(parse_number_list("20,2:4,3,30", "--cells", 100), (std::vector{2, 3, 4, 20, 30}));
+  EXPECT_EQ(parse_number_list("7", "--cells", 7), std::vector{7});
+  EXPECT_EQ(parse_number_list("7:7", "--cells", 7), std::vector{7});
+}
+
+TEST(NumberList, QuotesTheItemItCannotUse) {
+  for (const std::string bad :
+       {"", "0", "-3", "8", "2:8", "0:3", "x", "2x", "2:", ":3", "2:3:4", "1.5", " 3", "99999999999"}) {
+    for (const std::string& list : {bad, "2," + bad, bad + ",2"}) {
+      try {
+        parse_number_list(list, "--cells", 7);
+        ADD_FAILURE() << "'" << list << "' was accepted";
+      } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("--cells has the item '" + bad + "'"), std::string::npos)
+            << error.what();
+      }
+    }
+  }
+  EXPECT_THROW(parse_number_list("5:2", "--cells", 7), InputError);
+}
+
+TEST(Statistics, QuantilesLieBetweenOrderStatistics) {
+  EXPECT_EQ(quantile({3}, 0.25), 3);
+  EXPECT_EQ(quantile({4, 1, 3, 2}, 0.5), 2.5);
+  EXPECT_EQ(quantile({5, 1, 3, 2, 4}, 0.25), 2);
+  EXPECT_EQ(quantile({5, 1, 3, 2, 4}, 1), 5);
+}
+
+TEST(Statistics, PowerLawIsRecovered) {
+  std::vector<double> x, y, noisy;
+  for (const double n : {20, 30, 50, 100}) {
+    x.push_back(n);
+    y.push_back(3e-9 * std::pow(n, 2.97));
+    noisy.push_back(y.back() * (x.size() % 2 ? 1.1 : 1 / 1.1));
+  }
+  const PowerLaw exact = fit_power_law(x, y);
+  EXPECT_NEAR(exact.exponent, 2.97, 1e-12);
+  EXPECT_NEAR(exact.coefficient / 3e-9, 1, 1e-11);
+  EXPECT_NEAR(exact.inverse(exact.at(42)), 42, 1e-10);
+  // Least squares by hand: slope change = sum dx e / sum dx^2 with e = ±log 1.1.
+  EXPECT_NEAR(fit_power_law(x, noisy).exponent - 2.97, -0.0724, 1e-3);
+}
+
+TEST(Page, EncodesAndEscapes) {
+  EXPECT_EQ(base64(""), "");
+  EXPECT_EQ(base64("M"), "TQ==");
+  EXPECT_EQ(base64("Ma"), "TWE=");
+  EXPECT_EQ(base64("Man"), "TWFu");
+  EXPECT_EQ(base64("\xff\xfe\xfd"), "//79");
+  EXPECT_EQ(html_text("<a href=\"x\"> & y"), "&lt;a href=&quot;x&quot;&gt; &amp; y");
+}
+
+}  // namespace
+}  // namespace mss

@@ -1,0 +1,214 @@
+// The program from outside: exit statuses, sentences, and what its commands print and write.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <regex>
+
+#include "experiments/output.hpp"
+#include "experiments/process.hpp"
+#include "experiments/provenance.hpp"
+#include "experiments/table.hpp"
+#include "integrators/integrator.hpp"
+
+namespace mss {
+namespace {
+
+namespace fs = std::filesystem;
+
+ProgramRun mss(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), MSS_PROGRAM);
+  return run_program(arguments);
+}
+
+/// Expects exit status 2 and a single line that starts like every message and holds `part`.
+void expect_refused(const std::vector<std::string>& arguments, const std::string& part) {
+  const ProgramRun run = mss(arguments);
+  EXPECT_EQ(run.exit_status, 2) << run.output;
+  EXPECT_EQ(run.output.rfind("mss: ", 0), 0U) << run.output;
+  EXPECT_EQ(std::count(run.output.begin(), run.output.end(), '\n'), 1) << run.output;
+  EXPECT_NE(run.output.find(part), std::string::npos) << run.output;
+}
+
+class Directory {
+ public:
+  Directory() : path_(fs::temp_directory_path() / ("mss-program-test-" + std::to_string(getpid()))) {}
+  Directory(const Directory&) = delete;
+  Directory& operator=(const Directory&) = delete;
+  ~Directory() { fs::remove_all(path_); }
+  fs::path operator/(const std::string& name) const { return path_ / name; }
+  std::string string() const { return path_.string(); }
+
+ private:
+  fs::path path_;
+};
+
+TEST(Program, ExplainsItself) {
+  const ProgramRun help = mss({"--help"});
+  EXPECT_EQ(help.exit_status, 0);
+  for (const std::string word : {"timing", "reproduce", "material", "list", "Exit status", "130"})
+    EXPECT_NE(help.output.find(word), std::string::npos) << word;
+  const ProgramRun timing = mss({"timing", "--help"});
+  EXPECT_EQ(timing.exit_status, 0);
+  for (const std::string word : {"--quick", "--out", "--cells", "--threads"})
+    EXPECT_NE(timing.output.find(word), std::string::npos) << word;
+  const ProgramRun version = mss({"--version"});
+  EXPECT_EQ(version.exit_status, 0);
+  EXPECT_TRUE(std::regex_match(version.output,
+                               std::regex("mss [0-9.]+ \\(commit ([0-9a-f]{7}|unknown)(, modified)?\\)\n")))
+      << version.output;
+}
+
+TEST(Program, RefusesBadUsageInOneSentence) {
+  expect_refused({}, "give a command");
+  expect_refused({"timng"}, "did you mean 'timing'?");
+  expect_refused({"--versio"}, "did you mean '--version'?");
+  expect_refused({"timing", "--quik"}, "did you mean '--quick'?");
+  expect_refused({"timing", "more"}, "'more' is one argument too many");
+  expect_refused({"timing", "--cells", "2:x"}, "'2:x'");
+  expect_refused({"timing", "--cells", "201"}, "from 1 to 200");
+  expect_refused({"timing", "--cells"}, "--cells");
+  expect_refused({"timing", "--threads", "x"}, "--threads = x is not a number");
+  expect_refused({"timing", "--threads", "-2"}, "--threads is -2");
+  expect_refused({"timing", "--seed", "3"}, "'--seed' is unknown");  // it draws no random numbers
+  expect_refused({"timing", "--out", "/dev/null/here"}, "/dev/null/here cannot be written");
+  expect_refused({"list", "scene"}, "did you mean 'scenes'?");
+}
+
+TEST(Material, RefusesWhatIsNoMaterial) {
+  expect_refused({"material"}, "not given");
+  expect_refused({"material", "--young", "1", "--edge", "1"}, "given in two ways");
+  expect_refused({"material", "--young", "1", "--poisson", "0.3"}, "--cell-size is missing");
+  expect_refused({"material", "--young", "1", "--cell-size", "1"}, "--poisson is missing");
+  expect_refused({"material", "--young", "1", "--poisson", "0.5", "--cell-size", "1"}, "poisson = 0.5");
+  expect_refused({"material", "--young", "1", "--poisson", "nan", "--cell-size", "1"}, "poisson = nan");
+  expect_refused({"material", "--young", "0", "--poisson", "0", "--cell-size", "1"}, "young = 0");
+  expect_refused({"material", "--young", "inf", "--poisson", "0", "--cell-size", "1"}, "young = inf");
+  expect_refused({"material", "--young", "1", "--poisson", "0", "--cell-size", "0"}, "--cell-size is 0");
+  expect_refused({"material", "--young", "1", "--poisson", "0", "--cell-size", "1", "--face-share", "2"},
+                 "face_share = 2");
+  const std::vector<std::string> springs{"material", "--cell-size", "1",      "--volume", "0",
+                                         "--face",   "0",           "--body", "0"};
+  const auto with_edge = [&](const std::string& edge) {
+    std::vector<std::string> all = springs;
+    all.insert(all.end(), {"--edge", edge});
+    return all;
+  };
+  expect_refused(springs, "--edge is missing");
+  expect_refused(with_edge("-1"), "--edge is -1");
+  expect_refused(with_edge("nan"), "--edge is nan");
+  expect_refused(with_edge("0"), "all 0");
+}
+
+/// The number after `name` on its line.
+double value_after(const std::string& text, const std::string& name) {
+  const std::size_t at = text.find(name);
+  if (at == std::string::npos) return -1;
+  return std::strtod(text.c_str() + at + name.size(), nullptr);
+}
+
+TEST(Material, CardOfTheThesissConstants) {
+  const ProgramRun run = mss({"material", "--edge", "100", "--face", "100", "--body", "300", "--volume",
+                              "0.1", "--cell-size", "0.2"});
+  EXPECT_EQ(run.exit_status, 0);
+  EXPECT_NEAR(value_after(run.output, "Zener ratio"), 5, 1e-5);
+  EXPECT_NEAR(value_after(run.output, "[100]"), 1416.67, 0.01);
+  EXPECT_NEAR(value_after(run.output, "C11"), 3500.1, 1e-2);
+  EXPECT_NEAR(value_after(run.output, "C12"), 2500.1, 1e-2);
+  EXPECT_NEAR(value_after(run.output, "C44"), 2500, 1e-2);
+  // 1/E[111] = (C11 + 2 C12 + C44) / (3 C44 (C11 + 2 C12)).
+  EXPECT_NEAR(value_after(run.output, "[111]"), 3 * 2500 * 8500.3 / (8500.3 + 2500), 0.1);
+  EXPECT_NE(run.output.find("depends on direction"), std::string::npos);
+}
+
+TEST(Material, CardOfAnIsotropicMaterial) {
+  const ProgramRun run =
+      mss({"material", "--young", "1e5", "--poisson", "0.3", "--cell-size", "0.2", "--face-share", "1"});
+  EXPECT_EQ(run.exit_status, 0);
+  const double mu_h = 1e5 / 2.6 * 0.2;
+  EXPECT_NEAR(value_after(run.output, "edge k_e"), mu_h, 0.01);
+  EXPECT_NEAR(value_after(run.output, "face diagonal k_f"), mu_h, 0.01);
+  EXPECT_EQ(value_after(run.output, "body diagonal k_c"), 0);
+  for (const std::string direction : {"[100]", "[110]", "[111]"})
+    EXPECT_NEAR(value_after(run.output, direction), 1e5, 0.1) << direction;
+  EXPECT_NE(run.output.find("Warnings\n  none"), std::string::npos);
+}
+
+TEST(List, NamesEverythingThereIs) {
+  const ProgramRun all = mss({"list"});
+  EXPECT_EQ(all.exit_status, 0);
+  for (const std::string word : {"integrators\n", "scenes\n", "experiments\n", "timing"})
+    EXPECT_NE(all.output.find(word), std::string::npos) << word;
+  const ProgramRun methods = mss({"list", "integrators"});
+  EXPECT_EQ(std::size_t(std::count(methods.output.begin(), methods.output.end(), '\n')),
+            integrators().size());
+  for (const IntegratorInfo& info : integrators())
+    EXPECT_NE(methods.output.find(info.name), std::string::npos);
+  const ProgramRun scenes = mss({"list", "scenes"});
+  for (const auto& entry : fs::directory_iterator(MSS_SOURCE_DIR "/experiments/scenes"))
+    if (entry.path().extension() == ".toml")
+      EXPECT_TRUE(std::regex_search(scenes.output, std::regex(entry.path().stem().string() + " +[A-Z]")))
+          << entry.path() << " should open with a comment that describes it";
+}
+
+TEST(Timing, WritesRowsMetaAndChart) {
+  const Directory out;
+  const ProgramRun run =
+      mss({"timing", "--cells", "2,3", "--threads", "1", "--quick", "--out", out.string()});
+  EXPECT_EQ(run.exit_status, 0) << run.output;
+  const auto rows = parse_csv(read_file(out / "timing.csv"));
+  EXPECT_EQ(rows.size(), 1U + 2 * 6);
+  const Json meta = Json::parse(read_file(out / "meta.json"));
+  EXPECT_EQ(meta["experiment"], "timing");
+  EXPECT_EQ(meta["status"], "ok");
+  EXPECT_EQ(meta["configuration"]["cells"], (std::vector{2, 3}));
+  EXPECT_EQ(meta["tables"]["timing.csv"]["rows"], 12);
+  EXPECT_EQ(meta["tables"]["timing.csv"]["units"]["seconds_per_step"], "s");
+  for (const std::string key : {"commit", "modified", "compiler", "flags", "build_type", "dependencies",
+                                "cpu", "cores_available", "os", "sweep_kernels", "date", "load_average"})
+    EXPECT_TRUE(meta["provenance"].contains(key)) << key;
+  EXPECT_TRUE(std::regex_match(meta["provenance"]["date"].get<std::string>(),
+                               std::regex("[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}:[0-9]{2}Z")));
+  for (const std::string name : {"timing_summary.csv", "timing_raw.csv", "timing.svg", "timing.png"})
+    EXPECT_GT(fs::file_size(out / name), 0U) << name;
+}
+
+TEST(Timing, KeepsItsRowsWithoutGnuplot) {
+  const Directory out;
+  const ProgramRun run = run_program({"env", "PATH=/nowhere", MSS_PROGRAM, "timing", "--cells", "2",
+                                      "--threads", "1", "--quick", "--out", out.string()});
+  EXPECT_EQ(run.exit_status, 2) << run.output;
+  EXPECT_NE(run.output.find("gnuplot-nox"), std::string::npos) << run.output;
+  EXPECT_EQ(parse_csv(read_file(out / "timing.csv")).size(), 1U + 6);
+  EXPECT_FALSE(fs::exists(out / "timing.svg"));
+}
+
+TEST(Timing, KeepsFinishedRowsOnInterrupt) {
+  const Directory out;
+  const ProgramRun run = run_program({"timeout", "--preserve-status", "--signal=INT", "2", MSS_PROGRAM,
+                                      "timing", "--cells", "2:60", "--threads", "1", "--out", out.string()});
+  EXPECT_EQ(run.exit_status, 130) << run.output;
+  EXPECT_EQ(Json::parse(read_file(out / "meta.json"))["status"], "interrupted");
+  const auto rows = parse_csv(read_file(out / "timing.csv"));
+  EXPECT_EQ(rows[0][0], "method");
+  EXPECT_EQ((rows.size() - 1) % 6, 0U);  // whole sizes only
+  EXPECT_LT(rows.size(), 1U + 59 * 6);
+}
+
+TEST(Reproduce, ShowsEveryChartOnOnePage) {
+  const Directory out;
+  // Interrupted early: the page must be there all the same, and one experiment suffices to see that it is
+  // filled.
+  const ProgramRun run = run_program({"timeout", "--preserve-status", "--signal=INT", "3", MSS_PROGRAM,
+                                      "reproduce", "--quick", "--out", out.string()});
+  EXPECT_EQ(run.exit_status, 130) << run.output;
+  const std::string page = read_file(out / "index.html");
+  EXPECT_NE(page.find("<h2>timing</h2>"), std::string::npos);
+  EXPECT_NE(page.find("href=\"timing/timing.csv\""), std::string::npos);
+  EXPECT_NE(page.find("href=\"timing/meta.json\""), std::string::npos);
+  EXPECT_NE(page.find("Status: interrupted"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mss

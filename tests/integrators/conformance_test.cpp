@@ -1,0 +1,194 @@
+// What every method in the registry must do: its declared order, its stability limit, repeatability, reset,
+// and the same trajectory however often somebody looks.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "core/error.hpp"
+#include "core/measures.hpp"
+#include "integrators/integrator.hpp"
+#include "integrators/stable_step.hpp"
+#include "tests/oscillator.hpp"
+#include "tests/random_bodies.hpp"
+
+namespace mss {
+namespace {
+
+class Method : public ::testing::TestWithParam<std::string> {
+ protected:
+  const IntegratorInfo& info() const { return find_integrator(GetParam()); }
+};
+
+double error_at(const IntegratorInfo& info, testing::Oscillator& system, double dt, double t_end) {
+  auto state = system.start(0.8, 0.5);
+  Work work;
+  EXPECT_EQ(info.make<double>({.dt = dt})->advance(system, state, t_end, work), Status::ok);
+  EXPECT_NEAR(state.t, t_end, 1e-9);
+  return std::abs(state.x.axis(0)[0] - system.exact(0.8, 0.5, t_end));
+}
+
+double observed_order(const IntegratorInfo& info, double damping) {
+  testing::Oscillator system(2, damping);
+  const double coarse = error_at(info, system, 1.0 / 1024, 1), fine = error_at(info, system, 1.0 / 2048, 1);
+  return std::log2(coarse / fine);
+}
+
+TEST_P(Method, HasItsDeclaredOrderUndamped) {
+  EXPECT_NEAR(observed_order(info(), 0), info().order_undamped, 0.05);
+}
+TEST_P(Method, HasItsDeclaredOrderDamped) {
+  EXPECT_NEAR(observed_order(info(), 0.6), info().order_damped, 0.05);
+}
+
+/// Whether x stays below `bound` from a start at 1. Close to its limit a stable Verlet swings many times as
+/// far as it started; explicit Euler decays or grows.
+bool holds(const IntegratorInfo& info, double omega, double damping, double dt, double bound = 1e3) {
+  testing::Oscillator system(omega, damping);
+  auto state = system.start(1, 0);
+  Work work;
+  const Status status = info.make<double>({.dt = dt})->advance(system, state, 4000 * dt, work);
+  return status == Status::ok && std::hypot(state.x.axis(0)[0], state.v.axis(0)[0] / omega) < bound;
+}
+
+TEST_P(Method, IsStableUpToThePredictedStep) {
+  if (info().limit != StabilityLimit::central) GTEST_SKIP() << "has another kind of limit";
+  for (const double damping : {0.0, 0.3, 2.0, 12.0}) {
+    const double limit = stable_step(info(), {.omega = 3, .damping = damping});
+    EXPECT_TRUE(holds(info(), 3, damping, 0.99 * limit)) << damping;
+    EXPECT_FALSE(holds(info(), 3, damping, 1.01 * limit)) << damping;
+  }
+}
+
+TEST(ExplicitEuler, IsStableOnlyWhereTheTheorySays) {
+  const IntegratorInfo& info = find_integrator("explicit_euler");
+  EXPECT_FALSE(holds(info, 3, 0, 1e-2, 1));
+  // w^2 dt < c and 2 c dt < 4 + w^2 dt^2
+  EXPECT_TRUE(holds(info, 3, 0.9, 0.99 * 0.1, 1));
+  EXPECT_FALSE(holds(info, 3, 0.9, 1.01 * 0.1, 1));
+  EXPECT_THROW(stable_step(info, {.omega = 3, .damping = 1}), InputError);
+}
+
+/// A damped, spinning body in free fall.
+struct Scenario {
+  Body body{testing::test_config(VoxelGrid::box(3, 2, 4))};
+  SpringSystem<double> system{body, {.gravity = Vec3(0, 0, -9.81)}, {.threads = 2}};
+  State<double> state = system.rest_state();
+  Scenario() { testing::randomise(body, state, 0.1, 0.5, 23); }
+};
+
+bool same_bits(const State<double>& a, const State<double>& b) {
+  const auto bytes = std::size_t(a.x.size()) * sizeof(double);
+  return std::memcmp(a.x.axis(0), b.x.axis(0), bytes) == 0 &&
+         std::memcmp(a.v.axis(0), b.v.axis(0), bytes) == 0;
+}
+
+TEST_P(Method, RepeatsBitForBit) {
+  Scenario one, other;
+  Work work;
+  const auto first = info().make<double>({.dt = 1e-4}), second = info().make<double>({.dt = 1e-4});
+  EXPECT_EQ(first->advance(one.system, one.state, 0.05, work), Status::ok);
+  EXPECT_EQ(second->advance(other.system, other.state, 0.05, work), Status::ok);
+  EXPECT_TRUE(same_bits(one.state, other.state));
+  EXPECT_EQ(work.steps, 1000);
+  EXPECT_GE(work.force_evaluations, work.steps);
+}
+
+TEST_P(Method, DoesNotDependOnHowOftenSomebodyLooks) {
+  Scenario once, often;
+  Work work;
+  const auto first = info().make<double>({.dt = 1e-4}), second = info().make<double>({.dt = 1e-4});
+  first->advance(once.system, once.state, 0.02, work);
+  for (int look = 1; look <= 20; ++look) second->advance(often.system, often.state, look * 1e-3, work);
+  EXPECT_TRUE(same_bits(once.state, often.state));
+}
+
+TEST_P(Method, ResetForgets) {
+  Scenario used, fresh;
+  Work work;
+  const auto method = info().make<double>({.dt = 1e-4});
+  method->advance(used.system, used.state, 0.01, work);
+  used.state = fresh.state;  // an edit
+  method->reset();
+  method->advance(used.system, used.state, 0.01, work);
+  info().make<double>({.dt = 1e-4})->advance(fresh.system, fresh.state, 0.01, work);
+  EXPECT_TRUE(same_bits(used.state, fresh.state));
+}
+
+TEST_P(Method, FollowsHolds) {
+  const Body body(testing::test_config(VoxelGrid::box(2, 2, 3)));
+  const Vec3 low = body.config().origin, high = low + Vec3(0.4, 0.4, 0.6);
+  const Hold fixed{.box = {low, {high[0], high[1], low[2]}}};
+  const Hold pulled{
+      .box = {{low[0], low[1], high[2]}, high}, .axes = {false, false, true}, .velocity = Vec3(0, 0, 0.1)};
+  SpringSystem<double> system(body, {.gravity = Vec3::Zero(), .holds = {fixed, pulled}, .loads = {}});
+  auto state = system.rest_state();
+  Work work;
+  ASSERT_EQ(info().make<double>({.dt = 1e-4})->advance(system, state, 1, work), Status::ok);
+  for (const std::ptrdiff_t site : body.select(fixed.box.lower, fixed.box.upper)) {
+    EXPECT_EQ(state.x.at(site), body.rest_position(site));
+    EXPECT_EQ(state.v.at(site), Vec3::Zero());
+  }
+  double contraction = 0;
+  for (const std::ptrdiff_t site : body.select(pulled.box.lower, pulled.box.upper)) {
+    EXPECT_NEAR(state.x.at(site)[2], body.rest_position(site)[2] + 0.1, 1e-12);
+    contraction = std::max(contraction, std::abs(state.x.at(site)[0] - body.rest_position(site)[0]));
+  }
+  EXPECT_GT(contraction, 1e-4);  // the other coordinates are free
+}
+
+TEST_P(Method, WorksInSinglePrecision) {
+  const Body body(testing::test_config(VoxelGrid::box(3, 3, 3)));
+  SpringSystem<float> single(body, {});
+  SpringSystem<double> twice(body, {});
+  auto a = single.rest_state();
+  auto b = twice.rest_state();
+  testing::randomise(body, a, 0.1, 0.2, 4);
+  testing::randomise(body, b, 0.1, 0.2, 4);
+  Work work;
+  EXPECT_EQ(info().make<float>({.dt = 1e-4})->advance(single, a, 0.05, work), Status::ok);
+  EXPECT_EQ(info().make<double>({.dt = 1e-4})->advance(twice, b, 0.05, work), Status::ok);
+  for (const std::ptrdiff_t site : body.sites()) EXPECT_LT((a.x.at(site) - b.x.at(site)).norm(), 2e-5);
+}
+
+TEST_P(Method, ReportsDivergence) {
+  if (info().limit == StabilityLimit::none) GTEST_SKIP() << "has no limit";
+  Scenario s;
+  Work work;
+  EXPECT_EQ(info().make<double>({.dt = 1})->advance(s.system, s.state, 1e5, work), Status::non_finite);
+  EXPECT_LT(work.steps, 100000);
+}
+
+std::vector<std::string> names() {
+  std::vector<std::string> names;
+  for (const IntegratorInfo& info : integrators()) names.push_back(info.name);
+  return names;
+}
+INSTANTIATE_TEST_SUITE_P(Registry, Method, ::testing::ValuesIn(names()),
+                         [](const auto& p) { return p.param; });
+
+TEST(Registry, HasUniqueNamesAndSuggests) {
+  EXPECT_GE(integrators().size(), 4U);
+  try {
+    find_integrator("velocity_verlt");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("'velocity_verlet'"), std::string::npos);
+  }
+}
+
+TEST(Verlet, IsSemiImplicitEulerInOtherVariables) {
+  Scenario one, other;
+  Work work;
+  find_integrator("verlet").make<double>({.dt = 1e-4})->advance(one.system, one.state, 0.1, work);
+  find_integrator("semi_implicit_euler")
+      .make<double>({.dt = 1e-4})
+      ->advance(other.system, other.state, 0.1, work);
+  double largest = 0;
+  for (const std::ptrdiff_t site : one.body.sites())
+    largest = std::max(largest, (one.state.x.at(site) - other.state.x.at(site)).norm());
+  EXPECT_LT(largest, 1e-10 * one.body.config().cell_size);
+  EXPECT_GT(largest, 0);  // not the same code
+}
+
+}  // namespace
+}  // namespace mss

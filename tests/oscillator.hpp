@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cmath>
+#include <complex>
+
+#include "core/system.hpp"
+
+namespace mss::testing {
+
+/// One particle on a damped spring along x: x'' = -w^2 x - c x'. Its solution is known, and it is a System of
+/// its own: methods are tested on what they promise for any System, not for the sweep.
+class Oscillator final : public System<double> {
+ public:
+  Oscillator(double omega, double damping) : omega_(omega), damping_(damping) {}
+
+  std::ptrdiff_t size() const override { return 1; }
+  const std::vector<std::ptrdiff_t>& particles() const override { return particles_; }
+  double mass(std::ptrdiff_t) const override { return mass_; }
+  void force(double, const Field<double>& x, const Field<double>& v, Field<double>& f) override {
+    for (int a = 0; a < 3; ++a)
+      f.axis(a)[0] = -mass_ * (omega_ * omega_ * x.axis(a)[0] + damping_ * v.axis(a)[0]);
+  }
+
+  State<double> start(double x, double v) const {
+    State<double> state{0, Field<double>(1), Field<double>(1)};
+    state.x.axis(0)[0] = x;
+    state.v.axis(0)[0] = v;
+    return state;
+  }
+
+  /// Position at time t of the solution through (x, v) at 0; underdamped.
+  double exact(double x, double v, double t) const {
+    const double decay = damping_ / 2, frequency = std::sqrt(omega_ * omega_ - decay * decay);
+    return std::exp(-decay * t) *
+           (x * std::cos(frequency * t) + (v + decay * x) / frequency * std::sin(frequency * t));
+  }
+
+ private:
+  double omega_;
+  double damping_;
+  double mass_ = 0.7;
+  std::vector<std::ptrdiff_t> particles_{0};
+};
+
+}  // namespace mss::testing
