@@ -7,20 +7,23 @@ namespace mss {
 
 /// Index arithmetic of the particle lattice: site (i, j, k) is the corner shared by up to eight cells.
 ///
-/// Sites of one plane (fixed k) are contiguous, rows along x follow each other without gaps, and planes start
-/// at multiples of `plane_align` so that a vector block never straddles two planes. One ghost plane and one
-/// row lie behind the last plane: the sweep may read the eight corners of any site without asking where it
-/// is.
+/// Sites of one plane (fixed k) are contiguous and rows along x follow each other without gaps. Planes start
+/// at multiples of `plane_align`, so that a vector block never straddles two of them, and end with a row and
+/// a block that hold nothing: the sweep may read the eight corners of any block without asking where it is,
+/// and still reads from two planes only. That matters to threads: the plane after those may be written at the
+/// same time. One ghost plane lies behind the last.
 struct Lattice {
   static constexpr std::ptrdiff_t plane_align = 16;  ///< the widest vector: 16 floats
 
   Lattice(int nx, int ny, int nz) : cells{nx, ny, nz}, row(nx + 1) {
-    const std::ptrdiff_t used = row * (ny + 1);
-    plane = (used + plane_align - 1) / plane_align * plane_align;
+    const std::ptrdiff_t padded = used() + row + 1 + plane_align;
+    plane = (padded + plane_align - 1) / plane_align * plane_align;
     sites = plane * (nz + 1);
-    const std::ptrdiff_t ghosts = plane + row + 1 + plane_align;
-    size = (sites + ghosts + plane_align - 1) / plane_align * plane_align;
+    size = sites + plane;
   }
+
+  /// Sites of a plane that rows cover.
+  std::ptrdiff_t used() const { return row * (cells[1] + 1); }
 
   int planes() const { return cells[2] + 1; }
   std::ptrdiff_t site(int i, int j, int k) const { return i + row * j + plane * k; }

@@ -91,11 +91,10 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
       team_(team_size(body, execution.threads)),
       damped_(body.config().damping.law != Damping::Law::none) {
   const Lattice& lattice = body_.lattice();
-  const std::ptrdiff_t used = lattice.row * (lattice.cells[1] + 1);
-  blocks_ = (used + kernel_.lanes - 1) / kernel_.lanes;
+  blocks_ = (lattice.used() + kernel_.lanes - 1) / kernel_.lanes;
   build_dictionary();
   build_masses();
-  const std::ptrdiff_t scratch = lattice.plane + lattice.row + Lattice::plane_align;
+  const std::ptrdiff_t scratch = lattice.plane;
   nothing_below_ = Field<Real>(scratch);
   for (int rank = 0; rank < team_.size(); ++rank) {
     const auto bound = [&](int r) { return int(std::int64_t(lattice.planes()) * r / team_.size()); };
@@ -265,7 +264,7 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
   const Lattice& lattice = body_.lattice();
   const std::ptrdiff_t offset = lattice.plane * plane;
   // The sweep begins the sums of every row but the first, and of all where rows are shorter than a block.
-  const std::ptrdiff_t begun = lattice.row < kernel_.lanes ? lattice.plane + lattice.row : lattice.row;
+  const std::ptrdiff_t begun = lattice.row < kernel_.lanes ? lattice.plane : lattice.row;
   for (int a = 0; a < 3; ++a) {
     std::fill_n(own.axis[a], begun, Real(0));
     std::fill_n(above.axis[a], begun, Real(0));

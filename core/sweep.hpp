@@ -30,7 +30,7 @@ struct ConstStreams {
 };
 
 /// What one plane of the sweep reads and writes. Pointers to fields start at the plane's first site; scratch
-/// planes hold `plane + row + W` numbers per axis.
+/// planes hold `plane` numbers per axis.
 template <class Real>
 struct SweepPlane {
   std::ptrdiff_t row;

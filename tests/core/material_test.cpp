@@ -95,7 +95,8 @@ TEST(SpectralBound, HoldsForEveryShapeWithVolumeForce) {
     BodyConfig config = testing::test_config(shape.voxels);
     config.damping = {};
     const Body body(config);
-    EXPECT_GT(spectral_bound(body).omega, largest_frequency(body)) << shape.name;
+    // A single cell attains its bound: only the rounding of differentiated forces separates the two.
+    EXPECT_GT((1 + 1e-6) * spectral_bound(body).omega, largest_frequency(body)) << shape.name;
   }
 }
 

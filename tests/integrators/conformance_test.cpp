@@ -148,8 +148,8 @@ TEST_P(Method, WorksInSinglePrecision) {
   Work work;
   EXPECT_EQ(info().make<float>({.dt = 1e-4})->advance(single, a, 0.05, work), Status::ok);
   EXPECT_EQ(info().make<double>({.dt = 1e-4})->advance(twice, b, 0.05, work), Status::ok);
-  // Position Verlet rounds x, of size 1, by half an epsilon a step, and every rounding stays in its velocity: after N
-  // steps N^2 / 2 of them at worst. The others round a velocity of size 1 times dt instead.
+  // Position Verlet rounds x, of size 1, by half an epsilon a step, and every rounding stays in its velocity:
+  // after N steps N^2 / 2 of them at worst. The others round a velocity of size 1 times dt instead.
   const double steps = 500, epsilon = std::numeric_limits<float>::epsilon();
   const double allowed = info().name == "verlet" ? epsilon / 2 * steps * steps / 2 : 2e-5;
   for (const std::ptrdiff_t site : body.sites()) EXPECT_LT((a.x.at(site) - b.x.at(site)).norm(), allowed);
