@@ -22,27 +22,29 @@ as_root() {
 
 missing_packages() {
   local package status
-  while read -r package; do
+  sed 's/#.*//' "$root/packages.txt" | awk 'NF { print $1 }' | while read -r package; do
     status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
     [[ $status == installed ]] || echo "$package"
-  done < <(sed 's/#.*//' "$root/packages.txt" | awk 'NF { print $1 }')
+  done
 }
 
 install_packages() {
   if ! command -v dpkg-query >/dev/null; then
-    say "this is not Debian, so install the equivalents of packages.txt yourself; trying to build with what is there"
+    say "this is not Debian, so install the equivalents of packages.txt yourself; building with what is there"
     return
   fi
-  local missing
-  mapfile -t missing < <(missing_packages)
-  [[ ${#missing[@]} -gt 0 ]] || return 0
+  local names missing
+  names=$(missing_packages)
+  [[ -n $names ]] || return 0
+  mapfile -t missing <<<"$names"
   if [[ $EUID -ne 0 ]] && ! command -v sudo >/dev/null; then
-    say "these packages are missing and only root can install them: ${missing[*]}; run 'apt-get install' as root first"
+    say "these packages are missing, and only root can install them with apt-get install: ${missing[*]}"
     exit 2
   fi
   say "installing ${missing[*]}"
   as_root apt-get update --quiet
-  as_root env DEBIAN_FRONTEND=noninteractive apt-get install --quiet --yes --no-install-recommends "${missing[@]}"
+  as_root env DEBIAN_FRONTEND=noninteractive \
+    apt-get install --quiet --yes --no-install-recommends "${missing[@]}"
 }
 
 build() {

@@ -146,13 +146,17 @@ TEST(List, NamesEverythingThereIs) {
   for (const IntegratorInfo& info : integrators())
     EXPECT_NE(methods.output.find(info.name), std::string::npos);
   const ProgramRun scenes = mss({"list", "scenes"});
-  for (const auto& entry : fs::directory_iterator(MSS_SOURCE_DIR "/experiments/scenes"))
-    if (entry.path().extension() == ".toml")
-      EXPECT_TRUE(std::regex_search(scenes.output, std::regex(entry.path().stem().string() + " +[A-Z]")))
-          << entry.path() << " should open with a comment that describes it";
+  int described = 0;
+  for (const auto& entry : fs::directory_iterator(MSS_SOURCE_DIR "/experiments/scenes")) {
+    if (entry.path().extension() != ".toml") continue;
+    ++described;
+    EXPECT_TRUE(std::regex_search(scenes.output, std::regex(entry.path().stem().string() + " +[A-Z]")))
+        << entry.path() << " should open with a comment that describes it";
+  }
+  EXPECT_EQ(std::count(scenes.output.begin(), scenes.output.end(), '\n'), described);
 }
 
-TEST(Timing, WritesRowsMetaAndChart) {
+TEST(TimingCommand, WritesRowsMetaAndChart) {
   const Directory out;
   const ProgramRun run =
       mss({"timing", "--cells", "2,3", "--threads", "1", "--quick", "--out", out.string()});
@@ -174,7 +178,7 @@ TEST(Timing, WritesRowsMetaAndChart) {
     EXPECT_GT(fs::file_size(out / name), 0U) << name;
 }
 
-TEST(Timing, KeepsItsRowsWithoutGnuplot) {
+TEST(TimingCommand, KeepsItsRowsWithoutGnuplot) {
   const Directory out;
   const ProgramRun run = run_program({"env", "PATH=/nowhere", MSS_PROGRAM, "timing", "--cells", "2",
                                       "--threads", "1", "--quick", "--out", out.string()});
@@ -184,7 +188,7 @@ TEST(Timing, KeepsItsRowsWithoutGnuplot) {
   EXPECT_FALSE(fs::exists(out / "timing.svg"));
 }
 
-TEST(Timing, KeepsFinishedRowsOnInterrupt) {
+TEST(TimingCommand, KeepsFinishedRowsOnInterrupt) {
   const Directory out;
   const ProgramRun run = run_program({"timeout", "--preserve-status", "--signal=INT", "2", MSS_PROGRAM,
                                       "timing", "--cells", "2:60", "--threads", "1", "--out", out.string()});

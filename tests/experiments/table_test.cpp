@@ -16,13 +16,14 @@ namespace mss {
 namespace {
 
 namespace fs = std::filesystem;
+using Columns = std::vector<Column>;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 TEST(Table, NumbersReadBackExactly) {
   const std::vector<double> values{0.1,  1.0 / 3, 5e-324, 1.7976931348623157e308,
                                    -0.0, 3,       1e-5,   123456789.125};
-  Table table({{"value", "m"}});
+  Table table(Columns{{"value", "m"}});
   for (const double v : values) table.add({v});
   const auto rows = parse_csv(table.csv());
   ASSERT_EQ(rows.size(), values.size() + 1);
@@ -35,13 +36,13 @@ TEST(Table, NumbersReadBackExactly) {
 }
 
 TEST(Table, IntegersReadBackExactly) {
-  Table table({{"count"}});
+  Table table(Columns{{"count"}});
   table.add({std::int64_t{9007199254740993}});  // not a double
   EXPECT_EQ(table.csv(), "count\n9007199254740993\n");
 }
 
 TEST(Table, QuotesOnlyWhatNeedsIt) {
-  Table table({{"a"}, {"b,c"}});
+  Table table(Columns{{"a"}, {"b,c"}});
   table.add({"plain text", "with, comma"});
   table.add({"with \"quotes\"", "two\nlines"});
   table.add({"", "x"});
@@ -62,9 +63,9 @@ TEST(Table, ReadsForeignLineEndsAndAMissingLastOne) {
 
 TEST(Table, MissingNumberNeedsAStatusThatSaysWhy) {
   for (const double missing : {nan, infinity, -infinity}) {
-    Table without({{"value"}});
+    Table without(Columns{{"value"}});
     EXPECT_THROW(without.add({missing}), std::logic_error);
-    Table with({{"value"}, {"status"}});
+    Table with(Columns{{"value"}, {"status"}});
     EXPECT_THROW(with.add({missing, "ok"}), std::logic_error);
     EXPECT_THROW(with.add({missing, ""}), std::logic_error);
     EXPECT_EQ(with.size(), 0U);
@@ -74,7 +75,7 @@ TEST(Table, MissingNumberNeedsAStatusThatSaysWhy) {
 }
 
 TEST(Table, RejectsRowsOfAnotherWidthAndUnknownColumns) {
-  Table table({{"a"}, {"b"}});
+  Table table(Columns{{"a"}, {"b"}});
   EXPECT_THROW(table.add({1.0}), std::logic_error);
   table.add({std::int64_t{2}, "x"});
   EXPECT_EQ(table.number(0, "a"), 2.0);
