@@ -93,21 +93,19 @@ inline constexpr Real rsqrt_scale = sizeof(Real) == 8 ? 16 : 2;
   return _mm_rsqrt_ps(a);
 #endif
 }
-[[gnu::always_inline]] inline Pack<double> scaled_rsqrt(Pack<double> a) {
+[[gnu::always_inline]] inline Pack<double> scaled_rsqrt(Pack<double> a, Pack<double> y) {
 #if defined(__AVX512F__)
   constexpr double three = 3, twelve = 12;
 #else
   constexpr double three = 3 + 2 * 1.02e-7, twelve = 12 + 8 * 0.8e-14;
 #endif
-  const Pack<double> y = rsqrt_estimate(a);
   const Pack<double> ay = a * y;
   const Pack<double> step = three - ay * y;
   const Pack<double> y2 = y * step,
                      ay2 = ay * step;  // side by side: the chain of dependent operations is what costs
   return y2 * (twelve - ay2 * y2);
 }
-[[gnu::always_inline]] inline Pack<float> scaled_rsqrt(Pack<float> a) {
-  const Pack<float> y = rsqrt_estimate(a);
+[[gnu::always_inline]] inline Pack<float> scaled_rsqrt(Pack<float> a, Pack<float> y) {
   return y * (3.0F - a * y * y);
 }
 #else

@@ -89,53 +89,70 @@ struct Block {
     return load(s, corner[spring_ends[spring][1]]) - load(s, corner[spring_ends[spring][0]]);
   }
 
-  /// Differences d along the springs and what they pull with, divided by |d|: eq. 2-3 and 2-5, with 2-6 as a
-  /// projection. Several springs at a time, stage by stage: one alone is a chain of operations too long for
-  /// the processor to see past its end.
-  template <int N>
-  [[gnu::always_inline]] void tensions(const int (&spring)[N], Vec<Real> (&d)[N], Pack<Real> (&f)[N]) const {
-    Pack<Real> r[N];
-    for (int i = 0; i < N; ++i) d[i] = difference(p.x, spring[i]);
-    for (int i = 0; i < N; ++i) r[i] = scaled_rsqrt(squared_norm(d[i]));
-    for (int i = 0; i < N; ++i) {
-      const Real* c = coefficient + 3 * W * spring[i];
-      const Pack<Real> k = load(c), k_rest = load(c + W);
-      if constexpr (Damped)
-        f[i] = k + r[i] * ((load(c + 2 * W) * dot(d[i], difference(p.v, spring[i]))) * r[i] - k_rest);
-      else
-        f[i] = k - r[i] * k_rest;
+  /// Springs on their way: differences d along them, |d|^2 and a first estimate of 1/|d|.
+  template <int... Spring>
+  struct Started {
+    static constexpr int count = sizeof...(Spring);
+    static constexpr int spring[count] = {Spring...};
+    Vec<Real> d[count];
+    Pack<Real> squared[count], estimate[count];
+  };
+
+  /// The first half of the work on a few springs.
+  template <int... Spring>
+  [[gnu::always_inline]] Started<Spring...> start() const {
+    Started<Spring...> s;
+    for (int i = 0; i < s.count; ++i) s.d[i] = difference(p.x, s.spring[i]);
+    for (int i = 0; i < s.count; ++i) s.squared[i] = squared_norm(s.d[i]);
+    for (int i = 0; i < s.count; ++i) s.estimate[i] = rsqrt_estimate(s.squared[i]);
+    return s;
+  }
+
+  /// The second half: what spring i of them pulls with, divided by |d|. Eq. 2-3 and 2-5, with 2-6 as a
+  /// projection.
+  template <int... Spring>
+  [[gnu::always_inline]] Pack<Real> tension(const Started<Spring...>& s, int i) const {
+    const Pack<Real> r = scaled_rsqrt(s.squared[i], s.estimate[i]);
+    const Real* c = coefficient + 3 * W * s.spring[i];
+    const Pack<Real> k = load(c), k_rest = load(c + W);
+    if constexpr (Damped)
+      return k + r * ((load(c + 2 * W) * dot(s.d[i], difference(p.v, s.spring[i]))) * r - k_rest);
+    else
+      return k - r * k_rest;
+  }
+
+  template <int... Spring>
+  [[gnu::always_inline]] void pull(const Started<Spring...>& s, Vec<Real> (&force)[8]) const {
+    for (int i = 0; i < s.count; ++i) {
+      const Vec<Real> f = tension(s, i) * s.d[i];
+      const int* ends = spring_ends[s.spring[i]];
+      force[ends[0]] = force[ends[0]] + f;
+      force[ends[1]] = force[ends[1]] - f;
     }
   }
 
-  /// Forces of springs on their first corners.
-  template <int N>
-  [[gnu::always_inline]] void pulls(const int (&spring)[N], Vec<Real> (&g)[N]) const {
-    Pack<Real> f[N];
-    tensions(spring, g, f);
-    for (int i = 0; i < N; ++i) g[i] = f[i] * g[i];
-  }
-
-  /// Forces of body diagonals and volume on corners 0 to 3; corners 7 to 4 receive the opposite.
+  /// Body diagonals and the volume force, which push opposite corners oppositely: sets all eight forces.
   ///
   /// With the diagonals a = 7-0, b = 6-1, c = 5-2, d = 4-3 the mean edges of eq. 3-5 are
   ///   4X = a - b + c - d,  4Y = a + b - c - d,  4Z = a + b + c + d,
   /// and eq. 3-7 is the gradient of k_vol (V - V0)^2 / (2 V0), V = X.(Y x Z).
-  [[gnu::always_inline]] void cell(Vec<Real> (&h)[4]) const {
-    Vec<Real> d[4];
-    Pack<Real> f[4];
-    tensions({9, 10, 11, 12}, d, f);
-    const Vec<Real> sum = d[0] + d[1], difference = d[0] - d[1], other_sum = d[2] + d[3];
-    const Vec<Real> x = difference + (d[2] - d[3]), y = sum - other_sum, z = sum + other_sum;
+  [[gnu::always_inline]] void cell(Vec<Real> (&force)[8]) const {
+    const auto s = start<9, 10>();
+    const auto t = start<11, 12>();
+    const Vec<Real>&a = s.d[0], &b = s.d[1], &c = t.d[0], &d = t.d[1];
+    const Vec<Real> sum = a + b, other_sum = c + d;
+    const Vec<Real> x = (a - b) + (c - d), y = sum - other_sum, z = sum + other_sum;
     const Vec<Real> yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
     // The edges are four times too long: V is 64 and a face 16 times too large; k_vol / (4 V0) makes up for
     // that.
     const Pack<Real> volume = Real(1.0 / 64) * dot(x, yz);
     const Pack<Real> pressure = load(coefficient + 3 * W * springs_per_site) * (volume - p.rest_volume);
     const Vec<Real> px = pressure * yz, upper = pressure * (xy + zx), lower = pressure * (xy - zx);
-    h[0] = f[0] * d[0] + (upper + px);
-    h[1] = f[1] * d[1] + (upper - px);
-    h[2] = f[2] * d[2] + (lower + px);
-    h[3] = f[3] * d[3] + (lower - px);
+    force[0] = tension(s, 0) * a + (upper + px);
+    force[1] = tension(s, 1) * b + (upper - px);
+    force[2] = tension(t, 0) * c + (lower + px);
+    force[3] = tension(t, 1) * d + (lower - px);
+    for (int i = 0; i < 4; ++i) force[7 - i] = -force[i];
   }
 };
 
@@ -145,68 +162,56 @@ struct Carry {
   Vec<Real> x[4];
 };
 
-/// One block. The springs come in the order in which their sums can be passed on, so that few stay open.
+/// Passes on what the (z+1) corners of a block received.
+template <class Real>
+[[gnu::always_inline]] inline void pass_up(const SweepPlane<Real>& p, std::ptrdiff_t q,
+                                           const Vec<Real> (&f)[8], const Carry<Real>& carry) {
+  const Vec<Real> y = f[6] + shift_in(carry.x[3], f[7]);
+  store(p.above, q, load(p.above, q) + (f[4] + shift_in(carry.x[2], f[5])));
+  store(p.above, q + p.row, p.row < lanes<Real> ? load(p.above, q + p.row) + y : y);
+}
+
+/// The same for the corners in its own plane.
+template <class Real>
+[[gnu::always_inline]] inline void pass_on(const SweepPlane<Real>& p, std::ptrdiff_t q,
+                                           const Vec<Real> (&f)[8], const Carry<Real>& carry) {
+  const Vec<Real> y = f[2] + shift_in(carry.x[1], f[3]);
+  store(p.own, q, load(p.own, q) + (f[0] + shift_in(carry.x[0], f[1])));
+  // A block longer than a row meets its own (y+1) corners: it adds to their sums instead of beginning them.
+  store(p.own, q + p.row, p.row < lanes<Real> ? load(p.own, q + p.row) + y : y);
+}
+
+/// One block. A spring is one chain of dependent operations, and the processor sees no further than about
+/// three springs ahead: so they go in pairs, each started before the one before it is finished, and those of
+/// the (z+1) corners first, so that their sums need not wait in registers.
 template <class Real, bool Damped, std::uint32_t Content>
 [[gnu::always_inline]] inline void do_block(const SweepPlane<Real>& p, std::ptrdiff_t q,
                                             const Real* coefficient, Carry<Real>& carry) {
-  constexpr bool edges = (Content & block_edges) != 0, faces = (Content & block_faces) != 0,
-                 cells = (Content & block_cells) != 0;
   const std::ptrdiff_t row = p.row, plane = p.plane;
-  const bool narrow =
-      row < lanes<Real>;  // a block longer than a row meets its own (y+1) corners: it adds to their sums
   const Block<Real, Damped> block{
       p,
       coefficient,
       {q, q + 1, q + row, q + row + 1, q + plane, q + plane + 1, q + plane + row, q + plane + row + 1}};
-
-  Vec<Real> h[4] = {};
-  if constexpr (cells) block.cell(h);
-  Vec<Real> f0 = h[0], f1 = h[1], f2 = h[2], f3 = h[3], f4 = -h[3], f5 = -h[2], f6 = -h[1], f7 = -h[0];
-
-  if constexpr (faces) {
-    Vec<Real> g[3];
-    block.pulls({2, 4, 5}, g);  // 0-4, 0-5, 0-6
-    f0 = f0 + (g[0] + g[1] + g[2]);
-    f4 = f4 - g[0];
-    f5 = f5 - g[1];
-    f6 = f6 - g[2];
+  Vec<Real> f[8] = {};
+  if constexpr ((Content & block_cells) != 0) block.cell(f);
+  if constexpr ((Content & block_faces) != 0) {
+    const auto s24 = block.template start<2, 4>();
+    const auto s53 = block.template start<5, 3>();
+    block.pull(s24, f);
+    const auto s78 = block.template start<7, 8>();
+    block.pull(s53, f);
+    const auto s01 = block.template start<0, 1>();
+    block.pull(s78, f);
+    pass_up(p, q, f, carry);
+    const auto s6 = block.template start<6>();
+    block.pull(s01, f);
+    block.pull(s6, f);
+  } else {
+    if constexpr ((Content & block_edges) != 0) block.pull(block.template start<0, 1, 2>(), f);
+    pass_up(p, q, f, carry);
   }
-  const Vec<Real> yz = f6 + shift_in(carry.x[3], f7);
-  store(p.above, q + row, narrow ? load(p.above, q + row) + yz : yz);
-
-  if constexpr (faces) {
-    Vec<Real> g[3];
-    block.pulls({3, 7, 8}, g);  // 0-3, 1-4, 2-4
-    f0 = f0 + g[0];
-    f1 = f1 + g[1];
-    f2 = f2 + g[2];
-    f3 = f3 - g[0];
-    f4 = f4 - (g[1] + g[2]);
-  } else if constexpr (edges) {
-    Vec<Real> g[1];
-    block.pulls({2}, g);  // 0-4
-    f0 = f0 + g[0];
-    f4 = f4 - g[0];
-  }
-  store(p.above, q, load(p.above, q) + (f4 + shift_in(carry.x[2], f5)));
-
-  if constexpr (faces) {
-    Vec<Real> g[3];
-    block.pulls({0, 1, 6}, g);  // 0-1, 0-2, 1-2
-    f0 = f0 + (g[0] + g[1]);
-    f1 = f1 - (g[0] - g[2]);
-    f2 = f2 - (g[1] + g[2]);
-  } else if constexpr (edges) {
-    Vec<Real> g[2];
-    block.pulls({0, 1}, g);  // 0-1, 0-2
-    f0 = f0 + (g[0] + g[1]);
-    f1 = f1 - g[0];
-    f2 = f2 - g[1];
-  }
-  const Vec<Real> y = f2 + shift_in(carry.x[1], f3);
-  store(p.own, q, load(p.own, q) + (f0 + shift_in(carry.x[0], f1)));
-  store(p.own, q + row, narrow ? load(p.own, q + row) + y : y);
-  carry = {{f1, f3, f5, f7}};
+  pass_on(p, q, f, carry);
+  carry = {{f[1], f[3], f[5], f[7]}};
 }
 
 template <class Real, bool Damped>
