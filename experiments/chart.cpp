@@ -104,7 +104,7 @@ std::string series_commands(const Chart& chart, std::vector<std::string>& plots)
     }
     out += data_block(fmt::format("series{}", i), series.points, false);
     plots.push_back(
-        fmt::format("$series{} using 1:2 with linespoints lc '{}' lw 2.2 dt {} pt {} ps 1.1 title {}", i,
+        fmt::format("$series{} using 1:2 with linespoints lc '{}' lw 2.2 dt {} pt {} ps 1.1*unit title {}", i,
                     style.colour, style.dash, style.marker, gnuplot_text(series.label)));
   }
   return out;
@@ -128,7 +128,8 @@ std::string mark_commands(const Chart& chart, std::vector<std::string>& plots) {
     out += fmt::format("set label {} at first {}, first {} left offset 1.1, {} front\n",
                        scaled_text(mark.label, 0.8), p.x, middle, bar ? 0 : 0.75);
   }
-  if (!points.empty()) plots.emplace_back("$marks using 1:2 with points lc 'black' lw 2.5 pt 3 ps 2 notitle");
+  if (!points.empty())
+    plots.emplace_back("$marks using 1:2 with points lc 'black' lw 2.5 pt 3 ps 2*unit notitle");
   return out + data_block("marks", points, false);
 }
 
@@ -156,14 +157,14 @@ std::string layout_commands(const Chart& chart) {
   const std::size_t rows = (chart.series.size() + 1) / 2;
   const double legend = below ? legend_row * double(rows + (chart.legend_title.empty() ? 0 : 1)) : 0;
   std::string out = fmt::format("set tmargin at screen {}\nset bmargin at screen {}\n",
-                                screen(page_height - 105), screen(125 + legend));
-  out += fmt::format("set key {} Left reverse samplen 4 spacing 1.2\n", legend_place(chart.legend));
+                                screen(page_height - 105), screen(129 + legend));
+  out += fmt::format("set key {} Left reverse samplen 3\n", legend_place(chart.legend));
   if (below) {
     // gnuplot reserves a third more width than the letters of this font take, in units of a wide letter.
     std::size_t longest = 0;
     for (const ChartSeries& series : chart.series) longest = std::max(longest, series.label.size());
     out += fmt::format("set key at screen 0.015, screen {} left top vertical maxrows {} width {}\n",
-                       screen(50 + legend), rows, -0.25 * double(longest));
+                       screen(54 + legend), rows, -0.3 * double(longest));
   }
   if (!chart.legend_title.empty())
     out += fmt::format("set key title {} left\n", scaled_text(chart.legend_title, 0.9));
@@ -241,10 +242,16 @@ std::string gnuplot_script(const Chart& chart, const std::string& svg_file, cons
       "'#202020'\n";
   out += "set errorbars small\n";
   out += layout_commands(chart);
-  for (const auto& [terminal, file] : {std::pair{"svg dynamic", svg_file}, std::pair{"pngcairo", png_file}})
-    out += fmt::format("set terminal {} size {},{} enhanced font '{},16' background 'white'\n", terminal,
-                       page_width, page_height, font) +
-           fmt::format("set output {}\nplot {}\nset output\n", file_name(file), fmt::join(plots, ", \\\n  "));
+  // gnuplot's SVG counts fonts in pixels, not points, draws markers larger and sets lines further apart.
+  const auto draw_with = [&](const char* terminal, int font_size, double unit, double spacing,
+                             double label_lift, const std::string& file) {
+    out += fmt::format("set terminal {} size {},{} enhanced font '{},{}' background 'white'\n", terminal,
+                       page_width, page_height, font, font_size);
+    out += fmt::format("unit = {}\nset key spacing {}\nset xlabel offset 0, {}\n", unit, spacing, label_lift);
+    out += fmt::format("set output {}\nplot {}\nset output\n", file_name(file), fmt::join(plots, ", \\\n  "));
+  };
+  draw_with("svg dynamic", 21, 0.7, 0.94, 0.5, svg_file);
+  draw_with("pngcairo", 16, 1, 1.2, 0, png_file);
   return out;
 }
 

@@ -13,10 +13,10 @@ struct TimingConfig {
   std::vector<int> cells;  ///< per edge, ascending
   std::vector<int> algorithm1_threads{1, 2, 8};
   std::vector<int> core_threads{1};
-  int repetitions = 15;          ///< samples per method and size
+  int repetitions = 25;          ///< samples per method and size
   double sample_seconds = 4e-3;  ///< a sample takes as many updates as last this long
-  double seconds_per_size =
-      12;  ///< large bodies get fewer repetitions to stay near it, but at least fewest_repetitions
+  /// Large bodies get fewer repetitions to stay near this, but at least fewest_repetitions.
+  double seconds_per_size = 20;
   int fewest_repetitions = 5;
   int largest_oracle = 100;  ///< cells per edge up to which Algorithm 1 is built: it needs 1.5 GB there
 };

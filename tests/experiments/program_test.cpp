@@ -190,8 +190,9 @@ TEST(TimingCommand, KeepsItsRowsWithoutGnuplot) {
 
 TEST(TimingCommand, KeepsFinishedRowsOnInterrupt) {
   const Directory out;
-  const ProgramRun run = run_program({"timeout", "--preserve-status", "--signal=INT", "2", MSS_PROGRAM,
-                                      "timing", "--cells", "2:60", "--threads", "1", "--out", out.string()});
+  const ProgramRun run =
+      run_program({"timeout", "--foreground", "--preserve-status", "--signal=INT", "2", MSS_PROGRAM, "timing",
+                   "--cells", "2:60", "--threads", "1", "--out", out.string()});
   EXPECT_EQ(run.exit_status, 130) << run.output;
   EXPECT_EQ(Json::parse(read_file(out / "meta.json"))["status"], "interrupted");
   const auto rows = parse_csv(read_file(out / "timing.csv"));
@@ -204,8 +205,8 @@ TEST(Reproduce, ShowsEveryChartOnOnePage) {
   const Directory out;
   // Interrupted early: the page must be there all the same, and one experiment suffices to see that it is
   // filled.
-  const ProgramRun run = run_program({"timeout", "--preserve-status", "--signal=INT", "3", MSS_PROGRAM,
-                                      "reproduce", "--quick", "--out", out.string()});
+  const ProgramRun run = run_program({"timeout", "--foreground", "--preserve-status", "--signal=INT", "3",
+                                      MSS_PROGRAM, "reproduce", "--quick", "--out", out.string()});
   EXPECT_EQ(run.exit_status, 130) << run.output;
   const std::string page = read_file(out / "index.html");
   EXPECT_NE(page.find("<h2>timing</h2>"), std::string::npos);
