@@ -334,6 +334,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   const TomlTable root(toml);
   Asked asked;
   Scene scene;
+  scene.file = file;
   scene.name = file.stem().string();
   scene.body = read_body(root, file.parent_path(), asked);
   scene.environment = read_environment(root);

@@ -24,6 +24,7 @@ struct SolveConfig {
 
 /// A scene file, read and checked.
 struct Scene {
+  std::filesystem::path file;
   std::string name;  ///< file name without extension
   BodyConfig body;
   Environment environment;

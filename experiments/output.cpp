@@ -32,11 +32,17 @@ void prepare_directory(const fs::path& directory) {
 }
 
 void write_atomically(const fs::path& file, std::string_view content) {
+  write_atomically(file, [content](std::ostream& stream) {
+    stream.write(content.data(), std::streamsize(content.size()));
+  });
+}
+
+void write_atomically(const fs::path& file, const std::function<void(std::ostream&)>& write) {
   if (file.has_parent_path()) prepare_directory(file.parent_path());
   fs::path beside = file;
   beside += fmt::format(".{}.tmp", getpid());
   std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
-  stream.write(content.data(), std::streamsize(content.size()));
+  write(stream);
   stream.close();
   std::error_code error;
   if (!stream) {

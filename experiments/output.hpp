@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <iosfwd>
 #include <string>
 #include <string_view>
 
@@ -10,6 +12,9 @@ namespace mss {
 /// directories are made. Throws InputError naming the file if that fails; what was there before is then
 /// untouched.
 void write_atomically(const std::filesystem::path& file, std::string_view content);
+
+/// The same for content too large to hold at once: `write` gets the stream to put it into.
+void write_atomically(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write);
 
 /// Makes a directory and checks that files can be written to it. Throws InputError if not.
 void prepare_directory(const std::filesystem::path& directory);

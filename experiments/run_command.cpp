@@ -72,7 +72,8 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   }
   const Table series = series_table(result.series);
   write_atomically(directory / "series.csv", series.csv());
-  write_atomically(directory / "particles.csv", particle_table(result.particles).csv());
+  write_atomically(directory / "particles.csv",
+                   [&](std::ostream& stream) { write_particles(stream, result.particles); });
   write_atomically(directory / "summary.json", summary(scene, result, series).dump(2) + "\n");
   fmt::print("{}: {} after {} steps of {:.4g} s, {:.4g} s simulated in {:.3g} s; see {}\n", scene.name,
              to_string(result.status), result.work.steps, result.dt, result.simulated_seconds,

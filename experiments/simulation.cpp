@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ostream>
 
 #include "core/error.hpp"
 #include "integrators/stable_step.hpp"
@@ -106,13 +107,17 @@ State<Real> start_state(const SpringSystem<Real>& system, const Scene& scene) {
 }
 
 void check_solve(const Scene& scene) {
-  const IntegratorInfo& method = find_integrator(scene.solve.integrator);
-  if (!scene.solve.dt)
-    stable_step(method, {});  // throws if no step is safe
-  else if (*scene.solve.dt > scene.solve.duration)
+  const std::string file = scene.file.string();
+  try {
+    const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+    if (!scene.solve.dt) stable_step(method, {});  // throws if no step is safe
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: solve: {}", file, error.what()));
+  }
+  if (scene.solve.dt && *scene.solve.dt > scene.solve.duration)
     throw InputError(
-        fmt::format("{}: solve.dt = {} s is longer than solve.duration = {} s; give a shorter step",
-                    scene.name, *scene.solve.dt, scene.solve.duration));
+        fmt::format("{}: solve.dt = {} s is longer than solve.duration = {} s; give a shorter step", file,
+                    *scene.solve.dt, scene.solve.duration));
 }
 
 SimulationResult simulate(const Scene& scene, Progress& progress) {
@@ -153,23 +158,13 @@ Table series_table(const std::vector<Measures>& series) {
   return table;
 }
 
-Table particle_table(const std::vector<ParticleRecord>& particles) {
-  Table table({{"id"},
-               {"rest_x", "m"},
-               {"rest_y", "m"},
-               {"rest_z", "m"},
-               {"x", "m"},
-               {"y", "m"},
-               {"z", "m"},
-               {"vx", "m/s"},
-               {"vy", "m/s"},
-               {"vz", "m/s"},
-               {"mass", "kg"}});
+void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& particles) {
+  stream << "id,rest_x,rest_y,rest_z,x,y,z,vx,vy,vz,mass\n";
   for (std::size_t id = 0; id < particles.size(); ++id) {
     const auto& [rest, x, v, mass] = particles[id];
-    table.add({std::int64_t(id), rest[0], rest[1], rest[2], x[0], x[1], x[2], v[0], v[1], v[2], mass});
+    stream << fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", id, rest[0], rest[1], rest[2], x[0], x[1],
+                          x[2], v[0], v[1], v[2], mass);
   }
-  return table;
 }
 
 template State<float> start_state(const SpringSystem<float>&, const Scene&);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -40,8 +41,10 @@ void check_solve(const Scene& scene);
 /// Simulates a scene from beginning to end. Throws as check_solve().
 SimulationResult simulate(const Scene& scene, Progress& progress);
 
-/// series.csv and particles.csv.
+/// series.csv.
 Table series_table(const std::vector<Measures>& series);
-Table particle_table(const std::vector<ParticleRecord>& particles);
+
+/// particles.csv, row by row: a body may have millions of particles, too many for a Table.
+void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& particles);
 
 }  // namespace mss

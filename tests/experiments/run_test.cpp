@@ -1,0 +1,179 @@
+// `mss run` from outside: what it writes, how it fails, and that bad scenes leave nothing behind.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "experiments/output.hpp"
+#include "experiments/process.hpp"
+#include "experiments/table.hpp"
+
+namespace mss {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// A directory of this test's own, removed at its end.
+class RunCommand : public ::testing::Test {
+ protected:
+  RunCommand() {
+    fs::remove_all(root_);
+    fs::create_directories(root_);
+  }
+  ~RunCommand() override { fs::remove_all(root_); }
+  RunCommand(const RunCommand&) = delete;
+  RunCommand& operator=(const RunCommand&) = delete;
+
+  fs::path out() const { return root_ / "out"; }
+  fs::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(root_ / name) << text;
+    return root_ / name;
+  }
+  ProgramRun run(const fs::path& scene, std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments{MSS_PROGRAM, "run", scene.string(), "--out", out().string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_program(arguments);
+  }
+  Json summary() const { return Json::parse(read_file(out() / "summary.json")); }
+
+ private:
+  fs::path root_ =
+      fs::path(::testing::TempDir()) /
+      ("mss_run_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+};
+
+constexpr const char* cube = R"([body]
+cells = [2, 2, 2]
+cell_size = 0.1
+[material]
+density = 1000
+young = 1e5
+poisson = 0.3
+[start]
+spin = [0, 0, 5]
+[solve]
+integrator = "velocity_verlet"
+dt = 1e-4
+duration = 0.05
+every = 0.01
+)";
+
+TEST_F(RunCommand, WritesSeriesParticlesAndSummary) {
+  const ProgramRun result = run(write("cube.toml", cube));
+  ASSERT_EQ(result.exit_status, 0) << result.output;
+  const auto series = parse_csv(read_file(out() / "series.csv"));
+  ASSERT_EQ(series.size(), 1U + 6);
+  EXPECT_EQ(series[0], (std::vector<std::string>{"t", "kinetic", "elastic", "volume_energy", "gravitational",
+                                                 "total", "volume_ratio", "volume_ratio_paper", "momentum_x",
+                                                 "momentum_y", "momentum_z", "spin_x", "spin_y", "spin_z",
+                                                 "max_speed", "max_stretch", "min_jacobian"}));
+  EXPECT_EQ(series[6][0], "0.05");
+  const auto particles = parse_csv(read_file(out() / "particles.csv"));
+  ASSERT_EQ(particles.size(), 1U + 27);
+  EXPECT_EQ(particles[0], (std::vector<std::string>{"id", "rest_x", "rest_y", "rest_z", "x", "y", "z", "vx",
+                                                    "vy", "vz", "mass"}));
+  double mass = 0;
+  for (std::size_t row = 1; row < particles.size(); ++row) mass += std::stod(particles[row][10]);
+  EXPECT_NEAR(mass, 8, 1e-12);
+  const Json s = summary();
+  EXPECT_EQ(s["status"], "ok");
+  EXPECT_EQ(s["steps"], 500);
+  EXPECT_EQ(s["integrator"], "velocity_verlet");
+  EXPECT_EQ(s["simulated_seconds"], 0.05);
+  EXPECT_EQ(s["work"]["force_evaluations"], 501);
+  EXPECT_EQ(s["final"]["t"], 0.05);
+  EXPECT_TRUE(s["provenance"].contains("commit"));
+  EXPECT_EQ(s["configuration"]["body"]["cell_size"], 0.1);
+}
+
+TEST_F(RunCommand, ResultsDoNotDependOnThreads) {
+  const fs::path scene = write("cube.toml", cube);
+  ASSERT_EQ(run(scene, {"--set", "solve.threads=1"}).exit_status, 0);
+  const std::string one = read_file(out() / "particles.csv");
+  ASSERT_EQ(run(scene, {"--set", "solve.threads=3"}).exit_status, 0);
+  EXPECT_EQ(one, read_file(out() / "particles.csv"));
+}
+
+TEST_F(RunCommand, DivergenceIsAResultWithItsRows) {
+  const ProgramRun result = run(
+      write("cube.toml", cube),
+      {"--set", "solve.integrator=explicit_euler", "--set", "solve.dt=1e-2", "--set", "solve.duration=9"});
+  EXPECT_EQ(result.exit_status, 3) << result.output;
+  EXPECT_EQ(summary()["status"], "non_finite");
+  const std::string series = read_file(out() / "series.csv");
+  EXPECT_GT(parse_csv(series).size(), 2U);
+  EXPECT_LT(parse_csv(series).size(), 900U);
+  for (const std::string& text : {series, read_file(out() / "particles.csv")}) {
+    EXPECT_EQ(text.find("nan"), std::string::npos);
+    EXPECT_EQ(text.find("inf"), std::string::npos);
+  }
+}
+
+TEST_F(RunCommand, SafeStepHolds) {
+  ASSERT_EQ(
+      run(write("cube.toml", cube), {"--set", "solve.dt=safe", "--set", "solve.duration=2"}).exit_status, 0);
+  EXPECT_GT(summary()["dt"], 1e-4);
+  EXPECT_LT(summary()["final"]["max_stretch"], 0.5);
+}
+
+TEST_F(RunCommand, InterruptKeepsRows) {
+  const fs::path scene = write("cube.toml", cube);
+  const ProgramRun result =
+      run_program({"timeout", "--foreground", "--preserve-status", "--signal=INT", "1", MSS_PROGRAM, "run",
+                   scene.string(), "--out", out().string(), "--set", "solve.duration=1e5"});
+  EXPECT_EQ(result.exit_status, 130) << result.output;
+  EXPECT_EQ(summary()["status"], "interrupted");
+  EXPECT_GT(parse_csv(read_file(out() / "series.csv")).size(), 2U);
+}
+
+/// Bad input from outside: status 2, one line that names the file and what to do, and no output.
+TEST_F(RunCommand, BadScenesLeaveNothing) {
+  const auto with = [](std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+  };
+  const std::string good = cube;
+  write("ragged.txt", "##\n#\n");
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"[body\n", "TOML"},
+      {good + "[wheels]\n", "wheels"},
+      {with(good, "density = 1000", "densty = 1000"), "density"},
+      {with(good, "density = 1000", "density = \"heavy\""), "material.density"},
+      {with(good, "density = 1000", "density = -5"), "material.density"},
+      {with(good, "density = 1000", "density = nan"), "material.density"},
+      {with(good, "density = 1000", "density = inf"), "material.density"},
+      {with(good, "poisson = 0.3", "poisson = 0.5"), "material.poisson"},
+      {with(good, "young = 1e5", "young = 0"), "material.young"},
+      {with(good, "young = 1e5\n", ""), "young"},
+      {with(good, "dt = 1e-4", "dt = 0"), "solve.dt"},
+      {with(good, "dt = 1e-4", "dt = 1"), "solve.dt"},
+      {with(good, "duration = 0.05", "duration = -1"), "solve.duration"},
+      {with(good, "cells = [2, 2, 2]", "cells = [0, 2, 2]"), "body.cells"},
+      {with(good, "cells = [2, 2, 2]", "cells = [2, 2]"), "body.cells"},
+      {with(good, "cells = [2, 2, 2]", "voxels = \"ragged.txt\""), "ragged.txt"},
+      {with(good, "cells = [2, 2, 2]", "voxels = \"none.txt\""), "none.txt"},
+      {with(good, "cell_size = 0.1", "cell_size = 0"), "body.cell_size"},
+      {with(good, "velocity_verlet", "velocity_verle"), "velocity_verlet"},
+      {with(good, "velocity_verlet\"\ndt = 1e-4", "explicit_euler\"\ndt = \"safe\""), "explicit_euler"},
+      {good + "[[hold]]\nbox = [[5, 5, 5], [6, 6, 6]]\n", "hold"},
+      {good + "[[hold]]\nbox = [[1, 0, 0], [0, 1, 1]]\n", "box"},
+      {good + "[[load]]\nbox = [[5, 5, 5], [6, 6, 6]]\nforce = [0, 0, 1]\n", "load"},
+      {good + "[damping]\nratio = -1\n", "damping.ratio"}};
+  for (const auto& [text, named] : cases) {
+    const ProgramRun result = run(write("bad.toml", text));
+    EXPECT_EQ(result.exit_status, 2) << text << result.output;
+    EXPECT_EQ(std::count(result.output.begin(), result.output.end(), '\n'), 1) << result.output;
+    EXPECT_NE(result.output.find(named), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find("bad"), std::string::npos)
+        << result.output;  // the file, or the scene's name
+    EXPECT_FALSE(fs::exists(out())) << text;
+  }
+  const ProgramRun missing = run("nowhere.toml");
+  EXPECT_EQ(missing.exit_status, 2);
+  EXPECT_NE(missing.output.find("nowhere.toml"), std::string::npos);
+  EXPECT_FALSE(fs::exists(out()));
+}
+
+}  // namespace
+}  // namespace mss
