@@ -117,9 +117,8 @@ SiteElements Body::elements_from(std::uint32_t neighbourhood) const {
 
 Vec3 Body::rest_position(std::ptrdiff_t site) const {
   const std::ptrdiff_t in_plane = site % lattice_.plane;
-  const Vec3 index(double(in_plane % lattice_.row), double(in_plane / lattice_.row),
-                   double(site / lattice_.plane));
-  return config_.origin + config_.cell_size * index;
+  const std::ptrdiff_t i = in_plane % lattice_.row, j = in_plane / lattice_.row, k = site / lattice_.plane;
+  return config_.origin + config_.cell_size * Vec3(double(i), double(j), double(k));
 }
 
 std::vector<std::ptrdiff_t> Body::select(const Vec3& lower, const Vec3& upper) const {

@@ -233,7 +233,7 @@ void SpringSystem<Real>::step_slab(const Pass& pass, int rank, long step) {
 
   for (int plane = slab.first; plane < slab.last; ++plane) {
     const bool last = plane + 1 == slab.last;
-    if (last && !top) wait_until_reached(slabs_[std::size_t(rank + 1)]->finished, done, team_.may_spin());
+    if (last && !top) wait_until_reached(slabs_[std::size_t(rank) + 1]->finished, done, team_.may_spin());
     const auto turn = std::size_t(plane & 1);
     const Streams<Real> above = streams(last ? slab.outgoing : slab.above[turn]);
     if (plane == slab.first && !bottom) {

@@ -226,7 +226,8 @@ void sweep_blocks(SweepPlane<Real>& argument) {
   }
   for (std::ptrdiff_t b = p.first_block; b < p.last_block; ++b) {
     const std::uint32_t entry = p.entry[b];
-    const Real* coefficient = p.dictionary + std::ptrdiff_t(entry) * (coefficients_per_lane * W);
+    const Real* coefficient =
+        p.dictionary + std::ptrdiff_t(entry) * std::ptrdiff_t{coefficients_per_lane} * W;
     switch (p.content[entry]) {
       case 0:
         do_block<Real, Damped, 0>(p, b * W, coefficient, carry);

@@ -22,7 +22,8 @@ bool reached(std::uint32_t value, std::uint32_t target) {
 }  // namespace
 
 void wait_until_reached(const Counter& value, std::uint32_t target, bool may_spin) {
-  constexpr int spins = 400;  // of some 70 cycles each, about 10 us: a step of the smallest bodies worth two threads
+  constexpr int spins =
+      400;  // of some 70 cycles each, about 10 us: a step of the smallest bodies worth two threads
   for (int i = 0; may_spin && i < spins; ++i) {
     if (reached(value.load(std::memory_order_acquire), target)) return;
 #if defined(__x86_64__)

@@ -178,8 +178,10 @@ void TomlFile::check_keys(const toml::table& table, const std::string& path, con
 std::string TomlFile::place(const std::string& path, const toml::node* node) const {
   // An override of one element is to blame for the whole value, and one below a table for the table it made.
   const bool whole = node != nullptr && (!node->is_table() || node->source().begin.line == 0);
-  for (auto o = overrides_.rbegin(); o != overrides_.rend(); ++o)
-    if (lies_in(path, o->path) || (whole && lies_in(o->path, path))) return "--set " + o->text;
+  const auto blamed = std::find_if(overrides_.rbegin(), overrides_.rend(), [&](const Override& o) {
+    return lies_in(path, o.path) || (whole && lies_in(o.path, path));
+  });
+  if (blamed != overrides_.rend()) return "--set " + blamed->text;
   const auto line = node == nullptr ? 0 : node->source().begin.line;
   return line == 0 ? file_.string() : fmt::format("{}:{}", file_.string(), line);
 }

@@ -94,6 +94,7 @@ class TomlTable {
                const std::vector<std::pair<std::string, Value>>& names, Value fallback) const {
     if (!has(key)) return fallback;
     std::vector<std::string> known;
+    known.reserve(names.size());
     for (const auto& [name, value] : names) known.push_back(name);
     return names[choose(key, noun, known)].second;
   }
