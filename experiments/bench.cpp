@@ -3,6 +3,10 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include <cstdint>
+#include <utility>
+#include <vector>
+
 #include "core/spring_system.hpp"
 #include "experiments/provenance.hpp"
 #include "experiments/timing.hpp"
@@ -20,42 +24,52 @@ void count_springs(benchmark::State& bench, std::size_t springs) {
       double(springs), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
-template <class Real>
-void sweep(benchmark::State& bench, const std::string& kernel, int threads, int n) {
-  const Body body(timing_cube(n));
-  SpringSystem<Real> system(body, {.gravity = gravity, .holds = {}, .loads = {}}, {threads, kernel});
+int cells(const benchmark::State& bench) { return int(bench.range(0)); }
+int threads(const benchmark::State& bench) { return int(bench.range(1)); }
+
+/// The kernel's place in sweep_kernels() is part of the type because Google Benchmark takes plain functions.
+template <class Real, std::size_t kernel>
+void sweep(benchmark::State& bench) {
+  const Body body(timing_cube(cells(bench)));
+  SpringSystem<Real> system(body, {.gravity = gravity, .holds = {}, .loads = {}},
+                            {threads(bench), sweep_kernels<Real>()[kernel].name});
   State<Real> state = system.rest_state();
   const double dt = TimingWorkload::dt;
-  for (auto _ : bench) system.kick_drift({.kick_before = dt, .drift_new = dt}, dt, 1, state);
+  while (bench.KeepRunning()) system.kick_drift({.kick_before = dt, .drift_new = dt}, dt, 1, state);
   count_springs(bench, body.spring_count());
 }
 
-void algorithm1(benchmark::State& bench, int threads, int n) {
-  reference::Algorithm1 model(timing_cube(n), gravity, threads);
-  for (auto _ : bench) model.step(TimingWorkload::dt);
+void algorithm1(benchmark::State& bench) {
+  reference::Algorithm1 model(timing_cube(cells(bench)), gravity, threads(bench));
+  while (bench.KeepRunning()) model.step(TimingWorkload::dt);
   count_springs(bench, model.springs().size());
 }
 
-void plain_loop(benchmark::State& bench, int n) {
-  const reference::Algorithm1 model(timing_cube(n), gravity, 1);
+void plain_loop(benchmark::State& bench) {
+  const reference::Algorithm1 model(timing_cube(cells(bench)), gravity, 1);
   reference::PlainLoop loop(model);
-  for (auto _ : bench) loop.step(TimingWorkload::dt);
+  while (bench.KeepRunning()) loop.step(TimingWorkload::dt);
   count_springs(bench, model.springs().size());
 }
 
-template <class... Arguments>
-void add(const std::string& name, Arguments&&... arguments) {
-  benchmark::RegisterBenchmark(name.c_str(), std::forward<Arguments>(arguments)...)
+void add(const std::string& name, void (*function)(benchmark::State&),
+         const std::vector<std::int64_t>& thread_counts) {
+  benchmark::RegisterBenchmark(name.c_str(), function)
+      ->ArgNames({"n", "threads"})
+      ->ArgsProduct({{7, 20, 50}, thread_counts})
       ->Unit(benchmark::kMicrosecond)
       ->UseRealTime();
 }
 
-template <class Real>
-void add_sweeps(int n, int threads) {
-  for (const auto& kernel : sweep_kernels<Real>())
-    add(fmt::format("sweep/{}/{}/{}/threads:{}", kernel.name, sizeof(Real) == 4 ? "single" : "double", n,
-                    threads),
-        sweep<Real>, std::string(kernel.name), threads, n);
+template <class Real, std::size_t... kernel>
+void add_sweeps(const char* precision, const std::vector<std::int64_t>& thread_counts,
+                std::index_sequence<kernel...>) {
+  const auto add_one = [&](std::size_t place, void (*function)(benchmark::State&)) {
+    const auto& kernels = sweep_kernels<Real>();
+    if (place < kernels.size())
+      add(fmt::format("sweep/{}/{}", kernels[place].name, precision), function, thread_counts);
+  };
+  (add_one(kernel, sweep<Real, kernel>), ...);
 }
 
 }  // namespace
@@ -64,14 +78,13 @@ void add_sweeps(int n, int threads) {
 
 int main(int argc, char** argv) {
   using namespace mss;
-  for (const int n : {7, 20, 50}) {
-    for (const int threads : available_cores() > 1 ? std::vector{1, available_cores()} : std::vector{1}) {
-      add_sweeps<double>(n, threads);
-      add_sweeps<float>(n, threads);
-      add(fmt::format("algorithm_1/{}/threads:{}", n, threads), algorithm1, threads, n);
-    }
-    add(fmt::format("plain_loop/{}/threads:1", n), plain_loop, n);
-  }
+  std::vector<std::int64_t> thread_counts{1};
+  if (available_cores() > 1) thread_counts.push_back(available_cores());
+  constexpr std::make_index_sequence<3> kernels{};  // as many as are ever compiled
+  add_sweeps<double>("double", thread_counts, kernels);
+  add_sweeps<float>("single", thread_counts, kernels);
+  add("algorithm_1", algorithm1, thread_counts);
+  add("plain_loop", plain_loop, {1});
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::AddCustomContext("mss", program_version());

@@ -38,6 +38,7 @@ struct NamedTable {
 
 /// What an experiment hands back; report.hpp turns it into files. An interrupted one hands back what it
 /// finished.
+// NOLINTNEXTLINE(bugprone-exception-escape): moving ordered_json asserts, which the check takes for throwing
 struct ExperimentResult {
   Status status = Status::ok;           ///< or interrupted
   std::vector<NamedTable> tables = {};  ///< the first has the experiment's name

@@ -8,8 +8,6 @@
 #include <array>
 #include <cerrno>
 
-extern char** environ;
-
 namespace mss {
 
 ProgramRun run_program(const std::vector<std::string>& arguments) {
@@ -23,6 +21,7 @@ ProgramRun run_program(const std::vector<std::string>& arguments) {
 
   std::vector<std::string> copies = arguments;
   std::vector<char*> argv;
+  argv.reserve(copies.size() + 1);
   for (std::string& argument : copies) argv.push_back(argument.data());
   argv.push_back(nullptr);
   pid_t child = 0;
