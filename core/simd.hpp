@@ -66,9 +66,10 @@ template <class Real>
 // - 3/2 e^2), and a second one 16/sqrt(a) (1 - 3/2 (3/2 e^2)^2). Leaving the factor in saves two
 // multiplications a spring, and it disappears into the spring's coefficients. Both errors are one-sided;
 // raising the constants by half of the largest centres them.
-//   baseline and AVX2: e < 3.7e-4, so 2e-7 after the first step, centred 1e-7; 1.6e-14 after the second,
-//   centred 8e-15 AVX-512:           e < 6.1e-5, so 5.6e-9 after the first; 5e-17 after the second, below
-//   rounding.
+//   estimate          e        after one step   after two
+//   baseline, AVX2    3.7e-4   2e-7             1.6e-14
+//   the same, centred          1e-7             8e-15
+//   AVX-512           6.1e-5   5.6e-9           below rounding
 // A spring's length is itself known to 1e-14 only where coordinates are fifty times longer than cells. Square
 // root and division would cost as much as the rest of the spring.
 template <class Real>
@@ -109,15 +110,17 @@ inline constexpr Real rsqrt_scale = sizeof(Real) == 8 ? 16 : 2;
   return y * (3.0F - a * y * y);
 }
 #else
-[[gnu::always_inline]] inline Pack<double> scaled_rsqrt(Pack<double> a) {
-  Pack<double> y;
-  for (int i = 0; i < lanes<double>; ++i) y[i] = rsqrt_scale<double> / __builtin_sqrt(a[i]);
-  return y;
+/// Other processors have the exact value instead of an estimate.
+template <class PackReal>
+[[gnu::always_inline]] inline PackReal rsqrt_estimate(PackReal a) {
+  for (int i = 0; i < int(sizeof a / sizeof a[0]); ++i) a[i] = 1 / __builtin_sqrt(a[i]);
+  return a;
 }
-[[gnu::always_inline]] inline Pack<float> scaled_rsqrt(Pack<float> a) {
-  Pack<float> y;
-  for (int i = 0; i < lanes<float>; ++i) y[i] = rsqrt_scale<float> / __builtin_sqrtf(a[i]);
-  return y;
+[[gnu::always_inline]] inline Pack<double> scaled_rsqrt(Pack<double>, Pack<double> y) {
+  return rsqrt_scale<double> * y;
+}
+[[gnu::always_inline]] inline Pack<float> scaled_rsqrt(Pack<float>, Pack<float> y) {
+  return rsqrt_scale<float> * y;
 }
 #endif
 

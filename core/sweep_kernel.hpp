@@ -162,23 +162,15 @@ struct Carry {
   Vec<Real> x[4];
 };
 
-/// Passes on what the (z+1) corners of a block received.
+/// Adds what four corners of one plane received to that plane's sums: corners `c`, of (x+1), (y+1), and both.
 template <class Real>
-[[gnu::always_inline]] inline void pass_up(const SweepPlane<Real>& p, std::ptrdiff_t q,
-                                           const Vec<Real> (&f)[8], const Carry<Real>& carry) {
-  const Vec<Real> y = f[6] + shift_in(carry.x[3], f[7]);
-  store(p.above, q, load(p.above, q) + (f[4] + shift_in(carry.x[2], f[5])));
-  store(p.above, q + p.row, p.row < lanes<Real> ? load(p.above, q + p.row) + y : y);
-}
-
-/// The same for the corners in its own plane.
-template <class Real>
-[[gnu::always_inline]] inline void pass_on(const SweepPlane<Real>& p, std::ptrdiff_t q,
-                                           const Vec<Real> (&f)[8], const Carry<Real>& carry) {
-  const Vec<Real> y = f[2] + shift_in(carry.x[1], f[3]);
-  store(p.own, q, load(p.own, q) + (f[0] + shift_in(carry.x[0], f[1])));
+[[gnu::always_inline]] inline void pass_on(const SweepPlane<Real>& p, const Streams<Real>& sums,
+                                           std::ptrdiff_t q, const Vec<Real> (&f)[8],
+                                           const Carry<Real>& carry, int c) {
+  const Vec<Real> y = f[c + 2] + shift_in(carry.x[c / 2 + 1], f[c + 3]);
+  store(sums, q, load(sums, q) + (f[c] + shift_in(carry.x[c / 2], f[c + 1])));
   // A block longer than a row meets its own (y+1) corners: it adds to their sums instead of beginning them.
-  store(p.own, q + p.row, p.row < lanes<Real> ? load(p.own, q + p.row) + y : y);
+  store(sums, q + p.row, p.row < lanes<Real> ? load(sums, q + p.row) + y : y);
 }
 
 /// One block. A spring is one chain of dependent operations, and the processor sees no further than about
@@ -202,15 +194,15 @@ template <class Real, bool Damped, std::uint32_t Content>
     block.pull(s53, f);
     const auto s01 = block.template start<0, 1>();
     block.pull(s78, f);
-    pass_up(p, q, f, carry);
+    pass_on(p, p.above, q, f, carry, 4);
     const auto s6 = block.template start<6>();
     block.pull(s01, f);
     block.pull(s6, f);
   } else {
     if constexpr ((Content & block_edges) != 0) block.pull(block.template start<0, 1, 2>(), f);
-    pass_up(p, q, f, carry);
+    pass_on(p, p.above, q, f, carry, 4);
   }
-  pass_on(p, q, f, carry);
+  pass_on(p, p.own, q, f, carry, 0);
   carry = {{f[1], f[3], f[5], f[7]}};
 }
 

@@ -31,8 +31,7 @@ int threads(const benchmark::State& bench) { return int(bench.range(1)); }
 template <class Real, std::size_t kernel>
 void sweep(benchmark::State& bench) {
   const Body body(timing_cube(cells(bench)));
-  SpringSystem<Real> system(body, {.gravity = gravity, .holds = {}, .loads = {}},
-                            {threads(bench), sweep_kernels<Real>()[kernel].name});
+  SpringSystem<Real> system(body, {.gravity = gravity}, {threads(bench), sweep_kernels<Real>()[kernel].name});
   State<Real> state = system.rest_state();
   const double dt = TimingWorkload::dt;
   while (bench.KeepRunning()) system.kick_drift({.kick_before = dt, .drift_new = dt}, dt, 1, state);

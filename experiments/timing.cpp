@@ -54,8 +54,7 @@ template <class Real>
 Contestant core_contestant(const Body& body, int threads) {
   struct Run {
     Run(const Body& b, int t)
-        : system(b, {.gravity = Vec3(0, 0, Workload::gravity), .holds = {}, .loads = {}},
-                 {.threads = t, .kernel = {}}),
+        : system(b, {.gravity = Vec3(0, 0, Workload::gravity)}, {.threads = t}),
           integrator(find_integrator(integrator_name).make<Real>({.dt = Workload::dt})),
           state(system.rest_state()) {
       for (const std::ptrdiff_t site : b.sites()) {

@@ -10,15 +10,11 @@
 
 #include "tests/core/scene_texts.hpp"
 
-namespace mss {
+namespace mss::testing {
 namespace {
 
 using ::testing::ElementsAre;
-using testing::full_scene;
 using ::testing::HasSubstr;
-using testing::plain_scene;
-using testing::replaced;
-using testing::SceneFolder;
 using ::testing::StartsWith;
 using Path = std::filesystem::path;
 
@@ -205,4 +201,4 @@ TEST(Scene, AllThatAreShippedLoad) {
 }
 
 }  // namespace
-}  // namespace mss
+}  // namespace mss::testing
