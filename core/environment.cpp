@@ -40,6 +40,14 @@ void HeldSites::apply(double t, std::ptrdiff_t first, std::ptrdiff_t last, Field
   }
 }
 
+bool HeldSites::holds(std::ptrdiff_t site, int axis) const {
+  const auto begin = std::lower_bound(entries_.begin(), entries_.end(), site,
+                                      [](const Entry& e, std::ptrdiff_t s) { return e.site < s; });
+  for (auto e = begin; e != entries_.end() && e->site == site; ++e)
+    if (e->axes[std::size_t(axis)]) return true;
+  return false;
+}
+
 template <class Real>
 void HeldSites::clear(Field<Real>& field) const {
   for (const Entry& e : entries_)

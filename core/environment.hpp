@@ -68,6 +68,9 @@ class HeldSites {
   template <class Real>
   void apply(double t, std::ptrdiff_t first, std::ptrdiff_t last, Field<Real>& x, Field<Real>& v) const;
 
+  /// True if a coordinate of a site is held.
+  bool holds(std::ptrdiff_t site, int axis) const;
+
   /// Zeroes the held coordinates of a field (an acceleration, a search direction).
   template <class Real>
   void clear(Field<Real>& field) const;

@@ -75,10 +75,11 @@ struct SpringSystem<Real>::Pass {
   double t;  ///< at the beginning of the first step
   double dt;
   const Field<Real>* x;
-  const Field<Real>* v;
-  Field<Real>* out = nullptr;    ///< force or acceleration
+  const Field<Real>* v;          ///< product: the directions
+  Field<Real>* out = nullptr;    ///< force, acceleration or product
   State<Real>* state = nullptr;  ///< kick_drift: updated in place
   KickDrift update{};
+  TangentSum sum{};  ///< product
 };
 
 template <class Real>
@@ -181,6 +182,30 @@ void SpringSystem<Real>::constrain(double t, Field<Real>& x, Field<Real>& v) con
 }
 
 template <class Real>
+TangentAssembler& SpringSystem<Real>::assembler() {
+  if (!assembler_) assembler_ = std::make_unique<TangentAssembler>(body_, held_);
+  return *assembler_;
+}
+
+template <class Real>
+void SpringSystem<Real>::tangent(double, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                                 SparseMatrix& matrix) {
+  assembler().write(x, v, sum, matrix);
+}
+
+template <class Real>
+void SpringSystem<Real>::tangent_diagonal(double, const Field<Real>& x, const Field<Real>& v,
+                                          const TangentSum& sum, std::vector<Eigen::Matrix3d>& blocks) {
+  assembler().write_diagonal(x, v, sum, blocks);
+}
+
+template <class Real>
+void SpringSystem<Real>::tangent_product(double t, const Field<Real>& x, const Field<Real>&,
+                                         const TangentSum& sum, const Field<Real>& p, Field<Real>& out) {
+  run({.finish = Finish::product, .t = t, .dt = 0, .x = &x, .v = &p, .out = &out, .sum = sum}, 1);
+}
+
+template <class Real>
 void SpringSystem<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
   run({.finish = Finish::kick_drift,
        .t = state.t,
@@ -269,6 +294,10 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
     std::fill_n(own.axis[a], begun, Real(0));
     std::fill_n(above.axis[a], begun, Real(0));
   }
+  const auto sweep =
+      pass.finish == Finish::product
+          ? (pass.sum.kind == Tangent::projected ? kernel_.sweep_projected : kernel_.sweep_elastic)
+          : (damped_ ? kernel_.sweep_damped : kernel_.sweep_undamped);
   SweepPlane<Real> p{};
   p.row = lattice.row;
   p.plane = lattice.plane;
@@ -278,11 +307,13 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
   p.rest_volume = static_cast<Real>(body_.cell_volume());
   p.x = const_streams(*pass.x, offset);
   p.v = const_streams(*pass.v, offset);
+  p.stiffness = static_cast<Real>(pass.sum.stiffness);
+  p.damping = static_cast<Real>(pass.sum.damping);
   p.own = own;
   p.above = above;
   for (p.first_block = 0; p.first_block < blocks_; p.first_block = p.last_block) {
     p.last_block = std::min(p.first_block + piece, blocks_);
-    (damped_ ? kernel_.sweep_damped : kernel_.sweep_undamped)(p);
+    sweep(p);
     if (below)
       finish_plane(pass, plane, p.first_block * kernel_.lanes, p.last_block * kernel_.lanes, own, *below, t);
   }
@@ -292,7 +323,7 @@ template <class Real>
 void SpringSystem<Real>::finish_plane(const Pass& pass, int plane, std::ptrdiff_t first, std::ptrdiff_t last,
                                       const Streams<Real>& own, const ConstStreams<Real>& below, double t) {
   const std::ptrdiff_t offset = body_.lattice().plane * plane;
-  if (!loads_.empty())
+  if (!loads_.empty() && pass.finish != Finish::product)
     loads_.add(offset + first, offset + last,
                std::array<Real*, 3>{own.axis[0] + first, own.axis[1] + first, own.axis[2] + first});
   FinishPlane<Real> p{};
@@ -304,7 +335,11 @@ void SpringSystem<Real>::finish_plane(const Pass& pass, int plane, std::ptrdiff_
   for (int a = 0; a < 3; ++a) p.gravity[a] = static_cast<Real>(environment_.gravity[a]);
   if (pass.finish != Finish::kick_drift) {
     p.out = streams(*pass.out, offset);
-    (pass.finish == Finish::force ? kernel_.store_force : kernel_.store_acceleration)(p);
+    p.direction = const_streams(*pass.v, offset);
+    p.mass = static_cast<Real>(pass.sum.mass);
+    (pass.finish == Finish::force          ? kernel_.store_force
+     : pass.finish == Finish::acceleration ? kernel_.store_acceleration
+                                           : kernel_.store_product)(p);
     return;
   }
   p.x = streams(pass.state->x, offset);

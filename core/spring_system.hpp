@@ -9,6 +9,7 @@
 #include "core/environment.hpp"
 #include "core/sweep.hpp"
 #include "core/system.hpp"
+#include "core/tangent.hpp"
 #include "core/team.hpp"
 
 namespace mss {
@@ -47,14 +48,24 @@ class SpringSystem final : public System<Real> {
   void force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) override;
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
   void constrain(double t, Field<Real>& x, Field<Real>& v) const override;
+  void clear_prescribed(Field<Real>& field) const override { held_.clear(field); }
+  const std::vector<Unknown>& unknowns() override { return assembler().unknowns(); }
+  SparseMatrix tangent_pattern() override { return assembler().pattern(); }
+  void tangent(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+               SparseMatrix& matrix) override;
+  void tangent_product(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                       const Field<Real>& p, Field<Real>& out) override;
+  void tangent_diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                        std::vector<Eigen::Matrix3d>& blocks) override;
   void apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const override;
   void kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) override;
 
  private:
   struct Slab;
-  enum class Finish { force, acceleration, kick_drift };
+  enum class Finish { force, acceleration, product, kick_drift };
   struct Pass;
 
+  TangentAssembler& assembler();
   void build_dictionary();
   void build_masses();
   void run(const Pass& pass, long steps);
@@ -71,6 +82,7 @@ class SpringSystem final : public System<Real> {
   SweepKernel<Real> kernel_;
   Team team_;
   bool damped_;
+  std::unique_ptr<TangentAssembler> assembler_;  ///< made by the first method that needs it
 
   std::ptrdiff_t blocks_;               ///< per plane
   std::vector<std::uint32_t> entry_;    ///< per plane and block: dictionary entry

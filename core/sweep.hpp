@@ -42,7 +42,9 @@ struct SweepPlane {
   const std::uint32_t* content;  ///< per entry: BlockContent bits
   Real rest_volume;              ///< V0 [m^3]
   ConstStreams<Real> x;
-  ConstStreams<Real> v;
+  ConstStreams<Real> v;  ///< velocities, or the directions of a product
+  Real stiffness;        ///< weights of a product's K and C
+  Real damping;
   Streams<Real> own;    ///< sums from this plane's cells; filled row by row
   Streams<Real> above;  ///< sums that this plane's cells leave to the next plane
   Real carry[4][3];     ///< in and out: the last lane of the four (x+1) corners
@@ -59,7 +61,9 @@ struct FinishPlane {
   Real gravity[3];
   Streams<Real> x;
   Streams<Real> v;
-  Streams<Real> out;  ///< receives force or acceleration
+  Streams<Real> out;             ///< receives force, acceleration or product
+  ConstStreams<Real> direction;  ///< of a product
+  Real mass;                     ///< weight of a product's M
   Real kick_before, kick_after, drift_old, drift_new;
 };
 
@@ -72,10 +76,15 @@ struct SweepKernel {
   /// Forces of the springs and cells of a plane's blocks; the undamped one does not read velocities.
   void (*sweep_damped)(SweepPlane<Real>&);
   void (*sweep_undamped)(SweepPlane<Real>&);
+  /// -(b C + c K) p in place of forces, with p in `v`; elastic or projected (see Tangent).
+  void (*sweep_elastic)(SweepPlane<Real>&);
+  void (*sweep_projected)(SweepPlane<Real>&);
   /// out = own + below [N].
   void (*store_force)(const FinishPlane<Real>&);
   /// out = (own + below) / m + gravity, 0 where there is no particle [m/s^2].
   void (*store_acceleration)(const FinishPlane<Real>&);
+  /// out = a M p - (own + below), 0 where there is no particle.
+  void (*store_product)(const FinishPlane<Real>&);
   /// The KickDrift update in place, from own + below.
   void (*kick_drift)(const FinishPlane<Real>&);
   /// The KickDrift update in place, from an acceleration in `own`.

@@ -77,9 +77,15 @@ template <class Real>
 inline constexpr int spring_ends[springs_per_site][2] = {
     {0, 1}, {0, 2}, {0, 4}, {0, 3}, {0, 5}, {0, 6}, {1, 2}, {1, 4}, {2, 4}, {0, 7}, {1, 6}, {2, 5}, {3, 4}};
 
+template <class Real>
+[[gnu::always_inline]] inline Pack<Real> positive_part(Pack<Real> a) {
+  const Pack<Real> zero{};
+  return a > zero ? a : zero;
+}
+
 /// W neighbouring cells: where their corners are, and their coefficients.
-template <class Real, bool Damped>
-struct Block {
+template <class Real>
+struct Cells {
   static constexpr int W = lanes<Real>;
   const SweepPlane<Real>& p;
   const Real* coefficient;
@@ -108,6 +114,33 @@ struct Block {
     return s;
   }
 
+  /// Adds f to the first end of a spring and takes it from the second.
+  [[gnu::always_inline]] static void act(int spring, const Vec<Real>& f, Vec<Real> (&force)[8]) {
+    const int* ends = spring_ends[spring];
+    force[ends[0]] = force[ends[0]] + f;
+    force[ends[1]] = force[ends[1]] - f;
+  }
+};
+
+/// Four times the mean edges of eq. 3-5, from the body diagonals a = 7-0, b = 6-1, c = 5-2, d = 4-3.
+template <class Real>
+struct Edges {
+  Vec<Real> x, y, z;
+  [[gnu::always_inline]] Edges(const Vec<Real>& a, const Vec<Real>& b, const Vec<Real>& c, const Vec<Real>& d)
+      : Edges((a - b) + (c - d), a + b, c + d) {}
+
+ private:
+  [[gnu::always_inline]] Edges(const Vec<Real>& along_x, const Vec<Real>& ab, const Vec<Real>& cd)
+      : x(along_x), y(ab - cd), z(ab + cd) {}
+};
+
+/// What springs and cells pull with.
+template <class Real, bool Damped>
+struct Force : Cells<Real> {
+  using Cells<Real>::W, Cells<Real>::p, Cells<Real>::coefficient;
+  template <int... Spring>
+  using Started = typename Cells<Real>::template Started<Spring...>;
+
   /// The second half: what spring i of them pulls with, divided by |d|. Eq. 2-3 and 2-5, with 2-6 as a
   /// projection.
   template <int... Spring>
@@ -116,42 +149,85 @@ struct Block {
     const Real* c = coefficient + 3 * W * s.spring[i];
     const Pack<Real> k = load(c), k_rest = load(c + W);
     if constexpr (Damped)
-      return k + r * ((load(c + 2 * W) * dot(s.d[i], difference(p.v, s.spring[i]))) * r - k_rest);
+      return k + r * ((load(c + 2 * W) * dot(s.d[i], this->difference(p.v, s.spring[i]))) * r - k_rest);
     else
       return k - r * k_rest;
   }
 
   template <int... Spring>
   [[gnu::always_inline]] void pull(const Started<Spring...>& s, Vec<Real> (&force)[8]) const {
-    for (int i = 0; i < s.count; ++i) {
-      const Vec<Real> f = tension(s, i) * s.d[i];
-      const int* ends = spring_ends[s.spring[i]];
-      force[ends[0]] = force[ends[0]] + f;
-      force[ends[1]] = force[ends[1]] - f;
-    }
+    for (int i = 0; i < s.count; ++i) this->act(s.spring[i], tension(s, i) * s.d[i], force);
   }
 
   /// Body diagonals and the volume force, which push opposite corners oppositely: sets all eight forces.
-  ///
-  /// With the diagonals a = 7-0, b = 6-1, c = 5-2, d = 4-3 the mean edges of eq. 3-5 are
-  ///   4X = a - b + c - d,  4Y = a + b - c - d,  4Z = a + b + c + d,
-  /// and eq. 3-7 is the gradient of k_vol (V - V0)^2 / (2 V0), V = X.(Y x Z).
+  /// Eq. 3-7 is the gradient of k_vol (V - V0)^2 / (2 V0), V = X.(Y x Z).
   [[gnu::always_inline]] void cell(Vec<Real> (&force)[8]) const {
-    const auto s = start<9, 10>();
-    const auto t = start<11, 12>();
-    const Vec<Real>&a = s.d[0], &b = s.d[1], &c = t.d[0], &d = t.d[1];
-    const Vec<Real> sum = a + b, other_sum = c + d;
-    const Vec<Real> x = (a - b) + (c - d), y = sum - other_sum, z = sum + other_sum;
-    const Vec<Real> yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
+    const auto s = this->template start<9, 10>();
+    const auto t = this->template start<11, 12>();
+    const Edges<Real> e(s.d[0], s.d[1], t.d[0], t.d[1]);
+    const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
     // The edges are four times too long: V is 64 and a face 16 times too large; k_vol / (4 V0) makes up for
     // that.
-    const Pack<Real> volume = Real(1.0 / 64) * dot(x, yz);
+    const Pack<Real> volume = Real(1.0 / 64) * dot(e.x, yz);
     const Pack<Real> pressure = load(coefficient + 3 * W * springs_per_site) * (volume - p.rest_volume);
     const Vec<Real> px = pressure * yz, upper = pressure * (xy + zx), lower = pressure * (xy - zx);
-    force[0] = tension(s, 0) * a + (upper + px);
-    force[1] = tension(s, 1) * b + (upper - px);
-    force[2] = tension(t, 0) * c + (lower + px);
-    force[3] = tension(t, 1) * d + (lower - px);
+    force[0] = tension(s, 0) * s.d[0] + (upper + px);
+    force[1] = tension(s, 1) * s.d[1] + (upper - px);
+    force[2] = tension(t, 0) * t.d[0] + (lower + px);
+    force[3] = tension(t, 1) * t.d[1] + (lower - px);
+    for (int i = 0; i < 4; ++i) force[7 - i] = -force[i];
+  }
+};
+
+/// How forces change, to first order, along the directions in p.v: -(b C + c K) times these. See tangent.hpp
+/// for the matrices.
+template <class Real, bool Projected>
+struct ForceChange : Cells<Real> {
+  using Cells<Real>::W, Cells<Real>::p, Cells<Real>::coefficient;
+  template <int... Spring>
+  using Started = typename Cells<Real>::template Started<Spring...>;
+
+  /// Of spring i, whose ends move apart by e: across (e - u u.e) + along u u.e, with across = k (1 - L0/|d|).
+  template <int... Spring>
+  [[gnu::always_inline]] Vec<Real> response(const Started<Spring...>& s, int i, const Vec<Real>& e) const {
+    constexpr Real unscale = 1 / (rsqrt_scale<Real> * rsqrt_scale<Real>);
+    const Pack<Real> r = scaled_rsqrt(s.squared[i], s.estimate[i]);
+    const Real* c = coefficient + 3 * W * s.spring[i];
+    const Pack<Real> k = load(c);
+    Pack<Real> across = k - r * load(c + W);
+    if constexpr (Projected) across = positive_part<Real>(across);
+    const Pack<Real> along = (unscale * p.stiffness) * (k - across) + p.damping * load(c + 2 * W);
+    return (p.stiffness * across) * e + (along * (r * r) * dot(s.d[i], e)) * s.d[i];
+  }
+
+  template <int... Spring>
+  [[gnu::always_inline]] void pull(const Started<Spring...>& s, Vec<Real> (&force)[8]) const {
+    for (int i = 0; i < s.count; ++i)
+      this->act(s.spring[i], response(s, i, this->difference(p.v, s.spring[i])), force);
+  }
+
+  [[gnu::always_inline]] void cell(Vec<Real> (&force)[8]) const {
+    const auto s = this->template start<9, 10>();
+    const auto t = this->template start<11, 12>();
+    const Vec<Real> change[4] = {this->difference(p.v, 9), this->difference(p.v, 10),
+                                 this->difference(p.v, 11), this->difference(p.v, 12)};
+    const Edges<Real> e(s.d[0], s.d[1], t.d[0], t.d[1]), de(change[0], change[1], change[2], change[3]);
+    const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
+    Pack<Real> stiffness = p.stiffness * load(coefficient + 3 * W * springs_per_site);
+    if constexpr (Projected) stiffness = positive_part<Real>(stiffness);
+    const Pack<Real> swelling = Real(1.0 / 64) * (dot(de.x, yz) + (dot(de.y, zx) + dot(de.z, xy)));
+    Vec<Real> px = (stiffness * swelling) * yz, py = (stiffness * swelling) * zx,
+              pz = (stiffness * swelling) * xy;
+    if constexpr (!Projected) {
+      const Pack<Real> pressure = stiffness * (Real(1.0 / 64) * dot(e.x, yz) - p.rest_volume);
+      px = px + pressure * (cross(de.y, e.z) + cross(e.y, de.z));
+      py = py + pressure * (cross(de.z, e.x) + cross(e.z, de.x));
+      pz = pz + pressure * (cross(de.x, e.y) + cross(e.x, de.y));
+    }
+    force[0] = response(s, 0, change[0]) + ((pz + py) + px);
+    force[1] = response(s, 1, change[1]) + ((pz + py) - px);
+    force[2] = response(t, 0, change[2]) + ((pz - py) + px);
+    force[3] = response(t, 1, change[3]) + ((pz - py) - px);
     for (int i = 0; i < 4; ++i) force[7 - i] = -force[i];
   }
 };
@@ -176,14 +252,14 @@ template <class Real>
 /// One block. A spring is one chain of dependent operations, and the processor sees no further than about
 /// three springs ahead: so they go in pairs, each started before the one before it is finished, and those of
 /// the (z+1) corners first, so that their sums need not wait in registers.
-template <class Real, bool Damped, std::uint32_t Content>
+template <class Block, std::uint32_t Content, class Real>
 [[gnu::always_inline]] inline void do_block(const SweepPlane<Real>& p, std::ptrdiff_t q,
                                             const Real* coefficient, Carry<Real>& carry) {
   const std::ptrdiff_t row = p.row, plane = p.plane;
-  const Block<Real, Damped> block{
-      p,
-      coefficient,
-      {q, q + 1, q + row, q + row + 1, q + plane, q + plane + 1, q + plane + row, q + plane + row + 1}};
+  const Block block{
+      {p,
+       coefficient,
+       {q, q + 1, q + row, q + row + 1, q + plane, q + plane + 1, q + plane + row, q + plane + row + 1}}};
   Vec<Real> f[8] = {};
   if constexpr ((Content & block_cells) != 0) block.cell(f);
   if constexpr ((Content & block_faces) != 0) {
@@ -206,7 +282,7 @@ template <class Real, bool Damped, std::uint32_t Content>
   carry = {{f[1], f[3], f[5], f[7]}};
 }
 
-template <class Real, bool Damped>
+template <class Block, class Real>
 void sweep_blocks(SweepPlane<Real>& argument) {
   constexpr int W = lanes<Real>;
   const SweepPlane<Real> p = argument;  // a copy that the stores below cannot reach
@@ -222,16 +298,16 @@ void sweep_blocks(SweepPlane<Real>& argument) {
         p.dictionary + std::ptrdiff_t(entry) * std::ptrdiff_t{coefficients_per_lane} * W;
     switch (p.content[entry]) {
       case 0:
-        do_block<Real, Damped, 0>(p, b * W, coefficient, carry);
+        do_block<Block, 0>(p, b * W, coefficient, carry);
         break;
       case block_edges | block_faces:  // upper faces of the body, or neither body diagonals nor volume
-        do_block<Real, Damped, block_edges | block_faces>(p, b * W, coefficient, carry);
+        do_block<Block, block_edges | block_faces>(p, b * W, coefficient, carry);
         break;
       case block_edges | block_cells:  // no face diagonals
-        do_block<Real, Damped, block_edges | block_cells>(p, b * W, coefficient, carry);
+        do_block<Block, block_edges | block_cells>(p, b * W, coefficient, carry);
         break;
       default:
-        do_block<Real, Damped, block_edges | block_faces | block_cells>(p, b * W, coefficient, carry);
+        do_block<Block, block_edges | block_faces | block_cells>(p, b * W, coefficient, carry);
     }
   }
   for (int i = 0; i < 4; ++i) {
@@ -239,15 +315,6 @@ void sweep_blocks(SweepPlane<Real>& argument) {
     argument.carry[i][1] = carry.x[i].y[W - 1];
     argument.carry[i][2] = carry.x[i].z[W - 1];
   }
-}
-
-template <class Real>
-void sweep_damped(SweepPlane<Real>& p) {
-  sweep_blocks<Real, true>(p);
-}
-template <class Real>
-void sweep_undamped(SweepPlane<Real>& p) {
-  sweep_blocks<Real, false>(p);
 }
 
 template <class Real>
@@ -285,6 +352,15 @@ void store_acceleration(const FinishPlane<Real>& p) {
   for (std::ptrdiff_t q = p.first; q < p.last; q += lanes<Real>) store(p.out, q, acceleration(p, q));
 }
 template <class Real>
+void store_product(const FinishPlane<Real>& p) {
+  const Pack<Real> zero{};
+  for (std::ptrdiff_t q = p.first; q < p.last; q += lanes<Real>) {
+    const Pack<Real> inverse_mass = load(p.inverse_mass + q);
+    const Pack<Real> mass = inverse_mass > zero ? p.mass / inverse_mass : zero;
+    store(p.out, q, mass * load(p.direction, q) - total_force(p, q));
+  }
+}
+template <class Real>
 void kick_drift(const FinishPlane<Real>& p) {
   for (std::ptrdiff_t q = p.first; q < p.last; q += lanes<Real>) update(p, q, acceleration(p, q));
 }
@@ -298,10 +374,13 @@ SweepKernel<Real> make_kernel(const char* name) {
   return {name,
           lanes<Real>,
           rsqrt_scale<Real>,
-          sweep_damped<Real>,
-          sweep_undamped<Real>,
+          sweep_blocks<Force<Real, true>, Real>,
+          sweep_blocks<Force<Real, false>, Real>,
+          sweep_blocks<ForceChange<Real, false>, Real>,
+          sweep_blocks<ForceChange<Real, true>, Real>,
           store_force<Real>,
           store_acceleration<Real>,
+          store_product<Real>,
           kick_drift<Real>,
           kick_drift_stored<Real>};
 }

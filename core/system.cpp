@@ -13,6 +13,9 @@ template <class Real>
 void System<Real>::constrain(double, Field<Real>&, Field<Real>&) const {}
 
 template <class Real>
+void System<Real>::clear_prescribed(Field<Real>&) const {}
+
+template <class Real>
 void System<Real>::apply(const KickDrift& u, const Field<Real>& a, double dt, State<Real>& state) const {
   const auto before = static_cast<Real>(u.kick_before), after = static_cast<Real>(u.kick_after);
   const auto drift_old = static_cast<Real>(u.drift_old), drift_new = static_cast<Real>(u.drift_new);

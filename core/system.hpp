@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/SparseCore>
 #include <cstddef>
 #include <vector>
 
@@ -25,6 +26,30 @@ struct KickDrift {
   double drift_old = 0;
   double drift_new = 0;
 };
+
+/// Which derivative of the force a tangent holds.
+enum class Tangent {
+  exact,     ///< all of it; unsymmetric where springs damp while they turn
+  elastic,   ///< without what damping adds as springs turn: symmetric, indefinite where springs are pressed
+  projected  ///< the elastic one made positive semidefinite, spring by spring and cell by cell
+};
+
+/// The matrix a M + b C + c K, with C = -df/dv and K = -df/dx, that one step of an implicit method needs.
+struct TangentSum {
+  double mass = 0;       ///< a
+  double damping = 0;    ///< b
+  double stiffness = 0;  ///< c
+  Tangent kind = Tangent::exact;
+};
+
+/// A coordinate that nothing prescribes.
+struct Unknown {
+  std::ptrdiff_t site;
+  int axis;
+};
+
+/// Rows in compressed form; rows and columns are unknowns.
+using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
 
 /// The second-order ODE M a = f(t, x, v) that every integrator, experiment and window drives.
 ///
@@ -55,6 +80,29 @@ class System {
 
   /// Writes prescribed positions and velocities at time t.
   virtual void constrain(double t, Field<Real>& x, Field<Real>& v) const;
+
+  /// Zeroes prescribed coordinates of a field (a residual, a search direction), and only these.
+  virtual void clear_prescribed(Field<Real>& field) const;
+
+  /// The unknowns of implicit methods, in the order of a tangent's rows: by particle, then axis.
+  virtual const std::vector<Unknown>& unknowns() = 0;
+
+  /// A matrix with a place for every number a tangent may hold; all are zero.
+  virtual SparseMatrix tangent_pattern() = 0;
+
+  /// Rewrites the values of a matrix from tangent_pattern() in place.
+  virtual void tangent(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                       SparseMatrix& matrix) = 0;
+
+  /// out = (a M + b C + c K) p for all coordinates, prescribed ones included, without the matrix;
+  /// overwritten. Not for Tangent::exact.
+  virtual void tangent_product(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                               const Field<Real>& p, Field<Real>& out) = 0;
+
+  /// The 3 x 3 blocks on the diagonal of a tangent, one per particle, prescribed coordinates included;
+  /// resized and overwritten.
+  virtual void tangent_diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                                std::vector<Eigen::Matrix3d>& blocks) = 0;
 
   /// One update from a known acceleration; advances state.t by dt.
   virtual void apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const;

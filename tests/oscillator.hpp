@@ -21,6 +21,25 @@ class Oscillator final : public System<double> {
       f.axis(a)[0] = -mass_ * (omega_ * omega_ * x.axis(a)[0] + damping_ * v.axis(a)[0]);
   }
 
+  const std::vector<Unknown>& unknowns() override { return unknowns_; }
+  SparseMatrix tangent_pattern() override {
+    SparseMatrix matrix(3, 3);
+    matrix.setIdentity();
+    return matrix;
+  }
+  void tangent(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+               SparseMatrix& matrix) override {
+    for (int i = 0; i < 3; ++i) matrix.valuePtr()[i] = along(sum);
+  }
+  void tangent_product(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+                       const Field<double>& p, Field<double>& out) override {
+    for (int a = 0; a < 3; ++a) out.axis(a)[0] = along(sum) * p.axis(a)[0];
+  }
+  void tangent_diagonal(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+                        std::vector<Eigen::Matrix3d>& blocks) override {
+    blocks.assign(1, along(sum) * Eigen::Matrix3d::Identity());
+  }
+
   State<double> start(double x, double v) const {
     State<double> state{0, Field<double>(1), Field<double>(1)};
     state.x.axis(0)[0] = x;
@@ -36,10 +55,15 @@ class Oscillator final : public System<double> {
   }
 
  private:
+  double along(const TangentSum& sum) const {
+    return mass_ * (sum.mass + sum.damping * damping_ + sum.stiffness * omega_ * omega_);
+  }
+
   double omega_;
   double damping_;
   double mass_ = 0.7;
   std::vector<std::ptrdiff_t> particles_{0};
+  std::vector<Unknown> unknowns_{{0, 0}, {0, 1}, {0, 2}};
 };
 
 }  // namespace mss::testing

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/body.hpp"
+#include "core/environment.hpp"
+#include "core/system.hpp"
+
+namespace mss {
+
+/// Derivatives of the force a spring pulls its first end with, F = [k (|d| - L0) + c (w.u)] u, with u =
+/// d/|d|, by the differences d of positions and w of velocities of its ends. Eq. 2-3, 2-5.
+struct SpringTangent {
+  Eigen::Matrix3d stiffness;  ///< dF/dd [N/m]
+  Eigen::Matrix3d damping;    ///< dF/dw [kg/s]
+};
+SpringTangent spring_tangent(double k, double c, double rest_length, const Vec3& d, const Vec3& w,
+                             Tangent kind);
+
+/// Second derivatives of the volume energy k_vol (V - V0)^2 / (2 V0) of eq. 3-5 and 3-6 by a cell's corners.
+/// With s_c the corner's sides (+-1) and F = [X Y Z] the mean edges,
+///   g_c = dV/dx_c = F^-T s_c det F / 4,   H_cc' = d^2V/dx_c dx_c' = -[F (s_c x s_c')]x / 16,
+///   K_cc' = k_vol / V0 (g_c g_c'^T + (V - V0) H_cc').
+/// H's eigenvalues come in pairs +-, so the projected form leaves it out, and a negative k_vol too.
+class CellTangent {
+ public:
+  CellTangent(double k_vol, double rest_volume, const std::array<Vec3, 8>& corners, Tangent kind);
+  Eigen::Matrix3d block(int c, int d) const;
+
+ private:
+  double stiffness_;  ///< k_vol / V0, of the first term
+  double pressure_;   ///< k_vol (V - V0) / V0, of the second
+  Eigen::Matrix3d mean_edges_;
+  std::array<Vec3, 8> gradient_;
+};
+
+/// Assembles tangents of a body: knows for every pair of particles that share a cell where its 3 x 3 block
+/// lies.
+class TangentAssembler {
+ public:
+  TangentAssembler(const Body& body, const HeldSites& held);
+
+  const std::vector<Unknown>& unknowns() const { return unknowns_; }
+  const SparseMatrix& pattern() const { return pattern_; }
+
+  template <class Real>
+  void write(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum, SparseMatrix& matrix);
+
+  template <class Real>
+  void write_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                      std::vector<Eigen::Matrix3d>& blocks) const;
+
+ private:
+  static constexpr std::size_t neighbours = 27;
+  void find_neighbours();
+  void build_pattern(const HeldSites& held);
+  template <class Real, class Add>
+  void for_each_element(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum, Add&& add) const;
+  int block_index(std::ptrdiff_t site, int from_corner, int to_corner) const;
+
+  const Body& body_;
+  std::vector<int> id_;           ///< particle of a site; -1 where there is none
+  std::vector<int> block_;        ///< per particle and offset in {-1, 0, 1}^3: place of that block; -1: none
+  std::vector<int> column_;       ///< per block: particle of its columns
+  std::vector<int> block_start_;  ///< per particle: its first block, and one more
+  std::vector<Unknown> unknowns_;
+  SparseMatrix pattern_;
+  std::vector<int> source_;      ///< per value of the matrix: its place among the numbers of all blocks
+  std::vector<double> numbers_;  ///< of all blocks, nine each, row by row
+};
+
+}  // namespace mss
