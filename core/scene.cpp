@@ -24,7 +24,7 @@ const KnownKeys known_keys{
     {"hold.turn", {"axis", "centre", "rate", "until"}},
     {"load", {"box", "force"}},
     {"start", {"velocity", "spin"}},
-    {"solve", {"integrator", "dt", "duration", "threads", "precision", "every"}},
+    {"solve", {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "tangent", "every"}},
 };
 
 constexpr auto any = [](double) { return true; };
@@ -63,6 +63,8 @@ const std::vector<std::pair<std::string, Topology>> topologies{
     {"full", Topology::full}, {"edges+body", Topology::edges_body}, {"one-diagonal", Topology::one_diagonal}};
 const std::vector<std::pair<std::string, Sharing>> sharings{{"weighted", Sharing::weighted},
                                                             {"uniform", Sharing::uniform}};
+const std::vector<std::pair<std::string, Tangent>> tangents{{"projected", Tangent::projected},
+                                                            {"elastic", Tangent::elastic}};
 const std::vector<std::pair<std::string, Precision>> precisions{{"double", Precision::dbl},
                                                                 {"single", Precision::single}};
 
@@ -231,6 +233,9 @@ SolveConfig read_solve(const TomlTable& solve) {
   config.duration = solve.number("duration", duration, config.duration);
   config.threads = solve.whole("threads", thread_count, config.threads);
   config.precision = solve.choice("precision", "a precision", precisions, config.precision);
+  if (solve.has("linear_solver"))
+    config.linear_solver = solve.text("linear_solver", "a linear solver", "its name, such as \"cholmod\"");
+  config.tangent = solve.choice("tangent", "a tangent", tangents, config.tangent);
   config.every = solve.number("every", interval, config.every);
   return config;
 }
@@ -306,6 +311,8 @@ Json to_json(const SolveConfig& solve) {
           {"duration", solve.duration},
           {"threads", solve.threads},
           {"precision", name_of(solve.precision, precisions)},
+          {"linear_solver", solve.linear_solver},
+          {"tangent", name_of(solve.tangent, tangents)},
           {"every", solve.every}};
 }
 

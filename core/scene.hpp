@@ -7,6 +7,7 @@
 
 #include "core/body.hpp"
 #include "core/environment.hpp"
+#include "core/system.hpp"
 
 namespace mss {
 
@@ -19,7 +20,9 @@ struct SolveConfig {
   double duration = 1;       ///< [s]
   int threads = 0;           ///< 0: all that pay
   Precision precision = Precision::dbl;
-  double every = 0.01;  ///< seconds between rows of series.csv
+  std::string linear_solver = "cholmod";  ///< of implicit methods
+  Tangent tangent = Tangent::projected;   ///< of implicit methods
+  double every = 0.01;                    ///< seconds between rows of series.csv
 };
 
 /// A scene file, read and checked.

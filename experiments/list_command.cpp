@@ -10,6 +10,7 @@
 #include "experiments/commands.hpp"
 #include "experiments/experiment.hpp"
 #include "integrators/integrator.hpp"
+#include "integrators/linear/linear_solver.hpp"
 
 namespace mss {
 
@@ -21,6 +22,12 @@ using Lines = std::vector<std::pair<std::string, std::string>>;
 Lines integrator_lines() {
   Lines lines;
   for (const IntegratorInfo& info : integrators()) lines.emplace_back(info.name, info.summary);
+  return lines;
+}
+
+Lines linear_solver_lines() {
+  Lines lines;
+  for (const LinearSolverInfo& info : linear_solvers()) lines.emplace_back(info.name, info.summary);
   return lines;
 }
 
@@ -52,8 +59,10 @@ void print(const Lines& lines, const char* indent) {
 }
 
 void list(const std::string& kind) {
-  const std::vector<std::pair<std::string, Lines (*)()>> kinds{
-      {"integrators", integrator_lines}, {"scenes", scene_lines}, {"experiments", experiment_lines}};
+  const std::vector<std::pair<std::string, Lines (*)()>> kinds{{"integrators", integrator_lines},
+                                                               {"linear_solvers", linear_solver_lines},
+                                                               {"scenes", scene_lines},
+                                                               {"experiments", experiment_lines}};
   std::vector<std::string> names;
   for (const auto& [name, lines] : kinds) {
     names.push_back(name);
@@ -87,9 +96,10 @@ std::string scene_description(const fs::path& scene) {
 }
 
 void add_list_command(CLI::App& app, int&) {
-  CLI::App* command = app.add_subcommand("list", "what there is: integrators, scenes, experiments");
+  CLI::App* command =
+      app.add_subcommand("list", "what there is: integrators, linear solvers, scenes, experiments");
   const auto kind = std::make_shared<std::string>();
-  command->add_option("kind", *kind, "integrators, scenes or experiments; all if left out");
+  command->add_option("kind", *kind, "integrators, linear_solvers, scenes or experiments; all if left out");
   command->callback([kind] { list(*kind); });
 }
 

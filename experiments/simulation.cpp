@@ -9,6 +9,7 @@
 #include <ostream>
 
 #include "core/error.hpp"
+#include "integrators/linear/linear_solver.hpp"
 #include "integrators/stable_step.hpp"
 
 namespace mss {
@@ -44,6 +45,13 @@ bool is_finite(const Measures& m) {
 double step_of(const Scene& scene, const IntegratorInfo& method, const Body& body) {
   if (scene.solve.dt) return *scene.solve.dt;
   return std::min(safe_share * stable_step(method, spectral_bound(body)), scene.solve.duration);
+}
+
+void check_safe(const IntegratorInfo& method) {
+  if (!method.limit)
+    throw InputError(fmt::format(
+        "dt = \"safe\" says nothing for {}, which is stable at any step; give dt in seconds", method.name));
+  stable_step(method, {.omega = 1});  // throws if no step is safe
 }
 
 std::vector<ParticleRecord> record_particles(const Body& body, const auto& state) {
@@ -88,7 +96,9 @@ void simulate_in(const Scene& scene, const Body& body, const IntegratorInfo& inf
   SpringSystem<Real> system(body, scene.environment, {.threads = scene.solve.threads});
   result.threads = system.threads();
   result.kernel = system.kernel_name();
-  run_rows(scene, system, *info.make<Real>({.dt = result.dt}), progress, result);
+  const IntegratorOptions options{
+      .dt = result.dt, .linear_solver = scene.solve.linear_solver, .tangent = scene.solve.tangent};
+  run_rows(scene, system, *info.make<Real>(options), progress, result);
 }
 
 }  // namespace
@@ -110,7 +120,11 @@ void check_solve(const Scene& scene) {
   const std::string file = scene.file.string();
   try {
     const IntegratorInfo& method = find_integrator(scene.solve.integrator);
-    if (!scene.solve.dt) stable_step(method, {});  // throws if no step is safe
+    if (!scene.solve.dt) check_safe(method);
+    if (scene.solve.precision == Precision::single && !method.make_single)
+      throw InputError(fmt::format(
+          "integrator '{}' computes in double precision only; give precision = \"double\"", method.name));
+    find_linear_solver(scene.solve.linear_solver);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: solve: {}", file, error.what()));
   }

@@ -24,6 +24,13 @@ class ExplicitEuler final : public Integrator<Real> {
   double dt_;
 };
 
+/// The smaller of c / w^2 and the first root of 4 - 2 c dt + w^2 dt^2 = 0, if it has one.
+double explicit_euler_limit(double omega, double damping) {
+  const double oscillating = damping / (omega * omega);
+  if (damping < 2 * omega) return oscillating;
+  return std::min(oscillating, 4 / (damping + std::sqrt(damping * damping - 4 * omega * omega)));
+}
+
 }  // namespace
 
 IntegratorInfo explicit_euler() {
@@ -31,7 +38,7 @@ IntegratorInfo explicit_euler() {
                                   .summary = "forward Euler (2-11): first order, unstable without damping",
                                   .order_undamped = 1,
                                   .order_damped = 1,
-                                  .limit = StabilityLimit::explicit_euler});
+                                  .limit = explicit_euler_limit});
 }
 
 }  // namespace mss

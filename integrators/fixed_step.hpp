@@ -8,6 +8,11 @@
 
 namespace mss {
 
+/// Many small additions leave t a little off the end.
+inline void shed_rounding(double& t, double dt, double t_end) {
+  if (std::abs(t - t_end) < 1e-6 * dt) t = t_end;
+}
+
 /// Runs take(n), which makes n steps of size dt, until state.t is as near to t_end as whole steps come. Looks
 /// for infinities every few dozen steps: often enough to stop early, seldom enough to cost nothing.
 template <class Real, class Take>
@@ -20,7 +25,19 @@ Status advance_fixed(State<Real>& state, double dt, double t_end, Work& work, Ta
     left -= n;
     if (!is_finite(state)) return Status::non_finite;
   }
-  if (std::abs(state.t - t_end) < 1e-6 * dt) state.t = t_end;  // sheds the rounding of many small additions
+  shed_rounding(state.t, dt, t_end);
+  return Status::ok;
+}
+
+/// The same for methods whose steps can fail: take() makes one and says how it went.
+template <class Real, class Take>
+Status advance_step_by_step(State<Real>& state, double dt, double t_end, Work& work, Take&& take) {
+  for (long left = std::lround((t_end - state.t) / dt); left > 0; --left) {
+    if (const Status status = take(); status != Status::ok) return status;
+    ++work.steps;
+    if (!is_finite(state)) return Status::non_finite;
+  }
+  shed_rounding(state.t, dt, t_end);
   return Status::ok;
 }
 

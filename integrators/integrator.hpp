@@ -17,6 +17,7 @@ enum class Status {
   non_finite,             ///< a position or velocity became infinite or not a number
   newton_stalled,         ///< an implicit step found no solution
   not_positive_definite,  ///< a linear system could not be factored
+  linear_stalled,         ///< an iterative linear solver did not reach its tolerance
   step_limit,             ///< the allowed number of steps did not suffice
   interrupted             ///< the user stopped it
 };
@@ -31,6 +32,7 @@ struct Work {
   std::int64_t jacobians = 0;
   std::int64_t factorisations = 0;
   std::int64_t linear_solves = 0;
+  std::int64_t products = 0;  ///< of a tangent and a vector
 
   Work& operator+=(const Work& other);
 };
@@ -55,15 +57,19 @@ class Integrator {
 
 /// What a user may set about a method.
 struct IntegratorOptions {
-  double dt = 1e-3;  ///< step of fixed-step methods [s]
+  double dt = 1e-3;                       ///< step of fixed-step methods [s]
+  std::string linear_solver = "cholmod";  ///< of implicit methods
+  Tangent tangent = Tangent::projected;   ///< of implicit methods
+  double newton_tolerance = 1e-10;        ///< residual after a step's Newton iterations over that before
+  double linear_tolerance = 1e-10;        ///< of iterative linear solvers: residual over right-hand side
 };
 
-/// When a method is stable on the test equation x'' = -w^2 x - c x'.
-enum class StabilityLimit {
-  none,            ///< stable for any step
-  explicit_euler,  ///< w^2 dt < c and 2 c dt < 4 + w^2 dt^2
-  central          ///< w^2 dt^2 + 2 c dt < 4
-};
+/// Largest step [s] for which a method is stable on the test equation x'' = -omega^2 x - damping x'; 0 if
+/// none is. Sharp: the next larger step is unstable.
+using StabilityLimit = double (*)(double omega, double damping);
+
+/// The limit of methods that are stable iff omega^2 dt^2 + 2 damping dt < 4.
+double central_limit(double omega, double damping);
 
 /// Facts about a method. Tests measure that they are true.
 struct IntegratorInfo {
@@ -74,11 +80,12 @@ struct IntegratorInfo {
   bool implicit = false;
   bool symplectic = false;  ///< without damping
   bool adaptive = false;
-  StabilityLimit limit = StabilityLimit::none;
+  StabilityLimit limit = nullptr;  ///< nullptr: stable for any step
 
   template <class Real>
   std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) const;
 
+  /// Empty: the method computes in double precision only.
   std::function<std::unique_ptr<Integrator<float>>(const IntegratorOptions&)> make_single = {};
   std::function<std::unique_ptr<Integrator<double>>(const IntegratorOptions&)> make_double = {};
 };

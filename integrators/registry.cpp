@@ -42,6 +42,8 @@ std::string_view to_string(Status status) {
       return "newton_stalled";
     case Status::not_positive_definite:
       return "not_positive_definite";
+    case Status::linear_stalled:
+      return "linear_stalled";
     case Status::step_limit:
       return "step_limit";
     case Status::interrupted:
@@ -56,6 +58,7 @@ Work& Work::operator+=(const Work& other) {
   jacobians += other.jacobians;
   factorisations += other.factorisations;
   linear_solves += other.linear_solves;
+  products += other.products;
   return *this;
 }
 

@@ -32,7 +32,7 @@ IntegratorInfo semi_implicit_euler() {
                                       .order_undamped = 1,
                                       .order_damped = 1,
                                       .symplectic = true,
-                                      .limit = StabilityLimit::central});
+                                      .limit = central_limit});
 }
 
 }  // namespace mss

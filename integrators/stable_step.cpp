@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -9,20 +10,22 @@
 
 namespace mss {
 
+// The positive root of w^2 dt^2 + 2 c dt = 4.
+double central_limit(double omega, double damping) { return 4 / (damping + std::hypot(damping, 2 * omega)); }
+
 double stable_step(const IntegratorInfo& method, const SpectralBound& bound) {
-  switch (method.limit) {
-    case StabilityLimit::none:
-      return std::numeric_limits<double>::infinity();
-    case StabilityLimit::central:  // the positive root of w^2 dt^2 + 2 c dt = 4
-      return 4 / (bound.damping + std::hypot(bound.damping, 2 * bound.omega));
-    case StabilityLimit::explicit_euler:  // w^2 dt < c fails for some mode at any step unless all are well
-                                          // damped
-      throw InputError(fmt::format(
-          "dt = \"safe\" cannot be given for {}: undamped modes are unstable at any step; give dt in "
-          "seconds, or another integrator",
-          method.name));
-  }
-  return std::numeric_limits<double>::infinity();
+  if (!method.limit) return std::numeric_limits<double>::infinity();
+  constexpr int parts = 16;  // no limit is worst far from a corner of the range
+  double limit = std::numeric_limits<double>::infinity();
+  for (int i = 1; i <= parts; ++i)
+    for (int j = 0; j <= parts; ++j)
+      limit = std::min(limit, method.limit(bound.omega * i / parts, bound.damping * j / parts));
+  if (limit <= 0)
+    throw InputError(
+        fmt::format("dt = \"safe\" cannot be given for {}: undamped modes are unstable at any "
+                    "step; give dt in seconds, or another integrator",
+                    method.name));
+  return limit;
 }
 
 }  // namespace mss

@@ -5,8 +5,8 @@
 
 namespace mss {
 
-/// Largest stable step [s] predicted for a method on modes up to `bound`; infinity where there is no limit.
-/// Throws InputError for a method that no step makes stable.
+/// Largest step [s] predicted to be stable for all modes up to `bound`; infinity where there is no limit.
+/// Throws InputError if no step is.
 double stable_step(const IntegratorInfo& method, const SpectralBound& bound);
 
 /// What `dt = "safe"` stands for: a share of the predicted limit that leaves room for modes stiffened by

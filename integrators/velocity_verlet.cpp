@@ -53,7 +53,7 @@ IntegratorInfo velocity_verlet() {
                                    .order_undamped = 2,
                                    .order_damped = 1,
                                    .symplectic = true,
-                                   .limit = StabilityLimit::central});
+                                   .limit = central_limit});
 }
 
 }  // namespace mss

@@ -56,7 +56,7 @@ IntegratorInfo verlet() {
                            .order_undamped = 1,
                            .order_damped = 1,
                            .symplectic = true,
-                           .limit = StabilityLimit::central});
+                           .limit = central_limit});
 }
 
 }  // namespace mss

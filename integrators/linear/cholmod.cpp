@@ -1,0 +1,147 @@
+// Direct solver: CHOLMOD's supernodal Cholesky factorisation, ordered by nested dissection, analysed once.
+// Chen, Davis, Hager and Rajamanickam, ACM TOMS 35 (2008) 22.
+#include "integrators/linear/cholmod.hpp"
+
+#include <cblas.h>
+#include <omp.h>
+#include <suitesparse/cholmod.h>
+
+#include <stdexcept>
+
+#include "integrators/linear/linear_solver.hpp"
+#include "integrators/linear/unknowns.hpp"
+
+namespace mss {
+
+namespace {
+
+/// While it lives, parallel regions started by this thread have one thread, and so has the BLAS.
+class OneThread {
+ public:
+  OneThread() : levels_(omp_get_max_active_levels()), blas_threads_(openblas_get_num_threads()) {
+    omp_set_max_active_levels(0);
+    if (blas_threads_ != 1) openblas_set_num_threads(1);
+  }
+  ~OneThread() {
+    omp_set_max_active_levels(levels_);
+    if (blas_threads_ != 1) openblas_set_num_threads(blas_threads_);
+  }
+  OneThread(const OneThread&) = delete;
+  OneThread& operator=(const OneThread&) = delete;
+
+ private:
+  int levels_;
+  int blas_threads_;
+};
+
+/// Symmetric rows are columns too, so CHOLMOD reads the matrix where it lies.
+cholmod_sparse view(const SparseMatrix& matrix) {
+  cholmod_sparse s{};
+  s.nrow = s.ncol = std::size_t(matrix.rows());
+  s.nzmax = std::size_t(matrix.nonZeros());
+  s.p = const_cast<int*>(matrix.outerIndexPtr());
+  s.i = const_cast<int*>(matrix.innerIndexPtr());
+  s.x = const_cast<double*>(matrix.valuePtr());
+  s.stype = -1;
+  s.itype = CHOLMOD_INT;
+  s.xtype = CHOLMOD_REAL;
+  s.dtype = CHOLMOD_DOUBLE;
+  s.sorted = s.packed = 1;
+  return s;
+}
+
+cholmod_dense view(double* numbers, Eigen::Index size) {
+  cholmod_dense d{};
+  d.nrow = d.nzmax = d.d = std::size_t(size);
+  d.ncol = 1;
+  d.x = numbers;
+  d.xtype = CHOLMOD_REAL;
+  d.dtype = CHOLMOD_DOUBLE;
+  return d;
+}
+
+}  // namespace
+
+struct Cholesky::Workspace {
+  cholmod_common common{};
+  cholmod_factor* factor = nullptr;
+  cholmod_dense *x = nullptr, *y = nullptr, *e = nullptr;
+
+  Workspace() {
+    cholmod_start(&common);
+    common.print = 0;
+    common.supernodal = CHOLMOD_SUPERNODAL;
+    common.nmethods = 1;
+    common.method[0].ordering = CHOLMOD_NESDIS;
+    common.quick_return_if_not_posdef = 1;
+  }
+  Workspace(const Workspace&) = delete;
+  Workspace& operator=(const Workspace&) = delete;
+  ~Workspace() {
+    cholmod_free_factor(&factor, &common);
+    for (cholmod_dense** d : {&x, &y, &e}) cholmod_free_dense(d, &common);
+    cholmod_finish(&common);
+  }
+};
+
+Cholesky::Cholesky() : workspace_(std::make_unique<Workspace>()) {}
+Cholesky::~Cholesky() = default;
+
+Status Cholesky::factor(const SparseMatrix& matrix) {
+  const OneThread one_thread;
+  Workspace& w = *workspace_;
+  cholmod_sparse a = view(matrix);
+  if (!w.factor) w.factor = cholmod_analyze(&a, &w.common);
+  if (!w.factor) throw std::bad_alloc();
+  cholmod_factorize(&a, w.factor, &w.common);
+  if (w.common.status < CHOLMOD_OK) throw std::bad_alloc();  // out of memory, or too large for int
+  return w.common.status == CHOLMOD_NOT_POSDEF ? Status::not_positive_definite : Status::ok;
+}
+
+void Cholesky::solve(const Eigen::VectorXd& rhs, Eigen::VectorXd& solution) {
+  const OneThread one_thread;
+  Workspace& w = *workspace_;
+  cholmod_dense b = view(const_cast<double*>(rhs.data()), rhs.size());
+  if (!cholmod_solve2(CHOLMOD_A, w.factor, &b, nullptr, &w.x, nullptr, &w.y, &w.e, &w.common))
+    throw std::bad_alloc();
+  solution = Eigen::Map<const Eigen::VectorXd>(static_cast<const double*>(w.x->x), rhs.size());
+}
+
+namespace {
+
+class CholmodSolver final : public LinearSolver {
+ public:
+  Status prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
+                 const TangentSum& sum, Work& work) override {
+    if (!system_) matrix_ = system.tangent_pattern();
+    system_ = &system;
+    system.tangent(t, x, v, sum, matrix_);
+    ++work.jacobians;
+    ++work.factorisations;
+    return cholesky_.factor(matrix_);
+  }
+
+  Status solve(const Field<double>& rhs, Field<double>& solution, Work& work) override {
+    gather(*system_, rhs, rhs_);
+    cholesky_.solve(rhs_, solution_);
+    scatter(*system_, solution_, solution);
+    ++work.linear_solves;
+    return Status::ok;
+  }
+
+ private:
+  System<double>* system_ = nullptr;
+  SparseMatrix matrix_;
+  Cholesky cholesky_;
+  Eigen::VectorXd rhs_, solution_;
+};
+
+}  // namespace
+
+LinearSolverInfo cholmod() {
+  return {.name = "cholmod",
+          .summary = "CHOLMOD: supernodal sparse Cholesky, nested dissection",
+          .make = [](double) { return std::make_unique<CholmodSolver>(); }};
+}
+
+}  // namespace mss

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+
+#include "core/system.hpp"
+#include "integrators/integrator.hpp"
+
+namespace mss {
+
+/// Supernodal sparse Cholesky factorisation with nested dissection; the only place that names CHOLMOD.
+///
+/// One thread: CHOLMOD's own OpenMP loops and the BLAS threads beneath them fight for cores (a body of 7^3
+/// cells factors three times slower with the defaults), and one thread gives the same bits everywhere.
+class Cholesky {
+ public:
+  Cholesky();
+  ~Cholesky();
+  Cholesky(const Cholesky&) = delete;
+  Cholesky& operator=(const Cholesky&) = delete;
+
+  /// Factors a symmetric matrix, of which the lower triangle is read. Analyses the first one; later ones must
+  /// have the same pattern. Status ok or not_positive_definite.
+  Status factor(const SparseMatrix& matrix);
+
+  /// Solves with the last factor.
+  void solve(const Eigen::VectorXd& rhs, Eigen::VectorXd& solution);
+
+ private:
+  struct Workspace;
+  std::unique_ptr<Workspace> workspace_;
+};
+
+}  // namespace mss

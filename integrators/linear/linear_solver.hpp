@@ -1,0 +1,44 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "integrators/integrator.hpp"
+
+namespace mss {
+
+/// Solves (a M + b C + c K) y = r for the unknowns of a system; symmetric tangents only.
+class LinearSolver {
+ public:
+  LinearSolver() = default;
+  LinearSolver(const LinearSolver&) = delete;
+  LinearSolver& operator=(const LinearSolver&) = delete;
+  virtual ~LinearSolver() = default;
+
+  /// Makes ready to solve with the tangent at a state. The system and its holds must be the same at every
+  /// call; x and v must outlive the solves that follow.
+  virtual Status prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
+                         const TangentSum& sum, Work& work) = 0;
+
+  /// Solves with what was prepared. Prescribed coordinates of `rhs` are ignored; those of `solution` become
+  /// 0.
+  virtual Status solve(const Field<double>& rhs, Field<double>& solution, Work& work) = 0;
+};
+
+/// Facts about a linear solver.
+struct LinearSolverInfo {
+  std::string name;
+  std::string summary;  ///< one line for `mss list`
+  std::function<std::unique_ptr<LinearSolver>(double tolerance)> make;
+};
+
+/// All linear solvers; the first is the default.
+const std::vector<LinearSolverInfo>& linear_solvers();
+
+/// The solver of that name. Throws InputError that names the nearest known one.
+const LinearSolverInfo& find_linear_solver(std::string_view name);
+
+}  // namespace mss

@@ -1,0 +1,42 @@
+// Block-Jacobi preconditioned conjugate gradients without a matrix: a product costs about one force
+// evaluation, through the same sweep.
+#include "integrators/linear/conjugate_gradients.hpp"
+
+namespace mss {
+
+namespace {
+
+class MatrixFree final : public ConjugateGradients {
+ public:
+  using ConjugateGradients::ConjugateGradients;
+
+ protected:
+  void prepare_product(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
+                       const TangentSum& sum, Work&) override {
+    system_ = &system;
+    t_ = t;
+    x_ = &x;
+    v_ = &v;
+    sum_ = sum;
+  }
+  void product(const Field<double>& p, Field<double>& out) override {
+    system_->tangent_product(t_, *x_, *v_, sum_, p, out);
+  }
+
+ private:
+  System<double>* system_ = nullptr;
+  double t_ = 0;
+  const Field<double>* x_ = nullptr;
+  const Field<double>* v_ = nullptr;
+  TangentSum sum_;
+};
+
+}  // namespace
+
+LinearSolverInfo matrix_free() {
+  return {.name = "matrix_free",
+          .summary = "conjugate gradients, block-Jacobi, products through the structured sweep",
+          .make = [](double tolerance) { return std::make_unique<MatrixFree>(tolerance); }};
+}
+
+}  // namespace mss

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "core/system.hpp"
+
+namespace mss::testing {
+
+/// N particles on a line between two walls, joined by N + 1 equal springs whose dampers make C = beta K.
+/// Modes are known: w_j = 2 sqrt(k/m) sin(j pi / (2 (N + 1))), damped by beta w_j^2. All three axes move
+/// alike.
+class Chain final : public System<double> {
+ public:
+  Chain(int particles, double beta) : beta_(beta) {
+    for (int i = 0; i < particles; ++i) {
+      sites_.push_back(i);
+      for (int axis = 0; axis < 3; ++axis) unknowns_.push_back({i, axis});
+    }
+  }
+
+  double omega(int mode) const {
+    return 2 * std::sqrt(stiffness_ / mass_) *
+           std::sin(mode * std::numbers::pi / (2 * double(sites_.size() + 1)));
+  }
+  double largest_omega() const { return omega(int(sites_.size())); }
+
+  std::ptrdiff_t size() const override { return std::ptrdiff_t(sites_.size()); }
+  const std::vector<std::ptrdiff_t>& particles() const override { return sites_; }
+  double mass(std::ptrdiff_t) const override { return mass_; }
+  void force(double, const Field<double>& x, const Field<double>& v, Field<double>& f) override {
+    for (int axis = 0; axis < 3; ++axis)
+      for (const std::ptrdiff_t i : sites_)
+        f.axis(axis)[i] = -stiffness_ * (bend(x, axis, i) + beta_ * bend(v, axis, i));
+  }
+  const std::vector<Unknown>& unknowns() override { return unknowns_; }
+  SparseMatrix tangent_pattern() override {
+    std::vector<Eigen::Triplet<double>> places;
+    for (int i = 0; i < int(unknowns_.size()); ++i)
+      for (const int j : {i - 3, i, i + 3})
+        if (j >= 0 && j < int(unknowns_.size())) places.emplace_back(i, j, 0.0);
+    SparseMatrix matrix(Eigen::Index(unknowns_.size()), Eigen::Index(unknowns_.size()));
+    matrix.setFromTriplets(places.begin(), places.end());
+    return matrix;
+  }
+  void tangent(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+               SparseMatrix& matrix) override {
+    for (int row = 0; row < matrix.outerSize(); ++row)
+      for (SparseMatrix::InnerIterator entry(matrix, row); entry; ++entry)
+        entry.valueRef() = entry.col() == row ? mass_ * sum.mass + 2 * spring(sum) : -spring(sum);
+  }
+  void tangent_product(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+                       const Field<double>& p, Field<double>& out) override {
+    for (int axis = 0; axis < 3; ++axis)
+      for (const std::ptrdiff_t i : sites_)
+        out.axis(axis)[i] = mass_ * sum.mass * p.axis(axis)[i] + spring(sum) * bend(p, axis, i);
+  }
+  void tangent_diagonal(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+                        std::vector<Eigen::Matrix3d>& blocks) override {
+    blocks.assign(sites_.size(), (mass_ * sum.mass + 2 * spring(sum)) * Eigen::Matrix3d::Identity());
+  }
+
+ private:
+  /// 2 y_i - y_{i-1} - y_{i+1}, with walls at 0.
+  double bend(const Field<double>& y, int axis, std::ptrdiff_t i) const {
+    const double* p = y.axis(axis);
+    return 2 * p[i] - (i > 0 ? p[i - 1] : 0) - (i + 1 < size() ? p[i + 1] : 0);
+  }
+  double spring(const TangentSum& sum) const { return stiffness_ * (sum.stiffness + beta_ * sum.damping); }
+
+  double beta_;
+  double stiffness_ = 40;
+  double mass_ = 0.3;
+  std::vector<std::ptrdiff_t> sites_;
+  std::vector<Unknown> unknowns_;
+};
+
+}  // namespace mss::testing
