@@ -24,7 +24,9 @@ const KnownKeys known_keys{
     {"hold.turn", {"axis", "centre", "rate", "until"}},
     {"load", {"box", "force"}},
     {"start", {"velocity", "spin"}},
-    {"solve", {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "tangent", "every"}},
+    {"solve",
+     {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "tangent", "tolerance",
+      "every"}},
 };
 
 constexpr auto any = [](double) { return true; };
@@ -55,6 +57,8 @@ constexpr Quantity force{"a force", "three finite numbers of newtons", any};
 constexpr Quantity step{"a time step", "a positive number of seconds, or \"safe\"", positive};
 constexpr Quantity duration{"a duration", "a finite number of seconds that is not negative", not_negative};
 constexpr Quantity interval{"an interval", "a positive number of seconds", positive};
+constexpr Quantity tolerance{"a tolerance", "a number above 0 and below 1",
+                             [](double value) { return value > 0 && value < 1; }};
 constexpr int most_threads = 1024;
 constexpr Quantity thread_count{"a number of threads", "a whole number from 0 (all that pay) to 1024",
                                 [](double value) { return value >= 0 && value <= most_threads; }};
@@ -236,6 +240,7 @@ SolveConfig read_solve(const TomlTable& solve) {
   if (solve.has("linear_solver"))
     config.linear_solver = solve.text("linear_solver", "a linear solver", "its name, such as \"cholmod\"");
   config.tangent = solve.choice("tangent", "a tangent", tangents, config.tangent);
+  config.tolerance = solve.number("tolerance", tolerance, config.tolerance);
   config.every = solve.number("every", interval, config.every);
   return config;
 }
@@ -313,6 +318,7 @@ Json to_json(const SolveConfig& solve) {
           {"precision", name_of(solve.precision, precisions)},
           {"linear_solver", solve.linear_solver},
           {"tangent", name_of(solve.tangent, tangents)},
+          {"tolerance", solve.tolerance},
           {"every", solve.every}};
 }
 

@@ -22,6 +22,7 @@ struct SolveConfig {
   Precision precision = Precision::dbl;
   std::string linear_solver = "cholmod";  ///< of implicit methods
   Tangent tangent = Tangent::projected;   ///< of implicit methods
+  double tolerance = 1e-6;                ///< of adaptive methods: local error over a cell's size
   double every = 0.01;                    ///< seconds between rows of series.csv
 };
 

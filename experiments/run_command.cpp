@@ -76,9 +76,11 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   write_atomically(directory / "particles.csv",
                    [&](std::ostream& stream) { write_particles(stream, result.particles); });
   write_atomically(directory / "summary.json", summary(scene, result, series).dump(2) + "\n");
-  fmt::print("{}: {} after {} steps of {:.4g} s, {:.4g} s simulated in {:.3g} s; see {}\n", scene.name,
-             to_string(result.status), result.work.steps, result.dt, result.simulated_seconds,
-             result.wall_seconds, directory.string());
+  const bool adaptive = find_integrator(scene.solve.integrator).adaptive;
+  const std::string step = adaptive ? "of its own choice" : fmt::format("of {:.4g} s", result.dt);
+  fmt::print("{}: {} after {} steps {}, {:.4g} s simulated in {:.3g} s; see {}\n", scene.name,
+             to_string(result.status), result.work.steps, step, result.simulated_seconds, result.wall_seconds,
+             directory.string());
   if (result.status == Status::interrupted)
     exit_status = exit_interrupted;
   else if (result.status != Status::ok)

@@ -44,10 +44,12 @@ bool is_finite(const Measures& m) {
 
 double step_of(const Scene& scene, const IntegratorInfo& method, const Body& body) {
   if (scene.solve.dt) return *scene.solve.dt;
+  if (method.adaptive) return 0;  // the method's own choice
   return std::min(safe_share * stable_step(method, spectral_bound(body)), scene.solve.duration);
 }
 
 void check_safe(const IntegratorInfo& method) {
+  if (method.adaptive) return;
   if (!method.limit)
     throw InputError(fmt::format(
         "dt = \"safe\" says nothing for {}, which is stable at any step; give dt in seconds", method.name));
@@ -96,12 +98,21 @@ void simulate_in(const Scene& scene, const Body& body, const IntegratorInfo& inf
   SpringSystem<Real> system(body, scene.environment, {.threads = scene.solve.threads});
   result.threads = system.threads();
   result.kernel = system.kernel_name();
-  const IntegratorOptions options{
-      .dt = result.dt, .linear_solver = scene.solve.linear_solver, .tangent = scene.solve.tangent};
+  const IntegratorOptions options = integrator_options(scene, body, result.dt);
   run_rows(scene, system, *info.make<Real>(options), progress, result);
 }
 
 }  // namespace
+
+IntegratorOptions integrator_options(const Scene& scene, const Body& body, double dt) {
+  const double cell = body.config().cell_size;
+  return {.dt = dt,
+          .linear_solver = scene.solve.linear_solver,
+          .tangent = scene.solve.tangent,
+          .tolerance = scene.solve.tolerance,
+          .length_scale = cell,
+          .speed_scale = cell * spectral_bound(body).omega / 10};
+}
 
 template <class Real>
 State<Real> start_state(const SpringSystem<Real>& system, const Scene& scene) {

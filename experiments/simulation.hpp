@@ -35,6 +35,11 @@ struct SimulationResult {
 template <class Real>
 State<Real> start_state(const SpringSystem<Real>& system, const Scene& scene);
 
+/// What a scene says of its method. Adaptive methods measure local errors against the size of a cell, and
+/// velocities against a tenth of the speed at which the fastest mode would cross one: vibrations ten times
+/// slower than that still have errors of the same share in position and velocity.
+IntegratorOptions integrator_options(const Scene& scene, const Body& body, double dt);
+
 /// Throws InputError if the scene's method or step cannot be used.
 void check_solve(const Scene& scene);
 

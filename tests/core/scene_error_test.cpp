@@ -271,6 +271,9 @@ constexpr Malformed malformed_environments[]{
 };
 
 constexpr Malformed malformed_solves[]{
+    {"zero_tolerance", "duration = 1", "tolerance = 0", 10, {"solve.tolerance = 0", "above 0 and below 1"}},
+    {"unknown_tangent", "duration = 1", "tangent = \"exact\"", 10, {"solve.tangent = \"exact\"", "elastic"}},
+    {"number_as_linear_solver", "duration = 1", "linear_solver = 1", 10, {"solve.linear_solver = 1", "name"}},
     {"zero_dt", "1e-3", "0", 9, {"solve.dt = 0", "positive number of seconds", "\"safe\""}},
     {"negative_dt", "1e-3", "-1e-3", 9, {"solve.dt = -0.001", "positive number of seconds"}},
     {"misspelt_safe", "1e-3", "\"save\"", 9, {"solve.dt = \"save\"", "\"safe\""}},

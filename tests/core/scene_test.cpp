@@ -72,6 +72,9 @@ TEST(Scene, ReadsStartAndSolve) {
   EXPECT_EQ(scene.solve.duration, 3);
   EXPECT_EQ(scene.solve.threads, 2);
   EXPECT_EQ(scene.solve.precision, Precision::single);
+  EXPECT_EQ(scene.solve.linear_solver, "matrix_free");
+  EXPECT_EQ(scene.solve.tangent, Tangent::elastic);
+  EXPECT_EQ(scene.solve.tolerance, 1e-5);
   EXPECT_EQ(scene.solve.every, 0.5);
 }
 
@@ -90,6 +93,9 @@ TEST(Scene, FillsInDefaults) {
   EXPECT_FALSE(scene.solve.dt.has_value());
   EXPECT_EQ(scene.solve.threads, 0);
   EXPECT_EQ(scene.solve.precision, Precision::dbl);
+  EXPECT_EQ(scene.solve.linear_solver, "cholmod");
+  EXPECT_EQ(scene.solve.tangent, Tangent::projected);
+  EXPECT_EQ(scene.solve.tolerance, 1e-6);
   EXPECT_TRUE(scene.warnings.empty());
 }
 

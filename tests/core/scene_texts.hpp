@@ -77,6 +77,9 @@ dt = 2e-4
 duration = 3
 threads = 2
 precision = "single"
+linear_solver = "matrix_free"
+tangent = "elastic"
+tolerance = 1e-5
 every = 0.5
 )";
 

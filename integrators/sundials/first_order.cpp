@@ -1,0 +1,63 @@
+#include "integrators/sundials/first_order.hpp"
+
+#include <cmath>
+
+namespace mss::sundials {
+
+FirstOrder::FirstOrder(System<double>& system, SUNContext context)
+    : system_(system),
+      context_(context),
+      size_(Eigen::Index(system.unknowns().size())),
+      y_(N_VNew_Serial(2 * size_, context)),
+      x_(system.size()),
+      v_(system.size()),
+      a_(system.size()) {}
+
+void FirstOrder::load(const State<double>& state) {
+  double *x = N_VGetArrayPointer(y()), *v = x + size_;
+  for (const auto [site, axis] : system_.unknowns()) {
+    *x++ = state.x.axis(axis)[site];
+    *v++ = state.v.axis(axis)[site];
+  }
+}
+
+void FirstOrder::store(State<double>& state) const {
+  const double *x = N_VGetArrayPointer(y_.get()), *v = x + size_;
+  for (const auto [site, axis] : system_.unknowns()) {
+    state.x.axis(axis)[site] = *x++;
+    state.v.axis(axis)[site] = *v++;
+  }
+  system_.constrain(state.t, state.x, state.v);
+}
+
+void FirstOrder::fields(double t, N_Vector y) {
+  const double *x = N_VGetArrayPointer(y), *v = x + size_;
+  for (const auto [site, axis] : system_.unknowns()) {
+    x_.axis(axis)[site] = *x++;
+    v_.axis(axis)[site] = *v++;
+  }
+  system_.constrain(t, x_, v_);
+}
+
+bool FirstOrder::rate(double t, N_Vector y, N_Vector ydot) {
+  fields(t, y);
+  system_.acceleration(t, x_, v_, a_);
+  ++work->force_evaluations;
+  double *xdot = N_VGetArrayPointer(ydot), *vdot = xdot + size_;
+  double sum = 0;
+  for (const auto [site, axis] : system_.unknowns()) {
+    *xdot++ = v_.axis(axis)[site];
+    sum += * vdot++ = a_.axis(axis)[site];
+  }
+  return std::isfinite(sum);
+}
+
+Vector FirstOrder::tolerances(const IntegratorOptions& options) const {
+  Vector tolerances(N_VNew_Serial(2 * size_, context_));
+  double* out = N_VGetArrayPointer(tolerances.get());
+  std::fill_n(out, size_, options.tolerance * options.length_scale);
+  std::fill_n(out + size_, size_, options.tolerance * options.speed_scale);
+  return tolerances;
+}
+
+}  // namespace mss::sundials
