@@ -25,7 +25,7 @@ struct LineStyle {
   const char* dash;
   int marker;
 };
-constexpr std::array<LineStyle, 10> line_styles{{{"#a50f15", "1", 7},
+constexpr std::array<LineStyle, 16> line_styles{{{"#a50f15", "1", 7},
                                                  {"#ef6548", "(10,4)", 6},
                                                  {"#e08214", "(10,3,2,3)", 5},
                                                  {"#6e6e6e", "(2,3)", 8},
@@ -34,7 +34,13 @@ constexpr std::array<LineStyle, 10> line_styles{{{"#a50f15", "1", 7},
                                                  {"#006d2c", "1", 13},
                                                  {"#41ab5d", "(10,4)", 12},
                                                  {"#54278f", "(10,3,2,3)", 11},
-                                                 {"#807dba", "(2,3)", 4}}};
+                                                 {"#807dba", "(2,3)", 4},
+                                                 {"#a6761d", "1", 15},
+                                                 {"#d9a441", "(10,4)", 14},
+                                                 {"#c51b7d", "1", 5},
+                                                 {"#e78ac3", "(10,4)", 4},
+                                                 {"#1b7f79", "(10,3,2,3)", 7},
+                                                 {"#252525", "(2,3)", 6}}};
 
 constexpr const char* font = "DejaVu Sans";
 constexpr double page_width = 1200, page_height = 900;  ///< [px]
@@ -93,6 +99,7 @@ std::string data_block(const std::string& name, const std::vector<ChartPoint>& p
 /// The data blocks and, in `plots`, what to draw from them. Bars are solid whatever the line's dashes.
 std::string series_commands(const Chart& chart, std::vector<std::string>& plots) {
   std::string out;
+  int failures = 0;
   for (std::size_t i = 0; i < chart.series.size(); ++i) {
     const ChartSeries& series = chart.series[i];
     const LineStyle& style =
@@ -103,6 +110,12 @@ std::string series_commands(const Chart& chart, std::vector<std::string>& plots)
           fmt::format("$bars{} using 1:2:3:4 with yerrorbars lc '{}' lw 1.2 pt 0 notitle", i, style.colour));
     }
     out += data_block(fmt::format("series{}", i), series.points, false);
+    if (!series.lines) {
+      plots.push_back(
+          fmt::format("$series{} using 1:2 with points lc 'black' lw 2 pt {} ps 1.4*unit title {}", i,
+                      failures++ % 2 == 0 ? 2 : 1, gnuplot_text(series.label)));
+      continue;
+    }
     plots.push_back(
         fmt::format("$series{} using 1:2 with linespoints lc '{}' lw 2.2 dt {} pt {} ps 1.1*unit title {}", i,
                     style.colour, style.dash, style.marker, gnuplot_text(series.label)));
@@ -154,17 +167,17 @@ std::string layout_commands(const Chart& chart) {
   constexpr double legend_row = 27;
   const auto screen = [](double pixels) { return pixels / page_height; };
   const bool below = chart.legend == Chart::Legend::below;
-  const std::size_t rows = (chart.series.size() + 1) / 2;
+  std::size_t longest = 0;
+  for (const ChartSeries& series : chart.series) longest = std::max(longest, series.label.size());
+  const std::size_t columns = longest <= 24 ? 3 : 2, rows = (chart.series.size() + columns - 1) / columns;
   const double legend = below ? legend_row * double(rows + (chart.legend_title.empty() ? 0 : 1)) : 0;
   std::string out = fmt::format("set tmargin at screen {}\nset bmargin at screen {}\n",
                                 screen(page_height - 105), screen(129 + legend));
   out += fmt::format("set key {} Left reverse samplen 3\n", legend_place(chart.legend));
   if (below) {
     // gnuplot reserves a third more width than the letters of this font take, in units of a wide letter.
-    std::size_t longest = 0;
-    for (const ChartSeries& series : chart.series) longest = std::max(longest, series.label.size());
     out += fmt::format("set key at screen 0.015, screen {} left top vertical maxrows {} width {}\n",
-                       screen(54 + legend), rows, -0.3 * double(longest));
+                       screen(54 + legend), rows, columns == 2 ? -0.3 * double(longest) : 0.0);
   }
   if (!chart.legend_title.empty())
     out += fmt::format("set key title {} left\n", scaled_text(chart.legend_title, 0.9));

@@ -22,7 +22,8 @@ struct ChartPoint {
 struct ChartSeries {
   std::string label;  ///< as the legend shows it
   std::vector<ChartPoint> points = {};
-  int style = -1;  ///< index into the chart styles; -1: the series' place in the chart
+  int style = -1;     ///< index into the chart styles; -1: the series' place in the chart
+  bool lines = true;  ///< false: black crosses without a line, for what failed
 };
 
 /// A straight line across the chart with its name on it.

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,8 +17,9 @@ namespace mss {
 /// What the command line lets a user choose about an experiment.
 struct ExperimentOptions {
   bool quick = false;
-  std::vector<int> cells;  ///< cells per edge; empty: the experiment's own
-  int threads = 0;         ///< most threads of the core; 0: all cores
+  std::vector<int> cells = {};                ///< cells per edge; empty: the experiment's own
+  std::vector<std::string> integrators = {};  ///< names; empty: all
+  int threads = 0;                            ///< most threads of the core; 0: all cores
   std::uint64_t seed = 1;
 };
 
@@ -27,6 +27,7 @@ struct ExperimentOptions {
 struct ExperimentAccepts {
   bool cells = false;
   int largest_cells = 0;  ///< of any item of --cells
+  bool integrators = false;
   bool threads = false;
   bool seed = false;
 };
@@ -36,13 +37,18 @@ struct NamedTable {
   Table table;
 };
 
+struct NamedChart {
+  std::string name;  ///< of the files, without extension
+  Chart chart;
+};
+
 /// What an experiment hands back; report.hpp turns it into files. An interrupted one hands back what it
 /// finished.
 // NOLINTNEXTLINE(bugprone-exception-escape): moving ordered_json asserts, which the check takes for throwing
 struct ExperimentResult {
   Status status = Status::ok;           ///< or interrupted
   std::vector<NamedTable> tables = {};  ///< the first has the experiment's name
-  std::optional<Chart> chart = {};      ///< empty: too little to draw
+  std::vector<NamedChart> charts = {};  ///< the first has the experiment's name; empty: too little to draw
   std::string caption;       ///< for a reader of the chart: what was done, what is held, what is left out
   std::string summary = {};  ///< lines for stdout
   Json configuration;        ///< resolved: every choice with its value

@@ -36,6 +36,11 @@ void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& acc
   command.add_option("--out", choice.directory, "Directory for what is written")->capture_default_str();
   if (accepts.cells)
     command.add_option("--cells", choice.cells, "Cells per edge: numbers and ranges, as in 2:15,20,30");
+  if (accepts.integrators)
+    command
+        .add_option("--integrators", choice.options.integrators,
+                    "Names from `mss list integrators`, as in rk4,cvode_bdf; all if left out")
+        ->delimiter(',');
   if (accepts.threads)
     command.add_option("--threads", choice.options.threads, "Most threads to measure; 0: all cores")
         ->capture_default_str();
@@ -71,6 +76,7 @@ void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
   read_threads(choice.options.threads);
   if (!choice.cells.empty())
     choice.options.cells = parse_number_list(choice.cells, "--cells", info.accepts.largest_cells);
+  for (const std::string& name : choice.options.integrators) find_integrator(name);  // throws if unknown
   prepare_directory(choice.directory);
   warn_first();
   exit_status = conclude(run_and_write(info, choice.options, choice.directory));

@@ -15,6 +15,8 @@
 #include "experiments/build_info.hpp"
 #include "experiments/chart.hpp"
 #include "experiments/revision.hpp"
+#include "integrators/linear/cholmod.hpp"
+#include "integrators/sundials/version.hpp"
 
 namespace mss {
 
@@ -39,6 +41,7 @@ Json dependencies() {
   return {{"eigen", MSS_EIGEN_VERSION},        {"fmt", MSS_FMT_VERSION},
           {"cli11", MSS_CLI11_VERSION},        {"tomlplusplus", MSS_TOMLPLUSPLUS_VERSION},
           {"nlohmann_json", MSS_JSON_VERSION}, {"benchmark", MSS_BENCHMARK_VERSION},
+          {"cholmod", cholmod_version()},      {"sundials", sundials::version()},
           {"openmp", MSS_OPENMP_VERSION},      {"gnuplot", gnuplot.empty() ? "missing" : gnuplot}};
 }
 

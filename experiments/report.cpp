@@ -54,15 +54,17 @@ Report run_and_write(const ExperimentInfo& info, const ExperimentOptions& option
   report.caption = result.caption;
   report.summary = result.summary;
   report.status = result.status;
-  if (!result.chart) {
+  if (result.charts.empty()) {
     report.chart_problem = fmt::format("{}: there are too few rows for a chart", info.name);
     return report;
   }
   try {
-    result.chart->footer = provenance_line(report.provenance);
-    draw(*result.chart, directory / info.name);
-    report.files.push_back(directory / (info.name + ".svg"));
-    report.files.push_back(directory / (info.name + ".png"));
+    for (auto& [name, chart] : result.charts) {
+      chart.footer = provenance_line(report.provenance);
+      draw(chart, directory / name);
+      report.files.push_back(directory / (name + ".svg"));
+      report.files.push_back(directory / (name + ".png"));
+    }
   } catch (const InputError& problem) {
     report.chart_problem = problem.what();
   }

@@ -19,9 +19,9 @@ struct Report {
   Json provenance;
 };
 
-/// Runs an experiment with a progress line and writes NAME.csv, its further tables, meta.json, NAME.svg and
-/// NAME.png to `directory`, rows first. Throws InputError if the directory cannot be written to, before
-/// anything is run.
+/// Runs an experiment with a progress line and writes NAME.csv, its further tables, meta.json, NAME.svg,
+/// NAME.png and its further charts to `directory`, rows first. Throws InputError if the directory cannot be
+/// written to, before anything is run.
 Report run_and_write(const ExperimentInfo& info, const ExperimentOptions& options,
                      const std::filesystem::path& directory);
 

@@ -269,7 +269,7 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
   if (tables.rows.size() > 0) {
-    result.chart = timing_chart(tables.rows, summary);
+    result.charts.push_back({"timing", timing_chart(tables.rows, summary)});
     result.summary = timing_text(tables.rows, summary);
   }
   result.tables = {

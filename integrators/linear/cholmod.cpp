@@ -3,6 +3,7 @@
 #include "integrators/linear/cholmod.hpp"
 
 #include <cblas.h>
+#include <fmt/format.h>
 #include <omp.h>
 #include <suitesparse/cholmod.h>
 
@@ -137,6 +138,14 @@ class CholmodSolver final : public LinearSolver {
 };
 
 }  // namespace
+
+std::string cholmod_version() {
+  int v[3];
+  ::cholmod_version(v);
+  const std::string blas = openblas_get_config();  // begins "OpenBLAS 0.3.21 "
+  return fmt::format("{}.{}.{} of SuiteSparse {}.{}.{}, {}", v[0], v[1], v[2], SUITESPARSE_MAIN_VERSION,
+                     SUITESPARSE_SUB_VERSION, SUITESPARSE_SUBSUB_VERSION, blas.substr(0, blas.find(' ', 9)));
+}
 
 LinearSolverInfo cholmod() {
   return {.name = "cholmod",

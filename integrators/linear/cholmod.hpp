@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "core/system.hpp"
 #include "integrators/integrator.hpp"
@@ -29,5 +30,8 @@ class Cholesky {
   struct Workspace;
   std::unique_ptr<Workspace> workspace_;
 };
+
+/// As in "3.0.14 of SuiteSparse 5.12.0, OpenBLAS 0.3.21".
+std::string cholmod_version();
 
 }  // namespace mss

@@ -1,6 +1,10 @@
 #include "integrators/sundials/first_order.hpp"
 
+#include <sundials/sundials_version.h>
+
 #include <cmath>
+
+#include "integrators/sundials/version.hpp"
 
 namespace mss::sundials {
 
@@ -58,6 +62,11 @@ Vector FirstOrder::tolerances(const IntegratorOptions& options) const {
   std::fill_n(out, size_, options.tolerance * options.length_scale);
   std::fill_n(out + size_, size_, options.tolerance * options.speed_scale);
   return tolerances;
+}
+
+std::string version() {
+  char text[32];
+  return SUNDIALSGetVersion(text, sizeof text) == 0 ? text : "unknown";
 }
 
 }  // namespace mss::sundials

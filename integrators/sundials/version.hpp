@@ -1,0 +1,10 @@
+#pragma once
+
+#include <string>
+
+namespace mss::sundials {
+
+/// As in "6.4.1".
+std::string version();
+
+}  // namespace mss::sundials
