@@ -1,5 +1,6 @@
-// mss_bench: one update of a full cube by every kernel this processor runs, and by the two baselines. Google
-// Benchmark's own options apply, as in --benchmark_filter=sweep/x86-64-v3 or --benchmark_format=json.
+// mss_bench: one update of a full cube by every kernel this processor runs, and by the two baselines; an
+// implicit step and its parts. Google Benchmark's own options apply, as in --benchmark_filter=sweep/x86-64-v3
+// or --benchmark_format=json.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -10,6 +11,8 @@
 #include "core/spring_system.hpp"
 #include "experiments/provenance.hpp"
 #include "experiments/timing.hpp"
+#include "integrators/linear/cholmod.hpp"
+#include "integrators/linear/linear_solver.hpp"
 #include "reference/algorithm1.hpp"
 #include "reference/plain_loop.hpp"
 
@@ -51,11 +54,65 @@ void plain_loop(benchmark::State& bench) {
   count_springs(bench, model.springs().size());
 }
 
+/// A cube whose softest vibrations an implicit step of 1/60 s oversteps, as in a game; stretched.
+struct ImplicitCase {
+  explicit ImplicitCase(int n, int threads)
+      : body(timing_cube(n)),
+        system(body, {.gravity = gravity}, {.threads = threads}),
+        state(system.rest_state()) {
+    for (const std::ptrdiff_t site : body.sites()) {
+      const Vec3 x = state.x.at(site);
+      state.x.set(site, {x[0], x[1], TimingWorkload::stretch * x[2]});
+    }
+  }
+  static constexpr double dt = 1.0 / 60;
+  static constexpr TangentSum sum{.mass = 1, .damping = dt, .stiffness = dt * dt, .kind = Tangent::projected};
+  Body body;
+  SpringSystem<double> system;
+  State<double> state;
+};
+
+void implicit_step(benchmark::State& bench) {
+  ImplicitCase c(cells(bench), threads(bench));
+  const auto method = find_integrator("backward_euler_linear").make<double>({.dt = ImplicitCase::dt});
+  Work work;
+  method->advance(c.system, c.state, ImplicitCase::dt, work);  // analyses the pattern
+  while (bench.KeepRunning()) method->advance(c.system, c.state, c.state.t + ImplicitCase::dt, work);
+}
+
+void factor_and_solve(benchmark::State& bench) {
+  ImplicitCase c(cells(bench), threads(bench));
+  SparseMatrix matrix = c.system.tangent_pattern();
+  c.system.tangent(0, c.state.x, c.state.v, ImplicitCase::sum, matrix);
+  Cholesky cholesky;
+  cholesky.factor(matrix);
+  const Eigen::VectorXd rhs = Eigen::VectorXd::Ones(matrix.rows());
+  Eigen::VectorXd solution(matrix.rows());
+  while (bench.KeepRunning()) {
+    cholesky.factor(matrix);
+    cholesky.solve(rhs, solution);
+  }
+}
+
+/// Conjugate gradients to 1e-6, from a force as right-hand side; what prepares them is not timed.
+template <bool matrix_free>
+void conjugate_gradients(benchmark::State& bench) {
+  ImplicitCase c(cells(bench), threads(bench));
+  const auto solver = find_linear_solver(matrix_free ? "matrix_free" : "pcg").make(1e-6);
+  Field<double> rhs(c.system.size()), solution(c.system.size());
+  c.system.force(0, c.state.x, c.state.v, rhs);
+  Work work;
+  solver->prepare(c.system, 0, c.state.x, c.state.v, ImplicitCase::sum, work);
+  while (bench.KeepRunning()) solver->solve(rhs, solution, work);
+  bench.counters["iterations"] = double(work.products) / double(work.linear_solves);
+}
+
 void add(const std::string& name, void (*function)(benchmark::State&),
-         const std::vector<std::int64_t>& thread_counts) {
+         const std::vector<std::int64_t>& thread_counts,
+         const std::vector<std::int64_t>& sizes = {7, 20, 50}) {
   benchmark::RegisterBenchmark(name.c_str(), function)
       ->ArgNames({"n", "threads"})
-      ->ArgsProduct({{7, 20, 50}, thread_counts})
+      ->ArgsProduct({sizes, thread_counts})
       ->Unit(benchmark::kMicrosecond)
       ->UseRealTime();
 }
@@ -84,6 +141,10 @@ int main(int argc, char** argv) {
   add_sweeps<float>("single", thread_counts, kernels);
   add("algorithm_1", algorithm1, thread_counts);
   add("plain_loop", plain_loop, {1});
+  add("implicit/step", implicit_step, {1}, {7, 10, 15});
+  add("implicit/factor_and_solve", factor_and_solve, {1}, {7, 10, 15});
+  add("implicit/pcg", conjugate_gradients<false>, {1}, {7, 10, 20});
+  add("implicit/matrix_free", conjugate_gradients<true>, thread_counts, {7, 10, 20});
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::AddCustomContext("mss", program_version());

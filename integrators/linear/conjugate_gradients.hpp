@@ -13,8 +13,11 @@ class BlockJacobi {
  public:
   void prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
                const TangentSum& sum);
-  /// z = blocks^-1 r; both 0 where there is no unknown.
-  void apply(const Field<double>& r, Field<double>& z) const;
+  /// z = blocks^-1 r, 0 where there is no unknown; returns r.z and r.r.
+  struct Products {
+    double rz, rr;
+  };
+  Products apply(const Field<double>& r, Field<double>& z) const;
 
   /// 1 at unknowns, 0 elsewhere.
   const Field<double>& mask() const { return mask_; }
@@ -46,6 +49,7 @@ class ConjugateGradients : public LinearSolver {
 
  private:
   double tolerance_;
+  System<double>* system_ = nullptr;
   long most_iterations_ = 0;
   BlockJacobi preconditioner_;
   Field<double> residual_, z_, direction_, image_;
