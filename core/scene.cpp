@@ -67,8 +67,8 @@ const std::vector<std::pair<std::string, Topology>> topologies{
     {"full", Topology::full}, {"edges+body", Topology::edges_body}, {"one-diagonal", Topology::one_diagonal}};
 const std::vector<std::pair<std::string, Sharing>> sharings{{"weighted", Sharing::weighted},
                                                             {"uniform", Sharing::uniform}};
-const std::vector<std::pair<std::string, Tangent>> tangents{{"projected", Tangent::projected},
-                                                            {"elastic", Tangent::elastic}};
+const std::vector<std::pair<std::string, Tangent>> tangents{{"elastic", Tangent::elastic},
+                                                            {"projected", Tangent::projected}};
 const std::vector<std::pair<std::string, Precision>> precisions{{"double", Precision::dbl},
                                                                 {"single", Precision::single}};
 

@@ -21,7 +21,7 @@ struct SolveConfig {
   int threads = 0;           ///< 0: all that pay
   Precision precision = Precision::dbl;
   std::string linear_solver = "cholmod";  ///< of implicit methods
-  Tangent tangent = Tangent::projected;   ///< of implicit methods
+  Tangent tangent = Tangent::elastic;     ///< of implicit methods; projected where that is indefinite
   double tolerance = 1e-6;                ///< of adaptive methods: local error over a cell's size
   double every = 0.01;                    ///< seconds between rows of series.csv
 };

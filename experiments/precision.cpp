@@ -223,7 +223,7 @@ Json configuration(const PrecisionConfig& config) {
           {"tolerances", "0.1 to 1e-11 by decades; lengths over a cell, speeds over a tenth of cell x omega"},
           {"threads", 1},
           {"linear_solver", IntegratorOptions{}.linear_solver},
-          {"tangent", "projected"}};
+          {"tangent", "elastic, projected where that is indefinite"}};
 }
 
 constexpr const char* caption =

@@ -35,8 +35,7 @@ class BackwardEulerLinear final : public Integrator<double> {
     ++work.products;
     rhs_.array() = dt_ * (rhs_.array() - product_.array());
     const TangentSum sum{.mass = 1, .damping = dt_, .stiffness = dt_ * dt_, .kind = kind_};
-    Status status = linear_->prepare(system, t, state.x, state.v, sum, work);
-    if (status == Status::ok) status = linear_->solve(rhs_, change_, work);
+    const Status status = solve_tangent(*linear_, system, t, state.x, state.v, sum, rhs_, change_, work);
     if (status != Status::ok) return status;
     state.v.array() += change_.array();
     state.x.array() += dt_ * state.v.array();

@@ -1,6 +1,8 @@
-// Newton's method: (M + gamma C + gamma^2 K) dv = gamma f - M (v - v_base), halving steps that do not reduce
-// the residual. With the projected tangent every direction is one of descent, at the price of slower
-// convergence where springs are strongly pressed. Nocedal and Wright, Numerical Optimization, chapter 11.
+// Newton's method: (M + gamma C + gamma^2 K) dv = r = gamma f - M (v - v_base). Where damping is off, r is
+// minus the gradient of an energy, and dv, from a positive definite matrix, leads downhill: so a step is
+// halved if the slope r.dv has turned against it by more than half of what it was. That asks for no energy,
+// and unlike |r|, which projected tangents need not reduce, it does not stall on the way. Nocedal and Wright,
+// Numerical Optimization, chapter 3.
 #include "integrators/implicit_stage.hpp"
 
 #include <cmath>
@@ -14,6 +16,13 @@ constexpr double shortest_step = 1.0 / 4096;
 
 /// Moves below this share of the coordinates are rounding.
 constexpr double negligible = 1e-14;
+
+double dot(const System<double>& system, const Field<double>& a, const Field<double>& b) {
+  double sum = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const std::ptrdiff_t i : system.particles()) sum += a.axis(axis)[i] * b.axis(axis)[i];
+  return sum;
+}
 
 }  // namespace
 
@@ -36,27 +45,19 @@ double Newton::residual(System<double>& system, const ImplicitStage& stage, Stat
       r[i] = stage.gamma * r[i] - system.mass(i) * (v[i] - v_base[i]);
   }
   system.clear_prescribed(residual_);
-  double sum = 0;
-  for (int axis = 0; axis < 3; ++axis)
-    for (const std::ptrdiff_t i : system.particles())
-      sum += residual_.axis(axis)[i] * residual_.axis(axis)[i];
-  return std::sqrt(sum);
+  return std::sqrt(dot(system, residual_, residual_));
 }
 
-/// Takes the longest of the steps 1, 1/2, 1/4 ... that reduces the residual.
+/// Takes the longest of the steps 1, 1/2, 1/4 ... that does not overshoot.
 bool Newton::search(System<double>& system, const ImplicitStage& stage, State<double>& state, double& norm,
                     Work& work) {
   trial_ = state.v;
+  const double slope = dot(system, residual_, step_);
   for (double length = 1; length >= shortest_step; length /= 2) {
     state.v.array() = trial_.array() + length * step_.array();
-    const double shorter = residual(system, stage, state, work);
-    if (shorter <= (1 - 1e-4 * length) * norm) {  // false for NaN
-      norm = shorter;
-      return true;
-    }
+    norm = residual(system, stage, state, work);
+    if (std::isfinite(norm) && dot(system, residual_, step_) >= -slope / 2) return true;
   }
-  state.v = trial_;
-  norm = residual(system, stage, state, work);
   return false;
 }
 
@@ -73,8 +74,8 @@ Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<d
   for (int iteration = 0; iteration < most_iterations && norm > 0; ++iteration) {
     const TangentSum sum{
         .mass = 1, .damping = stage.gamma, .stiffness = stage.gamma * stage.gamma, .kind = kind_};
-    Status status = linear_->prepare(system, stage.t, state.x, state.v, sum, work);
-    if (status == Status::ok) status = linear_->solve(residual_, step_, work);
+    const Status status =
+        solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
     if (status != Status::ok) return status;
     const bool rounding = largest_move(stage) <= negligible * state.x.array().abs().maxCoeff();
     if (!search(system, stage, state, norm, work)) return rounding ? Status::ok : Status::newton_stalled;

@@ -21,6 +21,17 @@ const std::vector<LinearSolverInfo>& linear_solvers() {
   return all;
 }
 
+Status solve_tangent(LinearSolver& solver, System<double>& system, double t, const Field<double>& x,
+                     const Field<double>& v, TangentSum sum, const Field<double>& rhs,
+                     Field<double>& solution, Work& work) {
+  for (;;) {
+    Status status = solver.prepare(system, t, x, v, sum, work);
+    if (status == Status::ok) status = solver.solve(rhs, solution, work);
+    if (status != Status::not_positive_definite || sum.kind == Tangent::projected) return status;
+    sum.kind = Tangent::projected;
+  }
+}
+
 const LinearSolverInfo& find_linear_solver(std::string_view name) {
   std::vector<std::string> known;
   for (const LinearSolverInfo& info : linear_solvers()) {

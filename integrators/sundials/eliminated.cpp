@@ -66,8 +66,15 @@ int set_up(SUNLinearSolver s, SUNMatrix m) {
   Elimination& e = elimination(s);
   Where& at = where(m);
   e.prepared = &at;
-  const TangentSum sum{.mass = 1, .damping = at.gamma, .stiffness = at.gamma * at.gamma, .kind = e.kind};
-  const Status status = e.linear->prepare(at.problem->system(), at.t, at.x, at.v, sum, *at.problem->work);
+  TangentSum sum{.mass = 1, .damping = at.gamma, .stiffness = at.gamma * at.gamma, .kind = e.kind};
+  const auto prepare = [&] {
+    return e.linear->prepare(at.problem->system(), at.t, at.x, at.v, sum, *at.problem->work);
+  };
+  Status status = prepare();
+  if (status == Status::not_positive_definite && sum.kind != Tangent::projected) {
+    sum.kind = Tangent::projected;
+    status = prepare();
+  }
   return status == Status::ok ? 0 : 1;  // 1: a smaller step may help
 }
 

@@ -73,7 +73,7 @@ TEST(Scene, ReadsStartAndSolve) {
   EXPECT_EQ(scene.solve.threads, 2);
   EXPECT_EQ(scene.solve.precision, Precision::single);
   EXPECT_EQ(scene.solve.linear_solver, "matrix_free");
-  EXPECT_EQ(scene.solve.tangent, Tangent::elastic);
+  EXPECT_EQ(scene.solve.tangent, Tangent::projected);
   EXPECT_EQ(scene.solve.tolerance, 1e-5);
   EXPECT_EQ(scene.solve.every, 0.5);
 }
@@ -94,7 +94,7 @@ TEST(Scene, FillsInDefaults) {
   EXPECT_EQ(scene.solve.threads, 0);
   EXPECT_EQ(scene.solve.precision, Precision::dbl);
   EXPECT_EQ(scene.solve.linear_solver, "cholmod");
-  EXPECT_EQ(scene.solve.tangent, Tangent::projected);
+  EXPECT_EQ(scene.solve.tangent, Tangent::elastic);
   EXPECT_EQ(scene.solve.tolerance, 1e-6);
   EXPECT_TRUE(scene.warnings.empty());
 }

@@ -78,7 +78,7 @@ duration = 3
 threads = 2
 precision = "single"
 linear_solver = "matrix_free"
-tangent = "elastic"
+tangent = "projected"
 tolerance = 1e-5
 every = 0.5
 )";

@@ -84,9 +84,12 @@ TEST(Tangent, EqualsDifferencesOfTheForce) {
 TEST(Tangent, LeavesOutWhatIsPrescribed) {
   const BodyConfig config = testing::test_config(VoxelGrid::box(2, 1, 2));
   const Vec3 low = config.origin;
-  const Hold all{.box = {low, low + Vec3(0, 1, 1)}},
-      some{.box = {low, low + Vec3(1, 1, 0)}, .axes = {false, true, false}};
-  Scenario s(config, 0.3, 5, {.holds = {all, some}});
+  Environment environment;
+  environment.holds.resize(2);
+  environment.holds[0].box = {low, low + Vec3(0, 1, 1)};
+  environment.holds[1].box = {low, low + Vec3(1, 1, 0)};
+  environment.holds[1].axes = {false, true, false};
+  Scenario s(config, 0.3, 5, environment);
   EXPECT_EQ(s.system.unknowns().size(), 3U * 18 - 3 * 6 - 4);
   EXPECT_LT(relative_difference(s.tangent({.stiffness = 1, .kind = Tangent::exact}), s.differences(true)),
             1e-6);
