@@ -1,7 +1,11 @@
 #include "core/suggest.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
+
+#include "core/error.hpp"
 
 namespace mss {
 
@@ -31,6 +35,12 @@ std::string nearest(std::string_view found, const std::vector<std::string>& know
   };
   const auto best = std::min_element(known.begin(), known.end(), closer);
   return best == known.end() ? std::string() : *best;
+}
+
+void throw_unknown(std::string_view name, const std::vector<std::string>& known, std::string_view what,
+                   std::string_view list) {
+  throw InputError(fmt::format("{} '{}' is unknown; did you mean '{}'? `mss list {}` shows all", what, name,
+                               nearest(name, known), list));
 }
 
 }  // namespace mss

@@ -9,4 +9,21 @@ namespace mss {
 /// The known name that is fewest edits (insert, delete, replace) away from `found`; empty if none are known.
 std::string nearest(std::string_view found, const std::vector<std::string>& known);
 
+/// Throws the InputError of find_named().
+[[noreturn]] void throw_unknown(std::string_view name, const std::vector<std::string>& known,
+                                std::string_view what, std::string_view list);
+
+/// The member of a registry that has that name. Throws InputError that names the nearest known one; `what`
+/// the members are and how `mss list` calls them is said there.
+template <class Info>
+const Info& find_named(const std::vector<Info>& all, std::string_view name, std::string_view what,
+                       std::string_view list) {
+  std::vector<std::string> known;
+  for (const Info& info : all) {
+    if (info.name == name) return info;
+    known.push_back(info.name);
+  }
+  throw_unknown(name, known, what, list);
+}
+
 }  // namespace mss

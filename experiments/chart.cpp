@@ -42,6 +42,9 @@ constexpr std::array<LineStyle, 16> line_styles{{{"#a50f15", "1", 7},
                                                  {"#1b7f79", "(10,3,2,3)", 7},
                                                  {"#252525", "(2,3)", 6}}};
 
+/// Of failed runs, in black: crosses and open shapes.
+constexpr std::array<int, 6> failure_markers{2, 1, 3, 8, 12, 6};
+
 constexpr const char* font = "DejaVu Sans";
 constexpr double page_width = 1200, page_height = 900;  ///< [px]
 
@@ -99,7 +102,7 @@ std::string data_block(const std::string& name, const std::vector<ChartPoint>& p
 /// The data blocks and, in `plots`, what to draw from them. Bars are solid whatever the line's dashes.
 std::string series_commands(const Chart& chart, std::vector<std::string>& plots) {
   std::string out;
-  int failures = 0;
+  std::size_t failures = 0;
   for (std::size_t i = 0; i < chart.series.size(); ++i) {
     const ChartSeries& series = chart.series[i];
     const LineStyle& style =
@@ -113,7 +116,7 @@ std::string series_commands(const Chart& chart, std::vector<std::string>& plots)
     if (!series.lines) {
       plots.push_back(
           fmt::format("$series{} using 1:2 with points lc 'black' lw 2 pt {} ps 1.4*unit title {}", i,
-                      failures++ % 2 == 0 ? 2 : 1, gnuplot_text(series.label)));
+                      failure_markers[failures++ % failure_markers.size()], gnuplot_text(series.label)));
       continue;
     }
     plots.push_back(

@@ -12,10 +12,6 @@
 
 namespace mss {
 
-#define MSS_COMMAND(name) void add_##name##_command(CLI::App& app, int& exit_status);
-#include "experiments/commands.inc"
-#undef MSS_COMMAND
-
 namespace {
 
 constexpr const char* exit_status_help =
@@ -105,10 +101,7 @@ int run_command_line(int argc, char** argv) {
   app.footer(exit_status_help);
   app.get_formatter()->column_width(34);
   int exit_status = exit_ok;
-#define MSS_COMMAND(name) add_##name##_command(app, exit_status);
-#include "experiments/commands.inc"
-#undef MSS_COMMAND
-
+  for (const Command add : commands()) add(app, exit_status);
   watch_interrupts();
   try {
     check_first_word(app, argc, argv);

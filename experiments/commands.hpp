@@ -16,9 +16,13 @@ enum ExitStatus {
   exit_interrupted = 130  ///< Ctrl-C: finished rows are kept
 };
 
-// A command is a file NAME_command.cpp that defines `void add_NAME_command(CLI::App& app, int& exit_status)`:
-// it adds a subcommand whose callback does the work and sets the exit status if that is not 0. Throw
-// InputError for what the user can mend. The list of commands is in CMakeLists.txt beside this file.
+/// Adds a subcommand whose callback does the work, sets the exit status if that is not 0, and throws
+/// InputError for what the user can mend. A command is a file NAME_command.cpp that defines
+/// `Command NAME_command()`.
+using Command = void (*)(CLI::App& app, int& exit_status);
+
+/// All commands, in the order of the help. The list is in CMakeLists.txt beside this file.
+const std::vector<Command>& commands();
 
 /// Runs the program: parses, dispatches, turns errors into one sentence on stderr. Returns the exit status.
 int run_command_line(int argc, char** argv);

@@ -97,9 +97,7 @@ void run_all(const Choice& choice, int& exit_status) {
   fmt::print("wrote {}\n", (directory / "index.html").string());
 }
 
-}  // namespace
-
-void add_experiments_command(CLI::App& app, int& exit_status) {
+void add(CLI::App& app, int& exit_status) {
   for (const ExperimentInfo& info : experiments()) {
     const auto choice = std::make_shared<Choice>();
     choice->directory = "out/" + info.name;
@@ -114,5 +112,9 @@ void add_experiments_command(CLI::App& app, int& exit_status) {
   add_options(*command, *choice, {});
   command->callback([choice, &exit_status] { run_all(*choice, exit_status); });
 }
+
+}  // namespace
+
+Command experiments_command() { return add; }
 
 }  // namespace mss

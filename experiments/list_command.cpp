@@ -76,6 +76,14 @@ void list(const std::string& kind) {
   }
 }
 
+void add(CLI::App& app, int&) {
+  CLI::App* command =
+      app.add_subcommand("list", "what there is: integrators, linear solvers, scenes, experiments");
+  const auto kind = std::make_shared<std::string>();
+  command->add_option("kind", *kind, "integrators, linear_solvers, scenes or experiments; all if left out");
+  command->callback([kind] { list(*kind); });
+}
+
 }  // namespace
 
 fs::path scenes_directory() {
@@ -95,12 +103,6 @@ std::string scene_description(const fs::path& scene) {
   return line;
 }
 
-void add_list_command(CLI::App& app, int&) {
-  CLI::App* command =
-      app.add_subcommand("list", "what there is: integrators, linear solvers, scenes, experiments");
-  const auto kind = std::make_shared<std::string>();
-  command->add_option("kind", *kind, "integrators, linear_solvers, scenes or experiments; all if left out");
-  command->callback([kind] { list(*kind); });
-}
+Command list_command() { return add; }
 
 }  // namespace mss

@@ -110,9 +110,7 @@ void print_card(const Choice& choice) {
   }
 }
 
-}  // namespace
-
-void add_material_command(CLI::App& app, int&) {
+void add(CLI::App& app, int&) {
   CLI::App* command = app.add_subcommand("material", "the material card of springs, or springs for E and nu");
   const auto choice = std::make_shared<Choice>();
   command->add_option("--cell-size", choice->cell_size, "Edge of a cell [m]");
@@ -126,5 +124,9 @@ void add_material_command(CLI::App& app, int&) {
   command->add_option("--volume", choice->volume, "Volume stiffness k_vol [Pa]; may be negative");
   command->callback([choice] { print_card(*choice); });
 }
+
+}  // namespace
+
+Command material_command() { return add; }
 
 }  // namespace mss

@@ -14,7 +14,7 @@
 #include <limits>
 
 #include "core/measures.hpp"
-#include "core/spectral_bound.hpp"
+#include "experiments/simulation.hpp"
 #include "experiments/statistics.hpp"
 
 namespace mss {
@@ -69,9 +69,7 @@ struct Problem {
     if (scene.start)
       for (const std::ptrdiff_t site : body.sites()) start.x.set(site, scene.start(start.x.at(site)));
     system.constrain(0, start.x, start.v);
-    const double cell = s.body.cell_size;
-    options.length_scale = cell;
-    options.speed_scale = cell * spectral_bound(body).omega / 10;
+    scale_errors(options, body);
   }
   const PrecisionScene& scene;
   Body body;

@@ -49,6 +49,12 @@ std::vector<Cheapest> ranking(const Table& rows, const std::string& scene, doubl
   return all;
 }
 
+double geometric_mean(const std::vector<double>& numbers) {
+  double sum = 0;
+  for (const double x : numbers) sum += std::log(x);
+  return std::exp(sum / double(numbers.size()));
+}
+
 double power_of_ten(double value, bool up) {
   const double exponent = std::log10(value);
   return std::pow(10, up ? std::ceil(exponent + 1e-9) : std::floor(exponent - 1e-9));
@@ -141,23 +147,22 @@ Chart precision_overview(const Table& rows) {
       .x = {.label = "error asked for: of positions / displacement", .logarithmic = true},
       .y = {.label = "times dearer than the cheapest", .logarithmic = true}};
   const std::vector<std::string> scenes = distinct(rows, "scene");
+  for (const std::string& integrator : distinct(rows, "integrator"))
+    chart.series.push_back({.label = integrator});
   double dearest = 10;
-  for (const std::string& integrator : distinct(rows, "integrator")) {
-    ChartSeries series{.label = integrator};
-    for (int half_decade = -18; half_decade <= -2; ++half_decade) {
-      const double error = std::pow(10, half_decade / 2.0);
-      double sum = 0;
-      for (const std::string& scene : scenes) {
-        const std::vector<Cheapest> all = ranking(rows, scene, error);
-        const double best = all.empty() ? none : all.front().seconds;
-        sum += std::log(cheapest(rows, scene, integrator, error).seconds / best);
-      }
-      const double ratio = std::exp(sum / double(scenes.size()));
-      if (!std::isfinite(ratio)) continue;
+  for (int half_decade = -18; half_decade <= -2; ++half_decade) {
+    const double error = std::pow(10, half_decade / 2.0);
+    std::map<std::string, std::vector<double>> ratios;  // by method, of the scenes where it reaches the error
+    for (const std::string& scene : scenes) {
+      const std::vector<Cheapest> all = ranking(rows, scene, error);
+      for (const Cheapest& c : all) ratios[c.integrator].push_back(c.seconds / all.front().seconds);
+    }
+    for (ChartSeries& series : chart.series) {
+      if (ratios[series.label].size() < scenes.size()) continue;
+      const double ratio = geometric_mean(ratios[series.label]);
       series.points.push_back({error, ratio});
       dearest = std::max(dearest, ratio);
     }
-    chart.series.push_back(std::move(series));
   }
   chart.x.low = 5e-10;
   chart.x.high = 0.2;

@@ -87,9 +87,7 @@ void run_scene(const RunChoice& choice, int& exit_status) {
     exit_status = exit_simulation_failed;
 }
 
-}  // namespace
-
-void add_run_command(CLI::App& app, int& exit_status) {
+void add(CLI::App& app, int& exit_status) {
   CLI::App* command =
       app.add_subcommand("run", "simulate a scene; writes series.csv, particles.csv, summary.json");
   const auto choice = std::make_shared<RunChoice>();
@@ -99,5 +97,9 @@ void add_run_command(CLI::App& app, int& exit_status) {
   command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
   command->callback([choice, &exit_status] { run_scene(*choice, exit_status); });
 }
+
+}  // namespace
+
+Command run_command() { return add; }
 
 }  // namespace mss

@@ -98,20 +98,19 @@ void simulate_in(const Scene& scene, const Body& body, const IntegratorInfo& inf
   SpringSystem<Real> system(body, scene.environment, {.threads = scene.solve.threads});
   result.threads = system.threads();
   result.kernel = system.kernel_name();
-  const IntegratorOptions options = integrator_options(scene, body, result.dt);
+  IntegratorOptions options{.dt = result.dt,
+                            .linear_solver = scene.solve.linear_solver,
+                            .tangent = scene.solve.tangent,
+                            .tolerance = scene.solve.tolerance};
+  scale_errors(options, body);
   run_rows(scene, system, *info.make<Real>(options), progress, result);
 }
 
 }  // namespace
 
-IntegratorOptions integrator_options(const Scene& scene, const Body& body, double dt) {
-  const double cell = body.config().cell_size;
-  return {.dt = dt,
-          .linear_solver = scene.solve.linear_solver,
-          .tangent = scene.solve.tangent,
-          .tolerance = scene.solve.tolerance,
-          .length_scale = cell,
-          .speed_scale = cell * spectral_bound(body).omega / 10};
+void scale_errors(IntegratorOptions& options, const Body& body) {
+  options.length_scale = body.config().cell_size;
+  options.speed_scale = options.length_scale * spectral_bound(body).omega / 10;
 }
 
 template <class Real>

@@ -22,7 +22,7 @@ struct ParticleRecord {
 struct SimulationResult {
   Status status = Status::ok;
   Work work;
-  double dt = 0;  ///< the step used [s]; "safe" resolved
+  double dt = 0;  ///< the step [s], "safe" resolved; of adaptive methods the first, 0 if that is their choice
   double simulated_seconds = 0;
   double wall_seconds = 0;  ///< of stepping; measuring and setting up not counted
   int threads = 1;
@@ -35,10 +35,10 @@ struct SimulationResult {
 template <class Real>
 State<Real> start_state(const SpringSystem<Real>& system, const Scene& scene);
 
-/// What a scene says of its method. Adaptive methods measure local errors against the size of a cell, and
-/// velocities against a tenth of the speed at which the fastest mode would cross one: vibrations ten times
-/// slower than that still have errors of the same share in position and velocity.
-IntegratorOptions integrator_options(const Scene& scene, const Body& body, double dt);
+/// Lets adaptive methods measure local errors against the size of a cell, and of velocities against a tenth
+/// of the speed at which the fastest mode would cross one: vibrations ten times slower than that still have
+/// errors of the same share in position and velocity.
+void scale_errors(IntegratorOptions& options, const Body& body);
 
 /// Throws InputError if the scene's method or step cannot be used.
 void check_solve(const Scene& scene);

@@ -11,6 +11,9 @@ namespace mss {
 
 namespace {
 
+/// Of the residual, to that before the first iteration.
+constexpr double tolerance = 1e-10;
+
 constexpr int most_iterations = 60;
 constexpr double shortest_step = 1.0 / 4096;
 
@@ -27,8 +30,7 @@ double dot(const System<double>& system, const Field<double>& a, const Field<dou
 }  // namespace
 
 Newton::Newton(const IntegratorOptions& options)
-    : tolerance_(options.newton_tolerance),
-      kind_(options.tangent),
+    : kind_(options.tangent),
       linear_(find_linear_solver(options.linear_solver).make(options.linear_tolerance)) {}
 
 /// Places x and prescribed coordinates for state.v, fills residual_ and returns its norm.
@@ -51,10 +53,10 @@ double Newton::residual(System<double>& system, const ImplicitStage& stage, Stat
 /// Takes the longest of the steps 1, 1/2, 1/4 ... that does not overshoot.
 bool Newton::search(System<double>& system, const ImplicitStage& stage, State<double>& state, double& norm,
                     Work& work) {
-  trial_ = state.v;
+  v_before_ = state.v;
   const double slope = dot(system, residual_, step_);
   for (double length = 1; length >= shortest_step; length /= 2) {
-    state.v.array() = trial_.array() + length * step_.array();
+    state.v.array() = v_before_.array() + length * step_.array();
     norm = residual(system, stage, state, work);
     if (std::isfinite(norm) && dot(system, residual_, step_) >= -slope / 2) return true;
   }
@@ -67,10 +69,10 @@ double Newton::largest_move(const ImplicitStage& stage) const {
 
 Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) {
   if (residual_.size() == 0)
-    for (Field<double>* field : {&residual_, &step_, &trial_}) *field = Field<double>(system.size());
+    for (Field<double>* field : {&residual_, &step_, &v_before_}) *field = Field<double>(system.size());
   double norm = residual(system, stage, state, work);
   if (!std::isfinite(norm)) return Status::non_finite;
-  const double target = tolerance_ * norm;
+  const double target = tolerance * norm;
   for (int iteration = 0; iteration < most_iterations && norm > 0; ++iteration) {
     const TangentSum sum{
         .mass = 1, .damping = stage.gamma, .stiffness = stage.gamma * stage.gamma, .kind = kind_};

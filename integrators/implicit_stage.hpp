@@ -32,12 +32,11 @@ class Newton {
               Work& work);
   double largest_move(const ImplicitStage& stage) const;
 
-  double tolerance_;
   Tangent kind_;
   std::unique_ptr<LinearSolver> linear_;
   Field<double> residual_;  ///< gamma f - M (v - v_base)
   Field<double> step_;
-  Field<double> trial_;  ///< velocities before the step
+  Field<double> v_before_;  ///< the step
 };
 
 /// Completes the facts of a method that computes in double precision only.

@@ -60,7 +60,6 @@ struct IntegratorOptions {
   double dt = 1e-3;  ///< step of fixed-step methods, first step of adaptive ones; 0: theirs [s]
   std::string linear_solver = "cholmod";  ///< of implicit methods
   Tangent tangent = Tangent::elastic;     ///< of implicit methods; projected where the elastic is indefinite
-  double newton_tolerance = 1e-10;        ///< residual after a step's Newton iterations over that before
   double linear_tolerance = 1e-10;        ///< of iterative linear solvers: residual over right-hand side
   double tolerance = 1e-6;                ///< of adaptive methods: local error over the scales below
   double length_scale = 1;                ///< of positions [m]

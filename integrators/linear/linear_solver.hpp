@@ -28,6 +28,10 @@ class LinearSolver {
   virtual Status solve(const Field<double>& rhs, Field<double>& solution, Work& work) = 0;
 };
 
+/// Prepares a solver; where the elastic tangent asked for cannot be factored, sum.kind becomes projected.
+Status prepare_definite(LinearSolver& solver, System<double>& system, double t, const Field<double>& x,
+                        const Field<double>& v, TangentSum& sum, Work& work);
+
 /// Prepares and solves; where the elastic tangent asked for is indefinite, the projected one takes its place.
 Status solve_tangent(LinearSolver& solver, System<double>& system, double t, const Field<double>& x,
                      const Field<double>& v, TangentSum sum, const Field<double>& rhs,

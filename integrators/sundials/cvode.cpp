@@ -65,7 +65,6 @@ class Session {
   Context context_ = make_context();
   FirstOrder problem_;
   Linear linear_;
-  Tangent kind_;
   Vector tolerances_;
   std::unique_ptr<std::remove_pointer_t<SUNNonlinearSolver>, NonlinearRelease> nonlinear_;
   Matrix matrix_;
@@ -81,7 +80,6 @@ Session::Session(System<double>& system, const State<double>& state, const Integ
                  Linear linear)
     : problem_(system, context_.get()),
       linear_(linear),
-      kind_(options.tangent),
       tolerances_(problem_.tolerances(options)),
       cvode_(CVodeCreate(linear == Linear::none ? CV_ADAMS : CV_BDF, context_.get())),
       rhs_(system.size()),

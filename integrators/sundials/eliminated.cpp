@@ -48,8 +48,9 @@ SUNMatrix new_matrix(FirstOrder& problem, SUNContext context) {
 /// What our SUNLinearSolver holds.
 struct Elimination {
   std::unique_ptr<LinearSolver> linear;
-  Tangent kind;
-  Where* prepared = nullptr;
+  Tangent kind;           ///< asked for
+  TangentSum prepared{};  ///< the one that `linear` can solve with, at...
+  Where* where = nullptr;
   Field<double> rhs, product, solution;
 };
 Elimination& elimination(SUNLinearSolver s) { return *static_cast<Elimination*>(s->content); }
@@ -65,22 +66,16 @@ int free_solver(SUNLinearSolver s) {
 int set_up(SUNLinearSolver s, SUNMatrix m) {
   Elimination& e = elimination(s);
   Where& at = where(m);
-  e.prepared = &at;
-  TangentSum sum{.mass = 1, .damping = at.gamma, .stiffness = at.gamma * at.gamma, .kind = e.kind};
-  const auto prepare = [&] {
-    return e.linear->prepare(at.problem->system(), at.t, at.x, at.v, sum, *at.problem->work);
-  };
-  Status status = prepare();
-  if (status == Status::not_positive_definite && sum.kind != Tangent::projected) {
-    sum.kind = Tangent::projected;
-    status = prepare();
-  }
+  e.where = &at;
+  e.prepared = {.mass = 1, .damping = at.gamma, .stiffness = at.gamma * at.gamma, .kind = e.kind};
+  const Status status =
+      prepare_definite(*e.linear, at.problem->system(), at.t, at.x, at.v, e.prepared, *at.problem->work);
   return status == Status::ok ? 0 : 1;  // 1: a smaller step may help
 }
 
 int solve(SUNLinearSolver s, SUNMatrix, N_Vector x, N_Vector b, double) {
   Elimination& e = elimination(s);
-  Where& at = *e.prepared;
+  Where& at = *e.where;
   System<double>& system = at.problem->system();
   const Eigen::Index size = at.problem->size();
   const double *bx = N_VGetArrayPointer(b), *bv = bx + size;
@@ -88,7 +83,8 @@ int solve(SUNLinearSolver s, SUNMatrix, N_Vector x, N_Vector b, double) {
   e.solution.array() = 0;
   std::size_t i = 0;
   for (const auto [site, axis] : system.unknowns()) e.solution.axis(axis)[site] = bx[i++];
-  system.tangent_product(at.t, at.x, at.v, {.stiffness = at.gamma, .kind = e.kind}, e.solution, e.product);
+  system.tangent_product(at.t, at.x, at.v, {.stiffness = at.gamma, .kind = e.prepared.kind}, e.solution,
+                         e.product);
   ++at.problem->work->products;
   i = 0;
   for (const auto [site, axis] : system.unknowns())
@@ -118,12 +114,12 @@ int remember_state(double t, N_Vector y, N_Vector, SUNMatrix jacobian, void*, N_
 Eliminated make_eliminated(FirstOrder& problem, const IntegratorOptions& options, SUNContext context) {
   SUNLinearSolver s = SUNLinSolNewEmpty(context);
   const std::ptrdiff_t size = problem.system().size();
-  s->content = new Elimination{find_linear_solver(options.linear_solver).make(options.linear_tolerance),
-                               options.tangent,
-                               nullptr,
-                               Field<double>(size),
-                               Field<double>(size),
-                               Field<double>(size)};
+  s->content =
+      new Elimination{.linear = find_linear_solver(options.linear_solver).make(options.linear_tolerance),
+                      .kind = options.tangent,
+                      .rhs = Field<double>(size),
+                      .product = Field<double>(size),
+                      .solution = Field<double>(size)};
   s->ops->gettype = solver_type;
   s->ops->getid = solver_id;
   s->ops->setup = set_up;

@@ -20,6 +20,11 @@ class Method : public ::testing::TestWithParam<std::string> {
  protected:
   const IntegratorInfo& info() const { return find_integrator(GetParam()); }
 };
+class FixedStepMethod : public Method {};
+class AdaptiveMethod : public Method {};
+class LimitedMethod : public Method {};    ///< stable up to a step
+class UnlimitedMethod : public Method {};  ///< of fixed step, stable at any
+class SinglePrecisionMethod : public Method {};
 
 double error_at(const IntegratorInfo& info, testing::Oscillator& system, double dt, double t_end) {
   auto state = system.start(0.8, 0.5);
@@ -36,17 +41,14 @@ double observed_order(const IntegratorInfo& info, double damping) {
   return std::log2(coarse / fine);
 }
 
-TEST_P(Method, HasItsDeclaredOrderUndamped) {
-  if (info().adaptive) GTEST_SKIP() << "chooses its steps";
+TEST_P(FixedStepMethod, HasItsDeclaredOrderUndamped) {
   EXPECT_NEAR(observed_order(info(), 0), info().order_undamped, 0.05);
 }
-TEST_P(Method, HasItsDeclaredOrderDamped) {
-  if (info().adaptive) GTEST_SKIP() << "chooses its steps";
+TEST_P(FixedStepMethod, HasItsDeclaredOrderDamped) {
   EXPECT_NEAR(observed_order(info(), 0.6), info().order_damped, 0.05);
 }
 
-TEST_P(Method, ErrorFallsWithTheTolerance) {
-  if (!info().adaptive) GTEST_SKIP() << "has no tolerance";
+TEST_P(AdaptiveMethod, ErrorFallsWithTheTolerance) {
   testing::Oscillator system(2, 0.6);
   const auto error = [&](double tolerance) {
     auto state = system.start(0.8, 0.5);
@@ -91,8 +93,7 @@ double chain_limit(const IntegratorInfo& info, double beta) {
   return limit;
 }
 
-TEST_P(Method, IsStableUpToThePredictedStep) {
-  if (!info().limit) GTEST_SKIP() << "has no limit";
+TEST_P(LimitedMethod, IsStableUpToThePredictedStep) {
   const double omega = testing::Chain(chain_length, 0).largest_omega();
   for (const double ratio : {0.0, 0.05, 0.5, 1.0, 3.0}) {  // of critical damping, for the fastest mode
     const double limit = chain_limit(info(), 2 * ratio / omega);
@@ -105,8 +106,7 @@ TEST_P(Method, IsStableUpToThePredictedStep) {
   }
 }
 
-TEST_P(Method, IsStableFarBeyondExplicitSteps) {
-  if (info().limit || info().adaptive) GTEST_SKIP() << "has a limit, or chooses its steps";
+TEST_P(UnlimitedMethod, IsStableFarBeyondExplicitSteps) {
   const double omega = testing::Chain(chain_length, 0).largest_omega();
   for (const double ratio : {0.0, 0.5}) EXPECT_TRUE(holds(info(), 2 * ratio / omega, 1000 * 2 / omega));
 }
@@ -148,8 +148,7 @@ TEST_P(Method, RepeatsBitForBit) {
   EXPECT_GE(work.force_evaluations, work.steps);
 }
 
-TEST_P(Method, DoesNotDependOnHowOftenSomebodyLooks) {
-  if (info().adaptive) GTEST_SKIP() << "stops where somebody looks";
+TEST_P(FixedStepMethod, DoesNotDependOnHowOftenSomebodyLooks) {
   Scenario once, often;
   Work work;
   const auto first = info().make<double>({.dt = 1e-4}), second = info().make<double>({.dt = 1e-4});
@@ -192,8 +191,7 @@ TEST_P(Method, FollowsHolds) {
   EXPECT_GT(contraction, 1e-4);  // the other coordinates are free
 }
 
-TEST_P(Method, WorksInSinglePrecision) {
-  if (!info().make_single) GTEST_SKIP() << "computes in double precision only";
+TEST_P(SinglePrecisionMethod, WorksInSinglePrecision) {
   const Body body(testing::test_config(VoxelGrid::box(3, 3, 3)));
   SpringSystem<float> single(body, {});
   SpringSystem<double> twice(body, {});
@@ -211,21 +209,32 @@ TEST_P(Method, WorksInSinglePrecision) {
   for (const std::ptrdiff_t site : body.sites()) EXPECT_LT((a.x.at(site) - b.x.at(site)).norm(), allowed);
 }
 
-TEST_P(Method, ReportsDivergence) {
-  if (!info().limit) GTEST_SKIP() << "has no limit";
+TEST_P(LimitedMethod, ReportsDivergence) {
   Scenario s;
   Work work;
   EXPECT_EQ(info().make<double>({.dt = 1})->advance(s.system, s.state, 1e5, work), Status::non_finite);
   EXPECT_LT(work.steps, 100000);
 }
 
-std::vector<std::string> names() {
+/// Those methods of the registry to which a suite applies.
+auto methods(bool (*applies)(const IntegratorInfo&)) {
   std::vector<std::string> names;
-  for (const IntegratorInfo& info : integrators()) names.push_back(info.name);
-  return names;
+  for (const IntegratorInfo& info : integrators())
+    if (applies(info)) names.push_back(info.name);
+  return ::testing::ValuesIn(names);
 }
-INSTANTIATE_TEST_SUITE_P(Registry, Method, ::testing::ValuesIn(names()),
-                         [](const auto& p) { return p.param; });
+const auto name = [](const auto& p) { return p.param; };
+INSTANTIATE_TEST_SUITE_P(Registry, Method, methods([](const IntegratorInfo&) { return true; }), name);
+INSTANTIATE_TEST_SUITE_P(Registry, FixedStepMethod,
+                         methods([](const IntegratorInfo& m) { return !m.adaptive; }), name);
+INSTANTIATE_TEST_SUITE_P(Registry, AdaptiveMethod,
+                         methods([](const IntegratorInfo& m) { return m.adaptive; }), name);
+INSTANTIATE_TEST_SUITE_P(Registry, LimitedMethod,
+                         methods([](const IntegratorInfo& m) { return m.limit != nullptr; }), name);
+INSTANTIATE_TEST_SUITE_P(Registry, UnlimitedMethod,
+                         methods([](const IntegratorInfo& m) { return !m.limit && !m.adaptive; }), name);
+INSTANTIATE_TEST_SUITE_P(Registry, SinglePrecisionMethod,
+                         methods([](const IntegratorInfo& m) { return m.make_single != nullptr; }), name);
 
 TEST(Registry, HasUniqueNamesAndSuggests) {
   EXPECT_GE(integrators().size(), 4U);

@@ -1,35 +1,11 @@
-// The list of methods is in CMakeLists.txt beside this file: the line that compiles a method also registers
-// it.
-#include <fmt/format.h>
-
-#include "core/error.hpp"
-#include "core/suggest.hpp"
 #include "integrators/integrator.hpp"
+
+#include "core/suggest.hpp"
 
 namespace mss {
 
-#define MSS_METHOD(name) IntegratorInfo name();
-#include "integrators/methods.inc"
-#undef MSS_METHOD
-
-const std::vector<IntegratorInfo>& integrators() {
-  static const std::vector<IntegratorInfo> all{
-#define MSS_METHOD(name) name(),
-#include "integrators/methods.inc"
-#undef MSS_METHOD
-  };
-  return all;
-}
-
 const IntegratorInfo& find_integrator(std::string_view name) {
-  std::vector<std::string> known;
-  for (const IntegratorInfo& info : integrators()) {
-    if (info.name == name) return info;
-    known.push_back(info.name);
-  }
-  throw InputError(
-      fmt::format("integrator '{}' is unknown; did you mean '{}'? `mss list integrators` shows all", name,
-                  nearest(name, known)));
+  return find_named(integrators(), name, "integrator", "integrators");
 }
 
 std::string_view to_string(Status status) {
