@@ -206,6 +206,14 @@ void SpringSystem<Real>::tangent_product(double t, const Field<Real>& x, const F
 }
 
 template <class Real>
+void SpringSystem<Real>::parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
+  team_.run([&](int rank) {
+    const std::ptrdiff_t last = count * (rank + 1) / team_.size();
+    for (std::ptrdiff_t i = count * rank / team_.size(); i < last; ++i) task(i);
+  });
+}
+
+template <class Real>
 void SpringSystem<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
   run({.finish = Finish::kick_drift,
        .t = state.t,

@@ -57,6 +57,7 @@ class SpringSystem final : public System<Real> {
                        const Field<Real>& p, Field<Real>& out) override;
   void tangent_diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                         std::vector<Eigen::Matrix3d>& blocks) override;
+  void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override;
   void apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const override;
   void kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) override;
 

@@ -16,6 +16,11 @@ template <class Real>
 void System<Real>::clear_prescribed(Field<Real>&) const {}
 
 template <class Real>
+void System<Real>::parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) task(i);
+}
+
+template <class Real>
 void System<Real>::apply(const KickDrift& u, const Field<Real>& a, double dt, State<Real>& state) const {
   const auto before = static_cast<Real>(u.kick_before), after = static_cast<Real>(u.kick_after);
   const auto drift_old = static_cast<Real>(u.drift_old), drift_new = static_cast<Real>(u.drift_new);

@@ -2,6 +2,7 @@
 
 #include <Eigen/SparseCore>
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "core/field.hpp"
@@ -103,6 +104,9 @@ class System {
   /// resized and overwritten.
   virtual void tangent_diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                                 std::vector<Eigen::Matrix3d>& blocks) = 0;
+
+  /// Runs task(0) ... task(count - 1), on as many threads as forces are computed with. Tasks must not throw.
+  virtual void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task);
 
   /// One update from a known acceleration; advances state.t by dt.
   virtual void apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const;

@@ -13,11 +13,16 @@ class BlockJacobi {
  public:
   void prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
                const TangentSum& sum);
-  /// z = blocks^-1 r, 0 where there is no unknown; returns r.z and r.r.
-  struct Products {
-    double rz, rr;
+  /// Sites [first, last).
+  struct Range {
+    std::ptrdiff_t first, last;
   };
-  Products apply(const Field<double>& r, Field<double>& z) const;
+  /// r.z and r.r of a range.
+  struct Products {
+    double rz = 0, rr = 0;
+  };
+  /// z = blocks^-1 r in a range, 0 where there is no unknown.
+  Products apply(const Field<double>& r, Field<double>& z, Range range) const;
 
   /// 1 at unknowns, 0 elsewhere.
   const Field<double>& mask() const { return mask_; }
@@ -48,8 +53,14 @@ class ConjugateGradients : public LinearSolver {
   virtual void product(const Field<double>& p, Field<double>& out) = 0;
 
  private:
+  template <class Part>
+  void for_each_range(Part&& part);
+  template <class Part>
+  auto sum_over_ranges(Part&& part);
+
   double tolerance_;
   System<double>* system_ = nullptr;
+  std::vector<BlockJacobi::Products> sums_;  ///< of ranges
   long most_iterations_ = 0;
   BlockJacobi preconditioner_;
   Field<double> residual_, z_, direction_, image_;

@@ -196,7 +196,7 @@ int Session::precondition(double t, N_Vector y, N_Vector, N_Vector r, N_Vector z
   i = 0;
   for (const auto [site, axis] : system.unknowns())
     s.rhs_.axis(axis)[site] = system.mass(site) * rv[i++] - s.product_.axis(axis)[site];
-  s.preconditioner_.apply(s.rhs_, s.change_);
+  s.preconditioner_.apply(s.rhs_, s.change_, {0, system.size()});
   i = 0;
   for (const auto [site, axis] : system.unknowns()) {
     dv[i] = s.change_.axis(axis)[site];

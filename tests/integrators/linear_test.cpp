@@ -1,6 +1,8 @@
 // Linear solvers: every one solves the same systems, and says so when it cannot.
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "integrators/linear/linear_solver.hpp"
 #include "tests/random_bodies.hpp"
 
@@ -92,6 +94,31 @@ TEST(ConjugateGradients, AreTheSameWithAndWithoutTheMatrix) {
     EXPECT_EQ(with.work.products, without.work.products);
     EXPECT_LT((with.solution.array() - without.solution.array()).abs().maxCoeff(),
               1e-12 * with.solution.array().abs().maxCoeff());
+  }
+}
+
+// Big enough for sums over several ranges of sites.
+TEST(ConjugateGradients, GiveTheSameBitsForAnyNumberOfThreads) {
+  const Body body(testing::test_config(VoxelGrid::box(12, 12, 12)));
+  const auto solve = [&](int threads) {
+    SpringSystem<double> system(body, {}, {.threads = threads});
+    State<double> state = system.rest_state();
+    testing::randomise(body, state, 0.1, 0.5, 5);
+    Field<double> rhs(system.size()), solution(system.size());
+    system.force(0, state.x, state.v, rhs);
+    const auto solver = find_linear_solver("matrix_free").make(1e-8);
+    Work work;
+    const TangentSum sum{.mass = 1, .damping = 0.01, .stiffness = 1e-4, .kind = Tangent::projected};
+    EXPECT_EQ(solver->prepare(system, 0, state.x, state.v, sum, work), Status::ok);
+    EXPECT_EQ(solver->solve(rhs, solution, work), Status::ok);
+    EXPECT_GT(work.products, 5);
+    return solution;
+  };
+  const Field<double> one = solve(1);
+  for (const int threads : {2, 3, 5, 8}) {
+    const Field<double> other = solve(threads);
+    EXPECT_EQ(std::memcmp(one.axis(0), other.axis(0), std::size_t(one.size()) * sizeof(double)), 0)
+        << threads;
   }
 }
 
