@@ -110,7 +110,7 @@ void TangentAssembler::build_pattern(const HeldSites& held) {
     const auto p = std::size_t(id_[std::size_t(row.site)]);
     for (int b = block_start_[p]; b < block_start_[p + 1]; ++b)
       for (int axis = 0; axis < 3; ++axis) {
-        const int column = unknown_of[std::size_t(3 * column_[std::size_t(b)] + axis)];
+        const int column = unknown_of[3 * std::size_t(column_[std::size_t(b)]) + std::size_t(axis)];
         if (column < 0) continue;
         inner.push_back(column);
         source_.push_back(9 * b + 3 * row.axis + axis);

@@ -4,25 +4,19 @@
 // square of positions against the reference, over that of the reference's displacement from the start. The
 // reference is CVODE's Adams method at a tight tolerance; what an unrelated method, the explicit Runge-Kutta
 // pair of Dormand and Prince in ARKODE, says differently is its uncertainty. All methods run on one thread.
+// Scenes and texts are here, runs in precision_runs.cpp, what is drawn in precision_chart.cpp.
 #include "experiments/precision.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <limits>
+#include <map>
 
-#include "core/measures.hpp"
-#include "experiments/simulation.hpp"
-#include "experiments/statistics.hpp"
+#include "core/error.hpp"
 
 namespace mss {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 Vec3 twisted(const Vec3& rest) {
   const double angle = 0.6 * rest[2];
@@ -62,153 +56,6 @@ PrecisionScene scene(const std::string& shape, double young, double damping, int
   return s;
 }
 
-/// One scene ready to run.
-struct Problem {
-  explicit Problem(const PrecisionScene& s)
-      : scene(s), body(s.body), system(body, s.environment, {.threads = 1}), start(system.rest_state()) {
-    if (scene.start)
-      for (const std::ptrdiff_t site : body.sites()) start.x.set(site, scene.start(start.x.at(site)));
-    system.constrain(0, start.x, start.v);
-    scale_errors(options, body);
-  }
-  const PrecisionScene& scene;
-  Body body;
-  SpringSystem<double> system;
-  State<double> start;
-  IntegratorOptions options;
-};
-
-/// Root mean square of the distances between two states' particles [m].
-double distance(const Body& body, const State<double>& a, const State<double>& b) {
-  double sum = 0;
-  for (const std::ptrdiff_t site : body.sites()) sum += (a.x.at(site) - b.x.at(site)).squaredNorm();
-  return std::sqrt(sum / double(body.particle_count()));
-}
-
-struct Reference {
-  State<double> state;
-  Measures measures;
-  double displacement = 0;  ///< largest root mean square from the start, of 32 looks [m]
-  double uncertainty = 0;   ///< relative to it
-  double energy = 0;        ///< largest of the energies that move [J]
-};
-
-Reference find_reference(Problem& p, double tolerance) {
-  IntegratorOptions options = p.options;
-  options.dt = 0;
-  options.tolerance = tolerance;
-  Work work;
-  Reference r{.state = p.start, .measures = measure(p.system, p.start)};
-  r.energy = r.measures.elastic;
-  const auto adams = find_integrator("cvode_adams").make<double>(options);
-  constexpr int looks = 32;
-  for (int look = 1; look <= looks; ++look) {
-    adams->advance(p.system, r.state, p.scene.duration * look / looks, work);
-    r.measures = measure(p.system, r.state);
-    r.displacement = std::max(r.displacement, distance(p.body, r.state, p.start));
-    r.energy = std::max({r.energy, r.measures.elastic, r.measures.kinetic});
-  }
-  State<double> other = p.start;
-  find_integrator("arkode_erk").make<double>(options)->advance(p.system, other, p.scene.duration, work);
-  r.uncertainty = distance(p.body, r.state, other) / r.displacement;
-  return r;
-}
-
-/// What came of one run.
-struct Run {
-  Status status = Status::ok;
-  Work work;
-  double seconds = 0;
-  double error = none, energy_drift = none, volume_drift = none;
-};
-
-Run run_once(Problem& p, const Reference& reference, const IntegratorInfo& info,
-             const IntegratorOptions& options) {
-  Run run;
-  State<double> state = p.start;
-  const auto method = info.make<double>(options);
-  const auto begin = Clock::now();
-  run.status = method->advance(p.system, state, p.scene.duration, run.work);
-  run.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-  if (run.status != Status::ok) return run;
-  const Measures m = measure(p.system, state);
-  run.error = distance(p.body, state, reference.state) / reference.displacement;
-  run.energy_drift = std::abs(m.total() - reference.measures.total()) / reference.energy;
-  run.volume_drift = std::abs(m.volume_ratio - reference.measures.volume_ratio);
-  if (!std::isfinite(run.error) || !std::isfinite(run.energy_drift)) {  // squares overflow before coordinates
-    run.status = Status::non_finite;
-    run.error = run.energy_drift = run.volume_drift = none;
-  }
-  return run;
-}
-
-/// Short runs are repeated, and the median time is kept.
-Run run_timed(Problem& p, const Reference& reference, const IntegratorInfo& info,
-              const IntegratorOptions& options) {
-  Run run = run_once(p, reference, info, options);
-  std::vector<double> seconds{run.seconds};
-  while (run.status == Status::ok && seconds.size() < 5 && run.seconds < 0.02)
-    seconds.push_back(run_once(p, reference, info, options).seconds);
-  run.seconds = quantile(seconds, 0.5);
-  return run;
-}
-
-void add_row(Table& rows, const PrecisionScene& s, const IntegratorInfo& info, const IntegratorOptions& o,
-             const Run& run) {
-  rows.add({s.name, info.name, std::string(info.adaptive ? "tolerance" : "dt"),
-            info.adaptive ? o.tolerance : o.dt, run.error, run.energy_drift, run.volume_drift, run.seconds,
-            run.work.steps, run.work.force_evaluations, run.work.jacobians, run.work.factorisations,
-            run.work.linear_solves, run.work.products, std::string(to_string(run.status))});
-}
-
-/// One method from coarse to fine, until it is as good as the reference or too slow; false if stopped.
-bool measure_method(Problem& p, const Reference& reference, const IntegratorInfo& info,
-                    const PrecisionConfig& config, Table& rows, const Progress& progress) {
-  IntegratorOptions options = p.options;
-  const int runs = info.adaptive ? 11 : config.finest_halving;
-  double before = 0;
-  for (int i = 0; i < runs; ++i) {
-    if (progress.stopped()) return false;
-    options.dt = info.adaptive ? 0 : p.scene.duration / std::ldexp(8.0, i);
-    options.tolerance = std::pow(10.0, -1 - i);
-    const Run run = run_timed(p, reference, info, options);
-    add_row(rows, p.scene, info, options, run);
-    if (run.error < 10 * reference.uncertainty) break;
-    const double growth = before > 0 ? std::clamp(run.seconds / before, 1.0, 4.0) : 2.0;
-    if (run.status == Status::ok && run.seconds * growth > config.seconds_per_run) break;
-    if (run.status == Status::ok) before = run.seconds;
-  }
-  return true;
-}
-
-Table empty_rows() {
-  return Table({{"scene"},
-                {"integrator"},
-                {"parameter"},
-                {"value"},
-                {"error"},
-                {"energy_drift"},
-                {"volume_drift"},
-                {"seconds", "s"},
-                {"steps"},
-                {"force_evaluations"},
-                {"jacobians"},
-                {"factorisations"},
-                {"linear_solves"},
-                {"products"},
-                {"status"}});
-}
-
-Table empty_references() {
-  return Table({{"scene"},
-                {"description"},
-                {"particles"},
-                {"springs"},
-                {"duration", "s"},
-                {"displacement", "m"},
-                {"uncertainty"}});
-}
-
 Json configuration(const PrecisionConfig& config) {
   Json scenes = Json::object();
   for (const PrecisionScene& s : config.scenes) scenes[s.name] = s.description;
@@ -235,6 +82,15 @@ constexpr const char* caption =
     "a line, errors say nothing. One thread; implicit methods use CHOLMOD. Left out: single precision, other "
     "linear solvers, other sizes.";
 
+std::string agreement_line(const Table& agreement) {
+  std::map<std::string, std::size_t> count;
+  for (std::size_t r = 0; r < agreement.size(); ++r) ++count[agreement.text(r, "status")];
+  std::string line = fmt::format("methods within 1e-6 of the reference, of {}:", agreement.size());
+  for (const auto& [status, n] : count) line += fmt::format(" {} {};", n, status);
+  line.back() = '\n';
+  return line;
+}
+
 ExperimentResult run_precision(const ExperimentOptions& options, Progress& progress) {
   const PrecisionConfig config = precision_config(options);
   PrecisionTables tables = measure_precision(config, progress);
@@ -257,8 +113,10 @@ ExperimentResult run_precision(const ExperimentOptions& options, Progress& progr
     result.summary += fmt::format("{:<28} error {:<6g} {:<22} {:>10.3g} s  {}\n", summary.text(r, "scene"),
                                   summary.number(r, "error"), summary.text(r, "integrator"),
                                   summary.number(r, "seconds"), summary.text(r, "comparison"));
+  result.summary += agreement_line(tables.agreement);
   result.tables = {{"precision", std::move(tables.rows)},
                    {"precision_summary", std::move(summary)},
+                   {"precision_agreement", std::move(tables.agreement)},
                    {"precision_references", std::move(tables.references)}};
   return result;
 }
@@ -268,8 +126,12 @@ ExperimentResult run_precision(const ExperimentOptions& options, Progress& progr
 PrecisionConfig precision_config(const ExperimentOptions& options) {
   PrecisionConfig config;
   config.integrators = options.integrators;
+  for (const std::string& name : config.integrators)
+    if (find_integrator(name).stepping == Stepping::equilibrium)
+      throw InputError(fmt::format("integrator '{}' finds no motion; precision compares motions", name));
   if (config.integrators.empty())
-    for (const IntegratorInfo& info : integrators()) config.integrators.push_back(info.name);
+    for (const IntegratorInfo& info : integrators())
+      if (info.stepping != Stepping::equilibrium) config.integrators.push_back(info.name);
   if (options.quick) {
     config.seconds_per_run = 0.3;
     config.scenes = {scene("cantilever", 1e4, 0, 1), scene("twist", 1e4, 0.05, 1),
@@ -280,30 +142,6 @@ PrecisionConfig precision_config(const ExperimentOptions& options) {
         for (const double damping : {0.0, 0.05}) config.scenes.push_back(scene(shape, young, damping, 1));
   }
   return config;
-}
-
-PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress) {
-  PrecisionTables tables{empty_rows(), empty_references()};
-  for (std::size_t i = 0; i < config.scenes.size(); ++i) {
-    Problem problem(config.scenes[i]);
-    progress.report(double(i) / double(config.scenes.size()), config.scenes[i].name + ": reference");
-    const Reference reference = find_reference(problem, config.reference_tolerance);
-    tables.references.add({problem.scene.name, problem.scene.description,
-                           std::int64_t(problem.body.particle_count()),
-                           std::int64_t(problem.body.spring_count()), problem.scene.duration,
-                           reference.displacement, reference.uncertainty});
-    for (std::size_t m = 0; m < config.integrators.size(); ++m) {
-      progress.report(
-          (double(i) + double(m) / double(config.integrators.size())) / double(config.scenes.size()),
-          config.scenes[i].name + ": " + config.integrators[m]);
-      if (!measure_method(problem, reference, find_integrator(config.integrators[m]), config, tables.rows,
-                          progress)) {
-        tables.status = Status::interrupted;
-        return tables;
-      }
-    }
-  }
-  return tables;
 }
 
 ExperimentInfo precision() {

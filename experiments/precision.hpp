@@ -29,10 +29,11 @@ struct PrecisionConfig {
 };
 PrecisionConfig precision_config(const ExperimentOptions& options);
 
-/// Rows of all runs, and the references' uncertainties.
+/// Rows of all runs, the references' uncertainties, and how close every method comes to them.
 struct PrecisionTables {
   Table rows;
   Table references;
+  Table agreement;
   Status status = Status::ok;
 };
 PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress);

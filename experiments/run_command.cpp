@@ -76,8 +76,8 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   write_atomically(directory / "particles.csv",
                    [&](std::ostream& stream) { write_particles(stream, result.particles); });
   write_atomically(directory / "summary.json", summary(scene, result, series).dump(2) + "\n");
-  const bool adaptive = find_integrator(scene.solve.integrator).adaptive;
-  const std::string step = adaptive ? "of its own choice" : fmt::format("of {:.4g} s", result.dt);
+  const bool fixed = find_integrator(scene.solve.integrator).stepping == Stepping::fixed;
+  const std::string step = fixed ? fmt::format("of {:.4g} s", result.dt) : "of its own choice";
   fmt::print("{}: {} after {} steps {}, {:.4g} s simulated in {:.3g} s; see {}\n", scene.name,
              to_string(result.status), result.work.steps, step, result.simulated_seconds, result.wall_seconds,
              directory.string());

@@ -44,12 +44,12 @@ bool is_finite(const Measures& m) {
 
 double step_of(const Scene& scene, const IntegratorInfo& method, const Body& body) {
   if (scene.solve.dt) return *scene.solve.dt;
-  if (method.adaptive) return 0;  // the method's own choice
+  if (method.stepping != Stepping::fixed) return 0;  // the method's own choice
   return std::min(safe_share * stable_step(method, spectral_bound(body)), scene.solve.duration);
 }
 
 void check_safe(const IntegratorInfo& method) {
-  if (method.adaptive) return;
+  if (method.stepping != Stepping::fixed) return;
   if (!method.limit)
     throw InputError(fmt::format(
         "dt = \"safe\" says nothing for {}, which is stable at any step; give dt in seconds", method.name));

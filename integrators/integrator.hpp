@@ -74,15 +74,22 @@ using StabilityLimit = double (*)(double omega, double damping);
 /// The limit of methods that are stable iff omega^2 dt^2 + 2 damping dt < 4.
 double central_limit(double omega, double damping);
 
+/// How a method goes through time.
+enum class Stepping {
+  fixed,       ///< in steps of dt
+  adaptive,    ///< in steps of its own choice, by a tolerance
+  equilibrium  ///< not at all: it finds where a body would rest at the end time
+};
+
 /// Facts about a method. Tests measure that they are true.
 struct IntegratorInfo {
   std::string name;
-  std::string summary;     ///< one line for `mss list`
+  std::string summary;  ///< one line for `mss list`
+  Stepping stepping = Stepping::fixed;
   int order_undamped = 1;  ///< of positions at a fixed time
   int order_damped = 1;
   bool implicit = false;
-  bool symplectic = false;  ///< without damping
-  bool adaptive = false;
+  bool symplectic = false;         ///< without damping
   StabilityLimit limit = nullptr;  ///< nullptr: stable for any step
 
   template <class Real>

@@ -73,9 +73,9 @@ class Arkode final : public Integrator<double> {
 IntegratorInfo arkode_erk() {
   return {.name = "arkode_erk",
           .summary = "ARKODE, explicit Runge-Kutta of Dormand and Prince, order 5: adaptive",
+          .stepping = Stepping::adaptive,
           .order_undamped = 5,
           .order_damped = 5,
-          .adaptive = true,
           .make_double = [](const IntegratorOptions& o) { return std::make_unique<Arkode>(o); }};
 }
 

@@ -250,8 +250,8 @@ class Cvode final : public Integrator<double> {
 IntegratorInfo describe_cvode(Linear linear, const std::string& name, const std::string& summary) {
   return {.name = name,
           .summary = summary,
+          .stepping = Stepping::adaptive,
           .implicit = linear != Linear::none,
-          .adaptive = true,
           .make_double = [linear](const IntegratorOptions& o) { return std::make_unique<Cvode>(o, linear); }};
 }
 

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+
+#include "core/error.hpp"
 
 namespace mss {
 namespace {
@@ -50,6 +53,10 @@ TEST(Precision, ErrorsFallAsTheOrdersSay) {
   EXPECT_NEAR(last_order("rk4"), 4, 0.2);
   EXPECT_NEAR(last_order("backward_euler"), 1, 0.1);
   EXPECT_LT(errors_of(tables.rows, "cvode_bdf").back(), 1e-7);
+  ASSERT_EQ(tables.agreement.size(), 5U);
+  for (std::size_t i = 0; i < 5; ++i)
+    EXPECT_EQ(tables.agreement.text(i, "status").substr(0, 2), "ok")
+        << tables.agreement.text(i, "integrator");
 }
 
 TEST(Precision, FailuresAreRowsWithAReason) {
@@ -103,7 +110,11 @@ TEST(PrecisionSummary, SaysWhatNobodyReached) {
 }
 
 TEST(PrecisionConfigTest, TakesEveryMethodOfTheRegistry) {
-  EXPECT_EQ(precision_config({.quick = true}).integrators.size(), integrators().size());
+  const auto taken = precision_config({.quick = true}).integrators;
+  for (const IntegratorInfo& info : integrators())
+    EXPECT_EQ(std::count(taken.begin(), taken.end(), info.name), info.stepping != Stepping::equilibrium)
+        << info.name;
+  EXPECT_THROW(precision_config({.integrators = {"static"}}), InputError);
   EXPECT_EQ(precision_config({.integrators = {"rk4"}}).integrators, std::vector<std::string>{"rk4"});
   EXPECT_EQ(precision_config({}).scenes.size(), 12U);
 }

@@ -63,7 +63,7 @@ TEST_P(Adaptive, SaysWhenForcesAreNotFinite) {
 INSTANTIATE_TEST_SUITE_P(Registry, Adaptive, ::testing::ValuesIn([] {
                            std::vector<std::string> names;
                            for (const IntegratorInfo& method : integrators())
-                             if (method.adaptive) names.push_back(method.name);
+                             if (method.stepping == Stepping::adaptive) names.push_back(method.name);
                            return names;
                          }()),
                          [](const auto& p) { return p.param; });

@@ -1,0 +1,272 @@
+// The runs of `mss precision`: references, errors, refinement.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "core/measures.hpp"
+#include "experiments/precision.hpp"
+#include "experiments/simulation.hpp"
+#include "experiments/statistics.hpp"
+
+namespace mss {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+/// One scene ready to run.
+struct Problem {
+  explicit Problem(const PrecisionScene& s)
+      : scene(s), body(s.body), system(body, s.environment, {.threads = 1}), start(system.rest_state()) {
+    if (scene.start)
+      for (const std::ptrdiff_t site : body.sites()) start.x.set(site, scene.start(start.x.at(site)));
+    system.constrain(0, start.x, start.v);
+    scale_errors(options, body);
+  }
+  const PrecisionScene& scene;
+  Body body;
+  SpringSystem<double> system;
+  State<double> start;
+  IntegratorOptions options;
+};
+
+/// Root mean square of the distances between particles at two times or of two runs [m].
+double distance(const Body& body, const Field<double>& a, const Field<double>& b) {
+  double sum = 0;
+  for (const std::ptrdiff_t site : body.sites()) sum += (a.at(site) - b.at(site)).squaredNorm();
+  return std::sqrt(sum / double(body.particle_count()));
+}
+
+/// Where the reference is at some time.
+struct Target {
+  double t = 0;
+  Field<double> x;
+  double displacement = 0;  ///< largest root mean square from the start until then [m]
+};
+
+struct Reference {
+  Target early{}, end{};  ///< at a sixteenth of the time, and at its end
+  Measures measures;
+  double uncertainty = 0;  ///< relative to the displacement
+  double energy = 0;       ///< largest of the energies that move [J]
+};
+
+Reference find_reference(Problem& p, double tolerance) {
+  IntegratorOptions options = p.options;
+  options.dt = 0;
+  options.tolerance = tolerance;
+  Work work;
+  State<double> state = p.start, other = p.start;
+  Reference r{.measures = measure(p.system, p.start)};
+  r.energy = r.measures.elastic;
+  const auto adams = find_integrator("cvode_adams").make<double>(options);
+  constexpr int looks = 32;
+  for (int look = 1; look <= looks; ++look) {
+    adams->advance(p.system, state, p.scene.duration * look / looks, work);
+    r.measures = measure(p.system, state);
+    r.end = {state.t, state.x, std::max(r.end.displacement, distance(p.body, state.x, p.start.x))};
+    if (look == looks / 16) r.early = r.end;
+    r.energy = std::max({r.energy, r.measures.elastic, r.measures.kinetic});
+  }
+  find_integrator("arkode_erk").make<double>(options)->advance(p.system, other, p.scene.duration, work);
+  r.uncertainty = distance(p.body, state.x, other.x) / r.end.displacement;
+  return r;
+}
+
+/// What came of one run.
+struct Run {
+  Status status = Status::ok;
+  Work work{};
+  double seconds = 0;
+  State<double> end;
+};
+
+Run run_once(Problem& p, const IntegratorInfo& info, const IntegratorOptions& options, double t_end) {
+  Run run{.end = p.start};
+  const auto method = info.make<double>(options);
+  const auto begin = Clock::now();
+  run.status = method->advance(p.system, run.end, t_end, run.work);
+  run.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  const bool finite =
+      std::isfinite(measure(p.system, run.end).total());  // squares overflow before coordinates
+  if (run.status == Status::ok && !finite) run.status = Status::non_finite;
+  return run;
+}
+
+/// Short runs are repeated, and the median time is kept.
+Run run_timed(Problem& p, const IntegratorInfo& info, const IntegratorOptions& options, double t_end) {
+  Run run = run_once(p, info, options, t_end);
+  std::vector<double> seconds{run.seconds};
+  while (run.status == Status::ok && seconds.size() < 5 && run.seconds < 0.02)
+    seconds.push_back(run_once(p, info, options, t_end).seconds);
+  run.seconds = quantile(seconds, 0.5);
+  return run;
+}
+
+/// Runs from coarse to fine until enough(run, options), or the next one would take too long; false if
+/// interrupted.
+template <class Enough>
+bool refine(Problem& p, const IntegratorInfo& info, const PrecisionConfig& config, double t_end,
+            const Progress& progress, Enough&& enough) {
+  const bool adaptive = info.stepping == Stepping::adaptive;
+  IntegratorOptions options = p.options;
+  const int most_runs = adaptive ? 11 : config.finest_halving;
+  double before = 0;
+  for (int i = 0; i < most_runs; ++i) {
+    if (progress.stopped()) return false;
+    options.dt = adaptive ? 0 : t_end / std::ldexp(8.0, i);
+    options.tolerance = std::pow(10.0, -1 - i);
+    const Run run = run_timed(p, info, options, t_end);
+    if (enough(run, options)) break;
+    if (run.status != Status::ok) continue;
+    const double growth = before > 0 ? std::clamp(run.seconds / before, 1.0, 4.0) : 2.0;
+    if (run.seconds * growth > config.seconds_per_run) break;
+    before = run.seconds;
+  }
+  return true;
+}
+
+double error_of(const Problem& p, const Target& target, const Field<double>& x) {
+  return distance(p.body, x, target.x) / target.displacement;
+}
+
+/// Adds the row of a run and returns its error.
+double add_row(Table& rows, Problem& p, const Reference& reference, const IntegratorInfo& info,
+               const IntegratorOptions& o, const Run& run) {
+  const bool adaptive = info.stepping == Stepping::adaptive;
+  double error = none, energy_drift = none, volume_drift = none;
+  if (run.status == Status::ok) {
+    const Measures m = measure(p.system, run.end);
+    error = error_of(p, reference.end, run.end.x);
+    energy_drift = std::abs(m.total() - reference.measures.total()) / reference.energy;
+    volume_drift = std::abs(m.volume_ratio - reference.measures.volume_ratio);
+  }
+  rows.add({p.scene.name, info.name, std::string(adaptive ? "tolerance" : "dt"),
+            adaptive ? o.tolerance : o.dt, error, energy_drift, volume_drift, run.seconds, run.work.steps,
+            run.work.force_evaluations, run.work.jacobians, run.work.factorisations, run.work.linear_solves,
+            run.work.products, std::string(to_string(run.status))});
+  return error;
+}
+
+/// What runs of a method of that order with steps h, h/2, h/4 ... (finest last) tend to as h vanishes, by
+/// Neville's scheme on the last four: each column takes away one more power of h.
+Field<double> extrapolate(std::vector<Field<double>> runs, int order) {
+  runs.erase(runs.begin(), runs.end() - std::min<std::ptrdiff_t>(4, std::ssize(runs)));
+  for (std::size_t column = 1; column < runs.size(); ++column) {
+    const double weight = std::ldexp(1.0, order + int(column) - 1) - 1;
+    for (std::size_t i = runs.size() - 1; i >= column; --i)
+      runs[i].array() += (runs[i].array() - runs[i - 1].array()) / weight;
+  }
+  return runs.back();
+}
+
+/// How close a method's runs come to a target, by themselves and extrapolated.
+struct Agreement {
+  std::vector<Field<double>> runs = {};
+  double tightest = none, extrapolated = none;
+  static constexpr double close = 1e-6;
+
+  bool add(const Problem& p, const Target& target, const IntegratorInfo& info, const Run& run) {
+    if (run.status != Status::ok) return false;
+    const bool damped = p.scene.body.damping.law != Damping::Law::none;
+    runs.push_back(run.end.x);
+    tightest = extrapolated = error_of(p, target, run.end.x);
+    if (info.stepping == Stepping::fixed)
+      extrapolated = error_of(p, target, extrapolate(runs, damped ? info.order_damped : info.order_undamped));
+    return tightest < close || extrapolated < close;
+  }
+  std::string status() const {
+    return runs.empty()           ? "no run finished"
+           : tightest < close     ? "ok"
+           : extrapolated < close ? "ok when extrapolated"
+                                  : "above 1e-6";
+  }
+};
+
+/// One method from coarse to fine, and whether it tends to where the reference is; false if stopped. Methods
+/// of low order would need days to get there by small steps alone: their runs are also extrapolated, and if
+/// that does not suffice compared earlier, when errors have had less time to grow.
+bool measure_method(Problem& p, const Reference& reference, const IntegratorInfo& info,
+                    const PrecisionConfig& config, PrecisionTables& tables, const Progress& progress) {
+  Agreement agreement;
+  const Target* target = &reference.end;
+  if (!refine(p, info, config, target->t, progress, [&](const Run& run, const IntegratorOptions& options) {
+        agreement.add(p, *target, info, run);
+        return add_row(tables.rows, p, reference, info, options, run) < 10 * reference.uncertainty;
+      }))
+    return false;
+  if (agreement.status() == "above 1e-6") {
+    agreement = {};
+    target = &reference.early;
+    if (!refine(p, info, config, target->t, progress, [&](const Run& run, const IntegratorOptions&) {
+          return agreement.add(p, *target, info, run);
+        }))
+      return false;
+  }
+  tables.agreement.add(
+      {p.scene.name, info.name, target->t, agreement.tightest, agreement.extrapolated, agreement.status()});
+  return true;
+}
+
+Table empty_rows() {
+  return Table({{"scene"},
+                {"integrator"},
+                {"parameter"},
+                {"value"},
+                {"error"},
+                {"energy_drift"},
+                {"volume_drift"},
+                {"seconds", "s"},
+                {"steps"},
+                {"force_evaluations"},
+                {"jacobians"},
+                {"factorisations"},
+                {"linear_solves"},
+                {"products"},
+                {"status"}});
+}
+
+Table empty_references() {
+  return Table({{"scene"},
+                {"description"},
+                {"particles"},
+                {"springs"},
+                {"duration", "s"},
+                {"displacement", "m"},
+                {"uncertainty"}});
+}
+
+Table empty_agreement() {
+  return Table(
+      {{"scene"}, {"integrator"}, {"t", "s"}, {"tightest_error"}, {"extrapolated_error"}, {"status"}});
+}
+
+}  // namespace
+
+PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress) {
+  PrecisionTables tables{empty_rows(), empty_references(), empty_agreement()};
+  for (std::size_t i = 0; i < config.scenes.size(); ++i) {
+    Problem problem(config.scenes[i]);
+    progress.report(double(i) / double(config.scenes.size()), config.scenes[i].name + ": reference");
+    const Reference reference = find_reference(problem, config.reference_tolerance);
+    tables.references.add({problem.scene.name, problem.scene.description,
+                           std::int64_t(problem.body.particle_count()),
+                           std::int64_t(problem.body.spring_count()), problem.scene.duration,
+                           reference.end.displacement, reference.uncertainty});
+    for (std::size_t m = 0; m < config.integrators.size(); ++m) {
+      progress.report(
+          (double(i) + double(m) / double(config.integrators.size())) / double(config.scenes.size()),
+          config.scenes[i].name + ": " + config.integrators[m]);
+      if (!measure_method(problem, reference, find_integrator(config.integrators[m]), config, tables,
+                          progress)) {
+        tables.status = Status::interrupted;
+        return tables;
+      }
+    }
+  }
+  return tables;
+}
+
+}  // namespace mss

@@ -1,0 +1,109 @@
+// Static equilibrium, f(t, x, 0) = 0, by pseudo-transient continuation: steps of backward Euler that start
+// from rest each time,
+//   M (x' - x) / tau^2 = f(t, x', (x' - x) / tau),
+// solved by Newton's method. Each one leads downhill in potential energy and the first no further than the
+// body would fall in tau, so that it does not jump into a folded state; as tau grows, inertia vanishes and
+// Newton's quadratic convergence is left. Prescribed coordinates are where time t puts them. Kelley and
+// Keyes, SIAM J. Numer. Anal. 35 (1998) 508.
+#include "integrators/implicit_stage.hpp"
+
+namespace mss {
+
+namespace {
+
+constexpr double first_tau = 10, last_tau = 1e6;  ///< times the stiffest particle's period over 2 pi
+constexpr double growth = 10;
+constexpr int most_steps = 200;
+
+/// Moves of the last tau below this share of the coordinates count as none.
+constexpr double negligible = 1e-11;
+
+class StaticEquilibrium final : public Integrator<double> {
+ public:
+  explicit StaticEquilibrium(const IntegratorOptions& options) : newton_(options) {}
+  void reset() override { settled_force_ = -1; }
+
+  Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+    state.t = t_end;
+    state.v.array() = 0;
+    system.constrain(state.t, state.x, state.v);
+    if (still_at_rest(system, state, work)) return Status::ok;
+    rest_ = Field<double>(system.size());
+    const double unit = 1 / stiffest(system, state);
+    double tau = first_tau * unit;
+    for (int step = 0; step < most_steps; ++step) {
+      const Status status = relax(system, state, tau, work);
+      ++work.steps;
+      if (status == Status::ok && tau >= last_tau * unit && largest_move(state) <= negligible)
+        return settle(system, state, work);
+      tau = status == Status::ok ? std::min(growth * tau, last_tau * unit) : tau / (growth * growth);
+      if (status != Status::ok && tau < 1e-3 * unit) return status;
+    }
+    return Status::newton_stalled;
+  }
+
+ private:
+  /// One step from rest; goes back if it fails.
+  Status relax(System<double>& system, State<double>& state, double tau, Work& work) {
+    x_ = state.x;
+    state.v.array() = 0;
+    const Status status =
+        newton_.solve(system, {.t = state.t, .gamma = tau, .x_base = &x_, .v_base = &rest_}, state, work);
+    if (status != Status::ok) state.x = x_;
+    return status;
+  }
+
+  /// The last step's, over the largest coordinate.
+  double largest_move(const State<double>& state) const {
+    return (state.x.array() - x_.array()).abs().maxCoeff() / state.x.array().abs().maxCoeff();
+  }
+
+  Status settle(System<double>& system, State<double>& state, Work& work) {
+    state.v.array() = 0;
+    system.constrain(state.t, state.x, state.v);
+    settled_force_ = largest_force(system, state, work);
+    return std::isfinite(settled_force_) ? Status::ok : Status::non_finite;
+  }
+
+  /// Whether nothing has moved since the last equilibrium.
+  bool still_at_rest(System<double>& system, const State<double>& state, Work& work) {
+    return settled_force_ >= 0 && largest_force(system, state, work) <= settled_force_;
+  }
+
+  double largest_force(System<double>& system, const State<double>& state, Work& work) {
+    force_ = Field<double>(system.size());
+    system.force(state.t, state.x, state.v, force_);
+    system.clear_prescribed(force_);
+    ++work.force_evaluations;
+    return force_.array().abs().maxCoeff();
+  }
+
+  /// Largest angular frequency of one particle while the others are still [1/s].
+  double stiffest(System<double>& system, const State<double>& state) {
+    std::vector<Eigen::Matrix3d> blocks;
+    system.tangent_diagonal(state.t, state.x, state.v, {.stiffness = 1, .kind = Tangent::projected}, blocks);
+    double largest = 0;
+    for (std::size_t p = 0; p < blocks.size(); ++p)
+      largest = std::max(largest, blocks[p].diagonal().maxCoeff() / system.mass(system.particles()[p]));
+    return largest > 0 ? std::sqrt(largest) : 1;
+  }
+
+  Newton newton_;
+  Field<double> x_;     ///< before the step
+  Field<double> rest_;  ///< zero
+  Field<double> force_;
+  double settled_force_ = -1;  ///< largest one left at the last equilibrium [N]; negative: there is none
+};
+
+}  // namespace
+
+IntegratorInfo static_equilibrium() {
+  return describe_double<StaticEquilibrium>(
+      {.name = "static",
+       .summary =
+           "no motion: where a body comes to rest at the end time, by Newton's method with continuation",
+       .stepping = Stepping::equilibrium,
+       .implicit = true});
+}
+
+}  // namespace mss
