@@ -62,6 +62,10 @@ struct ExperimentInfo {
   std::function<ExperimentResult(const ExperimentOptions&, Progress&)> run;
 };
 
+/// The methods an experiment on motion compares: those named, or all. Throws InputError for unknown names and
+/// for methods that find no motion.
+std::vector<std::string> moving_integrators(const std::vector<std::string>& named);
+
 /// All experiments, in the order they are listed and reproduced.
 const std::vector<ExperimentInfo>& experiments();
 

@@ -12,8 +12,6 @@
 #include <cmath>
 #include <map>
 
-#include "core/error.hpp"
-
 namespace mss {
 
 namespace {
@@ -125,13 +123,7 @@ ExperimentResult run_precision(const ExperimentOptions& options, Progress& progr
 
 PrecisionConfig precision_config(const ExperimentOptions& options) {
   PrecisionConfig config;
-  config.integrators = options.integrators;
-  for (const std::string& name : config.integrators)
-    if (find_integrator(name).stepping == Stepping::equilibrium)
-      throw InputError(fmt::format("integrator '{}' finds no motion; precision compares motions", name));
-  if (config.integrators.empty())
-    for (const IntegratorInfo& info : integrators())
-      if (info.stepping != Stepping::equilibrium) config.integrators.push_back(info.name);
+  config.integrators = moving_integrators(options.integrators);
   if (options.quick) {
     config.seconds_per_run = 0.3;
     config.scenes = {scene("cantilever", 1e4, 0, 1), scene("twist", 1e4, 0.05, 1),

@@ -14,15 +14,6 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-/// Values of a column in order of first appearance.
-std::vector<std::string> distinct(const Table& rows, std::string_view column) {
-  std::vector<std::string> names;
-  for (std::size_t r = 0; r < rows.size(); ++r)
-    if (std::find(names.begin(), names.end(), rows.text(r, column)) == names.end())
-      names.push_back(rows.text(r, column));
-  return names;
-}
-
 /// The cheapest run of a method on a scene with at most that error.
 struct Cheapest {
   std::string integrator;
@@ -41,7 +32,7 @@ Cheapest cheapest(const Table& rows, const std::string& scene, const std::string
 /// All methods that reach an error on a scene, cheapest first.
 std::vector<Cheapest> ranking(const Table& rows, const std::string& scene, double error) {
   std::vector<Cheapest> all;
-  for (const std::string& integrator : distinct(rows, "integrator"))
+  for (const std::string& integrator : rows.distinct("integrator"))
     if (const Cheapest c = cheapest(rows, scene, integrator, error); std::isfinite(c.seconds))
       all.push_back(c);
   std::sort(all.begin(), all.end(),
@@ -72,7 +63,7 @@ Table precision_summary(const Table& rows) {
                  {"times_dearer"},
                  {"comparison"},
                  {"status"}});
-  for (const std::string& scene : distinct(rows, "scene"))
+  for (const std::string& scene : rows.distinct("scene"))
     for (const double error : {1e-2, 1e-3, 1e-6}) {
       const std::vector<Cheapest> all = ranking(rows, scene, error);
       if (all.empty()) {
@@ -103,7 +94,7 @@ Chart precision_chart(const Table& rows, const Table& references, const Precisio
   constexpr double worst = 10;  // larger errors say no more
   double left = infinity, right = 0, lowest = 1;
   std::map<std::string, std::vector<double>> failed;
-  for (const std::string& integrator : distinct(rows, "integrator")) {
+  for (const std::string& integrator : rows.distinct("integrator")) {
     ChartSeries series{.label = integrator};
     for (std::size_t r = 0; r < rows.size(); ++r) {
       if (rows.text(r, "scene") != scene.name || rows.text(r, "integrator") != integrator) continue;
@@ -146,8 +137,8 @@ Chart precision_overview(const Table& rows) {
           "wall time over that of the cheapest method; geometric mean over scenes, if all reach the error",
       .x = {.label = "error asked for: of positions / displacement", .logarithmic = true},
       .y = {.label = "times dearer than the cheapest", .logarithmic = true}};
-  const std::vector<std::string> scenes = distinct(rows, "scene");
-  for (const std::string& integrator : distinct(rows, "integrator"))
+  const std::vector<std::string> scenes = rows.distinct("scene");
+  for (const std::string& integrator : rows.distinct("integrator"))
     chart.series.push_back({.label = integrator});
   double dearest = 10;
   for (int half_decade = -18; half_decade <= -2; ++half_decade) {

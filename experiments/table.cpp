@@ -75,6 +75,14 @@ double Table::number(std::size_t row, std::string_view column) const {
   throw std::logic_error(fmt::format("column '{}' holds text", column));
 }
 
+std::vector<std::string> Table::distinct(std::string_view column) const {
+  std::vector<std::string> values;
+  for (std::size_t r = 0; r < rows_.size(); ++r)
+    if (std::find(values.begin(), values.end(), text(r, column)) == values.end())
+      values.push_back(text(r, column));
+  return values;
+}
+
 std::string Table::csv() const {
   std::string out;
   for (std::size_t c = 0; c < columns_.size(); ++c) {

@@ -38,6 +38,9 @@ class Table {
   const std::string& text(std::size_t row, std::string_view column) const;
   double number(std::size_t row, std::string_view column) const;
 
+  /// Values of a column of text, in order of first appearance.
+  std::vector<std::string> distinct(std::string_view column) const;
+
   /// The table as CSV: a header of column names, then the rows. Numbers read back exactly (shortest
   /// round-trip form); text is quoted as RFC 4180 says where it has to be; lines end with a line feed.
   std::string csv() const;

@@ -1,0 +1,21 @@
+#include "experiments/experiment.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+
+namespace mss {
+
+std::vector<std::string> moving_integrators(const std::vector<std::string>& named) {
+  for (const std::string& name : named)
+    if (find_integrator(name).stepping == Stepping::equilibrium)
+      throw InputError(fmt::format(
+          "integrator '{}' finds an equilibrium, no motion; `mss list integrators` shows the others", name));
+  if (!named.empty()) return named;
+  std::vector<std::string> all;
+  for (const IntegratorInfo& info : integrators())
+    if (info.stepping != Stepping::equilibrium) all.push_back(info.name);
+  return all;
+}
+
+}  // namespace mss
