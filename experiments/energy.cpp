@@ -19,7 +19,7 @@ namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double lost = 0.5;   ///< energy errors above this share leave nothing to compare
-constexpr double bounded = 2;  ///< growth of the largest error that still counts as bounded
+constexpr double bounded = 4;  ///< growth of the error over the last tenfold of time; a steady drift has ten
 constexpr double worst = 10;   ///< errors above say no more
 
 /// The body at its start, and the step.

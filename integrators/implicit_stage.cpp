@@ -15,7 +15,7 @@ namespace {
 constexpr double tolerance = 1e-10;
 
 constexpr int most_iterations = 60;
-constexpr double shortest_step = 1.0 / 4096;
+constexpr int most_halvings = 12;
 
 /// Moves below this share of the coordinates are rounding.
 constexpr double negligible = 1e-14;
@@ -55,7 +55,8 @@ bool Newton::search(System<double>& system, const ImplicitStage& stage, State<do
                     Work& work) {
   v_before_ = state.v;
   const double slope = dot(system, residual_, step_);
-  for (double length = 1; length >= shortest_step; length /= 2) {
+  for (int halvings = 0; halvings <= most_halvings; ++halvings) {
+    const double length = std::ldexp(1.0, -halvings);
     state.v.array() = v_before_.array() + length * step_.array();
     norm = residual(system, stage, state, work);
     if (std::isfinite(norm) && dot(system, residual_, step_) >= -slope / 2) return true;

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/spring_system.hpp"
+#include "experiments/experiment.hpp"
+
+namespace mss {
+
+/// An integrator and the linear solver it uses; empty for one that brings its own or needs none.
+struct StiffMethod {
+  std::string integrator;
+  std::string linear_solver;
+  int largest_cells;  ///< left out of larger bodies: it would take minutes
+
+  std::string name() const { return linear_solver.empty() ? integrator : integrator + "/" + linear_solver; }
+};
+
+/// What `mss stiffness` does.
+struct StiffnessConfig {
+  std::vector<int> cells;
+  std::vector<double> young;  ///< [Pa]
+  std::vector<StiffMethod> methods;
+  int repetitions = 3;
+  double duration = 1.0 / 60;  ///< [s]
+  double tolerance = 1e-6;
+  double damping_ratio = 0.5;
+  double stretch = 1.1;  ///< along z, at the start
+};
+StiffnessConfig stiffness_config(const ExperimentOptions& options);
+
+struct StiffnessTables {
+  Table rows;
+  Status status = Status::ok;
+};
+StiffnessTables measure_stiffness(const StiffnessConfig& config, Progress& progress);
+
+/// For every size: from which stiffness on CHOLMOD beats GMRES, and how many times dearer KLU is.
+Table stiffness_summary(const Table& rows);
+
+/// Time against stiffness, for one size.
+Chart stiffness_chart(const Table& rows, int cells);
+
+/// Time of KLU and GMRES over CHOLMOD's, against stiffness, for all sizes.
+Chart stiffness_overview(const Table& rows);
+
+}  // namespace mss
