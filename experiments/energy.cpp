@@ -69,7 +69,8 @@ bool follow(Problem& p, const IntegratorInfo& info, Table& rows, const Progress&
     double error = 0;
     Status status = Status::ok;
     for (long look = 1; look <= looks && status == Status::ok; ++look) {
-      status = method->advance(p.system, state, double(begin + (end - begin) * look / looks) * p.dt, work);
+      const long step = begin + (end - begin) * look / looks;
+      status = method->advance(p.system, state, double(step) * p.dt, work);
       error = std::max(error, std::abs(measure(p.system, state).total() / p.energy - 1));
       if (status == Status::ok && !std::isfinite(error)) status = Status::non_finite;
     }

@@ -122,7 +122,8 @@ Status ConjugateGradients::solve(const Field<double>& rhs, Field<double>& soluti
       combine(-step, image_, 1, residual_, r);
       return preconditioner_.apply(residual_, z_, r);
     });
-    for_each_range([&](Range r, Products&) { combine(1, z_, rz_new / rz, direction_, r); });
+    const double share = rz_new / rz;
+    for_each_range([&](Range r, Products&) { combine(1, z_, share, direction_, r); });
     rz = rz_new;
     rr = rr_new;
   }
