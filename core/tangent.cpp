@@ -25,7 +25,7 @@ int offset_index(int from, int to) {
   return along(0) + 3 * along(1) + 9 * along(2);
 }
 
-using Block = Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+using Block = Eigen::Map<Eigen::Matrix3d>;
 
 }  // namespace
 
@@ -113,7 +113,7 @@ void TangentAssembler::build_pattern(const HeldSites& held) {
         const int column = unknown_of[3 * std::size_t(column_[std::size_t(b)]) + std::size_t(axis)];
         if (column < 0) continue;
         inner.push_back(column);
-        source_.push_back(9 * b + 3 * row.axis + axis);
+        source_.push_back(9 * b + row.axis + 3 * axis);
       }
     start.push_back(int(inner.size()));
   }
@@ -147,8 +147,14 @@ void TangentAssembler::for_each_element(const Field<Real>& x, const Field<Real>&
     std::array<Vec3, 8> corners;
     for (int c = 0; c < 8; ++c) corners[std::size_t(c)] = x.at(site + lattice.corner(c));
     const CellTangent tangent(sum.stiffness * e.volume, body_.cell_volume(), corners, sum.kind);
-    for (int c = 0; c < 8; ++c)
-      for (int d = 0; d < 8; ++d) add(site, c, d, tangent.block(c, d));
+    for (int c = 0; c < 4; ++c)  // opposite corners have opposite gradients
+      for (int d = 0; d < 4; ++d) {
+        const Eigen::Matrix3d block = tangent.block(c, d);
+        add(site, c, d, block);
+        add(site, 7 - c, 7 - d, block);
+        add(site, c, 7 - d, -block);
+        add(site, 7 - c, d, -block);
+      }
   }
 }
 

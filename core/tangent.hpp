@@ -68,7 +68,7 @@ class TangentAssembler {
   std::vector<Unknown> unknowns_;
   SparseMatrix pattern_;
   std::vector<int> source_;      ///< per value of the matrix: its place among the numbers of all blocks
-  std::vector<double> numbers_;  ///< of all blocks, nine each, row by row
+  std::vector<double> numbers_;  ///< of all blocks, nine each, column by column
 };
 
 }  // namespace mss

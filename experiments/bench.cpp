@@ -78,6 +78,7 @@ void implicit_step(benchmark::State& bench) {
   Work work;
   method->advance(c.system, c.state, ImplicitCase::dt, work);  // analyses the pattern
   while (bench.KeepRunning()) method->advance(c.system, c.state, c.state.t + ImplicitCase::dt, work);
+  bench.counters["factorisations"] = double(work.factorisations) / double(work.steps);
 }
 
 void factor_and_solve(benchmark::State& bench) {
