@@ -10,6 +10,7 @@
 
 #include "core/spring_system.hpp"
 #include "experiments/provenance.hpp"
+#include "experiments/simulation.hpp"
 #include "experiments/timing.hpp"
 #include "integrators/linear/cholmod.hpp"
 #include "integrators/linear/linear_solver.hpp"
@@ -59,12 +60,7 @@ struct ImplicitCase {
   explicit ImplicitCase(int n, int threads)
       : body(timing_cube(n)),
         system(body, {.gravity = gravity}, {.threads = threads}),
-        state(system.rest_state()) {
-    for (const std::ptrdiff_t site : body.sites()) {
-      const Vec3 x = state.x.at(site);
-      state.x.set(site, {x[0], x[1], TimingWorkload::stretch * x[2]});
-    }
-  }
+        state(stretched_state(system, TimingWorkload::stretch)) {}
   static constexpr double dt = 1.0 / 60;
   static constexpr TangentSum sum{.mass = 1, .damping = dt, .stiffness = dt * dt, .kind = Tangent::projected};
   Body body;

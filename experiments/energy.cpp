@@ -25,11 +25,10 @@ constexpr double worst = 10;   ///< errors above say no more
 /// The body at its start, and the step.
 struct Problem {
   explicit Problem(const EnergyConfig& c)
-      : body(c.body), system(body, {}, {.threads = 1}), start(system.rest_state()), steps(c.steps) {
-    for (const std::ptrdiff_t site : body.sites()) {
-      const Vec3 x = start.x.at(site);
-      start.x.set(site, {x[0], x[1], c.stretch * x[2]});
-    }
+      : body(c.body),
+        system(body, {}, {.threads = 1}),
+        start(stretched_state(system, c.stretch)),
+        steps(c.steps) {
     energy = measure(system, start).total();
     dt = c.step_share * central_limit(spectral_bound(body).omega, 0);
     options.dt = dt;

@@ -126,6 +126,16 @@ State<Real> start_state(const SpringSystem<Real>& system, const Scene& scene) {
   return state;
 }
 
+template <class Real>
+State<Real> stretched_state(const SpringSystem<Real>& system, double factor) {
+  State<Real> state = system.rest_state();
+  for (const std::ptrdiff_t site : system.body().sites()) {
+    const Vec3 x = state.x.at(site);
+    state.x.set(site, {x[0], x[1], factor * x[2]});
+  }
+  return state;
+}
+
 void check_solve(const Scene& scene) {
   const std::string file = scene.file.string();
   try {
@@ -193,5 +203,7 @@ void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& pa
 
 template State<float> start_state(const SpringSystem<float>&, const Scene&);
 template State<double> start_state(const SpringSystem<double>&, const Scene&);
+template State<float> stretched_state(const SpringSystem<float>&, double);
+template State<double> stretched_state(const SpringSystem<double>&, double);
 
 }  // namespace mss

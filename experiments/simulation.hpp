@@ -35,6 +35,10 @@ struct SimulationResult {
 template <class Real>
 State<Real> start_state(const SpringSystem<Real>& system, const Scene& scene);
 
+/// A body at rest, but stretched along z by a factor, about z = 0.
+template <class Real>
+State<Real> stretched_state(const SpringSystem<Real>& system, double factor);
+
 /// Lets adaptive methods measure local errors against the size of a cell, and of velocities against a tenth
 /// of the speed at which the fastest mode would cross one: vibrations ten times slower than that still have
 /// errors of the same share in position and velocity.

@@ -38,12 +38,7 @@ struct Problem {
         body(cube(c, n, young)),
         system(body, {.gravity = Vec3(0, 0, -9.81), .holds = {{.box = {{0, 0, 0}, {1, 1, 0}}}}},
                {.threads = 1}),
-        start(system.rest_state()) {
-    for (const std::ptrdiff_t site : body.sites()) {
-      const Vec3 x = start.x.at(site);
-      start.x.set(site, {x[0], x[1], c.stretch * x[2]});
-    }
-  }
+        start(stretched_state(system, c.stretch)) {}
   const StiffnessConfig& config;
   Body body;
   SpringSystem<double> system;

@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "core/spring_system.hpp"
+#include "experiments/simulation.hpp"
 #include "experiments/statistics.hpp"
 #include "reference/algorithm1.hpp"
 #include "reference/plain_loop.hpp"
@@ -42,6 +43,14 @@ struct Contestant {
   long steps = 0;         ///< updates per sample
   double estimate = 0;    ///< seconds per update, roughly
   std::vector<double> samples = {};
+  std::string status = "skipped: too large";
+};
+
+/// What is known about one size: samples of all passes so far, the bodies gone.
+struct Size {
+  int n;
+  std::int64_t particles = 0, springs = 0;
+  std::vector<Contestant> all = {};
 };
 
 double seconds_for(const Contestant& c, long steps) {
@@ -56,12 +65,7 @@ Contestant core_contestant(const Body& body, int threads) {
     Run(const Body& b, int t)
         : system(b, {.gravity = Vec3(0, 0, Workload::gravity)}, {.threads = t}),
           integrator(find_integrator(integrator_name).make<Real>({.dt = Workload::dt})),
-          state(system.rest_state()) {
-      for (const std::ptrdiff_t site : b.sites()) {
-        const Vec3 x = state.x.at(site);
-        state.x.set(site, {x[0], x[1], Workload::stretch * x[2]});
-      }
-    }
+          state(stretched_state(system, Workload::stretch)) {}
     SpringSystem<Real> system;
     std::unique_ptr<Integrator<Real>> integrator;
     State<Real> state;
@@ -139,8 +143,9 @@ void let_threads_sleep(const Contestant& c) {
 int repetitions_for(const TimingConfig& config, const std::vector<Contestant>& all) {
   double round = 0;
   for (const Contestant& c : all) round += c.estimate * double(c.steps + 1);
-  const double affordable = config.seconds_per_size / round;
-  return int(std::clamp(affordable, double(config.fewest_repetitions), double(config.repetitions)));
+  const double affordable = std::clamp(config.seconds_per_size / round, double(config.fewest_repetitions),
+                                       double(config.repetitions));
+  return int(std::ceil(affordable / config.passes));
 }
 
 Table empty_rows() {
@@ -165,32 +170,45 @@ Table empty_raw() {
                 {"precision"},
                 {"threads"},
                 {"cells"},
+                {"pass"},
                 {"repetition"},
                 {"steps"},
                 {"seconds_per_step", "s"}});
 }
 
-void add_row(Table& rows, const Contestant& c, const Body& body, int n) {
+void add_row(Table& rows, const Contestant& c, const Size& size) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  const auto count = [](auto value) { return static_cast<std::int64_t>(value); };
   double median = none, q1 = none, q3 = none;
-  std::string status = "skipped: too large";
-  if (c.take) {
-    status = to_string(c.finite() ? Status::ok : Status::non_finite);
+  if (!c.samples.empty()) {
     median = quantile(c.samples, 0.5);
     q1 = quantile(c.samples, 0.25);
     q3 = quantile(c.samples, 0.75);
   }
-  rows.add({c.method, integrator_name, c.precision, count(c.threads), count(n), count(body.particle_count()),
-            count(body.spring_count()), median, q1, q3, count(c.samples.size()), status,
-            1e9 * median / double(body.spring_count()), count(c.steps)});
+  rows.add({c.method, integrator_name, c.precision, std::int64_t(c.threads), std::int64_t(size.n),
+            size.particles, size.springs, median, q1, q3, std::int64_t(c.samples.size()), c.status,
+            1e9 * median / double(size.springs), std::int64_t(c.steps)});
 }
 
-/// Measures all methods on one body; false if stopped on the way, with nothing added.
-bool measure_size(const TimingConfig& config, int n, TimingTables& tables, Progress& progress,
+/// Adds what one pass measured to what is known, and lets go of the bodies.
+void pool(Size& size, std::vector<Contestant> all) {
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Contestant& c = all[i];
+    if (c.take) c.status = to_string(c.finite() ? Status::ok : Status::non_finite);
+    c.take = {};
+    c.finite = {};
+    if (!size.all.empty())
+      c.samples.insert(c.samples.begin(), size.all[i].samples.begin(), size.all[i].samples.end());
+  }
+  size.all = std::move(all);
+}
+
+/// Measures all methods on one body, once a repetition; false if stopped on the way, with nothing added.
+bool measure_size(const TimingConfig& config, int pass, Size& size, Table& raw, Progress& progress,
                   const std::function<void(double)>& report) {
-  const Body body(timing_cube(n));
-  std::vector<Contestant> all = contestants(config, body, n);
+  const Body body(timing_cube(size.n));
+  size.particles = std::int64_t(body.particle_count());
+  size.springs = std::int64_t(body.spring_count());
+  std::vector<Contestant> all = contestants(config, body, size.n);
   for (Contestant& c : all) {
     if (!c.take) continue;
     if (progress.stopped()) return false;
@@ -198,7 +216,7 @@ bool measure_size(const TimingConfig& config, int n, TimingTables& tables, Progr
     let_threads_sleep(c);
   }
   const int repetitions = repetitions_for(config, all);
-  Table raw = tables.raw;
+  Table measured = raw;
   for (int repetition = 0; repetition < repetitions; ++repetition) {
     report(double(repetition) / repetitions);
     for (std::size_t turn = 0; turn < all.size(); ++turn) {
@@ -207,40 +225,43 @@ bool measure_size(const TimingConfig& config, int n, TimingTables& tables, Progr
       if (progress.stopped()) return false;
       c.take(1);  // its data back into the caches, its threads awake
       c.samples.push_back(seconds_for(c, c.steps) / double(c.steps));
-      raw.add({c.method, c.precision, std::int64_t(c.threads), std::int64_t(n), std::int64_t(repetition),
-               std::int64_t(c.steps), c.samples.back()});
+      measured.add({c.method, c.precision, std::int64_t(c.threads), std::int64_t(size.n), std::int64_t(pass),
+                    std::int64_t(repetition), std::int64_t(c.steps), c.samples.back()});
       let_threads_sleep(c);
     }
   }
-  tables.raw = std::move(raw);
-  for (const Contestant& c : all) add_row(tables.rows, c, body, n);
+  raw = std::move(measured);
+  pool(size, std::move(all));
   return true;
 }
 
 Json configuration(const TimingConfig& config) {
-  return {{"cells", config.cells},
-          {"algorithm_1_threads", config.algorithm1_threads},
-          {"structured_sweep_threads", config.core_threads},
-          {"threads_note", "as asked for; the sweep uses at most one a plane of particles, n + 1"},
-          {"repetitions", config.repetitions},
-          {"fewest_repetitions", config.fewest_repetitions},
-          {"sample_seconds", config.sample_seconds},
-          {"seconds_per_size", config.seconds_per_size},
-          {"largest_oracle", config.largest_oracle},
-          {"order", "methods in turn, the first one changing from repetition to repetition"},
-          {"threads_pinned", false},
-          {"workload",
-           {{"held_fixed", "cube edge and material; cell size and spring constants shrink as 1/n"},
-            {"edge", Workload::edge},
-            {"density", Workload::density},
-            {"young", Workload::material.young},
-            {"poisson", Workload::material.poisson},
-            {"face_share", Workload::face_share},
-            {"damping_ratio", Workload::damping_ratio},
-            {"gravity_z", Workload::gravity},
-            {"start_stretch_z", Workload::stretch},
-            {"dt", Workload::dt},
-            {"integrator", integrator_name}}}};
+  return {
+      {"cells", config.cells},
+      {"algorithm_1_threads", config.algorithm1_threads},
+      {"structured_sweep_threads", config.core_threads},
+      {"threads_note", "as asked for; the sweep uses at most one a plane of particles, n + 1"},
+      {"passes", config.passes},
+      {"repetitions", config.repetitions},
+      {"fewest_repetitions", config.fewest_repetitions},
+      {"sample_seconds", config.sample_seconds},
+      {"seconds_per_size", config.seconds_per_size},
+      {"largest_oracle", config.largest_oracle},
+      {"order",
+       "methods in turn, the first one changing from repetition to repetition; sizes up, down and up again"},
+      {"threads_pinned", false},
+      {"workload",
+       {{"held_fixed", "cube edge and material; cell size and spring constants shrink as 1/n"},
+        {"edge", Workload::edge},
+        {"density", Workload::density},
+        {"young", Workload::material.young},
+        {"poisson", Workload::material.poisson},
+        {"face_share", Workload::face_share},
+        {"damping_ratio", Workload::damping_ratio},
+        {"gravity_z", Workload::gravity},
+        {"start_stretch_z", Workload::stretch},
+        {"dt", Workload::dt},
+        {"integrator", integrator_name}}}};
 }
 
 constexpr const char* caption =
@@ -248,7 +269,8 @@ constexpr const char* caption =
     "against its "
     "cells per edge n. Edge (1 m) and material (E = 100 kPa, nu = 0.3) are held fixed while n grows, so "
     "spring "
-    "constants shrink as 1/n. Points are medians, bars quartiles of samples taken in turn. Algorithm 1 is "
+    "constants shrink as 1/n. Points are medians, bars quartiles of samples taken in turn, in passes over "
+    "all sizes. Algorithm 1 is "
     "the "
     "thesis's, as written (12 atomic adds a spring); the plain loop has one thread and no atomics; the "
     "structured sweep "
@@ -299,6 +321,7 @@ TimingConfig timing_config(const ExperimentOptions& options) {
   const int most = options.threads > 0 ? options.threads : available_cores();
   if (most > 1) config.core_threads.push_back(most);
   if (options.quick) {
+    config.passes = 1;
     config.repetitions = 7;
     config.seconds_per_size = 4;
   }
@@ -307,17 +330,21 @@ TimingConfig timing_config(const ExperimentOptions& options) {
 
 TimingTables measure_timing(const TimingConfig& config, Progress& progress) {
   TimingTables tables{empty_rows(), empty_raw()};
-  for (std::size_t i = 0; i < config.cells.size(); ++i) {
-    const int n = config.cells[i];
+  std::vector<Size> sizes;
+  for (const int n : config.cells) sizes.push_back({.n = n});
+  const std::size_t total = std::size_t(config.passes) * sizes.size();
+  for (std::size_t i = 0; i < total && tables.status == Status::ok; ++i) {
+    const std::size_t pass = i / sizes.size(), place = i % sizes.size();
+    Size& size = sizes[pass % 2 == 0 ? place : sizes.size() - 1 - place];
     const auto report = [&](double part) {
-      progress.report((double(i) + part) / double(config.cells.size()), fmt::format("{} cells per edge", n));
+      progress.report((double(i) + part) / double(total), fmt::format("{} cells per edge", size.n));
     };
     report(0);
-    if (progress.stopped() || !measure_size(config, n, tables, progress, report)) {
+    if (progress.stopped() || !measure_size(config, int(pass), size, tables.raw, progress, report))
       tables.status = Status::interrupted;
-      break;
-    }
   }
+  for (const Size& size : sizes)
+    for (const Contestant& c : size.all) add_row(tables.rows, c, size);
   return tables;
 }
 

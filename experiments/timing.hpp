@@ -13,7 +13,10 @@ struct TimingConfig {
   std::vector<int> cells;  ///< per edge, ascending
   std::vector<int> algorithm1_threads{1, 2, 8};
   std::vector<int> core_threads{1};
-  int repetitions = 25;          ///< samples per method and size
+  /// Over all sizes, up and down in turn: a machine that slows down or recovers over minutes then does so for
+  /// all sizes alike, and leaves exponents alone.
+  int passes = 3;
+  int repetitions = 25;          ///< samples per method and size, over all passes
   double sample_seconds = 4e-3;  ///< a sample takes as many updates as last this long
   /// Large bodies get fewer repetitions to stay near this, but at least fewest_repetitions.
   double seconds_per_size = 20;
@@ -49,7 +52,7 @@ BodyConfig timing_cube(int n);
 TimingConfig timing_config(const ExperimentOptions& options);
 
 /// Measures method by method in turn, again and again, so that whatever disturbs the machine meets all of
-/// them. A size that was not finished when `progress` said stop is left out.
+/// them. A pass over a size that was not finished when `progress` said stop is left out.
 TimingTables measure_timing(const TimingConfig& config, Progress& progress);
 
 /// For every method: exponent of time in n over the sizes from 20 on, and the largest n under 40 ms.

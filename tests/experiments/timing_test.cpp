@@ -13,6 +13,7 @@ TimingConfig tiny() {
   config.cells = {2, 3};
   config.algorithm1_threads = {1, 2};
   config.core_threads = {1, 2};
+  config.passes = 1;
   config.repetitions = 3;
   config.fewest_repetitions = 2;
   config.sample_seconds = 1e-5;
@@ -101,6 +102,23 @@ TEST(Timing, KeepsFinishedSizesWhenStopped) {
   for (std::size_t r = 0; r < tables.rows.size(); ++r) EXPECT_EQ(tables.rows.number(r, "cells"), 2);
   StopAt at_once(0);
   EXPECT_EQ(measure_timing(tiny(), at_once).rows.size(), 0U);
+}
+
+TEST(Timing, PoolsPassesOverAllSizes) {
+  TimingConfig config = tiny();
+  config.passes = 3;
+  config.repetitions = 6;
+  Progress silent;
+  const TimingTables tables = measure_timing(config, silent);
+  ASSERT_EQ(tables.rows.size(), 14U);
+  for (std::size_t r = 0; r < tables.rows.size(); ++r) {
+    EXPECT_EQ(tables.rows.number(r, "cells"), r < 7 ? 2 : 3);
+    EXPECT_EQ(tables.rows.number(r, "repeats"), 6);
+  }
+  EXPECT_EQ(tables.raw.size(), 14U * 6);
+  std::vector<double> order;  // of (pass, size)
+  for (std::size_t r = 0; r < tables.raw.size(); r += 14) order.push_back(tables.raw.number(r, "cells"));
+  EXPECT_EQ(order, (std::vector<double>{2, 3, 3, 2, 2, 3}));
 }
 
 /// Rows of one method with seconds = a n^p.
