@@ -38,7 +38,7 @@ double Newton::residual(System<double>& system, const ImplicitStage& stage, Stat
                         Work& work) {
   state.x.array() = stage.x_base->array() + stage.gamma * state.v.array();
   system.constrain(stage.t, state.x, state.v);
-  system.force(stage.t, state.x, state.v, residual_);
+  system.force(stage.t, state.x, stage.v_seen ? *stage.v_seen : state.v, residual_);
   ++work.force_evaluations;
   for (int axis = 0; axis < 3; ++axis) {
     double* r = residual_.axis(axis);
@@ -75,8 +75,10 @@ Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<d
   if (!std::isfinite(norm)) return Status::non_finite;
   const double target = tolerance * norm;
   for (int iteration = 0; iteration < most_iterations && norm > 0; ++iteration) {
-    const TangentSum sum{
-        .mass = 1, .damping = stage.gamma, .stiffness = stage.gamma * stage.gamma, .kind = kind_};
+    const TangentSum sum{.mass = 1,
+                         .damping = stage.v_seen ? 0 : stage.gamma,
+                         .stiffness = stage.gamma * stage.gamma,
+                         .kind = kind_};
     const Status status =
         solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
     if (status != Status::ok) return status;

@@ -15,6 +15,7 @@ struct ImplicitStage {
   double gamma = 0;  ///< [s]
   const Field<double>* x_base = nullptr;
   const Field<double>* v_base = nullptr;
+  const Field<double>* v_seen = nullptr;  ///< constant velocities that forces see instead of v
 };
 
 /// Newton's method with backtracking for implicit stages.

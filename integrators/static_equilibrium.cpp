@@ -1,6 +1,6 @@
 // Static equilibrium, f(t, x, 0) = 0, by pseudo-transient continuation: steps of backward Euler that start
 // from rest each time,
-//   M (x' - x) / tau^2 = f(t, x', (x' - x) / tau),
+//   M (x' - x) / tau^2 = f(t, x', 0),
 // solved by Newton's method. Each one leads downhill in potential energy and the first no further than the
 // body would fall in tau, so that it does not jump into a folded state; as tau grows, inertia vanishes and
 // Newton's quadratic convergence is left. Prescribed coordinates are where time t puts them. Kelley and
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double first_tau = 10, last_tau = 1e6;  ///< times the stiffest particle's period over 2 pi
 constexpr double growth = 10;
-constexpr int most_steps = 200;
+constexpr int most_steps = 60;
 
 /// Moves of the last tau below this share of the coordinates count as none.
 constexpr double negligible = 1e-11;
@@ -25,10 +25,10 @@ class StaticEquilibrium final : public Integrator<double> {
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     state.t = t_end;
-    state.v.array() = 0;
-    system.constrain(state.t, state.x, state.v);
-    if (still_at_rest(system, state, work)) return Status::ok;
     rest_ = Field<double>(system.size());
+    system.constrain(state.t, state.x, state.v);
+    state.v = rest_;
+    if (still_at_rest(system, state, work)) return Status::ok;
     const double unit = 1 / stiffest(system, state);
     double tau = first_tau * unit;
     for (int step = 0; step < most_steps; ++step) {
@@ -46,10 +46,10 @@ class StaticEquilibrium final : public Integrator<double> {
   /// One step from rest; goes back if it fails.
   Status relax(System<double>& system, State<double>& state, double tau, Work& work) {
     x_ = state.x;
-    state.v.array() = 0;
-    const Status status =
-        newton_.solve(system, {.t = state.t, .gamma = tau, .x_base = &x_, .v_base = &rest_}, state, work);
+    const ImplicitStage stage{.t = state.t, .gamma = tau, .x_base = &x_, .v_base = &rest_, .v_seen = &rest_};
+    const Status status = newton_.solve(system, stage, state, work);
     if (status != Status::ok) state.x = x_;
+    state.v = rest_;
     return status;
   }
 
@@ -58,9 +58,7 @@ class StaticEquilibrium final : public Integrator<double> {
     return (state.x.array() - x_.array()).abs().maxCoeff() / state.x.array().abs().maxCoeff();
   }
 
-  Status settle(System<double>& system, State<double>& state, Work& work) {
-    state.v.array() = 0;
-    system.constrain(state.t, state.x, state.v);
+  Status settle(System<double>& system, const State<double>& state, Work& work) {
     settled_force_ = largest_force(system, state, work);
     return std::isfinite(settled_force_) ? Status::ok : Status::non_finite;
   }
