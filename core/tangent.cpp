@@ -19,14 +19,6 @@ Eigen::Matrix3d cross_matrix(const Vec3& a) {
   return m;
 }
 
-/// Offset from one corner of a cell to another, as a number from 0 to 26; 13 is none.
-int offset_index(int from, int to) {
-  const auto along = [&](int axis) { return ((to >> axis) & 1) - ((from >> axis) & 1) + 1; };
-  return along(0) + 3 * along(1) + 9 * along(2);
-}
-
-using Block = Eigen::Map<Eigen::Matrix3d>;
-
 }  // namespace
 
 SpringTangent spring_tangent(double k, double c, double rest_length, const Vec3& d, const Vec3& w,
@@ -66,64 +58,6 @@ Eigen::Matrix3d CellTangent::block(int c, int d) const {
   return k;
 }
 
-TangentAssembler::TangentAssembler(const Body& body, const HeldSites& held) : body_(body) {
-  id_.assign(std::size_t(body.lattice().size), -1);
-  for (std::size_t p = 0; p < body.sites().size(); ++p) id_[std::size_t(body.sites()[p])] = int(p);
-  find_neighbours();
-  build_pattern(held);
-}
-
-/// Particles are neighbours if they share a cell. Offsets ascend as sites do, so blocks of a row are sorted.
-void TangentAssembler::find_neighbours() {
-  const Lattice& lattice = body_.lattice();
-  std::vector<bool> meets(body_.particle_count() * neighbours, false);
-  body_.for_each_cell([&](std::ptrdiff_t site) {
-    for (int c = 0; c < 8; ++c)
-      for (int d = 0; d < 8; ++d)
-        meets[std::size_t(id_[std::size_t(site + lattice.corner(c))]) * neighbours +
-              std::size_t(offset_index(c, d))] = true;
-  });
-  block_.assign(meets.size(), -1);
-  block_start_.assign(1, 0);
-  for (std::size_t p = 0; p < body_.particle_count(); ++p) {
-    for (std::size_t o = 0; o < neighbours; ++o) {
-      if (!meets[p * neighbours + o]) continue;
-      const auto i = std::ptrdiff_t(o) % 3 - 1, j = std::ptrdiff_t(o) / 3 % 3 - 1,
-                 k = std::ptrdiff_t(o) / 9 - 1;
-      block_[p * neighbours + o] = int(column_.size());
-      column_.push_back(id_[std::size_t(body_.sites()[p] + i + lattice.row * j + lattice.plane * k)]);
-    }
-    block_start_.push_back(int(column_.size()));
-  }
-}
-
-void TangentAssembler::build_pattern(const HeldSites& held) {
-  std::vector<int> unknown_of(3 * body_.particle_count(), -1);
-  for (std::size_t p = 0; p < body_.particle_count(); ++p)
-    for (int axis = 0; axis < 3; ++axis)
-      if (const std::ptrdiff_t site = body_.sites()[p]; !held.holds(site, axis)) {
-        unknown_of[3 * p + std::size_t(axis)] = int(unknowns_.size());
-        unknowns_.push_back({site, axis});
-      }
-  std::vector<int> start{0}, inner;
-  for (const Unknown& row : unknowns_) {
-    const auto p = std::size_t(id_[std::size_t(row.site)]);
-    for (int b = block_start_[p]; b < block_start_[p + 1]; ++b)
-      for (int axis = 0; axis < 3; ++axis) {
-        const int column = unknown_of[3 * std::size_t(column_[std::size_t(b)]) + std::size_t(axis)];
-        if (column < 0) continue;
-        inner.push_back(column);
-        source_.push_back(9 * b + row.axis + 3 * axis);
-      }
-    start.push_back(int(inner.size()));
-  }
-  const auto size = Eigen::Index(unknowns_.size());
-  const std::vector<double> zeros(inner.size(), 0.0);
-  pattern_ = Eigen::Map<const SparseMatrix>(size, size, Eigen::Index(inner.size()), start.data(),
-                                            inner.data(), zeros.data());
-  numbers_.resize(9 * column_.size());
-}
-
 /// Calls add(site, corner, other corner, block) for every pair of corners that a spring or cell joins.
 template <class Real, class Add>
 void TangentAssembler::for_each_element(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
@@ -158,24 +92,14 @@ void TangentAssembler::for_each_element(const Field<Real>& x, const Field<Real>&
   }
 }
 
-int TangentAssembler::block_index(std::ptrdiff_t site, int from_corner, int to_corner) const {
-  const int p = id_[std::size_t(site + body_.lattice().corner(from_corner))];
-  return block_[std::size_t(p) * neighbours + std::size_t(offset_index(from_corner, to_corner))];
-}
-
 template <class Real>
 void TangentAssembler::write(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                              SparseMatrix& matrix) {
-  std::fill(numbers_.begin(), numbers_.end(), 0.0);
+  blocks_.begin(sum.mass);
   for_each_element(x, v, sum, [&](std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block) {
-    Block(numbers_.data() + 9 * std::size_t(block_index(site, c, d))) += block;
+    blocks_.add(site, c, d, block);
   });
-  for (std::size_t p = 0; p < body_.particle_count(); ++p) {
-    const int diagonal = block_[p * neighbours + neighbours / 2];
-    Block(numbers_.data() + 9 * std::size_t(diagonal)).diagonal().array() +=
-        sum.mass * body_.mass(body_.sites()[p]);
-  }
-  for (std::size_t i = 0; i < source_.size(); ++i) matrix.valuePtr()[i] = numbers_[std::size_t(source_[i])];
+  blocks_.write(matrix);
 }
 
 template <class Real>
@@ -185,7 +109,7 @@ void TangentAssembler::write_diagonal(const Field<Real>& x, const Field<Real>& v
   for (std::size_t p = 0; p < blocks.size(); ++p)
     blocks[p] = sum.mass * body_.mass(body_.sites()[p]) * Eigen::Matrix3d::Identity();
   for_each_element(x, v, sum, [&](std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block) {
-    if (c == d) blocks[std::size_t(id_[std::size_t(site + body_.lattice().corner(c))])] += block;
+    if (c == d) blocks[blocks_.particle(site + body_.lattice().corner(c))] += block;
   });
 }
 

@@ -4,9 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/body.hpp"
-#include "core/environment.hpp"
-#include "core/system.hpp"
+#include "core/block_matrix.hpp"
 
 namespace mss {
 
@@ -36,14 +34,13 @@ class CellTangent {
   std::array<Vec3, 8> gradient_;
 };
 
-/// Assembles tangents of a body: knows for every pair of particles that share a cell where its 3 x 3 block
-/// lies.
+/// Assembles tangents of a body's springs and cells.
 class TangentAssembler {
  public:
-  TangentAssembler(const Body& body, const HeldSites& held);
+  TangentAssembler(const Body& body, const HeldSites& held) : body_(body), blocks_(body, held) {}
 
-  const std::vector<Unknown>& unknowns() const { return unknowns_; }
-  const SparseMatrix& pattern() const { return pattern_; }
+  const std::vector<Unknown>& unknowns() const { return blocks_.unknowns(); }
+  const SparseMatrix& pattern() const { return blocks_.pattern(); }
 
   template <class Real>
   void write(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum, SparseMatrix& matrix);
@@ -53,22 +50,11 @@ class TangentAssembler {
                       std::vector<Eigen::Matrix3d>& blocks) const;
 
  private:
-  static constexpr std::size_t neighbours = 27;
-  void find_neighbours();
-  void build_pattern(const HeldSites& held);
   template <class Real, class Add>
   void for_each_element(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum, Add&& add) const;
-  int block_index(std::ptrdiff_t site, int from_corner, int to_corner) const;
 
   const Body& body_;
-  std::vector<int> id_;           ///< particle of a site; -1 where there is none
-  std::vector<int> block_;        ///< per particle and offset in {-1, 0, 1}^3: place of that block; -1: none
-  std::vector<int> column_;       ///< per block: particle of its columns
-  std::vector<int> block_start_;  ///< per particle: its first block, and one more
-  std::vector<Unknown> unknowns_;
-  SparseMatrix pattern_;
-  std::vector<int> source_;      ///< per value of the matrix: its place among the numbers of all blocks
-  std::vector<double> numbers_;  ///< of all blocks, nine each, column by column
+  BlockMatrix blocks_;
 };
 
 }  // namespace mss
