@@ -4,6 +4,8 @@ add_library(mss_options INTERFACE)
 target_include_directories(mss_options INTERFACE ${CMAKE_SOURCE_DIR})
 target_compile_options(mss_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
                                              -ffp-contract=off)
+# Threads are the Team's; Eigen's own would start behind its back wherever OpenMP is on.
+target_compile_definitions(mss_options INTERFACE EIGEN_DONT_PARALLELIZE)
 if(MSS_WARNINGS_AS_ERRORS)
   target_compile_options(mss_options INTERFACE -Werror)
 endif()

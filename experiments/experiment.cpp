@@ -2,15 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/error.hpp"
 
 namespace mss {
 
 std::vector<std::string> moving_integrators(const std::vector<std::string>& named) {
-  for (const std::string& name : named)
+  for (const std::string& name : named) {
+    if (std::count(named.begin(), named.end(), name) > 1)
+      throw InputError(fmt::format("integrator '{}' is named twice in --integrators; name it once", name));
     if (find_integrator(name).stepping == Stepping::equilibrium)
       throw InputError(fmt::format(
           "integrator '{}' finds an equilibrium, no motion; `mss list integrators` shows the others", name));
+  }
   if (!named.empty()) return named;
   std::vector<std::string> all;
   for (const IntegratorInfo& info : integrators())

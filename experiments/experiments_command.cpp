@@ -76,6 +76,7 @@ void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
   read_threads(choice.options.threads);
   if (!choice.cells.empty())
     choice.options.cells = parse_number_list(choice.cells, "--cells", info.accepts.largest_cells);
+  if (info.accepts.integrators) moving_integrators(choice.options.integrators);  // throws
   prepare_directory(choice.directory);
   warn_first();
   exit_status = conclude(run_and_write(info, choice.options, choice.directory));

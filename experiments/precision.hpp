@@ -29,11 +29,16 @@ struct PrecisionConfig {
 };
 PrecisionConfig precision_config(const ExperimentOptions& options);
 
+/// Errors above say no more, and are a status of their own.
+inline constexpr double precision_worst = 10;
+inline constexpr const char* precision_diverged = "error above 10";
+
 /// Rows of all runs, the references' uncertainties, and how close every method comes to them.
 struct PrecisionTables {
   Table rows;
   Table references;
   Table agreement;
+  Table early;  ///< runs to a sixteenth of the time, of methods that agree only there
   Status status = Status::ok;
 };
 PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress);

@@ -91,7 +91,6 @@ Chart precision_chart(const Table& rows, const Table& references, const Precisio
                     .logarithmic = true,
                     .unit = time ? "s" : ""},
               .y = {.label = "error of positions / displacement", .logarithmic = true}};
-  constexpr double worst = 10;  // larger errors say no more
   double left = infinity, right = 0, lowest = 1;
   std::map<std::string, std::vector<double>> failed;
   for (const std::string& integrator : rows.distinct("integrator")) {
@@ -103,8 +102,6 @@ Chart precision_chart(const Table& rows, const Table& references, const Precisio
       right = std::max(right, x);
       if (rows.text(r, "status") != "ok")
         failed[rows.text(r, "status")].push_back(x);
-      else if (error > worst)
-        failed["error above 10"].push_back(x);
       else
         series.points.push_back({x, error});
       if (std::isfinite(error)) lowest = std::min(lowest, error);
@@ -113,11 +110,11 @@ Chart precision_chart(const Table& rows, const Table& references, const Precisio
   }
   for (const auto& [reason, xs] : failed) {
     ChartSeries series{.label = "failed: " + reason, .lines = false};
-    for (const double x : xs) series.points.push_back({x, worst});
+    for (const double x : xs) series.points.push_back({x, precision_worst});
     chart.series.push_back(std::move(series));
   }
   for (std::size_t r = 0; r < references.size(); ++r)
-    if (references.text(r, "scene") == scene.name) {
+    if (references.text(r, "scene") == scene.name && references.text(r, "status") == "ok") {
       const double floor = 10 * references.number(r, "uncertainty");
       chart.lines.push_back(
           {ReferenceLine::Direction::horizontal, floor, "ten times the reference's uncertainty"});
@@ -126,7 +123,7 @@ Chart precision_chart(const Table& rows, const Table& references, const Precisio
   chart.x.low = power_of_ten(left, false);
   chart.x.high = power_of_ten(right, true);
   chart.y.low = power_of_ten(lowest, false);
-  chart.y.high = 2 * worst;
+  chart.y.high = 2 * precision_worst;
   return chart;
 }
 

@@ -47,7 +47,8 @@ struct Target {
 };
 
 struct Reference {
-  Target early{}, end{};  ///< at a sixteenth of the time, and at its end
+  Status status = Status::ok;  ///< of both methods; the rest means nothing unless it is ok
+  Target early{}, end{};       ///< at a sixteenth of the time, and at its end
   Measures measures;
   double uncertainty = 0;  ///< relative to the displacement
   double energy = 0;       ///< largest of the energies that move [J]
@@ -64,13 +65,15 @@ Reference find_reference(Problem& p, double tolerance) {
   const auto adams = find_integrator("cvode_adams").make<double>(options);
   constexpr int looks = 32;
   for (int look = 1; look <= looks; ++look) {
-    adams->advance(p.system, state, p.scene.duration * look / looks, work);
+    r.status = adams->advance(p.system, state, p.scene.duration * look / looks, work);
+    if (r.status != Status::ok) return r;
     r.measures = measure(p.system, state);
     r.end = {state.t, state.x, std::max(r.end.displacement, distance(p.body, state.x, p.start.x))};
     if (look == looks / 16) r.early = r.end;
     r.energy = std::max({r.energy, r.measures.elastic, r.measures.kinetic});
   }
-  find_integrator("arkode_erk").make<double>(options)->advance(p.system, other, p.scene.duration, work);
+  r.status =
+      find_integrator("arkode_erk").make<double>(options)->advance(p.system, other, p.scene.duration, work);
   r.uncertainty = distance(p.body, state.x, other.x) / r.end.displacement;
   return r;
 }
@@ -120,7 +123,6 @@ bool refine(Problem& p, const IntegratorInfo& info, const PrecisionConfig& confi
     options.tolerance = std::pow(10.0, -1 - i);
     const Run run = run_timed(p, info, options, t_end);
     if (enough(run, options)) break;
-    if (run.status != Status::ok) continue;
     const double growth = before > 0 ? std::clamp(run.seconds / before, 1.0, 4.0) : 2.0;
     if (run.seconds * growth > config.seconds_per_run) break;
     before = run.seconds;
@@ -143,11 +145,20 @@ double add_row(Table& rows, Problem& p, const Reference& reference, const Integr
     energy_drift = std::abs(m.total() - reference.measures.total()) / reference.energy;
     volume_drift = std::abs(m.volume_ratio - reference.measures.volume_ratio);
   }
+  std::string status(to_string(run.status));
+  if (error > precision_worst) status = precision_diverged;
   rows.add({p.scene.name, info.name, std::string(adaptive ? "tolerance" : "dt"),
             adaptive ? o.tolerance : o.dt, error, energy_drift, volume_drift, run.seconds, run.work.steps,
             run.work.force_evaluations, run.work.jacobians, run.work.factorisations, run.work.linear_solves,
-            run.work.products, std::string(to_string(run.status))});
+            run.work.products, std::move(status)});
   return error;
+}
+
+void add_early_row(Table& rows, const Problem& p, const Target& target, const IntegratorInfo& info,
+                   const IntegratorOptions& o, const Run& run) {
+  const bool ok = run.status == Status::ok;
+  rows.add({p.scene.name, info.name, info.stepping == Stepping::adaptive ? o.tolerance : o.dt, target.t,
+            ok ? error_of(p, target, run.end.x) : none, run.seconds, std::string(to_string(run.status))});
 }
 
 /// What runs of a method of that order with steps h, h/2, h/4 ... (finest last) tend to as h vanishes, by
@@ -200,8 +211,10 @@ bool measure_method(Problem& p, const Reference& reference, const IntegratorInfo
   if (agreement.status() == "above 1e-6") {
     agreement = {};
     target = &reference.early;
-    if (!refine(p, info, config, target->t, progress, [&](const Run& run, const IntegratorOptions&) {
-          return agreement.add(p, *target, info, run);
+    if (!refine(p, info, config, target->t, progress, [&](const Run& run, const IntegratorOptions& options) {
+          const bool agrees = agreement.add(p, *target, info, run);
+          add_early_row(tables.early, p, *target, info, options, run);
+          return agrees;
         }))
       return false;
   }
@@ -235,7 +248,12 @@ Table empty_references() {
                 {"springs"},
                 {"duration", "s"},
                 {"displacement", "m"},
-                {"uncertainty"}});
+                {"uncertainty"},
+                {"status"}});
+}
+
+Table empty_early() {
+  return Table({{"scene"}, {"integrator"}, {"value"}, {"t", "s"}, {"error"}, {"seconds", "s"}, {"status"}});
 }
 
 Table empty_agreement() {
@@ -246,15 +264,18 @@ Table empty_agreement() {
 }  // namespace
 
 PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress) {
-  PrecisionTables tables{empty_rows(), empty_references(), empty_agreement()};
+  PrecisionTables tables{empty_rows(), empty_references(), empty_agreement(), empty_early()};
   for (std::size_t i = 0; i < config.scenes.size(); ++i) {
     Problem problem(config.scenes[i]);
     progress.report(double(i) / double(config.scenes.size()), config.scenes[i].name + ": reference");
     const Reference reference = find_reference(problem, config.reference_tolerance);
+    const bool known = reference.status == Status::ok;
     tables.references.add({problem.scene.name, problem.scene.description,
                            std::int64_t(problem.body.particle_count()),
                            std::int64_t(problem.body.spring_count()), problem.scene.duration,
-                           reference.end.displacement, reference.uncertainty});
+                           known ? reference.end.displacement : none, known ? reference.uncertainty : none,
+                           std::string(to_string(reference.status))});
+    if (!known) continue;  // errors against nothing
     for (std::size_t m = 0; m < config.integrators.size(); ++m) {
       progress.report(
           (double(i) + double(m) / double(config.integrators.size())) / double(config.scenes.size()),

@@ -43,8 +43,9 @@ bool is_finite(const Measures& m) {
 }
 
 double step_of(const Scene& scene, const IntegratorInfo& method, const Body& body) {
+  if (method.stepping == Stepping::equilibrium) return 0;
   if (scene.solve.dt) return *scene.solve.dt;
-  if (method.stepping != Stepping::fixed) return 0;  // the method's own choice
+  if (method.stepping == Stepping::adaptive) return 0;  // the method's own choice
   return std::min(safe_share * stable_step(method, spectral_bound(body)), scene.solve.duration);
 }
 

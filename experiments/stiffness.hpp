@@ -8,7 +8,8 @@
 
 namespace mss {
 
-/// An integrator and the linear solver it uses; empty for one that brings its own or needs none.
+/// An integrator and the linear solver it uses; empty for one that brings its own or needs none. Methods of
+/// fixed step take the safe one.
 struct StiffMethod {
   std::string integrator;
   std::string linear_solver;
@@ -36,13 +37,14 @@ struct StiffnessTables {
 };
 StiffnessTables measure_stiffness(const StiffnessConfig& config, Progress& progress);
 
-/// For every size: from which stiffness on CHOLMOD beats GMRES, and how many times dearer KLU is.
+/// For every size and rival of CHOLMOD: from which stiffness on CHOLMOD is ahead, and how many times as long
+/// the rival takes at least and at most.
 Table stiffness_summary(const Table& rows);
 
 /// Time against stiffness, for one size.
 Chart stiffness_chart(const Table& rows, int cells);
 
-/// Time of KLU and GMRES over CHOLMOD's, against stiffness, for all sizes.
+/// Time of BDF with other linear solvers over that with CHOLMOD, against stiffness, for all sizes.
 Chart stiffness_overview(const Table& rows);
 
 }  // namespace mss

@@ -196,6 +196,7 @@ void pool(Size& size, std::vector<Contestant> all) {
     if (c.take) c.status = to_string(c.finite() ? Status::ok : Status::non_finite);
     c.take = {};
     c.finite = {};
+    if (!size.all.empty() && size.all[i].status != to_string(Status::ok)) c.status = size.all[i].status;
     if (!size.all.empty())
       c.samples.insert(c.samples.begin(), size.all[i].samples.begin(), size.all[i].samples.end());
   }
@@ -236,53 +237,45 @@ bool measure_size(const TimingConfig& config, int pass, Size& size, Table& raw, 
 }
 
 Json configuration(const TimingConfig& config) {
-  return {
-      {"cells", config.cells},
-      {"algorithm_1_threads", config.algorithm1_threads},
-      {"structured_sweep_threads", config.core_threads},
-      {"threads_note", "as asked for; the sweep uses at most one a plane of particles, n + 1"},
-      {"passes", config.passes},
-      {"repetitions", config.repetitions},
-      {"fewest_repetitions", config.fewest_repetitions},
-      {"sample_seconds", config.sample_seconds},
-      {"seconds_per_size", config.seconds_per_size},
-      {"largest_oracle", config.largest_oracle},
-      {"order",
-       "methods in turn, the first one changing from repetition to repetition; sizes up, down and up again"},
-      {"threads_pinned", false},
-      {"workload",
-       {{"held_fixed", "cube edge and material; cell size and spring constants shrink as 1/n"},
-        {"edge", Workload::edge},
-        {"density", Workload::density},
-        {"young", Workload::material.young},
-        {"poisson", Workload::material.poisson},
-        {"face_share", Workload::face_share},
-        {"damping_ratio", Workload::damping_ratio},
-        {"gravity_z", Workload::gravity},
-        {"start_stretch_z", Workload::stretch},
-        {"dt", Workload::dt},
-        {"integrator", integrator_name}}}};
+  return {{"cells", config.cells},
+          {"algorithm_1_threads", config.algorithm1_threads},
+          {"structured_sweep_threads", config.core_threads},
+          {"threads_note", "as asked for; the sweep uses at most one a plane of particles, n + 1"},
+          {"passes", config.passes},
+          {"repetitions", config.repetitions},
+          {"fewest_repetitions", config.fewest_repetitions},
+          {"sample_seconds", config.sample_seconds},
+          {"seconds_per_size", config.seconds_per_size},
+          {"largest_oracle", config.largest_oracle},
+          {"order",
+           "methods in turn, the first one changing from repetition to repetition; passes over the sizes up "
+           "and down in turn"},
+          {"threads_pinned", false},
+          {"workload",
+           {{"held_fixed", "cube edge and material; cell size and spring constants shrink as 1/n"},
+            {"edge", Workload::edge},
+            {"density", Workload::density},
+            {"young", Workload::material.young},
+            {"poisson", Workload::material.poisson},
+            {"face_share", Workload::face_share},
+            {"damping_ratio", Workload::damping_ratio},
+            {"gravity_z", Workload::gravity},
+            {"start_stretch_z", Workload::stretch},
+            {"dt", Workload::dt},
+            {"integrator", integrator_name}}}};
 }
 
 constexpr const char* caption =
     "Time of one update (springs, damping, gravity, volume, one semi-implicit Euler step) of a full cube "
-    "against its "
-    "cells per edge n. Edge (1 m) and material (E = 100 kPa, nu = 0.3) are held fixed while n grows, so "
-    "spring "
-    "constants shrink as 1/n. Points are medians, bars quartiles of samples taken in turn, in passes over "
-    "all sizes. Algorithm 1 is "
-    "the "
-    "thesis's, as written (12 atomic adds a spring); the plain loop has one thread and no atomics; the "
-    "structured sweep "
-    "is this project's core. The legend gives the exponent of time in n, fitted over n of 20 and more, and "
-    "the largest "
-    "n under 40 ms: interpolated between measured sizes, or by the fit where it lies beyond them. The star "
-    "is the one "
+    "against its cells per edge n. Edge (1 m) and material (E = 100 kPa, nu = 0.3) are held fixed while n"
+    " grows, so spring constants shrink as 1/n. Points are medians, bars quartiles of samples taken in "
+    "turn, in passes over all sizes. Algorithm 1 is the thesis's, as written (12 atomic adds a spring); "
+    "the plain loop has one thread and no atomics; the structured sweep is this project's core. The "
+    "legend gives the exponent of time in n, fitted over n of 20 and more, and the largest n under 40 ms:"
+    " interpolated between measured sizes, or by the fit where it lies beyond them. The star is the one "
     "published time (Fig. 5-3: n = 7, 40 ms, 8 threads on an i7-4712MQ); the bar is the same time if an "
-    "update means "
-    "3 to 5 steps, as the text says elsewhere. Algorithm 1 with 8 threads shows what more threads than cores "
-    "cost, "
-    "where the machine has fewer.";
+    "update means 3 to 5 steps, as the text says elsewhere. Algorithm 1 with 8 threads shows what more "
+    "threads than cores cost, where the machine has fewer.";
 
 ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress) {
   const TimingConfig config = timing_config(options);

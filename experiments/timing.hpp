@@ -16,7 +16,7 @@ struct TimingConfig {
   /// Over all sizes, up and down in turn: a machine that slows down or recovers over minutes then does so for
   /// all sizes alike, and leaves exponents alone.
   int passes = 3;
-  int repetitions = 25;          ///< samples per method and size, over all passes
+  int repetitions = 27;          ///< samples per method and size, over all passes
   double sample_seconds = 4e-3;  ///< a sample takes as many updates as last this long
   /// Large bodies get fewer repetitions to stay near this, but at least fewest_repetitions.
   double seconds_per_size = 20;

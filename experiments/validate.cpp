@@ -156,18 +156,13 @@ Json configuration(const ValidationConfig& config) {
 }
 
 constexpr const char* caption =
-    "Error of small static deflections (K u = f at rest) against cells across the width, and against wall "
-    "time from "
-    "nothing to the answer, one thread. Every lattice stands for E = 100 kPa and nu = 0.3; t is the share of "
-    "the "
-    "shear stiffness that face diagonals carry. The thesis's springs keep their proportions and are scaled "
-    "to the "
-    "right E along their edges; refining them does not make them right, because their Poisson's ratio and "
-    "their "
-    "stiffness in other directions are not. A pull along the edges is exact to rounding for all of them, and "
-    "in the "
-    "table only. Left out so far: torsion, hanging, large deformations, vibrations, finite elements as a "
-    "model.";
+    "Error of small static deflections (K u = f at rest) against cells across the width, and against wall"
+    " time from nothing to the answer, one thread. Every lattice stands for E = 100 kPa and nu = 0.3; t "
+    "is the share of the shear stiffness that face diagonals carry. The thesis's springs keep their "
+    "proportions and are scaled to the right E along their edges; refining them does not make them right,"
+    " because their Poisson's ratio and their stiffness in other directions are not. A pull along the "
+    "edges is exact to rounding for all of them, and in the table only. Left out so far: torsion, "
+    "hanging, large deformations, vibrations, finite elements as a model.";
 
 bool exact(const Table& rows, const std::string& name) {
   for (std::size_t r = 0; r < rows.size(); ++r)

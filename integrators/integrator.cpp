@@ -22,6 +22,8 @@ std::string_view to_string(Status status) {
       return "linear_stalled";
     case Status::step_limit:
       return "step_limit";
+    case Status::tolerance_missed:
+      return "tolerance_missed";
     case Status::interrupted:
       return "interrupted";
   }

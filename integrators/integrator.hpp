@@ -19,6 +19,7 @@ enum class Status {
   not_positive_definite,  ///< a linear system could not be factored
   linear_stalled,         ///< an iterative linear solver did not reach its tolerance
   step_limit,             ///< the allowed number of steps did not suffice
+  tolerance_missed,       ///< no step however small met the tolerance
   interrupted             ///< the user stopped it
 };
 
@@ -86,7 +87,7 @@ struct IntegratorInfo {
   std::string name;
   std::string summary;  ///< one line for `mss list`
   Stepping stepping = Stepping::fixed;
-  int order_undamped = 1;  ///< of positions at a fixed time
+  int order_undamped = 1;  ///< of positions at a fixed time; of methods of fixed step
   int order_damped = 1;
   bool implicit = false;
   bool symplectic = false;         ///< without damping

@@ -5,6 +5,8 @@
 // body would fall in tau, so that it does not jump into a folded state; as tau grows, inertia vanishes and
 // Newton's quadratic convergence is left. Prescribed coordinates are where time t puts them. Kelley and
 // Keyes, SIAM J. Numer. Anal. 35 (1998) 508.
+#include <limits>
+
 #include "integrators/implicit_stage.hpp"
 
 namespace mss {
@@ -14,6 +16,7 @@ namespace {
 constexpr double first_tau = 10, last_tau = 1e6;  ///< times the stiffest particle's period over 2 pi
 constexpr double growth = 10;
 constexpr int most_steps = 60;
+constexpr int most_stuck = 3;  ///< steps of the last tau that may go as far as the one before: the body falls
 
 /// Moves of the last tau below this share of the coordinates count as none.
 constexpr double negligible = 1e-11;
@@ -31,11 +34,16 @@ class StaticEquilibrium final : public Integrator<double> {
     if (still_at_rest(system, state, work)) return Status::ok;
     const double unit = 1 / stiffest(system, state);
     double tau = first_tau * unit;
-    for (int step = 0; step < most_steps; ++step) {
+    double before = std::numeric_limits<double>::infinity();
+    for (int step = 0, stuck = 0; step < most_steps && stuck < most_stuck; ++step) {
       const Status status = relax(system, state, tau, work);
       ++work.steps;
-      if (status == Status::ok && tau >= last_tau * unit && largest_move(state) <= negligible)
-        return settle(system, state, work);
+      if (status == Status::ok && tau >= last_tau * unit) {
+        const double move = largest_move(state);
+        if (move <= negligible) return settle(system, state, work);
+        if (move > before / 2) ++stuck;
+        before = move;
+      }
       tau = status == Status::ok ? std::min(growth * tau, last_tau * unit) : tau / (growth * growth);
       if (status != Status::ok && tau < 1e-3 * unit) return status;
     }

@@ -2,6 +2,8 @@
 // four times the stages of a multistep method but no history. J. Comput. Appl. Math. 6 (1980) 19.
 #include <arkode/arkode_erkstep.h>
 
+#include <stdexcept>
+
 #include "integrators/sundials/first_order.hpp"
 
 namespace mss {
@@ -52,9 +54,25 @@ class Arkode final : public Integrator<double> {
       long now = 0;
       ERKStepGetNumSteps(erk.get(), &now);
       work.steps += now - std::exchange(steps, now);
+      return status_of(flag);
+    }
+
+    static Status status_of(int flag) {
       if (flag >= 0) return Status::ok;
-      const bool too_many = flag == ARK_TOO_MUCH_WORK || flag == ARK_TOO_MUCH_ACC || flag == ARK_ERR_FAILURE;
-      return too_many ? Status::step_limit : Status::non_finite;
+      switch (flag) {
+        case ARK_TOO_MUCH_WORK:
+          return Status::step_limit;
+        case ARK_TOO_MUCH_ACC:
+        case ARK_ERR_FAILURE:
+          return Status::tolerance_missed;
+        case ARK_RHSFUNC_FAIL:
+        case ARK_FIRST_RHSFUNC_ERR:
+        case ARK_REPTD_RHSFUNC_ERR:
+        case ARK_UNREC_RHSFUNC_ERR:
+          return Status::non_finite;
+        default:
+          throw std::logic_error("ARKODE returned " + std::to_string(flag));
+      }
     }
 
     Context context = make_context();
@@ -74,8 +92,6 @@ IntegratorInfo arkode_erk() {
   return {.name = "arkode_erk",
           .summary = "ARKODE, explicit Runge-Kutta of Dormand and Prince, order 5: adaptive",
           .stepping = Stepping::adaptive,
-          .order_undamped = 5,
-          .order_damped = 5,
           .make_double = [](const IntegratorOptions& o) { return std::make_unique<Arkode>(o); }};
 }
 

@@ -7,6 +7,8 @@
 #include <sunmatrix/sunmatrix_sparse.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
+#include <stdexcept>
+
 #include "integrators/linear/conjugate_gradients.hpp"
 #include "integrators/sundials/eliminated.hpp"
 
@@ -24,19 +26,26 @@ struct NonlinearRelease {
 };
 
 Status status_of(int flag) {
+  if (flag >= 0) return Status::ok;
   switch (flag) {
     case CV_TOO_MUCH_WORK:
+      return Status::step_limit;
     case CV_TOO_MUCH_ACC:
     case CV_ERR_FAILURE:
-      return Status::step_limit;
+      return Status::tolerance_missed;
     case CV_CONV_FAILURE:
       return Status::newton_stalled;
     case CV_LSETUP_FAIL:
       return Status::not_positive_definite;
     case CV_LSOLVE_FAIL:
       return Status::linear_stalled;
+    case CV_RHSFUNC_FAIL:
+    case CV_FIRST_RHSFUNC_ERR:
+    case CV_REPTD_RHSFUNC_ERR:
+    case CV_UNREC_RHSFUNC_ERR:
+      return Status::non_finite;
     default:
-      return flag >= 0 ? Status::ok : Status::non_finite;
+      throw std::logic_error("CVODE returned " + std::to_string(flag));
   }
 }
 

@@ -73,27 +73,35 @@ int set_up(SUNLinearSolver s, SUNMatrix m) {
   return status == Status::ok ? 0 : 1;  // 1: a smaller step may help
 }
 
-int solve(SUNLinearSolver s, SUNMatrix, N_Vector x, N_Vector b, double) {
-  Elimination& e = elimination(s);
+/// e.solution = dv for the right-hand side (bx, bv).
+Status solve_eliminated(Elimination& e, const double* bx, const double* bv) {
   Where& at = *e.where;
   System<double>& system = at.problem->system();
-  const Eigen::Index size = at.problem->size();
-  const double *bx = N_VGetArrayPointer(b), *bv = bx + size;
-  double *dx = N_VGetArrayPointer(x), *dv = dx + size;
   e.solution.array() = 0;
-  std::size_t i = 0;
-  for (const auto [site, axis] : system.unknowns()) e.solution.axis(axis)[site] = bx[i++];
+  for (const auto [site, axis] : system.unknowns()) e.solution.axis(axis)[site] = *bx++;
   system.tangent_product(at.t, at.x, at.v, {.stiffness = at.gamma, .kind = e.prepared.kind}, e.solution,
                          e.product);
   ++at.problem->work->products;
-  i = 0;
   for (const auto [site, axis] : system.unknowns())
-    e.rhs.axis(axis)[site] = system.mass(site) * bv[i++] - e.product.axis(axis)[site];
-  const Status status = e.linear->solve(e.rhs, e.solution, *at.problem->work);
-  i = 0;
-  for (const auto [site, axis] : system.unknowns()) {
+    e.rhs.axis(axis)[site] = system.mass(site) * *bv++ - e.product.axis(axis)[site];
+  return e.linear->solve(e.rhs, e.solution, *at.problem->work);
+}
+
+int solve(SUNLinearSolver s, SUNMatrix m, N_Vector x, N_Vector b, double) {
+  Elimination& e = elimination(s);
+  const Eigen::Index size = e.where->problem->size();
+  const double* bx = N_VGetArrayPointer(b);
+  Status status = solve_eliminated(e, bx, bx + size);
+  if (status == Status::not_positive_definite && e.kind != Tangent::projected) {
+    e.kind = Tangent::projected;  // iterative solvers notice only now; from here on
+    if (set_up(s, m) != 0) return 1;
+    status = solve_eliminated(e, bx, bx + size);
+  }
+  double *dx = N_VGetArrayPointer(x), *dv = dx + size;
+  std::size_t i = 0;
+  for (const auto [site, axis] : e.where->problem->system().unknowns()) {
     const double change = e.solution.axis(axis)[site];
-    dx[i] = bx[i] + at.gamma * change;  // x and b may be the same vector
+    dx[i] = bx[i] + e.where->gamma * change;  // x and b may be the same vector
     dv[i] = change;
     ++i;
   }

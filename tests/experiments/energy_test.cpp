@@ -3,12 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace mss {
 namespace {
 
 TEST(Energy, IsBoundedForSymplecticMethodsOnly) {
   EnergyConfig config = energy_config({});
   config.steps = 5000;
+  config.stretch = 1.02;  // so little that vibrations have not begun to mix when the count ends
   config.integrators = {"explicit_euler", "rk4", "backward_euler", "backward_euler_linear"};
   std::size_t symplectic = 0;
   for (const IntegratorInfo& info : integrators())
@@ -42,6 +45,21 @@ TEST(Energy, KeepsFinishedRowsWhenStopped) {
   EXPECT_EQ(tables.status, Status::interrupted);
   EXPECT_EQ(tables.rows.size(), 12U);
   EXPECT_EQ(energy_summary(tables.rows, config.steps).size(), 0U);
+}
+
+/// Rows of one method whose error grows as a power of time.
+Table planted(double power) {
+  Table rows({{"integrator"}, {"step"}, {"energy_error"}, {"status"}});
+  for (const int step : {1, 10, 100, 1000})
+    rows.add({std::string("a"), step, 1e-4 * std::pow(step, power), std::string("ok")});
+  return rows;
+}
+
+TEST(EnergySummary, TellsDriftsFromPlateaus) {
+  EXPECT_EQ(energy_summary(planted(0), 1000).text(0, "energy"), "bounded");
+  EXPECT_EQ(energy_summary(planted(0.5), 1000).text(0, "energy"), "drifts");
+  EXPECT_EQ(energy_summary(planted(1), 1000).text(0, "energy"), "drifts");
+  EXPECT_EQ(energy_summary(planted(1.5), 1000).text(0, "energy"), "lost");
 }
 
 }  // namespace

@@ -72,6 +72,16 @@ TEST(Program, RefusesBadUsageInOneSentence) {
   expect_refused({"timing", "--threads", "-2"}, "--threads is -2");
   expect_refused({"timing", "--seed", "3"}, "'--seed' is unknown");  // it draws no random numbers
   expect_refused({"timing", "--out", "/dev/null/here"}, "/dev/null/here cannot be written");
+  const Directory directory;
+  const std::string out = directory / "none";
+  for (const char* experiment : {"precision", "energy"}) {
+    expect_refused({experiment, "--out", out, "--integrators", "rk5"}, "did you mean 'rk4'?");
+    expect_refused({experiment, "--out", out, "--integrators", "rk4,static"},
+                   "'static' finds an equilibrium");
+    expect_refused({experiment, "--out", out, "--integrators", "rk4,rk4"}, "'rk4' is named twice");
+  }
+  expect_refused({"stiffness", "--out", out, "--cells", "0"}, "from 1 to 30");
+  EXPECT_FALSE(fs::exists(out));
   expect_refused({"list", "scene"}, "did you mean 'scenes'?");
 }
 

@@ -60,6 +60,17 @@ duration = 0.05
 every = 0.01
 )";
 
+// Overdamped and spinning fast: symmetric tangents leave out how dampers turn.
+TEST_F(RunCommand, AStalledNewtonReachesTheSummary) {
+  const ProgramRun result =
+      run(write("cube.toml", cube), {"--set", "solve.integrator=implicit_midpoint", "--set", "solve.dt=0.02",
+                                     "--set", "damping.ratio=20", "--set", "start.spin=[0,0,300]"});
+  EXPECT_EQ(result.exit_status, 3) << result.output;
+  EXPECT_EQ(summary()["status"], "newton_stalled");
+  EXPECT_EQ(summary()["steps"], 0);
+  EXPECT_TRUE(fs::exists(out() / "series.csv"));
+}
+
 TEST_F(RunCommand, WritesSeriesParticlesAndSummary) {
   const ProgramRun result = run(write("cube.toml", cube));
   ASSERT_EQ(result.exit_status, 0) << result.output;

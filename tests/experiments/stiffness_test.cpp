@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "integrators/linear/linear_solver.hpp"
@@ -18,10 +19,11 @@ TEST(Stiffness, AllMethodsEndAlike) {
   Progress progress;
   const StiffnessTables tables = measure_stiffness(config, progress);
   ASSERT_EQ(tables.status, Status::ok);
-  ASSERT_EQ(tables.rows.size(), 2 * (linear_solvers().size() + 3));
+  ASSERT_EQ(tables.rows.size(), 2 * (linear_solvers().size() + 4));
   for (std::size_t r = 0; r < tables.rows.size(); ++r) {
     EXPECT_EQ(tables.rows.text(r, "status"), "ok");
-    EXPECT_LT(tables.rows.number(r, "difference"), 1e-3) << tables.rows.text(r, "method");
+    const bool coarse = tables.rows.text(r, "method") == "damped_verlet";  // a few steps of the safe size
+    EXPECT_LT(tables.rows.number(r, "difference"), coarse ? 0.02 : 1e-3) << tables.rows.text(r, "method");
     EXPECT_GT(tables.rows.number(r, "seconds"), 0);
   }
 }
@@ -33,9 +35,8 @@ TEST(Stiffness, LeavesKluOutOfLargeBodies) {
   Progress progress;
   const StiffnessTables tables = measure_stiffness(config, progress);
   const auto methods = tables.rows.distinct("method");
-  EXPECT_EQ(methods.size(), linear_solvers().size() + 2);
-  const Table summary = stiffness_summary(tables.rows);
-  EXPECT_NE(summary.text(0, "status").find("KLU left out"), std::string::npos);
+  EXPECT_EQ(methods.size(), linear_solvers().size() + 3);
+  EXPECT_EQ(std::count(methods.begin(), methods.end(), "cvode_bdf_klu"), 0);
 }
 
 /// Rows with CHOLMOD at 1 s and GMRES as given, by decades of stiffness.
@@ -50,13 +51,22 @@ Table planted(const std::vector<double>& gmres) {
 }
 
 TEST(StiffnessSummary, FindsTheLastCrossing) {
-  EXPECT_NEAR(stiffness_summary(planted({0.1, 0.5, 2, 4})).number(0, "beats_gmres_from"), std::sqrt(1000),
-              1e-9);
-  EXPECT_NEAR(stiffness_summary(planted({2, 0.5, 2})).number(0, "beats_gmres_from"), std::sqrt(1000), 1e-9);
-  EXPECT_EQ(stiffness_summary(planted({2, 3})).number(0, "beats_gmres_from"), 0);
+  EXPECT_NEAR(stiffness_summary(planted({0.1, 0.5, 2, 4})).number(0, "behind_from"), std::sqrt(1000), 1e-9);
+  EXPECT_NEAR(stiffness_summary(planted({2, 0.5, 2})).number(0, "behind_from"), std::sqrt(1000), 1e-9);
+  EXPECT_EQ(stiffness_summary(planted({2, 3})).number(0, "behind_from"), 0);
   const Table never = stiffness_summary(planted({0.1, 0.2}));
-  EXPECT_TRUE(std::isnan(never.number(0, "beats_gmres_from")));
+  EXPECT_TRUE(std::isnan(never.number(0, "behind_from")));
   EXPECT_NE(never.text(0, "status"), "ok");
+}
+
+TEST(StiffnessChart, MarksWhatFailed) {
+  Table rows = planted({0.5, 2});
+  rows.add({std::string("cvode_bdf_gmres"), 5, 100.0, 3.0, 3.0, 3.0, std::string("linear_stalled")});
+  const Chart chart = stiffness_chart(rows, 5);
+  ASSERT_EQ(chart.series.size(), 3U);
+  EXPECT_EQ(chart.series[1].points.size(), 2U);  // the failed run is no point of the curve
+  EXPECT_EQ(chart.series[2].label, "cvode_bdf_gmres: linear_stalled");
+  EXPECT_FALSE(chart.series[2].lines);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <filesystem>
 
 #include "integrators/linear/linear_solver.hpp"
 #include "tests/random_bodies.hpp"
@@ -119,6 +120,28 @@ TEST(ConjugateGradients, GiveTheSameBitsForAnyNumberOfThreads) {
     const Field<double> other = solve(threads);
     EXPECT_EQ(std::memcmp(one.axis(0), other.axis(0), std::size_t(one.size()) * sizeof(double)), 0)
         << threads;
+  }
+}
+
+// Libraries beneath would start as many threads as there are cores, whatever the scene says.
+TEST(LinearSolvers, StartNoThreadsOfTheirOwn) {
+  const auto threads = [] {
+    const std::filesystem::directory_iterator tasks("/proc/self/task");
+    return std::distance(begin(tasks), end(tasks));
+  };
+  const Body body(testing::test_config(VoxelGrid::box(12, 12, 12)));
+  SpringSystem<double> system(body, {}, {.threads = 1});
+  State<double> state = system.rest_state();
+  testing::randomise(body, state, 0.1, 0.5, 5);
+  const auto before = threads();
+  for (const LinearSolverInfo& info : linear_solvers()) {
+    Work work;
+    IntegratorOptions options{.dt = 0.01, .linear_solver = info.name};
+    EXPECT_EQ(find_integrator("backward_euler_linear")
+                  .make<double>(options)
+                  ->advance(system, state, state.t + 0.01, work),
+              Status::ok);
+    EXPECT_EQ(threads(), before) << info.name;
   }
 }
 
