@@ -177,13 +177,13 @@ ExperimentResult run_validate(const ExperimentOptions& options, Progress& progre
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
   Table summary = validation_summary(tables.rows);
   const auto measured = tables.rows.distinct("case");
-  for (auto c = config.cases.rbegin(); c != config.cases.rend(); ++c) {
-    if (std::find(measured.begin(), measured.end(), c->name) == measured.end() || exact(tables.rows, c->name))
+  for (const ValidationCase& c : config.cases) {
+    if (std::find(measured.begin(), measured.end(), c.name) == measured.end() || exact(tables.rows, c.name))
       continue;
     const bool first = result.charts.empty();
-    result.charts.push_back({first ? "validate" : "validate_" + c->name + "_seconds",
-                             validation_chart(tables.rows, *c, "seconds")});
-    result.charts.push_back({"validate_" + c->name + "_cells", validation_chart(tables.rows, *c, "cells")});
+    result.charts.push_back({first ? "validate" : "validate_" + c.name + "_seconds",
+                             validation_chart(tables.rows, c, "seconds")});
+    result.charts.push_back({"validate_" + c.name + "_cells", validation_chart(tables.rows, c, "cells")});
   }
   for (std::size_t r = 0; r < summary.size(); ++r)
     result.summary += fmt::format(
