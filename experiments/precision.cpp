@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -96,13 +97,9 @@ ExperimentResult run_precision(const ExperimentOptions& options, Progress& progr
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
   Table summary = precision_summary(tables.rows);
   if (tables.rows.size() > 0) result.charts.push_back({"precision", precision_overview(tables.rows)});
+  const auto measured = tables.rows.distinct("scene");  // not those without a reference
   for (const PrecisionScene& s : config.scenes) {
-    const auto finished = [&] {
-      for (std::size_t r = 0; r < tables.references.size(); ++r)
-        if (tables.references.text(r, "scene") == s.name) return true;
-      return false;
-    };
-    if (!finished()) continue;
+    if (std::find(measured.begin(), measured.end(), s.name) == measured.end()) continue;
     for (const char* cost : {"seconds", "force_evaluations"})
       result.charts.push_back({fmt::format("precision_{}_{}", s.name, cost),
                                precision_chart(tables.rows, tables.references, s, cost)});

@@ -134,6 +134,10 @@ double error_of(const Problem& p, const Target& target, const Field<double>& x) 
   return distance(p.body, x, target.x) / target.displacement;
 }
 
+std::string status_text(const Run& run, double error) {
+  return error > precision_worst ? precision_diverged : std::string(to_string(run.status));
+}
+
 /// Adds the row of a run and returns its error.
 double add_row(Table& rows, Problem& p, const Reference& reference, const IntegratorInfo& info,
                const IntegratorOptions& o, const Run& run) {
@@ -145,20 +149,18 @@ double add_row(Table& rows, Problem& p, const Reference& reference, const Integr
     energy_drift = std::abs(m.total() - reference.measures.total()) / reference.energy;
     volume_drift = std::abs(m.volume_ratio - reference.measures.volume_ratio);
   }
-  std::string status(to_string(run.status));
-  if (error > precision_worst) status = precision_diverged;
   rows.add({p.scene.name, info.name, std::string(adaptive ? "tolerance" : "dt"),
             adaptive ? o.tolerance : o.dt, error, energy_drift, volume_drift, run.seconds, run.work.steps,
             run.work.force_evaluations, run.work.jacobians, run.work.factorisations, run.work.linear_solves,
-            run.work.products, std::move(status)});
+            run.work.products, status_text(run, error)});
   return error;
 }
 
 void add_early_row(Table& rows, const Problem& p, const Target& target, const IntegratorInfo& info,
                    const IntegratorOptions& o, const Run& run) {
-  const bool ok = run.status == Status::ok;
+  const double error = run.status == Status::ok ? error_of(p, target, run.end.x) : none;
   rows.add({p.scene.name, info.name, info.stepping == Stepping::adaptive ? o.tolerance : o.dt, target.t,
-            ok ? error_of(p, target, run.end.x) : none, run.seconds, std::string(to_string(run.status))});
+            error, run.seconds, status_text(run, error)});
 }
 
 /// What runs of a method of that order with steps h, h/2, h/4 ... (finest last) tend to as h vanishes, by

@@ -103,12 +103,9 @@ bool measure_body(const StiffnessConfig& config, int n, double young, Table& row
   for (const StiffMethod& m : config.methods)
     if (n <= m.largest_cells) methods.push_back(m);
   std::vector<Result> results(methods.size());
-  for (int repetition = 0; repetition < config.repetitions; ++repetition)
-    for (std::size_t i = 0; i < methods.size(); ++i) {
-      const std::size_t turn = (i + std::size_t(repetition)) % methods.size();
-      if (progress.stopped()) return false;
-      run(p, methods[turn], results[turn]);
-    }
+  if (!take_turns(config.repetitions, methods.size(), progress,
+                  [&](std::size_t i) { run(p, methods[i], results[i]); }))
+    return false;
   add_rows(rows, p, n, young, methods, results);
   return true;
 }
@@ -201,7 +198,7 @@ constexpr const char* caption =
     "Adams, which needs none, and damped Verlet at its safe step. Medians of runs in turn, from the first"
     " allocation to the end; one thread. The column difference says how far a method's end is from the "
     "first method's, over how far the body moved. KLU factors the whole first-order system and is left "
-    "out above 7 cells per edge. Left out: undamped bodies, where BDF must follow every vibration";
+    "out above 7 cells per edge. Left out: undamped bodies, where BDF must follow every vibration.";
 
 ExperimentResult run_stiffness(const ExperimentOptions& options, Progress& progress) {
   const StiffnessConfig config = stiffness_config(options);
@@ -274,12 +271,13 @@ Table stiffness_summary(const Table& rows) {
 }
 
 Chart stiffness_chart(const Table& rows, int cells) {
-  Chart chart{.title = fmt::format("A frame of a damped cube, {} cells per edge", cells),
-              .subtitle =
-                  "1/60 s at a tolerance of 1e-6; CVODE BDF with each linear solver, and Adams; medians and "
-                  "quartiles",
-              .x = {.label = "Young's modulus", .logarithmic = true, .unit = "Pa"},
-              .y = {.label = "wall time", .logarithmic = true, .unit = "s"}};
+  Chart chart{
+      .title = fmt::format("A frame of a damped cube, {} cells per edge", cells),
+      .subtitle =
+          "1/60 s; CVODE BDF with each linear solver and Adams at a tolerance of 1e-6, damped Verlet at "
+          "its safe step",
+      .x = {.label = "Young's modulus", .logarithmic = true, .unit = "Pa"},
+      .y = {.label = "wall time", .logarithmic = true, .unit = "s"}};
   for (const std::string& method : rows.distinct("method"))
     if (ChartSeries series{.label = method, .points = times(rows, method, cells)}; !series.points.empty())
       chart.series.push_back(std::move(series));

@@ -107,12 +107,9 @@ void solve(const ValidationConfig& config, const ValidationCase& c, const Lattic
 bool measure_case(const ValidationConfig& config, const ValidationCase& c, int m, Table& rows,
                   const Progress& progress) {
   std::vector<Result> results(config.models.size());
-  for (int repetition = 0; repetition < config.repetitions; ++repetition)
-    for (std::size_t i = 0; i < results.size(); ++i) {
-      if (progress.stopped()) return false;
-      const std::size_t turn = (i + std::size_t(repetition)) % results.size();
-      solve(config, c, config.models[turn], m, results[turn]);
-    }
+  if (!take_turns(config.repetitions, results.size(), progress,
+                  [&](std::size_t i) { solve(config, c, config.models[i], m, results[i]); }))
+    return false;
   for (std::size_t i = 0; i < results.size(); ++i) {
     const Result& r = results[i];
     const bool ok = r.status == Status::ok;
