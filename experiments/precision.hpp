@@ -23,7 +23,8 @@ struct PrecisionScene {
 struct PrecisionConfig {
   std::vector<PrecisionScene> scenes;
   std::vector<std::string> integrators;
-  double seconds_per_run = 1;          ///< a method's next run is left out if it would take longer
+  double seconds_per_run = 1;          ///< a method's next run is left out if it would take longer,
+  double seconds_to_agree = 60;        ///< or longer than this while it does not agree with the reference
   double reference_tolerance = 1e-12;  ///< of both reference methods
   int finest_halving = 22;             ///< steps go from duration / 8 down by halves
 };
@@ -33,12 +34,14 @@ PrecisionConfig precision_config(const ExperimentOptions& options);
 inline constexpr double precision_worst = 10;
 inline constexpr const char* precision_diverged = "error above 10";
 
+/// Errors below mean that a method agrees with the reference.
+inline constexpr double precision_agreed = 1e-6;
+
 /// Rows of all runs, the references' uncertainties, and how close every method comes to them.
 struct PrecisionTables {
   Table rows;
   Table references;
   Table agreement;
-  Table early;  ///< runs to a sixteenth of the time, of methods that agree only there
   Status status = Status::ok;
 };
 PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress);

@@ -39,16 +39,10 @@ double distance(const Body& body, const Field<double>& a, const Field<double>& b
   return std::sqrt(sum / double(body.particle_count()));
 }
 
-/// Where the reference is at some time.
-struct Target {
-  double t = 0;
-  Field<double> x;
-  double displacement = 0;  ///< largest root mean square from the start until then [m]
-};
-
 struct Reference {
   Status status = Status::ok;  ///< of both methods; the rest means nothing unless it is ok
-  Target early{}, end{};       ///< at a sixteenth of the time, and at its end
+  Field<double> x{};           ///< at the end time
+  double displacement = 0;     ///< largest root mean square from the start until then [m]
   Measures measures;
   double uncertainty = 0;  ///< relative to the displacement
   double energy = 0;       ///< largest of the energies that move [J]
@@ -68,13 +62,13 @@ Reference find_reference(Problem& p, double tolerance) {
     r.status = adams->advance(p.system, state, p.scene.duration * look / looks, work);
     if (r.status != Status::ok) return r;
     r.measures = measure(p.system, state);
-    r.end = {state.t, state.x, std::max(r.end.displacement, distance(p.body, state.x, p.start.x))};
-    if (look == looks / 16) r.early = r.end;
+    r.displacement = std::max(r.displacement, distance(p.body, state.x, p.start.x));
     r.energy = std::max({r.energy, r.measures.elastic, r.measures.kinetic});
   }
   r.status =
       find_integrator("arkode_erk").make<double>(options)->advance(p.system, other, p.scene.duration, work);
-  r.uncertainty = distance(p.body, state.x, other.x) / r.end.displacement;
+  r.uncertainty = distance(p.body, state.x, other.x) / r.displacement;
+  r.x = std::move(state.x);
   return r;
 }
 
@@ -86,11 +80,11 @@ struct Run {
   State<double> end;
 };
 
-Run run_once(Problem& p, const IntegratorInfo& info, const IntegratorOptions& options, double t_end) {
+Run run_once(Problem& p, const IntegratorInfo& info, const IntegratorOptions& options) {
   Run run{.end = p.start};
   const auto method = info.make<double>(options);
   const auto begin = Clock::now();
-  run.status = method->advance(p.system, run.end, t_end, run.work);
+  run.status = method->advance(p.system, run.end, p.scene.duration, run.work);
   run.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   const bool finite =
       std::isfinite(measure(p.system, run.end).total());  // squares overflow before coordinates
@@ -99,39 +93,17 @@ Run run_once(Problem& p, const IntegratorInfo& info, const IntegratorOptions& op
 }
 
 /// Short runs are repeated, and the median time is kept.
-Run run_timed(Problem& p, const IntegratorInfo& info, const IntegratorOptions& options, double t_end) {
-  Run run = run_once(p, info, options, t_end);
+Run run_timed(Problem& p, const IntegratorInfo& info, const IntegratorOptions& options) {
+  Run run = run_once(p, info, options);
   std::vector<double> seconds{run.seconds};
   while (run.status == Status::ok && seconds.size() < 5 && run.seconds < 0.02)
-    seconds.push_back(run_once(p, info, options, t_end).seconds);
+    seconds.push_back(run_once(p, info, options).seconds);
   run.seconds = quantile(seconds, 0.5);
   return run;
 }
 
-/// Runs from coarse to fine until enough(run, options), or the next one would take too long; false if
-/// interrupted.
-template <class Enough>
-bool refine(Problem& p, const IntegratorInfo& info, const PrecisionConfig& config, double t_end,
-            const Progress& progress, Enough&& enough) {
-  const bool adaptive = info.stepping == Stepping::adaptive;
-  IntegratorOptions options = p.options;
-  const int most_runs = adaptive ? 11 : config.finest_halving;
-  double before = 0;
-  for (int i = 0; i < most_runs; ++i) {
-    if (progress.stopped()) return false;
-    options.dt = adaptive ? 0 : t_end / std::ldexp(8.0, i);
-    options.tolerance = std::pow(10.0, -1 - i);
-    const Run run = run_timed(p, info, options, t_end);
-    if (enough(run, options)) break;
-    const double growth = before > 0 ? std::clamp(run.seconds / before, 1.0, 4.0) : 2.0;
-    if (run.seconds * growth > config.seconds_per_run) break;
-    before = run.seconds;
-  }
-  return true;
-}
-
-double error_of(const Problem& p, const Target& target, const Field<double>& x) {
-  return distance(p.body, x, target.x) / target.displacement;
+double error_of(const Problem& p, const Reference& reference, const Field<double>& x) {
+  return distance(p.body, x, reference.x) / reference.displacement;
 }
 
 std::string status_text(const Run& run, double error) {
@@ -145,7 +117,7 @@ double add_row(Table& rows, Problem& p, const Reference& reference, const Integr
   double error = none, energy_drift = none, volume_drift = none;
   if (run.status == Status::ok) {
     const Measures m = measure(p.system, run.end);
-    error = error_of(p, reference.end, run.end.x);
+    error = error_of(p, reference, run.end.x);
     energy_drift = std::abs(m.total() - reference.measures.total()) / reference.energy;
     volume_drift = std::abs(m.volume_ratio - reference.measures.volume_ratio);
   }
@@ -154,13 +126,6 @@ double add_row(Table& rows, Problem& p, const Reference& reference, const Integr
             run.work.force_evaluations, run.work.jacobians, run.work.factorisations, run.work.linear_solves,
             run.work.products, status_text(run, error)});
   return error;
-}
-
-void add_early_row(Table& rows, const Problem& p, const Target& target, const IntegratorInfo& info,
-                   const IntegratorOptions& o, const Run& run) {
-  const double error = run.status == Status::ok ? error_of(p, target, run.end.x) : none;
-  rows.add({p.scene.name, info.name, info.stepping == Stepping::adaptive ? o.tolerance : o.dt, target.t,
-            error, run.seconds, status_text(run, error)});
 }
 
 /// What runs of a method of that order with steps h, h/2, h/4 ... (finest last) tend to as h vanishes, by
@@ -175,53 +140,53 @@ Field<double> extrapolate(std::vector<Field<double>> runs, int order) {
   return runs.back();
 }
 
-/// How close a method's runs come to a target, by themselves and extrapolated.
+/// How close a method's runs come to the reference, by themselves and extrapolated.
 struct Agreement {
   std::vector<Field<double>> runs = {};
   double tightest = none, extrapolated = none;
-  static constexpr double close = 1e-6;
 
-  bool add(const Problem& p, const Target& target, const IntegratorInfo& info, const Run& run) {
-    if (run.status != Status::ok) return false;
+  void add(const Problem& p, const Reference& reference, const IntegratorInfo& info, const Run& run) {
+    if (run.status != Status::ok) return;
     const bool damped = p.scene.body.damping.law != Damping::Law::none;
     runs.push_back(run.end.x);
-    tightest = extrapolated = error_of(p, target, run.end.x);
+    tightest = extrapolated = error_of(p, reference, run.end.x);
     if (info.stepping == Stepping::fixed)
-      extrapolated = error_of(p, target, extrapolate(runs, damped ? info.order_damped : info.order_undamped));
-    return tightest < close || extrapolated < close;
+      extrapolated =
+          error_of(p, reference, extrapolate(runs, damped ? info.order_damped : info.order_undamped));
   }
+  bool reached() const { return std::min(tightest, extrapolated) < precision_agreed; }
   std::string status() const {
-    return runs.empty()           ? "no run finished"
-           : tightest < close     ? "ok"
-           : extrapolated < close ? "ok when extrapolated"
-                                  : "above 1e-6";
+    return runs.empty()                      ? "no run finished"
+           : tightest < precision_agreed     ? "ok"
+           : extrapolated < precision_agreed ? "ok when extrapolated"
+                                             : "above 1e-6";
   }
 };
 
-/// One method from coarse to fine, and whether it tends to where the reference is; false if stopped. Methods
-/// of low order would need days to get there by small steps alone: their runs are also extrapolated, and if
-/// that does not suffice compared earlier, when errors have had less time to grow.
+/// One method from coarse to fine until it is as exact as the reference or its next run too long, and whether
+/// it tends to where the reference is; false if stopped. Methods of low order would need days to get there by
+/// small steps alone, so their runs are also extrapolated, and until that agrees runs may be longer.
 bool measure_method(Problem& p, const Reference& reference, const IntegratorInfo& info,
                     const PrecisionConfig& config, PrecisionTables& tables, const Progress& progress) {
+  const bool adaptive = info.stepping == Stepping::adaptive;
+  IntegratorOptions options = p.options;
   Agreement agreement;
-  const Target* target = &reference.end;
-  if (!refine(p, info, config, target->t, progress, [&](const Run& run, const IntegratorOptions& options) {
-        agreement.add(p, *target, info, run);
-        return add_row(tables.rows, p, reference, info, options, run) < 10 * reference.uncertainty;
-      }))
-    return false;
-  if (agreement.status() == "above 1e-6") {
-    agreement = {};
-    target = &reference.early;
-    if (!refine(p, info, config, target->t, progress, [&](const Run& run, const IntegratorOptions& options) {
-          const bool agrees = agreement.add(p, *target, info, run);
-          add_early_row(tables.early, p, *target, info, options, run);
-          return agrees;
-        }))
-      return false;
+  const int most_runs = adaptive ? 11 : config.finest_halving;
+  double before = 0;
+  for (int i = 0; i < most_runs; ++i) {
+    if (progress.stopped()) return false;
+    options.dt = adaptive ? 0 : p.scene.duration / std::ldexp(8.0, i);
+    options.tolerance = std::pow(10.0, -1 - i);
+    const Run run = run_timed(p, info, options);
+    agreement.add(p, reference, info, run);
+    if (add_row(tables.rows, p, reference, info, options, run) < 10 * reference.uncertainty) break;
+    const double growth = before > 0 ? std::clamp(run.seconds / before, 1.0, 4.0) : 2.0;
+    if (run.seconds * growth > (agreement.reached() ? config.seconds_per_run : config.seconds_to_agree))
+      break;
+    before = run.seconds;
   }
   tables.agreement.add(
-      {p.scene.name, info.name, target->t, agreement.tightest, agreement.extrapolated, agreement.status()});
+      {p.scene.name, info.name, agreement.tightest, agreement.extrapolated, agreement.status()});
   return true;
 }
 
@@ -254,19 +219,14 @@ Table empty_references() {
                 {"status"}});
 }
 
-Table empty_early() {
-  return Table({{"scene"}, {"integrator"}, {"value"}, {"t", "s"}, {"error"}, {"seconds", "s"}, {"status"}});
-}
-
 Table empty_agreement() {
-  return Table(
-      {{"scene"}, {"integrator"}, {"t", "s"}, {"tightest_error"}, {"extrapolated_error"}, {"status"}});
+  return Table({{"scene"}, {"integrator"}, {"tightest_error"}, {"extrapolated_error"}, {"status"}});
 }
 
 }  // namespace
 
 PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress) {
-  PrecisionTables tables{empty_rows(), empty_references(), empty_agreement(), empty_early()};
+  PrecisionTables tables{empty_rows(), empty_references(), empty_agreement()};
   for (std::size_t i = 0; i < config.scenes.size(); ++i) {
     Problem problem(config.scenes[i]);
     progress.report(double(i) / double(config.scenes.size()), config.scenes[i].name + ": reference");
@@ -275,7 +235,7 @@ PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progr
     tables.references.add({problem.scene.name, problem.scene.description,
                            std::int64_t(problem.body.particle_count()),
                            std::int64_t(problem.body.spring_count()), problem.scene.duration,
-                           known ? reference.end.displacement : none, known ? reference.uncertainty : none,
+                           known ? reference.displacement : none, known ? reference.uncertainty : none,
                            std::string(to_string(reference.status))});
     if (!known) continue;  // errors against nothing
     for (std::size_t m = 0; m < config.integrators.size(); ++m) {
