@@ -70,6 +70,12 @@ void BlockMatrix::begin(double mass) {
   }
 }
 
+void BlockMatrix::begin_diagonal(double mass, std::vector<Eigen::Matrix3d>& blocks) const {
+  blocks.resize(body_.particle_count());
+  for (std::size_t p = 0; p < blocks.size(); ++p)
+    blocks[p] = mass * body_.mass(body_.sites()[p]) * Eigen::Matrix3d::Identity();
+}
+
 void BlockMatrix::write(SparseMatrix& matrix) const {
   for (std::size_t i = 0; i < source_.size(); ++i) matrix.valuePtr()[i] = numbers_[std::size_t(source_[i])];
 }

@@ -25,6 +25,8 @@ class BlockMatrix {
 
   /// Begins with `mass` times the mass matrix.
   void begin(double mass);
+  /// The same for the blocks on the diagonal alone, by particle; resized and overwritten.
+  void begin_diagonal(double mass, std::vector<Eigen::Matrix3d>& blocks) const;
 
   /// Adds to the block of two corners of the cell whose lower corner is at a site.
   void add(std::ptrdiff_t site, int row_corner, int column_corner, const Eigen::Matrix3d& block) {

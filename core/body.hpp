@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/field.hpp"
@@ -52,8 +53,9 @@ struct BodyConfig {
   Vec3 origin = Vec3::Zero();
   Topology topology = Topology::full;
   Sharing sharing = Sharing::weighted;
-  double density = 1000;      ///< [kg/m^3]
-  SpringConstants springs{};  ///< of interior springs
+  double density = 1000;                      ///< [kg/m^3]
+  SpringConstants springs{};                  ///< of interior springs
+  std::optional<ElasticConstants> elastic{};  ///< what they stand for, if they stand for a material
   Damping damping{};
 };
 
@@ -137,5 +139,13 @@ class Body {
   std::vector<std::uint32_t> kind_;
   std::vector<SiteElements> elements_;
 };
+
+/// Positions of the eight corners c = bx + 2 by + 4 bz of the cell at a site.
+template <class Real>
+std::array<Vec3, 8> corners_of(const Body& body, const Field<Real>& x, std::ptrdiff_t site) {
+  std::array<Vec3, 8> corners;
+  for (int c = 0; c < 8; ++c) corners[std::size_t(c)] = x.at(site + body.lattice().corner(c));
+  return corners;
+}
 
 }  // namespace mss

@@ -47,7 +47,7 @@ double smallest_corner_volume(const std::array<Vec3, 8>& p) {
 }
 
 template <class Real>
-void measure_motion(const SpringSystem<Real>& system, const State<Real>& state, Measures& m) {
+void measure_motion(const BodySystem<Real>& system, const State<Real>& state, Measures& m) {
   const Body& body = system.body();
   Vec3 first_moment = Vec3::Zero();
   for (const std::ptrdiff_t site : body.sites()) {
@@ -65,30 +65,23 @@ void measure_motion(const SpringSystem<Real>& system, const State<Real>& state, 
 }
 
 template <class Real>
-void measure_springs(const SpringSystem<Real>& system, const State<Real>& state, Measures& m) {
+void measure_springs(const BodySystem<Real>& system, const State<Real>& state, Measures& m) {
   const Body& body = system.body();
-  body.for_each_spring(
-      [&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double stiffness, double) {
-        const double rest = body.rest_length(slot.kind);
-        const double change = (state.x.at(b) - state.x.at(a)).norm() - rest;
-        m.elastic += 0.5 * stiffness * change * change;
-        m.max_stretch = std::max(m.max_stretch, std::abs(change) / rest);
-      });
+  body.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double, double) {
+    const double length = (state.x.at(b) - state.x.at(a)).norm();
+    m.max_stretch = std::max(m.max_stretch, std::abs(length / body.rest_length(slot.kind) - 1));
+  });
 }
 
 template <class Real>
-void measure_cells(const SpringSystem<Real>& system, const State<Real>& state, Measures& m) {
+void measure_cells(const BodySystem<Real>& system, const State<Real>& state, Measures& m) {
   const Body& body = system.body();
   const double rest = body.cell_volume();
-  const double stiffness = body.config().springs.volume;
   double exact = 0, paper = 0, smallest = std::numeric_limits<double>::infinity();
   body.for_each_cell([&](std::ptrdiff_t site) {
-    std::array<Vec3, 8> corners;
-    for (int c = 0; c < 8; ++c) corners[std::size_t(c)] = state.x.at(site + body.lattice().corner(c));
-    const double estimate = paper_volume(corners);
+    const std::array<Vec3, 8> corners = corners_of(body, state.x, site);
     exact += trilinear_volume(corners);
-    paper += estimate;
-    m.volume_energy += 0.5 * stiffness * (estimate - rest) * (estimate - rest) / rest;
+    paper += paper_volume(corners);
     smallest = std::min(smallest, smallest_corner_volume(corners));
   });
   const double total = rest * double(body.cell_count());
@@ -114,16 +107,19 @@ double paper_volume(const std::array<Vec3, 8>& corners) {
 }
 
 template <class Real>
-Measures measure(const SpringSystem<Real>& system, const State<Real>& state) {
+Measures measure(const BodySystem<Real>& system, const State<Real>& state) {
   Measures m;
   m.t = state.t;
+  const StoredEnergy energy = system.stored_energy(state.x);
+  m.elastic = energy.elastic;
+  m.volume_energy = energy.volume;
   measure_motion(system, state, m);
   measure_springs(system, state, m);
   measure_cells(system, state, m);
   return m;
 }
 
-template Measures measure(const SpringSystem<float>&, const State<float>&);
-template Measures measure(const SpringSystem<double>&, const State<double>&);
+template Measures measure(const BodySystem<float>&, const State<float>&);
+template Measures measure(const BodySystem<double>&, const State<double>&);
 
 }  // namespace mss

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/spring_system.hpp"
+#include "core/body_system.hpp"
 
 namespace mss {
 
@@ -8,7 +8,7 @@ namespace mss {
 struct Measures {
   double t = 0;                   ///< [s]
   double kinetic = 0;             ///< [J]
-  double elastic = 0;             ///< of springs [J]
+  double elastic = 0;             ///< of springs, or of finite elements [J]
   double volume_energy = 0;       ///< eq. 3-1 summed over cells [J]
   double gravitational = 0;       ///< potential of gravity, from z = 0, and of constant loads [J]
   double volume_ratio = 1;        ///< exact enclosed volume over volume at rest
@@ -24,7 +24,7 @@ struct Measures {
 
 /// Measures a state in double precision, whatever the system computes in.
 template <class Real>
-Measures measure(const SpringSystem<Real>& system, const State<Real>& state);
+Measures measure(const BodySystem<Real>& system, const State<Real>& state);
 
 /// Volume of the trilinear hexahedron with corners c = bx + 2 by + 4 bz [m^3]; exact for curved faces.
 double trilinear_volume(const std::array<Vec3, 8>& corners);

@@ -16,7 +16,7 @@ namespace {
 const KnownKeys known_keys{
     {"", {"body", "material", "damping", "environment", "hold", "load", "start", "solve"}},
     {"body", {"cells", "voxels", "cell_size", "origin", "topology", "sharing"}},
-    {"material", {"density", "young", "poisson", "face_share", "springs", "volume"}},
+    {"material", {"model", "density", "young", "poisson", "face_share", "springs", "volume"}},
     {"material.springs", {"edge", "face", "body"}},
     {"damping", {"ratio", "paper"}},
     {"environment", {"gravity"}},
@@ -82,7 +82,6 @@ const std::string& name_of(Value value, const std::vector<std::pair<std::string,
 /// What `resolved` tells beside the Scene itself: how the body and the springs were asked for.
 struct Asked {
   std::string voxels;  ///< empty: a box of cells
-  std::optional<ElasticConstants> elastic;
   double face_share = 0.5;
 };
 
@@ -117,7 +116,9 @@ VoxelGrid read_voxels(const TomlTable& body, const std::filesystem::path& folder
   }
 }
 
-SpringConstants read_springs(const TomlTable& material, double cell_size, Asked& asked) {
+/// Springs as given, or of the elastic constants given, which are kept.
+SpringConstants read_springs(const TomlTable& material, double cell_size,
+                             std::optional<ElasticConstants>& elastic, Asked& asked) {
   const bool calibrated = material.has("young") || material.has("poisson");
   if (material.has("springs")) {
     for (const auto* key : {"young", "poisson", "face_share"})
@@ -133,9 +134,9 @@ SpringConstants read_springs(const TomlTable& material, double cell_size, Asked&
                             "give young and poisson, or springs = { edge = .., face = .., body = .. }");
   if (material.has("volume"))
     material.reject("volume", "stands beside material.young, which determines it; give one of the two");
-  asked.elastic = {.young = material.number("young", young), .poisson = material.number("poisson", poisson)};
+  elastic = {.young = material.number("young", young), .poisson = material.number("poisson", poisson)};
   asked.face_share = material.number("face_share", share, 0.5);
-  const SpringConstants springs = calibrate(*asked.elastic, cell_size, asked.face_share);
+  const SpringConstants springs = calibrate(*elastic, cell_size, asked.face_share);
   if (!std::isfinite(springs.edge + springs.volume))
     material.reject("young", "is too large to compute with; give a smaller number of pascals");
   return springs;
@@ -163,7 +164,7 @@ BodyConfig read_body(const TomlTable& scene, const std::filesystem::path& folder
   if (!std::isnormal(config.density * std::pow(config.cell_size, 3) / 8))
     body.reject("cell_size", fmt::format("gives particles of mass {} kg; change it or material.density",
                                          config.density * std::pow(config.cell_size, 3) / 8));
-  config.springs = read_springs(material, config.cell_size, asked);
+  config.springs = read_springs(material, config.cell_size, config.elastic, asked);
   config.damping = read_damping(scene.table("damping"));
   return config;
 }
@@ -246,14 +247,14 @@ SolveConfig read_solve(const TomlTable& solve) {
 }
 
 /// What a user should know before trusting the material, whose constants assume the full, weighted lattice.
-std::vector<std::string> read_warnings(const BodyConfig& body, const Asked& asked) {
+std::vector<std::string> read_warnings(const BodyConfig& body) {
   if (body.topology != Topology::full)
     return {
         fmt::format("body.topology = \"{}\" leaves out face diagonals: the body is softer in shear than its "
                     "material says, and differs with direction",
                     name_of(body.topology, topologies))};
   std::vector<std::string> warnings = material_warnings(body.springs, body.cell_size);
-  if (body.sharing == Sharing::uniform && asked.elastic)
+  if (body.sharing == Sharing::uniform && body.elastic)
     warnings.emplace_back(
         "body.sharing = \"uniform\" makes surfaces stiffer than material.young says; only "
         "\"weighted\" keeps it");
@@ -279,11 +280,12 @@ Json to_json(const BodyConfig& body, const Asked& asked) {
   return json;
 }
 
-Json material_to_json(const BodyConfig& body, const Asked& asked) {
-  Json json{{"density", body.density}};
-  if (asked.elastic) {
-    json["young"] = asked.elastic->young;
-    json["poisson"] = asked.elastic->poisson;
+Json material_to_json(const Scene& scene, const Asked& asked) {
+  const BodyConfig& body = scene.body;
+  Json json{{"model", scene.model}, {"density", body.density}};
+  if (body.elastic) {
+    json["young"] = body.elastic->young;
+    json["poisson"] = body.elastic->poisson;
     json["face_share"] = asked.face_share;
   }
   json["springs"] = {{"edge", body.springs.edge}, {"face", body.springs.face}, {"body", body.springs.body}};
@@ -330,7 +332,7 @@ std::string to_json(const Scene& scene, const Asked& asked) {
   const Json json{
       {"name", scene.name},
       {"body", to_json(scene.body, asked)},
-      {"material", material_to_json(scene.body, asked)},
+      {"material", material_to_json(scene, asked)},
       {"damping", to_json(scene.body.damping)},
       {"environment", {{"gravity", to_json(scene.environment.gravity)}}},
       {"hold", holds},
@@ -351,11 +353,13 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.name = file.stem().string();
   scene.body = read_body(root, file.parent_path(), asked);
   scene.environment = read_environment(root);
+  if (const TomlTable material = root.table("material"); material.has("model"))
+    scene.model = material.text("model", "a model", "its name, such as \"springs\"");
   scene.start_velocity = root.table("start").vector("velocity", velocity, Vec3::Zero());
   scene.start_spin = root.table("start").vector("spin", spin, Vec3::Zero());
   scene.solve = read_solve(root.table("solve"));
   check_selections(root, scene.body, scene.environment);
-  scene.warnings = read_warnings(scene.body, asked);
+  scene.warnings = read_warnings(scene.body);
   scene.resolved = to_json(scene, asked);
   return scene;
 }

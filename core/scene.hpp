@@ -31,6 +31,7 @@ struct Scene {
   std::filesystem::path file;
   std::string name;  ///< file name without extension
   BodyConfig body;
+  std::string model = "springs";  ///< what fills the cells: springs, or finite elements by their law
   Environment environment;
   Vec3 start_velocity = Vec3::Zero();  ///< [m/s]
   Vec3 start_spin = Vec3::Zero();      ///< [rad/s] about the centre of mass

@@ -7,6 +7,8 @@
 #include <map>
 
 #include "core/error.hpp"
+#include "core/measures.hpp"
+#include "core/tangent.hpp"
 
 namespace mss {
 
@@ -84,14 +86,11 @@ struct SpringSystem<Real>::Pass {
 
 template <class Real>
 SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environment, const Execution& execution)
-    : body_(body),
-      environment_(environment),
-      held_(body, environment.holds),
-      loads_(body, environment.loads),
+    : BodySystem<Real>(body, environment),
       kernel_(find_kernel<Real>(execution.kernel)),
       team_(team_size(body, execution.threads)),
       damped_(body.config().damping.law != Damping::Law::none) {
-  const Lattice& lattice = body_.lattice();
+  const Lattice& lattice = body.lattice();
   blocks_ = (lattice.used() + kernel_.lanes - 1) / kernel_.lanes;
   build_dictionary();
   build_masses();
@@ -109,7 +108,7 @@ SpringSystem<Real>::~SpringSystem() = default;
 /// Blocks whose sites are alike share an entry: a large box has a few dozen.
 template <class Real>
 void SpringSystem<Real>::build_dictionary() {
-  const Lattice& lattice = body_.lattice();
+  const Lattice& lattice = this->body().lattice();
   const auto width = std::size_t(kernel_.lanes);
   std::map<std::vector<std::uint32_t>, std::uint32_t> entry_of;
   std::vector<std::uint32_t> kinds(width);
@@ -118,22 +117,22 @@ void SpringSystem<Real>::build_dictionary() {
     for (std::ptrdiff_t b = 0; b < blocks_; ++b) {
       const std::ptrdiff_t site = lattice.plane * k + b * kernel_.lanes;
       for (std::size_t lane = 0; lane < width; ++lane)
-        kinds[lane] = body_.element_kind(site + std::ptrdiff_t(lane));
+        kinds[lane] = this->body().element_kind(site + std::ptrdiff_t(lane));
       entry_.push_back(entry_of.try_emplace(kinds, std::uint32_t(entry_of.size())).first->second);
     }
 
   content_.assign(entry_of.size(), 0);
   dictionary_ = AlignedArray<Real>(std::ptrdiff_t(entry_of.size() * width) * coefficients_per_lane);
-  const double volume_factor = 1 / (64 * body_.cell_volume());
+  const double volume_factor = 1 / (64 * this->body().cell_volume());
   for (const auto& [lane_kinds, entry] : entry_of) {
     Real* coefficients = dictionary_.data() + std::size_t(entry) * width * coefficients_per_lane;
     for (std::size_t lane = 0; lane < width; ++lane) {
-      const SiteElements& e = body_.elements()[lane_kinds[lane]];
+      const SiteElements& e = this->body().elements()[lane_kinds[lane]];
       for (std::size_t s = 0; s < spring_slots.size(); ++s) {
         const auto kind = spring_slots[s].kind;
         Real* c = coefficients + 3 * width * s + lane;
         c[0] = static_cast<Real>(e.stiffness[s]);
-        c[width] = static_cast<Real>(e.stiffness[s] * body_.rest_length(kind) / kernel_.rsqrt_scale);
+        c[width] = static_cast<Real>(e.stiffness[s] * this->body().rest_length(kind) / kernel_.rsqrt_scale);
         c[2 * width] = static_cast<Real>(e.damping[s] / (kernel_.rsqrt_scale * kernel_.rsqrt_scale));
         if (e.stiffness[s] != 0)
           content_[entry] |= kind == SpringSlot::Class::edge   ? block_edges
@@ -148,55 +147,49 @@ void SpringSystem<Real>::build_dictionary() {
 
 template <class Real>
 void SpringSystem<Real>::build_masses() {
-  inverse_mass_ = AlignedArray<Real>(body_.lattice().size);
-  for (const std::ptrdiff_t site : body_.sites())
-    inverse_mass_[site] = static_cast<Real>(1 / body_.mass(site));
+  inverse_mass_ = AlignedArray<Real>(this->body().lattice().size);
+  for (const std::ptrdiff_t site : this->body().sites())
+    inverse_mass_[site] = static_cast<Real>(1 / this->body().mass(site));
 }
 
 template <class Real>
-State<Real> SpringSystem<Real>::rest_state() const {
-  State<Real> state{0, Field<Real>(size()), Field<Real>(size())};
-  for (std::ptrdiff_t site = 0; site < size(); ++site) state.x.set(site, body_.rest_position(site));
-  constrain(0, state.x, state.v);
-  return state;
+StoredEnergy SpringSystem<Real>::stored_energy(const Field<Real>& x) const {
+  StoredEnergy energy;
+  this->body().for_each_spring(
+      [&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double stiffness, double) {
+        const double change = (x.at(b) - x.at(a)).norm() - this->body().rest_length(slot.kind);
+        energy.elastic += 0.5 * stiffness * change * change;
+      });
+  const double rest = this->body().cell_volume(), stiffness = this->body().config().springs.volume;
+  this->body().for_each_cell([&](std::ptrdiff_t site) {
+    const double change = paper_volume(corners_of(this->body(), x, site)) - rest;
+    energy.volume += 0.5 * stiffness * change * change / rest;
+  });
+  return energy;
 }
 
 template <class Real>
 void SpringSystem<Real>::force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) {
   run({.finish = Finish::force, .t = t, .dt = 0, .x = &x, .v = &v, .out = &f}, 1);
-  if (environment_.gravity.isZero(0)) return;
-  for (const std::ptrdiff_t site : body_.sites())
-    for (int a = 0; a < 3; ++a)
-      f.axis(a)[site] += static_cast<Real>(body_.mass(site) * environment_.gravity[a]);
+  this->add_gravity(f);
 }
 
 template <class Real>
 void SpringSystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   run({.finish = Finish::acceleration, .t = t, .dt = 0, .x = &x, .v = &v, .out = &a}, 1);
-  held_.clear(a);
-}
-
-template <class Real>
-void SpringSystem<Real>::constrain(double t, Field<Real>& x, Field<Real>& v) const {
-  held_.apply(t, 0, body_.lattice().sites, x, v);
-}
-
-template <class Real>
-TangentAssembler& SpringSystem<Real>::assembler() {
-  if (!assembler_) assembler_ = std::make_unique<TangentAssembler>(body_, held_);
-  return *assembler_;
+  this->held().clear(a);
 }
 
 template <class Real>
 void SpringSystem<Real>::tangent(double, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                                  SparseMatrix& matrix) {
-  assembler().write(x, v, sum, matrix);
+  write_tangent(this->body(), x, v, sum, this->blocks(), matrix);
 }
 
 template <class Real>
 void SpringSystem<Real>::tangent_diagonal(double, const Field<Real>& x, const Field<Real>& v,
                                           const TangentSum& sum, std::vector<Eigen::Matrix3d>& blocks) {
-  assembler().write_diagonal(x, v, sum, blocks);
+  mss::tangent_diagonal(this->body(), x, v, sum, this->blocks(), blocks);
 }
 
 template <class Real>
@@ -207,10 +200,7 @@ void SpringSystem<Real>::tangent_product(double t, const Field<Real>& x, const F
 
 template <class Real>
 void SpringSystem<Real>::parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
-  team_.run([&](int rank) {
-    const std::ptrdiff_t last = count * (rank + 1) / team_.size();
-    for (std::ptrdiff_t i = count * rank / team_.size(); i < last; ++i) task(i);
-  });
+  team_.for_each(count, task);
 }
 
 template <class Real>
@@ -231,7 +221,7 @@ void SpringSystem<Real>::apply(const KickDrift& update, const Field<Real>& a, do
                                State<Real>& state) const {
   FinishPlane<Real> p{};
   p.first = 0;
-  p.last = body_.lattice().sites;
+  p.last = this->body().lattice().sites;
   p.own = const_streams(a);
   p.x = streams(state.x);
   p.v = streams(state.v);
@@ -241,7 +231,7 @@ void SpringSystem<Real>::apply(const KickDrift& update, const Field<Real>& a, do
   p.drift_new = static_cast<Real>(update.drift_new);
   kernel_.kick_drift_stored(p);
   state.t += dt;
-  constrain(state.t, state.x, state.v);
+  this->constrain(state.t, state.x, state.v);
 }
 
 template <class Real>
@@ -294,7 +284,7 @@ template <class Real>
 void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<Real>& own,
                                      const Streams<Real>& above, const ConstStreams<Real>* below, double t) {
   constexpr std::ptrdiff_t piece = 32;
-  const Lattice& lattice = body_.lattice();
+  const Lattice& lattice = this->body().lattice();
   const std::ptrdiff_t offset = lattice.plane * plane;
   // The sweep begins the sums of every row but the first, and of all where rows are shorter than a block.
   const std::ptrdiff_t begun = lattice.row < kernel_.lanes ? lattice.plane : lattice.row;
@@ -312,7 +302,7 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
   p.entry = entry_.data() + blocks_ * plane;
   p.dictionary = dictionary_.data();
   p.content = content_.data();
-  p.rest_volume = static_cast<Real>(body_.cell_volume());
+  p.rest_volume = static_cast<Real>(this->body().cell_volume());
   p.x = const_streams(*pass.x, offset);
   p.v = const_streams(*pass.v, offset);
   p.stiffness = static_cast<Real>(pass.sum.stiffness);
@@ -330,17 +320,17 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
 template <class Real>
 void SpringSystem<Real>::finish_plane(const Pass& pass, int plane, std::ptrdiff_t first, std::ptrdiff_t last,
                                       const Streams<Real>& own, const ConstStreams<Real>& below, double t) {
-  const std::ptrdiff_t offset = body_.lattice().plane * plane;
-  if (!loads_.empty() && pass.finish != Finish::product)
-    loads_.add(offset + first, offset + last,
-               std::array<Real*, 3>{own.axis[0] + first, own.axis[1] + first, own.axis[2] + first});
+  const std::ptrdiff_t offset = this->body().lattice().plane * plane;
+  if (!this->loads().empty() && pass.finish != Finish::product)
+    this->loads().add(offset + first, offset + last,
+                      std::array<Real*, 3>{own.axis[0] + first, own.axis[1] + first, own.axis[2] + first});
   FinishPlane<Real> p{};
   p.first = first;
   p.last = last;
   p.own = read_only(own);
   p.below = below;
   p.inverse_mass = inverse_mass_.data() + offset;
-  for (int a = 0; a < 3; ++a) p.gravity[a] = static_cast<Real>(environment_.gravity[a]);
+  for (int a = 0; a < 3; ++a) p.gravity[a] = static_cast<Real>(this->environment().gravity[a]);
   if (pass.finish != Finish::kick_drift) {
     p.out = streams(*pass.out, offset);
     p.direction = const_streams(*pass.v, offset);
@@ -357,7 +347,8 @@ void SpringSystem<Real>::finish_plane(const Pass& pass, int plane, std::ptrdiff_
   p.drift_old = static_cast<Real>(pass.update.drift_old);
   p.drift_new = static_cast<Real>(pass.update.drift_new);
   kernel_.kick_drift(p);
-  if (!held_.empty()) held_.apply(t, offset + first, offset + last, pass.state->x, pass.state->v);
+  if (!this->held().empty())
+    this->held().apply(t, offset + first, offset + last, pass.state->x, pass.state->v);
 }
 
 template class SpringSystem<float>;

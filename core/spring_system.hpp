@@ -5,11 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/body.hpp"
-#include "core/environment.hpp"
+#include "core/body_system.hpp"
 #include "core/sweep.hpp"
-#include "core/system.hpp"
-#include "core/tangent.hpp"
 #include "core/team.hpp"
 
 namespace mss {
@@ -26,31 +23,19 @@ struct Execution {
 /// Threads own slabs of planes. A slab's first plane is finished last, when the slab below has left its
 /// share.
 template <class Real>
-class SpringSystem final : public System<Real> {
+class SpringSystem final : public BodySystem<Real> {
  public:
   /// The body must outlive the system. Throws InputError for an unknown kernel.
   SpringSystem(const Body& body, const Environment& environment, const Execution& execution = {});
   ~SpringSystem() override;
 
-  const Body& body() const { return body_; }
-  const Environment& environment() const { return environment_; }
-  const LoadedSites& loads() const { return loads_; }
-  int threads() const { return team_.size(); }
-  const char* kernel_name() const { return kernel_.name; }
-
-  /// The body at rest at t = 0, where holds put it.
-  State<Real> rest_state() const;
-
-  std::ptrdiff_t size() const override { return body_.lattice().size; }
-  const std::vector<std::ptrdiff_t>& particles() const override { return body_.sites(); }
-  double mass(std::ptrdiff_t site) const override { return body_.mass(site); }
+  StoredEnergy stored_energy(const Field<Real>& x) const override;
+  SpectralBound spectral_bound() const override { return mss::spectral_bound(this->body()); }
+  int threads() const override { return team_.size(); }
+  const char* kernel_name() const override { return kernel_.name; }
 
   void force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) override;
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
-  void constrain(double t, Field<Real>& x, Field<Real>& v) const override;
-  void clear_prescribed(Field<Real>& field) const override { held_.clear(field); }
-  const std::vector<Unknown>& unknowns() override { return assembler().unknowns(); }
-  SparseMatrix tangent_pattern() override { return assembler().pattern(); }
   void tangent(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                SparseMatrix& matrix) override;
   void tangent_product(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
@@ -66,7 +51,6 @@ class SpringSystem final : public System<Real> {
   enum class Finish { force, acceleration, product, kick_drift };
   struct Pass;
 
-  TangentAssembler& assembler();
   void build_dictionary();
   void build_masses();
   void run(const Pass& pass, long steps);
@@ -76,14 +60,9 @@ class SpringSystem final : public System<Real> {
   void finish_plane(const Pass& pass, int plane, std::ptrdiff_t first, std::ptrdiff_t last,
                     const Streams<Real>& own, const ConstStreams<Real>& below, double t);
 
-  const Body& body_;
-  Environment environment_;
-  HeldSites held_;
-  LoadedSites loads_;
   SweepKernel<Real> kernel_;
   Team team_;
   bool damped_;
-  std::unique_ptr<TangentAssembler> assembler_;  ///< made by the first method that needs it
 
   std::ptrdiff_t blocks_;               ///< per plane
   std::vector<std::uint32_t> entry_;    ///< per plane and block: dictionary entry

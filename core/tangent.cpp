@@ -58,18 +58,20 @@ Eigen::Matrix3d CellTangent::block(int c, int d) const {
   return k;
 }
 
+namespace {
+
 /// Calls add(site, corner, other corner, block) for every pair of corners that a spring or cell joins.
 template <class Real, class Add>
-void TangentAssembler::for_each_element(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                                        Add&& add) const {
-  const Lattice& lattice = body_.lattice();
+void for_each_element(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                      Add&& add) {
+  const Lattice& lattice = body.lattice();
   for (std::ptrdiff_t site = 0; site < lattice.sites; ++site) {
-    const SiteElements& e = body_.elements_at(site);
+    const SiteElements& e = body.elements_at(site);
     for (std::size_t s = 0; s < spring_slots.size(); ++s) {
       if (e.stiffness[s] == 0) continue;
       const auto [a, b, kind] = spring_slots[s];
       const std::ptrdiff_t i = site + lattice.corner(a), j = site + lattice.corner(b);
-      const SpringTangent tangent = spring_tangent(e.stiffness[s], e.damping[s], body_.rest_length(kind),
+      const SpringTangent tangent = spring_tangent(e.stiffness[s], e.damping[s], body.rest_length(kind),
                                                    x.at(j) - x.at(i), v.at(j) - v.at(i), sum.kind);
       const Eigen::Matrix3d block = sum.stiffness * tangent.stiffness + sum.damping * tangent.damping;
       add(site, a, a, block);
@@ -78,9 +80,8 @@ void TangentAssembler::for_each_element(const Field<Real>& x, const Field<Real>&
       add(site, b, a, -block);
     }
     if (e.volume == 0) continue;
-    std::array<Vec3, 8> corners;
-    for (int c = 0; c < 8; ++c) corners[std::size_t(c)] = x.at(site + lattice.corner(c));
-    const CellTangent tangent(sum.stiffness * e.volume, body_.cell_volume(), corners, sum.kind);
+    const CellTangent tangent(sum.stiffness * e.volume, body.cell_volume(), corners_of(body, x, site),
+                              sum.kind);
     for (int c = 0; c < 4; ++c)  // opposite corners have opposite gradients
       for (int d = 0; d < 4; ++d) {
         const Eigen::Matrix3d block = tangent.block(c, d);
@@ -92,34 +93,34 @@ void TangentAssembler::for_each_element(const Field<Real>& x, const Field<Real>&
   }
 }
 
+}  // namespace
+
 template <class Real>
-void TangentAssembler::write(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                             SparseMatrix& matrix) {
-  blocks_.begin(sum.mass);
-  for_each_element(x, v, sum, [&](std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block) {
-    blocks_.add(site, c, d, block);
+void write_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                   BlockMatrix& blocks, SparseMatrix& matrix) {
+  blocks.begin(sum.mass);
+  for_each_element(body, x, v, sum, [&](std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block) {
+    blocks.add(site, c, d, block);
   });
-  blocks_.write(matrix);
+  blocks.write(matrix);
 }
 
 template <class Real>
-void TangentAssembler::write_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                                      std::vector<Eigen::Matrix3d>& blocks) const {
-  blocks.resize(body_.particle_count());
-  for (std::size_t p = 0; p < blocks.size(); ++p)
-    blocks[p] = sum.mass * body_.mass(body_.sites()[p]) * Eigen::Matrix3d::Identity();
-  for_each_element(x, v, sum, [&](std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block) {
-    if (c == d) blocks[blocks_.particle(site + body_.lattice().corner(c))] += block;
+void tangent_diagonal(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                      const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal) {
+  blocks.begin_diagonal(sum.mass, diagonal);
+  for_each_element(body, x, v, sum, [&](std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block) {
+    if (c == d) diagonal[blocks.particle(site + body.lattice().corner(c))] += block;
   });
 }
 
-template void TangentAssembler::write(const Field<float>&, const Field<float>&, const TangentSum&,
-                                      SparseMatrix&);
-template void TangentAssembler::write(const Field<double>&, const Field<double>&, const TangentSum&,
-                                      SparseMatrix&);
-template void TangentAssembler::write_diagonal(const Field<float>&, const Field<float>&, const TangentSum&,
-                                               std::vector<Eigen::Matrix3d>&) const;
-template void TangentAssembler::write_diagonal(const Field<double>&, const Field<double>&, const TangentSum&,
-                                               std::vector<Eigen::Matrix3d>&) const;
+template void write_tangent(const Body&, const Field<float>&, const Field<float>&, const TangentSum&,
+                            BlockMatrix&, SparseMatrix&);
+template void write_tangent(const Body&, const Field<double>&, const Field<double>&, const TangentSum&,
+                            BlockMatrix&, SparseMatrix&);
+template void tangent_diagonal(const Body&, const Field<float>&, const Field<float>&, const TangentSum&,
+                               const BlockMatrix&, std::vector<Eigen::Matrix3d>&);
+template void tangent_diagonal(const Body&, const Field<double>&, const Field<double>&, const TangentSum&,
+                               const BlockMatrix&, std::vector<Eigen::Matrix3d>&);
 
 }  // namespace mss

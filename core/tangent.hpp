@@ -34,27 +34,14 @@ class CellTangent {
   std::array<Vec3, 8> gradient_;
 };
 
-/// Assembles tangents of a body's springs and cells.
-class TangentAssembler {
- public:
-  TangentAssembler(const Body& body, const HeldSites& held) : body_(body), blocks_(body, held) {}
+/// Writes the tangent of a body's springs and cells into a matrix of that pattern.
+template <class Real>
+void write_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                   BlockMatrix& blocks, SparseMatrix& matrix);
 
-  const std::vector<Unknown>& unknowns() const { return blocks_.unknowns(); }
-  const SparseMatrix& pattern() const { return blocks_.pattern(); }
-
-  template <class Real>
-  void write(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum, SparseMatrix& matrix);
-
-  template <class Real>
-  void write_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                      std::vector<Eigen::Matrix3d>& blocks) const;
-
- private:
-  template <class Real, class Add>
-  void for_each_element(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum, Add&& add) const;
-
-  const Body& body_;
-  BlockMatrix blocks_;
-};
+/// Its blocks on the diagonal, one per particle; resized and overwritten.
+template <class Real>
+void tangent_diagonal(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                      const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal);
 
 }  // namespace mss

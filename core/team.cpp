@@ -58,6 +58,13 @@ void Team::run(const std::function<void(int)>& task) {
   if (others > 0) wait_until_reached(done_, others, may_spin_);
 }
 
+void Team::for_each(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
+  run([&](int rank) {
+    const std::ptrdiff_t last = count * (rank + 1) / size_;
+    for (std::ptrdiff_t i = count * rank / size_; i < last; ++i) task(i);
+  });
+}
+
 void Team::work(int rank) {
   for (std::uint32_t round = 1;; ++round) {
     wait_until_reached(round_, round, may_spin_);

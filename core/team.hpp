@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -34,6 +35,9 @@ class Team {
 
   /// Runs task(rank) on every rank and returns when all have returned. Tasks must not throw.
   void run(const std::function<void(int)>& task);
+
+  /// Runs task(0) ... task(count - 1), each rank a range of them. Tasks must not throw.
+  void for_each(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task);
 
  private:
   void work(int rank);

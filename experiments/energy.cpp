@@ -11,7 +11,6 @@
 #include <map>
 
 #include "core/measures.hpp"
-#include "core/spectral_bound.hpp"
 #include "experiments/simulation.hpp"
 
 namespace mss {
@@ -33,10 +32,10 @@ struct Problem {
         start(stretched_state(system, c.stretch)),
         steps(c.steps) {
     energy = measure(system, start).total();
-    dt = c.step_share * central_limit(spectral_bound(body).omega, 0);
+    dt = c.step_share * central_limit(system.spectral_bound().omega, 0);
     options.dt = dt;
     options.tolerance = c.tolerance;
-    scale_errors(options, body);
+    scale_errors(options, system);
   }
   Body body;
   SpringSystem<double> system;

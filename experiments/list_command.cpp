@@ -9,6 +9,7 @@
 #include "core/suggest.hpp"
 #include "experiments/commands.hpp"
 #include "experiments/experiment.hpp"
+#include "experiments/model.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
 
@@ -61,6 +62,7 @@ void print(const Lines& lines, const char* indent) {
 void list(const std::string& kind) {
   const std::vector<std::pair<std::string, Lines (*)()>> kinds{{"integrators", integrator_lines},
                                                                {"linear_solvers", linear_solver_lines},
+                                                               {"models", models},
                                                                {"scenes", scene_lines},
                                                                {"experiments", experiment_lines}};
   std::vector<std::string> names;
@@ -78,9 +80,10 @@ void list(const std::string& kind) {
 
 void add(CLI::App& app, int&) {
   CLI::App* command =
-      app.add_subcommand("list", "what there is: integrators, linear solvers, scenes, experiments");
+      app.add_subcommand("list", "what there is: integrators, linear solvers, models, scenes, experiments");
   const auto kind = std::make_shared<std::string>();
-  command->add_option("kind", *kind, "integrators, linear_solvers, scenes or experiments; all if left out");
+  command->add_option("kind", *kind,
+                      "integrators, linear_solvers, models, scenes or experiments; all if left out");
   command->callback([kind] { list(*kind); });
 }
 

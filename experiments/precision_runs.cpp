@@ -23,7 +23,7 @@ struct Problem {
     if (scene.start)
       for (const std::ptrdiff_t site : body.sites()) start.x.set(site, scene.start(start.x.at(site)));
     system.constrain(0, start.x, start.v);
-    scale_errors(options, body);
+    scale_errors(options, system);
   }
   const PrecisionScene& scene;
   Body body;

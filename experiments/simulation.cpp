@@ -9,6 +9,7 @@
 #include <ostream>
 
 #include "core/error.hpp"
+#include "experiments/model.hpp"
 #include "integrators/linear/linear_solver.hpp"
 #include "integrators/stable_step.hpp"
 
@@ -42,11 +43,11 @@ bool is_finite(const Measures& m) {
   return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
 }
 
-double step_of(const Scene& scene, const IntegratorInfo& method, const Body& body) {
+double step_of(const Scene& scene, const IntegratorInfo& method, const SpectralBound& bound) {
   if (method.stepping == Stepping::equilibrium) return 0;
   if (scene.solve.dt) return *scene.solve.dt;
   if (method.stepping == Stepping::adaptive) return 0;  // the method's own choice
-  return std::min(safe_share * stable_step(method, spectral_bound(body)), scene.solve.duration);
+  return std::min(safe_share * stable_step(method, bound), scene.solve.duration);
 }
 
 void check_safe(const IntegratorInfo& method) {
@@ -67,7 +68,7 @@ std::vector<ParticleRecord> record_particles(const Body& body, const auto& state
 
 /// Advances from row to row. The state of the last finite row is what a failed run leaves.
 template <class Real>
-void run_rows(const Scene& scene, SpringSystem<Real>& system, Integrator<Real>& method, Progress& progress,
+void run_rows(const Scene& scene, BodySystem<Real>& system, Integrator<Real>& method, Progress& progress,
               SimulationResult& result) {
   using Clock = std::chrono::steady_clock;
   State<Real> state = start_state(system, scene), last = state;
@@ -96,26 +97,29 @@ void run_rows(const Scene& scene, SpringSystem<Real>& system, Integrator<Real>& 
 template <class Real>
 void simulate_in(const Scene& scene, const Body& body, const IntegratorInfo& info, Progress& progress,
                  SimulationResult& result) {
-  SpringSystem<Real> system(body, scene.environment, {.threads = scene.solve.threads});
+  const auto made = make_system<Real>(scene.model, body, scene.environment, scene.solve.threads);
+  BodySystem<Real>& system = *made;
+  result.dt = step_of(scene, info, system.spectral_bound());
   result.threads = system.threads();
   result.kernel = system.kernel_name();
   IntegratorOptions options{.dt = result.dt,
                             .linear_solver = scene.solve.linear_solver,
                             .tangent = scene.solve.tangent,
                             .tolerance = scene.solve.tolerance};
-  scale_errors(options, body);
+  scale_errors(options, system);
   run_rows(scene, system, *info.make<Real>(options), progress, result);
 }
 
 }  // namespace
 
-void scale_errors(IntegratorOptions& options, const Body& body) {
-  options.length_scale = body.config().cell_size;
-  options.speed_scale = options.length_scale * spectral_bound(body).omega / 10;
+template <class Real>
+void scale_errors(IntegratorOptions& options, const BodySystem<Real>& system) {
+  options.length_scale = system.body().config().cell_size;
+  options.speed_scale = options.length_scale * system.spectral_bound().omega / 10;
 }
 
 template <class Real>
-State<Real> start_state(const SpringSystem<Real>& system, const Scene& scene) {
+State<Real> start_state(const BodySystem<Real>& system, const Scene& scene) {
   State<Real> state = system.rest_state();
   const Body& body = system.body();
   Vec3 centre = Vec3::Zero();
@@ -128,7 +132,7 @@ State<Real> start_state(const SpringSystem<Real>& system, const Scene& scene) {
 }
 
 template <class Real>
-State<Real> stretched_state(const SpringSystem<Real>& system, double factor) {
+State<Real> stretched_state(const BodySystem<Real>& system, double factor) {
   State<Real> state = system.rest_state();
   for (const std::ptrdiff_t site : system.body().sites()) {
     const Vec3 x = state.x.at(site);
@@ -146,6 +150,7 @@ void check_solve(const Scene& scene) {
       throw InputError(fmt::format(
           "integrator '{}' computes in double precision only; give precision = \"double\"", method.name));
     find_linear_solver(scene.solve.linear_solver);
+    check_model(scene.model, scene.body, scene.solve.precision == Precision::single);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: solve: {}", file, error.what()));
   }
@@ -160,7 +165,6 @@ SimulationResult simulate(const Scene& scene, Progress& progress) {
   const IntegratorInfo& info = find_integrator(scene.solve.integrator);
   const Body body(scene.body);
   SimulationResult result;
-  result.dt = step_of(scene, info, body);
   if (scene.solve.precision == Precision::single)
     simulate_in<float>(scene, body, info, progress, result);
   else
@@ -202,9 +206,11 @@ void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& pa
   }
 }
 
-template State<float> start_state(const SpringSystem<float>&, const Scene&);
-template State<double> start_state(const SpringSystem<double>&, const Scene&);
-template State<float> stretched_state(const SpringSystem<float>&, double);
-template State<double> stretched_state(const SpringSystem<double>&, double);
+template void scale_errors(IntegratorOptions&, const BodySystem<float>&);
+template void scale_errors(IntegratorOptions&, const BodySystem<double>&);
+template State<float> start_state(const BodySystem<float>&, const Scene&);
+template State<double> start_state(const BodySystem<double>&, const Scene&);
+template State<float> stretched_state(const BodySystem<float>&, double);
+template State<double> stretched_state(const BodySystem<double>&, double);
 
 }  // namespace mss

@@ -33,16 +33,17 @@ struct SimulationResult {
 
 /// The body of a scene as it starts: at rest, in its holds, moving and spinning as [start] says.
 template <class Real>
-State<Real> start_state(const SpringSystem<Real>& system, const Scene& scene);
+State<Real> start_state(const BodySystem<Real>& system, const Scene& scene);
 
 /// A body at rest, but stretched along z by a factor, about z = 0.
 template <class Real>
-State<Real> stretched_state(const SpringSystem<Real>& system, double factor);
+State<Real> stretched_state(const BodySystem<Real>& system, double factor);
 
 /// Lets adaptive methods measure local errors against the size of a cell, and of velocities against a tenth
 /// of the speed at which the fastest mode would cross one: vibrations ten times slower than that still have
 /// errors of the same share in position and velocity.
-void scale_errors(IntegratorOptions& options, const Body& body);
+template <class Real>
+void scale_errors(IntegratorOptions& options, const BodySystem<Real>& system);
 
 /// Throws InputError if the scene's method or step cannot be used.
 void check_solve(const Scene& scene);

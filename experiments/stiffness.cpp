@@ -10,7 +10,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/spectral_bound.hpp"
 #include "experiments/simulation.hpp"
 #include "experiments/statistics.hpp"
 #include "integrators/linear/linear_solver.hpp"
@@ -59,11 +58,11 @@ void run(Problem& p, const StiffMethod& method, Result& result) {
   const IntegratorInfo& info = find_integrator(method.integrator);
   IntegratorOptions options{.dt = 0, .tolerance = p.config.tolerance};
   if (info.stepping == Stepping::fixed) {
-    const double safe = safe_share * stable_step(info, spectral_bound(p.body));
+    const double safe = safe_share * stable_step(info, p.system.spectral_bound());
     options.dt = p.config.duration / std::ceil(p.config.duration / safe);
   }
   if (!method.linear_solver.empty()) options.linear_solver = method.linear_solver;
-  scale_errors(options, p.body);
+  scale_errors(options, p.system);
   State<double> state = p.start;
   result.work = {};
   const auto begin = Clock::now();
@@ -81,7 +80,7 @@ double largest_difference(const Field<double>& a, const Field<double>& b) {
 /// One row a method. Ends are compared with that of the first method that has one.
 void add_rows(Table& rows, const Problem& p, int n, double young, const std::vector<StiffMethod>& methods,
               const std::vector<Result>& results) {
-  const double omega = spectral_bound(p.body).omega;
+  const double omega = p.system.spectral_bound().omega;
   const auto first =
       std::find_if(results.begin(), results.end(), [](const Result& r) { return r.status == Status::ok; });
   for (std::size_t i = 0; i < methods.size(); ++i) {

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/body_system.hpp"
+
+namespace mss {
+
+/// Name of the model whose cells are springs; the others are the laws of reference/fem.
+inline constexpr const char* spring_model = "springs";
+
+/// One line for each model: its name and summary.
+std::vector<std::pair<std::string, std::string>> models();
+
+/// A body filled with what a model says; `threads` 0: as many as pay. The body must outlive it. Finite
+/// elements compute in double precision only. Throws InputError for an unknown model, and for finite elements
+/// without elastic constants.
+template <class Real>
+std::unique_ptr<BodySystem<Real>> make_system(const std::string& model, const Body& body,
+                                              const Environment& environment, int threads);
+
+/// Throws InputError if make_system() would.
+void check_model(const std::string& model, const BodyConfig& body, bool single_precision);
+
+}  // namespace mss

@@ -1,0 +1,238 @@
+#include "reference/fem/fem_system.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace mss {
+
+using Eigen::Matrix3d;
+
+Lame lame_constants(const ElasticConstants& material) {
+  const auto [young, poisson] = material;
+  return {young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))};
+}
+
+namespace {
+
+ElasticConstants material_of(const Body& body) {
+  if (!body.config().elastic)
+    throw InputError("finite elements need a material of young and poisson, not one of spring constants");
+  return *body.config().elastic;
+}
+
+/// c/k of an edge spring between two interior particles.
+double time_constant(const Body& body) {
+  const BodyConfig& config = body.config();
+  if (config.damping.law == Damping::Law::none) return 0;
+  const double mass = config.density * body.cell_volume();
+  return config.damping.coefficient(config.springs.edge, mass, mass, config.cell_size) / config.springs.edge;
+}
+
+Matrix3d symmetric(const Matrix3d& m) { return (m + m.transpose()) / 2; }
+
+Eigen::Map<const Eigen::Matrix<double, 9, 1>> as_vector(const Matrix3d& m) {
+  return Eigen::Map<const Eigen::Matrix<double, 9, 1>>(m.data());
+}
+
+/// A thread per some hundred cells pays.
+int team_size(const Body& body, int asked) {
+  if (asked > 0) return std::min(asked, int(std::min<std::size_t>(body.cell_count(), 1024)));
+  return std::clamp(std::min(available_cores(), int(body.cell_count() / 8)), 1, 1024);
+}
+
+}  // namespace
+
+FemSystem::FemSystem(const Body& body, const Environment& environment, const SolidLaw& law, int threads)
+    : BodySystem<double>(body, environment),
+      law_(law),
+      lame_(lame_constants(material_of(body))),
+      viscosity_(time_constant(body)),
+      weight_(body.cell_volume() / points),
+      team_(team_size(body, threads)) {
+  const auto side = [](int corner, int axis) { return ((corner >> axis) & 1) != 0 ? 1.0 : -1.0; };
+  for (int g = 0; g < points; ++g)
+    for (int c = 0; c < 8; ++c)
+      for (int axis = 0; axis < 3; ++axis) {
+        double gradient = side(c, axis) / (4 * body.config().cell_size);
+        for (const int other : {(axis + 1) % 3, (axis + 2) % 3})
+          gradient *= 1 + side(c, other) * side(g, other) / std::sqrt(3);
+        gradients_[std::size_t(g)](c, axis) = gradient;
+      }
+
+  std::vector<std::ptrdiff_t> particle_at(std::size_t(body.lattice().size), -1);
+  for (std::size_t p = 0; p < body.particle_count(); ++p)
+    particle_at[std::size_t(body.sites()[p])] = std::ptrdiff_t(p);
+  cells_at_.resize(body.particle_count());
+  for (auto& cells : cells_at_) cells.fill(-1);
+  body.for_each_cell([&](std::ptrdiff_t site) {
+    for (int c = 0; c < 8; ++c) {
+      const auto p = particle_at[std::size_t(site + body.lattice().corner(c))];
+      cells_at_[std::size_t(p)][std::size_t(c)] = std::ptrdiff_t(cells_.size());
+    }
+    cells_.push_back(site);
+  });
+  cell_forces_.resize(cells_.size());
+}
+
+FemSystem::Corners FemSystem::gather(const Field<double>& field, std::ptrdiff_t site) const {
+  Corners corners;
+  for (int c = 0; c < 8; ++c) corners.col(c) = field.at(site + body().lattice().corner(c));
+  return corners;
+}
+
+Matrix3d FemSystem::viscous_stress(const Matrix3d& f, const Matrix3d& rate) const {
+  const Matrix3d frame = law_.small_rotations ? Matrix3d::Identity() : f;
+  const Matrix3d strain = symmetric(frame.transpose() * rate);
+  return viscosity_ * frame * (2 * lame_.mu * strain + lame_.lambda * strain.trace() * Matrix3d::Identity());
+}
+
+/// How b times viscous and c times elastic stress change with F and its rate: column by column for what is
+/// linear in a change.
+Matrix9 FemSystem::stress_change(const Matrix3d& f, const Matrix3d& rate, const TangentSum& sum) const {
+  Matrix9 d = Matrix9::Zero();
+  if (sum.stiffness != 0) d += sum.stiffness * law_.stiffness(lame_, f, sum.kind == Tangent::projected);
+  if (viscosity_ == 0) return d;
+  for (int entry = 0; entry < 9; ++entry) {
+    Matrix3d change = Matrix3d::Zero();
+    change.data()[entry] = 1;
+    Matrix3d response = sum.damping * viscous_stress(f, change);
+    if (sum.kind == Tangent::exact && !law_.small_rotations) {
+      const Matrix3d strain = symmetric(f.transpose() * rate), turned = symmetric(change.transpose() * rate);
+      const auto stress = [&](const Matrix3d& e) -> Matrix3d {
+        return 2 * lame_.mu * e + lame_.lambda * e.trace() * Matrix3d::Identity();
+      };
+      response += sum.stiffness * viscosity_ * (change * stress(strain) + f * stress(turned));
+    }
+    d.col(entry) += as_vector(response);
+  }
+  return d;
+}
+
+FemSystem::Corners FemSystem::cell_force(const Corners& x, const Corners& v) const {
+  Corners force = Corners::Zero();
+  for (const auto& gradients : gradients_) {
+    const Matrix3d f = x * gradients;
+    Matrix3d stress = law_.stress(lame_, f);
+    if (viscosity_ != 0) stress += viscous_stress(f, v * gradients);
+    force -= weight_ * stress * gradients.transpose();
+  }
+  return force;
+}
+
+FemSystem::Corners FemSystem::cell_product(const Corners& x, const Corners& v, const TangentSum& sum,
+                                           const Corners& p) const {
+  Corners product = Corners::Zero();
+  for (const auto& gradients : gradients_) {
+    const Matrix3d change = p * gradients;
+    const Eigen::Matrix<double, 9, 1> stress =
+        stress_change(x * gradients, v * gradients, sum) * as_vector(change);
+    product += weight_ * Eigen::Map<const Matrix3d>(stress.data()) * gradients.transpose();
+  }
+  return product;
+}
+
+FemSystem::Element FemSystem::cell_tangent(const Corners& x, const Corners& v, const TangentSum& sum) const {
+  Element tangent = Element::Zero();
+  for (const auto& gradients : gradients_) {
+    Eigen::Matrix<double, 9, 24> by_corner = Eigen::Matrix<double, 9, 24>::Zero();  // vec(F) = by_corner x
+    for (int c = 0; c < 8; ++c)
+      for (int axis = 0; axis < 3; ++axis)
+        by_corner.block<3, 3>(3 * axis, 3 * c) = gradients(c, axis) * Matrix3d::Identity();
+    const Matrix9 d = stress_change(x * gradients, v * gradients, sum);
+    tangent += weight_ * by_corner.transpose() * (d * by_corner).eval();
+  }
+  return tangent;
+}
+
+/// Each particle adds up what its cells give it, always in the same order, whatever the threads.
+template <class PerCell>
+void FemSystem::sum_over_cells(PerCell&& per_cell, Field<double>& out) {
+  parallel(std::ptrdiff_t(cells_.size()), [&](std::ptrdiff_t cell) {
+    cell_forces_[std::size_t(cell)] = per_cell(cells_[std::size_t(cell)]);
+  });
+  out.array() = 0;
+  parallel(std::ptrdiff_t(cells_at_.size()), [&](std::ptrdiff_t p) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t c = 0; c < 8; ++c)
+      if (const std::ptrdiff_t cell = cells_at_[std::size_t(p)][c]; cell >= 0)
+        sum += cell_forces_[std::size_t(cell)].col(Eigen::Index(c));
+    out.set(body().sites()[std::size_t(p)], sum);
+  });
+}
+
+StoredEnergy FemSystem::stored_energy(const Field<double>& x) const {
+  double energy = 0;
+  for (const std::ptrdiff_t site : cells_)
+    for (const auto& gradients : gradients_)
+      energy += weight_ * law_.energy(lame_, gather(x, site) * gradients);
+  return {.elastic = energy, .volume = 0};
+}
+
+/// No body is faster than its fastest cell alone (Irons and Treharne, 1971): at a joint both stiffness and
+/// mass are sums over cells.
+SpectralBound FemSystem::spectral_bound() const {
+  Corners rest;
+  for (int c = 0; c < 8; ++c)
+    rest.col(c) = body().config().cell_size * Vec3(c & 1, (c >> 1) & 1, (c >> 2) & 1);
+  const Element k = cell_tangent(rest, Corners::Zero(), {.stiffness = 1, .kind = Tangent::elastic});
+  const double corner_mass = body().config().density * body().cell_volume() / 8;
+  const double squared =
+      Eigen::SelfAdjointEigenSolver<Element>(k, Eigen::EigenvaluesOnly).eigenvalues()[23] / corner_mass;
+  return {.omega = std::sqrt(squared), .damping = viscosity_ * squared};
+}
+
+void FemSystem::force(double, const Field<double>& x, const Field<double>& v, Field<double>& f) {
+  sum_over_cells([&](std::ptrdiff_t site) { return cell_force(gather(x, site), gather(v, site)); }, f);
+  loads().add(0, size(), std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
+  add_gravity(f);
+}
+
+void FemSystem::acceleration(double t, const Field<double>& x, const Field<double>& v, Field<double>& a) {
+  System<double>::acceleration(t, x, v, a);
+  clear_prescribed(a);
+}
+
+void FemSystem::tangent(double, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                        SparseMatrix& matrix) {
+  BlockMatrix& m = blocks();
+  m.begin(sum.mass);
+  for (const std::ptrdiff_t site : cells_) {
+    const Element k = cell_tangent(gather(x, site), gather(v, site), sum);
+    for (int c = 0; c < 8; ++c)
+      for (int d = 0; d < 8; ++d) m.add(site, c, d, k.block<3, 3>(3 * c, 3 * d));
+  }
+  m.write(matrix);
+}
+
+void FemSystem::tangent_product(double, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                                const Field<double>& p, Field<double>& out) {
+  sum_over_cells(
+      [&](std::ptrdiff_t site) {
+        return cell_product(gather(x, site), gather(v, site), sum, gather(p, site));
+      },
+      out);
+  for (const std::ptrdiff_t site : particles())
+    out.set(site, out.at(site) + sum.mass * mass(site) * p.at(site));
+}
+
+void FemSystem::tangent_diagonal(double, const Field<double>& x, const Field<double>& v,
+                                 const TangentSum& sum, std::vector<Matrix3d>& diagonal) {
+  const BlockMatrix& m = blocks();
+  m.begin_diagonal(sum.mass, diagonal);
+  for (const std::ptrdiff_t site : cells_) {
+    const Element k = cell_tangent(gather(x, site), gather(v, site), sum);
+    for (int c = 0; c < 8; ++c)
+      diagonal[m.particle(site + body().lattice().corner(c))] += k.block<3, 3>(3 * c, 3 * c);
+  }
+}
+
+void FemSystem::parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
+  team_.for_each(count, task);
+}
+
+}  // namespace mss

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/body_system.hpp"
+#include "core/team.hpp"
+#include "reference/fem/solid_law.hpp"
+
+namespace mss {
+
+/// A body whose cells are trilinear hexahedra with eight Gauss points each and its particles' lumped masses.
+///
+/// Damping, where the body has it, is viscous (Kelvin-Voigt): the stress of the linear law for the strain
+/// rate, in the body's own frame, times the ratio c/k that an interior edge spring of the same material has.
+class FemSystem final : public BodySystem<double> {
+ public:
+  /// The body must outlive the system. Throws InputError if it has no elastic constants.
+  FemSystem(const Body& body, const Environment& environment, const SolidLaw& law, int threads = 0);
+
+  StoredEnergy stored_energy(const Field<double>& x) const override;
+  SpectralBound spectral_bound() const override;
+  int threads() const override { return team_.size(); }
+  const char* kernel_name() const override { return "finite elements"; }
+
+  void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override;
+  void acceleration(double t, const Field<double>& x, const Field<double>& v, Field<double>& a) override;
+  void tangent(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+               SparseMatrix& matrix) override;
+  void tangent_product(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                       const Field<double>& p, Field<double>& out) override;
+  void tangent_diagonal(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                        std::vector<Eigen::Matrix3d>& blocks) override;
+  void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override;
+
+ private:
+  static constexpr int points = 8;
+  using Corners = Eigen::Matrix<double, 3, 8>;    ///< a vector per corner c = bx + 2 by + 4 bz
+  using Element = Eigen::Matrix<double, 24, 24>;  ///< by corner, then axis
+
+  Corners gather(const Field<double>& field, std::ptrdiff_t site) const;
+  Eigen::Matrix3d viscous_stress(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate) const;
+  Matrix9 stress_change(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate, const TangentSum& sum) const;
+  Corners cell_force(const Corners& x, const Corners& v) const;
+  Corners cell_product(const Corners& x, const Corners& v, const TangentSum& sum, const Corners& p) const;
+  Element cell_tangent(const Corners& x, const Corners& v, const TangentSum& sum) const;
+  template <class PerCell>
+  void sum_over_cells(PerCell&& per_cell, Field<double>& out);
+
+  SolidLaw law_;
+  Lame lame_;
+  double viscosity_;  ///< stress of a strain rate over that of a strain [s]
+  double weight_;     ///< volume of a Gauss point [m^3]
+  std::array<Eigen::Matrix<double, 8, 3>, points> gradients_;  ///< of shape functions, by corner [1/m]
+  std::vector<std::ptrdiff_t> cells_;                          ///< sites of lower corners
+  std::vector<std::array<std::ptrdiff_t, 8>> cells_at_;  ///< per particle: the cell it is corner c of, or -1
+  std::vector<Corners> cell_forces_;
+  Team team_;
+};
+
+}  // namespace mss

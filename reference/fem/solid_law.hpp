@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "core/material.hpp"
+
+namespace mss {
+
+using Matrix9 = Eigen::Matrix<double, 9, 9>;
+
+/// Lame constants [Pa].
+struct Lame {
+  double mu = 0;
+  double lambda = 0;
+};
+Lame lame_constants(const ElasticConstants& material);
+
+/// A material as finite elements know it: energy by the deformation gradient F (3 x 3, rest to deformed).
+struct SolidLaw {
+  std::string name;
+  std::string summary;
+  /// True if rotations count as strain, so that only small ones are meant.
+  bool small_rotations = false;
+  /// Energy by rest volume [J/m^3].
+  double (*energy)(const Lame&, const Eigen::Matrix3d& f) = nullptr;
+  /// First Piola-Kirchhoff stress P = d energy / dF [Pa].
+  Eigen::Matrix3d (*stress)(const Lame&, const Eigen::Matrix3d& f) = nullptr;
+  /// dP/dF [Pa], rows and columns the columns of F one below the other; `projected`: made positive
+  /// semidefinite.
+  Matrix9 (*stiffness)(const Lame&, const Eigen::Matrix3d& f, bool projected) = nullptr;
+};
+
+/// All laws, in the order of reference/CMakeLists.txt.
+const std::vector<SolidLaw>& solid_laws();
+
+}  // namespace mss
