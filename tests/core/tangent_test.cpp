@@ -6,12 +6,15 @@
 
 #include <Eigen/Dense>
 
+#include "core/spring_system.hpp"
+#include "tests/differences.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss {
 namespace {
 
 using Dense = Eigen::MatrixXd;
+using testing::relative_difference;
 
 /// A body in a random state. Amplitudes beyond half a cell fold cells and turn some inside out.
 struct Scenario {
@@ -27,34 +30,10 @@ struct Scenario {
     system.tangent(0, state.x, state.v, sum, matrix);
     return matrix;
   }
-  /// -df/dx, or -df/dv, column by column.
   Dense differences(bool of_positions) {
-    const auto& unknowns = system.unknowns();
-    const auto size = Eigen::Index(unknowns.size());
-    Dense matrix(size, size);
-    Field<double> plus(system.size()), minus(system.size());
-    const double step = of_positions ? 1e-5 * body.config().cell_size : 1e-3;
-    for (Eigen::Index column = 0; column < size; ++column) {
-      const auto [site, axis] = unknowns[std::size_t(column)];
-      double& coordinate = (of_positions ? state.x : state.v).axis(axis)[site];
-      const double before = coordinate;
-      coordinate = before + step;
-      system.force(0, state.x, state.v, plus);
-      coordinate = before - step;
-      system.force(0, state.x, state.v, minus);
-      coordinate = before;
-      for (Eigen::Index row = 0; row < size; ++row) {
-        const auto [s, a] = unknowns[std::size_t(row)];
-        matrix(row, column) = (minus.axis(a)[s] - plus.axis(a)[s]) / (2 * step);
-      }
-    }
-    return matrix;
+    return testing::force_differences(system, state, of_positions, body.config().cell_size);
   }
 };
-
-double relative_difference(const Dense& a, const Dense& b) {
-  return (a - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff();
-}
 
 std::vector<BodyConfig> small_configs() {
   std::vector<BodyConfig> configs;

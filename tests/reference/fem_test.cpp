@@ -1,0 +1,274 @@
+// Finite elements: stresses and tangents against differences, the patch test, what large rotations do, and
+// the interface that every integrator drives.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+#include "core/error.hpp"
+#include "core/measures.hpp"
+#include "integrators/integrator.hpp"
+#include "integrators/linear/linear_solver.hpp"
+#include "reference/fem/fem_system.hpp"
+#include "tests/differences.hpp"
+#include "tests/random_bodies.hpp"
+
+namespace mss {
+namespace {
+
+using Eigen::Matrix3d;
+constexpr Lame lame{.mu = 300, .lambda = 700};
+
+BodyConfig fem_config(const VoxelGrid& voxels, double zeta = 0) {
+  BodyConfig config = testing::test_config(voxels);
+  config.elastic = {.young = 1e4, .poisson = 0.3};
+  config.springs = calibrate(*config.elastic, config.cell_size, 0.5);
+  config.damping = {.law = zeta > 0 ? Damping::Law::ratio : Damping::Law::none, .zeta = zeta};
+  return config;
+}
+
+/// Deformation gradients near rest, far from it, turned, and inside out.
+std::vector<Matrix3d> gradients() {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::vector<Matrix3d> all;
+  for (const double amplitude : {0.01, 0.3, 1.5})
+    for (int i = 0; i < 40; ++i) {
+      const Matrix3d rotation =
+          Eigen::Quaterniond(uniform(random), uniform(random), uniform(random), uniform(random))
+              .normalized()
+              .toRotationMatrix();
+      const Matrix3d noise = Matrix3d::NullaryExpr([&] { return amplitude * uniform(random); });
+      all.push_back(rotation * (Matrix3d::Identity() + noise));
+    }
+  return all;
+}
+
+class Law : public ::testing::TestWithParam<std::string> {
+ protected:
+  const SolidLaw& law() const {
+    for (const SolidLaw& l : solid_laws())
+      if (l.name == GetParam()) return l;
+    throw std::logic_error("no such law");
+  }
+};
+
+TEST_P(Law, StressIsTheSlopeOfTheEnergy) {
+  for (const Matrix3d& f : gradients()) {
+    const Matrix3d stress = law().stress(lame, f);
+    for (int i = 0; i < 9; ++i) {
+      Matrix3d plus = f, minus = f;
+      plus.data()[i] += 1e-5;
+      minus.data()[i] -= 1e-5;
+      EXPECT_NEAR(stress.data()[i], (law().energy(lame, plus) - law().energy(lame, minus)) / 2e-5,
+                  1e-7 * (1000 + stress.norm()));
+    }
+  }
+}
+
+TEST_P(Law, StiffnessIsTheSlopeOfTheStress) {
+  for (const Matrix3d& f : gradients()) {
+    // Where two stretches nearly cancel the corotated frame turns faster than differences can follow.
+    const Vec3 s = f.jacobiSvd().singularValues();
+    if (f.determinant() < 0 && s[1] - s[2] < 0.2) continue;
+    const Matrix9 stiffness = law().stiffness(lame, f, false);
+    for (int i = 0; i < 9; ++i) {
+      Matrix3d plus = f, minus = f;
+      plus.data()[i] += 1e-6;
+      minus.data()[i] -= 1e-6;
+      const Matrix3d slope = (law().stress(lame, plus) - law().stress(lame, minus)) / 2e-6;
+      EXPECT_LT((stiffness.col(i) - Eigen::Map<const Eigen::Matrix<double, 9, 1>>(slope.data())).norm(),
+                1e-6 * stiffness.norm());
+    }
+  }
+}
+
+TEST_P(Law, ProjectedStiffnessIsNeverNegative) {
+  for (const Matrix3d& f : gradients()) {
+    const Matrix9 projected = law().stiffness(lame, f, true), exact = law().stiffness(lame, f, false);
+    const Eigen::SelfAdjointEigenSolver<Matrix9> eigen(projected), before(exact);
+    EXPECT_GT(eigen.eigenvalues()[0], -1e-10 * eigen.eigenvalues()[8]);
+    if (before.eigenvalues()[0] > 0) {
+      EXPECT_LT((projected - exact).norm(), 1e-10 * exact.norm());
+    }
+  }
+}
+
+TEST_P(Law, ForceIsTheSlopeOfTheStoredEnergy) {
+  const Body body(fem_config(VoxelGrid::box(2, 2, 1)));
+  FemSystem system(body, {}, law());
+  State<double> state = system.rest_state();
+  testing::randomise(body, state, 0.2, 0, 7);
+  Field<double> force(system.size());
+  system.force(0, state.x, state.v, force);
+  const double step = 1e-6 * body.config().cell_size, largest = force.array().abs().maxCoeff();
+  for (const auto [site, axis] : system.unknowns()) {
+    double& x = state.x.axis(axis)[site];
+    const double before = x;
+    x = before + step;
+    const double plus = system.stored_energy(state.x).elastic;
+    x = before - step;
+    const double minus = system.stored_energy(state.x).elastic;
+    x = before;
+    EXPECT_NEAR(force.axis(axis)[site], (minus - plus) / (2 * step), 1e-6 * largest);
+  }
+}
+
+TEST_P(Law, TangentEqualsDifferencesOfTheForce) {
+  const Body body(fem_config(VoxelGrid::box(2, 1, 2), 0.1));
+  FemSystem system(body, {}, law());
+  State<double> state = system.rest_state();
+  testing::randomise(body, state, 0.15, 0.5, 11);
+  const auto tangent = [&](const TangentSum& sum) -> Eigen::MatrixXd {
+    SparseMatrix matrix = system.tangent_pattern();
+    system.tangent(0, state.x, state.v, sum, matrix);
+    return matrix;
+  };
+  const double h = body.config().cell_size;
+  EXPECT_LT(testing::relative_difference(tangent({.stiffness = 1, .kind = Tangent::exact}),
+                                         testing::force_differences(system, state, true, h)),
+            1e-6);
+  EXPECT_LT(testing::relative_difference(tangent({.damping = 1, .kind = Tangent::exact}),
+                                         testing::force_differences(system, state, false, h)),
+            1e-6);
+  for (const auto kind : {Tangent::elastic, Tangent::projected}) {
+    const TangentSum sum{.mass = 2, .damping = 0.3, .stiffness = 5, .kind = kind};
+    const Eigen::MatrixXd matrix = tangent(sum);
+    EXPECT_LT(testing::relative_difference(matrix, matrix.transpose()), 1e-12);
+    Field<double> direction(system.size()), product(system.size());
+    const auto& unknowns = system.unknowns();
+    Eigen::VectorXd p = Eigen::VectorXd::LinSpaced(matrix.rows(), -1, 2), ap(matrix.rows());
+    for (std::size_t i = 0; i < unknowns.size(); ++i)
+      direction.axis(unknowns[i].axis)[unknowns[i].site] = p[Eigen::Index(i)];
+    system.tangent_product(0, state.x, state.v, sum, direction, product);
+    for (std::size_t i = 0; i < unknowns.size(); ++i)
+      ap[Eigen::Index(i)] = product.axis(unknowns[i].axis)[unknowns[i].site];
+    EXPECT_LT(testing::relative_difference(ap, matrix * p), 1e-12);
+    std::vector<Matrix3d> blocks;
+    system.tangent_diagonal(0, state.x, state.v, sum, blocks);
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      EXPECT_LT((blocks[b] - matrix.block<3, 3>(3 * Eigen::Index(b), 3 * Eigen::Index(b))).norm(),
+                1e-12 * matrix.norm());
+  }
+}
+
+// Boundary particles go where an affine map puts them; the others must follow it.
+TEST_P(Law, PassesThePatchTest) {
+  const Body body(fem_config(VoxelGrid::box(4, 3, 3)));
+  const double h = body.config().cell_size;
+  const Vec3 low = body.config().origin + Vec3::Constant(0.5 * h),
+             high = body.config().origin + h * Vec3(3.5, 2.5, 2.5);
+  Matrix3d map;
+  map << 1.02, 0.03, -0.01, 0.01, 0.99, 0.02, 0.015, -0.02, 1.01;
+  // The holds are one box per particle of the boundary.
+  Environment environment;
+  for (const std::ptrdiff_t site : body.sites()) {
+    const Vec3 rest = body.rest_position(site);
+    if ((rest.array() > low.array()).all() && (rest.array() < high.array()).all()) continue;
+    environment.holds.push_back({.box = {rest, rest}, .displacement = map * rest - rest});
+  }
+  FemSystem system(body, environment, law());
+  ASSERT_EQ(system.unknowns().size(), 3U * 3 * 2 * 2);
+  State<double> state = system.rest_state();
+  Work work;
+  const auto method = find_integrator("static").make<double>({.tolerance = 1e-12});
+  ASSERT_EQ(method->advance(system, state, 1, work), Status::ok);
+  for (const std::ptrdiff_t site : body.sites())
+    EXPECT_LT((state.x.at(site) - map * body.rest_position(site)).norm(), 1e-10 * h);
+}
+
+TEST_P(Law, ForcesAreTheSameForAnyNumberOfThreads) {
+  const Body body(fem_config(VoxelGrid::box(5, 4, 3), 0.1));
+  FemSystem one(body, {}, law(), 1), three(body, {}, law(), 3);
+  State<double> state = one.rest_state();
+  testing::randomise(body, state, 0.2, 0.5, 7);
+  Field<double> a(one.size()), b(one.size());
+  one.force(0, state.x, state.v, a);
+  three.force(0, state.x, state.v, b);
+  EXPECT_TRUE((a.array() == b.array()).all());
+}
+
+// Irons and Treharne: the bound is above the fastest mode, and not far above.
+TEST_P(Law, BoundsItsFrequencies) {
+  const Body body(fem_config(VoxelGrid::box(3, 3, 3)));
+  FemSystem system(body, {}, law());
+  const State<double> rest = system.rest_state();
+  SparseMatrix k = system.tangent_pattern(), m = k;
+  system.tangent(0, rest.x, rest.v, {.stiffness = 1, .kind = Tangent::elastic}, k);
+  system.tangent(0, rest.x, rest.v, {.mass = 1}, m);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(k),
+                                                                        Eigen::MatrixXd(m)};
+  const double fastest = std::sqrt(eigen.eigenvalues().maxCoeff());
+  EXPECT_GE(system.spectral_bound().omega, fastest * (1 - 1e-12));
+  EXPECT_LT(system.spectral_bound().omega, 1.25 * fastest);
+}
+
+TEST_P(Law, KeepsItsEnergyUnderVelocityVerlet) {
+  const Body body(fem_config(VoxelGrid::box(2, 2, 2)));
+  FemSystem system(body, {}, law());
+  State<double> state = system.rest_state();
+  for (const std::ptrdiff_t site : body.sites()) state.x.axis(2)[site] *= 1.05;
+  const double before = measure(system, state).total();
+  Work work;
+  const double dt = 0.2 / system.spectral_bound().omega;
+  ASSERT_EQ(
+      find_integrator("velocity_verlet").make<double>({.dt = dt})->advance(system, state, 2000 * dt, work),
+      Status::ok);
+  EXPECT_NEAR(measure(system, state).total() / before, 1, 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(Registry, Law, ::testing::ValuesIn([] {
+                           std::vector<std::string> names;
+                           for (const SolidLaw& l : solid_laws()) names.push_back(l.name);
+                           return names;
+                         }()),
+                         [](const auto& param) { return param.param; });
+
+/// A bar of 1 x 1 x 3 cells whose particles start turned about its axis, by a right angle at its top.
+State<double> twisted(const BodySystem<double>& system) {
+  State<double> state = system.rest_state();
+  const BodyConfig& config = system.body().config();
+  const double height = 3 * config.cell_size;
+  const Vec3 axis = config.origin + Vec3(0.5, 0.5, 0) * config.cell_size;
+  for (const std::ptrdiff_t site : system.body().sites()) {
+    const Vec3 arm = state.x.at(site) - axis;
+    const double angle = std::acos(-1) / 2 * arm[2] / height;
+    state.x.set(site, axis + Eigen::AngleAxisd(angle, Vec3::UnitZ()) * arm);
+  }
+  return state;
+}
+
+TEST(Corotational, ReturnsToRestAfterATwistByARightAngle) {
+  const Body body(fem_config(VoxelGrid::box(1, 1, 3), 0.3));
+  const Vec3 low = body.config().origin;
+  const double h = body.config().cell_size;
+  FemSystem system(body, {.holds = {{.box = {low, low + Vec3(h, h, 0)}}}}, [] {
+    for (const SolidLaw& l : solid_laws())
+      if (l.name == "corotational") return l;
+    throw std::logic_error("no such law");
+  }());
+  State<double> state = twisted(system);
+  const State<double> rest = system.rest_state();
+  Work work;
+  const double dt = 0.5 / (system.spectral_bound().omega + system.spectral_bound().damping);
+  double start = 0, end = 0;
+  for (const std::ptrdiff_t site : body.sites())
+    start = std::max(start, (state.x.at(site) - rest.x.at(site)).norm());
+  ASSERT_EQ(
+      find_integrator("damped_verlet").make<double>({.dt = dt})->advance(system, state, 40000 * dt, work),
+      Status::ok);
+  for (const std::ptrdiff_t site : body.sites())
+    end = std::max(end, (state.x.at(site) - rest.x.at(site)).norm());
+  EXPECT_GT(start, 0.5 * h);
+  EXPECT_LT(end, 1e-8 * h);
+}
+
+TEST(FemSystem, NeedsAMaterial) {
+  BodyConfig config = fem_config(VoxelGrid::box(1, 1, 1));
+  config.elastic.reset();
+  const Body body(config);
+  EXPECT_THROW(FemSystem(body, {}, solid_laws().front()), InputError);
+}
+
+}  // namespace
+}  // namespace mss
