@@ -57,6 +57,12 @@ struct BodyConfig {
   SpringConstants springs{};                  ///< of interior springs
   std::optional<ElasticConstants> elastic{};  ///< what they stand for, if they stand for a material
   Damping damping{};
+
+  /// Fills the cells with a material: elastic constants, and springs calibrated for them.
+  void fill(const ElasticConstants& material, double face_share) {
+    elastic = material;
+    springs = calibrate(material, cell_size, face_share);
+  }
 };
 
 /// A body at rest: cells, particles, masses and springs on a lattice. Immutable.

@@ -10,9 +10,15 @@ BodySystem<Real>::BodySystem(const Body& body, const Environment& environment)
       loads_(body, environment.loads) {}
 
 template <class Real>
-State<Real> BodySystem<Real>::rest_state() const {
+State<Real> BodySystem<Real>::undeformed_state() const {
   State<Real> state{0, Field<Real>(size()), Field<Real>(size())};
   for (std::ptrdiff_t site = 0; site < size(); ++site) state.x.set(site, body_.rest_position(site));
+  return state;
+}
+
+template <class Real>
+State<Real> BodySystem<Real>::rest_state() const {
+  State<Real> state = undeformed_state();
   constrain(0, state.x, state.v);
   return state;
 }

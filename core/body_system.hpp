@@ -27,7 +27,9 @@ class BodySystem : public System<Real> {
   const Environment& environment() const { return environment_; }
   const LoadedSites& loads() const { return loads_; }
 
-  /// The body at rest at t = 0, where holds put it.
+  /// The body as it is while nothing acts on it: its holds have not moved anything.
+  State<Real> undeformed_state() const;
+  /// The same at t = 0, where holds put it.
   State<Real> rest_state() const;
 
   /// Energy stored at positions x; NaN or infinite where x is.

@@ -31,6 +31,9 @@ int run_command_line(int argc, char** argv);
 /// nowhere.
 std::filesystem::path scenes_directory();
 
+/// The file of a scene given as a path, or as the name of one that comes with the program.
+std::filesystem::path scene_file(const std::string& given);
+
 /// The first comment line of a scene file, without its mark; empty if it starts with something else.
 std::string scene_description(const std::filesystem::path& scene);
 

@@ -11,6 +11,7 @@
 #include <map>
 
 #include "core/measures.hpp"
+#include "experiments/model.hpp"
 #include "experiments/simulation.hpp"
 
 namespace mss {
@@ -28,7 +29,8 @@ constexpr double worst = 10;  ///< errors above say no more
 struct Problem {
   explicit Problem(const EnergyConfig& c)
       : body(c.body),
-        system(body, {}, {.threads = 1}),
+        owned(make_system<double>(c.model, body, {}, 1)),
+        system(*owned),
         start(stretched_state(system, c.stretch)),
         steps(c.steps) {
     energy = measure(system, start).total();
@@ -38,7 +40,8 @@ struct Problem {
     scale_errors(options, system);
   }
   Body body;
-  SpringSystem<double> system;
+  std::unique_ptr<BodySystem<double>> owned;
+  BodySystem<double>& system;
   State<double> start;
   long steps;
   double energy = 0, dt = 0;
@@ -86,6 +89,7 @@ bool follow(Problem& p, const IntegratorInfo& info, Table& rows, const Progress&
 Json configuration(const EnergyConfig& c) {
   const Problem p(c);
   return {{"body", "free cube, 1 m, 2 cells an edge, E = 10 kPa, nu = 0.3, undamped, no gravity"},
+          {"model", c.model},
           {"stretch_z", c.stretch},
           {"dt", p.dt},
           {"dt_over_central_limit", c.step_share},
@@ -112,6 +116,7 @@ ExperimentResult run_energy(const ExperimentOptions& options, Progress& progress
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
   Table summary = energy_summary(tables.rows, config.steps);
   if (tables.rows.size() > 0) result.charts.push_back({"energy", energy_chart(tables.rows, config)});
+  for (NamedChart& chart : result.charts) tell_model(chart.chart, config.model);
   for (std::size_t r = 0; r < summary.size(); ++r)
     result.summary += fmt::format("{:<22} {:>10.3g} then {:>10.3g}  {}\n", summary.text(r, "integrator"),
                                   summary.number(r, "error_before"), summary.number(r, "error_after"),
@@ -132,7 +137,8 @@ std::string verdict(double before, double after, const std::string& status) {
 EnergyConfig energy_config(const ExperimentOptions& options) {
   EnergyConfig config;
   config.body = {.voxels = VoxelGrid::box(2, 2, 2), .cell_size = 0.5};
-  config.body.springs = calibrate({.young = 1e4, .poisson = 0.3}, config.body.cell_size, 0.5);
+  config.body.fill({.young = 1e4, .poisson = 0.3}, 0.5);
+  config.model = options.model;
   if (options.quick) config.steps = 10000;
   config.integrators = moving_integrators(options.integrators);
   return config;
@@ -202,7 +208,7 @@ Chart energy_chart(const Table& rows, const EnergyConfig& config) {
 ExperimentInfo energy() {
   return {.name = "energy",
           .summary = "energy of an undamped body over 100,000 steps, for every integrator",
-          .accepts = {.integrators = true},
+          .accepts = {.integrators = true, .model = true},
           .run = run_energy};
 }
 

@@ -20,6 +20,7 @@ struct ExperimentOptions {
   std::vector<int> cells = {};                ///< cells per edge; empty: the experiment's own
   std::vector<std::string> integrators = {};  ///< names; empty: all
   int threads = 0;                            ///< most threads of the core; 0: all cores
+  std::string model = "springs";              ///< what fills the bodies
   std::uint64_t seed = 1;
 };
 
@@ -28,6 +29,7 @@ struct ExperimentAccepts {
   bool cells = false;
   int largest_cells = 0;  ///< of any item of --cells
   bool integrators = false;
+  bool model = false;
   bool threads = false;
   bool seed = false;
 };

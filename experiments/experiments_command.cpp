@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "core/team.hpp"
 #include "experiments/commands.hpp"
+#include "experiments/model.hpp"
 #include "experiments/number_list.hpp"
 #include "experiments/output.hpp"
 #include "experiments/report.hpp"
@@ -41,6 +42,10 @@ void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& acc
         .add_option("--integrators", choice.options.integrators,
                     "Names from `mss list integrators`, as in rk4,cvode_bdf; all if left out")
         ->delimiter(',');
+  if (accepts.model)
+    command
+        .add_option("--model", choice.options.model, "What fills the bodies: a name from `mss list models`")
+        ->capture_default_str();
   if (accepts.threads)
     command.add_option("--threads", choice.options.threads, "Most threads to measure; 0: all cores")
         ->capture_default_str();
@@ -77,6 +82,7 @@ void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
   if (!choice.cells.empty())
     choice.options.cells = parse_number_list(choice.cells, "--cells", info.accepts.largest_cells);
   if (info.accepts.integrators) moving_integrators(choice.options.integrators);  // throws
+  check_model_name(choice.options.model);
   prepare_directory(choice.directory);
   warn_first();
   exit_status = conclude(run_and_write(info, choice.options, choice.directory));

@@ -97,6 +97,12 @@ fs::path scenes_directory() {
   return {};
 }
 
+fs::path scene_file(const std::string& given) {
+  if (fs::exists(given) || fs::path(given).has_parent_path() || fs::path(given).has_extension()) return given;
+  const fs::path listed = scenes_directory() / (given + ".toml");
+  return fs::exists(listed) ? listed : fs::path(given);
+}
+
 std::string scene_description(const fs::path& scene) {
   std::ifstream stream(scene);
   std::string line;

@@ -33,6 +33,8 @@ std::vector<std::pair<std::string, std::string>> models() {
   return lines;
 }
 
+void check_model_name(const std::string& model) { find_law(model); }
+
 void check_model(const std::string& model, const BodyConfig& body, bool single_precision) {
   if (find_law(model) == nullptr) return;
   if (!body.elastic)
@@ -41,6 +43,10 @@ void check_model(const std::string& model, const BodyConfig& body, bool single_p
   if (single_precision)
     throw InputError(
         fmt::format("model '{}' computes in double precision only; give precision = \"double\"", model));
+}
+
+void tell_model(Chart& chart, const std::string& model) {
+  if (model != spring_model) chart.subtitle += "; " + model + " finite elements";
 }
 
 template <class Real>

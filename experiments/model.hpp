@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/body_system.hpp"
+#include "experiments/chart.hpp"
 
 namespace mss {
 
@@ -20,7 +21,13 @@ template <class Real>
 std::unique_ptr<BodySystem<Real>> make_system(const std::string& model, const Body& body,
                                               const Environment& environment, int threads);
 
+/// Throws InputError for an unknown one.
+void check_model_name(const std::string& model);
+
 /// Throws InputError if make_system() would.
 void check_model(const std::string& model, const BodyConfig& body, bool single_precision);
+
+/// Adds to a chart's subtitle what fills the bodies, if not springs.
+void tell_model(Chart& chart, const std::string& model);
 
 }  // namespace mss

@@ -13,6 +13,8 @@
 #include <cmath>
 #include <map>
 
+#include "experiments/model.hpp"
+
 namespace mss {
 
 namespace {
@@ -48,7 +50,7 @@ PrecisionScene scene(const std::string& shape, double young, double damping, int
     s.body.voxels = VoxelGrid::box(n, n, n);
     s.start = stretched;
   }
-  s.body.springs = calibrate({.young = young, .poisson = 0.3}, s.body.cell_size, 0.5);
+  s.body.fill({.young = young, .poisson = 0.3}, 0.5);
   if (damping > 0) s.body.damping = {.law = Damping::Law::ratio, .zeta = damping};
   s.description += fmt::format("; E = {:g} kPa, {}", young / 1e3,
                                damping > 0 ? fmt::format("damping ratio {}", damping) : "undamped");
@@ -59,6 +61,7 @@ Json configuration(const PrecisionConfig& config) {
   Json scenes = Json::object();
   for (const PrecisionScene& s : config.scenes) scenes[s.name] = s.description;
   return {{"scenes", scenes},
+          {"model", config.model},
           {"integrators", config.integrators},
           {"seconds_per_run", config.seconds_per_run},
           {"seconds_to_agree", config.seconds_to_agree},
@@ -105,6 +108,7 @@ ExperimentResult run_precision(const ExperimentOptions& options, Progress& progr
       result.charts.push_back({fmt::format("precision_{}_{}", s.name, cost),
                                precision_chart(tables.rows, tables.references, s, cost)});
   }
+  for (NamedChart& chart : result.charts) tell_model(chart.chart, config.model);
   for (std::size_t r = 0; r < summary.size(); ++r)
     result.summary += fmt::format("{:<28} error {:<6g} {:<22} {:>10.3g} s  {}\n", summary.text(r, "scene"),
                                   summary.number(r, "error"), summary.text(r, "integrator"),
@@ -122,6 +126,7 @@ ExperimentResult run_precision(const ExperimentOptions& options, Progress& progr
 PrecisionConfig precision_config(const ExperimentOptions& options) {
   PrecisionConfig config;
   config.integrators = moving_integrators(options.integrators);
+  config.model = options.model;
   if (options.quick) {
     config.seconds_per_run = config.seconds_to_agree = 0.3;
     config.scenes = {scene("cantilever", 1e4, 0, 1), scene("twist", 1e4, 0.05, 1),
@@ -137,7 +142,7 @@ PrecisionConfig precision_config(const ExperimentOptions& options) {
 ExperimentInfo precision() {
   return {.name = "precision",
           .summary = "error against cost for every integrator, on scenes with smooth solutions",
-          .accepts = {.integrators = true},
+          .accepts = {.integrators = true, .model = true},
           .run = run_precision};
 }
 

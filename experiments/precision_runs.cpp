@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/measures.hpp"
+#include "experiments/model.hpp"
 #include "experiments/precision.hpp"
 #include "experiments/simulation.hpp"
 #include "experiments/statistics.hpp"
@@ -18,8 +19,12 @@ constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// One scene ready to run.
 struct Problem {
-  explicit Problem(const PrecisionScene& s)
-      : scene(s), body(s.body), system(body, s.environment, {.threads = 1}), start(system.rest_state()) {
+  Problem(const PrecisionScene& s, const std::string& model)
+      : scene(s),
+        body(s.body),
+        owned(make_system<double>(model, body, s.environment, 1)),
+        system(*owned),
+        start(system.rest_state()) {
     if (scene.start)
       for (const std::ptrdiff_t site : body.sites()) start.x.set(site, scene.start(start.x.at(site)));
     system.constrain(0, start.x, start.v);
@@ -27,7 +32,8 @@ struct Problem {
   }
   const PrecisionScene& scene;
   Body body;
-  SpringSystem<double> system;
+  std::unique_ptr<BodySystem<double>> owned;
+  BodySystem<double>& system;
   State<double> start;
   IntegratorOptions options;
 };
@@ -228,7 +234,7 @@ Table empty_agreement() {
 PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress) {
   PrecisionTables tables{empty_rows(), empty_references(), empty_agreement()};
   for (std::size_t i = 0; i < config.scenes.size(); ++i) {
-    Problem problem(config.scenes[i]);
+    Problem problem(config.scenes[i], config.model);
     progress.report(double(i) / double(config.scenes.size()), config.scenes[i].name + ": reference");
     const Reference reference = find_reference(problem, config.reference_tolerance);
     const bool known = reference.status == Status::ok;

@@ -21,13 +21,6 @@ struct RunChoice {
   std::vector<std::string> overrides;
 };
 
-/// A path, or the name of a scene that comes with the program.
-fs::path scene_file(const std::string& given) {
-  if (fs::exists(given) || fs::path(given).has_parent_path() || fs::path(given).has_extension()) return given;
-  const fs::path listed = scenes_directory() / (given + ".toml");
-  return fs::exists(listed) ? listed : fs::path(given);
-}
-
 Json final_row(const Table& series) {
   Json row = Json::object();
   for (const Column& column : series.columns())

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <ostream>
 
 #include "core/error.hpp"
@@ -141,23 +142,34 @@ State<Real> stretched_state(const BodySystem<Real>& system, double factor) {
   return state;
 }
 
-void check_solve(const Scene& scene) {
-  const std::string file = scene.file.string();
+namespace {
+
+/// Says which table of which file an error is about.
+void check_table(const Scene& scene, const char* table, const std::function<void()>& check) {
   try {
+    check();
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}: {}", scene.file.string(), table, error.what()));
+  }
+}
+
+}  // namespace
+
+void check_solve(const Scene& scene) {
+  const bool single = scene.solve.precision == Precision::single;
+  check_table(scene, "material", [&] { check_model(scene.model, scene.body, single); });
+  check_table(scene, "solve", [&] {
     const IntegratorInfo& method = find_integrator(scene.solve.integrator);
     if (!scene.solve.dt) check_safe(method);
-    if (scene.solve.precision == Precision::single && !method.make_single)
+    if (single && !method.make_single)
       throw InputError(fmt::format(
           "integrator '{}' computes in double precision only; give precision = \"double\"", method.name));
     find_linear_solver(scene.solve.linear_solver);
-    check_model(scene.model, scene.body, scene.solve.precision == Precision::single);
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: solve: {}", file, error.what()));
-  }
+  });
   if (scene.solve.dt && *scene.solve.dt > scene.solve.duration)
     throw InputError(
-        fmt::format("{}: solve.dt = {} s is longer than solve.duration = {} s; give a shorter step", file,
-                    *scene.solve.dt, scene.solve.duration));
+        fmt::format("{}: solve.dt = {} s is longer than solve.duration = {} s; give a shorter step",
+                    scene.file.string(), *scene.solve.dt, scene.solve.duration));
 }
 
 SimulationResult simulate(const Scene& scene, Progress& progress) {

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/model.hpp"
 #include "experiments/simulation.hpp"
 #include "experiments/statistics.hpp"
 #include "integrators/linear/linear_solver.hpp"
@@ -27,7 +28,7 @@ constexpr double worst = 100;  ///< [s]; where failures are drawn
 
 BodyConfig cube(const StiffnessConfig& config, int n, double young) {
   BodyConfig body{.voxels = VoxelGrid::box(n, n, n), .cell_size = 1.0 / n};
-  body.springs = calibrate({.young = young, .poisson = 0.3}, body.cell_size, 0.5);
+  body.fill({.young = young, .poisson = 0.3}, 0.5);
   body.damping = {.law = Damping::Law::ratio, .zeta = config.damping_ratio};
   return body;
 }
@@ -37,12 +38,14 @@ struct Problem {
   Problem(const StiffnessConfig& c, int n, double young)
       : config(c),
         body(cube(c, n, young)),
-        system(body, {.gravity = Vec3(0, 0, -9.81), .holds = {{.box = {{0, 0, 0}, {1, 1, 0}}}}},
-               {.threads = 1}),
+        owned(make_system<double>(
+            c.model, body, {.gravity = Vec3(0, 0, -9.81), .holds = {{.box = {{0, 0, 0}, {1, 1, 0}}}}}, 1)),
+        system(*owned),
         start(stretched_state(system, c.stretch)) {}
   const StiffnessConfig& config;
   Body body;
-  SpringSystem<double> system;
+  std::unique_ptr<BodySystem<double>> owned;
+  BodySystem<double>& system;
   State<double> start;
 };
 
@@ -179,6 +182,7 @@ Json configuration(const StiffnessConfig& c) {
   for (const StiffMethod& m : c.methods)
     methods.push_back({{"name", m.name()}, {"largest_cells", m.largest_cells}});
   return {{"body", "cube of 1 m, nu = 0.3, density 1000 kg/m^3, its bottom held, under gravity"},
+          {"model", c.model},
           {"stretch_z", c.stretch},
           {"damping_ratio", c.damping_ratio},
           {"cells", c.cells},
@@ -208,6 +212,7 @@ ExperimentResult run_stiffness(const ExperimentOptions& options, Progress& progr
   if (tables.rows.size() > 0) result.charts.push_back({"stiffness", stiffness_overview(tables.rows)});
   for (const int n : sizes(tables.rows))
     result.charts.push_back({fmt::format("stiffness_{}", n), stiffness_chart(tables.rows, n)});
+  for (NamedChart& chart : result.charts) tell_model(chart.chart, config.model);
   for (std::size_t r = 0; r < summary.size(); ++r)
     result.summary += fmt::format("n = {:<3} {}\n", summary.number(r, "cells"), summary.text(r, "sentence"));
   result.tables = {{"stiffness", std::move(tables.rows)}, {"stiffness_summary", std::move(summary)}};
@@ -226,6 +231,7 @@ std::string sentence(const std::string& rival, double from, double low, double h
 StiffnessConfig stiffness_config(const ExperimentOptions& options) {
   StiffnessConfig config;
   config.cells = options.cells;
+  config.model = options.model;
   if (config.cells.empty())
     config.cells = options.quick ? std::vector<int>{3, 5} : std::vector<int>{3, 5, 7, 10};
   for (int decade = 4; decade <= 10; ++decade) config.young.push_back(std::pow(10.0, decade));
@@ -307,7 +313,7 @@ Chart stiffness_overview(const Table& rows) {
 ExperimentInfo stiffness() {
   return {.name = "stiffness",
           .summary = "what stiff bodies cost CVODE's BDF with each linear solver",
-          .accepts = {.cells = true, .largest_cells = 30},
+          .accepts = {.cells = true, .largest_cells = 30, .model = true},
           .run = run_stiffness};
 }
 

@@ -4,42 +4,59 @@
 #include <string>
 #include <vector>
 
-#include "core/spring_system.hpp"
+#include "core/body_system.hpp"
 #include "experiments/experiment.hpp"
 
 namespace mss {
 
-/// A loaded body whose deflection under a unit load is known.
+/// A number asked of a body, and how it ended.
+struct Answer {
+  Status status = Status::ok;
+  double value = 0;
+};
+
+/// A body in a situation where the right answer is known.
 struct ValidationCase {
   std::string name;
   std::string description;
-  Eigen::Vector3i proportions;  ///< edges, in units of the width
-  double density;               ///< [kg/m^3]
-  Environment environment;
-  Box measured;      ///< particles whose mean displacement is the deflection
-  int axis;          ///< along which
-  double reference;  ///< [m/N]
+  std::string quantity;  ///< what `answer` gives
+  std::string unit;
+  double poisson = 0.3;
+  Eigen::Vector3i proportions{4, 1, 1};  ///< edges, in units of the width
+  Environment environment{};
+  std::function<Answer(BodySystem<double>&)> answer{};
+  double reference = 0;  ///< in that unit
+  double doubt = 0;      ///< share by which the reference may be wrong; 0: a closed form
   std::string source;
+  bool large = false;   ///< deformations are: laws of finite elements differ
+  int most_cells = 16;  ///< across the width; more would take minutes
 };
 
-/// A way to make springs of a material.
-struct LatticeModel {
+/// A way to fill a body with a material: springs, or a law of finite elements.
+struct ValidationModel {
   std::string name;
+  std::string model;  ///< for make_system()
+  bool for_large_only = false;
   std::function<SpringConstants(const ElasticConstants&, double cell_size)> springs;
 };
 
 /// What `mss validate` does.
 struct ValidationConfig {
-  ElasticConstants material{.young = 1e5, .poisson = 0.3};
+  double young = 1e5;     ///< [Pa]
+  double density = 1000;  ///< [kg/m^3]
   std::vector<ValidationCase> cases;
-  std::vector<LatticeModel> models;
-  std::vector<int> cells;  ///< across the width
-  int repetitions = 3;
+  std::vector<ValidationModel> models;
+  std::vector<int> cells;       ///< across the width
+  std::vector<int> refinement;  ///< cells per edge of the thesis's cube
+  int repetitions = 3;          ///< of answers that take less than two seconds
 };
 ValidationConfig validation_config(const ExperimentOptions& options);
+std::vector<ValidationCase> validation_cases(double young, double density);
+std::vector<ValidationModel> validation_models();
 
 struct ValidationTables {
   Table rows;
+  Table refinement;
   Status status = Status::ok;
 };
 ValidationTables measure_validation(const ValidationConfig& config, Progress& progress);
@@ -47,7 +64,14 @@ ValidationTables measure_validation(const ValidationConfig& config, Progress& pr
 /// For every case and model: its error at the finest resolution and its order of convergence there.
 Table validation_summary(const Table& rows);
 
+/// Errors below are rounding: no order can be read from them, and they are not drawn.
+inline constexpr double validation_rounding = 1e-9;
+
 /// Error against a column of the rows, for one case and all models.
-Chart validation_chart(const Table& rows, const ValidationCase& c, const std::string& against);
+Chart validation_chart(const Table& rows, const ValidationConfig& config, const ValidationCase& c,
+                       const std::string& against);
+
+/// What refining does to the thesis's cube: Young's modulus against cells per edge.
+Chart refinement_chart(const Table& refinement);
 
 }  // namespace mss

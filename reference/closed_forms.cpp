@@ -1,9 +1,11 @@
 #include "reference/closed_forms.hpp"
 
+#include <cmath>
+
 namespace mss::reference {
 
-double pulled_extension(const SquareBar& bar, double force) {
-  return force * bar.length / (bar.young * bar.width * bar.width);
+namespace {
+const double pi = std::acos(-1.0);
 }
 
 double cantilever_deflection(const SquareBar& bar, double force) {
@@ -12,6 +14,25 @@ double cantilever_deflection(const SquareBar& bar, double force) {
   const double coefficient = 10 * (1 + bar.poisson) / (12 + 11 * bar.poisson);
   return force * bar.length * bar.length * bar.length / (3 * bar.young * moment) +
          force * bar.length / (coefficient * shear * area);
+}
+
+double torsion_stiffness(const SquareBar& bar) {
+  double sum = 0;
+  for (int k = 1; k < 200; k += 2) sum += std::tanh(k * pi / 2) / std::pow(k, 5);
+  const double j = std::pow(bar.width, 4) / 3 * (1 - 192 / std::pow(pi, 5) * sum);
+  return bar.young / (2 * (1 + bar.poisson)) * j / bar.length;
+}
+
+double hanging_sag(const SquareBar& bar, double density, double gravity) {
+  return density * gravity * bar.length * bar.length / (2 * bar.young);
+}
+
+double bar_frequency(double stiffness, double density, double length, int mode) {
+  return (2 * mode - 1) / (4 * length) * std::sqrt(stiffness / density);
+}
+
+double chain_frequency(double stiffness, double density, double length, int links, int mode) {
+  return std::sin(pi * (2 * mode - 1) / (4 * links)) / pi * std::sqrt(stiffness / density) * links / length;
 }
 
 }  // namespace mss::reference

@@ -8,16 +8,27 @@ struct SquareBar {
   double width, length;
 };
 
-/// Extension under a pull F at its end: F L / (E A).
-double pulled_extension(const SquareBar& bar, double force);
-
 /// Tip deflection of a cantilever under a shear force F at its tip, by Timoshenko's theory with Cowper's
 /// shear coefficient 10 (1 + nu) / (12 + 11 nu) (J. Appl. Mech. 33 (1966) 335): F L^3 / (3 E I) + F L / (k G
 /// A). A clamp that holds the whole end also stops it from narrowing, which makes a real one stiffer.
 double cantilever_deflection(const SquareBar& bar, double force);
 
-/// The same for E = 1e5 Pa, nu = 0.3, 4 x 1 x 1 m, F = 1 N with its whole end clamped: finite elements
-/// (CalculiX 2.20, C3D20, converged), mean over the end face [m].
-inline constexpr double clamped_cantilever_deflection = 2.632e-3;
+/// Torque for a twist by one radian of a bar whose ends may warp [N m], after Saint-Venant: G J / L with
+///   J = a^4 / 3 (1 - 192 / pi^5 sum_{k odd} tanh(k pi / 2) / k^5) = 0.1406 a^4
+/// (Timoshenko and Goodier, Theory of Elasticity, art. 109).
+double torsion_stiffness(const SquareBar& bar);
+
+/// How far the lowest point of the axis sinks when a bar hangs from its top under its own weight [m]:
+/// rho g L^2 / (2 E), exactly, if the top's points are held on the paraboloid rho g nu r^2 / (2 E) that they
+/// form where stresses are uniaxial (Timoshenko and Goodier, art. 86).
+double hanging_sag(const SquareBar& bar, double density, double gravity);
+
+/// Longitudinal frequency of a bar, one end held and sides free [Hz], mode 1, 2 ...:
+/// (2 mode - 1) / (4 L) sqrt(stiffness / density). Thin bars have stiffness E; if the sides are held, C11.
+double bar_frequency(double stiffness, double density, double length, int mode);
+
+/// The same for the chain of `links` equal springs that a lattice makes of such a bar, its last mass half the
+/// others (one at a free surface) [Hz]: sin(pi (2 mode - 1) / (4 links)) / pi sqrt(stiffness / density) / h.
+double chain_frequency(double stiffness, double density, double length, int links, int mode);
 
 }  // namespace mss::reference

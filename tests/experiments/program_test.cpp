@@ -81,8 +81,41 @@ TEST(Program, RefusesBadUsageInOneSentence) {
     expect_refused({experiment, "--out", out, "--integrators", "rk4,rk4"}, "'rk4' is named twice");
   }
   expect_refused({"stiffness", "--out", out, "--cells", "0"}, "from 1 to 30");
+  for (const char* experiment : {"precision", "energy", "stiffness"})
+    expect_refused({experiment, "--out", out, "--model", "corotated"}, "did you mean 'corotational'?");
+  expect_refused({"timing", "--out", out, "--model", "linear"}, "'--model' is unknown");
+  expect_refused({"modes", "cantilever", "--out", out, "--count", "0"}, "--count is 0");
   EXPECT_FALSE(fs::exists(out));
   expect_refused({"list", "scene"}, "did you mean 'scenes'?");
+}
+
+TEST(Modes, OfAScene) {
+  const Directory directory;
+  for (const char* model : {"springs", "linear"}) {
+    const std::string out = directory / model;
+    const ProgramRun run = mss({"modes", "cantilever", "--count", "4", "--out", out, "--set",
+                                std::string("material.model=") + model});
+    ASSERT_EQ(run.exit_status, 0) << run.output;
+    const auto rows = parse_csv(read_file(fs::path(out) / "modes.csv"));
+    ASSERT_EQ(rows.size(), 5U);
+    const double first = std::stod(rows[1][2]);
+    EXPECT_NEAR(std::stod(rows[2][2]) / first, 1, 1e-8);  // it bends alike either way
+    EXPECT_NEAR(first, 1, 0.05);
+    const auto summary = Json::parse(read_file(fs::path(out) / "summary.json"));
+    EXPECT_LT(summary["omega_max"], summary["omega_bound"]);
+    EXPECT_GT(summary["safe_dt_undamped"]["verlet"], 0);
+  }
+}
+
+TEST(Model, FillsEveryExperimentsBodies) {
+  const Directory directory;
+  const std::string out = directory / "energy";
+  const ProgramRun run =
+      mss({"energy", "--quick", "--integrators", "verlet", "--model", "corotational", "--out", out});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  EXPECT_EQ(Json::parse(read_file(fs::path(out) / "meta.json"))["configuration"]["model"], "corotational");
+  EXPECT_NE(read_file(fs::path(out) / "energy.svg").find("corotational"), std::string::npos);
+  EXPECT_NE(run.output.find("bounded"), std::string::npos) << run.output;
 }
 
 TEST(Material, RefusesWhatIsNoMaterial) {

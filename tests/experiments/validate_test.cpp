@@ -3,15 +3,18 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
-#include "integrators/linear/linear_solver.hpp"
+#include "core/spring_system.hpp"
+#include "integrators/linear_response.hpp"
+#include "reference/calculix/calculix.hpp"
 #include "reference/closed_forms.hpp"
 
 namespace mss {
 namespace {
 
-/// E and nu of a cube of n^3 cells, from a pull along x that lets it narrow: K u = f at rest.
+/// E and nu of a cube of n^3 cells, from a pull along x that lets it narrow.
 ElasticConstants measured(const SpringConstants& springs, int n, double h) {
   const Body body({.voxels = VoxelGrid::box(n, n, n), .cell_size = h, .density = 1, .springs = springs});
   const double edge = n * h, force = 1e6;
@@ -23,17 +26,12 @@ ElasticConstants measured(const SpringConstants& springs, int n, double h) {
   const Box end{{edge, 0, 0}, {edge, edge, edge}};
   SpringSystem<double> system(
       body, {.holds = {face(0), face(1), face(2)}, .loads = {{.box = end, .force = {force, 0, 0}}}});
-  const State<double> rest = system.rest_state();
-  Field<double> load(system.size()), u(system.size());
-  system.force(0, rest.x, rest.v, load);
   Work work;
-  const TangentSum sum{.stiffness = 1, .kind = Tangent::elastic};
-  EXPECT_EQ(
-      solve_tangent(*find_linear_solver("cholmod").make(0), system, 0, rest.x, rest.v, sum, load, u, work),
-      Status::ok);
+  const LinearResponse response = linear_response(system, {}, work);
+  EXPECT_EQ(response.status, Status::ok);
   const std::ptrdiff_t corner = body.select({edge, edge, edge}, {edge, edge, edge}).front();
-  const double strain = u.at(corner)[0] / edge, across = u.at(corner)[1] / edge;
-  return {.young = force / (edge * edge) / strain, .poisson = -across / strain};
+  const Vec3 moved = response.displacement.at(corner);
+  return {.young = force / (edge * moved[0]), .poisson = -moved[1] / moved[0]};
 }
 
 TEST(Calibration, UniaxialTestsReturnTheMaterial) {
@@ -56,47 +54,141 @@ TEST(Calibration, TheThesissConstantsAreWhatTheSpecificationSays) {
   EXPECT_NEAR(cubic_stiffness(springs, 0.2).zener_ratio(), 5, 1e-12);
 }
 
-TEST(Validate, MeetsTheSpecificationsCantilevers) {
-  ValidationConfig config = validation_config({.cells = {1, 2, 4}});
+/// Rows of some cases, each answered once.
+Table answers(const std::vector<std::string>& cases, std::vector<int> cells) {
+  ValidationConfig config = validation_config({.cells = std::move(cells)});
+  std::erase_if(config.cases, [&](const ValidationCase& c) {
+    return std::find(cases.begin(), cases.end(), c.name) == cases.end();
+  });
   config.repetitions = 1;
+  config.refinement = {1, 2, 5};
   Progress progress;
-  const ValidationTables tables = measure_validation(config, progress);
-  ASSERT_EQ(tables.status, Status::ok);
-  const auto ratio = [&](const std::string& name, const std::string& model, int cells) {
-    for (std::size_t r = 0; r < tables.rows.size(); ++r)
-      if (tables.rows.text(r, "case") == name && tables.rows.text(r, "model") == model &&
-          tables.rows.number(r, "cells") == cells)
-        return tables.rows.number(r, "compliance") / tables.rows.number(r, "reference");
-    return 0.0;
-  };
-  EXPECT_NEAR(ratio("cantilever", "calibrated, t = 1", 1), 0.5545, 1e-4);
-  EXPECT_NEAR(ratio("cantilever", "calibrated, t = 1", 2), 0.8124, 1e-4);
-  EXPECT_NEAR(ratio("cantilever", "calibrated, t = 1", 4), 0.9417, 1e-4);
-  EXPECT_NEAR(ratio("cantilever", "calibrated, t = 0.5", 4), 0.9269, 1e-4);
-  for (const char* model :
-       {"thesis's springs", "calibrated, t = 0.25", "calibrated, t = 0.5", "calibrated, t = 1"})
-    EXPECT_NEAR(ratio("stretch", model, 2), 1, 1e-12) << model;
-  EXPECT_GT(std::abs(ratio("cantilever", "thesis's springs", 4) - 1),
-            0.1);  // anisotropic: refining does not help
+  ValidationTables tables = measure_validation(config, progress);
+  EXPECT_EQ(tables.status, Status::ok);
+  for (std::size_t r = 0; r < tables.rows.size(); ++r) EXPECT_EQ(tables.rows.text(r, "status"), "ok");
+  return tables.rows;
 }
 
-// Beam theory knows nothing of how a clamp stops the end from narrowing: it lies two percent above.
+double number(const Table& rows, const std::string& column, const std::string& name, const std::string& model,
+              int cells) {
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    if (rows.text(r, "case") == name && rows.text(r, "model") == model && rows.number(r, "cells") == cells)
+      return rows.number(r, column);
+  ADD_FAILURE() << "no row of " << name << ", " << model << ", " << cells;
+  return 0;
+}
+
+// The specification's 2.632e-3 is what quadratic elements say at four cells across; from eight on they say
+// 2.638e-3 to 2.640e-3, because the clamp's edge is singular. Ratios and order are therefore tested as the
+// specification gives them, and the experiment itself takes the finest mesh.
+TEST(Validate, MeetsTheSpecificationsCantilevers) {
+  constexpr double specified = 2.632e-3;
+  const Table rows = answers({"cantilever", "cantilever_45"}, {1, 2, 4, 8});
+  const auto ratio = [&](const std::string& model, int cells) {
+    return number(rows, "value", "cantilever", model, cells) / specified;
+  };
+  EXPECT_NEAR(ratio("springs, t = 1", 1), 0.5545, 1e-4);
+  EXPECT_NEAR(ratio("springs, t = 1", 2), 0.8124, 1e-4);
+  EXPECT_NEAR(ratio("springs, t = 1", 4), 0.9417, 1e-4);
+  EXPECT_NEAR(ratio("springs, t = 1", 8), 0.9853, 1e-4);
+  EXPECT_NEAR(ratio("springs, t = 0.5", 1), 0.4733, 1e-4);
+  EXPECT_NEAR(ratio("springs, t = 0.5", 2), 0.7671, 1e-4);
+  EXPECT_NEAR(ratio("springs, t = 0.5", 4), 0.9269, 1e-4);
+  EXPECT_NEAR(ratio("springs, t = 0.5", 8), 0.9814, 1e-4);
+  EXPECT_NEAR(ratio("elements, linear", 4), 0.9612, 1e-4);
+  for (const char* model : {"springs, t = 0.25", "springs, t = 0.5", "springs, t = 1"})
+    EXPECT_NEAR(std::log2((1 - ratio(model, 4)) / (1 - ratio(model, 8))), 2, 0.1) << model;
+  EXPECT_GT(number(rows, "error", "cantilever", "thesis's springs", 8), 0.05);  // refining does not help
+  // Nearly incompressible, full integration locks and the lattice does not.
+  const double converged = number(rows, "reference", "cantilever_45", "springs, t = 1", 4);
+  EXPECT_NEAR(number(rows, "value", "cantilever_45", "elements, linear", 4) / 2.562e-3, 0.9029, 1e-4);
+  EXPECT_NEAR(number(rows, "value", "cantilever_45", "springs, t = 1", 4) / 2.562e-3, 0.9500, 5e-4);
+  EXPECT_NEAR(converged, 2.59e-3, 0.01e-3);
+  for (const int cells : {1, 2, 4, 8})
+    for (const char* model : {"springs, t = 0.25", "springs, t = 0.5", "springs, t = 1"})
+      EXPECT_LT(number(rows, "error", "cantilever_45", model, cells),
+                number(rows, "error", "cantilever_45", "elements, linear", cells))
+          << model << " " << cells;
+}
+
+TEST(Validate, FrequenciesAreCalculixs) {
+  const Table rows = answers({"vibration_bending", "vibration_torsion", "vibration_bending_2"}, {8});
+  for (const char* name : {"vibration_bending", "vibration_torsion", "vibration_bending_2"})
+    EXPECT_LT(number(rows, "error", name, "springs, t = 1", 8), 0.015) << name;
+}
+
+TEST(Validate, OrdersAreTwoWhereTheSolutionIsSmooth) {
+  const Table rows = answers({"torsion", "hanging"}, {4, 8});
+  for (const char* name : {"torsion", "hanging"})
+    for (const char* model : {"springs, t = 0.25", "springs, t = 0.5", "springs, t = 1", "elements, linear"})
+      EXPECT_NEAR(std::log2(number(rows, "error", name, model, 4) / number(rows, "error", name, model, 8)), 2,
+                  0.1)
+          << name << ", " << model;
+}
+
+TEST(Validate, AnswersUniformStressExactly) {
+  const Table rows = answers({"stretch_100", "stretch_110", "stretch_111", "shear"}, {1, 2});
+  for (const char* name : {"stretch_100", "stretch_110", "stretch_111", "shear"})
+    for (const char* model : {"springs, t = 1", "elements, linear"})
+      EXPECT_LT(number(rows, "error", name, model, 2), 1e-10) << name << ", " << model;
+  // Body diagonals pull at a free surface as no uniform traction does.
+  EXPECT_LT(number(rows, "error", "stretch_100", "springs, t = 0.5", 2), 1e-10);
+  EXPECT_GT(number(rows, "error", "shear", "springs, t = 0.5", 2), 1e-3);
+}
+
+// Trilinear elements of ours and of CalculiX, whose files have seven digits.
+TEST(Validate, ElementsAreCalculixs) {
+  const Table rows = answers({"cantilever", "cantilever_45", "large_twist", "large_compression"}, {1, 2, 4});
+  int compared = 0;
+  for (const reference::CalculixRow& row : reference::calculix_rows()) {
+    if (row.element != "C3D8") continue;
+    const bool small = row.study == "cantilever";
+    if (!small && row.poisson != 0.3) continue;
+    const std::string name =
+        small ? (row.poisson == 0.3 ? "cantilever" : "cantilever_45") : "large_" + row.study;
+    const char* model = small ? "elements, linear" : "elements, St. V.-Kirchhoff";
+    EXPECT_NEAR(number(rows, "value", name, model, row.cells) / row.value, 1, 1e-6)
+        << name << " " << row.cells;
+    ++compared;
+  }
+  EXPECT_EQ(compared, 3 + 3 + 2 + 2);
+}
+
+// Stiffness falls as 1 / h where spring constants are held, and stays where the material is.
+TEST(Validate, RefiningTheThesissCubeChangesItsMaterial) {
+  ValidationConfig config = validation_config({.cells = {1}});
+  std::erase_if(config.cases, [](const ValidationCase& c) { return c.name != "stretch_100"; });
+  config.refinement = {1, 2, 5};
+  config.repetitions = 1;
+  Progress progress;
+  const Table table = measure_validation(config, progress).refinement;
+  ASSERT_EQ(table.size(), 3U * 4);
+  for (std::size_t r = 0; r < table.size(); ++r) {
+    if (table.text(r, "sharing") != "weighted") continue;
+    const double n = table.text(r, "held") == "spring constants" ? table.number(r, "cells") : 5;
+    EXPECT_NEAR(table.number(r, "young"), n / 5 * 1416.67, 0.01);
+  }
+}
+
+// Beam theory knows nothing of how a clamp stops the end from narrowing: it lies 1.6 percent above.
 TEST(Validate, ReferencesAgreeWithEachOther) {
   const reference::SquareBar bar{.young = 1e5, .poisson = 0.3, .width = 1, .length = 4};
-  EXPECT_NEAR(reference::cantilever_deflection(bar, 1) / reference::clamped_cantilever_deflection, 1.019,
-              0.001);
+  const auto [deflection, change] = reference::calculix_value("cantilever", 0.3, "deflection");
+  EXPECT_NEAR(reference::cantilever_deflection(bar, 1) / deflection, 1.016, 0.001);
+  EXPECT_LT(change, 3e-4);
+  EXPECT_NEAR(reference::torsion_stiffness(bar), 1e5 / 2.6 * 0.140577 / 4, 1e-2);
 }
 
 TEST(Validate, KeepsFinishedRowsWhenStopped) {
   struct Stopper final : Progress {
-    bool stopped() const override { return ++asked > 6; }
+    bool stopped() const override { return ++asked > 7; }
     mutable int asked = 0;
   } progress;
   ValidationConfig config = validation_config({.cells = {1, 2}});
   config.repetitions = 1;
   const ValidationTables tables = measure_validation(config, progress);
   EXPECT_EQ(tables.status, Status::interrupted);
-  EXPECT_EQ(tables.rows.size(), 4U);
+  EXPECT_EQ(tables.rows.size(), 5U);
 }
 
 }  // namespace

@@ -200,7 +200,7 @@ TEST_P(Law, BoundsItsFrequencies) {
                                                                         Eigen::MatrixXd(m)};
   const double fastest = std::sqrt(eigen.eigenvalues().maxCoeff());
   EXPECT_GE(system.spectral_bound().omega, fastest * (1 - 1e-12));
-  EXPECT_LT(system.spectral_bound().omega, 1.25 * fastest);
+  EXPECT_LT(system.spectral_bound().omega, 1.3 * fastest);
 }
 
 TEST_P(Law, KeepsItsEnergyUnderVelocityVerlet) {

@@ -1,0 +1,112 @@
+// `mss modes`: how fast a scene's body vibrates, and what step that allows.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "core/error.hpp"
+#include "experiments/commands.hpp"
+#include "experiments/model.hpp"
+#include "experiments/output.hpp"
+#include "experiments/provenance.hpp"
+#include "experiments/simulation.hpp"
+#include "experiments/table.hpp"
+#include "integrators/modes.hpp"
+#include "integrators/stable_step.hpp"
+
+namespace mss {
+
+namespace {
+
+namespace fs = std::filesystem;
+const double turn = 2 * std::acos(-1.0);
+
+struct ModesChoice {
+  std::string scene;
+  std::string directory;
+  std::vector<std::string> overrides;
+  int count = 10;
+};
+
+Table modes_table(const std::vector<Mode>& modes) {
+  Table table({{"mode"}, {"omega", "rad/s"}, {"frequency", "Hz"}});
+  for (std::size_t i = 0; i < modes.size(); ++i)
+    table.add({std::int64_t(i + 1), modes[i].omega, modes[i].omega / turn});
+  return table;
+}
+
+Json summary(const Scene& scene, double omega_max, double bound, const Table& table) {
+  Json steps = Json::object();
+  for (const IntegratorInfo& method : integrators())
+    if (method.stepping == Stepping::fixed && method.limit) {
+      try {
+        steps[method.name] = safe_share * stable_step(method, {.omega = bound});
+      } catch (const InputError&) {
+        steps[method.name] = nullptr;  // no step is safe
+      }
+    }
+  return {{"scene", scene.name},
+          {"model", scene.model},
+          {"modes", table.size()},
+          {"omega_max", omega_max},
+          {"omega_bound", bound},
+          {"safe_dt_undamped", steps},
+          {"configuration", Json::parse(scene.resolved)},
+          {"provenance", provenance()}};
+}
+
+void run_modes(const ModesChoice& choice, int& exit_status) {
+  constexpr int most = 1000;
+  if (choice.count < 1 || choice.count > most)
+    throw InputError(fmt::format("--count is {}; give a number of modes from 1 to {}", choice.count, most));
+  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+  check_model(scene.model, scene.body, false);
+  const fs::path directory =
+      choice.directory.empty() ? fs::path("out") / (scene.name + "_modes") : fs::path(choice.directory);
+  prepare_directory(directory);
+  for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
+
+  const Body body(scene.body);
+  const auto system = make_system<double>(scene.model, body, scene.environment, scene.solve.threads);
+  const State<double> rest = system->undeformed_state();
+  Work work;
+  const Modes slow = slowest_modes(*system, rest, choice.count, work),
+              fast = fastest_mode(*system, rest, work);
+  for (const Status status : {slow.status, fast.status})
+    if (status != Status::ok) {
+      fmt::print(stderr, "mss: {}: the vibrations about rest were not found: {}\n", scene.name,
+                 to_string(status));
+      exit_status = exit_simulation_failed;
+      return;
+    }
+  const Table table = modes_table(slow.modes);
+  const double omega_max = fast.modes.front().omega, bound = system->spectral_bound().omega;
+  write_atomically(directory / "modes.csv", table.csv());
+  write_atomically(directory / "summary.json", summary(scene, omega_max, bound, table).dump(2) + "\n");
+
+  fmt::print("{}: vibrations about rest, {} model, {} unknowns\n", scene.name, scene.model,
+             system->unknowns().size());
+  for (std::size_t i = 0; i < slow.modes.size(); ++i)
+    fmt::print("  {:>4}  {:>12.6g} Hz  {:>12.6g} rad/s{}\n", i + 1, slow.modes[i].omega / turn,
+               slow.modes[i].omega, slow.modes[i].omega == 0 ? "  (moves as a whole)" : "");
+  fmt::print("   max  {:>12.6g} Hz  {:>12.6g} rad/s; the bound of dt = \"safe\": {:.6g} rad/s\nsee {}\n",
+             omega_max / turn, omega_max, bound, directory.string());
+}
+
+void add(CLI::App& app, int& exit_status) {
+  CLI::App* command =
+      app.add_subcommand("modes", "vibrations of a scene about rest; writes modes.csv, summary.json");
+  const auto choice = std::make_shared<ModesChoice>();
+  command->add_option("scene", choice->scene, "Scene file (TOML), or a name from `mss list scenes`")
+      ->required();
+  command->add_option("--count", choice->count, "How many of the slowest")->capture_default_str();
+  command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>_modes)");
+  command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
+  command->callback([choice, &exit_status] { run_modes(*choice, exit_status); });
+}
+
+}  // namespace
+
+Command modes_command() { return add; }
+
+}  // namespace mss

@@ -1,0 +1,57 @@
+// What `mss validate` draws.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "experiments/validate.hpp"
+
+namespace mss {
+
+Chart validation_chart(const Table& rows, const ValidationConfig& config, const ValidationCase& c,
+                       const std::string& against) {
+  const bool time = against == "seconds";
+  Chart chart{.title = time ? "What accuracy costs" : "What refining gains",
+              .subtitle = fmt::format("{}; nu = {:g}; against {}", c.description, c.poisson, c.source),
+              .x = {.label = time ? "wall time, from nothing to the answer" : "cells across the width",
+                    .logarithmic = true,
+                    .unit = time ? "s" : ""},
+              .y = {.label = "error of the " + c.quantity, .logarithmic = true}};
+  for (std::size_t m = 0; m < config.models.size(); ++m) {
+    ChartSeries series{.label = config.models[m].name, .style = int(m)};
+    bool present = false;
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      if (rows.text(r, "case") != c.name || rows.text(r, "model") != config.models[m].name) continue;
+      present = true;
+      if (rows.text(r, "status") != "ok")
+        series.label += fmt::format(" ({} at {} cells)", rows.text(r, "status"), rows.number(r, "cells"));
+      else if (rows.number(r, "error") > validation_rounding)
+        series.points.push_back({rows.number(r, against), rows.number(r, "error")});
+      if (!time) chart.x.ticks.push_back(rows.number(r, "cells"));
+    }
+    if (present) chart.series.push_back(std::move(series));
+  }
+  if (c.doubt > 0)
+    chart.lines.push_back({ReferenceLine::Direction::horizontal, c.doubt, "the reference's own last change"});
+  return chart;
+}
+
+Chart refinement_chart(const Table& refinement) {
+  Chart chart{.title = "What refining the thesis's cube does",
+              .subtitle = "cube of 1 m, k = 100, 100, 300 N/m at n = 5; Young's modulus along an edge",
+              .x = {.label = "cells per edge, n", .logarithmic = true},
+              .y = {.label = "Young's modulus [Pa]", .logarithmic = true}};
+  for (const std::string& held : refinement.distinct("held"))
+    for (const std::string& sharing : refinement.distinct("sharing")) {
+      ChartSeries series{.label = fmt::format("{} held, {} sharing", held, sharing)};
+      for (std::size_t r = 0; r < refinement.size(); ++r)
+        if (refinement.text(r, "held") == held && refinement.text(r, "sharing") == sharing &&
+            refinement.text(r, "status") == "ok") {
+          series.points.push_back({refinement.number(r, "cells"), refinement.number(r, "young")});
+          chart.x.ticks.push_back(refinement.number(r, "cells"));
+        }
+      chart.series.push_back(std::move(series));
+    }
+  return chart;
+}
+
+}  // namespace mss

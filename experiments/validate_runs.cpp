@@ -1,0 +1,160 @@
+// The runs of `mss validate`: every model of every case at every size, and the thesis's cube refined.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "core/spring_system.hpp"
+#include "experiments/model.hpp"
+#include "experiments/statistics.hpp"
+#include "experiments/validate.hpp"
+
+namespace mss {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr double slow = 2;  ///< answers that take longer are not repeated [s]
+
+/// What came of one model of a case.
+struct Result {
+  Answer answer{};
+  std::int64_t unknowns = 0;
+  std::vector<double> seconds{};
+};
+
+/// Builds a body and asks it, all of it timed: that is what an answer costs.
+void ask(const ValidationConfig& config, const ValidationCase& c, const ValidationModel& model, int m,
+         Result& result) {
+  if (!result.seconds.empty() && (result.seconds.front() > slow || result.answer.status != Status::ok))
+    return;
+  const auto begin = Clock::now();
+  const double h = 1.0 / m;
+  const ElasticConstants material{config.young, c.poisson};
+  const Body body({.voxels = VoxelGrid::box(m * c.proportions[0], m * c.proportions[1], m * c.proportions[2]),
+                   .cell_size = h,
+                   .density = config.density,
+                   .springs = model.springs(material, h),
+                   .elastic = material});
+  const auto system = make_system<double>(model.model, body, c.environment, 1);
+  result.answer = c.answer(*system);
+  result.seconds.push_back(std::chrono::duration<double>(Clock::now() - begin).count());
+  result.unknowns = std::int64_t(system->unknowns().size());
+}
+
+/// All models of a case in turn, again and again; false if stopped.
+bool measure_case(const ValidationConfig& config, const ValidationCase& c, int m, Table& rows,
+                  const Progress& progress) {
+  std::vector<const ValidationModel*> models;
+  for (const ValidationModel& model : config.models)
+    if (c.large || !model.for_large_only) models.push_back(&model);
+  std::vector<Result> results(models.size());
+  if (!take_turns(config.repetitions, results.size(), progress,
+                  [&](std::size_t i) { ask(config, c, *models[i], m, results[i]); }))
+    return false;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const Result& r = results[i];
+    const bool ok = r.answer.status == Status::ok;
+    rows.add({c.name, models[i]->name, m, r.unknowns, c.quantity + " [" + c.unit + "]",
+              ok ? r.answer.value : none, c.reference, ok ? std::abs(r.answer.value / c.reference - 1) : none,
+              c.doubt, quantile(r.seconds, 0.5), quantile(r.seconds, 0.25), quantile(r.seconds, 0.75),
+              std::int64_t(r.seconds.size()), std::string(to_string(r.answer.status))});
+  }
+  return true;
+}
+
+Table empty_rows() {
+  return Table({{"case"},
+                {"model"},
+                {"cells"},
+                {"unknowns"},
+                {"quantity"},
+                {"value"},
+                {"reference"},
+                {"error"},
+                {"doubt"},
+                {"seconds", "s"},
+                {"q1", "s"},
+                {"q3", "s"},
+                {"repeats"},
+                {"status"}});
+}
+
+/// The thesis's springs on a cube of 1 m at n cells per edge: as printed, or for the material they make at n
+/// = 5 (stiffness goes as 1 / n).
+SpringConstants refined_springs(bool fixed_material, int n) {
+  const double scale = fixed_material ? 5.0 / n : 1;
+  return {.edge = 100 * scale, .face = 100 * scale, .body = 300 * scale, .volume = 0.1};
+}
+
+/// Young's modulus along an edge, by a pull.
+void add_refinement(const ValidationConfig& config, const ValidationCase& pull, int n, Table& table) {
+  for (const bool fixed_material : {false, true})
+    for (const Sharing sharing : {Sharing::weighted, Sharing::uniform}) {
+      const Body body({.voxels = VoxelGrid::box(n, n, n),
+                       .cell_size = 1.0 / n,
+                       .sharing = sharing,
+                       .density = config.density,
+                       .springs = refined_springs(fixed_material, n)});
+      SpringSystem<double> system(body, pull.environment, {.threads = 1});
+      const Answer answer = pull.answer(system);
+      const bool ok = answer.status == Status::ok;
+      table.add({std::string(fixed_material ? "material of n = 5" : "spring constants"),
+                 std::string(sharing == Sharing::weighted ? "weighted" : "uniform"), n,
+                 ok ? 1 / answer.value : none, std::string(to_string(answer.status))});
+    }
+}
+
+}  // namespace
+
+ValidationTables measure_validation(const ValidationConfig& config, Progress& progress) {
+  ValidationTables tables{
+      .rows = empty_rows(),
+      .refinement = Table({{"held"}, {"sharing"}, {"cells"}, {"young", "Pa"}, {"status"}})};
+  const auto total = double(config.cases.size() * config.cells.size() + 1);
+  double done = 0;
+  for (const ValidationCase& c : config.cases) {
+    if (c.name == "stretch_100")
+      for (const int n : config.refinement) {
+        if (progress.stopped()) break;
+        progress.report(done / total, fmt::format("the thesis's cube, {} cells per edge", n));
+        add_refinement(config, c, n, tables.refinement);
+      }
+    for (const int m : config.cells) {
+      progress.report(done++ / total, fmt::format("{}, {} cells across", c.name, m));
+      if (m <= c.most_cells && !measure_case(config, c, m, tables.rows, progress)) {
+        tables.status = Status::interrupted;
+        return tables;
+      }
+    }
+  }
+  return tables;
+}
+
+Table validation_summary(const Table& rows) {
+  Table summary({{"case"}, {"model"}, {"cells"}, {"error"}, {"order"}, {"status"}});
+  for (const std::string& name : rows.distinct("case"))
+    for (const std::string& model : rows.distinct("model")) {
+      std::vector<std::pair<double, double>> errors;  // by cells
+      for (std::size_t r = 0; r < rows.size(); ++r)
+        if (rows.text(r, "case") == name && rows.text(r, "model") == model && rows.text(r, "status") == "ok")
+          errors.emplace_back(rows.number(r, "cells"), rows.number(r, "error"));
+      if (errors.empty()) continue;
+      double order = none;
+      const bool exact = errors.back().second < validation_rounding;
+      if (errors.size() > 1 && !exact) {
+        const auto [fine, small] = errors.back();
+        const auto [coarse, large] = errors[errors.size() - 2];
+        order = std::log(large / small) / std::log(fine / coarse);
+      }
+      summary.add({name, model, errors.back().first, errors.back().second, order,
+                   std::string(exact                  ? "exact to rounding"
+                               : std::isfinite(order) ? "ok"
+                                                      : "one size only")});
+    }
+  return summary;
+}
+
+}  // namespace mss

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <functional>
+
+#include "core/body_system.hpp"
+#include "integrators/integrator.hpp"
+
+namespace mss {
+
+/// How a body gives way, to first order, from its undeformed state.
+struct LinearResponse {
+  Status status = Status::ok;
+  Field<double> displacement;  ///< u [m]
+  Field<double> load;          ///< f: gravity and loads [N]
+  Field<double> reaction;      ///< K u - f: what holds the prescribed coordinates [N]
+};
+
+/// Solves K u = f with CHOLMOD. Held coordinates are displaced by `prescribed` of their rest position, or not
+/// at all; what the holds themselves say about motion is not asked.
+LinearResponse linear_response(BodySystem<double>& system,
+                               const std::function<Vec3(const Vec3& rest)>& prescribed, Work& work);
+
+/// Sum of products of two fields at particles.
+double inner(const BodySystem<double>& system, const Field<double>& a, const Field<double>& b);
+
+}  // namespace mss

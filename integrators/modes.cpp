@@ -1,0 +1,193 @@
+#include "integrators/modes.hpp"
+
+#include <Spectra/SymEigsShiftSolver.h>
+#include <Spectra/SymEigsSolver.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "integrators/linear/linear_solver.hpp"
+#include "integrators/linear/unknowns.hpp"
+
+namespace mss {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double tolerance = 1e-11;
+constexpr Index most_restarts = 1000;
+
+VectorXd root_masses(BodySystem<double>& system) {
+  VectorXd roots(Index(system.unknowns().size()));
+  for (Index i = 0; i < roots.size(); ++i)
+    roots[i] = std::sqrt(system.mass(system.unknowns()[std::size_t(i)].site));
+  return roots;
+}
+
+/// x -> (A - shift)^-1 x with A = M^-1/2 K M^-1/2, in the space across what has been found.
+class ShiftedInverse {
+ public:
+  using Scalar = double;
+  ShiftedInverse(BodySystem<double>& system, LinearSolver& solver, const VectorXd& roots, Work& work)
+      : system_(system),
+        solver_(solver),
+        roots_(roots),
+        work_(work),
+        in_(system.size()),
+        out_(system.size()) {}
+
+  Index rows() const { return roots_.size(); }
+  Index cols() const { return roots_.size(); }
+  void set_shift(double) {}  // the solver is prepared with it
+  void perform_op(const double* x_in, double* y_out) const {
+    y_ = Eigen::Map<const VectorXd>(x_in, rows());
+    leave_out_found();
+    y_.array() *= roots_.array();
+    scatter(system_, y_, in_);
+    if (solver_.solve(in_, out_, work_) != Status::ok) out_.array() = 0;
+    gather(system_, out_, y_);
+    y_.array() *= roots_.array();
+    leave_out_found();
+    Eigen::Map<VectorXd>(y_out, rows()) = y_;
+  }
+
+  MatrixXd found{};  ///< orthonormal columns
+
+ private:
+  void leave_out_found() const {
+    if (found.cols() > 0) y_ -= found * (found.transpose() * y_);
+  }
+
+  BodySystem<double>& system_;
+  LinearSolver& solver_;
+  const VectorXd& roots_;
+  Work& work_;
+  mutable Field<double> in_, out_;
+  mutable VectorXd y_;
+};
+
+/// x -> A x.
+class Product {
+ public:
+  using Scalar = double;
+  Product(BodySystem<double>& system, const State<double>& state, const VectorXd& roots, Work& work)
+      : system_(system), state_(state), roots_(roots), work_(work), in_(system.size()), out_(system.size()) {}
+
+  Index rows() const { return roots_.size(); }
+  Index cols() const { return roots_.size(); }
+  void perform_op(const double* x_in, double* y_out) const {
+    y_ = Eigen::Map<const VectorXd>(x_in, rows()).array() / roots_.array();
+    scatter(system_, y_, in_);
+    system_.tangent_product(state_.t, state_.x, state_.v, {.stiffness = 1, .kind = Tangent::elastic}, in_,
+                            out_);
+    ++work_.products;
+    gather(system_, out_, y_);
+    Eigen::Map<VectorXd>(y_out, rows()) = y_.array() / roots_.array();
+  }
+
+ private:
+  BodySystem<double>& system_;
+  const State<double>& state_;
+  const VectorXd& roots_;
+  Work& work_;
+  mutable Field<double> in_, out_;
+  mutable VectorXd y_;
+};
+
+struct Pair {
+  double value;  ///< omega^2
+  VectorXd vector;
+};
+
+void sort(std::vector<Pair>& pairs) {
+  std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.value < b.value; });
+}
+
+Modes to_modes(BodySystem<double>& system, std::vector<Pair> pairs, const VectorXd& roots, double smallest) {
+  Modes result;
+  for (Pair& pair : pairs) {
+    pair.vector.array() /= roots.array();
+    Field<double> shape(system.size());
+    scatter(system, pair.vector, shape);
+    result.modes.push_back({pair.value > smallest ? std::sqrt(pair.value) : 0, std::move(shape)});
+  }
+  return result;
+}
+
+/// All of them, of a body so small that this is cheapest.
+std::vector<Pair> dense_pairs(BodySystem<double>& system, const State<double>& state, const VectorXd& roots) {
+  SparseMatrix k = system.tangent_pattern();
+  system.tangent(state.t, state.x, state.v, {.stiffness = 1, .kind = Tangent::elastic}, k);
+  const MatrixXd a = roots.cwiseInverse().asDiagonal() * MatrixXd(k) * roots.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(a);
+  std::vector<Pair> pairs;
+  for (Index i = 0; i < roots.size(); ++i)
+    pairs.push_back({eigen.eigenvalues()[i], eigen.eigenvectors().col(i)});
+  return pairs;
+}
+
+/// Lanczos until what is left holds nothing slower than the slowest `count` found.
+Status find_slowest(ShiftedInverse& inverse, double shift, Index count, std::vector<Pair>& found) {
+  for (;;) {
+    const Index left = inverse.rows() - Index(found.size());
+    const Index wanted = std::min(count, left - 1);
+    if (wanted < 1) return Status::ok;
+    Spectra::SymEigsShiftSolver<ShiftedInverse> lanczos(inverse, wanted, std::min(3 * wanted + 20, left),
+                                                        shift);
+    lanczos.init();
+    const Index converged = lanczos.compute(Spectra::SortRule::LargestMagn, most_restarts, tolerance);
+    if (lanczos.info() != Spectra::CompInfo::Successful || converged < wanted) return Status::linear_stalled;
+    const VectorXd values = lanczos.eigenvalues();
+    const bool complete =
+        Index(found.size()) >= count && values.minCoeff() >= found[std::size_t(count - 1)].value * (1 - 1e-9);
+    if (complete) return Status::ok;
+    for (Index i = 0; i < converged; ++i) found.push_back({values[i], lanczos.eigenvectors().col(i)});
+    sort(found);
+    inverse.found.resize(inverse.rows(), Index(found.size()));
+    for (std::size_t i = 0; i < found.size(); ++i) inverse.found.col(Index(i)) = found[i].vector;
+  }
+}
+
+}  // namespace
+
+Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int count, Work& work) {
+  const VectorXd roots = root_masses(system);
+  const Index wanted = std::min<Index>(count, roots.size());
+  const double fastest = system.spectral_bound().omega;
+  const double rounding = 1e-13 * fastest * fastest;
+  std::vector<Pair> found;
+  if (roots.size() <= 100) {
+    found = dense_pairs(system, state, roots);
+    if (found.front().value < -1e3 * rounding) return {.status = Status::not_positive_definite, .modes = {}};
+  } else {
+    const double shift = -1e-6 * fastest * fastest;  // K alone is singular while nothing holds the body
+    const auto solver = find_linear_solver("cholmod").make(0);
+    const TangentSum sum{.mass = -shift, .stiffness = 1, .kind = Tangent::elastic};
+    Status status = solver->prepare(system, state.t, state.x, state.v, sum, work);
+    ShiftedInverse inverse(system, *solver, roots, work);
+    if (status == Status::ok) status = find_slowest(inverse, shift, wanted, found);
+    if (status != Status::ok) return {.status = status, .modes = {}};
+  }
+  found.resize(std::size_t(wanted));
+  return to_modes(system, std::move(found), roots, 1e3 * rounding);
+}
+
+Modes fastest_mode(BodySystem<double>& system, const State<double>& state, Work& work) {
+  const VectorXd roots = root_masses(system);
+  if (roots.size() <= 100) {
+    std::vector<Pair> all = dense_pairs(system, state, roots);
+    return to_modes(system, {all.back()}, roots, 0);
+  }
+  Product product(system, state, roots, work);
+  Spectra::SymEigsSolver<Product> lanczos(product, 1, 30);
+  lanczos.init();
+  lanczos.compute(Spectra::SortRule::LargestAlge, most_restarts, 1e-9);
+  if (lanczos.info() != Spectra::CompInfo::Successful) return {.status = Status::linear_stalled, .modes = {}};
+  return to_modes(system, {{lanczos.eigenvalues()[0], lanczos.eigenvectors().col(0)}}, roots, 0);
+}
+
+}  // namespace mss

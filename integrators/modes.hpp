@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "core/body_system.hpp"
+#include "integrators/integrator.hpp"
+
+namespace mss {
+
+/// One free vibration about a state: K q = omega^2 M q.
+struct Mode {
+  double omega = 0;     ///< [rad/s]; 0 for rigid motions
+  Field<double> shape;  ///< q, with q.M q = 1 [kg^-1/2]
+};
+
+struct Modes {
+  Status status = Status::ok;  ///< not_positive_definite: the state is not stable
+  std::vector<Mode> modes;     ///< ascending
+};
+
+/// The slowest vibrations of a body about a state, prescribed coordinates still: Lanczos with K + s M
+/// inverted by CHOLMOD, repeated on what is left until no slower one turns up, so that pairs of equal
+/// frequency are both found. At most as many as there are unknowns.
+Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int count, Work& work);
+
+/// The fastest one, by Lanczos through the matrix-free product, to nine digits: what explicit methods must
+/// follow.
+Modes fastest_mode(BodySystem<double>& system, const State<double>& state, Work& work);
+
+}  // namespace mss
