@@ -1,6 +1,7 @@
 // `mss material`: the material card of a set of spring constants, given or derived from E and nu.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -64,6 +65,37 @@ SpringConstants derived_springs(const Choice& choice, double h) {
 /// A number for people, six digits; what divides by zero is not a number they can use.
 std::string shown(double value) { return std::isfinite(value) ? fmt::format("{:.6g}", value) : "undefined"; }
 
+/// Young's modulus by direction in the plane of two edges, as a curve about the origin drawn with letters; a
+/// circle is an isotropic material. Empty if some direction has none.
+std::string polar_plot(const CubicStiffness& c) {
+  constexpr int angles = 720, rows = 8, columns = 2 * rows;  // a letter is twice as high as wide
+  const double pi = std::acos(-1.0);
+  const auto direction = [&](int i) {
+    return Eigen::Vector3d(std::cos(2 * pi * i / angles), std::sin(2 * pi * i / angles), 0);
+  };
+  double largest = 0;
+  for (int i = 0; i < angles; ++i) {
+    const double young = c.young(direction(i));
+    if (!std::isfinite(young) || young < 0) return {};
+    largest = std::max(largest, young);
+  }
+  if (largest == 0) return {};
+  std::vector<std::string> canvas(2 * rows + 1, std::string(2 * columns + 1, ' '));
+  for (std::string& row : canvas) row[columns] = '|';
+  canvas[rows] = std::string(2 * columns + 1, '-');
+  canvas[rows][columns] = '+';
+  for (int i = 0; i < angles; ++i) {
+    const Eigen::Vector3d tip = c.young(direction(i)) / largest * direction(i);
+    canvas[std::size_t(rows - std::lround(rows * tip[1]))]
+          [std::size_t(columns + std::lround(columns * tip[0]))] = '*';
+  }
+  std::string out = fmt::format(
+      "  E in the plane of two edges; the furthest point is {:.6g} Pa, a circle is isotropic\n\n", largest);
+  for (const std::string& row : canvas)
+    out += fmt::format("      {}\n", row.substr(0, row.find_last_not_of(' ') + 1));
+  return out;
+}
+
 std::string card(const SpringConstants& springs, double h, const std::string& given) {
   const CubicStiffness c = cubic_stiffness(springs, h);
   std::string out = fmt::format("Material card: {}, cell size {} m\n", given, h);
@@ -87,6 +119,7 @@ std::string card(const SpringConstants& springs, double h, const std::string& gi
         std::pair{"[111]", Eigen::Vector3d(1, 1, 1)}})
     out +=
         fmt::format("  {:<24} {:>22} {:>24}\n", name, shown(c.young(direction)), shown(c.poisson(direction)));
+  if (const std::string plot = polar_plot(c); !plot.empty()) out += "\n" + plot;
   section("Warnings");
   const std::vector<std::string> warnings = material_warnings(springs, h);
   for (const std::string& warning : warnings) out += fmt::format("  {}\n", warning);

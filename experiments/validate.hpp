@@ -28,7 +28,8 @@ struct ValidationCase {
   double reference = 0;  ///< in that unit
   double doubt = 0;      ///< share by which the reference may be wrong; 0: a closed form
   std::string source;
-  bool large = false;   ///< deformations are: laws of finite elements differ
+  bool large = false;  ///< deformations are: laws of finite elements differ
+  bool charted = true;
   int most_cells = 16;  ///< across the width; more would take minutes
 };
 

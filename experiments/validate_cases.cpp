@@ -67,6 +67,7 @@ std::vector<ValidationCase> uniform_cases(double young) {
                      .answer = compliance,
                      .reference = reference,
                      .source = source,
+                     .charted = false,
                      .most_cells = 4});
   };
   for (const auto& [name, direction] :

@@ -101,7 +101,7 @@ void add_refinement(const ValidationConfig& config, const ValidationCase& pull, 
       SpringSystem<double> system(body, pull.environment, {.threads = 1});
       const Answer answer = pull.answer(system);
       const bool ok = answer.status == Status::ok;
-      table.add({std::string(fixed_material ? "material of n = 5" : "spring constants"),
+      table.add({std::string(fixed_material ? "material" : "k"),
                  std::string(sharing == Sharing::weighted ? "weighted" : "uniform"), n,
                  ok ? 1 / answer.value : none, std::string(to_string(answer.status))});
     }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 
@@ -162,6 +163,38 @@ TEST(Material, CardOfTheThesissConstants) {
   // 1/E[111] = (C11 + 2 C12 + C44) / (3 C44 (C11 + 2 C12)).
   EXPECT_NEAR(value_after(run.output, "[111]"), 3 * 2500 * 8500.3 / (8500.3 + 2500), 0.1);
   EXPECT_NE(run.output.find("depends on direction"), std::string::npos);
+}
+
+/// How far the polar plot reaches from its middle along the axis, and anywhere, in widths of a letter.
+std::pair<double, double> reach(const std::string& card) {
+  std::vector<std::string> lines;
+  std::size_t middle = 0, centre = 0;
+  for (std::size_t at = 0; at < card.size(); at = card.find('\n', at) + 1) {
+    lines.push_back(card.substr(at, card.find('\n', at) - at));
+    const std::size_t cross = lines.back().find('+');
+    if (cross == std::string::npos || lines.back().find("--") == std::string::npos) continue;
+    middle = lines.size() - 1;
+    centre = cross;
+  }
+  double furthest = 0;
+  for (std::size_t row = middle - 8; row <= middle + 8; ++row)
+    for (std::size_t column = 0; column < lines[row].size(); ++column)
+      if (lines[row][column] == '*')
+        furthest = std::max(furthest,
+                            std::hypot(double(column) - double(centre), 2 * (double(row) - double(middle))));
+  return {double(lines[middle].find_last_of('*') - centre), furthest};
+}
+
+TEST(Material, PolarPlotShowsAnisotropy) {
+  const ProgramRun thesis = mss({"material", "--edge", "100", "--face", "100", "--body", "300", "--volume",
+                                 "0.1", "--cell-size", "0.2"});
+  const ProgramRun round = mss({"material", "--young", "1e5", "--poisson", "0.3", "--cell-size", "0.2"});
+  const auto [edge, furthest] = reach(thesis.output);
+  EXPECT_NEAR(furthest / edge, value_after(thesis.output, "[110]") / value_after(thesis.output, "[100]"),
+              0.6);
+  const auto [radius, anywhere] = reach(round.output);
+  EXPECT_EQ(radius, 16);
+  EXPECT_NEAR(anywhere, 16, 1);
 }
 
 TEST(Material, CardOfAnIsotropicMaterial) {
