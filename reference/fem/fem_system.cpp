@@ -39,6 +39,11 @@ Eigen::Map<const Eigen::Matrix<double, 9, 1>> as_vector(const Matrix3d& m) {
   return Eigen::Map<const Eigen::Matrix<double, 9, 1>>(m.data());
 }
 
+/// The 3 x 3 block of two corners.
+Matrix3d block_of(const Eigen::Matrix<double, 24, 24>& element, Eigen::Index c, Eigen::Index d) {
+  return element.block<3, 3>(3 * c, 3 * d);
+}
+
 /// A thread per some hundred cells pays.
 int team_size(const Body& body, int asked) {
   if (asked > 0) return std::min(asked, int(std::min<std::size_t>(body.cell_count(), 1024)));
@@ -140,8 +145,8 @@ FemSystem::Element FemSystem::cell_tangent(const Corners& x, const Corners& v, c
   Element tangent = Element::Zero();
   for (const auto& gradients : gradients_) {
     Eigen::Matrix<double, 9, 24> by_corner = Eigen::Matrix<double, 9, 24>::Zero();  // vec(F) = by_corner x
-    for (int c = 0; c < 8; ++c)
-      for (int axis = 0; axis < 3; ++axis)
+    for (Eigen::Index c = 0; c < 8; ++c)
+      for (Eigen::Index axis = 0; axis < 3; ++axis)
         by_corner.block<3, 3>(3 * axis, 3 * c) = gradients(c, axis) * Matrix3d::Identity();
     const Matrix9 d = stress_change(x * gradients, v * gradients, sum);
     tangent += weight_ * by_corner.transpose() * (d * by_corner).eval();
@@ -204,7 +209,7 @@ void FemSystem::tangent(double, const Field<double>& x, const Field<double>& v, 
   for (const std::ptrdiff_t site : cells_) {
     const Element k = cell_tangent(gather(x, site), gather(v, site), sum);
     for (int c = 0; c < 8; ++c)
-      for (int d = 0; d < 8; ++d) m.add(site, c, d, k.block<3, 3>(3 * c, 3 * d));
+      for (int d = 0; d < 8; ++d) m.add(site, c, d, block_of(k, c, d));
   }
   m.write(matrix);
 }
@@ -226,8 +231,7 @@ void FemSystem::tangent_diagonal(double, const Field<double>& x, const Field<dou
   m.begin_diagonal(sum.mass, diagonal);
   for (const std::ptrdiff_t site : cells_) {
     const Element k = cell_tangent(gather(x, site), gather(v, site), sum);
-    for (int c = 0; c < 8; ++c)
-      diagonal[m.particle(site + body().lattice().corner(c))] += k.block<3, 3>(3 * c, 3 * c);
+    for (int c = 0; c < 8; ++c) diagonal[m.particle(site + body().lattice().corner(c))] += block_of(k, c, c);
   }
 }
 
