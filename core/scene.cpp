@@ -247,7 +247,9 @@ SolveConfig read_solve(const TomlTable& solve) {
 }
 
 /// What a user should know before trusting the material, whose constants assume the full, weighted lattice.
-std::vector<std::string> read_warnings(const BodyConfig& body) {
+std::vector<std::string> read_warnings(const Scene& scene) {
+  const BodyConfig& body = scene.body;
+  if (scene.model != spring_model) return {};  // the springs are not asked
   if (body.topology != Topology::full)
     return {
         fmt::format("body.topology = \"{}\" leaves out face diagonals: the body is softer in shear than its "
@@ -359,7 +361,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.start_spin = root.table("start").vector("spin", spin, Vec3::Zero());
   scene.solve = read_solve(root.table("solve"));
   check_selections(root, scene.body, scene.environment);
-  scene.warnings = read_warnings(scene.body);
+  scene.warnings = read_warnings(scene);
   scene.resolved = to_json(scene, asked);
   return scene;
 }

@@ -26,12 +26,15 @@ struct SolveConfig {
   double every = 0.01;                    ///< seconds between rows of series.csv
 };
 
+/// Name of the model whose cells are springs; the others are laws of finite elements (reference/fem).
+inline constexpr const char* spring_model = "springs";
+
 /// A scene file, read and checked.
 struct Scene {
   std::filesystem::path file;
   std::string name;  ///< file name without extension
   BodyConfig body;
-  std::string model = "springs";  ///< what fills the cells: springs, or finite elements by their law
+  std::string model = spring_model;  ///< what fills the cells: springs, or finite elements by their law
   Environment environment;
   Vec3 start_velocity = Vec3::Zero();  ///< [m/s]
   Vec3 start_spin = Vec3::Zero();      ///< [rad/s] about the centre of mass

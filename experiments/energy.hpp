@@ -11,7 +11,7 @@ namespace mss {
 /// What `mss energy` does.
 struct EnergyConfig {
   BodyConfig body;
-  std::string model = "springs";
+  std::string model = spring_model;
   double stretch = 1.1;      ///< of the free body along z, at the start
   double step_share = 0.25;  ///< dt over the limit of central differences
   long steps = 100000;       ///< of dt; adaptive methods follow the same time

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/scene.hpp"
 #include "experiments/chart.hpp"
 #include "experiments/progress.hpp"
 #include "experiments/provenance.hpp"
@@ -20,7 +21,7 @@ struct ExperimentOptions {
   std::vector<int> cells = {};                ///< cells per edge; empty: the experiment's own
   std::vector<std::string> integrators = {};  ///< names; empty: all
   int threads = 0;                            ///< most threads of the core; 0: all cores
-  std::string model = "springs";              ///< what fills the bodies
+  std::string model = spring_model;           ///< what fills the bodies
   std::uint64_t seed = 1;
 };
 

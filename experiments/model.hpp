@@ -4,12 +4,10 @@
 #include <string>
 
 #include "core/body_system.hpp"
+#include "core/scene.hpp"
 #include "experiments/chart.hpp"
 
 namespace mss {
-
-/// Name of the model whose cells are springs; the others are the laws of reference/fem.
-inline constexpr const char* spring_model = "springs";
 
 /// One line for each model: its name and summary.
 std::vector<std::pair<std::string, std::string>> models();

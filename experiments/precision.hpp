@@ -23,7 +23,7 @@ struct PrecisionScene {
 struct PrecisionConfig {
   std::vector<PrecisionScene> scenes;
   std::vector<std::string> integrators;
-  std::string model = "springs";
+  std::string model = spring_model;
   double seconds_per_run = 1;          ///< a method's next run is left out if it would take longer,
   double seconds_to_agree = 60;        ///< or longer than this while it does not agree with the reference
   double reference_tolerance = 1e-12;  ///< of both reference methods

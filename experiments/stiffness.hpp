@@ -21,7 +21,7 @@ struct StiffMethod {
 /// What `mss stiffness` does.
 struct StiffnessConfig {
   std::vector<int> cells;
-  std::string model = "springs";
+  std::string model = spring_model;
   std::vector<double> young;  ///< [Pa]
   std::vector<StiffMethod> methods;
   int repetitions = 3;

@@ -137,6 +137,18 @@ TEST(Scene, FindsVoxelFilesBesideItself) {
   EXPECT_FALSE(scene.body.voxels.at(0, 1, 1));
 }
 
+TEST(Scene, KnowsItsModel) {
+  const Scene springs = load_text(plain_scene);
+  EXPECT_EQ(springs.model, "springs");
+  EXPECT_EQ(springs.body.elastic->young, 1e5);
+  // Warnings about springs are none of a model without them.
+  const Scene elements = load_text(plain_scene, {"material.model=linear", "material.poisson=0.1"});
+  EXPECT_EQ(elements.model, "linear");
+  EXPECT_EQ(elements.body.elastic->poisson, 0.1);
+  EXPECT_TRUE(elements.warnings.empty());
+  EXPECT_EQ(nlohmann::json::parse(elements.resolved)["material"]["model"], "linear");
+}
+
 TEST(Scene, WarnsAboutMaterials) {
   const std::string springs = "springs = { edge = 100, face = 100, body = 300 }\nvolume = 0.1";
   const std::string anisotropic = replaced(plain_scene, "young = 1e5\npoisson = 0.3", springs);
