@@ -2,6 +2,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "experiments/equilibrium.hpp"
 #include "experiments/model.hpp"
 #include "experiments/validate.hpp"
 #include "integrators/linear_response.hpp"
@@ -172,15 +173,10 @@ ValidationCase vibration(const std::string& name, const std::string& what, int m
           .most_cells = 8};
 }
 
-/// Equilibrium where holds end up after a second, from `guess`; the answer is what `of` says of the forces
-/// that the far end x = 2 is held with.
-Answer equilibrium(BodySystem<double>& system, const std::function<Vec3(const Vec3& rest)>& guess,
-                   const std::function<double(const Vec3& x, const Vec3& force)>& of) {
-  State<double> state = system.undeformed_state();
-  for (const std::ptrdiff_t site : system.particles())
-    state.x.set(site, guess(system.body().rest_position(site)));
-  Work work;
-  const Status status = find_integrator("static").make<double>({})->advance(system, state, 1, work);
+/// At equilibrium, the sum of what `of` says of the forces that the far end x = 2 is held with.
+Answer held_with(BodySystem<double>& system, const std::function<Vec3(const Vec3& rest)>& guess,
+                 const std::function<double(const Vec3& x, const Vec3& force)>& of) {
+  const auto [status, state] = find_equilibrium(system, guess);
   if (status != Status::ok) return {status, 0};
   Field<double> force(system.size());
   system.force(1, state.x, state.v, force);
@@ -208,7 +204,7 @@ ValidationCase large_twist() {
                 const auto guess = [=](const Vec3& rest) -> Vec3 {
                   return centre + Eigen::AngleAxisd(rate * rest[0] / 2, Vec3::UnitX()) * (rest - centre);
                 };
-                return equilibrium(system, guess, [=](const Vec3& x, const Vec3& force) {
+                return held_with(system, guess, [=](const Vec3& x, const Vec3& force) {
                   return (x - centre).cross(force)[0];
                 });
               },
@@ -236,7 +232,7 @@ ValidationCase large_compression() {
                 const auto guess = [=](const Vec3& rest) -> Vec3 {
                   return {(1 - share) * rest[0], rest[1], rest[2]};
                 };
-                return equilibrium(system, guess, [](const Vec3&, const Vec3& force) { return -force[0]; });
+                return held_with(system, guess, [](const Vec3&, const Vec3& force) { return -force[0]; });
               },
           .reference = value,
           .doubt = change,

@@ -48,19 +48,29 @@ class Bar:
     def end(self):
         return self.face(2 * self.counts[0])
 
-    def end_shares(self):
-        """What a uniform traction of total 1 on the far end gives each node."""
-        shares = {n: 0.0 for n in self.end().values()}
+    def face_shares(self, axis, far):
+        """What a uniform traction on a face gives each of its nodes, as {node: area}."""
+        shares = {}
         area = 1.0 / self.cells ** 2
-        for j, k in itertools.product(range(self.cells), repeat=2):
+        across = [a for a in range(3) if a != axis]
+        for j, k in itertools.product(*(range(self.counts[a]) for a in across)):
             for b, c in itertools.product((0, 1, 2), repeat=2):
                 corner, centre = b != 1 and c != 1, b == 1 and c == 1
-                place = (2 * self.counts[0], 2 * j + b, 2 * k + c)
+                place = [2 * self.counts[axis] if far else 0] * 3
+                place[across[0]], place[across[1]] = 2 * j + b, 2 * k + c
+                share = None
                 if self.quadratic and not centre:  # eight-node face: corners -1/12, midsides 1/3
-                    shares[self.number[place]] += area * (-1 / 12 if corner else 1 / 3)
+                    share = area * (-1 / 12 if corner else 1 / 3)
                 elif not self.quadratic and corner:
-                    shares[self.number[place]] += area / 4
+                    share = area / 4
+                if share is not None:
+                    node = self.number[tuple(place)]
+                    shares[node] = shares.get(node, 0.0) + share
         return shares
+
+    def end_shares(self):
+        """The same for the far end, whose area is 1."""
+        return self.face_shares(0, True)
 
     def input(self, poisson):
         lines = ["*NODE, NSET=ALL"]
@@ -131,6 +141,20 @@ def steps(bar, places):
     return lines
 
 
+def swelling(cells, poisson):
+    """Of a cube whose two ends are glued and pulled apart by a strain: change of volume over that strain, to first order."""
+    bar = Bar(1, cells, True)
+    pulled = [f"END, 1, 1, {1e-2!r}", "END, 2, 3"]
+    moved = last_vectors(calculix(bar.input(poisson) + ["*STEP", "*STATIC", "*BOUNDARY"] + pulled +
+                                  ["*NODE PRINT, NSET=ALL", "U", "*END STEP"]))
+    change = 0.0
+    for axis in range(3):
+        for far in (False, True):
+            sign = 1 if far else -1
+            change += sign * sum(share * moved[n][axis] for n, share in bar.face_shares(axis, far).items())
+    return change / 1e-2
+
+
 def twist_torque(cells, quadratic, poisson, degrees, count):
     """About the axis of a bar 2 x 1 x 1 whose end turns without moving [N m]."""
     bar = Bar(2, cells, quadratic)
@@ -177,6 +201,8 @@ def main():
         for cells in (2,) if quick else (2, 4, 6):
             for mode, frequency in enumerate(frequencies(cells, poisson, 6), 1):
                 add("vibration", poisson, "C3D20", cells, f"frequency_{mode}", "Hz", frequency)
+        for cells in (2, 4) if quick else (2, 4, 8, 12):
+            add("glued_stretch", poisson, "C3D20", cells, "swelling", "1", swelling(cells, poisson))
         for element, sizes in (("C3D8", (1, 2)), ("C3D20", (2,) if quick else (2, 4, 6))):
             for cells in sizes:
                 quadratic = element == "C3D20"
