@@ -205,11 +205,26 @@ Chart energy_chart(const Table& rows, const EnergyConfig& config) {
   return chart;
 }
 
+namespace {
+
+Table guarded(bool quick, Progress& progress) {
+  EnergyConfig config = energy_config({});
+  config.steps = quick ? 2000 : 20000;
+  std::erase_if(config.integrators,
+                [](const std::string& name) { return find_integrator(name).stepping != Stepping::fixed; });
+  return measure_energy(config, progress).rows;
+}
+
+}  // namespace
+
 ExperimentInfo energy() {
   return {.name = "energy",
           .summary = "energy of an undamped body over 100,000 steps, for every integrator",
           .accepts = {.integrators = true, .model = true},
-          .run = run_energy};
+          .run = run_energy,
+          .guard = {.keys = {"integrator", "step"},
+                    .rules = {{"t", 1e-12}, {"energy_error", 1e-4, 1e-10}},
+                    .table = guarded}};
 }
 
 }  // namespace mss

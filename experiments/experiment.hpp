@@ -8,6 +8,7 @@
 
 #include "core/scene.hpp"
 #include "experiments/chart.hpp"
+#include "experiments/guard.hpp"
 #include "experiments/progress.hpp"
 #include "experiments/provenance.hpp"
 #include "experiments/table.hpp"
@@ -63,6 +64,7 @@ struct ExperimentInfo {
   std::string summary;  ///< one line for `mss list` and --help
   ExperimentAccepts accepts;
   std::function<ExperimentResult(const ExperimentOptions&, Progress&)> run;
+  Guard guard;
 };
 
 /// The methods an experiment on motion compares: those named, or all. Throws InputError for unknown names and

@@ -22,7 +22,7 @@ struct ColumnRule {
 struct Guard {
   std::vector<std::string> keys;  ///< columns that together name a row
   std::vector<ColumnRule> rules;  ///< of the others
-  std::function<Table(Progress&)> table;
+  std::function<Table(bool quick, Progress&)> table;
 };
 
 /// One way in which a table is not what its baseline says.

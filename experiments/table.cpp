@@ -75,6 +75,22 @@ double Table::number(std::size_t row, std::string_view column) const {
   throw std::logic_error(fmt::format("column '{}' holds text", column));
 }
 
+Table Table::select(const std::vector<std::string>& columns) const {
+  std::vector<std::size_t> places;
+  std::vector<Column> selected;
+  for (const std::string& name : columns) {
+    places.push_back(index(name));
+    selected.push_back(columns_[places.back()]);
+  }
+  Table table(std::move(selected));
+  for (const auto& row : rows_) {
+    std::vector<Cell> cells;
+    for (const std::size_t place : places) cells.push_back(row[place]);
+    table.add(std::move(cells));
+  }
+  return table;
+}
+
 std::vector<std::string> Table::distinct(std::string_view column) const {
   std::vector<std::string> values;
   for (std::size_t r = 0; r < rows_.size(); ++r)

@@ -38,6 +38,10 @@ class Table {
   const std::string& text(std::size_t row, std::string_view column) const;
   double number(std::size_t row, std::string_view column) const;
 
+  /// The same rows with these columns only, in this order. Throws std::logic_error for one that does not
+  /// exist.
+  Table select(const std::vector<std::string>& columns) const;
+
   /// Values of a column of text, in order of first appearance.
   std::vector<std::string> distinct(std::string_view column) const;
 

@@ -88,11 +88,27 @@ ValidationConfig validation_config(const ExperimentOptions& options) {
   return config;
 }
 
+namespace {
+
+Table guarded(bool quick, Progress& progress) {
+  ValidationConfig config =
+      validation_config({.cells = quick ? std::vector<int>{1, 2} : std::vector<int>{1, 2, 4, 8}});
+  config.repetitions = 1;
+  config.refinement.clear();
+  return measure_validation(config, progress)
+      .rows.select({"case", "model", "cells", "unknowns", "value", "reference", "error", "status"});
+}
+
+}  // namespace
+
 ExperimentInfo validate() {
   return {.name = "validate",
           .summary = "error of springs and of finite elements against closed forms, and its cost",
           .accepts = {.cells = true, .largest_cells = 16},
-          .run = run_validate};
+          .run = run_validate,
+          .guard = {.keys = {"case", "model", "cells"},
+                    .rules = {{"value", 1e-7}, {"reference", 1e-12}, {"error", 0, 1e-6}},
+                    .table = guarded}};
 }
 
 }  // namespace mss

@@ -278,12 +278,28 @@ VolumeTables measure_volume(const VolumeConfig& config, Progress& progress) {
   return tables;
 }
 
+namespace {
+
+Table guarded(bool quick, Progress& progress) {
+  VolumeConfig config = volume_config({.quick = quick});
+  if (!quick) config.cells = {1, 2, 4, 8};
+  return measure_volume(config, progress).rows;
+}
+
+}  // namespace
+
 ExperimentInfo volume() {
   return {.name = "volume",
           .summary =
               "change of volume against resolution, strain and volume force, beside elasticity's prediction",
           .accepts = {.cells = true, .largest_cells = 30},
-          .run = run_volume};
+          .run = run_volume,
+          .guard = {.keys = {"study", "model", "cells", "strain", "k_vol"},
+                    .rules = {{"drift", 1e-6, 1e-9},
+                              {"drift_paper", 1e-6, 1e-9},
+                              {"worst_cell", 1e-6, 1e-9},
+                              {"predicted", 1e-12}},
+                    .table = guarded}};
 }
 
 }  // namespace mss

@@ -108,6 +108,33 @@ TEST(Modes, OfAScene) {
   }
 }
 
+TEST(Check, RefusesWhatItCannotDo) {
+  const Directory directory;
+  const std::string none = directory / "none", out = directory / "out";
+  expect_refused({"check", "--quick", "--against", none, "--out", out}, "no directory of baselines");
+  expect_refused({"check", "--quick", "--promote", "--against", none, "--out", out}, "--why");
+  EXPECT_FALSE(fs::exists(none));
+  EXPECT_FALSE(fs::exists(out));
+}
+
+// The tables themselves are compared by a test of their own (check_quick); here one is planted.
+TEST(Check, NamesTheRowThatMovedAndFails) {
+  const Directory directory;
+  const fs::path baselines = fs::path(MSS_SOURCE_DIR) / "results" / "check", planted = directory / "planted";
+  fs::create_directories(planted);
+  for (const auto& entry : fs::directory_iterator(baselines))
+    fs::copy(entry.path(), planted / entry.path().filename());
+  std::string csv = read_file(planted / "timing_quick.csv");
+  csv.replace(csv.find("\n7,512,"), 7, "\n7,513,");
+  write_atomically(planted / "timing_quick.csv", csv);
+  const ProgramRun run = mss({"check", "--quick", "--against", planted.string(), "--out", directory / "out"});
+  EXPECT_EQ(run.exit_status, 1) << run.output;
+  EXPECT_NE(run.output.find("timing_quick.csv: cells = 7: particles: was 513, is 512; must be the same"),
+            std::string::npos)
+      << run.output;
+  EXPECT_NE(run.output.find("1 deviations"), std::string::npos) << run.output;
+}
+
 TEST(Model, FillsEveryExperimentsBodies) {
   const Directory directory;
   const std::string out = directory / "energy";
