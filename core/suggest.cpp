@@ -33,6 +33,10 @@ std::string nearest(std::string_view found, const std::vector<std::string>& know
   const auto closer = [&](const std::string& a, const std::string& b) {
     return edit_distance(found, a) < edit_distance(found, b);
   };
+  const auto begun = std::find_if(known.begin(), known.end(), [&](const std::string& name) {
+    return found.size() >= 3 && name.starts_with(found);
+  });
+  if (begun != known.end()) return *begun;
   const auto best = std::min_element(known.begin(), known.end(), closer);
   return best == known.end() ? std::string() : *best;
 }

@@ -6,7 +6,8 @@
 
 namespace mss {
 
-/// The known name that is fewest edits (insert, delete, replace) away from `found`; empty if none are known.
+/// The known name that begins with `found`, else the one that is fewest edits (insert, delete, replace) away
+/// from it; empty if none are known.
 std::string nearest(std::string_view found, const std::vector<std::string>& known);
 
 /// Throws the InputError of find_named().

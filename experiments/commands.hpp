@@ -31,7 +31,8 @@ int run_command_line(int argc, char** argv);
 /// nowhere.
 std::filesystem::path scenes_directory();
 
-/// The file of a scene given as a path, or as the name of one that comes with the program.
+/// The file of a scene given as a path, or as the name of one that comes with the program. Throws InputError
+/// for a name of none.
 std::filesystem::path scene_file(const std::string& given);
 
 /// The first comment line of a scene file, without its mark; empty if it starts with something else.

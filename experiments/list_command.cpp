@@ -100,7 +100,10 @@ fs::path scenes_directory() {
 fs::path scene_file(const std::string& given) {
   if (fs::exists(given) || fs::path(given).has_parent_path() || fs::path(given).has_extension()) return given;
   const fs::path listed = scenes_directory() / (given + ".toml");
-  return fs::exists(listed) ? listed : fs::path(given);
+  if (fs::exists(listed)) return listed;
+  std::vector<std::string> names;
+  for (const auto& [name, description] : scene_lines()) names.push_back(name);
+  throw_unknown(given, names, "scene", "scenes");
 }
 
 std::string scene_description(const fs::path& scene) {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <csignal>
 #include <memory>
 
 #include "core/error.hpp"
@@ -56,18 +57,21 @@ Json summary(const Scene& scene, double omega_max, double bound, const Table& ta
 }
 
 void run_modes(const ModesChoice& choice, int& exit_status) {
-  constexpr int most = 1000;
+  constexpr int most = 200;
   if (choice.count < 1 || choice.count > most)
     throw InputError(fmt::format("--count is {}; give a number of modes from 1 to {}", choice.count, most));
   const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
-  check_model(scene.model, scene.body, false);
+  check_model(scene);
   const fs::path directory =
       choice.directory.empty() ? fs::path("out") / (scene.name + "_modes") : fs::path(choice.directory);
-  prepare_directory(directory);
-  for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
-
   const Body body(scene.body);
   const auto system = make_system<double>(scene.model, body, scene.environment, scene.solve.threads);
+  if (system->unknowns().empty())
+    throw InputError(fmt::format("{}: its holds leave nothing that could vibrate", scene.file.string()));
+  prepare_directory(directory);
+  std::signal(SIGINT, SIG_DFL);  // files are written last and whole: nothing is lost by ending at once
+  for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
+
   const State<double> rest = system->undeformed_state();
   Work work;
   const Modes slow = slowest_modes(*system, rest, choice.count, work),

@@ -155,9 +155,14 @@ void check_table(const Scene& scene, const char* table, const std::function<void
 
 }  // namespace
 
+void check_model(const Scene& scene) {
+  check_table(scene, "material",
+              [&] { check_model(scene.model, scene.body, scene.solve.precision == Precision::single); });
+}
+
 void check_solve(const Scene& scene) {
   const bool single = scene.solve.precision == Precision::single;
-  check_table(scene, "material", [&] { check_model(scene.model, scene.body, single); });
+  check_model(scene);
   check_table(scene, "solve", [&] {
     const IntegratorInfo& method = find_integrator(scene.solve.integrator);
     if (!scene.solve.dt) check_safe(method);

@@ -45,7 +45,10 @@ State<Real> stretched_state(const BodySystem<Real>& system, double factor);
 template <class Real>
 void scale_errors(IntegratorOptions& options, const BodySystem<Real>& system);
 
-/// Throws InputError if the scene's method or step cannot be used.
+/// Throws InputError if the scene's model cannot be made.
+void check_model(const Scene& scene);
+
+/// Throws InputError if the scene's model, method or step cannot be used.
 void check_solve(const Scene& scene);
 
 /// Simulates a scene from beginning to end. Throws as check_solve().

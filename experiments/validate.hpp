@@ -26,7 +26,7 @@ struct ValidationCase {
   Environment environment{};
   std::function<Answer(BodySystem<double>&)> answer{};
   double reference = 0;  ///< in that unit
-  double doubt = 0;      ///< share by which the reference may be wrong; 0: a closed form
+  double doubt = 0;      ///< share by which the reference was extrapolated; 0: a closed form
   std::string source;
   bool large = false;  ///< deformations are: laws of finite elements differ
   bool charted = true;
@@ -63,7 +63,8 @@ struct ValidationTables {
 ValidationTables measure_validation(const ValidationConfig& config, Progress& progress);
 
 /// For every case and model: its error at the finest resolution and its order of convergence there.
-Table validation_summary(const Table& rows);
+/// Where deformations are large only the reference's own law has an order.
+Table validation_summary(const Table& rows, const ValidationConfig& config);
 
 /// Errors below are rounding: no order can be read from them, and they are not drawn.
 inline constexpr double validation_rounding = 1e-9;

@@ -1,6 +1,8 @@
 // What `mss validate` asks, and of which models.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "experiments/equilibrium.hpp"
 #include "experiments/model.hpp"
@@ -86,7 +88,7 @@ std::vector<ValidationCase> uniform_cases(double young) {
 /// Clamped at x = 0, sheared at the other end.
 ValidationCase cantilever(double poisson) {
   const Vec3 size(4, 1, 1);
-  const auto [value, change] = reference::calculix_value("cantilever", poisson, "deflection");
+  const auto [value, doubt] = reference::calculix_value("cantilever", poisson, "deflection");
   return {.name = poisson == 0.3 ? "cantilever" : "cantilever_45",
           .description = "cantilever 4 x 1 x 1 m, its end clamped, sheared at its tip",
           .quantity = "deflection",
@@ -96,7 +98,7 @@ ValidationCase cantilever(double poisson) {
                           .loads = {{.box = face(size, 0, true), .force = {0, 0, total_load}}}},
           .answer = compliance,
           .reference = value,
-          .doubt = change,
+          .doubt = doubt,
           .source = "CalculiX C3D20"};
 }
 
@@ -151,9 +153,46 @@ ValidationCase hanging(double young, double density) {
           .source = "rho g L^2 / (2 E)"};
 }
 
-/// One of the slowest vibrations of a clamped bar. The first two are bending in either plane.
-ValidationCase vibration(const std::string& name, const std::string& what, int mode) {
-  const auto [value, change] =
+/// The slowest vibrations of a bar along x, with how much each moves it to the side and turns it about its
+/// axis: parts of the mass that move alike, so that a mode is known by its shape, not by its place in line.
+struct Vibration {
+  double frequency, sideways, turning;
+};
+std::vector<Vibration> vibrations(const BodySystem<double>& system, const Modes& found) {
+  std::vector<Vibration> all;
+  for (const Mode& mode : found.modes) {
+    Vec3 moved = Vec3::Zero();
+    double turned = 0;
+    for (const std::ptrdiff_t site : system.particles()) {
+      const Vec3 arm = system.body().rest_position(site) - Vec3(0, 0.5, 0.5), q = mode.shape.at(site);
+      moved += system.mass(site) * q;
+      turned += system.mass(site) * (arm[1] * q[2] - arm[2] * q[1]);
+    }
+    all.push_back({mode.omega / (2 * pi), std::hypot(moved[1], moved[2]), std::abs(turned)});
+  }
+  return all;
+}
+
+/// Frequency of the mode that turns most, or of the n-th pair that bends: those that move the bar to the side
+/// by a fifth at least of what the first does.
+double torsion_frequency(const std::vector<Vibration>& all) {
+  return std::max_element(all.begin(), all.end(),
+                          [](const Vibration& a, const Vibration& b) { return a.turning < b.turning; })
+      ->frequency;
+}
+double bending_frequency(const std::vector<Vibration>& all, int pair) {
+  double most = 0;
+  for (const Vibration& v : all) most = std::max(most, v.sideways);
+  int left = 2 * (pair - 1);
+  for (const Vibration& v : all)
+    if (v.sideways > most / 5 && left-- == 0) return v.frequency;
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+/// One of the slowest vibrations of a clamped bar; `mode` is its place among CalculiX's.
+ValidationCase vibration(const std::string& name, const std::string& what, int mode,
+                         double (*pick)(const std::vector<Vibration>&)) {
+  const auto [value, doubt] =
       reference::calculix_value("vibration", 0.3, "frequency_" + std::to_string(mode));
   return {.name = "vibration_" + name,
           .description = "cantilever 4 x 1 x 1 m, " + what,
@@ -161,14 +200,15 @@ ValidationCase vibration(const std::string& name, const std::string& what, int m
           .unit = "Hz",
           .environment = {.holds = {hold(face({4, 1, 1}, 0, false), "xyz")}},
           .answer =
-              [mode](BodySystem<double>& system) {
+              [pick](BodySystem<double>& system) {
+                constexpr int enough = 12;  // anisotropic springs reorder them
                 Work work;
-                const Modes found = slowest_modes(system, system.undeformed_state(), mode, work);
+                const Modes found = slowest_modes(system, system.undeformed_state(), enough, work);
                 if (found.status != Status::ok) return Answer{found.status, 0};
-                return Answer{Status::ok, found.modes.back().omega / (2 * pi)};
+                return Answer{Status::ok, pick(vibrations(system, found))};
               },
           .reference = value,
-          .doubt = change,
+          .doubt = doubt,
           .source = "CalculiX C3D20",
           .most_cells = 8};
 }
@@ -192,7 +232,7 @@ ValidationCase large_twist() {
   const Vec3 size(2, 1, 1), centre(0, 0.5, 0.5);
   Hold turning = hold(face(size, 0, true), "xyz");
   turning.turn = Turn{.axis = Vec3::UnitX(), .centre = centre, .rate = rate};
-  const auto [value, change] = reference::calculix_value("twist", 0.3, "torque");
+  const auto [value, doubt] = reference::calculix_value("twist", 0.3, "torque");
   return {.name = "large_twist",
           .description = "bar 2 x 1 x 1 m, both ends glued, one turned by 60 degrees",
           .quantity = "torque",
@@ -209,7 +249,7 @@ ValidationCase large_twist() {
                 });
               },
           .reference = value,
-          .doubt = change,
+          .doubt = doubt,
           .source = "CalculiX C3D20, linear in Green's strain",
           .large = true,
           .most_cells = 8};
@@ -220,7 +260,7 @@ ValidationCase large_compression() {
   const Vec3 size(2, 1, 1);
   Hold pushed = hold(face(size, 0, true), "xyz");
   pushed.displacement = {-share * size[0], 0, 0};
-  const auto [value, change] = reference::calculix_value("compression", 0.3, "force");
+  const auto [value, doubt] = reference::calculix_value("compression", 0.3, "force");
   return {.name = "large_compression",
           .description = "bar 2 x 1 x 1 m, both ends glued, shortened by 20 %",
           .quantity = "force",
@@ -235,7 +275,7 @@ ValidationCase large_compression() {
                 return held_with(system, guess, [](const Vec3&, const Vec3& force) { return -force[0]; });
               },
           .reference = value,
-          .doubt = change,
+          .doubt = doubt,
           .source = "CalculiX C3D20, linear in Green's strain",
           .large = true,
           .most_cells = 8};
@@ -252,15 +292,18 @@ SpringConstants thesis_springs(const ElasticConstants& material, double cell_siz
 }  // namespace
 
 std::vector<ValidationCase> validation_cases(double young, double density) {
-  std::vector<ValidationCase> cases{cantilever(0.3),
-                                    cantilever(0.45),
-                                    torsion(young),
-                                    hanging(young, density),
-                                    vibration("bending", "its slowest vibration", 1),
-                                    vibration("torsion", "its slowest vibration about its axis", 3),
-                                    vibration("bending_2", "its second bending vibration", 4),
-                                    large_twist(),
-                                    large_compression()};
+  std::vector<ValidationCase> cases{
+      cantilever(0.3),
+      cantilever(0.45),
+      torsion(young),
+      hanging(young, density),
+      vibration("bending", "its slowest bending vibration", 1,
+                [](const auto& all) { return bending_frequency(all, 1); }),
+      vibration("torsion", "its slowest vibration about its axis", 3, torsion_frequency),
+      vibration("bending_2", "its second bending vibration", 4,
+                [](const auto& all) { return bending_frequency(all, 2); }),
+      large_twist(),
+      large_compression()};
   for (ValidationCase& c : uniform_cases(young)) cases.push_back(std::move(c));
   return cases;
 }

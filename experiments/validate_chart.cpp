@@ -27,7 +27,8 @@ void show_doubt(Chart& chart, double doubt) {
   for (const ChartSeries& series : chart.series)
     for (const ChartPoint& point : series.points) smallest = std::min(smallest, point.y);
   if (doubt <= 0 || smallest > 30 * doubt) return;
-  chart.lines.push_back({ReferenceLine::Direction::horizontal, doubt, "the reference's own last change"});
+  chart.lines.push_back(
+      {ReferenceLine::Direction::horizontal, doubt, "what the reference was extrapolated by"});
   chart.y.low = std::min(smallest, doubt) / 2;
 }
 

@@ -48,14 +48,16 @@ class ShiftedInverse {
     leave_out_found();
     y_.array() *= roots_.array();
     scatter(system_, y_, in_);
-    if (solver_.solve(in_, out_, work_) != Status::ok) out_.array() = 0;
+    const Status solved = solver_.solve(in_, out_, work_);
+    if (status == Status::ok) status = solved;
     gather(system_, out_, y_);
     y_.array() *= roots_.array();
     leave_out_found();
     Eigen::Map<VectorXd>(y_out, rows()) = y_;
   }
 
-  MatrixXd found{};  ///< orthonormal columns
+  MatrixXd found{};                    ///< orthonormal columns
+  mutable Status status = Status::ok;  ///< the first that was not ok
 
  private:
   void leave_out_found() const {
@@ -107,13 +109,15 @@ void sort(std::vector<Pair>& pairs) {
   std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.value < b.value; });
 }
 
-Modes to_modes(BodySystem<double>& system, std::vector<Pair> pairs, const VectorXd& roots, double smallest) {
+/// Eigenvalues within `rounding` of 0 are motions of the whole.
+Modes to_modes(BodySystem<double>& system, std::vector<Pair> pairs, const VectorXd& roots, double rounding) {
   Modes result;
   for (Pair& pair : pairs) {
+    if (pair.value < -10 * rounding) return {.status = Status::not_positive_definite, .modes = {}};
     pair.vector.array() /= roots.array();
     Field<double> shape(system.size());
     scatter(system, pair.vector, shape);
-    result.modes.push_back({pair.value > smallest ? std::sqrt(pair.value) : 0, std::move(shape)});
+    result.modes.push_back({pair.value > rounding ? std::sqrt(pair.value) : 0, std::move(shape)});
   }
   return result;
 }
@@ -140,12 +144,14 @@ Status find_slowest(ShiftedInverse& inverse, double shift, Index count, std::vec
                                                         shift);
     lanczos.init();
     const Index converged = lanczos.compute(Spectra::SortRule::LargestMagn, most_restarts, tolerance);
+    if (inverse.status != Status::ok) return inverse.status;
     if (lanczos.info() != Spectra::CompInfo::Successful || converged < wanted) return Status::linear_stalled;
     const VectorXd values = lanczos.eigenvalues();
+    const MatrixXd vectors = lanczos.eigenvectors();
     const bool complete =
         Index(found.size()) >= count && values.minCoeff() >= found[std::size_t(count - 1)].value * (1 - 1e-9);
     if (complete) return Status::ok;
-    for (Index i = 0; i < converged; ++i) found.push_back({values[i], lanczos.eigenvectors().col(i)});
+    for (Index i = 0; i < converged; ++i) found.push_back({values[i], vectors.col(i)});
     sort(found);
     inverse.found.resize(inverse.rows(), Index(found.size()));
     for (std::size_t i = 0; i < found.size(); ++i) inverse.found.col(Index(i)) = found[i].vector;
@@ -157,12 +163,11 @@ Status find_slowest(ShiftedInverse& inverse, double shift, Index count, std::vec
 Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int count, Work& work) {
   const VectorXd roots = root_masses(system);
   const Index wanted = std::min<Index>(count, roots.size());
+  if (wanted == 0) return {};
   const double fastest = system.spectral_bound().omega;
-  const double rounding = 1e-13 * fastest * fastest;
   std::vector<Pair> found;
-  if (roots.size() <= 100) {
+  if (roots.size() <= 100 || 3 * wanted + 20 >= roots.size()) {
     found = dense_pairs(system, state, roots);
-    if (found.front().value < -1e3 * rounding) return {.status = Status::not_positive_definite, .modes = {}};
   } else {
     const double shift = -1e-6 * fastest * fastest;  // K alone is singular while nothing holds the body
     const auto solver = find_linear_solver("cholmod").make(0);
@@ -173,11 +178,12 @@ Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int 
     if (status != Status::ok) return {.status = status, .modes = {}};
   }
   found.resize(std::size_t(wanted));
-  return to_modes(system, std::move(found), roots, 1e3 * rounding);
+  return to_modes(system, std::move(found), roots, 1e-13 * fastest * fastest);
 }
 
 Modes fastest_mode(BodySystem<double>& system, const State<double>& state, Work& work) {
   const VectorXd roots = root_masses(system);
+  if (roots.size() == 0) return {};
   if (roots.size() <= 100) {
     std::vector<Pair> all = dense_pairs(system, state, roots);
     return to_modes(system, {all.back()}, roots, 0);

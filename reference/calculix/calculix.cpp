@@ -3,6 +3,7 @@
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace mss::reference {
 
@@ -43,15 +44,23 @@ const std::vector<CalculixRow>& calculix_rows() {
 }
 
 CalculixValue calculix_value(std::string_view study, double poisson, std::string_view quantity) {
-  const CalculixRow *before = nullptr, *finest = nullptr;
-  for (const CalculixRow& row : calculix_rows()) {  // ascending by cells
-    if (row.study != study || row.poisson != poisson || row.quantity != quantity || row.element != "C3D20")
-      continue;
-    before = finest;
-    finest = &row;
-  }
-  if (before == nullptr) throw std::out_of_range("no CalculiX table of " + std::string(study));
-  return {finest->value, std::abs(before->value / finest->value - 1)};
+  std::vector<const CalculixRow*> rows;  // ascending by cells
+  for (const CalculixRow& row : calculix_rows())
+    if (row.study == study && row.poisson == poisson && row.quantity == quantity && row.element == "C3D20")
+      rows.push_back(&row);
+  if (rows.size() < 3) throw std::out_of_range("no three CalculiX meshes of " + std::string(study));
+  const CalculixRow &a = *rows[rows.size() - 3], &b = *rows[rows.size() - 2], &c = *rows[rows.size() - 1];
+  const double ratio = (a.value - b.value) / (b.value - c.value);
+  const auto steps = [&](double p) {  // the same ratio if the error is a power of the size
+    const double ha = std::pow(a.cells, -p), hb = std::pow(b.cells, -p), hc = std::pow(c.cells, -p);
+    return std::pair((ha - hb) / (hb - hc), hc / (hb - hc));
+  };
+  double low = 0.1, high = 10;  // the ratio grows with p
+  if (!(steps(low).first < ratio && ratio < steps(high).first))
+    throw std::out_of_range("CalculiX's meshes of " + std::string(study) + " approach nothing");
+  for (int i = 0; i < 100; ++i) (steps((low + high) / 2).first < ratio ? low : high) = (low + high) / 2;
+  const double value = c.value - (b.value - c.value) * steps(low).second;
+  return {value, std::abs(c.value / value - 1)};
 }
 
 }  // namespace mss::reference

@@ -18,13 +18,15 @@ struct CalculixRow {
 };
 const std::vector<CalculixRow>& calculix_rows();
 
-/// What quadratic elements say on their finest mesh, and by what share the mesh before differs.
+/// What quadratic elements tend to as their mesh is refined, extrapolated from the three finest (value + c
+/// h^p through all of them: where a glued edge is singular p is near 1), and by what share the finest
+/// differs.
 struct CalculixValue {
   double value;
-  double change;
+  double doubt;
 };
 
-/// Throws std::out_of_range if the table has no two meshes of it.
+/// Throws std::out_of_range if the table has no three meshes of it that approach something.
 CalculixValue calculix_value(std::string_view study, double poisson, std::string_view quantity);
 
 }  // namespace mss::reference

@@ -71,6 +71,38 @@ TEST(Modes, AreTheDenseOnes) {
   }
 }
 
+TEST(Modes, CanAllBeAskedFor) {
+  const Body body(config(VoxelGrid::box(2, 2, 3)));  // 108 unknowns: beyond the smallest bodies
+  SpringSystem<double> system(body, {});
+  const State<double> rest = system.rest_state();
+  for (const int count : {40, 107, 108, 200}) {
+    Work work;
+    const Modes slow = slowest_modes(system, rest, count, work);
+    ASSERT_EQ(slow.status, Status::ok);
+    EXPECT_EQ(slow.modes.size(), std::size_t(std::min(count, 108)));
+    EXPECT_GT(slow.modes[6].omega, 0);
+  }
+}
+
+TEST(Modes, OfABodyHeldEverywhereAreNone) {
+  const Body body(config(VoxelGrid::box(1, 1, 1)));
+  SpringSystem<double> system(body, {.holds = {{.box = {{0, 0, 0}, {1, 1, 1}}}}});
+  Work work;
+  EXPECT_TRUE(slowest_modes(system, system.rest_state(), 5, work).modes.empty());
+  EXPECT_TRUE(fastest_mode(system, system.rest_state(), work).modes.empty());
+}
+
+// A slender bar's slowest vibration is a millionth of its fastest, and no rigid motion.
+TEST(Modes, AreNotTakenForRigidMotions) {
+  const Body body(config(VoxelGrid::box(1, 1, 200)));
+  SpringSystem<double> system(body, {.holds = {{.box = {{0, 0, 0}, {0.25, 0.25, 0}}}}});
+  Work work;
+  const Modes slow = slowest_modes(system, system.rest_state(), 2, work);
+  ASSERT_EQ(slow.status, Status::ok);
+  EXPECT_GT(slow.modes[0].omega, 0);
+  EXPECT_NEAR(slow.modes[0].omega / slow.modes[1].omega, 1, 1e-4);
+}
+
 TEST(Modes, FindBothOfAPair) {
   const Body body(config(VoxelGrid::box(2, 2, 8)));
   const Vec3 end(0.5, 0.5, 0);
