@@ -169,21 +169,20 @@ Chart strain_chart(const Table& rows, const VolumeConfig& config) {
 
 Chart stiffness_chart(const Table& rows, const VolumeConfig& config) {
   Chart chart{.title = "What the volume force does for the thesis's cube",
-              .subtitle = fmt::format("{} cells per edge, ends glued, pulled by {:g} %", config.study_cells,
-                                      100 * config.large_strain),
+              .subtitle = fmt::format(
+                  "{} cells per edge, ends glued, pulled by {:g} %; the line is without volume force",
+                  config.study_cells, 100 * config.large_strain),
               .x = {.label = "k_vol [Pa]", .logarithmic = true, .low = 0.05},
               .y = {.label = "change of volume / volume", .low = 0}};
   ChartSeries series{.label = "thesis's springs"};
   for (std::size_t r = 0; r < rows.size(); ++r) {
     if (rows.text(r, "study") != "k_vol" || rows.text(r, "status") != "ok") continue;
-    if (rows.number(r, "k_vol") > 0)
-      series.points.push_back({rows.number(r, "k_vol"), rows.number(r, "drift")});
-    else
-      chart.lines.push_back(
-          {ReferenceLine::Direction::horizontal, rows.number(r, "drift"), "without volume force"});
+    const double k_vol = rows.number(r, "k_vol"), drift = rows.number(r, "drift");
+    if (k_vol > 0) series.points.push_back({k_vol, drift});
+    if (k_vol == 0) chart.lines.push_back({ReferenceLine::Direction::horizontal, drift, ""});
+    if (k_vol == 0.1) chart.marks.push_back({{k_vol, 0.96 * drift}, "the thesis's 0.1"});
   }
   chart.series.push_back(std::move(series));
-  chart.lines.push_back({ReferenceLine::Direction::vertical, 0.1, "the thesis's 0.1"});
   return chart;
 }
 
