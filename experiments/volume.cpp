@@ -180,7 +180,7 @@ Chart stiffness_chart(const Table& rows, const VolumeConfig& config) {
     const double k_vol = rows.number(r, "k_vol"), drift = rows.number(r, "drift");
     if (k_vol > 0) series.points.push_back({k_vol, drift});
     if (k_vol == 0) chart.lines.push_back({ReferenceLine::Direction::horizontal, drift, ""});
-    if (k_vol == 0.1) chart.marks.push_back({{k_vol, 0.96 * drift}, "the thesis's 0.1"});
+    if (k_vol == 0.1) chart.marks.push_back({{k_vol, drift}, "the thesis's 0.1"});
   }
   chart.series.push_back(std::move(series));
   return chart;
