@@ -3,11 +3,12 @@
 namespace mss {
 
 template <class Real>
-BodySystem<Real>::BodySystem(const Body& body, const Environment& environment)
+BodySystem<Real>::BodySystem(const Body& body, const Environment& environment, int threads)
     : body_(body),
       environment_(environment),
       held_(body, environment.holds),
-      loads_(body, environment.loads) {}
+      loads_(body, environment.loads),
+      team_(threads) {}
 
 template <class Real>
 State<Real> BodySystem<Real>::undeformed_state() const {

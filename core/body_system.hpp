@@ -7,6 +7,7 @@
 #include "core/environment.hpp"
 #include "core/spectral_bound.hpp"
 #include "core/system.hpp"
+#include "core/team.hpp"
 
 namespace mss {
 
@@ -20,8 +21,8 @@ struct StoredEnergy {
 template <class Real>
 class BodySystem : public System<Real> {
  public:
-  /// The body must outlive the system.
-  BodySystem(const Body& body, const Environment& environment);
+  /// The body must outlive the system. `threads` compute forces.
+  BodySystem(const Body& body, const Environment& environment, int threads);
 
   const Body& body() const { return body_; }
   const Environment& environment() const { return environment_; }
@@ -39,7 +40,7 @@ class BodySystem : public System<Real> {
   virtual SpectralBound spectral_bound() const = 0;
 
   /// Threads that forces are computed with.
-  virtual int threads() const = 0;
+  int threads() const { return team_.size(); }
   /// What computes them, as an instruction set.
   virtual const char* kernel_name() const = 0;
 
@@ -50,9 +51,13 @@ class BodySystem : public System<Real> {
   void clear_prescribed(Field<Real>& field) const override { held_.clear(field); }
   const std::vector<Unknown>& unknowns() override { return blocks().unknowns(); }
   SparseMatrix tangent_pattern() override { return blocks().pattern(); }
+  void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override {
+    team_.for_each(count, task);
+  }
 
  protected:
   const HeldSites& held() const { return held_; }
+  Team& team() { return team_; }
   /// Made by the first method that needs a matrix.
   BlockMatrix& blocks();
   void add_gravity(Field<Real>& f) const;
@@ -62,6 +67,7 @@ class BodySystem : public System<Real> {
   Environment environment_;
   HeldSites held_;
   LoadedSites loads_;
+  Team team_;
   std::unique_ptr<BlockMatrix> blocks_;
 };
 

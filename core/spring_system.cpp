@@ -86,9 +86,8 @@ struct SpringSystem<Real>::Pass {
 
 template <class Real>
 SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environment, const Execution& execution)
-    : BodySystem<Real>(body, environment),
+    : BodySystem<Real>(body, environment, team_size(body, execution.threads)),
       kernel_(find_kernel<Real>(execution.kernel)),
-      team_(team_size(body, execution.threads)),
       damped_(body.config().damping.law != Damping::Law::none) {
   const Lattice& lattice = body.lattice();
   blocks_ = (lattice.used() + kernel_.lanes - 1) / kernel_.lanes;
@@ -96,8 +95,8 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
   build_masses();
   const std::ptrdiff_t scratch = lattice.plane;
   nothing_below_ = Field<Real>(scratch);
-  for (int rank = 0; rank < team_.size(); ++rank) {
-    const auto bound = [&](int r) { return int(std::int64_t(lattice.planes()) * r / team_.size()); };
+  for (int rank = 0; rank < this->team().size(); ++rank) {
+    const auto bound = [&](int r) { return int(std::int64_t(lattice.planes()) * r / this->team().size()); };
     slabs_.push_back(std::make_unique<Slab>(bound(rank), bound(rank + 1), scratch));
   }
 }
@@ -199,11 +198,6 @@ void SpringSystem<Real>::tangent_product(double t, const Field<Real>& x, const F
 }
 
 template <class Real>
-void SpringSystem<Real>::parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
-  team_.for_each(count, task);
-}
-
-template <class Real>
 void SpringSystem<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
   run({.finish = Finish::kick_drift,
        .t = state.t,
@@ -240,7 +234,7 @@ void SpringSystem<Real>::run(const Pass& pass, long steps) {
     slab->swept.store(0, std::memory_order_relaxed);
     slab->finished.store(0, std::memory_order_relaxed);
   }
-  team_.run([&](int rank) {
+  this->team().run([&](int rank) {
     for (long step = 0; step < steps; ++step) step_slab(pass, rank, step);
   });
 }
@@ -250,13 +244,14 @@ void SpringSystem<Real>::run(const Pass& pass, long steps) {
 template <class Real>
 void SpringSystem<Real>::step_slab(const Pass& pass, int rank, long step) {
   Slab& slab = *slabs_[std::size_t(rank)];
-  const bool bottom = rank == 0, top = rank + 1 == team_.size();
+  const bool bottom = rank == 0, top = rank + 1 == this->team().size();
   const auto done = std::uint32_t(step);
   const double t_new = pass.t + double(step + 1) * pass.dt;
 
   for (int plane = slab.first; plane < slab.last; ++plane) {
     const bool last = plane + 1 == slab.last;
-    if (last && !top) wait_until_reached(slabs_[std::size_t(rank) + 1]->finished, done, team_.may_spin());
+    if (last && !top)
+      wait_until_reached(slabs_[std::size_t(rank) + 1]->finished, done, this->team().may_spin());
     const auto turn = std::size_t(plane & 1);
     const Streams<Real> above = streams(last ? slab.outgoing : slab.above[turn]);
     if (plane == slab.first && !bottom) {
@@ -270,7 +265,7 @@ void SpringSystem<Real>::step_slab(const Pass& pass, int rank, long step) {
   slab.swept.notify_one();
   if (!bottom) {
     const Slab& lower = *slabs_[std::size_t(rank - 1)];
-    wait_until_reached(lower.swept, done + 1, team_.may_spin());
+    wait_until_reached(lower.swept, done + 1, this->team().may_spin());
     finish_plane(pass, slab.first, 0, blocks_ * kernel_.lanes, streams(slab.first_own),
                  const_streams(lower.outgoing), t_new);
   }

@@ -7,7 +7,6 @@
 
 #include "core/body_system.hpp"
 #include "core/sweep.hpp"
-#include "core/team.hpp"
 
 namespace mss {
 
@@ -31,7 +30,6 @@ class SpringSystem final : public BodySystem<Real> {
 
   StoredEnergy stored_energy(const Field<Real>& x) const override;
   SpectralBound spectral_bound() const override { return mss::spectral_bound(this->body()); }
-  int threads() const override { return team_.size(); }
   const char* kernel_name() const override { return kernel_.name; }
 
   void force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) override;
@@ -42,7 +40,6 @@ class SpringSystem final : public BodySystem<Real> {
                        const Field<Real>& p, Field<Real>& out) override;
   void tangent_diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                         std::vector<Eigen::Matrix3d>& blocks) override;
-  void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override;
   void apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const override;
   void kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) override;
 
@@ -61,7 +58,6 @@ class SpringSystem final : public BodySystem<Real> {
                     const Streams<Real>& own, const ConstStreams<Real>& below, double t);
 
   SweepKernel<Real> kernel_;
-  Team team_;
   bool damped_;
 
   std::ptrdiff_t blocks_;               ///< per plane

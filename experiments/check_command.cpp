@@ -60,7 +60,8 @@ std::size_t report_deviations(const CheckChoice& choice, const fs::path& baselin
   if (total == 0)
     fmt::print("{} tables, {} rows: nothing moved\n", experiments().size(), rows);
   else
-    fmt::print("{} deviations from {}; what is now is in {}\n", total, baselines.string(), choice.directory);
+    fmt::print("{} deviation{} from {}; what is now is in {}\n", total, total == 1 ? "" : "s",
+               baselines.string(), choice.directory);
   return total;
 }
 
@@ -90,6 +91,10 @@ void promote(const CheckChoice& choice, const fs::path& baselines) {
     write_atomically(baselines / name, read_file(fs::path(choice.directory) / name));
   }
   write_atomically(log, lines);
+  const fs::path meta = baselines / "meta.json";
+  Json sources = fs::exists(meta) ? Json::parse(read_file(meta)) : Json::object();
+  sources[choice.quick ? "quick" : "full"] = {{"why", choice.why}, {"provenance", where}};
+  write_atomically(meta, sources.dump(2) + "\n");
   fmt::print("{} tables are the baseline now, in {}\n", experiments().size(), baselines.string());
 }
 
@@ -102,6 +107,7 @@ void run_check(const CheckChoice& choice, int& exit_status) {
         fmt::format("{} is no directory of baselines; give one with --against", baselines.string()));
   prepare_directory(choice.directory);
   if (!rerun(choice)) {
+    fmt::print(stderr, "mss: check was interrupted; nothing was compared\n");
     exit_status = exit_interrupted;
     return;
   }

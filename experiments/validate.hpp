@@ -12,7 +12,7 @@ namespace mss {
 /// A number asked of a body, and how it ended.
 struct Answer {
   Status status = Status::ok;
-  double value = 0;
+  double value = 0;  ///< not finite: there is nothing of the kind
 };
 
 /// A body in a situation where the right answer is known.

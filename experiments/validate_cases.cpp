@@ -1,4 +1,6 @@
 // What `mss validate` asks, and of which models.
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -311,10 +313,7 @@ std::vector<ValidationCase> validation_cases(double young, double density) {
 std::vector<ValidationModel> validation_models() {
   std::vector<ValidationModel> models{{"thesis's springs", spring_model, false, thesis_springs}};
   for (const double share : {0.25, 0.5, 1.0})
-    models.push_back({"springs, t = " + std::string(share == 0.25  ? "0.25"
-                                                    : share == 0.5 ? "0.5"
-                                                                   : "1"),
-                      spring_model, false,
+    models.push_back({fmt::format("springs, t = {:g}", share), spring_model, false,
                       [share](const ElasticConstants& m, double h) { return calibrate(m, h, share); }});
   const auto any = [](const ElasticConstants& m, double h) { return calibrate(m, h, 0.5); };
   models.push_back({"elements, linear", "linear", false, any});

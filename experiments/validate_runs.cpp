@@ -61,11 +61,13 @@ bool measure_case(const ValidationConfig& config, const ValidationCase& c, int m
   if (quick && config.repetitions > 1 && !ask_all(config.repetitions - 1)) return false;
   for (std::size_t i = 0; i < results.size(); ++i) {
     const Result& r = results[i];
-    const bool ok = r.answer.status == Status::ok;
+    const bool found = std::isfinite(r.answer.value), ok = found && r.answer.status == Status::ok;
+    const std::string status(r.answer.status == Status::ok && !found ? "not found"
+                                                                     : to_string(r.answer.status));
     rows.add({c.name, models[i]->name, m, r.unknowns, c.quantity + " [" + c.unit + "]",
               ok ? r.answer.value : none, c.reference, ok ? std::abs(r.answer.value / c.reference - 1) : none,
               c.doubt, quantile(r.seconds, 0.5), quantile(r.seconds, 0.25), quantile(r.seconds, 0.75),
-              std::int64_t(r.seconds.size()), std::string(to_string(r.answer.status))});
+              std::int64_t(r.seconds.size()), status});
   }
   return true;
 }

@@ -53,12 +53,11 @@ int team_size(const Body& body, int asked) {
 }  // namespace
 
 FemSystem::FemSystem(const Body& body, const Environment& environment, const SolidLaw& law, int threads)
-    : BodySystem<double>(body, environment),
+    : BodySystem<double>(body, environment, team_size(body, threads)),
       law_(law),
       lame_(lame_constants(material_of(body))),
       viscosity_(time_constant(body)),
-      weight_(body.cell_volume() / points),
-      team_(team_size(body, threads)) {
+      weight_(body.cell_volume() / points) {
   const auto side = [](int corner, int axis) { return ((corner >> axis) & 1) != 0 ? 1.0 : -1.0; };
   for (int g = 0; g < points; ++g)
     for (int c = 0; c < 8; ++c)
@@ -233,10 +232,6 @@ void FemSystem::tangent_diagonal(double, const Field<double>& x, const Field<dou
     const Element k = cell_tangent(gather(x, site), gather(v, site), sum);
     for (int c = 0; c < 8; ++c) diagonal[m.particle(site + body().lattice().corner(c))] += block_of(k, c, c);
   }
-}
-
-void FemSystem::parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
-  team_.for_each(count, task);
 }
 
 }  // namespace mss

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "core/body_system.hpp"
-#include "core/team.hpp"
 #include "reference/fem/solid_law.hpp"
 
 namespace mss {
@@ -20,7 +19,6 @@ class FemSystem final : public BodySystem<double> {
 
   StoredEnergy stored_energy(const Field<double>& x) const override;
   SpectralBound spectral_bound() const override;
-  int threads() const override { return team_.size(); }
   const char* kernel_name() const override { return "finite elements"; }
 
   void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override;
@@ -31,7 +29,6 @@ class FemSystem final : public BodySystem<double> {
                        const Field<double>& p, Field<double>& out) override;
   void tangent_diagonal(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
                         std::vector<Eigen::Matrix3d>& blocks) override;
-  void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override;
 
  private:
   static constexpr int points = 8;
@@ -55,7 +52,6 @@ class FemSystem final : public BodySystem<double> {
   std::vector<std::ptrdiff_t> cells_;                          ///< sites of lower corners
   std::vector<std::array<std::ptrdiff_t, 8>> cells_at_;  ///< per particle: the cell it is corner c of, or -1
   std::vector<Corners> cell_forces_;
-  Team team_;
 };
 
 }  // namespace mss

@@ -132,7 +132,7 @@ TEST(Check, NamesTheRowThatMovedAndFails) {
   EXPECT_NE(run.output.find("timing_quick.csv: cells = 7: particles: was 513, is 512; must be the same"),
             std::string::npos)
       << run.output;
-  EXPECT_NE(run.output.find("1 deviations"), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("1 deviation from"), std::string::npos) << run.output;
 }
 
 TEST(Model, FillsEveryExperimentsBodies) {
