@@ -2,69 +2,94 @@
 
 #include <fmt/format.h>
 
-#include <type_traits>
+#include <functional>
 
 #include "core/error.hpp"
 #include "core/spring_system.hpp"
 #include "core/suggest.hpp"
 #include "reference/fem/fem_system.hpp"
+#include "reference/mollemans.hpp"
 
 namespace mss {
 
 namespace {
 
-/// nullptr for springs.
-const SolidLaw* find_law(const std::string& model) {
-  if (model == spring_model) return nullptr;
-  std::vector<std::string> names{spring_model};
-  for (const SolidLaw& law : solid_laws()) {
-    if (law.name == model) return &law;
-    names.push_back(law.name);
+/// What may fill a body in double precision; springs compute in single precision too.
+struct Model {
+  std::string name;
+  std::string summary;
+  bool of_elastic_constants;  ///< springs alone do not say what it needs
+  std::function<std::unique_ptr<BodySystem<double>>(const Body&, const Environment&, int threads)> make;
+};
+
+std::vector<Model> make_models() {
+  std::vector<Model> all{
+      {spring_model, "the springs and volume force of each cell, through the structured sweep", false,
+       [](const Body& body, const Environment& environment, int threads) {
+         return std::make_unique<SpringSystem<double>>(body, environment, Execution{.threads = threads});
+       }},
+      {"mollemans", "springs with Mollemans's volume force on tetrahedra (eq. 1-1, its sign turned)", false,
+       [](const Body& body, const Environment& environment, int threads) {
+         return std::make_unique<MollemansSystem>(body, environment, threads);
+       }}};
+  for (const SolidLaw& law : solid_laws())
+    all.push_back(
+        {law.name, law.summary, true, [law](const Body& body, const Environment& environment, int threads) {
+           return std::make_unique<FemSystem>(body, environment, law, threads);
+         }});
+  return all;
+}
+
+const std::vector<Model>& all_models() {
+  static const std::vector<Model> all = make_models();
+  return all;
+}
+
+const Model& find_model(const std::string& name) {
+  std::vector<std::string> names;
+  for (const Model& model : all_models()) {
+    if (model.name == name) return model;
+    names.push_back(model.name);
   }
-  throw_unknown(model, names, "model", "models");
+  throw_unknown(name, names, "model", "models");
 }
 
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> models() {
-  std::vector<std::pair<std::string, std::string>> lines{
-      {spring_model, "the springs and volume force of each cell, through the structured sweep"}};
-  for (const SolidLaw& law : solid_laws()) lines.emplace_back(law.name, law.summary);
+  std::vector<std::pair<std::string, std::string>> lines;
+  for (const Model& model : all_models()) lines.emplace_back(model.name, model.summary);
   return lines;
 }
 
-void check_model_name(const std::string& model) { find_law(model); }
+void check_model_name(const std::string& model) { find_model(model); }
 
-void check_model(const std::string& model, const BodyConfig& body, bool single_precision) {
-  if (find_law(model) == nullptr) return;
-  if (!body.elastic)
+void check_model(const std::string& name, const BodyConfig& body, bool single_precision) {
+  const Model& model = find_model(name);
+  if (model.of_elastic_constants && !body.elastic)
     throw InputError(fmt::format(
-        "model '{}' needs material.young and material.poisson, and material.springs are given", model));
-  if (single_precision)
+        "model '{}' needs material.young and material.poisson, and material.springs are given", name));
+  if (single_precision && name != spring_model)
     throw InputError(
-        fmt::format("model '{}' computes in double precision only; give precision = \"double\"", model));
+        fmt::format("model '{}' computes in double precision only; give precision = \"double\"", name));
 }
 
 void tell_model(Chart& chart, const std::string& model) {
-  if (model != spring_model) chart.subtitle += "; " + model + " finite elements";
+  if (model != spring_model) chart.subtitle += "; model: " + model;
 }
 
-template <class Real>
-std::unique_ptr<BodySystem<Real>> make_system(const std::string& model, const Body& body,
-                                              const Environment& environment, int threads) {
-  check_model(model, body.config(), std::is_same_v<Real, float>);
-  const SolidLaw* law = find_law(model);
-  if (law == nullptr)
-    return std::make_unique<SpringSystem<Real>>(body, environment, Execution{.threads = threads});
-  if constexpr (std::is_same_v<Real, double>)
-    return std::make_unique<FemSystem>(body, environment, *law, threads);
-  else
-    return nullptr;  // refused above
+template <>
+std::unique_ptr<BodySystem<double>> make_system(const std::string& model, const Body& body,
+                                                const Environment& environment, int threads) {
+  check_model(model, body.config(), false);
+  return find_model(model).make(body, environment, threads);
 }
 
-template std::unique_ptr<BodySystem<float>> make_system(const std::string&, const Body&, const Environment&,
-                                                        int);
-template std::unique_ptr<BodySystem<double>> make_system(const std::string&, const Body&, const Environment&,
-                                                         int);
+template <>
+std::unique_ptr<BodySystem<float>> make_system(const std::string& model, const Body& body,
+                                               const Environment& environment, int threads) {
+  check_model(model, body.config(), true);
+  return std::make_unique<SpringSystem<float>>(body, environment, Execution{.threads = threads});
+}
 
 }  // namespace mss

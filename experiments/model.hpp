@@ -12,9 +12,9 @@ namespace mss {
 /// One line for each model: its name and summary.
 std::vector<std::pair<std::string, std::string>> models();
 
-/// A body filled with what a model says; `threads` 0: as many as pay. The body must outlive it. Finite
-/// elements compute in double precision only. Throws InputError for an unknown model, and for finite elements
-/// without elastic constants.
+/// A body filled with what a model says; `threads` 0: as many as pay. The body must outlive it. Only springs
+/// compute in single precision. Throws InputError for an unknown model, and for finite elements without
+/// elastic constants.
 template <class Real>
 std::unique_ptr<BodySystem<Real>> make_system(const std::string& model, const Body& body,
                                               const Environment& environment, int threads);

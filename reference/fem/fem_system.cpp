@@ -57,7 +57,8 @@ FemSystem::FemSystem(const Body& body, const Environment& environment, const Sol
       law_(law),
       lame_(lame_constants(material_of(body))),
       viscosity_(time_constant(body)),
-      weight_(body.cell_volume() / points) {
+      weight_(body.cell_volume() / points),
+      cells_(body) {
   const auto side = [](int corner, int axis) { return ((corner >> axis) & 1) != 0 ? 1.0 : -1.0; };
   for (int g = 0; g < points; ++g)
     for (int c = 0; c < 8; ++c)
@@ -67,26 +68,6 @@ FemSystem::FemSystem(const Body& body, const Environment& environment, const Sol
           gradient *= 1 + side(c, other) * side(g, other) / std::sqrt(3);
         gradients_[std::size_t(g)](c, axis) = gradient;
       }
-
-  std::vector<std::ptrdiff_t> particle_at(std::size_t(body.lattice().size), -1);
-  for (std::size_t p = 0; p < body.particle_count(); ++p)
-    particle_at[std::size_t(body.sites()[p])] = std::ptrdiff_t(p);
-  cells_at_.resize(body.particle_count());
-  for (auto& cells : cells_at_) cells.fill(-1);
-  body.for_each_cell([&](std::ptrdiff_t site) {
-    for (int c = 0; c < 8; ++c) {
-      const auto p = particle_at[std::size_t(site + body.lattice().corner(c))];
-      cells_at_[std::size_t(p)][std::size_t(c)] = std::ptrdiff_t(cells_.size());
-    }
-    cells_.push_back(site);
-  });
-  cell_forces_.resize(cells_.size());
-}
-
-FemSystem::Corners FemSystem::gather(const Field<double>& field, std::ptrdiff_t site) const {
-  Corners corners;
-  for (int c = 0; c < 8; ++c) corners.col(c) = field.at(site + body().lattice().corner(c));
-  return corners;
 }
 
 Matrix3d FemSystem::viscous_stress(const Matrix3d& f, const Matrix3d& rate) const {
@@ -153,25 +134,9 @@ FemSystem::Element FemSystem::cell_tangent(const Corners& x, const Corners& v, c
   return tangent;
 }
 
-/// Each particle adds up what its cells give it, always in the same order, whatever the threads.
-template <class PerCell>
-void FemSystem::sum_over_cells(PerCell&& per_cell, Field<double>& out) {
-  parallel(std::ptrdiff_t(cells_.size()), [&](std::ptrdiff_t cell) {
-    cell_forces_[std::size_t(cell)] = per_cell(cells_[std::size_t(cell)]);
-  });
-  out.array() = 0;
-  parallel(std::ptrdiff_t(cells_at_.size()), [&](std::ptrdiff_t p) {
-    Vec3 sum = Vec3::Zero();
-    for (std::size_t c = 0; c < 8; ++c)
-      if (const std::ptrdiff_t cell = cells_at_[std::size_t(p)][c]; cell >= 0)
-        sum += cell_forces_[std::size_t(cell)].col(Eigen::Index(c));
-    out.set(body().sites()[std::size_t(p)], sum);
-  });
-}
-
 StoredEnergy FemSystem::stored_energy(const Field<double>& x) const {
   double energy = 0;
-  for (const std::ptrdiff_t site : cells_)
+  for (const std::ptrdiff_t site : cells_.cells())
     for (const auto& gradients : gradients_)
       energy += weight_ * law_.energy(lame_, gather(x, site) * gradients);
   return {.elastic = energy, .volume = 0};
@@ -191,7 +156,9 @@ SpectralBound FemSystem::spectral_bound() const {
 }
 
 void FemSystem::force(double, const Field<double>& x, const Field<double>& v, Field<double>& f) {
-  sum_over_cells([&](std::ptrdiff_t site) { return cell_force(gather(x, site), gather(v, site)); }, f);
+  f.array() = 0;
+  cells_.add(
+      *this, [&](std::ptrdiff_t site) { return cell_force(gather(x, site), gather(v, site)); }, f);
   loads().add(0, size(), std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
   add_gravity(f);
 }
@@ -205,7 +172,7 @@ void FemSystem::tangent(double, const Field<double>& x, const Field<double>& v, 
                         SparseMatrix& matrix) {
   BlockMatrix& m = blocks();
   m.begin(sum.mass);
-  for (const std::ptrdiff_t site : cells_) {
+  for (const std::ptrdiff_t site : cells_.cells()) {
     const Element k = cell_tangent(gather(x, site), gather(v, site), sum);
     for (int c = 0; c < 8; ++c)
       for (int d = 0; d < 8; ++d) m.add(site, c, d, block_of(k, c, d));
@@ -215,7 +182,9 @@ void FemSystem::tangent(double, const Field<double>& x, const Field<double>& v, 
 
 void FemSystem::tangent_product(double, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
                                 const Field<double>& p, Field<double>& out) {
-  sum_over_cells(
+  out.array() = 0;
+  cells_.add(
+      *this,
       [&](std::ptrdiff_t site) {
         return cell_product(gather(x, site), gather(v, site), sum, gather(p, site));
       },
@@ -228,7 +197,7 @@ void FemSystem::tangent_diagonal(double, const Field<double>& x, const Field<dou
                                  const TangentSum& sum, std::vector<Matrix3d>& diagonal) {
   const BlockMatrix& m = blocks();
   m.begin_diagonal(sum.mass, diagonal);
-  for (const std::ptrdiff_t site : cells_) {
+  for (const std::ptrdiff_t site : cells_.cells()) {
     const Element k = cell_tangent(gather(x, site), gather(v, site), sum);
     for (int c = 0; c < 8; ++c) diagonal[m.particle(site + body().lattice().corner(c))] += block_of(k, c, c);
   }

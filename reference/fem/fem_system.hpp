@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/body_system.hpp"
+#include "reference/cell_sum.hpp"
 #include "reference/fem/solid_law.hpp"
 
 namespace mss {
@@ -32,26 +33,24 @@ class FemSystem final : public BodySystem<double> {
 
  private:
   static constexpr int points = 8;
-  using Corners = Eigen::Matrix<double, 3, 8>;    ///< a vector per corner c = bx + 2 by + 4 bz
+  using Corners = CellCorners;
   using Element = Eigen::Matrix<double, 24, 24>;  ///< by corner, then axis
 
-  Corners gather(const Field<double>& field, std::ptrdiff_t site) const;
+  Corners gather(const Field<double>& field, std::ptrdiff_t site) const {
+    return corners_at(body(), field, site);
+  }
   Eigen::Matrix3d viscous_stress(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate) const;
   Matrix9 stress_change(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate, const TangentSum& sum) const;
   Corners cell_force(const Corners& x, const Corners& v) const;
   Corners cell_product(const Corners& x, const Corners& v, const TangentSum& sum, const Corners& p) const;
   Element cell_tangent(const Corners& x, const Corners& v, const TangentSum& sum) const;
-  template <class PerCell>
-  void sum_over_cells(PerCell&& per_cell, Field<double>& out);
 
   SolidLaw law_;
   Lame lame_;
   double viscosity_;  ///< stress of a strain rate over that of a strain [s]
   double weight_;     ///< volume of a Gauss point [m^3]
   std::array<Eigen::Matrix<double, 8, 3>, points> gradients_;  ///< of shape functions, by corner [1/m]
-  std::vector<std::ptrdiff_t> cells_;                          ///< sites of lower corners
-  std::vector<std::array<std::ptrdiff_t, 8>> cells_at_;  ///< per particle: the cell it is corner c of, or -1
-  std::vector<Corners> cell_forces_;
+  CellSum cells_;
 };
 
 }  // namespace mss

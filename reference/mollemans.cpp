@@ -1,0 +1,185 @@
+#include "reference/mollemans.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <array>
+#include <cmath>
+
+namespace mss {
+
+using Eigen::Matrix3d;
+
+namespace {
+
+using Gradient = Eigen::Matrix<double, 3, 4>;
+
+/// Corners of five tetrahedra, four at every other corner of the cell and one between them, and of their
+/// mirror image. Vertices are ordered so that volumes are positive.
+constexpr std::array<std::array<int, 4>, 10> tetrahedra{{{0, 1, 2, 4},
+                                                         {3, 2, 1, 7},
+                                                         {5, 1, 4, 7},
+                                                         {6, 4, 2, 7},
+                                                         {1, 2, 4, 7},
+                                                         {1, 0, 5, 3},
+                                                         {2, 0, 3, 6},
+                                                         {4, 0, 6, 5},
+                                                         {7, 3, 5, 6},
+                                                         {0, 3, 6, 5}}};
+
+/// One tetrahedron of a cell: its volume, how that changes with its vertices, and where eq. 1-1 pushes them.
+struct Tetrahedron {
+  double volume;
+  Gradient gradient;   ///< dV/dp_j
+  Gradient arm;        ///< p_j - b
+  Gradient direction;  ///< u_j
+
+  Tetrahedron(const CellCorners& x, const std::array<int, 4>& vertex) {
+    Gradient p;
+    for (int j = 0; j < 4; ++j) p.col(j) = x.col(vertex[std::size_t(j)]);
+    const Vec3 a = p.col(1) - p.col(0), b = p.col(2) - p.col(0), c = p.col(3) - p.col(0);
+    gradient.col(1) = b.cross(c) / 6;
+    gradient.col(2) = c.cross(a) / 6;
+    gradient.col(3) = a.cross(b) / 6;
+    gradient.col(0) = -(gradient.col(1) + gradient.col(2) + gradient.col(3));
+    volume = a.dot(gradient.col(1));
+    arm = p.colwise() - p.rowwise().mean();
+    for (int j = 0; j < 4; ++j) direction.col(j) = arm.col(j).stableNormalized();
+  }
+};
+
+CellCorners unit_cell() {
+  CellCorners x;
+  for (int c = 0; c < 8; ++c) x.col(c) = Vec3(c & 1, (c >> 1) & 1, (c >> 2) & 1);
+  return x;
+}
+
+/// Volume of a tetrahedron of the unit cell: a sixth at corners, a third in between.
+double rest_volume(std::size_t t) { return t % 5 == 4 ? 1.0 / 3 : 1.0 / 6; }
+
+/// Half of kappa. The mean stress of forces F on the corners p of a cell is sum F p^T / V0; those of all ten
+/// tetrahedra have the symmetry of the cube, so a third of its trace is minus a pressure.
+double calibrated_kappa(double k_vol, double cell_size) {
+  double sum = 0;
+  for (std::size_t t = 0; t < tetrahedra.size(); ++t) {
+    const Tetrahedron tet(unit_cell(), tetrahedra[t]);
+    for (int j = 0; j < 4; ++j)
+      sum += tet.volume *
+             tet.direction.col(j).dot(unit_cell().col(tetrahedra[t][std::size_t(j)]) - Vec3::Constant(0.5));
+  }
+  return 3 * k_vol / (sum * cell_size);
+}
+
+Body without_volume_force(const Body& body) {
+  BodyConfig config = body.config();
+  config.springs.volume = 0;
+  return Body(config);
+}
+
+}  // namespace
+
+MollemansSystem::MollemansSystem(const Body& body, const Environment& environment, int threads)
+    : BodySystem<double>(body, environment, threads > 0 ? threads : 1),
+      bare_(without_volume_force(body)),
+      springs_(bare_, environment, {.threads = this->threads()}),
+      cells_(body),
+      kappa_(calibrated_kappa(body.config().springs.volume, body.config().cell_size)) {}
+
+CellCorners MollemansSystem::cell_force(const CellCorners& x) const {
+  CellCorners force = CellCorners::Zero();
+  for (std::size_t t = 0; t < tetrahedra.size(); ++t) {
+    const Tetrahedron tet(x, tetrahedra[t]);
+    const double excess = tet.volume - rest_volume(t) * body().cell_volume();
+    for (int j = 0; j < 4; ++j)
+      force.col(tetrahedra[t][std::size_t(j)]) -= kappa_ * excess * tet.direction.col(j);
+  }
+  return force;
+}
+
+/// -dF_j/dp_i = kappa (u_j (dV/dp_i)^T + (V - V0) (I - u_j u_j^T) (delta_ij - 1/4) / |p_j - b|).
+MollemansSystem::Element MollemansSystem::cell_tangent(const CellCorners& x, Tangent kind) const {
+  Element k = Element::Zero();
+  for (std::size_t t = 0; t < tetrahedra.size(); ++t) {
+    const Tetrahedron tet(x, tetrahedra[t]);
+    const double excess = tet.volume - rest_volume(t) * body().cell_volume();
+    const double along = tet.direction.cwiseProduct(tet.gradient).sum() / tet.gradient.squaredNorm();
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < 4; ++i) {
+        Matrix3d block =
+            std::max(0.0, kappa_ * along) * tet.gradient.col(j) * tet.gradient.col(i).transpose();
+        if (kind == Tangent::exact) {
+          const Vec3 u = tet.direction.col(j);
+          block = kappa_ * u * tet.gradient.col(i).transpose() +
+                  kappa_ * excess * ((i == j ? 1 : 0) - 0.25) / tet.arm.col(j).norm() *
+                      (Matrix3d::Identity() - u * u.transpose());
+        }
+        k.block<3, 3>(3 * tetrahedra[t][std::size_t(j)], 3 * tetrahedra[t][std::size_t(i)]) += block;
+      }
+  }
+  return k;
+}
+
+/// A cell's matrix at rest bounds what its volume force adds to the springs' frequencies, as in FemSystem.
+SpectralBound MollemansSystem::spectral_bound() const {
+  SpectralBound bound = springs_.spectral_bound();
+  const Element k = cell_tangent(body().config().cell_size * unit_cell(), Tangent::exact);
+  const double corner_mass = body().config().density * body().cell_volume() / 8;
+  bound.omega =
+      std::sqrt(bound.omega * bound.omega + Eigen::JacobiSVD<Element>(k).singularValues()[0] / corner_mass);
+  return bound;
+}
+
+void MollemansSystem::force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) {
+  springs_.force(t, x, v, f);
+  cells_.add(
+      *this, [&](std::ptrdiff_t site) { return cell_force(corners_at(body(), x, site)); }, f);
+}
+
+void MollemansSystem::acceleration(double t, const Field<double>& x, const Field<double>& v,
+                                   Field<double>& a) {
+  System<double>::acceleration(t, x, v, a);
+  clear_prescribed(a);
+}
+
+void MollemansSystem::tangent(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                              SparseMatrix& matrix) {
+  SparseMatrix of_cells = tangent_pattern();
+  BlockMatrix& m = blocks();
+  m.begin(0);
+  for (const std::ptrdiff_t site : cells_.cells()) {
+    const Element k = sum.stiffness * cell_tangent(corners_at(body(), x, site), sum.kind);
+    for (int c = 0; c < 8; ++c)
+      for (int d = 0; d < 8; ++d) m.add(site, c, d, k.block<3, 3>(3 * Eigen::Index(c), 3 * Eigen::Index(d)));
+  }
+  m.write(of_cells);
+  springs_.tangent(t, x, v, sum, matrix);
+  matrix.coeffs() += of_cells.coeffs();
+}
+
+void MollemansSystem::tangent_product(double t, const Field<double>& x, const Field<double>& v,
+                                      const TangentSum& sum, const Field<double>& p, Field<double>& out) {
+  springs_.tangent_product(t, x, v, sum, p, out);
+  cells_.add(
+      *this,
+      [&](std::ptrdiff_t site) -> CellCorners {
+        const CellCorners along = corners_at(body(), p, site);
+        const Eigen::Matrix<double, 24, 1> product =
+            sum.stiffness * cell_tangent(corners_at(body(), x, site), sum.kind) *
+            Eigen::Map<const Eigen::Matrix<double, 24, 1>>(along.data());
+        return Eigen::Map<const CellCorners>(product.data());
+      },
+      out);
+}
+
+void MollemansSystem::tangent_diagonal(double t, const Field<double>& x, const Field<double>& v,
+                                       const TangentSum& sum, std::vector<Matrix3d>& diagonal) {
+  springs_.tangent_diagonal(t, x, v, sum, diagonal);
+  const BlockMatrix& m = blocks();
+  for (const std::ptrdiff_t site : cells_.cells()) {
+    const Element k = sum.stiffness * cell_tangent(corners_at(body(), x, site), sum.kind);
+    for (int c = 0; c < 8; ++c)
+      diagonal[m.particle(site + body().lattice().corner(c))] +=
+          k.block<3, 3>(3 * Eigen::Index(c), 3 * Eigen::Index(c));
+  }
+}
+
+}  // namespace mss
