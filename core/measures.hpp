@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <string_view>
+
 #include "core/body_system.hpp"
 
 namespace mss {
@@ -21,6 +24,32 @@ struct Measures {
 
   double total() const { return kinetic + elastic + volume_energy + gravitational; }
 };
+
+/// A number among the measures, as series.csv names it.
+struct MeasureColumn {
+  std::string_view name;
+  std::string_view unit;  ///< empty: a ratio
+  double (*value)(const Measures&);
+};
+inline constexpr std::array<MeasureColumn, 17> measure_columns{{
+    {"t", "s", [](const Measures& m) { return m.t; }},
+    {"kinetic", "J", [](const Measures& m) { return m.kinetic; }},
+    {"elastic", "J", [](const Measures& m) { return m.elastic; }},
+    {"volume_energy", "J", [](const Measures& m) { return m.volume_energy; }},
+    {"gravitational", "J", [](const Measures& m) { return m.gravitational; }},
+    {"total", "J", [](const Measures& m) { return m.total(); }},
+    {"volume_ratio", "", [](const Measures& m) { return m.volume_ratio; }},
+    {"volume_ratio_paper", "", [](const Measures& m) { return m.volume_ratio_paper; }},
+    {"momentum_x", "kg m/s", [](const Measures& m) { return m.momentum[0]; }},
+    {"momentum_y", "kg m/s", [](const Measures& m) { return m.momentum[1]; }},
+    {"momentum_z", "kg m/s", [](const Measures& m) { return m.momentum[2]; }},
+    {"spin_x", "kg m^2/s", [](const Measures& m) { return m.spin[0]; }},
+    {"spin_y", "kg m^2/s", [](const Measures& m) { return m.spin[1]; }},
+    {"spin_z", "kg m^2/s", [](const Measures& m) { return m.spin[2]; }},
+    {"max_speed", "m/s", [](const Measures& m) { return m.max_speed; }},
+    {"max_stretch", "", [](const Measures& m) { return m.max_stretch; }},
+    {"min_jacobian", "", [](const Measures& m) { return m.min_jacobian; }},
+}};
 
 /// Measures a state in double precision, whatever the system computes in.
 template <class Real>

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
+#include "core/measures.hpp"
 #include "core/toml_reader.hpp"
 
 namespace mss {
@@ -13,21 +14,36 @@ namespace mss {
 namespace {
 
 /// Everything a scene may say. A key that is not here is an error that suggests the nearest one that is.
-const KnownKeys known_keys{
-    {"", {"body", "material", "damping", "environment", "hold", "load", "start", "solve"}},
-    {"body", {"cells", "voxels", "cell_size", "origin", "topology", "sharing"}},
-    {"material", {"model", "density", "young", "poisson", "face_share", "springs", "volume"}},
-    {"material.springs", {"edge", "face", "body"}},
-    {"damping", {"ratio", "paper"}},
-    {"environment", {"gravity"}},
-    {"hold", {"box", "axes", "velocity", "displacement", "turn"}},
-    {"hold.turn", {"axis", "centre", "rate", "until"}},
-    {"load", {"box", "force"}},
-    {"start", {"velocity", "spin"}},
-    {"solve",
-     {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "tangent", "tolerance",
-      "every"}},
-};
+KnownKeys make_known_keys() {
+  KnownKeys keys{
+      {"", {"body", "material", "damping", "environment", "hold", "load", "start", "solve", "expect"}},
+      {"expect", {energy_drift, mean_displacement}},
+      {"expect.energy_drift", {"value", "within"}},
+      {"expect.displacement", {"box", "value", "within"}},
+      {"body", {"cells", "voxels", "cell_size", "origin", "topology", "sharing"}},
+      {"material", {"model", "density", "young", "poisson", "face_share", "springs", "volume"}},
+      {"material.springs", {"edge", "face", "body"}},
+      {"damping", {"ratio", "paper"}},
+      {"environment", {"gravity"}},
+      {"hold", {"box", "axes", "velocity", "displacement", "turn"}},
+      {"hold.turn", {"axis", "centre", "rate", "until"}},
+      {"load", {"box", "force"}},
+      {"start", {"velocity", "spin"}},
+      {"solve",
+       {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "tangent", "tolerance",
+        "every"}},
+  };
+  for (const MeasureColumn& column : measure_columns) {
+    keys["expect"].emplace_back(column.name);
+    keys["expect." + std::string(column.name)] = {"value", "within"};
+  }
+  return keys;
+}
+
+const KnownKeys& known_keys() {
+  static const KnownKeys keys = make_known_keys();
+  return keys;
+}
 
 constexpr auto any = [](double) { return true; };
 constexpr auto positive = [](double value) { return value > 0; };
@@ -54,6 +70,8 @@ constexpr Quantity axis{"an axis", "a direction [x, y, z] that is not zero", any
 constexpr Quantity turn_rate{"an angular rate", "a finite number of rad/s", any};
 constexpr Quantity spin{"an angular velocity", "three finite numbers of rad/s", any};
 constexpr Quantity force{"a force", "three finite numbers of newtons", any};
+constexpr Quantity expected{"a value", "a finite number", any};
+constexpr Quantity margin{"a margin", "a finite number that is not negative", not_negative};
 constexpr Quantity step{"a time step", "a positive number of seconds, or \"safe\"", positive};
 constexpr Quantity duration{"a duration", "a finite number of seconds that is not negative", not_negative};
 constexpr Quantity interval{"an interval", "a positive number of seconds", positive};
@@ -207,22 +225,43 @@ Environment read_environment(const TomlTable& scene) {
   return environment;
 }
 
-/// A hold or load that reaches no particle is a slip in its box: it would silently do nothing.
+/// A box that reaches no particle is a slip: what it is for would silently do nothing.
+void check_selection(const TomlTable& table, const Body& body, const Box& box) {
+  if (!body.select(box.lower, box.upper).empty()) return;
+  const BodyConfig& config = body.config();
+  const Vec3 lower = config.origin;
+  const Vec3 upper =
+      lower + config.cell_size * Vec3(config.voxels.nx(), config.voxels.ny(), config.voxels.nz());
+  table.reject("box", fmt::format("contains no particle; give one that does, the body at rest spans "
+                                  "[{:.6g}, {:.6g}, {:.6g}] to [{:.6g}, {:.6g}, {:.6g}]",
+                                  lower[0], lower[1], lower[2], upper[0], upper[1], upper[2]));
+}
+
 void check_selections(const TomlTable& scene, const BodyConfig& config, const Environment& environment) {
   if (environment.holds.empty() && environment.loads.empty()) return;
   const Body body(config);
-  const auto check = [&](const TomlTable& table, const Box& box) {
-    if (!body.select(box.lower, box.upper).empty()) return;
-    const Vec3 lower = config.origin;
-    const Vec3 upper =
-        lower + config.cell_size * Vec3(config.voxels.nx(), config.voxels.ny(), config.voxels.nz());
-    table.reject("box", fmt::format("contains no particle; give one that does, the body at rest spans "
-                                    "[{:.6g}, {:.6g}, {:.6g}] to [{:.6g}, {:.6g}, {:.6g}]",
-                                    lower[0], lower[1], lower[2], upper[0], upper[1], upper[2]));
-  };
   const auto holds = scene.tables("hold"), loads = scene.tables("load");
-  for (std::size_t i = 0; i < holds.size(); ++i) check(holds[i], environment.holds[i].box);
-  for (std::size_t i = 0; i < loads.size(); ++i) check(loads[i], environment.loads[i].box);
+  for (std::size_t i = 0; i < holds.size(); ++i) check_selection(holds[i], body, environment.holds[i].box);
+  for (std::size_t i = 0; i < loads.size(); ++i) check_selection(loads[i], body, environment.loads[i].box);
+}
+
+std::vector<Expectation> read_expectations(const TomlTable& expect, const BodyConfig& config) {
+  std::vector<Expectation> all;
+  for (const std::string& quantity : known_keys().at("expect")) {
+    if (!expect.has(quantity)) continue;
+    const TomlTable table = expect.table(quantity);
+    Expectation e{.quantity = quantity, .within = table.number("within", margin)};
+    if (quantity == mean_displacement) {
+      const Vec3 value = table.vector("value", displacement);
+      e.value = {value[0], value[1], value[2]};
+      e.box = table.box("box");
+      check_selection(table, Body(config), e.box);
+    } else {
+      e.value = {table.number("value", expected)};
+    }
+    all.push_back(std::move(e));
+  }
+  return all;
 }
 
 SolveConfig read_solve(const TomlTable& solve) {
@@ -326,6 +365,18 @@ Json to_json(const SolveConfig& solve) {
           {"every", solve.every}};
 }
 
+Json to_json(const std::vector<Expectation>& expectations) {
+  Json json = Json::object();
+  for (const Expectation& e : expectations) {
+    json[e.quantity] = {{"value", e.value}, {"within", e.within}};
+    if (e.quantity == mean_displacement)
+      json[e.quantity]["box"] = to_json(e.box);
+    else
+      json[e.quantity]["value"] = e.value.front();
+  }
+  return json;
+}
+
 std::string to_json(const Scene& scene, const Asked& asked) {
   Json holds = Json::array(), loads = Json::array();
   for (const Hold& hold : scene.environment.holds) holds.push_back(to_json(hold));
@@ -340,14 +391,15 @@ std::string to_json(const Scene& scene, const Asked& asked) {
       {"hold", holds},
       {"load", loads},
       {"start", {{"velocity", to_json(scene.start_velocity)}, {"spin", to_json(scene.start_spin)}}},
-      {"solve", to_json(scene.solve)}};
+      {"solve", to_json(scene.solve)},
+      {"expect", to_json(scene.expectations)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace);  // an override need not be valid UTF-8
 }
 
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  const TomlFile toml(file, overrides, known_keys);
+  const TomlFile toml(file, overrides, known_keys());
   const TomlTable root(toml);
   Asked asked;
   Scene scene;
@@ -360,6 +412,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.start_velocity = root.table("start").vector("velocity", velocity, Vec3::Zero());
   scene.start_spin = root.table("start").vector("spin", spin, Vec3::Zero());
   scene.solve = read_solve(root.table("solve"));
+  scene.expectations = read_expectations(root.table("expect"), scene.body);
   check_selections(root, scene.body, scene.environment);
   scene.warnings = read_warnings(scene);
   scene.resolved = to_json(scene, asked);

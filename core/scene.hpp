@@ -26,6 +26,18 @@ struct SolveConfig {
   double every = 0.01;                    ///< seconds between rows of series.csv
 };
 
+/// What a scene's author says will come out at its end; `mss check SCENE` judges it.
+struct Expectation {
+  std::string quantity;       ///< a column of series.csv, or one of those below
+  std::vector<double> value{};  ///< one number; of a displacement three
+  double within = 0;          ///< how far each number may be off
+  Box box{};                  ///< of a displacement: the particles it is the mean of
+};
+/// Total energy at the end over that at the start, minus 1.
+inline constexpr const char* energy_drift = "energy_drift";
+/// Mean displacement from rest of the particles in a box [m].
+inline constexpr const char* mean_displacement = "displacement";
+
 /// Name of the model whose cells are springs; the others are laws of finite elements (reference/fem).
 inline constexpr const char* spring_model = "springs";
 
@@ -39,6 +51,7 @@ struct Scene {
   Vec3 start_velocity = Vec3::Zero();  ///< [m/s]
   Vec3 start_spin = Vec3::Zero();      ///< [rad/s] about the centre of mass
   SolveConfig solve;
+  std::vector<Expectation> expectations;
   std::vector<std::string> warnings;  ///< sentences for the user
   std::string resolved;               ///< the whole configuration as JSON, defaults filled in
 };

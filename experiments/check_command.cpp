@@ -1,4 +1,5 @@
-// `mss check`: reruns what every experiment guards and compares it with the baselines in results/check.
+// `mss check`: reruns what every experiment guards and compares it with the baselines in results/check, or
+// simulates scenes and judges them by their [expect].
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "experiments/commands.hpp"
+#include "experiments/expectation.hpp"
 #include "experiments/experiment.hpp"
 #include "experiments/output.hpp"
 #include "experiments/process.hpp"
@@ -18,7 +20,10 @@ namespace {
 namespace fs = std::filesystem;
 
 struct CheckChoice {
+  std::vector<std::string> scenes;
+  std::string results;
   bool quick = false;
+  int threads = 1;
   std::string against;
   std::string directory = "out/check";
   bool promote = false;
@@ -38,7 +43,7 @@ bool rerun(const CheckChoice& choice) {
     std::string csv;
     {
       TerminalProgress progress("check " + info.name);
-      csv = info.guard.table(choice.quick, progress).csv();
+      csv = info.guard.table({.quick = choice.quick, .threads = choice.threads}, progress).csv();
     }
     if (interrupted()) return false;
     write_atomically(fs::path(choice.directory) / table_name(info, choice.quick), csv);
@@ -46,19 +51,26 @@ bool rerun(const CheckChoice& choice) {
   return true;
 }
 
-/// Prints what moved and returns how much did.
+/// Prints what moved, or is not true any more, and returns how much.
 std::size_t report_deviations(const CheckChoice& choice, const fs::path& baselines) {
-  std::size_t total = 0, rows = 0;
+  const fs::path truth_file = baselines / "truth.csv";
+  const std::vector<Truth> truths = fs::exists(truth_file) ? read_truths(truth_file) : std::vector<Truth>{};
+  std::size_t total = 0, rows = 0, judged = 0;
   for (const ExperimentInfo& info : experiments()) {
     const std::string name = table_name(info, choice.quick);
     const std::string now = read_file(fs::path(choice.directory) / name);
-    const std::vector<Deviation> moved = compare(read_file(baselines / name), now, info.guard);
+    const std::string table = fs::path(name).stem().string();
+    const auto moved = compare(read_file(baselines / name), now, info.guard);
+    const auto wrong = judge(truths, table, now, info.guard);
     for (const Deviation& d : moved) fmt::print("{}: {}\n", name, to_string(d));
-    total += moved.size();
+    for (const Deviation& d : wrong) fmt::print("{}: {}\n", name, to_string(d, "should be"));
+    total += moved.size() + wrong.size();
+    judged += std::size_t(
+        std::count_if(truths.begin(), truths.end(), [&](const Truth& t) { return t.table == table; }));
     rows += std::size_t(std::max<std::ptrdiff_t>(std::count(now.begin(), now.end(), '\n') - 1, 0));
   }
   if (total == 0)
-    fmt::print("{} tables, {} rows: nothing moved\n", experiments().size(), rows);
+    fmt::print("{} tables, {} rows: nothing moved, and {} truths hold\n", experiments().size(), rows, judged);
   else
     fmt::print("{} deviation{} from {}; what is now is in {}\n", total, total == 1 ? "" : "s",
                baselines.string(), choice.directory);
@@ -98,7 +110,74 @@ void promote(const CheckChoice& choice, const fs::path& baselines) {
   fmt::print("{} tables are the baseline now, in {}\n", experiments().size(), baselines.string());
 }
 
+/// Scene files given, and those of the directories given that expect something.
+std::vector<Scene> scenes_to_judge(const std::vector<std::string>& names) {
+  std::vector<Scene> scenes;
+  for (const std::string& name : names) {
+    if (!fs::is_directory(name)) {
+      scenes.push_back(load_scene(scene_file(name)));
+      if (scenes.back().expectations.empty())
+        throw InputError(
+            fmt::format("{} expects nothing; give it a table [expect]", scenes.back().file.string()));
+      continue;
+    }
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(name))
+      if (entry.path().extension() == ".toml") files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    const std::size_t before = scenes.size();
+    for (const fs::path& file : files)
+      if (Scene scene = load_scene(file); !scene.expectations.empty()) scenes.push_back(std::move(scene));
+    if (scenes.size() == before)
+      throw InputError(fmt::format("{} has no scene (TOML) with a table [expect]", name));
+  }
+  for (const Scene& scene : scenes) check_solve(scene);
+  return scenes;
+}
+
+Outcome simulated(Scene scene, int threads) {
+  scene.solve.threads = threads;
+  TerminalProgress progress("check " + scene.name);
+  return outcome_of(simulate(scene, progress));
+}
+
+void check_scenes(const CheckChoice& choice, int& exit_status) {
+  const std::vector<Scene> scenes = scenes_to_judge(choice.scenes);
+  if (!choice.results.empty() && scenes.size() != 1)
+    throw InputError(fmt::format("--results judges one scene, and {} are given", scenes.size()));
+  std::size_t expectations = 0, total = 0;
+  for (const Scene& scene : scenes) {
+    const Outcome outcome =
+        choice.results.empty() ? simulated(scene, choice.threads) : read_outcome(choice.results);
+    if (interrupted()) {
+      exit_status = exit_interrupted;
+      return;
+    }
+    const std::vector<Deviation> wrong = judge(scene, outcome);
+    for (const Deviation& d : wrong) fmt::print("{}\n", to_string(d, "should be"));
+    expectations += scene.expectations.size();
+    total += wrong.size();
+  }
+  fmt::print("{} scene{}, {} expectation{}: {}\n", scenes.size(), scenes.size() == 1 ? "" : "s", expectations,
+             expectations == 1 ? "" : "s",
+             total == 0 ? "all met" : fmt::format("{} deviation{}", total, total == 1 ? "" : "s"));
+  if (total > 0) exit_status = exit_check_failed;
+}
+
+void check_usage(const CheckChoice& choice) {
+  if (choice.scenes.empty() && !choice.results.empty())
+    throw InputError("--results needs the scene whose [expect] judges them");
+  if (!choice.scenes.empty() && (choice.quick || choice.promote || !choice.against.empty()))
+    throw InputError(
+        "scenes are judged by their own [expect]: --quick, --against and --promote mean nothing to them");
+}
+
 void run_check(const CheckChoice& choice, int& exit_status) {
+  check_usage(choice);
+  if (!choice.scenes.empty()) {
+    check_scenes(choice, exit_status);
+    return;
+  }
   const fs::path baselines =
       choice.against.empty() ? source_tree() / "results" / "check" : fs::path(choice.against);
   if (choice.promote) check_promotable(choice);
@@ -121,6 +200,17 @@ void add(CLI::App& app, int& exit_status) {
   CLI::App* command =
       app.add_subcommand("check", "rerun what the baselines guard and name every row that moved");
   const auto choice = std::make_shared<CheckChoice>();
+  command->add_option("scenes", choice->scenes,
+                      "Scenes with a table [expect], or directories of such: simulated and judged by it, "
+                      "instead of all tables");
+  command->add_option("--results", choice->results,
+                      "Judge what lies in this directory (summary.json, series.csv, particles.csv) by the "
+                      "scene's [expect] instead of simulating it");
+  command
+      ->add_option("--threads", choice->threads,
+                   "Threads of the core; no bit depends on them, and small bodies are fastest with one")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1024));
   command->add_flag("--quick", choice->quick, "The small tables only: under two minutes");
   command->add_option("--against", choice->against,
                       "Directory of baselines (default: results/check of the source tree)");

@@ -29,7 +29,7 @@ constexpr double worst = 10;  ///< errors above say no more
 struct Problem {
   explicit Problem(const EnergyConfig& c)
       : body(c.body),
-        owned(make_system<double>(c.model, body, {}, 1)),
+        owned(make_system<double>(c.model, body, {}, c.threads)),
         system(*owned),
         start(stretched_state(system, c.stretch)),
         steps(c.steps) {
@@ -97,7 +97,7 @@ Json configuration(const EnergyConfig& c) {
           {"tolerance", c.tolerance},
           {"integrators", c.integrators},
           {"energy_at_start", p.energy},
-          {"threads", 1}};
+          {"threads", c.threads}};
 }
 
 constexpr const char* caption =
@@ -207,11 +207,12 @@ Chart energy_chart(const Table& rows, const EnergyConfig& config) {
 
 namespace {
 
-Table guarded(bool quick, Progress& progress) {
+Table guarded(const GuardOptions& options, Progress& progress) {
   EnergyConfig config = energy_config({});
-  config.steps = quick ? 2000 : 20000;
+  config.steps = options.quick ? 2000 : 20000;
   std::erase_if(config.integrators,
                 [](const std::string& name) { return find_integrator(name).stepping != Stepping::fixed; });
+  config.threads = options.threads;
   return measure_energy(config, progress).rows;
 }
 

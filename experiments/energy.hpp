@@ -17,6 +17,7 @@ struct EnergyConfig {
   long steps = 100000;       ///< of dt; adaptive methods follow the same time
   double tolerance = 1e-6;   ///< of adaptive methods
   std::vector<std::string> integrators;
+  int threads = 1;
 };
 EnergyConfig energy_config(const ExperimentOptions& options);
 

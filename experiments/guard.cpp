@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <map>
 #include <optional>
+
+#include "core/error.hpp"
+#include "experiments/output.hpp"
 
 namespace mss {
 
@@ -44,6 +48,19 @@ std::string broken(const std::string& before, const std::string& now, const Colu
   const double most = std::max(rule->relative * std::abs(*a), rule->absolute);
   if (std::abs(*b - *a) <= most) return "";
   return fmt::format("may move by {:.1g} of itself or {:.1g}", rule->relative, rule->absolute);
+}
+
+bool is_key(const std::string& column, const Guard& guard) {
+  return std::find(guard.keys.begin(), guard.keys.end(), column) != guard.keys.end();
+}
+
+/// What names a row: "cells = 4, model = x".
+std::string key_of(const Cells& header, const Cells& row, const Guard& guard) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(row.size(), header.size()); ++i)
+    if (is_key(header[i], guard))
+      text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", header[i], row[i]);
+  return text;
 }
 
 class Comparison {
@@ -85,17 +102,7 @@ class Comparison {
         {std::move(row), std::move(column), std::move(before), std::move(now), std::move(rule)});
   }
 
-  bool is_key(const std::string& column) const {
-    return std::find(guard_.keys.begin(), guard_.keys.end(), column) != guard_.keys.end();
-  }
-
-  std::string key(const Cells& row) const {
-    std::string text;
-    for (std::size_t i = 0; i < std::min(row.size(), before_.header.size()); ++i)
-      if (is_key(before_.header[i]))
-        text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", before_.header[i], row[i]);
-    return text;
-  }
+  std::string key(const Cells& row) const { return key_of(before_.header, row, guard_); }
 
   std::map<std::string, const Cells*> by_key(const std::vector<Cells>& rows) {
     std::map<std::string, const Cells*> all;
@@ -113,7 +120,7 @@ class Comparison {
     }
     for (std::size_t i = 0; i < before.size(); ++i) {
       const std::string& column = before_.header[i];
-      if (is_key(column)) continue;
+      if (is_key(column, guard_)) continue;
       const auto rule = std::find_if(guard_.rules.begin(), guard_.rules.end(),
                                      [&](const ColumnRule& r) { return r.column == column; });
       const std::string why = broken(before[i], now[i], rule == guard_.rules.end() ? nullptr : &*rule);
@@ -132,11 +139,59 @@ std::vector<Deviation> compare(std::string_view baseline, std::string_view now, 
   return Comparison(baseline, now, guard).run();
 }
 
-std::string to_string(const Deviation& d) {
+std::vector<Truth> read_truths(const std::filesystem::path& file) {
+  const std::vector<Cells> rows = parse_csv(read_file(file));
+  const Cells header{"table", "row", "column", "value", "relative", "absolute", "source"};
+  if (rows.empty() || rows.front() != header)
+    throw InputError(fmt::format("{}: line 1: the columns are not {}", file.string(), joined(header)));
+  std::vector<Truth> truths;
+  for (std::size_t r = 1; r < rows.size(); ++r) {
+    const Cells& row = rows[r];
+    std::array<double, 3> numbers{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto value = row.size() == header.size() ? number(row[3 + i]) : std::nullopt;
+      if (!value || !std::isfinite(*value))
+        throw InputError(
+            fmt::format("{}: row {} has no finite number under {}; give table, row, column, three "
+                        "numbers and a source",
+                        file.string(), r, header[3 + i]));
+      numbers[i] = *value;
+    }
+    truths.push_back({row[0], row[1], row[2], numbers[0], numbers[1], numbers[2], row[6]});
+  }
+  return truths;
+}
+
+std::vector<Deviation> judge(const std::vector<Truth>& truths, const std::string& table, std::string_view now,
+                             const Guard& guard) {
+  const Parsed parsed(now);
+  std::vector<Deviation> wrong;
+  for (const Truth& truth : truths) {
+    if (truth.table != table) continue;
+    const auto row = std::find_if(parsed.rows.begin(), parsed.rows.end(), [&](const Cells& r) {
+      return key_of(parsed.header, r, guard) == truth.row;
+    });
+    const auto column = std::find(parsed.header.begin(), parsed.header.end(), truth.column);
+    const auto place = std::size_t(column - parsed.header.begin());
+    const std::string right = fmt::format("{}", truth.value);
+    if (row == parsed.rows.end() || column == parsed.header.end() || place >= row->size()) {
+      wrong.push_back({truth.row, truth.column, right, "nothing", "the truth, by " + truth.source});
+      continue;
+    }
+    const auto found = number((*row)[place]);
+    const double most = std::max(truth.relative * std::abs(truth.value), truth.absolute);
+    if (found && std::abs(*found - truth.value) <= most) continue;
+    wrong.push_back({truth.row, truth.column, right, (*row)[place],
+                     fmt::format("the truth, by {}; may be off by {:.2g}", truth.source, most)});
+  }
+  return wrong;
+}
+
+std::string to_string(const Deviation& d, std::string_view introduction) {
   const auto shown = [](const std::string& cell) { return cell.empty() ? std::string("nothing") : cell; };
   std::string place = d.row.empty() ? "the table" : d.row;
   if (!d.column.empty()) place += ": " + d.column;
-  return fmt::format("{}: was {}, is {}; {}", place, shown(d.before), shown(d.now), d.rule);
+  return fmt::format("{}: {} {}, is {}; {}", place, introduction, shown(d.before), shown(d.now), d.rule);
 }
 
 }  // namespace mss

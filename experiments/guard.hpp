@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -18,11 +19,16 @@ struct ColumnRule {
   double absolute = 0;
 };
 
+struct GuardOptions {
+  bool quick = false;
+  int threads = 1;  ///< of the core; the table must not depend on it
+};
+
 /// What `mss check` guards of an experiment: a table that is the same on every machine, up to rounding.
 struct Guard {
   std::vector<std::string> keys;  ///< columns that together name a row
   std::vector<ColumnRule> rules;  ///< of the others
-  std::function<Table(bool quick, Progress&)> table;
+  std::function<Table(const GuardOptions&, Progress&)> table;
 };
 
 /// One way in which a table is not what its baseline says.
@@ -37,7 +43,25 @@ struct Deviation {
 /// other, in the same order, and every number follow its rule; a number that is not finite follows none.
 std::vector<Deviation> compare(std::string_view baseline, std::string_view now, const Guard& guard);
 
-/// A deviation as one line.
-std::string to_string(const Deviation& deviation);
+/// A number that a table must hold because it is right, whoever computes it: from a closed form, finite
+/// elements, or a converged reference. Unlike a baseline it is never promoted.
+struct Truth {
+  std::string table;  ///< name of its file, without extension
+  std::string row;    ///< its keys, as in Deviation
+  std::string column;
+  double value = 0;
+  double relative = 0, absolute = 0;  ///< how far the number may be off, whichever is more
+  std::string source;
+};
+
+/// Reads a CSV file of truths, columns as the members above. Throws InputError naming file and line.
+std::vector<Truth> read_truths(const std::filesystem::path& file);
+
+/// Judges the table of that name, as CSV. Truths about other tables are passed over.
+std::vector<Deviation> judge(const std::vector<Truth>& truths, const std::string& table, std::string_view now,
+                             const Guard& guard);
+
+/// A deviation as one line; `before` is introduced as what it "was", or "should be".
+std::string to_string(const Deviation& deviation, std::string_view introduction = "was");
 
 }  // namespace mss

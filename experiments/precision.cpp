@@ -69,7 +69,7 @@ Json configuration(const PrecisionConfig& config) {
           {"reference_tolerance", config.reference_tolerance},
           {"steps", "duration / 8, halved until the error is ten uncertainties or a run too long"},
           {"tolerances", "0.1 to 1e-11 by decades; lengths over a cell, speeds over a tenth of cell x omega"},
-          {"threads", 1},
+          {"threads", config.threads},
           {"linear_solver", IntegratorOptions{}.linear_solver},
           {"tangent", "elastic, projected where that is indefinite"}};
 }
@@ -142,12 +142,13 @@ PrecisionConfig precision_config(const ExperimentOptions& options) {
 namespace {
 
 /// Methods of fixed step at steps where they are not about to blow up: these errors are the same everywhere.
-Table guarded(bool quick, Progress& progress) {
-  PrecisionConfig config = precision_config({.quick = quick});
+Table guarded(const GuardOptions& options, Progress& progress) {
+  PrecisionConfig config = precision_config({.quick = options.quick});
   config.seconds_per_run = config.seconds_to_agree = 3600;
-  config.finest_halving = quick ? 7 : 9;
+  config.finest_halving = options.quick ? 7 : 9;
   std::erase_if(config.integrators,
                 [](const std::string& name) { return find_integrator(name).stepping != Stepping::fixed; });
+  config.threads = options.threads;
   const Table rows = measure_precision(config, progress).rows;
   Table table({{"scene"},
                {"integrator"},

@@ -28,6 +28,7 @@ struct PrecisionConfig {
   double seconds_to_agree = 60;        ///< or longer than this while it does not agree with the reference
   double reference_tolerance = 1e-12;  ///< of both reference methods
   int finest_halving = 22;             ///< steps go from duration / 8 down by halves
+  int threads = 1;
 };
 PrecisionConfig precision_config(const ExperimentOptions& options);
 

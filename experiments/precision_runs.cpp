@@ -19,10 +19,10 @@ constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// One scene ready to run.
 struct Problem {
-  Problem(const PrecisionScene& s, const std::string& model)
+  Problem(const PrecisionScene& s, const PrecisionConfig& config)
       : scene(s),
         body(s.body),
-        owned(make_system<double>(model, body, s.environment, 1)),
+        owned(make_system<double>(config.model, body, s.environment, config.threads)),
         system(*owned),
         start(system.rest_state()) {
     if (scene.start)
@@ -234,7 +234,7 @@ Table empty_agreement() {
 PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress) {
   PrecisionTables tables{empty_rows(), empty_references(), empty_agreement()};
   for (std::size_t i = 0; i < config.scenes.size(); ++i) {
-    Problem problem(config.scenes[i], config.model);
+    Problem problem(config.scenes[i], config);
     progress.report(double(i) / double(config.scenes.size()), config.scenes[i].name + ": reference");
     const Reference reference = find_reference(problem, config.reference_tolerance);
     const bool known = reference.status == Status::ok;

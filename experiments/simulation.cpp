@@ -18,30 +18,9 @@ namespace mss {
 
 namespace {
 
-/// The numbers of a series row, in the order of its columns.
-std::vector<double> row(const Measures& m) {
-  return {m.t,
-          m.kinetic,
-          m.elastic,
-          m.volume_energy,
-          m.gravitational,
-          m.total(),
-          m.volume_ratio,
-          m.volume_ratio_paper,
-          m.momentum[0],
-          m.momentum[1],
-          m.momentum[2],
-          m.spin[0],
-          m.spin[1],
-          m.spin[2],
-          m.max_speed,
-          m.max_stretch,
-          m.min_jacobian};
-}
-
 bool is_finite(const Measures& m) {
-  const std::vector<double> numbers = row(m);
-  return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
+  return std::all_of(measure_columns.begin(), measure_columns.end(),
+                     [&](const MeasureColumn& column) { return std::isfinite(column.value(m)); });
 }
 
 double step_of(const Scene& scene, const IntegratorInfo& method, const SpectralBound& bound) {
@@ -190,26 +169,14 @@ SimulationResult simulate(const Scene& scene, Progress& progress) {
 }
 
 Table series_table(const std::vector<Measures>& series) {
-  Table table({{"t", "s"},
-               {"kinetic", "J"},
-               {"elastic", "J"},
-               {"volume_energy", "J"},
-               {"gravitational", "J"},
-               {"total", "J"},
-               {"volume_ratio"},
-               {"volume_ratio_paper"},
-               {"momentum_x", "kg m/s"},
-               {"momentum_y", "kg m/s"},
-               {"momentum_z", "kg m/s"},
-               {"spin_x", "kg m^2/s"},
-               {"spin_y", "kg m^2/s"},
-               {"spin_z", "kg m^2/s"},
-               {"max_speed", "m/s"},
-               {"max_stretch"},
-               {"min_jacobian"}});
+  std::vector<Column> columns;
+  for (const MeasureColumn& column : measure_columns)
+    columns.push_back({std::string(column.name), std::string(column.unit)});
+  Table table(std::move(columns));
   for (const Measures& m : series) {
-    const std::vector<double> numbers = row(m);
-    table.add({numbers.begin(), numbers.end()});
+    std::vector<Cell> row;
+    for (const MeasureColumn& column : measure_columns) row.emplace_back(column.value(m));
+    table.add(std::move(row));
   }
   return table;
 }

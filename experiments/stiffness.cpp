@@ -38,8 +38,9 @@ struct Problem {
   Problem(const StiffnessConfig& c, int n, double young)
       : config(c),
         body(cube(c, n, young)),
-        owned(make_system<double>(
-            c.model, body, {.gravity = Vec3(0, 0, -9.81), .holds = {{.box = {{0, 0, 0}, {1, 1, 0}}}}}, 1)),
+        owned(make_system<double>(c.model, body,
+                                  {.gravity = Vec3(0, 0, -9.81), .holds = {{.box = {{0, 0, 0}, {1, 1, 0}}}}},
+                                  c.threads)),
         system(*owned),
         start(stretched_state(system, c.stretch)) {}
   const StiffnessConfig& config;
@@ -192,7 +193,7 @@ Json configuration(const StiffnessConfig& c) {
           {"tolerance", c.tolerance},
           {"repetitions", c.repetitions},
           {"order", "methods in turn, the first one changing from repetition to repetition"},
-          {"threads", 1}};
+          {"threads", c.threads}};
 }
 
 constexpr const char* caption =
@@ -313,10 +314,12 @@ Chart stiffness_overview(const Table& rows) {
 namespace {
 
 /// Ends agree within the tolerance whatever the machine; counts and times need not.
-Table guarded(bool quick, Progress& progress) {
-  StiffnessConfig config = stiffness_config({.cells = quick ? std::vector<int>{3} : std::vector<int>{3, 7}});
-  config.young = quick ? std::vector<double>{1e4, 1e7} : std::vector<double>{1e4, 1e6, 1e8};
+Table guarded(const GuardOptions& options, Progress& progress) {
+  StiffnessConfig config =
+      stiffness_config({.cells = options.quick ? std::vector<int>{3} : std::vector<int>{3, 7}});
+  config.young = options.quick ? std::vector<double>{1e4, 1e7} : std::vector<double>{1e4, 1e6, 1e8};
   config.repetitions = 1;
+  config.threads = options.threads;
   return measure_stiffness(config, progress)
       .rows.select({"method", "cells", "young", "omega_duration", "difference", "status"});
 }

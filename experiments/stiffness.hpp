@@ -29,6 +29,7 @@ struct StiffnessConfig {
   double tolerance = 1e-6;
   double damping_ratio = 0.5;
   double stretch = 1.1;  ///< along z, at the start
+  int threads = 1;
 };
 StiffnessConfig stiffness_config(const ExperimentOptions& options);
 

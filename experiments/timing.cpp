@@ -345,13 +345,14 @@ TimingTables measure_timing(const TimingConfig& config, Progress& progress) {
 namespace {
 
 /// Times are of a machine; what the timed bodies are and where they end is not.
-Table guarded(bool quick, Progress& progress) {
+Table guarded(const GuardOptions& options, Progress& progress) {
   Table table(
       {{"cells"}, {"particles"}, {"springs"}, {"total", "J"}, {"volume_ratio"}, {"max_speed", "m/s"}});
-  for (const int n : quick ? std::vector<int>{2, 7} : std::vector<int>{2, 7, 15, 30}) {
+  for (const int n : options.quick ? std::vector<int>{2, 7} : std::vector<int>{2, 7, 15, 30}) {
     if (progress.stopped()) break;
     const Body body(timing_cube(n));
-    SpringSystem<double> system(body, {.gravity = Vec3(0, 0, Workload::gravity)});
+    SpringSystem<double> system(body, {.gravity = Vec3(0, 0, Workload::gravity)},
+                                {.threads = options.threads});
     State<double> state = stretched_state(system, Workload::stretch);
     Work work;
     find_integrator(integrator_name)

@@ -26,7 +26,7 @@ Json configuration(const ValidationConfig& config) {
           {"repetitions", config.repetitions},
           {"linear_solver", "cholmod"},
           {"sharing", "weighted"},
-          {"threads", 1}};
+          {"threads", config.threads}};
 }
 
 constexpr const char* caption =
@@ -88,11 +88,12 @@ ValidationConfig validation_config(const ExperimentOptions& options) {
 
 namespace {
 
-Table guarded(bool quick, Progress& progress) {
+Table guarded(const GuardOptions& options, Progress& progress) {
   ValidationConfig config =
-      validation_config({.cells = quick ? std::vector<int>{1, 2} : std::vector<int>{1, 2, 4, 8}});
+      validation_config({.cells = options.quick ? std::vector<int>{1, 2} : std::vector<int>{1, 2, 4, 8}});
   config.repetitions = 1;
   config.refinement.clear();
+  config.threads = options.threads;
   return measure_validation(config, progress)
       .rows.select({"case", "model", "cells", "unknowns", "value", "reference", "error", "status"});
 }

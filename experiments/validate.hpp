@@ -50,6 +50,7 @@ struct ValidationConfig {
   std::vector<int> cells;       ///< across the width
   std::vector<int> refinement;  ///< cells per edge of the thesis's cube
   int repetitions = 3;          ///< of answers that take less than two seconds
+  int threads = 1;
 };
 ValidationConfig validation_config(const ExperimentOptions& options);
 std::vector<ValidationCase> validation_cases(double young, double density);

@@ -38,7 +38,7 @@ void ask(const ValidationConfig& config, const ValidationCase& c, const Validati
                    .density = config.density,
                    .springs = model.springs(material, h),
                    .elastic = material});
-  const auto system = make_system<double>(model.model, body, c.environment, 1);
+  const auto system = make_system<double>(model.model, body, c.environment, config.threads);
   result.answer = c.answer(*system);
   result.seconds.push_back(std::chrono::duration<double>(Clock::now() - begin).count());
   result.unknowns = std::int64_t(system->unknowns().size());

@@ -182,6 +182,25 @@ TEST(Scene, TellsWhatItResolvedTo) {
   EXPECT_EQ(full["solve"]["dt"], 2e-4);
 }
 
+TEST(Scene, ReadsWhatItExpects) {
+  const std::string expect =
+      "\n[expect]\nmax_stretch = { value = 0.5, within = 0.25 }\n"
+      "displacement = { box = [[0.5, 0, -1], [1.5, 0.5, -1]], value = [1, 2, 3], within = 0 }\n";
+  const Scene scene = load_text(full_scene + expect);
+  ASSERT_EQ(scene.expectations.size(), 2U);
+  const Expectation& moved = scene.expectations[0];
+  EXPECT_EQ(moved.quantity, mean_displacement);
+  EXPECT_THAT(moved.value, ElementsAre(1, 2, 3));
+  EXPECT_EQ(moved.box.upper, Vec3(1.5, 0.5, -1));
+  EXPECT_EQ(scene.expectations[1].quantity, "max_stretch");
+  EXPECT_THAT(scene.expectations[1].value, ElementsAre(0.5));
+  EXPECT_EQ(scene.expectations[1].within, 0.25);
+  const auto json = nlohmann::json::parse(scene.resolved)["expect"];
+  EXPECT_EQ(json["max_stretch"]["value"], 0.5);
+  EXPECT_EQ(json["displacement"]["value"][2], 3);
+  EXPECT_TRUE(load_text(full_scene).expectations.empty());
+}
+
 TEST(Scene, OverridesComeBeforeChecks) {
   const std::string wrong = replaced(plain_scene, "density = 1000", "density = -1");
   EXPECT_EQ(load_text(wrong, {"material.density=5"}).body.density, 5);

@@ -84,5 +84,42 @@ TEST(Guard, SeesARowCutShort) {
   EXPECT_EQ(only(planted("0.5,0.01,ok", "0.5,0.01")).rule, "rows must have a cell for every column");
 }
 
+Truth truth() {
+  return {.table = "t",
+          .row = "model = thesis, cells = 4",
+          .column = "drift",
+          .value = 0.25,
+          .relative = 0,
+          .absolute = 1e-3,
+          .source = "a closed form"};
+}
+
+TEST(Truths, AreJudgedApartFromBaselines) {
+  EXPECT_TRUE(judge({truth()}, "t", baseline, guard).empty());
+  EXPECT_TRUE(judge({truth()}, "another", baseline, guard).empty());
+  Truth wrong = truth();
+  wrong.value = 0.26;
+  EXPECT_TRUE(judge({wrong}, "another", baseline, guard).empty());
+  const auto found = judge({wrong}, "t", baseline, guard);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(
+      to_string(found.front(), "should be"),
+      "model = thesis, cells = 4: drift: should be 0.26, is 0.25; the truth, by a closed form; may be off "
+      "by 0.001");
+  wrong.absolute = 0.011;
+  EXPECT_TRUE(judge({wrong}, "t", baseline, guard).empty());
+}
+
+TEST(Truths, WithoutTheirRowOrNumberAreNotMet) {
+  Truth gone = truth();
+  gone.row = "model = thesis, cells = 5";
+  EXPECT_EQ(judge({gone}, "t", baseline, guard).size(), 1U);
+  gone = truth();
+  gone.column = "drfit";
+  EXPECT_EQ(judge({gone}, "t", baseline, guard).size(), 1U);
+  EXPECT_EQ(judge({truth()}, "t", planted("0.25,", "nan,"), guard).size(), 1U);
+  EXPECT_EQ(judge({truth()}, "t", planted("0.25,", ","), guard).size(), 1U);
+}
+
 }  // namespace
 }  // namespace mss

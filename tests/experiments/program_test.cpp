@@ -133,6 +133,87 @@ TEST(Check, NamesTheRowThatMovedAndFails) {
             std::string::npos)
       << run.output;
   EXPECT_NE(run.output.find("1 deviation from"), std::string::npos) << run.output;
+  std::string truths = read_file(planted / "truth.csv");  // what is right does not follow a baseline
+  truths.replace(truths.find("particles,512"), 13, "particles,513");
+  write_atomically(planted / "truth.csv", truths);
+  EXPECT_NE(mss({"check", "--quick", "--against", planted.string(), "--out", directory / "out"})
+                .output.find("should be 513, is 512; the truth, by (n + 1)^3"),
+            std::string::npos);
+}
+
+/// A beam clamped at one end, its free end pulled down to rest.
+std::string beam(const std::string& expect) {
+  return "# a beam\n[body]\ncells = [4, 2, 2]\ncell_size = 0.5\n"
+         "[material]\ndensity = 100\nyoung = 1e5\npoisson = 0.3\n"
+         "[[hold]]\nbox = [[0, 0, 0], [0, 1, 1]]\n"
+         "[[load]]\nbox = [[2, 0, 0], [2, 1, 1]]\nforce = [0, 0, -100]\n"
+         "[solve]\nintegrator = \"static\"\nduration = 1\n" +
+         expect;
+}
+
+std::string tip(const std::string& value) {
+  return "displacement = { box = [[2, 0, 0], [2, 1, 1]], value = " + value + ", within = 1e-3 }\n";
+}
+
+TEST(Check, JudgesScenesByWhatTheyExpect) {
+  const Directory directory;
+  const std::string right = directory / "right.toml", wrong = directory / "wrong.toml";
+  const std::string met = "[expect]\nvolume_ratio = { value = 1, within = 1e-3 }\n" + tip("[0, 0, -0.0282]");
+  write_atomically(right, beam(met));
+  const ProgramRun passed = mss({"check", right});
+  EXPECT_EQ(passed.exit_status, 0) << passed.output;
+  EXPECT_EQ(passed.output, "1 scene, 2 expectations: all met\n");
+
+  write_atomically(wrong, beam("[expect]\n" + tip("[0, 0, -0.04]")));
+  const ProgramRun failed = mss({"check", directory.string()});
+  EXPECT_EQ(failed.exit_status, 1) << failed.output;
+  EXPECT_NE(failed.output.find("wrong: displacement: should be [0, 0, -0.04], is ["), std::string::npos)
+      << failed.output;
+  EXPECT_NE(failed.output.find("2 scenes, 3 expectations: 1 deviation\n"), std::string::npos)
+      << failed.output;
+}
+
+// What another engine left in the files of `mss run` is judged the same.
+TEST(Check, JudgesResultsWithoutSimulating) {
+  const Directory directory;
+  const std::string scene = directory / "scene.toml", results = directory / "results";
+  write_atomically(scene, beam("[expect]\nmax_speed = { value = 0, within = 0 }\n" + tip("[0, 0, -0.0282]")));
+  ASSERT_EQ(mss({"run", scene, "--out", results}).exit_status, 0);
+  const auto judged = [&] { return mss({"check", scene, "--results", results}); };
+  EXPECT_EQ(judged().exit_status, 0) << judged().output;
+  const fs::path series = fs::path(results) / "series.csv";
+  const std::string kept = read_file(series);
+  std::string renamed = kept;
+  renamed.replace(renamed.find("max_speed"), 9, "top_speed");
+  write_atomically(series, renamed);
+  EXPECT_EQ(judged().exit_status, 1);
+  EXPECT_NE(judged().output.find("max_speed: should be 0, is nothing"), std::string::npos) << judged().output;
+  write_atomically(series, kept + "x\n");
+  expect_refused({"check", scene, "--results", results}, "t = 'x' is not a number");
+  write_atomically(series, kept);
+  const fs::path summary = fs::path(results) / "summary.json";
+  write_atomically(summary, "{\"status\": \"non_finite\"}");
+  EXPECT_NE(judged().output.find("status: should be ok, is non_finite"), std::string::npos)
+      << judged().output;
+  write_atomically(summary, "{");
+  expect_refused({"check", scene, "--results", results}, "is not JSON");
+}
+
+TEST(Check, RefusesScenesThatExpectNothing) {
+  const Directory directory;
+  const std::string scene = directory / "scene.toml";
+  write_atomically(scene, beam(""));
+  expect_refused({"check", scene}, "expects nothing");
+  expect_refused({"check", directory.string()}, "no scene");
+  expect_refused({"check", scene, "--quick"}, "--quick");
+  expect_refused({"check", "--results", directory.string()}, "--results needs the scene");
+  write_atomically(scene, beam("[expect]\nvolume_rato = { value = 1, within = 1 }\n"));
+  expect_refused({"check", scene}, "did you mean expect.volume_ratio");
+  write_atomically(scene, beam("[expect]\nvolume_ratio = { value = 1, within = -1 }\n"));
+  expect_refused({"check", scene}, "expect.volume_ratio.within = -1 is not a margin");
+  write_atomically(scene, beam("[expect]\ndisplacement = { box = [[5, 5, 5], [6, 6, 6]], value = [0, 0, 0], "
+                               "within = 1 }\n"));
+  expect_refused({"check", scene}, "contains no particle");
 }
 
 TEST(Model, FillsEveryExperimentsBodies) {
