@@ -14,7 +14,7 @@ namespace {
 
 /// Everything a scene may say. A key that is not here is an error that suggests the nearest one that is.
 const KnownKeys known_keys{
-    {"", {"body", "material", "damping", "environment", "hold", "load", "start", "solve"}},
+    {"", {"body", "material", "damping", "environment", "hold", "load", "plane", "start", "solve"}},
     {"body", {"cells", "voxels", "cell_size", "origin", "topology", "sharing"}},
     {"material", {"model", "density", "young", "poisson", "face_share", "springs", "volume"}},
     {"material.springs", {"edge", "face", "body"}},
@@ -23,6 +23,7 @@ const KnownKeys known_keys{
     {"hold", {"box", "axes", "velocity", "displacement", "turn"}},
     {"hold.turn", {"axis", "centre", "rate", "until"}},
     {"load", {"box", "force"}},
+    {"plane", {"point", "normal", "contact", "restitution", "friction"}},
     {"start", {"velocity", "spin"}},
     {"solve",
      {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "tangent", "tolerance",
@@ -54,6 +55,10 @@ constexpr Quantity axis{"an axis", "a direction [x, y, z] that is not zero", any
 constexpr Quantity turn_rate{"an angular rate", "a finite number of rad/s", any};
 constexpr Quantity spin{"an angular velocity", "three finite numbers of rad/s", any};
 constexpr Quantity force{"a force", "three finite numbers of newtons", any};
+constexpr Quantity normal{"a normal", "a direction [x, y, z] that is not zero", any};
+constexpr Quantity restitution{"a restitution", "a number from 0 (nothing rebounds) to 1 (no loss)",
+                               [](double value) { return value >= 0 && value <= 1; }};
+constexpr Quantity friction{"a coefficient of friction", "a number that is not negative", not_negative};
 constexpr Quantity step{"a time step", "a positive number of seconds, or \"safe\"", positive};
 constexpr Quantity duration{"a duration", "a finite number of seconds that is not negative", not_negative};
 constexpr Quantity interval{"an interval", "a positive number of seconds", positive};
@@ -67,6 +72,8 @@ const std::vector<std::pair<std::string, Topology>> topologies{
     {"full", Topology::full}, {"edges+body", Topology::edges_body}, {"one-diagonal", Topology::one_diagonal}};
 const std::vector<std::pair<std::string, Sharing>> sharings{{"weighted", Sharing::weighted},
                                                             {"uniform", Sharing::uniform}};
+const std::vector<std::pair<std::string, ContactLaw>> contact_laws{
+    {"impulse", ContactLaw::impulse}, {"paper", ContactLaw::paper}, {"penalty", ContactLaw::penalty}};
 const std::vector<std::pair<std::string, Tangent>> tangents{{"elastic", Tangent::elastic},
                                                             {"projected", Tangent::projected}};
 const std::vector<std::pair<std::string, Precision>> precisions{{"double", Precision::dbl},
@@ -182,14 +189,28 @@ std::array<bool, 3> read_axes(const TomlTable& hold) {
   return axes;
 }
 
+/// A vector of length 1.
+Vec3 read_direction(const TomlTable& table, std::string_view key, const Quantity& quantity) {
+  const Vec3 read = table.vector(key, quantity);
+  if (!(read.stableNorm() > 0))
+    table.reject(key, fmt::format("is not {}; give {}", quantity.noun, quantity.allowed));
+  return read.stableNormalized();
+}
+
 Turn read_turn(const TomlTable& turn) {
-  Turn read{.axis = turn.vector("axis", axis),
+  Turn read{.axis = read_direction(turn, "axis", axis),
             .centre = turn.vector("centre", position),
             .rate = turn.number("rate", turn_rate)};
-  if (!(read.axis.stableNorm() > 0)) turn.reject("axis", "is not an axis; give a direction that is not zero");
-  read.axis.stableNormalize();
   read.until = turn.number("until", duration, read.until);
   return read;
+}
+
+Plane read_plane(const TomlTable& table) {
+  Plane plane{.point = table.vector("point", position), .normal = read_direction(table, "normal", normal)};
+  plane.contact = table.choice("contact", "a law of contact", contact_laws, plane.contact);
+  plane.restitution = table.number("restitution", restitution, plane.restitution);
+  plane.friction = table.number("friction", friction, plane.friction);
+  return plane;
 }
 
 Environment read_environment(const TomlTable& scene) {
@@ -204,6 +225,7 @@ Environment read_environment(const TomlTable& scene) {
   }
   for (const TomlTable& table : scene.tables("load"))
     environment.loads.push_back({.box = table.box("box"), .force = table.vector("force", force)});
+  for (const TomlTable& table : scene.tables("plane")) environment.planes.push_back(read_plane(table));
   return environment;
 }
 
@@ -314,6 +336,14 @@ Json to_json(const Hold& hold) {
   return json;
 }
 
+Json to_json(const Plane& plane) {
+  return {{"point", to_json(plane.point)},
+          {"normal", to_json(plane.normal)},
+          {"contact", name_of(plane.contact, contact_laws)},
+          {"restitution", plane.restitution},
+          {"friction", plane.friction}};
+}
+
 Json to_json(const SolveConfig& solve) {
   return {{"integrator", solve.integrator},
           {"dt", solve.dt ? Json(*solve.dt) : Json("safe")},
@@ -327,10 +357,11 @@ Json to_json(const SolveConfig& solve) {
 }
 
 std::string to_json(const Scene& scene, const Asked& asked) {
-  Json holds = Json::array(), loads = Json::array();
+  Json holds = Json::array(), loads = Json::array(), planes = Json::array();
   for (const Hold& hold : scene.environment.holds) holds.push_back(to_json(hold));
   for (const Load& load : scene.environment.loads)
     loads.push_back({{"box", to_json(load.box)}, {"force", to_json(load.force)}});
+  for (const Plane& plane : scene.environment.planes) planes.push_back(to_json(plane));
   const Json json{
       {"name", scene.name},
       {"body", to_json(scene.body, asked)},
@@ -339,6 +370,7 @@ std::string to_json(const Scene& scene, const Asked& asked) {
       {"environment", {{"gravity", to_json(scene.environment.gravity)}}},
       {"hold", holds},
       {"load", loads},
+      {"plane", planes},
       {"start", {{"velocity", to_json(scene.start_velocity)}, {"spin", to_json(scene.start_spin)}}},
       {"solve", to_json(scene.solve)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace);  // an override need not be valid UTF-8

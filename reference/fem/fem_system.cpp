@@ -81,6 +81,7 @@ FemSystem::FemSystem(const Body& body, const Environment& environment, const Sol
     cells_.push_back(site);
   });
   cell_forces_.resize(cells_.size());
+  place_penalties();
 }
 
 FemSystem::Corners FemSystem::gather(const Field<double>& field, std::ptrdiff_t site) const {
@@ -179,7 +180,7 @@ StoredEnergy FemSystem::stored_energy(const Field<double>& x) const {
 
 /// No body is faster than its fastest cell alone (Irons and Treharne, 1971): at a joint both stiffness and
 /// mass are sums over cells.
-SpectralBound FemSystem::spectral_bound() const {
+SpectralBound FemSystem::body_bound() const {
   Corners rest;
   for (int c = 0; c < 8; ++c)
     rest.col(c) = body().config().cell_size * Vec3(c & 1, (c >> 1) & 1, (c >> 2) & 1);
@@ -194,23 +195,22 @@ void FemSystem::force(double, const Field<double>& x, const Field<double>& v, Fi
   sum_over_cells([&](std::ptrdiff_t site) { return cell_force(gather(x, site), gather(v, site)); }, f);
   loads().add(0, size(), std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
   add_gravity(f);
+  add_penalty_force(x, v, f);
 }
 
 void FemSystem::acceleration(double t, const Field<double>& x, const Field<double>& v, Field<double>& a) {
   System<double>::acceleration(t, x, v, a);
+  stop_sticking(x, v, a);
   clear_prescribed(a);
 }
 
-void FemSystem::tangent(double, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                        SparseMatrix& matrix) {
-  BlockMatrix& m = blocks();
-  m.begin(sum.mass);
+void FemSystem::add_tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                            BlockMatrix& blocks) const {
   for (const std::ptrdiff_t site : cells_) {
     const Element k = cell_tangent(gather(x, site), gather(v, site), sum);
     for (int c = 0; c < 8; ++c)
-      for (int d = 0; d < 8; ++d) m.add(site, c, d, block_of(k, c, d));
+      for (int d = 0; d < 8; ++d) blocks.add(site, c, d, block_of(k, c, d));
   }
-  m.write(matrix);
 }
 
 void FemSystem::tangent_product(double, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
@@ -222,15 +222,15 @@ void FemSystem::tangent_product(double, const Field<double>& x, const Field<doub
       out);
   for (const std::ptrdiff_t site : particles())
     out.set(site, out.at(site) + sum.mass * mass(site) * p.at(site));
+  add_penalty_product(x, v, sum, p, out);
 }
 
-void FemSystem::tangent_diagonal(double, const Field<double>& x, const Field<double>& v,
-                                 const TangentSum& sum, std::vector<Matrix3d>& diagonal) {
-  const BlockMatrix& m = blocks();
-  m.begin_diagonal(sum.mass, diagonal);
+void FemSystem::add_tangent_diagonal(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                                     const BlockMatrix& blocks, std::vector<Matrix3d>& diagonal) const {
   for (const std::ptrdiff_t site : cells_) {
     const Element k = cell_tangent(gather(x, site), gather(v, site), sum);
-    for (int c = 0; c < 8; ++c) diagonal[m.particle(site + body().lattice().corner(c))] += block_of(k, c, c);
+    for (int c = 0; c < 8; ++c)
+      diagonal[blocks.particle(site + body().lattice().corner(c))] += block_of(k, c, c);
   }
 }
 

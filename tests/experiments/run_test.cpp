@@ -180,7 +180,13 @@ TEST_F(RunCommand, BadScenesLeaveNothing) {
       {good + "[[hold]]\nbox = [[5, 5, 5], [6, 6, 6]]\n", "hold"},
       {good + "[[hold]]\nbox = [[1, 0, 0], [0, 1, 1]]\n", "box"},
       {good + "[[load]]\nbox = [[5, 5, 5], [6, 6, 6]]\nforce = [0, 0, 1]\n", "load"},
-      {good + "[damping]\nratio = -1\n", "damping.ratio"}};
+      {good + "[damping]\nratio = -1\n", "damping.ratio"},
+      {good + "[[plane]]\npoint = [0, 0, -1]\n", "plane.0.normal"},
+      {with(good, "velocity_verlet\"", "cvode_bdf\"") + "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n",
+       "contact = \"impulse\" acts at the end of fixed steps, and cvode_bdf does not take any"},
+      {with(good, "velocity_verlet\"", "static\"") +
+           "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\ncontact = \"paper\"\n",
+       "give contact = \"penalty\", or another solve.integrator"}};
   for (const auto& [text, named] : cases) {
     const ProgramRun result = run(write("bad.toml", text));
     EXPECT_EQ(result.exit_status, 2) << text << result.output;
