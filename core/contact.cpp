@@ -21,6 +21,7 @@ Push impact(const Plane& plane, double start, double end, double a, double dt) {
   const double arrival = start > 0 ? std::sqrt(std::max(0.0, w * w - 2 * a * start)) : std::max(0.0, -w);
   const double hop = 2 * plane.restitution * arrival;  // its duration times -a
   if (a < 0 && hop < -a * dt) return {.rests = true};
+  // The root of start + w time + a time^2 / 2 = 0 where it falls, in the form that does not cancel.
   const double time = start > 0 && arrival > w ? std::min(dt, 2 * start / (arrival - w)) : 0;
   return {.normal = (1 + plane.restitution) * arrival, .lever = dt - time};
 }
