@@ -34,6 +34,11 @@ class BlockMatrix {
     at(block_[p * neighbours + std::size_t(offset(row_corner, column_corner))]) += block;
   }
 
+  /// Adds to the block of the particle at a site and itself.
+  void add_diagonal(std::ptrdiff_t site, const Eigen::Matrix3d& block) {
+    at(block_[particle(site) * neighbours + neighbours / 2]) += block;
+  }
+
   /// Writes the sums into a matrix of that pattern.
   void write(SparseMatrix& matrix) const;
 

@@ -4,6 +4,7 @@
 
 #include "core/block_matrix.hpp"
 #include "core/body.hpp"
+#include "core/contact.hpp"
 #include "core/environment.hpp"
 #include "core/spectral_bound.hpp"
 #include "core/system.hpp"
@@ -36,8 +37,13 @@ class BodySystem : public System<Real> {
   /// Energy stored at positions x; NaN or infinite where x is.
   virtual StoredEnergy stored_energy(const Field<Real>& x) const = 0;
 
-  /// Upper bounds on the frequency and damping of every mode about the rest state.
-  virtual SpectralBound spectral_bound() const = 0;
+  /// Upper bounds on the frequency and damping of every mode about the rest state, of the body alone.
+  virtual SpectralBound body_bound() const = 0;
+  /// The same where it may touch the environment's planes.
+  SpectralBound spectral_bound() const;
+
+  /// Potential of gravity, from z = 0, of loads and of penalty planes at positions x [J].
+  double outer_potential(const Field<Real>& x) const;
 
   /// Threads that forces are computed with.
   int threads() const { return team_.size(); }
@@ -49,8 +55,16 @@ class BodySystem : public System<Real> {
   double mass(std::ptrdiff_t site) const override { return body_.mass(site); }
   void constrain(double t, Field<Real>& x, Field<Real>& v) const override;
   void clear_prescribed(Field<Real>& field) const override { held_.clear(field); }
+  bool collides() const override { return !colliding_.empty(); }
+  bool collide(const State<Real>& before, double dt, State<Real>& state) override;
+  /// Of every penalty plane, the smallest gap of a particle.
+  std::vector<double> kinks(const Field<Real>& x) const override;
   const std::vector<Unknown>& unknowns() override { return blocks().unknowns(); }
   SparseMatrix tangent_pattern() override { return blocks().pattern(); }
+  void tangent(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+               SparseMatrix& matrix) final;
+  void tangent_diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                        std::vector<Eigen::Matrix3d>& blocks) final;
   void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override {
     team_.for_each(count, task);
   }
@@ -62,11 +76,41 @@ class BodySystem : public System<Real> {
   BlockMatrix& blocks();
   void add_gravity(Field<Real>& f) const;
 
+  /// To be called at the end of the constructor that knows body_bound(): makes the penalty planes.
+  void place_penalties();
+  /// Whether there are any. Without, what follows adds nothing and costs nothing.
+  bool has_penalties() const { return !penalties_.empty(); }
+  void add_penalty_force(const Field<Real>& x, const Field<Real>& v, Field<Real>& f);
+  void add_penalty_acceleration(const Field<Real>& x, const Field<Real>& v, Field<Real>& a);
+  /// Stops what sticks to planes of the law `impulse`. Without it, methods that evaluate forces within a step
+  /// would see the body sink for half of it, and its neighbours would never come to rest.
+  void stop_sticking(const Field<Real>& x, const Field<Real>& v, Field<Real>& a);
+  void add_penalty_product(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                           const Field<Real>& p, Field<Real>& out);
+
+  /// Adds the tangent of what fills the body, without its masses.
+  virtual void add_tangent(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                           BlockMatrix& blocks) const = 0;
+  /// Adds its blocks on the diagonal, one per particle.
+  virtual void add_tangent_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                                    const BlockMatrix& blocks,
+                                    std::vector<Eigen::Matrix3d>& diagonal) const = 0;
+
  private:
+  template <class Task>
+  void for_each_particle(Task&& task);
+  bool collide_particle(std::ptrdiff_t site, const State<Real>& before, double dt, State<Real>& state) const;
+  /// Sums over penalty planes, of forces over mass and of tangents.
+  Vec3 penalty_at(std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v) const;
+  Eigen::Matrix3d penalty_tangent_at(std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v,
+                                     const TangentSum& sum) const;
+
   const Body& body_;
   Environment environment_;
   HeldSites held_;
   LoadedSites loads_;
+  std::vector<Plane> colliding_;  ///< those that act at the end of steps
+  std::vector<Penalty> penalties_;
   Team team_;
   std::unique_ptr<BlockMatrix> blocks_;
 };

@@ -42,11 +42,31 @@ struct Load {
   Vec3 force = Vec3::Zero();
 };
 
+/// How particles and a plane touch; the laws are in contact.hpp.
+enum class ContactLaw {
+  paper,    ///< the thesis's Algorithm 2, at the end of steps
+  impulse,  ///< restitution, Coulomb's cone and rest, at the end of steps
+  penalty   ///< a smooth force
+};
+
+/// A half-space that particles cannot enter.
+struct Plane {
+  Vec3 point = Vec3::Zero();    ///< any point of the plane [m]
+  Vec3 normal = Vec3::UnitZ();  ///< towards the free side, of length 1
+  ContactLaw contact = ContactLaw::impulse;
+  double restitution = 0.5;  ///< speed after a collision over that before, from 0 to 1
+  double friction = 0.4;     ///< Coulomb's coefficient
+
+  /// How far a point is from the plane, negative behind it [m].
+  double gap(const Vec3& x) const { return normal.dot(x - point); }
+};
+
 /// What acts on a body from outside.
 struct Environment {
   Vec3 gravity = Vec3::Zero();  ///< [m/s^2]
   std::vector<Hold> holds{};
   std::vector<Load> loads{};
+  std::vector<Plane> planes{};
 };
 
 /// Position and velocity that a hold prescribes at time t for a particle resting at `rest`.

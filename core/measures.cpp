@@ -61,7 +61,7 @@ void measure_motion(const BodySystem<Real>& system, const State<Real>& state, Me
   const Vec3 centre = first_moment / body.total_mass();
   for (const std::ptrdiff_t site : body.sites())
     m.spin += body.mass(site) * (state.x.at(site) - centre).cross(state.v.at(site));
-  m.gravitational = -first_moment.dot(system.environment().gravity) + system.loads().potential(state.x);
+  m.gravitational = system.outer_potential(state.x);
 }
 
 template <class Real>

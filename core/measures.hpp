@@ -13,7 +13,7 @@ struct Measures {
   double kinetic = 0;             ///< [J]
   double elastic = 0;             ///< of springs, or of finite elements [J]
   double volume_energy = 0;       ///< eq. 3-1 summed over cells [J]
-  double gravitational = 0;       ///< potential of gravity, from z = 0, and of constant loads [J]
+  double gravitational = 0;       ///< potential of gravity, from z = 0, of loads and of penalty planes [J]
   double volume_ratio = 1;        ///< exact enclosed volume over volume at rest
   double volume_ratio_paper = 1;  ///< the same with eq. 3-5, 3-6
   Vec3 momentum = Vec3::Zero();   ///< [kg m/s]

@@ -16,7 +16,8 @@ namespace {
 /// Everything a scene may say. A key that is not here is an error that suggests the nearest one that is.
 KnownKeys make_known_keys() {
   KnownKeys keys{
-      {"", {"body", "material", "damping", "environment", "hold", "load", "start", "solve", "expect"}},
+      {"",
+       {"body", "material", "damping", "environment", "hold", "load", "plane", "start", "solve", "expect"}},
       {"expect", {energy_drift, mean_displacement}},
       {"expect.energy_drift", {"value", "within"}},
       {"expect.displacement", {"box", "value", "within"}},
@@ -28,6 +29,7 @@ KnownKeys make_known_keys() {
       {"hold", {"box", "axes", "velocity", "displacement", "turn"}},
       {"hold.turn", {"axis", "centre", "rate", "until"}},
       {"load", {"box", "force"}},
+      {"plane", {"point", "normal", "contact", "restitution", "friction"}},
       {"start", {"velocity", "spin"}},
       {"solve",
        {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "tangent", "tolerance",
@@ -72,6 +74,10 @@ constexpr Quantity spin{"an angular velocity", "three finite numbers of rad/s", 
 constexpr Quantity force{"a force", "three finite numbers of newtons", any};
 constexpr Quantity expected{"a value", "a finite number", any};
 constexpr Quantity margin{"a margin", "a finite number that is not negative", not_negative};
+constexpr Quantity normal{"a normal", "a direction [x, y, z] that is not zero", any};
+constexpr Quantity restitution{"a restitution", "a number from 0 (nothing rebounds) to 1 (no loss)",
+                               [](double value) { return value >= 0 && value <= 1; }};
+constexpr Quantity friction{"a coefficient of friction", "a number that is not negative", not_negative};
 constexpr Quantity step{"a time step", "a positive number of seconds, or \"safe\"", positive};
 constexpr Quantity duration{"a duration", "a finite number of seconds that is not negative", not_negative};
 constexpr Quantity interval{"an interval", "a positive number of seconds", positive};
@@ -85,6 +91,8 @@ const std::vector<std::pair<std::string, Topology>> topologies{
     {"full", Topology::full}, {"edges+body", Topology::edges_body}, {"one-diagonal", Topology::one_diagonal}};
 const std::vector<std::pair<std::string, Sharing>> sharings{{"weighted", Sharing::weighted},
                                                             {"uniform", Sharing::uniform}};
+const std::vector<std::pair<std::string, ContactLaw>> contact_laws{
+    {"impulse", ContactLaw::impulse}, {"paper", ContactLaw::paper}, {"penalty", ContactLaw::penalty}};
 const std::vector<std::pair<std::string, Tangent>> tangents{{"elastic", Tangent::elastic},
                                                             {"projected", Tangent::projected}};
 const std::vector<std::pair<std::string, Precision>> precisions{{"double", Precision::dbl},
@@ -200,14 +208,28 @@ std::array<bool, 3> read_axes(const TomlTable& hold) {
   return axes;
 }
 
+/// A vector of length 1.
+Vec3 read_direction(const TomlTable& table, std::string_view key, const Quantity& quantity) {
+  const Vec3 read = table.vector(key, quantity);
+  if (!(read.stableNorm() > 0))
+    table.reject(key, fmt::format("is not {}; give {}", quantity.noun, quantity.allowed));
+  return read.stableNormalized();
+}
+
 Turn read_turn(const TomlTable& turn) {
-  Turn read{.axis = turn.vector("axis", axis),
+  Turn read{.axis = read_direction(turn, "axis", axis),
             .centre = turn.vector("centre", position),
             .rate = turn.number("rate", turn_rate)};
-  if (!(read.axis.stableNorm() > 0)) turn.reject("axis", "is not an axis; give a direction that is not zero");
-  read.axis.stableNormalize();
   read.until = turn.number("until", duration, read.until);
   return read;
+}
+
+Plane read_plane(const TomlTable& table) {
+  Plane plane{.point = table.vector("point", position), .normal = read_direction(table, "normal", normal)};
+  plane.contact = table.choice("contact", "a law of contact", contact_laws, plane.contact);
+  plane.restitution = table.number("restitution", restitution, plane.restitution);
+  plane.friction = table.number("friction", friction, plane.friction);
+  return plane;
 }
 
 Environment read_environment(const TomlTable& scene) {
@@ -222,6 +244,7 @@ Environment read_environment(const TomlTable& scene) {
   }
   for (const TomlTable& table : scene.tables("load"))
     environment.loads.push_back({.box = table.box("box"), .force = table.vector("force", force)});
+  for (const TomlTable& table : scene.tables("plane")) environment.planes.push_back(read_plane(table));
   return environment;
 }
 
@@ -353,6 +376,14 @@ Json to_json(const Hold& hold) {
   return json;
 }
 
+Json to_json(const Plane& plane) {
+  return {{"point", to_json(plane.point)},
+          {"normal", to_json(plane.normal)},
+          {"contact", name_of(plane.contact, contact_laws)},
+          {"restitution", plane.restitution},
+          {"friction", plane.friction}};
+}
+
 Json to_json(const SolveConfig& solve) {
   return {{"integrator", solve.integrator},
           {"dt", solve.dt ? Json(*solve.dt) : Json("safe")},
@@ -378,10 +409,11 @@ Json to_json(const std::vector<Expectation>& expectations) {
 }
 
 std::string to_json(const Scene& scene, const Asked& asked) {
-  Json holds = Json::array(), loads = Json::array();
+  Json holds = Json::array(), loads = Json::array(), planes = Json::array();
   for (const Hold& hold : scene.environment.holds) holds.push_back(to_json(hold));
   for (const Load& load : scene.environment.loads)
     loads.push_back({{"box", to_json(load.box)}, {"force", to_json(load.force)}});
+  for (const Plane& plane : scene.environment.planes) planes.push_back(to_json(plane));
   const Json json{
       {"name", scene.name},
       {"body", to_json(scene.body, asked)},
@@ -390,6 +422,7 @@ std::string to_json(const Scene& scene, const Asked& asked) {
       {"environment", {{"gravity", to_json(scene.environment.gravity)}}},
       {"hold", holds},
       {"load", loads},
+      {"plane", planes},
       {"start", {{"velocity", to_json(scene.start_velocity)}, {"spin", to_json(scene.start_spin)}}},
       {"solve", to_json(scene.solve)},
       {"expect", to_json(scene.expectations)}};

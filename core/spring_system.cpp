@@ -8,7 +8,6 @@
 
 #include "core/error.hpp"
 #include "core/measures.hpp"
-#include "core/tangent.hpp"
 
 namespace mss {
 
@@ -99,6 +98,7 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
     const auto bound = [&](int r) { return int(std::int64_t(lattice.planes()) * r / this->team().size()); };
     slabs_.push_back(std::make_unique<Slab>(bound(rank), bound(rank + 1), scratch));
   }
+  this->place_penalties();
 }
 
 template <class Real>
@@ -171,34 +171,27 @@ template <class Real>
 void SpringSystem<Real>::force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) {
   run({.finish = Finish::force, .t = t, .dt = 0, .x = &x, .v = &v, .out = &f}, 1);
   this->add_gravity(f);
+  this->add_penalty_force(x, v, f);
 }
 
 template <class Real>
 void SpringSystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   run({.finish = Finish::acceleration, .t = t, .dt = 0, .x = &x, .v = &v, .out = &a}, 1);
+  this->add_penalty_acceleration(x, v, a);
+  this->stop_sticking(x, v, a);
   this->held().clear(a);
 }
 
 template <class Real>
-void SpringSystem<Real>::tangent(double, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                                 SparseMatrix& matrix) {
-  write_tangent(this->body(), x, v, sum, this->blocks(), matrix);
-}
-
-template <class Real>
-void SpringSystem<Real>::tangent_diagonal(double, const Field<Real>& x, const Field<Real>& v,
-                                          const TangentSum& sum, std::vector<Eigen::Matrix3d>& blocks) {
-  mss::tangent_diagonal(this->body(), x, v, sum, this->blocks(), blocks);
-}
-
-template <class Real>
-void SpringSystem<Real>::tangent_product(double t, const Field<Real>& x, const Field<Real>&,
+void SpringSystem<Real>::tangent_product(double t, const Field<Real>& x, const Field<Real>& v,
                                          const TangentSum& sum, const Field<Real>& p, Field<Real>& out) {
   run({.finish = Finish::product, .t = t, .dt = 0, .x = &x, .v = &p, .out = &out, .sum = sum}, 1);
+  this->add_penalty_product(x, v, sum, p, out);
 }
 
 template <class Real>
 void SpringSystem<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
+  if (this->has_penalties()) return System<Real>::kick_drift(update, dt, steps, state);
   run({.finish = Finish::kick_drift,
        .t = state.t,
        .dt = dt,

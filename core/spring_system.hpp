@@ -7,6 +7,7 @@
 
 #include "core/body_system.hpp"
 #include "core/sweep.hpp"
+#include "core/tangent.hpp"
 
 namespace mss {
 
@@ -29,19 +30,26 @@ class SpringSystem final : public BodySystem<Real> {
   ~SpringSystem() override;
 
   StoredEnergy stored_energy(const Field<Real>& x) const override;
-  SpectralBound spectral_bound() const override { return mss::spectral_bound(this->body()); }
+  SpectralBound body_bound() const override { return mss::spectral_bound(this->body()); }
   const char* kernel_name() const override { return kernel_.name; }
 
   void force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) override;
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
-  void tangent(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-               SparseMatrix& matrix) override;
   void tangent_product(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                        const Field<Real>& p, Field<Real>& out) override;
-  void tangent_diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                        std::vector<Eigen::Matrix3d>& blocks) override;
   void apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const override;
   void kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) override;
+
+ protected:
+  void add_tangent(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                   BlockMatrix& blocks) const override {
+    mss::add_tangent(this->body(), x, v, sum, blocks);
+  }
+  void add_tangent_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                            const BlockMatrix& blocks,
+                            std::vector<Eigen::Matrix3d>& diagonal) const override {
+    mss::add_tangent_diagonal(this->body(), x, v, sum, blocks, diagonal);
+  }
 
  private:
   struct Slab;

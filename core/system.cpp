@@ -16,6 +16,16 @@ template <class Real>
 void System<Real>::clear_prescribed(Field<Real>&) const {}
 
 template <class Real>
+bool System<Real>::collide(const State<Real>&, double, State<Real>&) {
+  return false;
+}
+
+template <class Real>
+std::vector<double> System<Real>::kinks(const Field<Real>&) const {
+  return {};
+}
+
+template <class Real>
 void System<Real>::parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
   for (std::ptrdiff_t i = 0; i < count; ++i) task(i);
 }

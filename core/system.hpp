@@ -105,6 +105,16 @@ class System {
   virtual void tangent_diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                                 std::vector<Eigen::Matrix3d>& blocks) = 0;
 
+  /// True if bodies collide at the end of steps: then whoever takes a step calls collide() after it.
+  virtual bool collides() const { return false; }
+
+  /// What collisions make of a step of dt that led from `before` to `state`. False if nothing changed.
+  virtual bool collide(const State<Real>& before, double dt, State<Real>& state);
+
+  /// Functions of the positions that become negative where the force has a kink [m]; none if there are none.
+  /// Methods that choose their steps do well to end one there.
+  virtual std::vector<double> kinks(const Field<Real>& x) const;
+
   /// Runs task(0) ... task(count - 1), on as many threads as forces are computed with. Tasks must not throw.
   virtual void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task);
 

@@ -96,31 +96,28 @@ void for_each_element(const Body& body, const Field<Real>& x, const Field<Real>&
 }  // namespace
 
 template <class Real>
-void write_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                   BlockMatrix& blocks, SparseMatrix& matrix) {
-  blocks.begin(sum.mass);
+void add_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                 BlockMatrix& blocks) {
   for_each_element(body, x, v, sum, [&](std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block) {
     blocks.add(site, c, d, block);
   });
-  blocks.write(matrix);
 }
 
 template <class Real>
-void tangent_diagonal(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                      const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal) {
-  blocks.begin_diagonal(sum.mass, diagonal);
+void add_tangent_diagonal(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                          const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal) {
   for_each_element(body, x, v, sum, [&](std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block) {
     if (c == d) diagonal[blocks.particle(site + body.lattice().corner(c))] += block;
   });
 }
 
-template void write_tangent(const Body&, const Field<float>&, const Field<float>&, const TangentSum&,
-                            BlockMatrix&, SparseMatrix&);
-template void write_tangent(const Body&, const Field<double>&, const Field<double>&, const TangentSum&,
-                            BlockMatrix&, SparseMatrix&);
-template void tangent_diagonal(const Body&, const Field<float>&, const Field<float>&, const TangentSum&,
-                               const BlockMatrix&, std::vector<Eigen::Matrix3d>&);
-template void tangent_diagonal(const Body&, const Field<double>&, const Field<double>&, const TangentSum&,
-                               const BlockMatrix&, std::vector<Eigen::Matrix3d>&);
+template void add_tangent(const Body&, const Field<float>&, const Field<float>&, const TangentSum&,
+                          BlockMatrix&);
+template void add_tangent(const Body&, const Field<double>&, const Field<double>&, const TangentSum&,
+                          BlockMatrix&);
+template void add_tangent_diagonal(const Body&, const Field<float>&, const Field<float>&, const TangentSum&,
+                                   const BlockMatrix&, std::vector<Eigen::Matrix3d>&);
+template void add_tangent_diagonal(const Body&, const Field<double>&, const Field<double>&, const TangentSum&,
+                                   const BlockMatrix&, std::vector<Eigen::Matrix3d>&);
 
 }  // namespace mss

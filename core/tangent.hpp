@@ -34,14 +34,14 @@ class CellTangent {
   std::array<Vec3, 8> gradient_;
 };
 
-/// Writes the tangent of a body's springs and cells into a matrix of that pattern.
+/// Adds the tangent of a body's springs and cells, without its masses.
 template <class Real>
-void write_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                   BlockMatrix& blocks, SparseMatrix& matrix);
+void add_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                 BlockMatrix& blocks);
 
-/// Its blocks on the diagonal, one per particle; resized and overwritten.
+/// Adds its blocks on the diagonal, one per particle.
 template <class Real>
-void tangent_diagonal(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                      const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal);
+void add_tangent_diagonal(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                          const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal);
 
 }  // namespace mss

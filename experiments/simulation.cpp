@@ -139,6 +139,18 @@ void check_model(const Scene& scene) {
               [&] { check_model(scene.model, scene.body, scene.solve.precision == Precision::single); });
 }
 
+/// Collisions at the end of steps need a method whose steps are its user's.
+void check_contact(const Scene& scene, const IntegratorInfo& method) {
+  const std::vector<Plane>& planes = scene.environment.planes;
+  const auto discrete = std::find_if(planes.begin(), planes.end(),
+                                     [](const Plane& plane) { return plane.contact != ContactLaw::penalty; });
+  if (discrete == planes.end() || method.stepping == Stepping::fixed) return;
+  throw InputError(
+      fmt::format("contact = \"{}\" acts at the end of fixed steps, and {} does not take any; give contact = "
+                  "\"penalty\", or another solve.integrator",
+                  discrete->contact == ContactLaw::paper ? "paper" : "impulse", method.name));
+}
+
 void check_solve(const Scene& scene) {
   const bool single = scene.solve.precision == Precision::single;
   check_model(scene);
@@ -150,6 +162,7 @@ void check_solve(const Scene& scene) {
           "integrator '{}' computes in double precision only; give precision = \"double\"", method.name));
     find_linear_solver(scene.solve.linear_solver);
   });
+  check_table(scene, "plane", [&] { check_contact(scene, find_integrator(scene.solve.integrator)); });
   if (scene.solve.dt && *scene.solve.dt > scene.solve.duration)
     throw InputError(
         fmt::format("{}: solve.dt = {} s is longer than solve.duration = {} s; give a shorter step",

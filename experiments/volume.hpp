@@ -21,13 +21,15 @@ struct VolumeModel {
 
 /// What `mss volume` does to a cube of 1 m between two plates.
 struct VolumeConfig {
-  std::vector<int> cells;              ///< per edge, of the first study: glued and pulled a little
-  std::vector<double> strains;         ///< of the second: glued, pulled apart or pushed together
-  std::vector<double> angles;          ///< of the third: glued, the upper plate turned [degrees]
-  std::vector<VolumeModel> models;     ///< of these three
-  std::vector<VolumeModel> materials;  ///< of the fourth: plates without friction, pulled a very little
-  double small_strain = 1e-3;          ///< of the first
-  double tiny_strain = 1e-5;           ///< of the fourth
+  std::vector<int> cells;                ///< per edge, of the first study: glued and pulled a little
+  std::vector<double> strains;           ///< of the second: glued, pulled apart or pushed together
+  std::vector<double> angles;            ///< of the third: glued, the upper plate turned [degrees]
+  std::vector<VolumeModel> models;       ///< of these three
+  std::vector<VolumeModel> materials;    ///< of the fourth: plates without friction, pulled a very little
+  std::vector<std::string> integrators;  ///< of the fifth: dropped on a corner, it bounces
+  std::vector<double> step_shares;       ///< of the fifth: steps over the limit of central differences
+  double small_strain = 1e-3;            ///< of the first
+  double tiny_strain = 1e-5;             ///< of the fourth
   int threads = 1;
   int study_cells = 8;  ///< per edge, of all but the first
   /// make_system(), unless a test puts something else in its place.
@@ -42,10 +44,33 @@ BodyConfig volume_cube(const VolumeModel& model, int cells);
 
 struct VolumeTables {
   Table rows;
+  Table bounce;  ///< volume against time: of every model, and of every integrator at one step
   Status status = Status::ok;
 };
 VolumeTables measure_volume(const VolumeConfig& config, Progress& progress);
 
-std::vector<NamedChart> volume_charts(const Table& rows, const VolumeConfig& config);
+/// The fifth study: adds to both tables. False if stopped.
+bool measure_bounces(const VolumeConfig& config, VolumeTables& tables, Progress& progress);
+
+/// What a row of the first table tells.
+struct VolumeRow {
+  std::string study, model, integrator;
+  int cells = 0;
+  double strain = 0;
+  double angle = 0;  ///< [degrees]
+  double step = 0;   ///< over the limit of central differences; 0: the method's own, or none
+  SpringConstants springs{};
+  double drift = 0, drift_paper = 0, worst_cell = 0;
+  double predicted = 0;   ///< by elasticity, to first order; 0 too where nothing is
+  double difference = 0;  ///< of the drift of a bounce, to an exact run's
+  Status status = Status::ok;
+};
+/// Adds it; of a failed run what it measured is missing.
+void add_row(Table& rows, const VolumeRow& row);
+
+/// Largest change of a cell's volume, over its volume at rest.
+double worst_cell(const Body& body, const Field<double>& x);
+
+std::vector<NamedChart> volume_charts(const VolumeTables& tables, const VolumeConfig& config);
 
 }  // namespace mss

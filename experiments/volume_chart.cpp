@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <utility>
 
 #include "experiments/volume.hpp"
 #include "reference/calculix/calculix.hpp"
@@ -106,7 +107,7 @@ std::string kind_of(const std::string& model) { return model.substr(0, model.fin
 /// nu = (1 + r) / (4 + 2 r) with r = k_vol / mu.
 ChartSeries prediction(double low, double high) {
   ChartSeries line{.label = "elasticity: 1 - 2 nu, k_vol = lambda - mu"};
-  for (double r = low; r <= high * 1.001; r *= std::pow(high / low, 1.0 / 60))
+  for (double r = low; r <= high * 1.001; r *= std::pow(high / low, 1.0 / 30))
     line.points.push_back({r, 1 - 2 * (1 + r) / (4 + 2 * r)});
   return line;
 }
@@ -114,8 +115,10 @@ ChartSeries prediction(double low, double high) {
 Chart stiffness_chart(const Table& rows, const VolumeConfig& config) {
   Chart chart{
       .title = "What a volume force does",
-      .subtitle = fmt::format("cube of 1 m, {} cells per edge, plates without friction, pulled by {:g} %",
-                              config.study_cells, 100 * config.tiny_strain),
+      .subtitle = fmt::format(
+          "cube of 1 m, {} cells per edge, plates without friction, pulled by {:g} %; dotted: the thesis's "
+          "without volume force",
+          config.study_cells, 100 * config.tiny_strain),
       .x = {.label = "k_vol / shear modulus", .logarithmic = true},
       .y = {.label = "change of volume / strain", .low = 0}};
   std::vector<std::string> kinds;
@@ -136,8 +139,7 @@ Chart stiffness_chart(const Table& rows, const VolumeConfig& config) {
       if (rows.text(r, "model") == "thesis's, k_vol = 0.1")
         chart.marks.push_back({{share, swells}, "the thesis's k_vol = 0.1"});
       if (rows.text(r, "model") == "thesis's, k_vol = 0")
-        chart.lines.push_back(
-            {ReferenceLine::Direction::horizontal, swells, "thesis's without volume force"});
+        chart.lines.push_back({ReferenceLine::Direction::horizontal, swells, ""});
     }
     chart.series.push_back(std::move(series));
   }
@@ -145,9 +147,49 @@ Chart stiffness_chart(const Table& rows, const VolumeConfig& config) {
   return chart;
 }
 
+Chart bounce_chart(const Table& bounce, const VolumeConfig& config) {
+  Chart chart{.title = "Volume of a bouncing cube",
+              .subtitle = "cube of 1 m, 4 cells per edge, falls on a corner at 1.5 m/s; RK4, fine steps",
+              .x = {.label = "time [s]"},
+              .y = {.label = "change of volume / volume"}};
+  for (const VolumeModel& m : config.models) {
+    ChartSeries series{.label = m.name};
+    for (std::size_t r = 0; r < bounce.size(); ++r)
+      if (bounce.text(r, "model") == m.name && bounce.text(r, "integrator") == "rk4")
+        series.points.push_back({bounce.number(r, "t"), bounce.number(r, "drift")});
+    chart.series.push_back(std::move(series));
+  }
+  return chart;
+}
+
+/// Error of the volume against the step; what failed is named in the legend by its first step.
+Chart steps_chart(const Table& rows, const VolumeConfig& config) {
+  Chart chart{.title = "What the step does to volume",
+              .subtitle = "springs, nu = 0.45; the cube falls on a corner; against RK4 with fine steps",
+              .x = {.label = "step / limit of central differences", .logarithmic = true},
+              .y = {.label = "largest error of the change of volume", .logarithmic = true}};
+  chart.x.ticks = config.step_shares;
+  for (const std::string& integrator : config.integrators) {
+    ChartSeries series{.label = integrator};
+    bool failed = false;
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      if (rows.text(r, "study") != "bounce" || rows.text(r, "integrator") != integrator ||
+          rows.number(r, "step") < config.step_shares.front())
+        continue;
+      if (rows.text(r, "status") == "ok")
+        series.points.push_back({rows.number(r, "step"), rows.number(r, "difference")});
+      else if (!std::exchange(failed, true))
+        series.label += fmt::format(" ({} at {:g})", rows.text(r, "status"), rows.number(r, "step"));
+    }
+    if (failed || !series.points.empty()) chart.series.push_back(std::move(series));
+  }
+  return chart;
+}
+
 }  // namespace
 
-std::vector<NamedChart> volume_charts(const Table& rows, const VolumeConfig& config) {
+std::vector<NamedChart> volume_charts(const VolumeTables& tables, const VolumeConfig& config) {
+  const Table& rows = tables.rows;
   const std::vector<std::string> studies = rows.distinct("study");
   const auto done = [&](const char* study) {
     return std::find(studies.begin(), studies.end(), study) != studies.end();
@@ -162,6 +204,10 @@ std::vector<NamedChart> volume_charts(const Table& rows, const VolumeConfig& con
         charts.push_back({"volume_local", local_chart(rows, config, m)});
   }
   if (done("free")) charts.push_back({"volume_k_vol", stiffness_chart(rows, config)});
+  if (done("bounce")) {
+    charts.push_back({"volume_bounce", bounce_chart(tables.bounce, config)});
+    charts.push_back({"volume_steps", steps_chart(rows, config)});
+  }
   return charts;
 }
 

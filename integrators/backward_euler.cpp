@@ -12,7 +12,7 @@ class BackwardEuler final : public Integrator<double> {
   explicit BackwardEuler(const IntegratorOptions& options) : dt_(options.dt), newton_(options) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(state, dt_, t_end, work, [&] {
+    return advance_step_by_step(*this, system, state, dt_, t_end, work, [&] {
       x_ = state.x;
       v_ = state.v;
       const Status status = newton_.solve(

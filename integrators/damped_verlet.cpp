@@ -17,7 +17,7 @@ class DampedVerlet final : public Integrator<Real> {
   explicit DampedVerlet(const IntegratorOptions& options) : dt_(options.dt) {}
 
   Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
-    return advance_fixed(state, dt_, t_end, work, [&](long steps) {
+    return advance_fixed(*this, system, state, dt_, t_end, work, [&](long steps) {
       if (acceleration_.size() == 0) {
         acceleration_ = state.v;
         system.acceleration(state.t, state.x, state.v, acceleration_);

@@ -14,7 +14,7 @@ class ImplicitMidpoint final : public Integrator<double> {
   explicit ImplicitMidpoint(const IntegratorOptions& options) : dt_(options.dt), newton_(options) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(state, dt_, t_end, work, [&] {
+    return advance_step_by_step(*this, system, state, dt_, t_end, work, [&] {
       x_ = state.x;
       v_ = state.v;
       const double half = dt_ / 2;

@@ -16,7 +16,8 @@ class TrBdf2 final : public Integrator<double> {
   explicit TrBdf2(const IntegratorOptions& options) : dt_(options.dt), newton_(options) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(state, dt_, t_end, work, [&] { return step(system, state, work); });
+    return advance_step_by_step(*this, system, state, dt_, t_end, work,
+                                [&] { return step(system, state, work); });
   }
 
  private:

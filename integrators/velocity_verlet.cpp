@@ -16,7 +16,8 @@ class VelocityVerlet final : public Integrator<Real> {
   explicit VelocityVerlet(const IntegratorOptions& options) : dt_(options.dt) {}
 
   Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
-    return advance_fixed(state, dt_, t_end, work, [&](long steps) { take(system, state, steps, work); });
+    return advance_fixed(*this, system, state, dt_, t_end, work,
+                         [&](long steps) { take(system, state, steps, work); });
   }
 
   void reset() override { acceleration_ = Field<Real>(); }

@@ -15,8 +15,7 @@ class Verlet final : public Integrator<Real> {
   explicit Verlet(const IntegratorOptions& options) : dt_(options.dt) {}
 
   Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
-    if (previous_.size() == 0) start(state);
-    return advance_fixed(state, dt_, t_end, work, [&](long steps) {
+    return advance_fixed(*this, system, state, dt_, t_end, work, [&](long steps) {
       for (long n = 0; n < steps; ++n) step(system, state);
       work.force_evaluations += steps;
     });
@@ -32,6 +31,7 @@ class Verlet final : public Integrator<Real> {
   }
 
   void step(System<Real>& system, State<Real>& state) {
+    if (previous_.size() == 0) start(state);
     const auto dt = static_cast<Real>(dt_);
     system.acceleration(state.t, state.x, state.v, acceleration_);
     const auto x = state.x.array();

@@ -11,6 +11,12 @@ namespace mss {
 /// A vector per corner c = bx + 2 by + 4 bz of a cell.
 using CellCorners = Eigen::Matrix<double, 3, 8>;
 
+/// A matrix by corner, then axis, and the 3 x 3 block of two corners.
+using CellMatrix = Eigen::Matrix<double, 24, 24>;
+inline Eigen::Matrix3d block_of(const CellMatrix& matrix, Eigen::Index c, Eigen::Index d) {
+  return matrix.block<3, 3>(3 * c, 3 * d);
+}
+
 /// What a field holds at the corners of the cell at a site.
 CellCorners corners_at(const Body& body, const Field<double>& field, std::ptrdiff_t site);
 

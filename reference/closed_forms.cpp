@@ -35,4 +35,17 @@ double chain_frequency(double stiffness, double density, double length, int link
   return std::sin(pi * (2 * mode - 1) / (4 * links)) / pi * std::sqrt(stiffness / density) * links / length;
 }
 
+double bounce_height(double drop, double restitution, int bounces) {
+  return drop * std::pow(restitution, 2 * bounces);
+}
+
+double slope_distance(double gravity, double angle, double friction, double time) {
+  const double acceleration = gravity * (std::sin(angle) - friction * std::cos(angle));
+  return acceleration > 0 ? acceleration * time * time / 2 : 0;
+}
+
+double stopping_distance(double gravity, double speed, double friction) {
+  return speed * speed / (2 * friction * gravity);
+}
+
 }  // namespace mss::reference

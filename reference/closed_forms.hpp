@@ -31,4 +31,15 @@ double bar_frequency(double stiffness, double density, double length, int mode);
 /// others (one at a free surface) [Hz]: sin(pi (2 mode - 1) / (4 links)) / pi sqrt(stiffness / density) / h.
 double chain_frequency(double stiffness, double density, double length, int links, int mode);
 
+/// Height [m] a particle comes back to after a number of bounces, dropped from a height; every one leaves it
+/// e^2 of what it had.
+double bounce_height(double drop, double restitution, int bounces);
+
+/// How far a block at rest slides down a slope in a time [m]: 1/2 g (sin - mu cos) t^2, or not at all where
+/// tan(angle) <= mu.
+double slope_distance(double gravity, double angle, double friction, double time);
+
+/// How far a block slides on level ground before it stops [m]: v^2 / (2 mu g).
+double stopping_distance(double gravity, double speed, double friction);
+
 }  // namespace mss::reference

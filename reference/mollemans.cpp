@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/tangent.hpp"
+
 namespace mss {
 
 using Eigen::Matrix3d;
@@ -82,7 +84,9 @@ MollemansSystem::MollemansSystem(const Body& body, const Environment& environmen
       bare_(without_volume_force(body)),
       springs_(bare_, environment, {.threads = this->threads()}),
       cells_(body),
-      kappa_(calibrated_kappa(body.config().springs.volume, body.config().cell_size)) {}
+      kappa_(calibrated_kappa(body.config().springs.volume, body.config().cell_size)) {
+  place_penalties();
+}
 
 CellCorners MollemansSystem::cell_force(const CellCorners& x) const {
   CellCorners force = CellCorners::Zero();
@@ -119,8 +123,8 @@ MollemansSystem::Element MollemansSystem::cell_tangent(const CellCorners& x, Tan
 }
 
 /// A cell's matrix at rest bounds what its volume force adds to the springs' frequencies, as in FemSystem.
-SpectralBound MollemansSystem::spectral_bound() const {
-  SpectralBound bound = springs_.spectral_bound();
+SpectralBound MollemansSystem::body_bound() const {
+  SpectralBound bound = springs_.body_bound();
   const Element k = cell_tangent(body().config().cell_size * unit_cell(), Tangent::exact);
   const double corner_mass = body().config().density * body().cell_volume() / 8;
   bound.omega =
@@ -137,22 +141,18 @@ void MollemansSystem::force(double t, const Field<double>& x, const Field<double
 void MollemansSystem::acceleration(double t, const Field<double>& x, const Field<double>& v,
                                    Field<double>& a) {
   System<double>::acceleration(t, x, v, a);
+  stop_sticking(x, v, a);
   clear_prescribed(a);
 }
 
-void MollemansSystem::tangent(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                              SparseMatrix& matrix) {
-  SparseMatrix of_cells = tangent_pattern();
-  BlockMatrix& m = blocks();
-  m.begin(0);
+void MollemansSystem::add_tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                                  BlockMatrix& blocks) const {
+  mss::add_tangent(bare_, x, v, sum, blocks);
   for (const std::ptrdiff_t site : cells_.cells()) {
     const Element k = sum.stiffness * cell_tangent(corners_at(body(), x, site), sum.kind);
     for (int c = 0; c < 8; ++c)
-      for (int d = 0; d < 8; ++d) m.add(site, c, d, k.block<3, 3>(3 * Eigen::Index(c), 3 * Eigen::Index(d)));
+      for (int d = 0; d < 8; ++d) blocks.add(site, c, d, block_of(k, c, d));
   }
-  m.write(of_cells);
-  springs_.tangent(t, x, v, sum, matrix);
-  matrix.coeffs() += of_cells.coeffs();
 }
 
 void MollemansSystem::tangent_product(double t, const Field<double>& x, const Field<double>& v,
@@ -170,15 +170,14 @@ void MollemansSystem::tangent_product(double t, const Field<double>& x, const Fi
       out);
 }
 
-void MollemansSystem::tangent_diagonal(double t, const Field<double>& x, const Field<double>& v,
-                                       const TangentSum& sum, std::vector<Matrix3d>& diagonal) {
-  springs_.tangent_diagonal(t, x, v, sum, diagonal);
-  const BlockMatrix& m = blocks();
+void MollemansSystem::add_tangent_diagonal(const Field<double>& x, const Field<double>& v,
+                                           const TangentSum& sum, const BlockMatrix& blocks,
+                                           std::vector<Matrix3d>& diagonal) const {
+  mss::add_tangent_diagonal(bare_, x, v, sum, blocks, diagonal);
   for (const std::ptrdiff_t site : cells_.cells()) {
     const Element k = sum.stiffness * cell_tangent(corners_at(body(), x, site), sum.kind);
     for (int c = 0; c < 8; ++c)
-      diagonal[m.particle(site + body().lattice().corner(c))] +=
-          k.block<3, 3>(3 * Eigen::Index(c), 3 * Eigen::Index(c));
+      diagonal[blocks.particle(site + body().lattice().corner(c))] += block_of(k, c, c);
   }
 }
 

@@ -24,22 +24,24 @@ class MollemansSystem final : public BodySystem<double> {
 
   /// Of the springs: the volume force has no energy.
   StoredEnergy stored_energy(const Field<double>& x) const override { return springs_.stored_energy(x); }
-  SpectralBound spectral_bound() const override;
+  SpectralBound body_bound() const override;
   const char* kernel_name() const override { return springs_.kernel_name(); }
 
   void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override;
   void acceleration(double t, const Field<double>& x, const Field<double>& v, Field<double>& a) override;
-  /// The matrix of the force is unsymmetric. `elastic` and `projected` hold the symmetric, positive
-  /// semidefinite one that pushes along the gradient of each tetrahedron's volume instead of along u.
-  void tangent(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-               SparseMatrix& matrix) override;
   void tangent_product(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
                        const Field<double>& p, Field<double>& out) override;
-  void tangent_diagonal(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                        std::vector<Eigen::Matrix3d>& blocks) override;
+
+ protected:
+  /// The matrix of the force is unsymmetric. `elastic` and `projected` hold the symmetric, positive
+  /// semidefinite one that pushes along the gradient of each tetrahedron's volume instead of along u.
+  void add_tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                   BlockMatrix& blocks) const override;
+  void add_tangent_diagonal(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                            const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal) const override;
 
  private:
-  using Element = Eigen::Matrix<double, 24, 24>;  ///< by corner, then axis
+  using Element = CellMatrix;
 
   CellCorners cell_force(const CellCorners& x) const;
   Element cell_tangent(const CellCorners& x, Tangent kind) const;

@@ -63,7 +63,11 @@ class Session {
   void attach_eliminated(const IntegratorOptions& options);
   void attach_klu();
   void attach_gmres();
+  void find_kinks(int count);
+  void begin_again(double t);
+  void count(Work& work);
   static int rate(double t, N_Vector y, N_Vector ydot, void* self);
+  static int kinks(double t, N_Vector y, double* values, void* self);
   static int write_jacobian(double t, N_Vector y, N_Vector, SUNMatrix jacobian, void* self, N_Vector,
                             N_Vector, N_Vector);
   static int prepare_preconditioner(double t, N_Vector y, N_Vector, int, int* updated, double gamma,
@@ -101,6 +105,7 @@ Session::Session(System<double>& system, const State<double>& state, const Integ
   CVodeSetUserData(cvode_.get(), this);
   CVodeSetMaxNumSteps(cvode_.get(), options.most_steps);
   CVodeSetInitStep(cvode_.get(), options.dt);
+  find_kinks(int(system.kinks(state.x).size()));
   switch (linear) {
     case Linear::none:
       nonlinear_.reset(SUNNonlinSol_FixedPoint(problem_.y(), 0, context_.get()));
@@ -219,11 +224,30 @@ int Session::rate(double t, N_Vector y, N_Vector ydot, void* self) {
   return static_cast<Session*>(self)->problem_.rate(t, y, ydot) ? 0 : 1;  // 1: a smaller step may help
 }
 
-Status Session::advance(State<double>& state, double t_end, Work& work) {
-  problem_.work = &work;
-  CVodeSetStopTime(cvode_.get(), t_end);
-  const int flag = CVode(cvode_.get(), t_end, problem_.y(), &state.t, CV_NORMAL);
-  problem_.store(state);
+/// Only on the way down, when bodies touch: leaving, they have felt less and less.
+void Session::find_kinks(int count) {
+  if (count == 0) return;
+  std::vector<int> directions(std::size_t(count), -1);
+  CVodeRootInit(cvode_.get(), count, kinks);
+  CVodeSetRootDirection(cvode_.get(), directions.data());
+  CVodeSetNoInactiveRootWarn(cvode_.get());  // what starts in touch stays there for a while
+}
+
+int Session::kinks(double t, N_Vector y, double* values, void* self) {
+  Session& s = *static_cast<Session*>(self);
+  s.problem_.fields(t, y);
+  const std::vector<double> kinks = s.problem_.system().kinks(s.problem_.x());
+  std::copy(kinks.begin(), kinks.end(), values);
+  return 0;
+}
+
+/// At a kink: what a multistep method remembers from before it does not hold behind it.
+void Session::begin_again(double t) {
+  CVodeReInit(cvode_.get(), t, problem_.y());
+  steps_ = factorisations_ = solves_ = 0;
+}
+
+void Session::count(Work& work) {
   long steps = 0, setups = 0, solves = 0;
   CVodeGetNumSteps(cvode_.get(), &steps);
   work.steps += steps - std::exchange(steps_, steps);
@@ -235,6 +259,18 @@ Status Session::advance(State<double>& state, double t_end, Work& work) {
     CVodeGetNumNonlinSolvIters(cvode_.get(), &solves);
     work.linear_solves += solves - std::exchange(solves_, solves);
   }
+}
+
+Status Session::advance(State<double>& state, double t_end, Work& work) {
+  problem_.work = &work;
+  int flag = CV_ROOT_RETURN;
+  while (flag == CV_ROOT_RETURN && state.t < t_end) {
+    CVodeSetStopTime(cvode_.get(), t_end);
+    flag = CVode(cvode_.get(), t_end, problem_.y(), &state.t, CV_NORMAL);
+    count(work);
+    if (flag == CV_ROOT_RETURN) begin_again(state.t);
+  }
+  problem_.store(state);
   return status_of(flag);
 }
 

@@ -39,11 +39,6 @@ Eigen::Map<const Eigen::Matrix<double, 9, 1>> as_vector(const Matrix3d& m) {
   return Eigen::Map<const Eigen::Matrix<double, 9, 1>>(m.data());
 }
 
-/// The 3 x 3 block of two corners.
-Matrix3d block_of(const Eigen::Matrix<double, 24, 24>& element, Eigen::Index c, Eigen::Index d) {
-  return element.block<3, 3>(3 * c, 3 * d);
-}
-
 /// A thread per some fifty cells pays: each takes ten microseconds or so.
 int team_size(const Body& body, int asked) {
   if (asked > 0) return std::min(asked, int(std::min<std::size_t>(body.cell_count(), 1024)));
@@ -68,6 +63,7 @@ FemSystem::FemSystem(const Body& body, const Environment& environment, const Sol
           gradient *= 1 + side(c, other) * side(g, other) / std::sqrt(3);
         gradients_[std::size_t(g)](c, axis) = gradient;
       }
+  place_penalties();
 }
 
 Matrix3d FemSystem::viscous_stress(const Matrix3d& f, const Matrix3d& rate) const {
@@ -144,7 +140,7 @@ StoredEnergy FemSystem::stored_energy(const Field<double>& x) const {
 
 /// No body is faster than its fastest cell alone (Irons and Treharne, 1971): at a joint both stiffness and
 /// mass are sums over cells.
-SpectralBound FemSystem::spectral_bound() const {
+SpectralBound FemSystem::body_bound() const {
   Corners rest;
   for (int c = 0; c < 8; ++c)
     rest.col(c) = body().config().cell_size * Vec3(c & 1, (c >> 1) & 1, (c >> 2) & 1);
@@ -161,23 +157,22 @@ void FemSystem::force(double, const Field<double>& x, const Field<double>& v, Fi
       *this, [&](std::ptrdiff_t site) { return cell_force(gather(x, site), gather(v, site)); }, f);
   loads().add(0, size(), std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
   add_gravity(f);
+  add_penalty_force(x, v, f);
 }
 
 void FemSystem::acceleration(double t, const Field<double>& x, const Field<double>& v, Field<double>& a) {
   System<double>::acceleration(t, x, v, a);
+  stop_sticking(x, v, a);
   clear_prescribed(a);
 }
 
-void FemSystem::tangent(double, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                        SparseMatrix& matrix) {
-  BlockMatrix& m = blocks();
-  m.begin(sum.mass);
+void FemSystem::add_tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                            BlockMatrix& blocks) const {
   for (const std::ptrdiff_t site : cells_.cells()) {
     const Element k = cell_tangent(gather(x, site), gather(v, site), sum);
     for (int c = 0; c < 8; ++c)
-      for (int d = 0; d < 8; ++d) m.add(site, c, d, block_of(k, c, d));
+      for (int d = 0; d < 8; ++d) blocks.add(site, c, d, block_of(k, c, d));
   }
-  m.write(matrix);
 }
 
 void FemSystem::tangent_product(double, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
@@ -191,15 +186,15 @@ void FemSystem::tangent_product(double, const Field<double>& x, const Field<doub
       out);
   for (const std::ptrdiff_t site : particles())
     out.set(site, out.at(site) + sum.mass * mass(site) * p.at(site));
+  add_penalty_product(x, v, sum, p, out);
 }
 
-void FemSystem::tangent_diagonal(double, const Field<double>& x, const Field<double>& v,
-                                 const TangentSum& sum, std::vector<Matrix3d>& diagonal) {
-  const BlockMatrix& m = blocks();
-  m.begin_diagonal(sum.mass, diagonal);
+void FemSystem::add_tangent_diagonal(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                                     const BlockMatrix& blocks, std::vector<Matrix3d>& diagonal) const {
   for (const std::ptrdiff_t site : cells_.cells()) {
     const Element k = cell_tangent(gather(x, site), gather(v, site), sum);
-    for (int c = 0; c < 8; ++c) diagonal[m.particle(site + body().lattice().corner(c))] += block_of(k, c, c);
+    for (int c = 0; c < 8; ++c)
+      diagonal[blocks.particle(site + body().lattice().corner(c))] += block_of(k, c, c);
   }
 }
 

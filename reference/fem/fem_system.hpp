@@ -19,22 +19,24 @@ class FemSystem final : public BodySystem<double> {
   FemSystem(const Body& body, const Environment& environment, const SolidLaw& law, int threads = 0);
 
   StoredEnergy stored_energy(const Field<double>& x) const override;
-  SpectralBound spectral_bound() const override;
+  SpectralBound body_bound() const override;
   const char* kernel_name() const override { return "finite elements"; }
 
   void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override;
   void acceleration(double t, const Field<double>& x, const Field<double>& v, Field<double>& a) override;
-  void tangent(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-               SparseMatrix& matrix) override;
   void tangent_product(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
                        const Field<double>& p, Field<double>& out) override;
-  void tangent_diagonal(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                        std::vector<Eigen::Matrix3d>& blocks) override;
+
+ protected:
+  void add_tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                   BlockMatrix& blocks) const override;
+  void add_tangent_diagonal(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                            const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal) const override;
 
  private:
   static constexpr int points = 8;
   using Corners = CellCorners;
-  using Element = Eigen::Matrix<double, 24, 24>;  ///< by corner, then axis
+  using Element = CellMatrix;
 
   Corners gather(const Field<double>& field, std::ptrdiff_t site) const {
     return corners_at(body(), field, site);

@@ -62,6 +62,22 @@ TEST(Scene, ReadsTheEnvironment) {
   EXPECT_EQ(environment.loads[0].force, Vec3(1, 2, 3));
 }
 
+TEST(Scene, ReadsPlanes) {
+  const std::vector<Plane> planes = load_text(full_scene).environment.planes;
+  ASSERT_EQ(planes.size(), 2U);
+  EXPECT_EQ(planes[0].point, Vec3(0, 0, -2));
+  EXPECT_LT((planes[0].normal - Vec3(0, 0.6, 0.8)).norm(), 1e-15);
+  EXPECT_EQ(planes[0].contact, ContactLaw::penalty);
+  EXPECT_EQ(planes[0].restitution, 0.25);
+  EXPECT_EQ(planes[0].friction, 1.5);
+  EXPECT_EQ(planes[1].point, Vec3(1, 2, -3));
+  EXPECT_EQ(planes[1].contact, ContactLaw::impulse);
+  EXPECT_EQ(planes[1].restitution, 0.5);
+  EXPECT_EQ(planes[1].friction, 0.4);
+  EXPECT_EQ(load_text(full_scene, {"plane.1.contact=paper"}).environment.planes[1].contact,
+            ContactLaw::paper);
+}
+
 TEST(Scene, ReadsStartAndSolve) {
   const Scene scene = load_text(full_scene);
   EXPECT_EQ(scene.name, "scene");
@@ -87,6 +103,7 @@ TEST(Scene, FillsInDefaults) {
   EXPECT_EQ(scene.environment.gravity, Vec3(0, 0, 0));
   EXPECT_TRUE(scene.environment.holds.empty());
   EXPECT_TRUE(scene.environment.loads.empty());
+  EXPECT_TRUE(scene.environment.planes.empty());
   EXPECT_EQ(scene.start_velocity, Vec3(0, 0, 0));
   EXPECT_EQ(scene.start_spin, Vec3(0, 0, 0));
   EXPECT_EQ(scene.solve.integrator, "verlet");
@@ -178,6 +195,13 @@ TEST(Scene, TellsWhatItResolvedTo) {
   EXPECT_EQ(full["hold"][1]["box"], nlohmann::json({{1.5, 0, -1}, {1.5, 0.5, -0.25}}));
   EXPECT_EQ(full["hold"][1]["turn"]["until"], 0.75);
   EXPECT_EQ(full["load"][0]["force"], nlohmann::json({1, 2, 3}));
+  EXPECT_EQ(full["plane"][0]["contact"], "penalty");
+  EXPECT_EQ(full["plane"][0]["normal"][1], 3.0 / 5);
+  EXPECT_EQ(full["plane"][1], nlohmann::json({{"point", {1, 2, -3}},
+                                              {"normal", {0, 0, 1}},
+                                              {"contact", "impulse"},
+                                              {"restitution", 0.5},
+                                              {"friction", 0.4}}));
   EXPECT_EQ(full["start"]["spin"], nlohmann::json({7, 8, 9}));
   EXPECT_EQ(full["solve"]["dt"], 2e-4);
 }

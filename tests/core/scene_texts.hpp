@@ -68,6 +68,15 @@ turn = { axis = [0, 0, 2], centre = [1.5, 0.25, 0], rate = -1.5, until = 0.75 }
 [[load]]
 box = [[1.5, 0, -1], [1.5, 0, -1]]
 force = [1, 2, 3]
+[[plane]]
+point = [0, 0, -2]
+normal = [0, 3, 4]
+contact = "penalty"
+restitution = 0.25
+friction = 1.5
+[[plane]]
+point = [1, 2, -3]
+normal = [0, 0, 1]
 [start]
 velocity = [4, 5, 6]
 spin = [7, 8, 9]

@@ -139,6 +139,35 @@ TEST_F(RunCommand, InterruptKeepsRows) {
   EXPECT_GT(parse_csv(read_file(out() / "series.csv")).size(), 2U);
 }
 
+/// What becomes of a scene that comes with the program.
+TEST_F(RunCommand, TheThesissCubeComesToRest) {
+  const fs::path scenes = fs::path(MSS_SOURCE_DIR) / "experiments" / "scenes";
+  ASSERT_EQ(run(scenes / "fig5_2_bounce.toml").exit_status, 0);
+  const auto series = parse_csv(read_file(out() / "series.csv"));
+  double peak = 0;
+  for (std::size_t row = 1; row < series.size(); ++row) peak = std::max(peak, std::stod(series[row][1]));
+  EXPECT_LT(summary()["final"]["kinetic"], 1e-6 * peak);
+  EXPECT_LT(summary()["final"]["max_stretch"], 0.01);
+}
+
+TEST_F(RunCommand, AHardLandingFoldsCells) {
+  const fs::path scenes = fs::path(MSS_SOURCE_DIR) / "experiments" / "scenes";
+  ASSERT_EQ(run(scenes / "fig5_4_landing.toml").exit_status, 0);
+  EXPECT_LT(summary()["final"]["min_jacobian"], -0.5);
+  ASSERT_EQ(run(scenes / "fig5_4_landing.toml", {"--set", "start.velocity=[-14,-14,-14]"}).exit_status, 0);
+  EXPECT_GT(summary()["final"]["min_jacobian"], 0.5);  // a softer one does not
+}
+
+TEST_F(RunCommand, JellySlidesAndTablesStand) {
+  const fs::path scenes = fs::path(MSS_SOURCE_DIR) / "experiments" / "scenes";
+  ASSERT_EQ(run(scenes / "jelly_slope.toml").exit_status, 0);
+  EXPECT_LT(summary()["final"]["max_speed"], 0.01);
+  EXPECT_LT(summary()["final"]["gravitational"].get<double>(), 0);  // it is down on the level ground
+  ASSERT_EQ(run(scenes / "soft_table.toml").exit_status, 0);
+  EXPECT_LT(summary()["final"]["max_speed"], 0.05);
+  EXPECT_NEAR(summary()["final"]["volume_ratio"].get<double>(), 1, 0.02);
+}
+
 /// Bad input from outside: status 2, one line that names the file and what to do, and no output.
 TEST_F(RunCommand, BadScenesLeaveNothing) {
   const auto with = [](std::string text, const std::string& from, const std::string& to) {
@@ -180,7 +209,13 @@ TEST_F(RunCommand, BadScenesLeaveNothing) {
       {good + "[[hold]]\nbox = [[5, 5, 5], [6, 6, 6]]\n", "hold"},
       {good + "[[hold]]\nbox = [[1, 0, 0], [0, 1, 1]]\n", "box"},
       {good + "[[load]]\nbox = [[5, 5, 5], [6, 6, 6]]\nforce = [0, 0, 1]\n", "load"},
-      {good + "[damping]\nratio = -1\n", "damping.ratio"}};
+      {good + "[damping]\nratio = -1\n", "damping.ratio"},
+      {good + "[[plane]]\npoint = [0, 0, -1]\n", "plane.0.normal"},
+      {with(good, "velocity_verlet\"", "cvode_bdf\"") + "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n",
+       "contact = \"impulse\" acts at the end of fixed steps, and cvode_bdf does not take any"},
+      {with(good, "velocity_verlet\"", "static\"") +
+           "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\ncontact = \"paper\"\n",
+       "give contact = \"penalty\", or another solve.integrator"}};
   for (const auto& [text, named] : cases) {
     const ProgramRun result = run(write("bad.toml", text));
     EXPECT_EQ(result.exit_status, 2) << text << result.output;

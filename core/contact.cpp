@@ -1,0 +1,160 @@
+#include "core/contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mss {
+
+namespace {
+
+/// What a plane gives a particle: an impulse over mass, and how long before the end of the step it acted, as
+/// far as positions are concerned.
+struct Push {
+  double normal = 0;  ///< [m/s]
+  double lever = 0;   ///< [s]
+  bool rests = false;
+};
+
+/// The parabola's impact with the plane; `start` and `end` are the gaps of the step, `a` its acceleration.
+Push impact(const Plane& plane, double start, double end, double a, double dt) {
+  const double w = (end - start) / dt - a * dt / 2;  // at the beginning
+  const double arrival = start > 0 ? std::sqrt(std::max(0.0, w * w - 2 * a * start)) : std::max(0.0, -w);
+  const double hop = 2 * plane.restitution * arrival;  // its duration times -a
+  if (a < 0 && hop < -a * dt) return {.rests = true};
+  // The root of start + w time + a time^2 / 2 = 0 where it falls, in the form that does not cancel.
+  const double time = start > 0 && arrival > w ? std::min(dt, 2 * start / (arrival - w)) : 0;
+  return {.normal = (1 + plane.restitution) * arrival, .lever = dt - time};
+}
+
+}  // namespace
+
+bool collide_impulse(const Plane& plane, const Motion& before, double dt, Motion& after) {
+  const double end = plane.gap(after.x);
+  const double speed = plane.normal.dot(after.v);
+  if (end > 0 || (end == 0 && speed >= 0) || (after.v.isZero(0) && after.x == before.x)) return false;
+  Push push = impact(plane, plane.gap(before.x), end, (speed - plane.normal.dot(before.v)) / dt, dt);
+  if (push.rests) {  // the impulse that moved it from `end` to the plane also stopped it
+    push.normal = std::max(0.0, -speed);
+    push.lever = push.normal > 0 ? std::min(-end / push.normal, dt) : 0;
+  }
+  const Vec3 sliding = after.v - speed * plane.normal;
+  const bool sticks = sliding.norm() <= plane.friction * push.normal;
+  const Vec3 friction =
+      sticks ? Vec3(-sliding) : Vec3(-plane.friction * push.normal / sliding.norm() * sliding);
+  after.x += push.lever * (push.normal * plane.normal + friction);
+  after.v += push.normal * plane.normal + friction;
+  if (push.rests && sticks) {
+    if (before.v.isZero(0)) after.x = before.x;  // it did not move at all
+    after.v = Vec3::Zero();
+  }
+  if (const double gap = plane.gap(after.x); push.rests || gap < 0) after.x -= gap * plane.normal;
+  return true;
+}
+
+bool sticks(const Plane& plane, const Motion& motion, const Vec3& acceleration, double close) {
+  if (!motion.v.isZero(0) || std::abs(plane.gap(motion.x)) > close) return false;
+  const double lift = plane.normal.dot(acceleration);
+  return lift < 0 && (acceleration - lift * plane.normal).norm() <= -plane.friction * lift;
+}
+
+bool collide_paper(const Plane& plane, const Motion& before, Motion& after) {
+  const double start = plane.gap(before.x), end = plane.gap(after.x);
+  const bool behind = start < -0.01 * (start - end);  // by more than rounding
+  if (end > 0 || end >= start || behind) return false;
+  const Vec3 gained = after.v - before.v;
+  if (after.v.norm() > 2 * gained.norm()) {
+    after.x -= 2 * end * plane.normal;
+    after.v = plane.restitution * (after.v - 2 * plane.normal.dot(after.v) * plane.normal);
+    return true;
+  }
+  const double support = std::max(0.0, -plane.normal.dot(gained));
+  const Vec3 pull = gained - plane.normal.dot(gained) * plane.normal;
+  after.x = before.x + std::max(0.0, start / (start - end)) * (after.x - before.x);
+  after.v = support * (plane.normal - plane.friction * pull.stableNormalized());
+  return true;
+}
+
+namespace {
+
+constexpr double layer_share = 0.01;  ///< l over a cell's size
+constexpr double rate_share = 20;     ///< the losses' rate over omega
+
+/// D(v, L) and its derivatives, for a speed v >= 0.
+struct Drag {
+  double over_speed = 0;  ///< -D / v
+  double by_speed = 0;    ///< -dD/dv
+  double by_limit = 0;    ///< -dD/dL
+};
+Drag drag(double speed, double limit, double rate) {
+  if (limit <= 0) return {};
+  const double viscous = limit / rate, size = std::hypot(speed, viscous);
+  const double share = speed / size, rest = viscous / size;
+  return {limit / size, limit / size * rest * rest, share * share * share};
+}
+
+/// N(d) / omega^2, its slope and its integral.
+struct Spring {
+  double force = 0, slope = 0, energy = 0;
+};
+Spring spring(double depth, double layer) {
+  if (depth <= 0) return {};
+  if (depth <= layer)
+    return {depth * depth / (2 * layer), depth / layer, depth * depth * depth / (6 * layer)};
+  return {depth - layer / 2, 1, depth * (depth - layer) / 2 + layer * layer / 6};
+}
+
+}  // namespace
+
+/// What the force and its derivatives are made of.
+struct Penalty::Parts {
+  double speed = 0;          ///< n.v
+  Vec3 slip = Vec3::Zero();  ///< the rest of v
+  double slope = 0;          ///< dN/dd
+  double pressure = 0;       ///< p
+  Drag loss{}, friction{};   ///< D of both
+};
+
+Penalty::Penalty(const Plane& plane, const SpectralBound& body, double gravity, double cell_size)
+    : plane_(plane),
+      omega_(std::max(body.omega, std::sqrt(2 * gravity / (layer_share * cell_size)))),
+      layer_(layer_share * cell_size),
+      loss_((1 - plane.restitution * plane.restitution) / (1 + plane.restitution * plane.restitution)),
+      rate_(rate_share * omega_) {}
+
+Penalty::Parts Penalty::parts(const Motion& motion) const {
+  const Spring n = spring(-gap(motion.x), layer_);
+  const double press = omega_ * omega_ * n.force;
+  Parts parts{.speed = plane_.normal.dot(motion.v), .slope = omega_ * omega_ * n.slope};
+  parts.slip = motion.v - parts.speed * plane_.normal;
+  parts.loss = drag(std::abs(parts.speed), loss_ * press, rate_);
+  parts.pressure = press - parts.loss.over_speed * parts.speed;
+  parts.friction = drag(parts.slip.norm(), plane_.friction * parts.pressure, rate_);
+  return parts;
+}
+
+Vec3 Penalty::acceleration(const Motion& motion) const {
+  const Parts parts = this->parts(motion);
+  return parts.pressure * plane_.normal - parts.friction.over_speed * parts.slip;
+}
+
+Eigen::Matrix3d Penalty::tangent(const Motion& motion, const TangentSum& sum) const {
+  const Parts p = parts(motion);
+  const Vec3 along = p.slip.stableNormalized();
+  const double by_depth = p.slope * (1 - std::copysign(loss_ * p.loss.by_limit, p.speed));
+  // The force p n + t(p, v) changes with p along n and, as friction follows the pressure, against the slip.
+  Vec3 by_pressure = plane_.normal;
+  if (sum.kind == Tangent::exact) by_pressure -= plane_.friction * p.friction.by_limit * along;
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - plane_.normal * plane_.normal.transpose();
+  return (sum.stiffness * by_depth + sum.damping * p.loss.by_speed) * by_pressure *
+             plane_.normal.transpose() +
+         sum.damping * (p.friction.over_speed * across +
+                        (p.friction.by_speed - p.friction.over_speed) * along * along.transpose());
+}
+
+double Penalty::potential(const Vec3& x) const { return omega_ * omega_ * spring(-gap(x), layer_).energy; }
+
+SpectralBound Penalty::bound() const {
+  return {.omega = omega_, .damping = loss_ > 0 || plane_.friction > 0 ? rate_ : 0};
+}
+
+}  // namespace mss

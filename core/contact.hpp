@@ -1,0 +1,76 @@
+#pragma once
+
+#include "core/environment.hpp"
+#include "core/spectral_bound.hpp"
+#include "core/system.hpp"
+
+namespace mss {
+
+/// Position [m] and velocity [m/s] of one particle.
+struct Motion {
+  Vec3 x, v;
+};
+
+/// The contact law `impulse`. A step of dt has taken a particle from `before` to `after` as if the plane were
+/// not there; changes `after` to what the plane makes of it. False if it changes nothing.
+///
+/// What the particle did in between is the parabola through both positions whose acceleration is the step's,
+/// (v' - v) / dt; so the time of impact and the speed there are right for every method that takes a constant
+/// acceleration as constant, also for those whose velocities lag by half a step. There the plane gives it the
+/// impulse (1 + e) times that speed along its normal, and against its sliding at most mu times as much. A hop
+/// that would end within one step is none: the particle then rests on the plane, without normal velocity, and
+/// the plane has given just the impulse that this took.
+bool collide_impulse(const Plane& plane, const Motion& before, double dt, Motion& after);
+
+/// Whether a particle at rest sticks to a plane of that law: it lies on it, within `close` [m], and the
+/// acceleration it would have without the plane presses it on and is inside Coulomb's cone.
+bool sticks(const Plane& plane, const Motion& motion, const Vec3& acceleration, double close);
+
+/// The contact law `paper`, Algorithm 2, with x + v dt for x + v and the step's own end for that: a particle
+/// that crosses the plane is mirrored, and all of its velocity reflected and multiplied by the restitution.
+/// If it is slow, no faster than two steps of its acceleration would make it, it is put where it crossed, its
+/// velocity is zeroed, and the support N and the friction mu N, against what pulls it along the plane, act on
+/// it for a step. Products f(x) f(x') of zero count only on the way down: else what lies on the plane and
+/// leaves it were thrown back under it. What has once come through is left there, as printed.
+bool collide_paper(const Plane& plane, const Motion& before, Motion& after);
+
+/// The contact law `penalty`: a smooth force, per unit of mass, on what has come through a plane by d = -gap,
+///   p n + t,  p = N(d) + D(n.v, r N),  t = D(tangential v, mu p),
+///   N(d) = omega^2 d^2 / (2 l) for d <= l, omega^2 (d - l / 2) beyond,
+///   D(v, L) = -L v / sqrt(v^2 + (L / rate)^2):
+/// a one-sided spring that is linear but for its first l, where it begins with no slope; dry losses of normal
+/// motion, r = (1 - e^2) / (1 + e^2), so that a collision gives back e^2 of its energy; and Coulomb friction.
+/// Both losses turn into viscous ones of that rate below the speed L / rate, so a slope's body creeps.
+class Penalty {
+ public:
+  /// `body`: the spectrum of what collides; the spring is as stiff as its fastest mode, or, where gravity
+  /// [m/s^2] would press a single particle deeper than l that way, stiff enough. l is a hundredth of a cell.
+  Penalty(const Plane& plane, const SpectralBound& body, double gravity, double cell_size);
+
+  double gap(const Vec3& x) const { return plane_.gap(x); }
+
+  /// Force over mass [m/s^2].
+  Vec3 acceleration(const Motion& motion) const;
+
+  /// b C + c K of a sum, over mass. Exact, it knows how friction changes with the pressure, which is
+  /// unsymmetric; otherwise it is symmetric and positive semidefinite.
+  Eigen::Matrix3d tangent(const Motion& motion, const TangentSum& sum) const;
+
+  /// Energy of the spring over mass [m^2/s^2].
+  double potential(const Vec3& x) const;
+
+  /// What it adds to the spectrum at most: the square of omega, and the damping.
+  SpectralBound bound() const;
+
+ private:
+  struct Parts;
+  Parts parts(const Motion& motion) const;
+
+  Plane plane_;
+  double omega_;  ///< [rad/s]
+  double layer_;  ///< l [m]
+  double loss_;   ///< r
+  double rate_;   ///< [1/s]
+};
+
+}  // namespace mss
