@@ -286,7 +286,7 @@ TEST(StaticContact, CarriesAWeight) {
 /// Remembers when it was asked for accelerations.
 class Listener final : public System<double> {
  public:
-  explicit Listener(SpringSystem<double>& system) : system_(system) {}
+  Listener(SpringSystem<double>& system, bool tells_kinks) : system_(system), tells_kinks_(tells_kinks) {}
   std::vector<double> asked;
 
   std::ptrdiff_t size() const override { return system_.size(); }
@@ -313,10 +313,13 @@ class Listener final : public System<double> {
                         std::vector<Eigen::Matrix3d>& blocks) override {
     system_.tangent_diagonal(t, x, v, sum, blocks);
   }
-  std::vector<double> kinks(const Field<double>& x) const override { return system_.kinks(x); }
+  std::vector<double> kinks(const Field<double>& x) const override {
+    return tells_kinks_ ? system_.kinks(x) : std::vector<double>{};
+  }
 
  private:
   SpringSystem<double>& system_;
+  bool tells_kinks_;
 };
 
 class CvodeContact : public ::testing::TestWithParam<std::string> {};
@@ -324,16 +327,21 @@ INSTANTIATE_TEST_SUITE_P(All, CvodeContact,
                          ::testing::Values("cvode_adams", "cvode_bdf", "cvode_bdf_klu", "cvode_bdf_gmres"),
                          name);
 
-TEST_P(CvodeContact, BeginsAgainAtTheFirstTouch) {
+/// How near to the touch of a falling particle a method asks for an acceleration [s].
+double nearest_to_touch(const std::string& method, bool tells_kinks) {
   const Plane floor{.point = Vec3(0, 0, -0.5), .contact = ContactLaw::penalty};
-  Trial run(GetParam(), 0, testing::dust(), with(down, floor));
-  Listener listener(run.system);
-  ASSERT_EQ(run.method->advance(listener, run.state, 0.4, run.work), Status::ok);
+  Trial run(method, 0, testing::dust(), with(down, floor));
+  Listener listener(run.system, tells_kinks);
+  EXPECT_EQ(run.method->advance(listener, run.state, 0.4, run.work), Status::ok);
   EXPECT_EQ(run.state.t, 0.4);
   double nearest = 1;
   for (const double t : listener.asked) nearest = std::min(nearest, std::abs(t - std::sqrt(2 * 0.5 / g)));
-  EXPECT_LT(nearest, 1e-6);
-  EXPECT_GT(run.work.steps, 20);
+  return nearest;
+}
+
+TEST_P(CvodeContact, BeginsAgainAtTheFirstTouch) {
+  EXPECT_LT(nearest_to_touch(GetParam(), true), 1e-6);  // the tolerance's own error
+  EXPECT_GT(nearest_to_touch(GetParam(), false), 3e-6);
 }
 
 }  // namespace
