@@ -17,7 +17,7 @@ void Camera::fit(const Vec3& lower, const Vec3& upper, const Viewport& view) {
   target_ = (lower + upper) / 2;
   const double radius = (upper - lower).norm() / 2;
   const double narrowest = std::atan(std::tan(half_angle) * std::min(1.0, view.width / view.height));
-  distance_ = std::max(radius / std::sin(narrowest), 1e-6);
+  distance_ = std::max(1.1 * radius / std::sin(narrowest), 1e-6);
   yaw_ = -1.0;
   pitch_ = 0.4;
 }

@@ -4,6 +4,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <string>
@@ -32,11 +33,12 @@ double width_of(const std::string& text) { return ImGui::CalcTextSize(text.c_str
 
 /// A number of a tick, with as many digits as tell it from its neighbours.
 std::string tick_text(double value, const ValueRange& range) {
-  const double largest = std::max(std::abs(range.low), std::abs(range.high));
   if (std::abs(value) < range.step / 2) return "0";
-  const int digits = 1 + std::max(0, int(std::floor(std::log10(largest) + 1e-9)) -
-                                         int(std::floor(std::log10(range.step) + 1e-9)));
-  return fmt::format("{:.{}g}", value, digits);
+  const double largest = std::max(std::abs(range.low), std::abs(range.high));
+  const int first = int(std::floor(std::log10(largest) + 1e-9)),
+            last = int(std::floor(std::log10(range.step) + 1e-9));
+  if (first >= 6 || last <= -6) return fmt::format("{:.{}e}", value, std::max(0, first - last));
+  return fmt::format("{:.{}f}", value, std::max(0, -last));
 }
 
 ValueRange span(const std::deque<Measures>& history, const std::vector<Curve>& curves, double least) {

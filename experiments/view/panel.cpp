@@ -54,9 +54,11 @@ void heading(const char* text) {
 
 void say(const std::string& text) { ImGui::TextUnformatted(text.c_str()); }
 
+void wrap(const std::string& text) { ImGui::TextWrapped("%s", text.c_str()); }
+
 void say_in_red(const std::string& text) {
   ImGui::PushStyleColor(ImGuiCol_Text, {0.75F, 0.1F, 0.05F, 1});
-  ImGui::TextWrapped("%s", text.c_str());
+  wrap(text);
   ImGui::PopStyleColor();
 }
 
@@ -72,9 +74,10 @@ void draw_state(const Session& session, const Display& display) {
   say(fmt::format("{}   {} cells, {} particles", session.scene().name, session.body().cell_count(),
                   session.body().particle_count()));
   say(fmt::format("t = {:.3f} s   {}", session.time(), pace(session, display)));
-  say(fmt::format("frame {:.1f} ms, of it {:.1f} ms for {:.3g} steps", 1e3 * display.frame_seconds,
-                  1e3 * display.step_seconds, display.steps_per_frame));
-  say(fmt::format("largest stretch {:.3g}, smallest Jacobian {:.3g}", m.max_stretch, m.min_jacobian));
+  if (display.frame_seconds > 0)
+    say(fmt::format("frame {:.1f} ms, of it {:.1f} ms for {:.3g} steps", 1e3 * display.frame_seconds,
+                    1e3 * display.step_seconds, display.steps_per_frame));
+  wrap(fmt::format("largest stretch {:.3g}, smallest Jacobian {:.3g}", m.max_stretch, m.min_jacobian));
   if (session.status() != Status::ok)
     say_in_red(fmt::format(
         "The simulation failed: {}. The body is shown as it last was; change something and restart.",
@@ -104,7 +107,7 @@ Panel::Wishes Panel::draw(const Session& session, Display& display, const Layout
   {
     const Pane pane("column", places.column);
     draw_state(session, display);
-    draw_buttons(display, wishes);
+    draw_buttons(session, display, wishes);
     Settings settings = session.settings();
     const bool material = draw_material(session, settings), method = draw_method(session, settings);
     if (material || method) wishes.settings = settings;
@@ -121,14 +124,17 @@ Panel::Wishes Panel::draw(const Session& session, Display& display, const Layout
   return wishes;
 }
 
-void Panel::draw_buttons(const Display& display, Wishes& wishes) {
+void Panel::draw_buttons(const Session& session, const Display& display, Wishes& wishes) {
   const float width = (ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().ItemSpacing.x) / 3;
   const auto add = [&](const char* name, Command command) {
     if (button(name, width)) wishes.commands.push_back(command);
   };
-  add(display.playing ? "Pause###play" : "Play###play", Command::play_or_pause);
-  ImGui::SameLine();
-  add("Step###step", Command::step);
+  {
+    const Disabled disabled(session.status() != Status::ok);
+    add(display.playing ? "Pause###play" : "Play###play", Command::play_or_pause);
+    ImGui::SameLine();
+    add("Step###step", Command::step);
+  }
   ImGui::SameLine();
   add("Restart###restart", Command::restart);
 }
@@ -138,12 +144,12 @@ bool Panel::draw_material(const Session& session, Settings& settings) {
   heading(springs ? "Material" : ("Material: " + session.scene().model + " finite elements").c_str());
   bool changed = false;
   if (settings.elastic) {
-    changed |= slider("young [Pa]", settings.elastic->young, 1e2, 1e9, "%.3g", true);
-    changed |= slider("poisson", settings.elastic->poisson, -0.45, 0.495, "%.3f", false);
+    changed |= slider("young [Pa]", settings.elastic->young, 1e2, 1e9, true);
+    changed |= slider("poisson", settings.elastic->poisson, -0.45, 0.495, false);
   } else {
     changed |= draw_springs(session, settings);
   }
-  changed |= slider("damping ratio", settings.damping.zeta, 0, 1, "%.3f", false);
+  changed |= slider("damping ratio", settings.damping.zeta, 0, 1, false);
   if (changed && settings.damping.zeta != session.settings().damping.zeta)
     settings.damping.law = settings.damping.zeta > 0 ? Damping::Law::ratio : Damping::Law::none;
   if (!springs) return changed;  // the rest says nothing to finite elements
@@ -160,10 +166,10 @@ bool Panel::draw_material(const Session& session, Settings& settings) {
 
 /// Springs as they are given, or those of an isotropic material as stiff along an axis.
 bool Panel::draw_springs(const Session& session, Settings& settings) {
-  bool changed = slider("edge [N/m]", settings.springs.edge, 1e-1, 1e7, "%.4g", true);
-  changed |= slider("face [N/m]", settings.springs.face, 1e-1, 1e7, "%.4g", true);
-  changed |= slider("body [N/m]", settings.springs.body, 1e-1, 1e7, "%.4g", true);
-  changed |= slider("volume [Pa]", settings.springs.volume, 0, 1e7, "%.4g", true);
+  bool changed = slider("edge [N/m]", settings.springs.edge, 1e-1, 1e7, true);
+  changed |= slider("face [N/m]", settings.springs.face, 1e-1, 1e7, true);
+  changed |= slider("body [N/m]", settings.springs.body, 1e-1, 1e7, true);
+  changed |= slider("volume [Pa]", settings.springs.volume, 1e-3, 1e7, true);
   if (!button("Use young and poisson instead###isotropic", -1)) return changed;
   const double young =
       cubic_stiffness(settings.springs, session.body().config().cell_size).young(Vec3::UnitX());
@@ -192,7 +198,7 @@ bool Panel::draw_method(const Session& session, Settings& settings) {
   }
   double dt = session.dt();
   const Disabled disabled(safe);
-  if (slider("dt [s]", dt, 1e-6, 0.1, "%.3g", true)) {
+  if (slider("dt [s]", dt, 1e-6, 0.1, true)) {
     settings.dt = dt;
     changed = true;
   }
@@ -232,14 +238,20 @@ void Panel::draw_display(const Session& session, Display& display, Wishes& wishe
                       ground_below(session.body(), session.scene().environment.holds).spacing);
 }
 
-bool Panel::slider(const char* name, double& value, double least, double most, const char* format,
-                   bool by_powers) {
+/// By powers: equal ways multiply alike. ImGui's own logarithmic sliders end at the last digit they show.
+bool Panel::slider(const char* name, double& value, double least, double most, bool by_powers) {
   label(name);
-  const std::string id = std::string("##") + name;
-  const ImGuiSliderFlags flags = ImGuiSliderFlags_NoRoundToFormat | ImGuiSliderFlags_AlwaysClamp |
-                                 (by_powers ? ImGuiSliderFlags_Logarithmic : ImGuiSliderFlags_None);
-  return remember(
-      name, ImGui::SliderScalar(id.c_str(), ImGuiDataType_Double, &value, &least, &most, format, flags));
+  const std::string id = std::string("##") + name, text = fmt::format("{:.4g}", value);
+  double place = by_powers ? std::log10(std::max(value, least)) : value;
+  if (by_powers) {
+    least = std::log10(least);
+    most = std::log10(most);
+  }
+  const ImGuiSliderFlags flags = ImGuiSliderFlags_NoRoundToFormat | ImGuiSliderFlags_NoInput;
+  const bool moved = remember(name, ImGui::SliderScalar(id.c_str(), ImGuiDataType_Double, &place, &least,
+                                                        &most, text.c_str(), flags));
+  if (moved) value = by_powers ? std::pow(10, place) : place;
+  return moved;
 }
 
 bool Panel::button(const char* name, float width) {

@@ -52,13 +52,13 @@ class Panel {
   const std::map<std::string, Viewport>& widgets() const { return widgets_; }
 
  private:
-  void draw_buttons(const Display& display, Wishes& wishes);
+  void draw_buttons(const Session& session, const Display& display, Wishes& wishes);
   bool draw_material(const Session& session, Settings& settings);  ///< true if something was changed
   bool draw_springs(const Session& session, Settings& settings);
   bool draw_method(const Session& session, Settings& settings);
   void draw_display(const Session& session, Display& display, Wishes& wishes);
 
-  bool slider(const char* name, double& value, double least, double most, const char* format, bool by_powers);
+  bool slider(const char* name, double& value, double least, double most, bool by_powers);
   bool button(const char* name, float width);
   bool choice(const char* name, const std::vector<std::string>& names, std::size_t& chosen);
   bool toggle(const char* name, bool& value);

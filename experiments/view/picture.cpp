@@ -23,10 +23,10 @@ const std::vector<QuantityInfo>& quantities() {
   static const std::vector<QuantityInfo> all{
       {Quantity::stretch, "stretch", "", "largest | length / rest length - 1 | of a particle's springs", 0,
        0.01},
-      {Quantity::volume_ratio, "volume ratio", "", "volume / volume at rest, mean of a particle's cells", 1,
-       0.01},
+      {Quantity::volume_ratio, "volume ratio", "", "volume / volume at rest, mean of a particle's cells",
+       0.995, 1.005},
       {Quantity::jacobian, "Jacobian", "",
-       "smallest corner volume / h^3 of a particle's cells; below 0: inside out", 1, 0.01},
+       "smallest corner volume / h^3 of a particle's cells; below 0: inside out", 0.995, 1.005},
       {Quantity::speed, "speed", "m/s", "of a particle", 0, 1e-3}};
   return all;
 }
@@ -38,7 +38,8 @@ std::vector<float> values_at(const std::vector<std::ptrdiff_t>& sites, Quantity 
   std::vector<float> values;
   values.reserve(sites.size());
   const auto fill = [&](auto&& at) {
-    for (const std::ptrdiff_t site : sites) values.push_back(float(at(site)));
+    constexpr double most = 1e30;  // bodies that fly apart leave the range of single precision first
+    for (const std::ptrdiff_t site : sites) values.push_back(float(std::clamp(at(site), -most, most)));
   };
   switch (quantity) {
     case Quantity::stretch:
@@ -104,7 +105,9 @@ GridPlane ground_below(const Body& body, const std::vector<Hold>& holds) {
     return !lowest || held.holds(site, 2);
   });
   const double spacing = round_range(0, size.maxCoeff(), 0).step;
-  Vec3 point = config.origin + Vec3(size[0] / 2, size[1] / 2, stands ? 0 : -size.maxCoeff() / 2);
+  const double down =
+      size.maxCoeff() * (stands ? 1e-3 : 0.5);  // a hair at least: no lines through what lies on it
+  Vec3 point = config.origin + Vec3(size[0] / 2, size[1] / 2, -down);
   for (const int axis : {0, 1}) point[axis] = spacing * std::round(point[axis] / spacing);
   return {.point = point, .spacing = spacing, .lines = 15};
 }

@@ -17,8 +17,8 @@ struct QuantityInfo {
   const char* name;
   const char* unit;  ///< empty: a bare number
   const char* meaning;
-  double rest;   ///< what it is of a body at rest; always on the colour bar
-  double least;  ///< narrowest colour bar
+  double low,
+      high;  ///< always on the colour bar: the value at rest, and as much beside it as is worth telling apart
 };
 
 /// All of them, in the order of the enumeration.

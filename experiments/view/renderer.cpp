@@ -40,8 +40,8 @@ void main() {
     n = -n;
     own = mix(own, vec3(0.35), 0.6);
   }
-  float lit = 0.6 + 0.45 * max(dot(n, normalize(vec3(-0.4, 0.6, 0.7))), 0.0);
-  colour = vec4(min(own * lit, 1.0), 1);
+  float lit = max(dot(n, normalize(vec3(-0.4, 0.6, 0.7))), 0.0);
+  colour = vec4(min(own * (0.72 + 0.25 * lit) + 0.11 * lit, 1.0), 1);
 })";
 
 constexpr const char* mark_vertex_shader = R"(#version 330 core

@@ -234,7 +234,10 @@ void Viewer::see_all() {
   camera_.fit(lower, upper, layout(width_, height_).body);
 }
 
-void Viewer::fit_colours() { shown_low_ = shown_high_ = info_of(display_.quantity).rest; }
+void Viewer::fit_colours() {
+  shown_low_ = info_of(display_.quantity).low;
+  shown_high_ = info_of(display_.quantity).high;
+}
 
 void Viewer::obey(Command command) {
   switch (command) {
@@ -348,15 +351,13 @@ void Viewer::simulate_frame() {
 
 /// The colour bar holds everything seen since it was fitted last.
 void Viewer::colour() {
-  const QuantityInfo& info = info_of(display_.quantity);
   const auto values = values_at(mesh_.sites(), display_.quantity, session_.body(), session_.positions(),
                                 session_.velocities());
   for (const float value : values) {
-    if (!std::isfinite(value)) continue;
     shown_low_ = std::min(shown_low_, double(value));
     shown_high_ = std::max(shown_high_, double(value));
   }
-  display_.range = round_range(shown_low_, shown_high_, info.least);
+  display_.range = round_range(shown_low_, shown_high_, 0);
   mesh_.update(session_.positions(), values);
 }
 
@@ -431,7 +432,6 @@ Status Viewer::make_shot() {
     session_.advance(1.0 / 60);
     stepping_seconds_ += seconds_since(begin);
     session_.record();
-    colour();
   }
   colour();
   const Canvas canvas(width_, height_);
