@@ -21,6 +21,7 @@ struct Curve {
   std::string name;
   ImU32 colour;
   std::function<double(const Measures&)> value;
+  float width = 1.8F;  ///< [pixels]
 };
 
 ImVec2 at(double x, double y) { return {float(x), float(y)}; }
@@ -71,7 +72,7 @@ void draw_legend(const Viewport& plot, const std::string& title, const std::vect
   x += width_of(title) + 16;
   for (const Curve& curve : curves) {
     const double middle = y + ImGui::GetTextLineHeight() / 2;
-    ImGui::GetWindowDrawList()->AddLine(at(x, middle), at(x + 14, middle), curve.colour, 2.5F);
+    ImGui::GetWindowDrawList()->AddLine(at(x, middle), at(x + 14, middle), curve.colour, curve.width + 0.7F);
     write(x + 18, y, curve.name);
     x += 18 + width_of(curve.name) + 14;
   }
@@ -88,10 +89,12 @@ void draw_graph(const Viewport& place, const std::string& title, const std::vect
   const double begin = history.front().t, end = std::max(history.back().t, begin + 1e-9);
   for (const Curve& curve : curves) {
     std::vector<ImVec2> points;
-    for (const Measures& m : history)
-      points.push_back(at(plot.x + plot.width * (m.t - begin) / (end - begin),
-                          plot.y + plot.height * (1 - range.share(curve.value(m)))));
-    ImGui::GetWindowDrawList()->AddPolyline(points.data(), int(points.size()), curve.colour, 0, 1.8F);
+    for (const Measures& m : history) {
+      const ImVec2 point = at(plot.x + plot.width * (m.t - begin) / (end - begin),
+                              plot.y + plot.height * (1 - range.share(curve.value(m))));
+      if (points.empty() || point.x > points.back().x + 0.5F) points.push_back(point);
+    }
+    ImGui::GetWindowDrawList()->AddPolyline(points.data(), int(points.size()), curve.colour, 0, curve.width);
   }
   const std::string first = fmt::format("t = {:.2f} s", begin),
                     last = fmt::format("{:.2f} s", history.back().t);
@@ -103,14 +106,14 @@ void draw_graph(const Viewport& place, const std::string& title, const std::vect
 std::vector<Curve> energy_curves(const Session& session) {
   const double zero = session.start().gravitational;
   std::vector<Curve> curves{
+      // what is often equal to another one lies beneath it, and is wider
+      {"total", IM_COL32(165, 170, 178, 255), [zero](const Measures& m) { return m.total() - zero; }, 4.5F},
       {"kinetic", IM_COL32(0, 114, 178, 255), [](const Measures& m) { return m.kinetic; }},
       {"elastic", IM_COL32(213, 94, 0, 255), [](const Measures& m) { return m.elastic + m.volume_energy; }}};
   const Environment& environment = session.scene().environment;
   if (!environment.gravity.isZero(0) || !environment.loads.empty())
     curves.push_back(
         {"weight", IM_COL32(0, 158, 115, 255), [zero](const Measures& m) { return m.gravitational - zero; }});
-  curves.push_back(
-      {"total", IM_COL32(30, 34, 40, 255), [zero](const Measures& m) { return m.total() - zero; }});
   return curves;
 }
 

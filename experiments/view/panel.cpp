@@ -15,15 +15,18 @@ namespace {
 
 constexpr float label_width = 116;
 
-/// A window of ImGui that fills its place and cannot be moved, for as long as this lives.
+/// A window of ImGui that fills its place and cannot be moved, for as long as this lives. Its background is
+/// what the renderer wiped the screen with: painting it again is most of what a processor that draws has to
+/// do.
 class Pane {
  public:
   Pane(const char* name, const Viewport& place) {
     ImGui::SetNextWindowPos({float(place.x), float(place.y)});
     ImGui::SetNextWindowSize({float(place.width), float(place.height)});
     ImGui::Begin(name, nullptr,
-                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
-                     ImGuiWindowFlags_NoBringToFrontOnFocus | ImGuiWindowFlags_NoNav);
+                 ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
+                     ImGuiWindowFlags_NoNav);
   }
   Pane(const Pane&) = delete;
   Pane& operator=(const Pane&) = delete;

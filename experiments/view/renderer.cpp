@@ -9,6 +9,7 @@ namespace {
 constexpr int samples = 4;
 constexpr int map_size = 256;
 constexpr float point_size = 5;  // [pixels]
+constexpr Colour panel_colour{0.97F, 0.975F, 0.98F}, sky_colour{0.92F, 0.935F, 0.95F};
 
 constexpr const char* surface_vertex_shader = R"(#version 330 core
 layout(location = 0) in vec3 position;
@@ -64,6 +65,11 @@ void main() {
   if (round && length(gl_PointCoord - 0.5) > 0.5) discard;
   colour = own;
 })";
+
+void wipe(const Colour& colour) {
+  glClearColor(colour[0], colour[1], colour[2], 1);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
 
 const void* offset(std::size_t bytes) { return reinterpret_cast<const void*>(bytes); }
 
@@ -125,10 +131,15 @@ Renderer::Renderer()
 
 void Renderer::draw(const Picture& picture, const Camera& camera, const Viewport& view, int width,
                     int height) {
+  const GLint left = GLint(view.x), bottom = GLint(height - view.y - view.height);
+  const auto across = GLsizei(view.width), up = GLsizei(view.height);
   glViewport(0, 0, width, height);
-  glClearColor(0.93F, 0.94F, 0.95F, 1);
-  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  glViewport(GLint(view.x), GLint(height - view.y - view.height), GLsizei(view.width), GLsizei(view.height));
+  wipe(panel_colour);
+  glEnable(GL_SCISSOR_TEST);
+  glScissor(left, bottom, across, up);
+  wipe(sky_colour);
+  glDisable(GL_SCISSOR_TEST);
+  glViewport(left, bottom, across, up);
   glEnable(GL_DEPTH_TEST);
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);

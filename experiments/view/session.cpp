@@ -156,15 +156,18 @@ void Session::advance(double seconds) {
 
 double Session::advance_within(double seconds, double budget) {
   using Clock = std::chrono::steady_clock;
-  constexpr int slices = 8;
   const auto begin = Clock::now();
-  int done = 0;
-  do {
-    advance(seconds / slices);
-    ++done;
-  } while (done < slices && status_ == Status::ok &&
-           std::chrono::duration<double>(Clock::now() - begin).count() < budget);
-  return seconds * done / slices;
+  const double least = seconds / 64;
+  double done = 0, slice = least;
+  while (done < seconds && status_ == Status::ok) {
+    advance(slice);
+    done += slice;
+    const double elapsed = std::chrono::duration<double>(Clock::now() - begin).count();
+    if (elapsed >= budget) break;
+    slice = std::min(std::max(least, done * (budget - elapsed) / elapsed),
+                     seconds - done);  // what there is room for
+  }
+  return done;
 }
 
 void Session::step() {

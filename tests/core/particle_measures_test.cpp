@@ -104,13 +104,13 @@ TEST(Tether, ProductAndDiagonalAreThoseOfTheMatrix) {
 TEST(Tether, ChangesMomentumByItsImpulseAlone) {
   Tethered t;
   t.system.tie(t.tether);
-  Integrator<double>& method = *find_integrator("semi_implicit_euler").make<double>({.dt = 1e-4});
+  const auto method = find_integrator("semi_implicit_euler").make<double>({.dt = 1e-4});
   const Vec3 before = measure(t.springs, t.state).momentum;
   Vec3 impulse = Vec3::Zero();
   Work work;
   for (int step = 1; step <= 200; ++step) {
     impulse += 1e-4 * t.tether.force(t.state.x.at(t.tether.site), t.state.v.at(t.tether.site));
-    ASSERT_EQ(method.advance(t.system, t.state, step * 1e-4, work), Status::ok);
+    ASSERT_EQ(method->advance(t.system, t.state, step * 1e-4, work), Status::ok);
   }
   EXPECT_GT(impulse.norm(), 1e-3);
   EXPECT_LT((measure(t.springs, t.state).momentum - before - impulse).norm(), 1e-10 * impulse.norm());

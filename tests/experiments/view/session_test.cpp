@@ -22,7 +22,7 @@ double largest_difference(const Field<double>& a, const Field<double>& b) {
 TEST(Session, GoesWhereMssRunGoesBitForBit) {
   for (const char* precision : {"double", "single"}) {
     const Scene s =
-        scene("fig5_1_twist", {std::string("solve.precision=") + precision, "solve.duration=0.2"});
+        scene("free_cube", {std::string("solve.precision='") + precision + "'", "solve.duration=0.2"});
     Progress nobody;
     const SimulationResult run = simulate(s, nobody);
     Session session(s);
@@ -144,7 +144,7 @@ TEST(Session, IsPulledByAParticle) {
   const Vec3 here = session.positions().at(corner);
   EXPECT_EQ(session.pulled()->from, here);
   session.advance(0.05);
-  EXPECT_EQ(session.velocities().at(corner).norm(), 0);  // tied to where it is: no pull yet
+  EXPECT_LT(session.velocities().at(corner).norm(), 1e-9);  // tied to where it is: no pull yet
   session.pull(here + Vec3(0.2, 0, 0));
   session.advance(0.05);
   EXPECT_GT(session.positions().at(corner)[0] - here[0], 1e-3);
@@ -166,7 +166,7 @@ TEST(Session, CannotBePulledWhereItIsHeld) {
 
 TEST(Session, StopsAtItsBudget) {
   Session session(scene("free_cube"));
-  EXPECT_NEAR(session.advance_within(0.08, 0), 0.01, 1e-12);
+  EXPECT_NEAR(session.advance_within(0.64, 0), 0.01, 1e-12);
   EXPECT_NEAR(session.time(), 0.01, 1e-9);
   EXPECT_NEAR(session.advance_within(0.08, 60), 0.08, 1e-12);
   EXPECT_NEAR(session.time(), 0.09, 1e-9);
