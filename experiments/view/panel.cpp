@@ -114,7 +114,7 @@ Panel::Wishes Panel::draw(const Session& session, Display& display, const Layout
     Settings settings = session.settings();
     const bool material = draw_material(session, settings), method = draw_method(session, settings);
     if (material || method) wishes.settings = settings;
-    draw_display(session, display, wishes);
+    draw_display(display, wishes);
   }
   {
     const Pane pane("bar", places.bar);
@@ -208,7 +208,7 @@ bool Panel::draw_method(const Session& session, Settings& settings) {
   return changed;
 }
 
-void Panel::draw_display(const Session& session, Display& display, Wishes& wishes) {
+void Panel::draw_display(Display& display, Wishes& wishes) {
   if (button("As in the scene's file###file", -1)) wishes.settings = original_;
   heading("Picture");
   std::vector<std::string> names;
@@ -237,8 +237,7 @@ void Panel::draw_display(const Session& session, Display& display, Wishes& wishe
       "Mouse: drag the body; drag beside it to turn, right button to shift, wheel to zoom. With Ctrl the "
       "body is left "
       "alone.\nKeys: Space play, S step, R restart, F see all, C fit colours, Ctrl+Q close.");
-  ImGui::TextDisabled("ground: %.3g m a square",
-                      ground_below(session.body(), session.scene().environment.holds).spacing);
+  say(fmt::format("A square of the ground is {:.3g} m wide.", display.ground_spacing));
 }
 
 /// By powers: equal ways multiply alike. ImGui's own logarithmic sliders end at the last digit they show.

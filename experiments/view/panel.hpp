@@ -20,6 +20,7 @@ struct Display {
   Quantity quantity = Quantity::stretch;
   ValueRange range{};  ///< of the colour bar
   bool surface = true, edges = true, springs = false, particles = false, ground = true;
+  double ground_spacing = 1;   ///< [m]
   std::string message;         ///< why what was asked for last was not done; empty if it was
   double frame_seconds = 0;    ///< from one frame to the next
   double step_seconds = 0;     ///< of that, simulating
@@ -56,7 +57,7 @@ class Panel {
   bool draw_material(const Session& session, Settings& settings);  ///< true if something was changed
   bool draw_springs(const Session& session, Settings& settings);
   bool draw_method(const Session& session, Settings& settings);
-  void draw_display(const Session& session, Display& display, Wishes& wishes);
+  void draw_display(Display& display, Wishes& wishes);
 
   bool slider(const char* name, double& value, double least, double most, bool by_powers);
   bool button(const char* name, float width);

@@ -153,6 +153,7 @@ class Viewer {
         mesh_(session_.body()),
         ground_(ground_below(session_.body(), scene.environment.holds)) {
     glfwGetFramebufferSize(window_.get(), &width_, &height_);
+    display_.ground_spacing = ground_.spacing;
     see_all();
     fit_colours();
   }
