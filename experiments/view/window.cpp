@@ -233,7 +233,8 @@ void Viewer::log(const std::string& event) const {
 
 void Viewer::play_or_pause() {
   display_.playing = !display_.playing && session_.status() == Status::ok;
-  past_end_ = session_.time() > session_.scene().solve.duration - session_.dt() / 2;
+  const double duration = session_.scene().solve.duration;
+  past_end_ = session_.time() > duration - session_.dt() / 2 - 1e-9 * duration;
   log(display_.playing ? "play" : "pause");
 }
 
