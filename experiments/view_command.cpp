@@ -42,7 +42,9 @@ void view_scene(ViewChoice& choice, int& exit_status) {
   check_solve(scene);
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
   const Status status = view(scene, choice.options);
-  if (status == Status::ok || choice.shot.empty()) return;  // a person has seen it
+  if (status == Status::interrupted) exit_status = exit_interrupted;
+  const bool failed = status != Status::ok && status != Status::interrupted;
+  if (!failed || choice.shot.empty()) return;  // in a window, a person has seen it
   fmt::print(stderr, "mss: the simulation failed: {}; {} shows the body as it last was\n", to_string(status),
              choice.shot);
   exit_status = exit_simulation_failed;

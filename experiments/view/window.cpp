@@ -431,7 +431,7 @@ Status Viewer::show_live() {
     frame();
   }
   log("close");
-  return session_.status();
+  return interrupted() ? Status::interrupted : session_.status();
 }
 
 /// Sixtieths of a second as they come, whatever the time they take: the same picture on every machine.
@@ -446,6 +446,7 @@ Status Viewer::make_shot() {
     stepping_seconds_ += seconds_since(begin);
     session_.record();
   }
+  if (interrupted()) return Status::interrupted;
   if (session_.status() == Status::ok) see_all();
   colour();
   const Canvas canvas(width_, height_);
