@@ -34,18 +34,6 @@ struct TrilinearMap {
   }
 };
 
-/// Smallest signed volume spanned by the three edges at a corner [m^3], positive at rest.
-double smallest_corner_volume(const std::array<Vec3, 8>& p) {
-  double smallest = std::numeric_limits<double>::infinity();
-  for (int c = 0; c < 8; ++c) {
-    std::array<Vec3, 3> edge;
-    for (int axis = 0; axis < 3; ++axis)
-      edge[std::size_t(axis)] = side(c, axis) * (p[std::size_t(c)] - p[std::size_t(c ^ (1 << axis))]);
-    smallest = std::min(smallest, triple(edge[0], edge[1], edge[2]));
-  }
-  return smallest;
-}
-
 template <class Real>
 void measure_motion(const BodySystem<Real>& system, const State<Real>& state, Measures& m) {
   const Body& body = system.body();
@@ -82,7 +70,7 @@ void measure_cells(const BodySystem<Real>& system, const State<Real>& state, Mea
     const std::array<Vec3, 8> corners = corners_of(body, state.x, site);
     exact += trilinear_volume(corners);
     paper += paper_volume(corners);
-    smallest = std::min(smallest, smallest_corner_volume(corners));
+    for (int c = 0; c < 8; ++c) smallest = std::min(smallest, corner_volume(corners, c));
   });
   const double total = rest * double(body.cell_count());
   m.volume_ratio = exact / total;
@@ -104,6 +92,14 @@ double trilinear_volume(const std::array<Vec3, 8>& corners) {
 double paper_volume(const std::array<Vec3, 8>& corners) {
   const TrilinearMap m(corners);
   return 8 * triple(m.x1, m.y1, m.z1);
+}
+
+double corner_volume(const std::array<Vec3, 8>& p, int corner) {
+  std::array<Vec3, 3> edge;
+  for (int axis = 0; axis < 3; ++axis)
+    edge[std::size_t(axis)] =
+        side(corner, axis) * (p[std::size_t(corner)] - p[std::size_t(corner ^ (1 << axis))]);
+  return triple(edge[0], edge[1], edge[2]);
 }
 
 template <class Real>

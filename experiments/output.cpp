@@ -17,8 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const fs::path& file, const std::string& why) {
-  throw InputError(
-      fmt::format("{} cannot be written: {}; choose another place with --out", file.string(), why));
+  throw InputError(fmt::format("{} cannot be written: {}; choose another place", file.string(), why));
 }
 
 }  // namespace

@@ -18,11 +18,6 @@ namespace mss {
 
 namespace {
 
-bool is_finite(const Measures& m) {
-  return std::all_of(measure_columns.begin(), measure_columns.end(),
-                     [&](const MeasureColumn& column) { return std::isfinite(column.value(m)); });
-}
-
 double step_of(const Scene& scene, const IntegratorInfo& method, const SpectralBound& bound) {
   if (method.stepping == Stepping::equilibrium) return 0;
   if (scene.solve.dt) return *scene.solve.dt;
@@ -79,23 +74,35 @@ void simulate_in(const Scene& scene, const Body& body, const IntegratorInfo& inf
                  SimulationResult& result) {
   const auto made = make_system<Real>(scene.model, body, scene.environment, scene.solve.threads);
   BodySystem<Real>& system = *made;
-  result.dt = step_of(scene, info, system.spectral_bound());
+  const IntegratorOptions options = method_options(scene, system);
+  result.dt = options.dt;
   result.threads = system.threads();
   result.kernel = system.kernel_name();
-  IntegratorOptions options{.dt = result.dt,
-                            .linear_solver = scene.solve.linear_solver,
-                            .tangent = scene.solve.tangent,
-                            .tolerance = scene.solve.tolerance};
-  scale_errors(options, system);
   run_rows(scene, system, *info.make<Real>(options), progress, result);
 }
 
 }  // namespace
 
+bool is_finite(const Measures& measures) {
+  return std::all_of(measure_columns.begin(), measure_columns.end(),
+                     [&](const MeasureColumn& column) { return std::isfinite(column.value(measures)); });
+}
+
 template <class Real>
 void scale_errors(IntegratorOptions& options, const BodySystem<Real>& system) {
   options.length_scale = system.body().config().cell_size;
   options.speed_scale = options.length_scale * system.spectral_bound().omega / 10;
+}
+
+template <class Real>
+IntegratorOptions method_options(const Scene& scene, const BodySystem<Real>& system) {
+  IntegratorOptions options{
+      .dt = step_of(scene, find_integrator(scene.solve.integrator), system.spectral_bound()),
+      .linear_solver = scene.solve.linear_solver,
+      .tangent = scene.solve.tangent,
+      .tolerance = scene.solve.tolerance};
+  scale_errors(options, system);
+  return options;
 }
 
 template <class Real>
@@ -205,6 +212,8 @@ void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& pa
 
 template void scale_errors(IntegratorOptions&, const BodySystem<float>&);
 template void scale_errors(IntegratorOptions&, const BodySystem<double>&);
+template IntegratorOptions method_options(const Scene&, const BodySystem<float>&);
+template IntegratorOptions method_options(const Scene&, const BodySystem<double>&);
 template State<float> start_state(const BodySystem<float>&, const Scene&);
 template State<double> start_state(const BodySystem<double>&, const Scene&);
 template State<float> stretched_state(const BodySystem<float>&, double);

@@ -31,6 +31,9 @@ struct SimulationResult {
   std::vector<ParticleRecord> particles;
 };
 
+/// True if all numbers are finite.
+bool is_finite(const Measures& measures);
+
 /// The body of a scene as it starts: at rest, in its holds, moving and spinning as [start] says.
 template <class Real>
 State<Real> start_state(const BodySystem<Real>& system, const Scene& scene);
@@ -44,6 +47,11 @@ State<Real> stretched_state(const BodySystem<Real>& system, double factor);
 /// errors of the same share in position and velocity.
 template <class Real>
 void scale_errors(IntegratorOptions& options, const BodySystem<Real>& system);
+
+/// What the scene's method is made with: its step resolved, errors of adaptive methods scaled as above.
+/// Throws InputError if dt is "safe" and no step is.
+template <class Real>
+IntegratorOptions method_options(const Scene& scene, const BodySystem<Real>& system);
 
 /// Throws InputError if the scene's model cannot be made.
 void check_model(const Scene& scene);

@@ -49,7 +49,7 @@ class Directory {
 TEST(Program, ExplainsItself) {
   const ProgramRun help = mss({"--help"});
   EXPECT_EQ(help.exit_status, 0);
-  for (const std::string word : {"timing", "reproduce", "material", "list", "Exit status", "130"})
+  for (const std::string word : {"timing", "view", "reproduce", "material", "list", "Exit status", "130"})
     EXPECT_NE(help.output.find(word), std::string::npos) << word;
   const ProgramRun timing = mss({"timing", "--help"});
   EXPECT_EQ(timing.exit_status, 0);
@@ -88,6 +88,26 @@ TEST(Program, RefusesBadUsageInOneSentence) {
   expect_refused({"modes", "cantilever", "--out", out, "--count", "0"}, "--count is 0");
   EXPECT_FALSE(fs::exists(out));
   expect_refused({"list", "scene"}, "did you mean 'scenes'?");
+}
+
+TEST(View, RefusesWhatItCannotShow) {
+  expect_refused({"view"}, "scene");
+  expect_refused({"view", "cantilver"}, "did you mean 'cantilever'?");
+  expect_refused({"view", "cantilever", "--set", "solve.integrator=rk5"}, "did you mean 'rk4'?");
+  for (const char* size : {"10x10", "1280", "1280x800x2", "wide", "9000x800"})
+    expect_refused({"view", "cantilever", "--size", size}, std::string("--size is ") + size);
+  expect_refused({"view", "cantilever", "--frames", "3"}, "--frames requires --shot");
+  expect_refused({"view", "cantilever", "--frames", "-3", "--shot", "a.png"}, "--frames is -3");
+}
+
+TEST(View, SaysWhyThereIsNoWindow) {
+  const ProgramRun run = run_program({"env", "-u", "DISPLAY", "-u", "WAYLAND_DISPLAY", MSS_PROGRAM, "view",
+                                      "cantilever", "--shot", "a.png"});
+  EXPECT_EQ(run.exit_status, 2) << run.output;
+  EXPECT_EQ(std::count(run.output.begin(), run.output.end(), '\n'), 1) << run.output;
+  const char* reason = MSS_HAS_WINDOW ? "no window with OpenGL 3.3 can be opened" : "install libglfw3-dev";
+  EXPECT_NE(run.output.find(reason), std::string::npos) << run.output;
+  EXPECT_FALSE(fs::exists("a.png"));
 }
 
 TEST(Modes, OfAScene) {

@@ -1,0 +1,57 @@
+#include "core/particle_measures.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/measures.hpp"
+
+namespace mss {
+
+namespace {
+
+/// Calls visit(corners, c) for every cell that has the particle at a site as its corner c.
+template <class Visit>
+void for_each_cell_at(const Body& body, const Field<double>& x, std::ptrdiff_t site, Visit&& visit) {
+  for (int c = 0; c < 8; ++c) {
+    const std::ptrdiff_t cell = site - body.lattice().corner(c);
+    if (cell >= 0 && body.has_cell(cell)) visit(corners_of(body, x, cell), c);
+  }
+}
+
+}  // namespace
+
+double stretch_at(const Body& body, const Field<double>& x, std::ptrdiff_t site) {
+  const Lattice& lattice = body.lattice();
+  double largest = 0;
+  for (std::size_t s = 0; s < spring_slots.size(); ++s) {
+    const auto [a, b, kind] = spring_slots[s];
+    for (const int end : {a, b}) {
+      const std::ptrdiff_t owner = site - lattice.corner(end);
+      if (owner < 0 || body.elements_at(owner).stiffness[s] == 0) continue;
+      const double length = (x.at(owner + lattice.corner(b)) - x.at(owner + lattice.corner(a))).norm();
+      largest = std::max(largest, std::abs(length / body.rest_length(kind) - 1));
+    }
+  }
+  return largest;
+}
+
+double volume_ratio_at(const Body& body, const Field<double>& x, std::ptrdiff_t site) {
+  double volume = 0;
+  int cells = 0;
+  for_each_cell_at(body, x, site, [&](const std::array<Vec3, 8>& corners, int) {
+    volume += trilinear_volume(corners);
+    ++cells;
+  });
+  return volume / (cells * body.cell_volume());
+}
+
+double jacobian_at(const Body& body, const Field<double>& x, std::ptrdiff_t site) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for_each_cell_at(body, x, site, [&](const std::array<Vec3, 8>& corners, int c) {
+    smallest = std::min(smallest, corner_volume(corners, c));
+  });
+  return smallest / body.cell_volume();
+}
+
+}  // namespace mss

@@ -1,0 +1,80 @@
+#include "core/tethered_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mss {
+
+namespace {
+
+template <class Real>
+void add(Field<Real>& field, std::ptrdiff_t site, const Vec3& value) {
+  field.set(site, field.at(site) + value);
+}
+
+}  // namespace
+
+Tether gentle_tether(const Body& body, const SpectralBound& bound, std::ptrdiff_t site) {
+  const double mass = body.mass(site), stiffness = 0.05 * mass * bound.omega * bound.omega;
+  return {.site = site, .stiffness = stiffness, .damping = 0.2 * std::sqrt(stiffness * mass)};
+}
+
+template <class Real>
+void TetheredSystem<Real>::force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) {
+  other_.force(t, x, v, f);
+  if (tether_) add(f, tether_->site, tether_->force(x.at(tether_->site), v.at(tether_->site)));
+}
+
+template <class Real>
+void TetheredSystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v,
+                                        Field<Real>& a) {
+  other_.acceleration(t, x, v, a);
+  if (!tether_) return;
+  const std::ptrdiff_t site = tether_->site;
+  add(a, site, tether_->force(x.at(site), v.at(site)) / mass(site));
+  clear_prescribed(a);
+}
+
+template <class Real>
+void TetheredSystem<Real>::tangent(double t, const Field<Real>& x, const Field<Real>& v,
+                                   const TangentSum& sum, SparseMatrix& matrix) {
+  other_.tangent(t, x, v, sum, matrix);
+  if (!tether_) return;
+  const std::vector<Unknown>& all = unknowns();
+  auto unknown = std::lower_bound(all.begin(), all.end(), tether_->site,
+                                  [](const Unknown& u, std::ptrdiff_t site) { return u.site < site; });
+  for (; unknown != all.end() && unknown->site == tether_->site; ++unknown) {
+    const auto row = static_cast<int>(unknown - all.begin());
+    matrix.coeffRef(row, row) += diagonal(sum);
+  }
+}
+
+template <class Real>
+void TetheredSystem<Real>::tangent_product(double t, const Field<Real>& x, const Field<Real>& v,
+                                           const TangentSum& sum, const Field<Real>& p, Field<Real>& out) {
+  other_.tangent_product(t, x, v, sum, p, out);
+  if (tether_) add(out, tether_->site, diagonal(sum) * p.at(tether_->site));
+}
+
+template <class Real>
+void TetheredSystem<Real>::tangent_diagonal(double t, const Field<Real>& x, const Field<Real>& v,
+                                            const TangentSum& sum, std::vector<Eigen::Matrix3d>& blocks) {
+  other_.tangent_diagonal(t, x, v, sum, blocks);
+  if (!tether_) return;
+  const auto& sites = particles();
+  const auto id = std::lower_bound(sites.begin(), sites.end(), tether_->site) - sites.begin();
+  blocks[std::size_t(id)] += diagonal(sum) * Eigen::Matrix3d::Identity();
+}
+
+template <class Real>
+void TetheredSystem<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
+  if (tether_)
+    System<Real>::kick_drift(update, dt, steps, state);  // in two passes: through acceleration() and apply()
+  else
+    other_.kick_drift(update, dt, steps, state);
+}
+
+template class TetheredSystem<float>;
+template class TetheredSystem<double>;
+
+}  // namespace mss

@@ -1,0 +1,152 @@
+#include "experiments/view/graph.hpp"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace mss {
+
+namespace {
+
+constexpr ImU32 ink = IM_COL32(30, 34, 40, 255), faint = IM_COL32(30, 34, 40, 40);
+
+/// A line of a graph.
+struct Curve {
+  std::string name;
+  ImU32 colour;
+  std::function<double(const Measures&)> value;
+  float width = 1.8F;  ///< [pixels]
+};
+
+ImVec2 at(double x, double y) { return {float(x), float(y)}; }
+
+void write(double x, double y, const std::string& text, ImU32 colour = ink) {
+  ImGui::GetWindowDrawList()->AddText(at(x, y), colour, text.c_str());
+}
+
+double width_of(const std::string& text) { return ImGui::CalcTextSize(text.c_str()).x; }
+
+/// A number of a tick, with as many digits as tell it from its neighbours.
+std::string tick_text(double value, const ValueRange& range) {
+  if (std::abs(value) < range.step / 2) return "0";
+  const double largest = std::max(std::abs(range.low), std::abs(range.high));
+  const int first = int(std::floor(std::log10(largest) + 1e-9)),
+            last = int(std::floor(std::log10(range.step) + 1e-9));
+  if (first >= 6 || last <= -6) return fmt::format("{:.{}e}", value, std::max(0, first - last));
+  return fmt::format("{:.{}f}", value, std::max(0, -last));
+}
+
+ValueRange span(const std::deque<Measures>& history, const std::vector<Curve>& curves, double least) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Measures& m : history)
+    for (const Curve& curve : curves) {
+      low = std::min(low, curve.value(m));
+      high = std::max(high, curve.value(m));
+    }
+  return round_range(low, high, std::max(least, 1e-9 * std::max(std::abs(low), std::abs(high))));
+}
+
+/// Every second tick has its number where all would not fit.
+void draw_ticks(const Viewport& plot, const ValueRange& range) {
+  const std::vector<double> ticks = range.ticks();
+  const std::size_t every = double(ticks.size()) * ImGui::GetTextLineHeight() > plot.height ? 2 : 1;
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const double y = plot.y + plot.height * (1 - range.share(ticks[i]));
+    ImGui::GetWindowDrawList()->AddLine(at(plot.x, y), at(plot.x + plot.width, y), faint);
+    if (i % every != 0) continue;
+    const std::string text = tick_text(ticks[i], range);
+    write(plot.x - width_of(text) - 6, y - ImGui::GetTextLineHeight() / 2, text);
+  }
+}
+
+void draw_legend(const Viewport& plot, const std::string& title, const std::vector<Curve>& curves) {
+  double x = plot.x;
+  const double y = plot.y - ImGui::GetTextLineHeight() - 6;
+  write(x, y, title);
+  x += width_of(title) + 16;
+  for (const Curve& curve : curves) {
+    const double middle = y + ImGui::GetTextLineHeight() / 2;
+    ImGui::GetWindowDrawList()->AddLine(at(x, middle), at(x + 14, middle), curve.colour, curve.width + 0.7F);
+    write(x + 18, y, curve.name);
+    x += 18 + width_of(curve.name) + 14;
+  }
+}
+
+void draw_graph(const Viewport& place, const std::string& title, const std::vector<Curve>& curves,
+                const std::deque<Measures>& history, double least) {
+  const double left = 74, top = 26, right = 14, bottom = 24;
+  const Viewport plot{place.x + left, place.y + top, std::max(10.0, place.width - left - right),
+                      std::max(10.0, place.height - top - bottom)};
+  const ValueRange range = span(history, curves, least);
+  draw_legend(plot, title, curves);
+  draw_ticks(plot, range);
+  const double begin = history.front().t, end = std::max(history.back().t, begin + 1e-9);
+  for (const Curve& curve : curves) {
+    std::vector<ImVec2> points;
+    for (const Measures& m : history) {
+      const ImVec2 point = at(plot.x + plot.width * (m.t - begin) / (end - begin),
+                              plot.y + plot.height * (1 - range.share(curve.value(m))));
+      if (points.empty() || point.x > points.back().x + 0.5F) points.push_back(point);
+    }
+    ImGui::GetWindowDrawList()->AddPolyline(points.data(), int(points.size()), curve.colour, 0, curve.width);
+  }
+  const std::string first = fmt::format("t = {:.2f} s", begin),
+                    last = fmt::format("{:.2f} s", history.back().t);
+  write(plot.x, plot.y + plot.height + 5, first);
+  write(plot.x + plot.width - width_of(last), plot.y + plot.height + 5, last);
+}
+
+/// Weight counts from the start: its zero is a matter of taste, and would hide the rest.
+std::vector<Curve> energy_curves(const Session& session) {
+  const double zero = session.start().gravitational;
+  std::vector<Curve> curves{
+      // what is often equal to another one lies beneath it, and is wider
+      {"total", IM_COL32(165, 170, 178, 255), [zero](const Measures& m) { return m.total() - zero; }, 4.5F},
+      {"kinetic", IM_COL32(0, 114, 178, 255), [](const Measures& m) { return m.kinetic; }},
+      {"elastic", IM_COL32(213, 94, 0, 255), [](const Measures& m) { return m.elastic + m.volume_energy; }}};
+  const Environment& environment = session.scene().environment;
+  if (!environment.gravity.isZero(0) || !environment.loads.empty())
+    curves.push_back(
+        {"weight", IM_COL32(0, 158, 115, 255), [zero](const Measures& m) { return m.gravitational - zero; }});
+  return curves;
+}
+
+}  // namespace
+
+void draw_colour_bar(const Viewport& place, const QuantityInfo& quantity, const ValueRange& range) {
+  const Viewport bar{place.x + 10, place.y + 64, 20, std::max(20.0, place.height - 64 - 20)};
+  write(bar.x, place.y + 12, quantity.name);
+  write(bar.x, place.y + 12 + ImGui::GetTextLineHeight(),
+        *quantity.unit != 0 ? fmt::format("[{}]", quantity.unit) : "");
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  constexpr int bands = 128;
+  for (int i = 0; i < bands; ++i) {
+    const Colour c = map_colour((i + 0.5) / bands);
+    list->AddRectFilled(at(bar.x, bar.y + bar.height * (bands - 1 - i) / bands),
+                        at(bar.x + bar.width, bar.y + bar.height * (bands - i) / bands),
+                        ImGui::ColorConvertFloat4ToU32({c[0], c[1], c[2], 1}));
+  }
+  list->AddRect(at(bar.x, bar.y), at(bar.x + bar.width, bar.y + bar.height), ink);
+  for (const double tick : range.ticks()) {
+    const double y = bar.y + bar.height * (1 - range.share(tick));
+    list->AddLine(at(bar.x + bar.width, y), at(bar.x + bar.width + 4, y), ink);
+    write(bar.x + bar.width + 7, y - ImGui::GetTextLineHeight() / 2, tick_text(tick, range));
+  }
+}
+
+void draw_graphs(const Viewport& place, const Session& session) {
+  const Viewport left{place.x, place.y, 0.56 * place.width, place.height};
+  const Viewport right{place.x + left.width, place.y, place.width - left.width, place.height};
+  draw_graph(left, "energy [J]", energy_curves(session), session.history(), 1e-12);
+  const Curve ratio{"whole body", IM_COL32(0, 114, 178, 255),
+                    [](const Measures& m) { return m.volume_ratio; }};
+  draw_graph(right, "volume / volume at rest", {ratio}, session.history(), 1e-4);
+}
+
+}  // namespace mss

@@ -1,0 +1,14 @@
+// What stands in for window.cpp in a build without the libraries that a window needs.
+#include "core/error.hpp"
+#include "experiments/view/window.hpp"
+
+namespace mss {
+
+Status view(const Scene&, const ViewOptions&) {
+  throw InputError(
+      "this program was built without a window; install libglfw3-dev, libimgui-dev, libstb-dev, libglew-dev "
+      "and "
+      "libpng-dev, and configure and build it again");
+}
+
+}  // namespace mss

@@ -1,0 +1,285 @@
+#include "experiments/view/panel.hpp"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "experiments/view/graph.hpp"
+
+namespace mss {
+
+namespace {
+
+constexpr float label_width = 116;
+
+/// A window of ImGui that fills its place and cannot be moved, for as long as this lives. Its background is
+/// what the renderer wiped the screen with: painting it again is most of what a processor that draws has to
+/// do.
+class Pane {
+ public:
+  Pane(const char* name, const Viewport& place) {
+    ImGui::SetNextWindowPos({float(place.x), float(place.y)});
+    ImGui::SetNextWindowSize({float(place.width), float(place.height)});
+    ImGui::Begin(name, nullptr,
+                 ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
+                     ImGuiWindowFlags_NoNav);
+  }
+  Pane(const Pane&) = delete;
+  Pane& operator=(const Pane&) = delete;
+  ~Pane() { ImGui::End(); }
+};
+
+/// Greys out what stands in its life, and makes it deaf, if `deaf`.
+class Disabled {
+ public:
+  explicit Disabled(bool deaf) { ImGui::BeginDisabled(deaf); }
+  Disabled(const Disabled&) = delete;
+  Disabled& operator=(const Disabled&) = delete;
+  ~Disabled() { ImGui::EndDisabled(); }
+};
+
+void label(const char* text) {
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextUnformatted(text);
+  ImGui::SameLine(label_width);
+  ImGui::SetNextItemWidth(-1);
+}
+
+void heading(const char* text) {
+  ImGui::Spacing();
+  ImGui::Separator();
+  ImGui::TextColored({0.0F, 0.30F, 0.52F, 1}, "%s", text);
+}
+
+void say(const std::string& text) { ImGui::TextUnformatted(text.c_str()); }
+
+void wrap(const std::string& text) { ImGui::TextWrapped("%s", text.c_str()); }
+
+void say_in_red(const std::string& text) {
+  ImGui::PushStyleColor(ImGuiCol_Text, {0.75F, 0.1F, 0.05F, 1});
+  wrap(text);
+  ImGui::PopStyleColor();
+}
+
+std::string pace(const Session& session, const Display& display) {
+  if (session.status() != Status::ok) return "failed";
+  if (!display.playing) return "paused";
+  if (display.slower < 1.1) return "real time";
+  return fmt::format("slower than real time x{:.1f}", display.slower);
+}
+
+void draw_state(const Session& session, const Display& display) {
+  const Measures& m = session.measures();
+  say(fmt::format("{}   {} cells, {} particles", session.scene().name, session.body().cell_count(),
+                  session.body().particle_count()));
+  say(fmt::format("t = {:.3f} s   {}", session.time(), pace(session, display)));
+  if (display.frame_seconds > 0)
+    say(fmt::format("frame {:.1f} ms, of it {:.1f} ms for {:.3g} steps", 1e3 * display.frame_seconds,
+                    1e3 * display.step_seconds, display.steps_per_frame));
+  wrap(fmt::format("largest stretch {:.3g}, smallest Jacobian {:.3g}", m.max_stretch, m.min_jacobian));
+  if (session.status() != Status::ok)
+    say_in_red(fmt::format(
+        "The simulation failed: {}. The body is shown as it last was; change something and restart.",
+        to_string(session.status())));
+  if (!display.message.empty()) say_in_red(display.message);
+}
+
+/// Another method, with a step that it can have: where "safe" says nothing, the one that was in use.
+void choose(const IntegratorInfo& method, double dt, Settings& settings) {
+  settings.integrator = method.name;
+  if (method.stepping == Stepping::fixed && !method.limit && !settings.dt) settings.dt = dt > 0 ? dt : 1e-3;
+}
+
+}  // namespace
+
+Layout layout(double width, double height) {
+  const double column = std::min(316.0, width / 2), bar = 96, graphs = std::min(180.0, height / 3);
+  const double middle = std::max(1.0, width - column - bar), above = std::max(1.0, height - graphs);
+  return {.column = {0, 0, column, height},
+          .graphs = {column, above, std::max(1.0, width - column), graphs},
+          .bar = {column + middle, 0, bar, above},
+          .body = {column, 0, middle, above}};
+}
+
+Panel::Wishes Panel::draw(const Session& session, Display& display, const Layout& places) {
+  Wishes wishes;
+  {
+    const Pane pane("column", places.column);
+    draw_state(session, display);
+    draw_buttons(session, display, wishes);
+    Settings settings = session.settings();
+    const bool material = draw_material(session, settings), method = draw_method(session, settings);
+    if (material || method) wishes.settings = settings;
+    draw_display(display, wishes);
+  }
+  {
+    const Pane pane("bar", places.bar);
+    draw_colour_bar(places.bar, info_of(display.quantity), display.range);
+  }
+  {
+    const Pane pane("graphs", places.graphs);
+    draw_graphs(places.graphs, session);
+  }
+  return wishes;
+}
+
+void Panel::draw_buttons(const Session& session, const Display& display, Wishes& wishes) {
+  const float width = (ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().ItemSpacing.x) / 3;
+  const auto add = [&](const char* name, Command command) {
+    if (button(name, width)) wishes.commands.push_back(command);
+  };
+  {
+    const Disabled disabled(session.status() != Status::ok);
+    add(display.playing ? "Pause###play" : "Play###play", Command::play_or_pause);
+    ImGui::SameLine();
+    add("Step###step", Command::step);
+  }
+  ImGui::SameLine();
+  add("Restart###restart", Command::restart);
+}
+
+bool Panel::draw_material(const Session& session, Settings& settings) {
+  const bool springs = session.scene().model == spring_model;
+  heading(springs ? "Material" : ("Material: " + session.scene().model + " finite elements").c_str());
+  bool changed = false;
+  if (settings.elastic) {
+    changed |= slider("young [Pa]", settings.elastic->young, 1e2, 1e9, true);
+    changed |= slider("poisson", settings.elastic->poisson, -0.45, 0.495, false);
+  } else {
+    changed |= draw_springs(session, settings);
+  }
+  changed |= slider("damping ratio", settings.damping.zeta, 0, 1, false);
+  if (changed && settings.damping.zeta != session.settings().damping.zeta)
+    settings.damping.law = settings.damping.zeta > 0 ? Damping::Law::ratio : Damping::Law::none;
+  if (!springs) return changed;  // the rest says nothing to finite elements
+  static const std::vector<std::string> names{"all springs", "edges and body", "one diagonal a face"};
+  auto topology = static_cast<std::size_t>(settings.topology);
+  if (choice("topology", names, topology)) {
+    settings.topology = static_cast<Topology>(topology);
+    changed = true;
+  }
+  const bool none = !settings.elastic && settings.springs.volume == 0;
+  const Disabled disabled(none);
+  return toggle("volume force", settings.volume_force) || changed;
+}
+
+/// Springs as they are given, or those of an isotropic material as stiff along an axis.
+bool Panel::draw_springs(const Session& session, Settings& settings) {
+  bool changed = slider("edge [N/m]", settings.springs.edge, 1e-1, 1e7, true);
+  changed |= slider("face [N/m]", settings.springs.face, 1e-1, 1e7, true);
+  changed |= slider("body [N/m]", settings.springs.body, 1e-1, 1e7, true);
+  changed |= slider("volume [Pa]", settings.springs.volume, 1e-3, 1e7, true);
+  if (!button("Use young and poisson instead###isotropic", -1)) return changed;
+  const double young =
+      cubic_stiffness(settings.springs, session.body().config().cell_size).young(Vec3::UnitX());
+  settings.elastic = {.young = young > 0 ? young : 1e5, .poisson = 0.25};
+  return true;
+}
+
+bool Panel::draw_method(const Session& session, Settings& settings) {
+  heading("Method");
+  std::vector<std::string> names;
+  std::size_t chosen = 0;
+  for (const IntegratorInfo& info : integrators()) {
+    if (info.name == settings.integrator) chosen = names.size();
+    names.push_back(info.name);
+  }
+  bool changed = false;
+  if (choice("integrator", names, chosen)) {
+    choose(integrators()[chosen], session.dt(), settings);
+    changed = true;
+  }
+  if (find_integrator(settings.integrator).stepping != Stepping::fixed) return changed;
+  bool safe = !settings.dt;
+  if (toggle("safe step", safe)) {
+    settings.dt = safe ? std::nullopt : std::optional(session.dt());
+    changed = true;
+  }
+  double dt = session.dt();
+  const Disabled disabled(safe);
+  if (slider("dt [s]", dt, 1e-6, 0.1, true)) {
+    settings.dt = dt;
+    changed = true;
+  }
+  return changed;
+}
+
+void Panel::draw_display(Display& display, Wishes& wishes) {
+  if (button("As in the scene's file###file", -1)) wishes.settings = original_;
+  heading("Picture");
+  std::vector<std::string> names;
+  for (const QuantityInfo& info : quantities()) names.emplace_back(info.name);
+  auto chosen = static_cast<std::size_t>(display.quantity);
+  if (choice("colours", names, chosen)) {
+    display.quantity = static_cast<Quantity>(chosen);
+    wishes.commands.push_back(Command::fit_colours);
+  }
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", info_of(display.quantity).meaning);
+  toggle("surface", display.surface);
+  ImGui::SameLine();
+  toggle("cells", display.edges);
+  ImGui::SameLine();
+  toggle("springs", display.springs);
+  toggle("particles", display.particles);
+  ImGui::SameLine();
+  toggle("ground", display.ground);
+  const float width = (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x) / 2;
+  if (button("Fit colours###fit", width)) wishes.commands.push_back(Command::fit_colours);
+  ImGui::SameLine();
+  if (button("See all###see", width)) wishes.commands.push_back(Command::see_all);
+  ImGui::Spacing();
+  ImGui::Separator();
+  ImGui::TextWrapped(
+      "Mouse: drag the body; drag beside it to turn, right button to shift, wheel to zoom. With Ctrl the "
+      "body is left "
+      "alone.\nKeys: Space play, S step, R restart, F see all, C fit colours, Ctrl+Q close.");
+  say(fmt::format("A square of the ground is {:.3g} m wide.", display.ground_spacing));
+}
+
+/// By powers: equal ways multiply alike. ImGui's own logarithmic sliders end at the last digit they show.
+bool Panel::slider(const char* name, double& value, double least, double most, bool by_powers) {
+  label(name);
+  const std::string id = std::string("##") + name, text = fmt::format("{:.4g}", value);
+  double place = by_powers ? std::log10(std::max(value, least)) : value;
+  if (by_powers) {
+    least = std::log10(least);
+    most = std::log10(most);
+  }
+  const ImGuiSliderFlags flags = ImGuiSliderFlags_NoRoundToFormat | ImGuiSliderFlags_NoInput;
+  const bool moved = remember(name, ImGui::SliderScalar(id.c_str(), ImGuiDataType_Double, &place, &least,
+                                                        &most, text.c_str(), flags));
+  if (moved) value = by_powers ? std::pow(10, place) : place;
+  return moved;
+}
+
+bool Panel::button(const char* name, float width) {
+  const char* id = std::strstr(name, "###");
+  return remember(id + 3, ImGui::Button(name, {width, 0}));
+}
+
+bool Panel::choice(const char* name, const std::vector<std::string>& names, std::size_t& chosen) {
+  label(name);
+  const std::string id = std::string("##") + name;
+  const bool open =
+      remember(name, ImGui::BeginCombo(id.c_str(), names[chosen].c_str(), ImGuiComboFlags_HeightLarge));
+  if (!open) return false;
+  const std::size_t before = chosen;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (ImGui::Selectable(names[i].c_str(), i == before)) chosen = i;
+  ImGui::EndCombo();
+  return chosen != before;
+}
+
+bool Panel::toggle(const char* name, bool& value) { return remember(name, ImGui::Checkbox(name, &value)); }
+
+bool Panel::remember(const char* name, bool used) {
+  const ImVec2 least = ImGui::GetItemRectMin(), size = ImGui::GetItemRectSize();
+  widgets_[name] = {least.x, least.y, size.x, size.y};
+  return used;
+}
+
+}  // namespace mss

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/view/camera.hpp"
+#include "experiments/view/picture.hpp"
+#include "experiments/view/session.hpp"
+
+namespace mss {
+
+/// What a person can ask for with a button or a key.
+enum class Command { play_or_pause, step, restart, see_all, fit_colours, close };
+
+/// What a window shows beside its session.
+struct Display {
+  bool playing = false;
+  Quantity quantity = Quantity::stretch;
+  ValueRange range{};  ///< of the colour bar
+  bool surface = true, edges = true, springs = false, particles = false, ground = true;
+  double ground_spacing = 1;   ///< [m]
+  std::string message;         ///< why what was asked for last was not done; empty if it was
+  double frame_seconds = 0;    ///< from one frame to the next
+  double step_seconds = 0;     ///< of that, simulating
+  double steps_per_frame = 0;  ///< how many steps that were
+  double slower = 1;           ///< wall seconds per simulated second
+};
+
+/// Where things are on the screen: a column on the left, two graphs below, a colour bar on the right, and the
+/// body in what is left.
+struct Layout {
+  Viewport column, graphs, bar, body;
+};
+Layout layout(double width, double height);
+
+/// Everything that Dear ImGui draws; needs its context and an open frame.
+class Panel {
+ public:
+  struct Wishes {
+    std::vector<Command> commands{};
+    std::optional<Settings> settings{};
+  };
+
+  explicit Panel(const Scene& scene) : original_(settings_of(scene)) {}
+
+  /// Draws the panel and returns what was clicked; switches of `display` that need nothing else are set at
+  /// once.
+  Wishes draw(const Session& session, Display& display, const Layout& places);
+
+  /// Where the buttons and sliders are, by name, for whoever presses them without looking.
+  const std::map<std::string, Viewport>& widgets() const { return widgets_; }
+
+ private:
+  void draw_buttons(const Session& session, const Display& display, Wishes& wishes);
+  bool draw_material(const Session& session, Settings& settings);  ///< true if something was changed
+  bool draw_springs(const Session& session, Settings& settings);
+  bool draw_method(const Session& session, Settings& settings);
+  void draw_display(Display& display, Wishes& wishes);
+
+  bool slider(const char* name, double& value, double least, double most, bool by_powers);
+  bool button(const char* name, float width);
+  bool choice(const char* name, const std::vector<std::string>& names, std::size_t& chosen);
+  bool toggle(const char* name, bool& value);
+  bool remember(const char* name, bool used);  ///< where the last widget is
+
+  Settings original_;
+  std::map<std::string, Viewport> widgets_;
+};
+
+}  // namespace mss

@@ -1,0 +1,135 @@
+#include "experiments/view/picture.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/particle_measures.hpp"
+
+namespace mss {
+
+namespace {
+
+constexpr Colour free_particle{0.10F, 0.12F, 0.15F}, held_particle{0.84F, 0.37F, 0.0F};
+constexpr Colour plain_spring{0.20F, 0.25F, 0.32F}, grid_line{0.45F, 0.48F, 0.52F};
+
+bool is_held(const HeldSites& held, std::ptrdiff_t site) {
+  return held.holds(site, 0) && held.holds(site, 1) && held.holds(site, 2);
+}
+
+}  // namespace
+
+const std::vector<QuantityInfo>& quantities() {
+  static const std::vector<QuantityInfo> all{
+      {Quantity::stretch, "stretch", "", "largest | length / rest length - 1 | of a particle's springs", 0,
+       0.01},
+      {Quantity::volume_ratio, "volume ratio", "", "volume / volume at rest, mean of a particle's cells",
+       0.995, 1.005},
+      {Quantity::jacobian, "Jacobian", "",
+       "smallest corner volume / h^3 of a particle's cells; below 0: inside out", 0.995, 1.005},
+      {Quantity::speed, "speed", "m/s", "of a particle", 0, 1e-3}};
+  return all;
+}
+
+const QuantityInfo& info_of(Quantity quantity) { return quantities()[std::size_t(quantity)]; }
+
+std::vector<float> values_at(const std::vector<std::ptrdiff_t>& sites, Quantity quantity, const Body& body,
+                             const Field<double>& x, const Field<double>& v) {
+  std::vector<float> values;
+  values.reserve(sites.size());
+  const auto fill = [&](auto&& at) {
+    constexpr double most = 1e30;  // bodies that fly apart leave the range of single precision first
+    for (const std::ptrdiff_t site : sites) values.push_back(float(std::clamp(at(site), -most, most)));
+  };
+  switch (quantity) {
+    case Quantity::stretch:
+      fill([&](std::ptrdiff_t site) { return stretch_at(body, x, site); });
+      break;
+    case Quantity::volume_ratio:
+      fill([&](std::ptrdiff_t site) { return volume_ratio_at(body, x, site); });
+      break;
+    case Quantity::jacobian:
+      fill([&](std::ptrdiff_t site) { return jacobian_at(body, x, site); });
+      break;
+    case Quantity::speed:
+      fill([&](std::ptrdiff_t site) { return v.at(site).norm(); });
+      break;
+  }
+  return values;
+}
+
+Mark mark(const Vec3& position, const Colour& colour, double opacity) {
+  const auto byte = [](double share) { return static_cast<std::uint8_t>(std::lround(255 * share)); };
+  return {{float(position[0]), float(position[1]), float(position[2])},
+          {byte(colour[0]), byte(colour[1]), byte(colour[2]), byte(opacity)}};
+}
+
+void add_springs(Marks& lines, const Body& body, const Field<double>& x, const ValueRange* stretch) {
+  lines.reserve(lines.size() + 2 * body.spring_count());
+  body.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double, double) {
+    const Vec3 from = x.at(a), to = x.at(b);
+    Colour colour = plain_spring;
+    if (stretch != nullptr)
+      colour = map_colour(stretch->share(std::abs((to - from).norm() / body.rest_length(slot.kind) - 1)));
+    lines.push_back(mark(from, colour));
+    lines.push_back(mark(to, colour));
+  });
+}
+
+void add_particles(Marks& points, const Body& body, const Field<double>& x, const std::vector<Hold>& holds) {
+  const HeldSites held(body, holds);
+  for (const std::ptrdiff_t site : body.sites())
+    points.push_back(mark(x.at(site), is_held(held, site) ? held_particle : free_particle));
+}
+
+void add_grid(Marks& lines, const GridPlane& plane) {
+  const Vec3 across = plane.normal.unitOrthogonal(), along = plane.normal.cross(across);
+  const double reach = plane.lines * plane.spacing;
+  for (int i = -plane.lines; i <= plane.lines; ++i)
+    for (const auto& [u, w] : {std::pair(across, along), std::pair(along, across)}) {
+      const double offset = i * plane.spacing;
+      const double fade = 1 - 0.85 * std::abs(offset) / reach;
+      lines.push_back(mark(plane.point + offset * u - reach * w, grid_line, 0.12));
+      lines.push_back(mark(plane.point + offset * u, grid_line, 0.7 * fade));
+      lines.push_back(mark(plane.point + offset * u, grid_line, 0.7 * fade));
+      lines.push_back(mark(plane.point + offset * u + reach * w, grid_line, 0.12));
+    }
+}
+
+namespace {
+
+Vec3 size_of(const BodyConfig& body) {
+  return body.cell_size * Vec3(body.voxels.nx(), body.voxels.ny(), body.voxels.nz());
+}
+
+GridPlane ground_below(const Body& body, const std::vector<Hold>& holds, double spacing) {
+  const BodyConfig& config = body.config();
+  const Vec3 size = size_of(config);
+  const HeldSites held(body, holds);
+  const bool stands = std::all_of(body.sites().begin(), body.sites().end(), [&](std::ptrdiff_t site) {
+    const bool lowest = body.rest_position(site)[2] < config.origin[2] + config.cell_size / 2;
+    return !lowest || held.holds(site, 2);
+  });
+  const double down =
+      size.maxCoeff() * (stands ? 1e-3 : 0.5);  // a hair at least: no lines through what lies on it
+  Vec3 point = config.origin + Vec3(size[0] / 2, size[1] / 2, -down);
+  for (const int axis : {0, 1}) point[axis] = spacing * std::round(point[axis] / spacing);
+  return {.point = point, .spacing = spacing, .lines = 15};
+}
+
+}  // namespace
+
+std::vector<GridPlane> grids_of(const Body& body, const Environment& environment) {
+  const Vec3 size = size_of(body.config()), centre = body.config().origin + size / 2;
+  const double spacing = round_range(0, size.maxCoeff(), 0).step;
+  if (environment.planes.empty()) return {ground_below(body, environment.holds, spacing)};
+  std::vector<GridPlane> grids;
+  for (const Plane& plane : environment.planes)
+    grids.push_back({.point = centre - (plane.gap(centre) + 1e-3 * size.maxCoeff()) * plane.normal,
+                     .normal = plane.normal,
+                     .spacing = spacing,
+                     .lines = 15});
+  return grids;
+}
+
+}  // namespace mss

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/environment.hpp"
+#include "experiments/view/colour_map.hpp"
+#include "experiments/view/surface_mesh.hpp"
+
+namespace mss {
+
+/// What a body can be coloured by.
+enum class Quantity { stretch, volume_ratio, jacobian, speed };
+
+struct QuantityInfo {
+  Quantity quantity;
+  const char* name;
+  const char* unit;  ///< empty: a bare number
+  const char* meaning;
+  double low,
+      high;  ///< always on the colour bar: the value at rest, and as much beside it as is worth telling apart
+};
+
+/// All of them, in the order of the enumeration.
+const std::vector<QuantityInfo>& quantities();
+const QuantityInfo& info_of(Quantity quantity);
+
+/// A quantity of the particles at some sites.
+std::vector<float> values_at(const std::vector<std::ptrdiff_t>& sites, Quantity quantity, const Body& body,
+                             const Field<double>& x, const Field<double>& v);
+
+/// A point, or one of the two ends of a line, as the graphics card takes it.
+struct Mark {
+  std::array<float, 3> position;
+  std::array<std::uint8_t, 4> colour;  ///< red, green, blue, opacity
+};
+using Marks = std::vector<Mark>;
+
+Mark mark(const Vec3& position, const Colour& colour, double opacity = 1);
+
+/// A line per spring, coloured by its stretch if a range for that is given.
+void add_springs(Marks& lines, const Body& body, const Field<double>& x, const ValueRange* stretch);
+
+/// A point per particle; what is held in all directions looks different.
+void add_particles(Marks& points, const Body& body, const Field<double>& x, const std::vector<Hold>& holds);
+
+/// A plane in space, drawn as a square grid round a point of it.
+struct GridPlane {
+  Vec3 point = Vec3::Zero();
+  Vec3 normal = Vec3::UnitZ();
+  double spacing = 1;  ///< between lines [m]
+  int lines = 10;      ///< on either side of the point
+};
+
+void add_grid(Marks& lines, const GridPlane& plane);
+
+/// The planes that a body may touch. Where there are none, one below it: where it stands, if its whole lowest
+/// layer is held, otherwise so far down that what hangs or falls does not soon pass through.
+std::vector<GridPlane> grids_of(const Body& body, const Environment& environment);
+
+}  // namespace mss

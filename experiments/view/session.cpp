@@ -1,0 +1,231 @@
+#include "experiments/view/session.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "experiments/model.hpp"
+#include "experiments/simulation.hpp"
+
+namespace mss {
+
+namespace {
+
+constexpr double frame = 1.0 / 60;
+constexpr std::size_t longest_history = 1500;
+
+/// Share of shear stiffness that face diagonals carry: k_f = share mu h.
+double face_share_of(const BodyConfig& body) {
+  const double mu = body.elastic->young / (2 * (1 + body.elastic->poisson));
+  return std::clamp(body.springs.face / (mu * body.cell_size), 0.0, 1.0);
+}
+
+void apply(const Settings& settings, Scene& scene) {
+  BodyConfig& body = scene.body;
+  body.elastic = settings.elastic;
+  body.springs = settings.springs;
+  if (settings.elastic) body.fill(*settings.elastic, settings.face_share);
+  if (!settings.volume_force) body.springs.volume = 0;
+  body.damping = settings.damping;
+  body.topology = settings.topology;
+  scene.solve.integrator = settings.integrator;
+  scene.solve.dt = settings.dt;
+}
+
+}  // namespace
+
+Settings settings_of(const Scene& scene) {
+  const BodyConfig& body = scene.body;
+  return {.elastic = body.elastic,
+          .springs = body.springs,
+          .face_share = body.elastic ? face_share_of(body) : 0.5,
+          .damping = body.damping,
+          .topology = body.topology,
+          .integrator = scene.solve.integrator,
+          .dt = scene.solve.dt};
+}
+
+/// A body's system, method and state, whatever the precision they are in.
+class Simulation {
+ public:
+  Simulation() = default;
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+  virtual ~Simulation() = default;
+
+  virtual Status advance(double t_end, Work& work) = 0;
+  virtual Measures measure() const = 0;
+  virtual double time() const = 0;
+  virtual double dt() const = 0;
+  virtual void read(Field<double>& x, Field<double>& v) const = 0;
+  virtual void write(double t, const Field<double>& x, const Field<double>& v) = 0;
+  virtual Tether gentle_tether(std::ptrdiff_t site) const = 0;
+  virtual void tie(const std::optional<Tether>& tether) = 0;
+};
+
+namespace {
+
+template <class Real>
+class SimulationIn final : public Simulation {
+ public:
+  SimulationIn(const Scene& scene, const Body& body)
+      : system_(make_system<Real>(scene.model, body, scene.environment, scene.solve.threads)),
+        tethered_(*system_),
+        options_(method_options(scene, *system_)),
+        method_(find_integrator(scene.solve.integrator).make<Real>(options_)),
+        state_(start_state(*system_, scene)) {}
+
+  Status advance(double t_end, Work& work) override {
+    return method_->advance(tethered_, state_, t_end, work);
+  }
+  Measures measure() const override { return mss::measure(*system_, state_); }
+  double time() const override { return state_.t; }
+  double dt() const override { return options_.dt; }
+  void read(Field<double>& x, Field<double>& v) const override {
+    for (const std::ptrdiff_t site : system_->particles()) {
+      x.set(site, state_.x.at(site));
+      v.set(site, state_.v.at(site));
+    }
+  }
+  void write(double t, const Field<double>& x, const Field<double>& v) override {
+    state_.t = t;
+    for (const std::ptrdiff_t site : system_->particles()) {
+      state_.x.set(site, x.at(site));
+      state_.v.set(site, v.at(site));
+    }
+    method_->reset();
+  }
+  Tether gentle_tether(std::ptrdiff_t site) const override {
+    return mss::gentle_tether(system_->body(), system_->spectral_bound(), site);
+  }
+  void tie(const std::optional<Tether>& tether) override {
+    tethered_.tie(tether);
+    method_->reset();
+  }
+
+ private:
+  std::unique_ptr<BodySystem<Real>> system_;
+  TetheredSystem<Real> tethered_;
+  IntegratorOptions options_;
+  std::unique_ptr<Integrator<Real>> method_;
+  State<Real> state_;
+};
+
+std::unique_ptr<Simulation> simulation_of(const Scene& scene, const Body& body) {
+  if (scene.solve.precision == Precision::single) return std::make_unique<SimulationIn<float>>(scene, body);
+  return std::make_unique<SimulationIn<double>>(scene, body);
+}
+
+}  // namespace
+
+Session::Session(const Scene& scene) : scene_(scene), settings_(settings_of(scene)) {
+  check_solve(scene_);
+  body_ = std::make_unique<Body>(scene_.body);
+  restart();
+}
+
+Session::~Session() = default;
+
+double Session::dt() const { return simulation_->dt(); }
+
+void Session::restart() {
+  release();
+  simulation_ = simulation_of(scene_, *body_);
+  status_ = Status::ok;
+  work_ = {};
+  x_ = v_ = Field<double>(body_->lattice().size);
+  take_over();
+  forget_target();
+  history_.clear();
+  record();
+  start_ = history_.front();
+}
+
+/// Shows what the motion has come to.
+void Session::take_over() {
+  t_ = simulation_->time();
+  simulation_->read(x_, v_);
+}
+
+void Session::advance(double seconds) {
+  if (status_ != Status::ok) return;
+  target_ += seconds;
+  status_ = simulation_->advance(target_, work_);
+  if (status_ == Status::ok) take_over();
+}
+
+double Session::advance_within(double seconds, double budget) {
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  const double least = seconds / 64;
+  double done = 0, slice = least;
+  while (done < seconds && status_ == Status::ok) {
+    advance(slice);
+    done += slice;
+    const double elapsed = std::chrono::duration<double>(Clock::now() - begin).count();
+    if (elapsed >= budget) break;
+    slice = std::min(std::max(least, done * (budget - elapsed) / elapsed),
+                     seconds - done);  // what there is room for
+  }
+  return done;
+}
+
+void Session::step() {
+  forget_target();
+  const bool fixed = find_integrator(settings_.integrator).stepping == Stepping::fixed;
+  advance(fixed ? dt() : frame);
+}
+
+void Session::change(const Settings& settings) {
+  Scene scene = scene_;
+  apply(settings, scene);
+  check_solve(scene);
+  auto body = std::make_unique<Body>(scene.body);
+  auto motion = simulation_of(scene, *body);
+  motion->write(t_, x_, v_);
+  if (tether_) {  // a hand as strong as the new material allows
+    const Vec3 anchor = tether_->anchor;
+    tether_ = motion->gentle_tether(tether_->site);
+    tether_->anchor = anchor;
+    motion->tie(tether_);
+  }
+  simulation_ = std::move(motion);  // first: the old one refers to the old body
+  body_ = std::move(body);
+  scene_ = std::move(scene);
+  settings_ = settings;
+  forget_target();
+}
+
+bool Session::grab(std::ptrdiff_t site) {
+  const HeldSites held(*body_, scene_.environment.holds);
+  if (held.holds(site, 0) && held.holds(site, 1) && held.holds(site, 2)) return false;
+  tether_ = simulation_->gentle_tether(site);
+  pull(x_.at(site));
+  return true;
+}
+
+void Session::pull(const Vec3& anchor) {
+  tether_->anchor = anchor;
+  simulation_->tie(tether_);
+}
+
+void Session::release() {
+  tether_.reset();
+  if (simulation_) simulation_->tie(tether_);
+}
+
+std::optional<Session::Pull> Session::pulled() const {
+  if (!tether_) return std::nullopt;
+  return Pull{x_.at(tether_->site), tether_->anchor};
+}
+
+void Session::record() {
+  if (status_ != Status::ok) return;
+  const Measures measures = simulation_->measure();
+  if (!is_finite(measures)) status_ = Status::non_finite;  // energies overflow before coordinates do
+  if (status_ != Status::ok && !history_.empty()) return;
+  if (history_.size() == longest_history) history_.pop_front();
+  history_.push_back(measures);
+}
+
+}  // namespace mss

@@ -1,0 +1,474 @@
+// The window of `mss view`: GLFW's events become what the session, the camera and the display do.
+#include "experiments/view/window.hpp"
+
+// GLEW before any other header of OpenGL.
+#include <GL/glew.h>
+#include <GLFW/glfw3.h>
+#include <fmt/format.h>
+#include <imgui.h>
+#include <imgui_impl_glfw.h>
+#include <imgui_impl_opengl3.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "core/error.hpp"
+#include "experiments/output.hpp"
+#include "experiments/progress.hpp"
+#include "experiments/provenance.hpp"
+#include "experiments/view/image.hpp"
+#include "experiments/view/panel.hpp"
+#include "experiments/view/renderer.hpp"
+
+namespace mss {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// A window with a current context of OpenGL 3.3. Throws InputError if there is none to be had.
+class Window {
+ public:
+  Window(const ViewOptions& options, const std::string& title) {
+    if (glfwInit() == GLFW_FALSE) fail();
+    open(options, title, 4);
+    const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    if (renderer != nullptr &&
+        std::strstr(renderer, "llvmpipe") != nullptr) {  // a processor that draws is too slow
+      glfwDestroyWindow(window_);
+      open(options, title, 0);
+    }
+    glfwSwapInterval(1);
+    glewExperimental = GL_TRUE;
+    const GLenum loaded = glewInit();
+    if (loaded != GLEW_OK && loaded != GLEW_ERROR_NO_GLX_DISPLAY)  // the latter: on Wayland, and harmless
+      throw std::runtime_error("OpenGL cannot be loaded");
+    glfwSetWindowUserPointer(window_, this);
+    glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
+      auto& keys = static_cast<Window*>(glfwGetWindowUserPointer(window))->keys_;
+      if (action == GLFW_PRESS) keys.push_back({key, modifiers});
+    });
+  }
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
+  ~Window() {
+    glfwDestroyWindow(window_);
+    glfwTerminate();
+  }
+
+  struct Key {
+    int key, modifiers;
+  };
+
+  GLFWwindow* get() const { return window_; }
+  /// The keys pressed since this was asked last.
+  std::vector<Key> take_keys() { return std::exchange(keys_, {}); }
+
+ private:
+  void open(const ViewOptions& options, const std::string& title, int samples) {
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+    glfwWindowHint(GLFW_SAMPLES, samples);
+    glfwWindowHint(GLFW_VISIBLE, options.shot.empty() ? GLFW_TRUE : GLFW_FALSE);
+    window_ = glfwCreateWindow(options.width, options.height, title.c_str(), nullptr, nullptr);
+    if (window_ == nullptr) fail();
+    glfwMakeContextCurrent(window_);
+  }
+
+  [[noreturn]] static void fail() {
+    const char* why = nullptr;
+    glfwGetError(&why);
+    const std::string reason = why != nullptr ? why : "no reason is given";
+    glfwTerminate();
+    throw InputError(
+        fmt::format("no window with OpenGL 3.3 can be opened ({}); run on a desktop, or under xvfb-run from "
+                    "the package xvfb",
+                    reason));
+  }
+
+  GLFWwindow* window_ = nullptr;
+  std::vector<Key> keys_;
+};
+
+/// Dear ImGui in a window, with the looks of this program.
+class Gui {
+ public:
+  explicit Gui(const Window& window) {
+    ImGui::CreateContext();
+    ImGuiIO& io = ImGui::GetIO();
+    io.IniFilename = nullptr;  // leaves no files behind
+    const fs::path font = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+    if (fs::exists(font)) io.Fonts->AddFontFromFileTTF(font.c_str(), 14);
+    ImGui::StyleColorsLight();
+    ImGuiStyle& style = ImGui::GetStyle();
+    style.WindowRounding = style.WindowBorderSize = 0;
+    style.FrameRounding = style.GrabRounding = 3;
+    style.FramePadding = {6, 3};
+    style.ItemSpacing = {6, 4};
+    style.Colors[ImGuiCol_FrameBg] = {0.88F, 0.90F, 0.92F, 1};
+    ImGui_ImplGlfw_InitForOpenGL(window.get(), true);
+    ImGui_ImplOpenGL3_Init("#version 330 core");
+  }
+  Gui(const Gui&) = delete;
+  Gui& operator=(const Gui&) = delete;
+  ~Gui() {
+    ImGui_ImplOpenGL3_Shutdown();
+    ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext();
+  }
+
+  /// Opens a frame for a screen of this size [pixels].
+  void begin(int width, int height) const {
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::GetIO().DisplaySize = {float(width), float(height)};
+    ImGui::GetIO().DisplayFramebufferScale = {1, 1};
+    ImGui::NewFrame();
+  }
+  void end() const {
+    ImGui::Render();
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+  }
+};
+
+/// Shows one session in one window.
+class Viewer {
+ public:
+  Viewer(const Scene& scene, const ViewOptions& options)
+      : options_(options),
+        session_(scene),
+        window_(options, "mss view: " + scene.name),
+        gui_(window_),
+        panel_(scene),
+        mesh_(session_.body()),
+        grids_(grids_of(session_.body(), scene.environment)) {
+    glfwGetFramebufferSize(window_.get(), &width_, &height_);
+    display_.ground_spacing = grids_.front().spacing;
+    see_all();
+    fit_colours();
+  }
+
+  Status show_live();
+  Status make_shot();
+
+ private:
+  void frame();
+  void simulate_frame();
+  void do_keys();
+  void do_mouse(const Viewport& view);
+  void start_dragging(const Ray& ray);
+  void drag(const Ray& ray);
+  void release();
+  void obey(const Panel::Wishes& wishes);
+  void obey(Command command);
+  void play_or_pause();
+  void see_all();
+  void fit_colours();
+  void colour();
+  void draw(const Layout& places, int width, int height);
+  void log(const std::string& event) const;
+
+  ViewOptions options_;
+  Session session_;
+  Window window_;
+  Gui gui_;
+  Panel panel_;
+  SurfaceMesh mesh_;
+  std::vector<GridPlane> grids_;
+  Renderer renderer_;
+  Camera camera_;
+  Display display_;
+  int width_ = 0, height_ = 0;
+  bool past_end_ = false;                  ///< the scene's duration is over, and a person wants to go on
+  double grabbed_depth_ = 0;               ///< of the dragged particle, along the way the eye looks [m]
+  double shown_low_ = 0, shown_high_ = 0;  ///< values since the colours were fitted
+  long frames_ = 0;
+  double drawing_seconds_ = 0, stepping_seconds_ = 0;  ///< in all frames
+  Clock::time_point recorded_ = Clock::now();
+  double record_seconds_ = 0;
+};
+
+/// What scripts that drive the window wait for and check.
+void Viewer::log(const std::string& event) const {
+  if (!options_.log) return;
+  Json widgets = Json::object();
+  for (const auto& [name, w] : panel_.widgets())
+    widgets[name] = {std::lround(w.x), std::lround(w.y), std::lround(w.width), std::lround(w.height)};
+  const Layout places = layout(width_, height_);
+  const auto middle = camera_.project(camera_.target(), places.body);
+  const Json line{{"event", event},
+                  {"t", session_.time()},
+                  {"steps", session_.steps()},
+                  {"status", to_string(session_.status())},
+                  {"playing", display_.playing},
+                  {"dt", session_.dt()},
+                  {"integrator", session_.settings().integrator},
+                  {"edge", session_.scene().body.springs.edge},
+                  {"kinetic", session_.measures().kinetic},
+                  {"yaw", camera_.yaw()},
+                  {"distance", camera_.distance()},
+                  {"middle", {std::lround(middle[0]), std::lround(middle[1])}},
+                  {"width", width_},
+                  {"height", height_},
+                  {"frames", frames_},
+                  {"frame_seconds", display_.frame_seconds},
+                  {"stepping_seconds", stepping_seconds_},
+                  {"drawing_seconds", drawing_seconds_},
+                  {"slower", display_.slower},
+                  {"message", display_.message},
+                  {"widgets", widgets}};
+  fmt::print("{}\n", line.dump());
+  std::fflush(stdout);
+}
+
+void Viewer::play_or_pause() {
+  display_.playing = !display_.playing && session_.status() == Status::ok;
+  const double duration = session_.scene().solve.duration;
+  past_end_ = session_.time() > duration - session_.dt() / 2 - 1e-9 * duration;
+  log(display_.playing ? "play" : "pause");
+}
+
+void Viewer::see_all() {
+  Vec3 lower = session_.positions().at(mesh_.sites().front()), upper = lower;
+  for (const std::ptrdiff_t site : mesh_.sites()) {
+    lower = lower.cwiseMin(session_.positions().at(site));
+    upper = upper.cwiseMax(session_.positions().at(site));
+  }
+  camera_.fit(lower, upper, layout(width_, height_).body);
+}
+
+void Viewer::fit_colours() {
+  shown_low_ = info_of(display_.quantity).low;
+  shown_high_ = info_of(display_.quantity).high;
+}
+
+void Viewer::obey(Command command) {
+  switch (command) {
+    case Command::play_or_pause:
+      return play_or_pause();
+    case Command::step:
+      display_.playing = false;
+      session_.step();
+      session_.record();
+      return log("step");
+    case Command::restart:
+      session_.restart();
+      past_end_ = false;
+      fit_colours();
+      return log("restart");
+    case Command::see_all:
+      return see_all();
+    case Command::fit_colours:
+      return fit_colours();
+    case Command::close:
+      return glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
+  }
+}
+
+void Viewer::obey(const Panel::Wishes& wishes) {
+  if (!wishes.commands.empty() || wishes.settings) display_.message.clear();
+  try {
+    if (wishes.settings) {
+      session_.change(*wishes.settings);
+      log("change");
+    }
+    for (const Command command : wishes.commands) obey(command);
+  } catch (const InputError& error) {
+    display_.message = error.what();
+    log("refusal");
+  }
+}
+
+void Viewer::do_keys() {
+  Panel::Wishes wishes;
+  for (const Window::Key& key : window_.take_keys()) {
+    if (ImGui::GetIO().WantTextInput) continue;
+    const bool control = (key.modifiers & GLFW_MOD_CONTROL) != 0;
+    if (key.key == GLFW_KEY_SPACE) wishes.commands.push_back(Command::play_or_pause);
+    if (key.key == GLFW_KEY_S) wishes.commands.push_back(Command::step);
+    if (key.key == GLFW_KEY_R) wishes.commands.push_back(Command::restart);
+    if (key.key == GLFW_KEY_F) wishes.commands.push_back(Command::see_all);
+    if (key.key == GLFW_KEY_C) wishes.commands.push_back(Command::fit_colours);
+    if (key.key == GLFW_KEY_Q && control) wishes.commands.push_back(Command::close);
+  }
+  if (!wishes.commands.empty()) obey(wishes);
+}
+
+void Viewer::do_mouse(const Viewport& view) {
+  const ImGuiIO& io = ImGui::GetIO();
+  const Ray ray = camera_.ray(io.MousePos.x, io.MousePos.y, view);
+  if (session_.pulled()) {
+    if (ImGui::IsMouseDown(ImGuiMouseButton_Left)) return drag(ray);
+    return release();
+  }
+  const auto begun_here = [&](ImGuiMouseButton b) {  // drags that began on a button or slider are not ours
+    return ImGui::IsMouseDown(b) && view.contains(io.MouseClickedPos[b].x, io.MouseClickedPos[b].y);
+  };
+  if (view.contains(io.MousePos.x, io.MousePos.y)) {
+    if (io.MouseWheel != 0) camera_.zoom(io.MouseWheel);
+    if (ImGui::IsMouseClicked(ImGuiMouseButton_Left) && !io.KeyCtrl) start_dragging(ray);
+  }
+  if (session_.pulled()) return;
+  if (begun_here(ImGuiMouseButton_Left)) camera_.orbit(io.MouseDelta.x, io.MouseDelta.y);
+  if (begun_here(ImGuiMouseButton_Right) || begun_here(ImGuiMouseButton_Middle))
+    camera_.pan(io.MouseDelta.x, io.MouseDelta.y, view);
+}
+
+void Viewer::start_dragging(const Ray& ray) {
+  const auto hit = mesh_.hit(ray);
+  if (!hit || session_.status() != Status::ok || !session_.grab(hit->site)) return;
+  grabbed_depth_ = (session_.positions().at(hit->site) - camera_.eye()).dot(camera_.forward());
+  log("grab");
+}
+
+/// The particle is pulled to where the mouse points, as far from the eye as it was.
+void Viewer::drag(const Ray& ray) {
+  session_.pull(ray.origin + grabbed_depth_ / ray.direction.dot(camera_.forward()) * ray.direction);
+}
+
+void Viewer::release() {
+  session_.release();
+  log("release");
+}
+
+/// As much time as the last frame took, as far as the machine gets in a thirtieth of a second.
+void Viewer::simulate_frame() {
+  constexpr double longest_frame = 0.1, budget = 1.0 / 30, memory = 0.9;
+  display_.step_seconds = display_.steps_per_frame = 0;
+  if (!display_.playing) return;
+  double asked = std::min(display_.frame_seconds, longest_frame);
+  const double left = session_.scene().solve.duration - session_.time();
+  if (!past_end_) asked = std::min(asked, left);
+  const auto begin = Clock::now();
+  const std::int64_t steps_before = session_.steps();
+  const double simulated = session_.advance_within(asked, budget);
+  display_.step_seconds = seconds_since(begin);
+  display_.steps_per_frame = double(session_.steps() - steps_before);
+  if (simulated > 0)
+    display_.slower = memory * display_.slower + (1 - memory) * display_.frame_seconds / simulated;
+  const bool at_end = !past_end_ && simulated >= left;
+  if (session_.status() == Status::ok && !at_end) return;
+  display_.playing = false;
+  log(at_end ? "end" : "failure");
+}
+
+/// The colour bar holds everything seen since it was fitted last.
+void Viewer::colour() {
+  const auto values = values_at(mesh_.sites(), display_.quantity, session_.body(), session_.positions(),
+                                session_.velocities());
+  for (const float value : values) {
+    shown_low_ = std::min(shown_low_, double(value));
+    shown_high_ = std::max(shown_high_, double(value));
+  }
+  display_.range = round_range(shown_low_, shown_high_, 0);
+  mesh_.update(session_.positions(), values);
+}
+
+void Viewer::draw(const Layout& places, int width, int height) {
+  const Body& body = session_.body();
+  Picture picture{
+      .mesh = mesh_, .range = display_.range, .surface = display_.surface, .edges = display_.edges};
+  if (display_.ground)
+    for (const GridPlane& grid : grids_) add_grid(picture.lines, grid);
+  if (display_.springs)
+    add_springs(picture.lines, body, session_.positions(),
+                display_.quantity == Quantity::stretch ? &display_.range : nullptr);
+  if (display_.particles)
+    add_particles(picture.points, body, session_.positions(), session_.scene().environment.holds);
+  if (const auto pull = session_.pulled()) {
+    const Colour red{0.8F, 0.1F, 0.1F};
+    for (const Vec3& end : {pull->from, pull->to}) {
+      picture.lines.push_back(mark(end, red));
+      picture.points.push_back(mark(end, red));
+    }
+  }
+  renderer_.draw(picture, camera_, places.body, width, height);
+}
+
+void Viewer::frame() {
+  const auto begin = Clock::now();
+  const int width_before = width_, height_before = height_;
+  glfwGetFramebufferSize(window_.get(), &width_, &height_);
+  if (width_ == 0 || height_ == 0) return;  // minimised
+  gui_.begin(width_, height_);
+  const Layout places = layout(width_, height_);
+  obey(panel_.draw(session_, display_, places));
+  do_keys();
+  do_mouse(places.body);
+  simulate_frame();
+  stepping_seconds_ += display_.step_seconds;
+  if (seconds_since(recorded_) > 20 * record_seconds_) {  // measuring takes a twentieth of the time at most
+    const auto recording = Clock::now();
+    if (display_.playing) session_.record();
+    record_seconds_ = seconds_since(recording);
+    recorded_ = Clock::now();
+  }
+  colour();
+  draw(places, width_, height_);
+  gui_.end();
+  glfwSwapBuffers(window_.get());
+  drawing_seconds_ += seconds_since(begin) - display_.step_seconds;
+  ++frames_;
+  if (frames_ == 1) log("ready");
+  if (frames_ > 1 && (width_ != width_before || height_ != height_before)) log("resize");
+}
+
+Status Viewer::show_live() {
+  display_.playing = true;
+  auto last = Clock::now();
+  while (glfwWindowShouldClose(window_.get()) == GLFW_FALSE && !interrupted()) {
+    glfwPollEvents();
+    display_.frame_seconds = seconds_since(std::exchange(last, Clock::now()));
+    frame();
+  }
+  log("close");
+  return interrupted() ? Status::interrupted : session_.status();
+}
+
+/// Sixtieths of a second as they come, whatever the time they take: the same picture on every machine.
+Status Viewer::make_shot() {
+  prepare_directory(options_.shot.has_parent_path() ? options_.shot.parent_path() : fs::path("."));
+  width_ = options_.width;
+  height_ = options_.height;
+  see_all();  // of a body that flies apart, its start
+  for (; frames_ < options_.frames && session_.status() == Status::ok && !interrupted(); ++frames_) {
+    const auto begin = Clock::now();
+    session_.advance(1.0 / 60);
+    stepping_seconds_ += seconds_since(begin);
+    session_.record();
+  }
+  if (interrupted()) return Status::interrupted;
+  if (session_.status() == Status::ok) see_all();
+  colour();
+  const Canvas canvas(width_, height_);
+  for (int pass = 0; pass < 2; ++pass) {  // Dear ImGui knows sizes from the second frame on
+    gui_.begin(width_, height_);
+    const Layout places = layout(width_, height_);
+    panel_.draw(session_, display_, places);
+    canvas.bind();
+    draw(places, width_, height_);
+    gui_.end();
+  }
+  write_png(options_.shot, width_, height_, canvas.read());
+  log("shot");
+  return session_.status();
+}
+
+}  // namespace
+
+Status view(const Scene& scene, const ViewOptions& options) {
+  Viewer viewer(scene, options);
+  return options.shot.empty() ? viewer.show_live() : viewer.make_shot();
+}
+
+}  // namespace mss

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+
+#include "core/scene.hpp"
+#include "integrators/integrator.hpp"
+
+namespace mss {
+
+/// How a scene is to be shown.
+struct ViewOptions {
+  int width = 1280;  ///< [pixels]
+  int height = 800;
+  long frames = 0;               ///< with a shot: how many sixtieths of a second to simulate before it
+  std::filesystem::path shot{};  ///< where to put a picture; empty: a window for a person
+  bool log = false;              ///< a line of JSON on stdout for everything that is done in the window
+};
+
+/// Shows a scene until its window is closed, or makes a picture of it. Returns how the simulation is then;
+/// the picture is written all the same. Throws InputError if the scene cannot be simulated, no window be
+/// opened or the picture not be written, and if this build has no window.
+Status view(const Scene& scene, const ViewOptions& options);
+
+}  // namespace mss

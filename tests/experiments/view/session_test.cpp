@@ -1,0 +1,190 @@
+// What a window's session does without a window: the run of `mss run`, edits that keep the state, pulls,
+// failures.
+#include "experiments/view/session.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/error.hpp"
+#include "experiments/commands.hpp"
+#include "experiments/simulation.hpp"
+
+namespace mss {
+namespace {
+
+Scene scene(const std::string& name, const std::vector<std::string>& overrides = {}) {
+  return load_scene(scene_file(name), overrides);
+}
+
+double largest_difference(const Field<double>& a, const Field<double>& b) {
+  return (a.array() - b.array()).abs().maxCoeff();
+}
+
+TEST(Session, GoesWhereMssRunGoesBitForBit) {
+  for (const char* precision : {"double", "single"}) {
+    const Scene s =
+        scene("free_cube", {std::string("solve.precision='") + precision + "'", "solve.duration=0.2"});
+    Progress nobody;
+    const SimulationResult run = simulate(s, nobody);
+    Session session(s);
+    for (int frame = 0; frame < 12; ++frame) session.advance(1.0 / 60);
+    EXPECT_EQ(session.steps(), run.work.steps);
+    ASSERT_EQ(session.body().sites().size(), run.particles.size());
+    for (std::size_t id = 0; id < run.particles.size(); ++id)
+      ASSERT_EQ(session.positions().at(session.body().sites()[id]), run.particles[id].x) << precision;
+  }
+}
+
+TEST(Session, ShowsEverySceneAndMethod) {
+  int methods = 0;
+  for (const IntegratorInfo& info : integrators()) {
+    Session session(scene("fig5_1_stretch", {"solve.integrator=" + info.name, "solve.dt=2e-4"}));
+    session.advance(0.01);
+    session.record();
+    EXPECT_EQ(session.status(), Status::ok) << info.name;
+    EXPECT_NEAR(session.time(), 0.01, 1.1e-4) << info.name;
+    ++methods;
+  }
+  EXPECT_GE(methods, 10);
+  Session elements(scene("cantilever", {"material.model=corotational", "body.cells=[4,2,2]"}));
+  elements.advance(0.01);
+  EXPECT_EQ(elements.status(), Status::ok);
+}
+
+TEST(Session, TakesOneStepOfItsOwn) {
+  Session session(scene("free_cube"));
+  session.advance(0.0107);  // leaves a part of a step over
+  const double before = session.time();
+  session.step();
+  EXPECT_NEAR(session.time() - before, session.dt(), 1e-12);
+  EXPECT_EQ(session.steps(), std::lround(session.time() / session.dt()));
+}
+
+TEST(Session, KeepsPositionsAndVelocitiesWhenTheMaterialChanges) {
+  Session session(scene("voxel_creature"));
+  session.advance(0.1);
+  const Field<double> x = session.positions(), v = session.velocities();
+  const double t = session.time(), dt = session.dt();
+  EXPECT_GT(v.array().abs().maxCoeff(), 0.1);
+  Settings settings = session.settings();
+  settings.elastic->young *= 4;
+  session.change(settings);
+  EXPECT_EQ(session.time(), t);
+  EXPECT_EQ(largest_difference(x, session.positions()), 0);
+  EXPECT_EQ(largest_difference(v, session.velocities()), 0);
+  EXPECT_NEAR(session.scene().body.springs.edge, 4 * scene("voxel_creature").body.springs.edge, 1e-6);
+  EXPECT_LT(session.dt(), 0.55 * dt);  // "safe" follows the material
+  session.advance(0.01);
+  EXPECT_GT(largest_difference(x, session.positions()), 0);
+  session.change(settings_of(scene("voxel_creature")));
+  EXPECT_EQ(session.dt(), dt);
+}
+
+TEST(Session, ChangesTopologyVolumeForceMethodAndStep) {
+  Session session(scene("fig5_1_twist"));
+  Settings settings = session.settings();
+  settings.volume_force = false;
+  settings.topology = Topology::edges_body;
+  settings.integrator = "rk4";
+  settings.dt = 5e-4;
+  settings.damping.zeta = 0.2;
+  session.change(settings);
+  EXPECT_EQ(session.scene().body.springs.volume, 0);
+  EXPECT_LT(session.body().spring_count(), Body(scene("fig5_1_twist").body).spring_count());
+  EXPECT_EQ(session.dt(), 5e-4);
+  EXPECT_EQ(session.body().config().damping.zeta, 0.2);
+  session.advance(0.01);
+  EXPECT_EQ(session.steps(), 20);
+  settings.volume_force = true;
+  session.change(settings);
+  EXPECT_EQ(session.scene().body.springs.volume, 0.1);
+}
+
+TEST(Session, RefusesWhatCannotBeSimulatedAndChangesNothing) {
+  Session session(scene("cantilever"));
+  session.advance(0.05);
+  const Field<double> x = session.positions();
+  Settings settings = session.settings();
+  settings.integrator = "explicit_euler";  // no step is safe
+  settings.dt.reset();
+  settings.damping = {};
+  EXPECT_THROW(session.change(settings), InputError);
+  EXPECT_EQ(session.settings().integrator, "verlet");
+  EXPECT_EQ(largest_difference(x, session.positions()), 0);
+  session.advance(0.05);
+  EXPECT_EQ(session.status(), Status::ok);
+}
+
+TEST(Session, SurvivesAFailureAndRestarts) {
+  Session session(scene("fig5_1_twist", {"solve.dt=0.02"}));  // ten times what is stable
+  for (int frame = 0; frame < 600 && session.status() == Status::ok; ++frame) {
+    session.advance(1.0 / 60);
+    session.record();
+  }
+  EXPECT_EQ(session.status(), Status::non_finite);
+  EXPECT_TRUE(std::isfinite(session.measures().kinetic));
+  EXPECT_TRUE(session.positions().array().isFinite().all());
+  const double t = session.time();
+  session.advance(1);
+  EXPECT_EQ(session.time(), t);  // nothing more happens
+  Settings settings = session.settings();
+  settings.dt = 1e-3;
+  session.change(settings);
+  session.restart();
+  EXPECT_EQ(session.status(), Status::ok);
+  EXPECT_EQ(session.time(), 0);
+  session.advance(0.5);
+  EXPECT_EQ(session.status(), Status::ok);
+  EXPECT_EQ(session.steps(), 500);
+}
+
+TEST(Session, IsPulledByAParticle) {
+  Session session(scene("free_cube", {"start.velocity=[0,0,0]", "start.spin=[0,0,0]"}));
+  const std::ptrdiff_t corner = session.body().sites().back();
+  ASSERT_TRUE(session.grab(corner));
+  const Vec3 here = session.positions().at(corner);
+  EXPECT_EQ(session.pulled()->from, here);
+  session.advance(0.05);
+  EXPECT_LT(session.velocities().at(corner).norm(), 1e-9);  // tied to where it is: no pull yet
+  session.pull(here + Vec3(0.2, 0, 0));
+  session.advance(0.05);
+  EXPECT_GT(session.positions().at(corner)[0] - here[0], 1e-3);
+  session.release();
+  EXPECT_FALSE(session.pulled());
+  session.record();
+  const double momentum = session.measures().momentum[0];
+  EXPECT_GT(momentum, 1e-3);
+  session.advance(0.05);
+  session.record();
+  EXPECT_NEAR(session.measures().momentum[0], momentum, 1e-9 * momentum);  // nobody pulls any more
+}
+
+TEST(Session, CannotBePulledWhereItIsHeld) {
+  Session session(scene("cantilever"));
+  EXPECT_FALSE(session.grab(session.body().sites().front()));
+  EXPECT_FALSE(session.pulled());
+}
+
+TEST(Session, StopsAtItsBudget) {
+  Session session(scene("free_cube"));
+  EXPECT_NEAR(session.advance_within(0.64, 0), 0.01, 1e-12);
+  EXPECT_NEAR(session.time(), 0.01, 1e-9);
+  EXPECT_NEAR(session.advance_within(0.08, 60), 0.08, 1e-12);
+  EXPECT_NEAR(session.time(), 0.09, 1e-9);
+}
+
+TEST(Session, RemembersMeasuresFromItsStart) {
+  Session session(scene("free_cube"));
+  EXPECT_EQ(session.history().size(), 1U);
+  for (int i = 0; i < 5; ++i) {
+    session.advance(1e-3);
+    session.record();
+  }
+  EXPECT_EQ(session.history().size(), 6U);
+  EXPECT_EQ(session.history().front().t, 0);
+  EXPECT_NEAR(session.measures().total(), session.start().total(), 1e-3 * session.start().total());
+  session.restart();
+  EXPECT_EQ(session.history().size(), 1U);
+}
+
+}  // namespace
+}  // namespace mss

@@ -1,0 +1,103 @@
+// Pictures that `mss view --shot` makes, from outside. Needs a screen: see with_display.sh.
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <vector>
+
+#include "experiments/output.hpp"
+#include "experiments/process.hpp"
+#include "experiments/view/colour_map.hpp"
+
+namespace mss {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A picture as it is on disk.
+struct Picture {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> pixels;
+
+  explicit Picture(const fs::path& file) {
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    EXPECT_NE(png_image_begin_read_from_file(&image, file.c_str()), 0) << file;
+    image.format = PNG_FORMAT_RGB;
+    pixels.resize(PNG_IMAGE_SIZE(image));
+    EXPECT_NE(png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr), 0) << file;
+    width = int(image.width);
+    height = int(image.height);
+  }
+
+  Colour at(int x, int y) const {
+    const std::uint8_t* p = &pixels[3 * std::size_t(y * width + x)];
+    return {float(p[0]) / 255, float(p[1]) / 255, float(p[2]) / 255};
+  }
+};
+
+double distance(const Colour& a, const Colour& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+/// A picture of a scene, in a directory of the test's own.
+class Shot : public ::testing::Test {
+ protected:
+  Shot() { fs::create_directories(root_); }
+  ~Shot() override { fs::remove_all(root_); }
+  Shot(const Shot&) = delete;
+  Shot& operator=(const Shot&) = delete;
+
+  fs::path file(const std::string& name) const { return root_ / name; }
+  ProgramRun take(const std::string& name, std::vector<std::string> more) const {
+    std::vector<std::string> arguments{MSS_PROGRAM, "view", "--shot", file(name).string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_program(arguments);
+  }
+
+ private:
+  fs::path root_ =
+      fs::path(::testing::TempDir()) /
+      ("mss_shot_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+};
+
+TEST_F(Shot, ShowsBodyPanelAndColourBar) {
+  const ProgramRun run = take("a.png", {"voxel_creature", "--frames", "30"});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  const Picture picture(file("a.png"));
+  ASSERT_EQ(picture.width, 1280);
+  ASSERT_EQ(picture.height, 800);
+  const Colour background = picture.at(330, 10);
+  EXPECT_GT(distance(picture.at(750, 310), background), 0.3);  // the body, in the middle of its place
+  // The colour bar from bottom to top; its frame and ticks are beside this column.
+  for (const double share : {0.02, 0.25, 0.5, 0.75, 0.98})
+    EXPECT_LT(distance(picture.at(1204, int(std::lround(600 - 536 * share))), map_colour(share)), 0.03)
+        << share;
+}
+
+TEST_F(Shot, IsTheSameEveryTimeAndMovesOn) {
+  for (const char* name : {"a.png", "b.png"})
+    ASSERT_EQ(take(name, {"fig5_1_twist", "--frames", "20", "--size", "800x500"}).exit_status, 0);
+  ASSERT_EQ(take("c.png", {"fig5_1_twist", "--size", "800x500"}).exit_status, 0);
+  EXPECT_EQ(Picture(file("a.png")).width, 800);
+  EXPECT_EQ(read_file(file("a.png")), read_file(file("b.png")));
+  EXPECT_NE(Picture(file("a.png")).pixels, Picture(file("c.png")).pixels);
+}
+
+TEST_F(Shot, IsTakenOfAFailureToo) {
+  const ProgramRun run = take("a.png", {"fig5_1_twist", "--frames", "600", "--set", "solve.dt=0.02"});
+  EXPECT_EQ(run.exit_status, 3);
+  EXPECT_NE(run.output.find("the simulation failed: non_finite"), std::string::npos) << run.output;
+  EXPECT_EQ(Picture(file("a.png")).height, 800);
+}
+
+TEST_F(Shot, GoesNowhereIfItCannotBeWritten) {
+  const ProgramRun run = run_program({MSS_PROGRAM, "view", "cantilever", "--shot", "/dev/null/a.png"});
+  EXPECT_EQ(run.exit_status, 2);
+  EXPECT_NE(run.output.find("/dev/null cannot be written"), std::string::npos) << run.output;
+}
+
+}  // namespace
+}  // namespace mss

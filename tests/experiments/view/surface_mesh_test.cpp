@@ -1,0 +1,117 @@
+// The surface that is drawn: closed, outward, and around exactly the body's volume.
+#include "experiments/view/surface_mesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "core/measures.hpp"
+#include "tests/random_bodies.hpp"
+
+namespace mss {
+namespace {
+
+Vec3 at(const std::array<float, 3>& p) { return {p[0], p[1], p[2]}; }
+
+/// Faces between a cell and no cell, counted otherwise.
+std::size_t boundary_faces(const VoxelGrid& voxels) {
+  std::size_t touching = 0;
+  for (int k = 0; k < voxels.nz(); ++k)
+    for (int j = 0; j < voxels.ny(); ++j)
+      for (int i = 0; i < voxels.nx(); ++i)
+        if (voxels.at(i, j, k))
+          touching += std::size_t(voxels.at(i + 1, j, k)) + voxels.at(i, j + 1, k) + voxels.at(i, j, k + 1);
+  return 6 * voxels.count() - 2 * touching;
+}
+
+TEST(SurfaceMesh, HasTheFacesBetweenCellsAndNone) {
+  EXPECT_EQ(SurfaceMesh(Body(testing::test_config(VoxelGrid::box(3, 4, 5)))).face_count(),
+            2U * (12 + 15 + 20));
+  for (const auto& shape : testing::test_shapes()) {
+    const SurfaceMesh mesh(Body(testing::test_config(shape.voxels)));
+    EXPECT_EQ(mesh.face_count(), boundary_faces(shape.voxels)) << shape.name;
+    EXPECT_EQ(mesh.triangles().size(), 3 * 4 * mesh.face_count()) << shape.name;
+  }
+}
+
+// Every side of a triangle is met by another one that runs the other way.
+TEST(SurfaceMesh, IsClosed) {
+  for (const auto& shape : testing::test_shapes()) {
+    const SurfaceMesh mesh(Body(testing::test_config(shape.voxels)));
+    std::map<std::pair<std::array<float, 3>, std::array<float, 3>>, int> balance;
+    for (std::size_t i = 0; i < mesh.triangles().size(); ++i) {
+      const auto& a = mesh.vertices()[mesh.triangles()[i]].position;
+      const auto& b = mesh.vertices()[mesh.triangles()[i % 3 == 2 ? i - 2 : i + 1]].position;
+      ++balance[{a, b}];
+      --balance[{b, a}];
+    }
+    EXPECT_GT(balance.size(), 0U);
+    for (const auto& [side, count] : balance) EXPECT_EQ(count, 0) << shape.name;
+  }
+}
+
+TEST(SurfaceMesh, EnclosesTheVolumeOfTheCellsHoweverTheyAreWarped) {
+  for (const auto& shape : testing::test_shapes()) {
+    const Body body(testing::test_config(shape.voxels));
+    const SpringSystem<double> system(body, {});
+    State<double> state = system.rest_state();
+    SurfaceMesh mesh(body);
+    const double at_rest = double(body.cell_count()) * body.cell_volume();
+    EXPECT_NEAR(mesh.volume() / at_rest, 1, 1e-5) << shape.name;
+    testing::randomise(body, state, 0.3, 0, 5);
+    mesh.update(state.x, std::vector<float>(mesh.sites().size(), 0.0F));
+    const double ratio = measure(system, state).volume_ratio;
+    EXPECT_GT(std::abs(ratio - 1), 1e-4) << shape.name;
+    EXPECT_NEAR(mesh.volume() / at_rest, ratio, 2e-5) << shape.name;  // vertices are in single precision
+  }
+}
+
+TEST(SurfaceMesh, NormalsAreUnitAndOutward) {
+  const Body body(testing::test_config(VoxelGrid::box(3, 2, 2)));
+  const SurfaceMesh mesh(body);
+  const Vec3 middle = body.config().origin + 0.2 * Vec3(1.5, 1, 1), half = 0.2 * Vec3(1.5, 1, 1);
+  std::set<int> seen;
+  for (const SurfaceVertex& vertex : mesh.vertices()) {
+    const Vec3 n = at(vertex.normal), from_middle = at(vertex.position) - middle;
+    Eigen::Index axis = 0;
+    EXPECT_NEAR(n.cwiseAbs().maxCoeff(&axis), 1, 1e-6);
+    EXPECT_NEAR(n.norm(), 1, 1e-6);
+    EXPECT_NEAR(n.dot(from_middle), half[axis], 1e-6);  // sharp edges: each side has its own
+    seen.insert(int(2 * axis) + (n[axis] > 0 ? 1 : 0));
+  }
+  EXPECT_EQ(seen.size(), 6U);
+}
+
+TEST(SurfaceMesh, CarriesValuesToCornersAndTheirMeanToCentres) {
+  const Body body(testing::test_config(VoxelGrid::box(1, 1, 1)));
+  SurfaceMesh mesh(body);
+  ASSERT_EQ(mesh.sites(), body.sites());
+  Field<double> x(body.lattice().size);
+  std::vector<float> values;
+  for (const std::ptrdiff_t site : mesh.sites()) {
+    x.set(site, body.rest_position(site));
+    values.push_back(float(body.rest_position(site).sum()));
+  }
+  mesh.update(x, values);
+  for (const SurfaceVertex& vertex : mesh.vertices())
+    EXPECT_NEAR(vertex.value, at(vertex.position).sum(), 1e-5);
+  EXPECT_EQ(mesh.edges().size(), 2U * 12);
+}
+
+TEST(SurfaceMesh, IsHitWhereItIs) {
+  const Body body(testing::test_config(VoxelGrid::box(2, 2, 2)));
+  const SurfaceMesh mesh(body);
+  const Vec3 origin = body.config().origin, up = Vec3::UnitZ();
+  const auto hit = mesh.hit({origin + Vec3(0.31, 0.35, 5), -up});
+  ASSERT_TRUE(hit);
+  EXPECT_NEAR(hit->distance, 5 - 0.4, 1e-6);
+  EXPECT_NEAR((body.rest_position(hit->site) - (origin + Vec3(0.4, 0.4, 0.4))).norm(), 0, 1e-12);
+  EXPECT_FALSE(mesh.hit({origin + Vec3(0.5, 0.3, 5), -up}));  // past it
+  EXPECT_FALSE(mesh.hit({origin + Vec3(0.3, 0.3, 5), up}));   // behind
+}
+
+}  // namespace
+}  // namespace mss

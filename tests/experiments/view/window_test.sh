@@ -1,0 +1,168 @@
+#!/usr/bin/env bash
+# Drives the window of `mss view` with real mouse and key events and checks what it says it did: window_test.sh MSS.
+# Needs a screen: see with_display.sh.
+set -euo pipefail
+
+mss=$1
+folder=$(mktemp -d)
+log=$folder/log
+view=
+trap 'if [[ -n $view ]] && kill -0 "$view" 2>/dev/null; then kill "$view"; fi; rm -rf "$folder"' EXIT
+
+seen=0  # lines of the log that were looked at
+line=   # the last of them
+
+fail() {
+  echo "FAILED: $*" >&2
+  echo "after: $line" >&2
+  exit 1
+}
+
+# Waits for the next line of the log that tells of an event.
+expect() {
+  local count
+  for _ in $(seq 200); do
+    count=$(tail -n +$((seen + 1)) "$log" | grep -n "^{\"event\":\"$1\"" | head -1 | cut -d: -f1 || true)
+    if [[ -n $count ]]; then
+      seen=$((seen + count))
+      line=$(sed -n "${seen}p" "$log")
+      return
+    fi
+    sleep 0.05
+  done
+  fail "no '$1' came"
+}
+
+# A number or word of that line.
+field() { grep -o "\"$1\":[^,}]*" <<<"$line" | head -1 | cut -d: -f2 | tr -d '"'; }
+
+# holds EXPRESSION: of numbers, as awk has them.
+holds() { awk "BEGIN { exit !($1) }" || fail "not so: $1"; }
+
+# Where something is: the point at a share of its width, in the middle of its height.
+point() {
+  grep -o "\"$1\":\[[^]]*\]" <<<"$line" | tr -d '[]' | sed 's/.*://' |
+    awk -F, -v share="${2:-0.5}" '{ print int($1 + share * $3), int($2 + $4 / 2) }'
+}
+
+press() { # X Y: presses and lets go there
+  xdotool mousemove --window "$window" "$1" "$2" sleep 0.12 mousedown 1 sleep 0.12 mouseup 1 sleep 0.05
+}
+
+key() { xdotool key --delay 50 "$1"; }
+
+start() {
+  "$mss" view voxel_creature --log --set 'environment.gravity=[0,0,0]' --set 'start.velocity=[0,0,0]' \
+    --set solve.duration=1000 >"$log" &
+  view=$!
+  expect ready
+  window=$(xdotool search --onlyvisible --name 'mss view: voxel_creature')
+  xdotool windowfocus --sync "$window"
+  [[ $(field status) == ok && $(field playing) == true && $(field width) == 1280 ]] || fail "not ready"
+  holds "$(field kinetic) == 0"
+  body=$(grep -o '"middle":\[[^]]*\]' <<<"$line" | tr -d '[]' | cut -d: -f2 | tr ',' ' ')
+}
+
+drag_the_body() {
+  local x y
+  read -r x y <<<"$body"
+  xdotool mousemove --window "$window" "$x" "$y" sleep 0.1 mousedown 1
+  expect grab
+  for away in 20 40 60 80; do xdotool mousemove --window "$window" $((x + away)) "$y" sleep 0.05; done
+  sleep 0.3
+  xdotool mouseup 1
+  expect release
+  holds "$(field kinetic) > 1e-6"
+}
+
+pause_and_step() {
+  key space
+  expect pause
+  [[ $(field playing) == false ]] || fail "plays on"
+  local steps t
+  steps=$(field steps) t=$(field t)
+  sleep 0.2
+  key s
+  expect step
+  holds "$(field steps) == $steps + 1"
+  holds "$(field t) > $t && $(field t) < $t + 0.01"
+}
+
+restart() {
+  key r
+  expect restart
+  holds "$(field t) == 0 && $(field steps) == 0 && $(field kinetic) == 0"
+}
+
+move_a_slider() {
+  local edge x y
+  edge=$(field edge)
+  read -r x y <<<"$(point 'young \[Pa\]' 0.8)"
+  press "$x" "$y"
+  expect change
+  holds "$(field edge) > 5 * $edge"
+}
+
+play_by_button() {
+  local x y
+  read -r x y <<<"$(point play)"
+  press "$x" "$y"
+  expect play
+}
+
+turn_and_zoom() {
+  local yaw distance
+  yaw=$(field yaw) distance=$(field distance)
+  xdotool mousemove --window "$window" 400 80 sleep 0.12 mousedown 1 sleep 0.12
+  xdotool mousemove --window "$window" 500 90 sleep 0.12 mouseup 1 sleep 0.05 click 4 sleep 0.2
+  key space
+  expect pause
+  holds "$(field yaw) < $yaw - 0.5"
+  holds "$(field distance) < 0.95 * $distance"
+}
+
+fail_and_restart() {
+  local x y
+  read -r x y <<<"$(point 'safe step' 0.1)"
+  press "$x" "$y"
+  expect change
+  read -r x y <<<"$(point 'dt \[s\]' 0.97)"
+  press "$x" "$y"
+  expect change
+  holds "$(field dt) > 0.02"
+  key space
+  expect play
+  read -r x y <<<"$body"
+  xdotool mousemove --window "$window" "$x" "$y" sleep 0.1 mousedown 1  # a touch wakes the instability
+  expect failure
+  xdotool mouseup 1
+  [[ $(field status) == non_finite && $(field playing) == false ]] || fail "no failure"
+  key r
+  expect restart
+  [[ $(field status) == ok ]] || fail "not restarted"
+}
+
+resize() {
+  xdotool windowsize "$window" 1000 700
+  expect resize
+  [[ $(field width) == 1000 && $(field height) == 700 ]] || fail "not resized"
+}
+
+close() {
+  key ctrl+q
+  expect close
+  wait "$view" || fail "exit status $?"
+  view=
+}
+
+start
+drag_the_body
+pause_and_step
+restart
+move_a_slider
+play_by_button
+turn_and_zoom
+resize
+fail_and_restart
+close
+echo "dragged, paused, stepped, restarted, slid, played, turned, resized, failed, closed"
