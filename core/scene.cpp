@@ -268,7 +268,7 @@ void check_selections(const TomlTable& scene, const BodyConfig& config, const En
   for (std::size_t i = 0; i < loads.size(); ++i) check_selection(loads[i], body, environment.loads[i].box);
 }
 
-std::vector<Expectation> read_expectations(const TomlTable& expect, const BodyConfig& config) {
+std::vector<Expectation> read_expectations(const TomlTable& expect) {
   std::vector<Expectation> all;
   for (const std::string& quantity : known_keys().at("expect")) {
     if (!expect.has(quantity)) continue;
@@ -278,7 +278,6 @@ std::vector<Expectation> read_expectations(const TomlTable& expect, const BodyCo
       const Vec3 value = table.vector("value", displacement);
       e.value = {value[0], value[1], value[2]};
       e.box = table.box("box");
-      check_selection(table, Body(config), e.box);
     } else {
       e.value = {table.number("value", expected)};
     }
@@ -445,7 +444,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.start_velocity = root.table("start").vector("velocity", velocity, Vec3::Zero());
   scene.start_spin = root.table("start").vector("spin", spin, Vec3::Zero());
   scene.solve = read_solve(root.table("solve"));
-  scene.expectations = read_expectations(root.table("expect"), scene.body);
+  scene.expectations = read_expectations(root.table("expect"));
   check_selections(root, scene.body, scene.environment);
   scene.warnings = read_warnings(scene);
   scene.resolved = to_json(scene, asked);

@@ -127,20 +127,21 @@ Json configuration(const VolumeConfig& c) {
     for (const VolumeModel& m : models) json.push_back({{"name", m.name}, {"model", m.model}});
     return json;
   };
-  return {{"body", "cube of 1 m between two plates, one moved; at rest"},
-          {"cells", c.cells},
-          {"small_strain", c.small_strain},
-          {"strains", c.strains},
-          {"angles", c.angles},
-          {"models", names(c.models)},
-          {"free", names(c.materials)},
-          {"tiny_strain", c.tiny_strain},
-          {"study_cells", c.study_cells},
-          {"bounce", "the cube, damped by a ratio of 0.05, falls on a corner at 1.5 m/s; penalty, no loss"},
-          {"integrators", c.integrators},
-          {"steps", c.step_shares},
-          {"prediction", "glued: CalculiX C3D20; free: 1 - 2 nu; to first order in the strain"},
-          {"threads", c.threads}};
+  return {
+      {"body", "cube of 1 m between two plates, one moved; at rest"},
+      {"cells", c.cells},
+      {"small_strain", c.small_strain},
+      {"strains", c.strains},
+      {"angles", c.angles},
+      {"models", names(c.models)},
+      {"free", names(c.materials)},
+      {"tiny_strain", c.tiny_strain},
+      {"study_cells", c.study_cells},
+      {"bounce", "the cube, damped by a ratio of 0.05, falls a little askew at 0.5 m/s; penalty, no loss"},
+      {"integrators", c.integrators},
+      {"steps", c.step_shares},
+      {"prediction", "glued: CalculiX C3D20; free: 1 - 2 nu; to first order in the strain"},
+      {"threads", c.threads}};
 }
 
 constexpr const char* caption =
@@ -154,7 +155,7 @@ constexpr const char* caption =
     "own "
     "estimate and the worst cell are in the table and in a chart. Rows of the study `bounce` have the "
     "largest "
-    "change of volume on the way, and by how much it differs at most from RK4 with a hundredth of the limit "
+    "change of volume on the way, and by how much it differs at most from RK4 with a tenth of the limit "
     "of central differences; steps are over that limit, 0 are those of adaptive methods.";
 
 /// By how much the thesis's volume force changes the drift, in a sentence.
@@ -255,7 +256,7 @@ VolumeConfig volume_config(const ExperimentOptions& options) {
     for (const IntegratorInfo& info : integrators())
       if (info.stepping != Stepping::equilibrium) config.integrators.push_back(info.name);
   config.step_shares =
-      quick ? std::vector<double>{0.4, 3.2} : std::vector<double>{0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4};
+      quick ? std::vector<double>{0.4, 3.2} : std::vector<double>{0.2, 0.4, 0.8, 1.6, 3.2, 6.4};
   config.make = make_system<double>;
   return config;
 }

@@ -26,7 +26,7 @@ struct VolumeConfig {
   std::vector<double> angles;            ///< of the third: glued, the upper plate turned [degrees]
   std::vector<VolumeModel> models;       ///< of these three
   std::vector<VolumeModel> materials;    ///< of the fourth: plates without friction, pulled a very little
-  std::vector<std::string> integrators;  ///< of the fifth: dropped on a corner, it bounces
+  std::vector<std::string> integrators;  ///< of the fifth: dropped, it bounces
   std::vector<double> step_shares;       ///< of the fifth: steps over the limit of central differences
   double small_strain = 1e-3;            ///< of the first
   double tiny_strain = 1e-5;             ///< of the fourth

@@ -149,7 +149,7 @@ Chart stiffness_chart(const Table& rows, const VolumeConfig& config) {
 
 Chart bounce_chart(const Table& bounce, const VolumeConfig& config) {
   Chart chart{.title = "Volume of a bouncing cube",
-              .subtitle = "cube of 1 m, 4 cells per edge, falls on a corner at 1.5 m/s; RK4, fine steps",
+              .subtitle = "cube of 1 m, 4 cells per edge, falls a little askew at 0.5 m/s; RK4, fine steps",
               .x = {.label = "time [s]"},
               .y = {.label = "change of volume / volume"}};
   for (const VolumeModel& m : config.models) {
@@ -165,7 +165,7 @@ Chart bounce_chart(const Table& bounce, const VolumeConfig& config) {
 /// Error of the volume against the step; what failed is named in the legend by its first step.
 Chart steps_chart(const Table& rows, const VolumeConfig& config) {
   Chart chart{.title = "What the step does to volume",
-              .subtitle = "springs, nu = 0.45; the cube falls on a corner; against RK4 with fine steps",
+              .subtitle = "springs, nu = 0.45; the cube falls and bounces; against RK4 with fine steps",
               .x = {.label = "step / limit of central differences", .logarithmic = true},
               .y = {.label = "largest error of the change of volume", .logarithmic = true}};
   chart.x.ticks = config.step_shares;

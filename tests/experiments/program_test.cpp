@@ -231,9 +231,6 @@ TEST(Check, RefusesScenesThatExpectNothing) {
   expect_refused({"check", scene}, "did you mean expect.volume_ratio");
   write_atomically(scene, beam("[expect]\nvolume_ratio = { value = 1, within = -1 }\n"));
   expect_refused({"check", scene}, "expect.volume_ratio.within = -1 is not a margin");
-  write_atomically(scene, beam("[expect]\ndisplacement = { box = [[5, 5, 5], [6, 6, 6]], value = [0, 0, 0], "
-                               "within = 1 }\n"));
-  expect_refused({"check", scene}, "contains no particle");
 }
 
 TEST(Model, FillsEveryExperimentsBodies) {
