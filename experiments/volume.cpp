@@ -298,7 +298,9 @@ namespace {
 
 Table guarded(const GuardOptions& options, Progress& progress) {
   VolumeConfig config = volume_config({.quick = options.quick});
-  if (!options.quick) {
+  if (options.quick) {
+    config.integrators = {"velocity_verlet", "backward_euler"};
+  } else {
     config.cells = {1, 2, 4, 8};
     config.study_cells = 4;
   }
