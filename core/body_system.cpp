@@ -52,17 +52,26 @@ void BodySystem<Real>::add_gravity(Field<Real>& f) const {
 }
 
 template <class Real>
-void BodySystem<Real>::place_penalties() {
-  for (const Plane& plane : environment_.planes)
-    if (plane.contact == ContactLaw::penalty)
-      penalties_.emplace_back(plane, body_bound(), environment_.gravity.norm(), body_.config().cell_size);
+void BodySystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
+  System<Real>::acceleration(t, x, v, a);
+  stop_sticking(x, v, a);
+  clear_prescribed(a);
+}
+
+template <class Real>
+const std::vector<Penalty>& BodySystem<Real>::penalties() const {
+  if (penalties_.empty())
+    for (const Plane& plane : environment_.planes)
+      if (plane.contact == ContactLaw::penalty)
+        penalties_.emplace_back(plane, body_bound(), environment_.gravity.norm(), body_.config().cell_size);
+  return penalties_;
 }
 
 /// Stiffness and damping of a plane are proportional to mass: whatever the mode, they add to it as they are.
 template <class Real>
 SpectralBound BodySystem<Real>::spectral_bound() const {
   SpectralBound sum = body_bound();
-  for (const Penalty& penalty : penalties_) {
+  for (const Penalty& penalty : penalties()) {
     sum.omega = std::hypot(sum.omega, penalty.bound().omega);
     sum.damping += penalty.bound().damping;
   }
@@ -75,7 +84,7 @@ double BodySystem<Real>::outer_potential(const Field<Real>& x) const {
   for (const std::ptrdiff_t site : body_.sites()) {
     const Vec3 at = x.at(site);
     double over_mass = -environment_.gravity.dot(at);
-    for (const Penalty& penalty : penalties_) over_mass += penalty.potential(at);
+    for (const Penalty& penalty : penalties()) over_mass += penalty.potential(at);
     sum += body_.mass(site) * over_mass;
   }
   return sum;
@@ -130,7 +139,7 @@ bool BodySystem<Real>::collide_particle(std::ptrdiff_t site, const State<Real>& 
 
 template <class Real>
 std::vector<double> BodySystem<Real>::kinks(const Field<Real>& x) const {
-  std::vector<double> smallest(penalties_.size(), std::numeric_limits<double>::infinity());
+  std::vector<double> smallest(penalties().size(), std::numeric_limits<double>::infinity());
   for (const std::ptrdiff_t site : body_.sites())
     for (std::size_t p = 0; p < penalties_.size(); ++p)
       smallest[p] = std::min(smallest[p], penalties_[p].gap(x.at(site)));

@@ -55,6 +55,7 @@ class BodySystem : public System<Real> {
   double mass(std::ptrdiff_t site) const override { return body_.mass(site); }
   void constrain(double t, Field<Real>& x, Field<Real>& v) const override;
   void clear_prescribed(Field<Real>& field) const override { held_.clear(field); }
+  void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
   bool collides() const override { return !colliding_.empty(); }
   bool collide(const State<Real>& before, double dt, State<Real>& state) override;
   /// Of every penalty plane, the smallest gap of a particle.
@@ -76,10 +77,8 @@ class BodySystem : public System<Real> {
   BlockMatrix& blocks();
   void add_gravity(Field<Real>& f) const;
 
-  /// To be called at the end of the constructor that knows body_bound(): makes the penalty planes.
-  void place_penalties();
-  /// Whether there are any. Without, what follows adds nothing and costs nothing.
-  bool has_penalties() const { return !penalties_.empty(); }
+  /// Whether there are penalty planes. Without, what follows adds nothing and costs nothing.
+  bool has_penalties() const { return !penalties().empty(); }
   void add_penalty_force(const Field<Real>& x, const Field<Real>& v, Field<Real>& f);
   void add_penalty_acceleration(const Field<Real>& x, const Field<Real>& v, Field<Real>& a);
   /// Stops what sticks to planes of the law `impulse`. Without it, methods that evaluate forces within a step
@@ -97,6 +96,8 @@ class BodySystem : public System<Real> {
                                     std::vector<Eigen::Matrix3d>& diagonal) const = 0;
 
  private:
+  /// Made by the first who asks: only a complete system knows its body_bound(). Ask before threads do.
+  const std::vector<Penalty>& penalties() const;
   template <class Task>
   void for_each_particle(Task&& task);
   bool collide_particle(std::ptrdiff_t site, const State<Real>& before, double dt, State<Real>& state) const;
@@ -110,7 +111,7 @@ class BodySystem : public System<Real> {
   HeldSites held_;
   LoadedSites loads_;
   std::vector<Plane> colliding_;  ///< those that act at the end of steps
-  std::vector<Penalty> penalties_;
+  mutable std::vector<Penalty> penalties_;
   Team team_;
   std::unique_ptr<BlockMatrix> blocks_;
 };

@@ -28,10 +28,10 @@ struct SolveConfig {
 
 /// What a scene's author says will come out at its end; `mss check SCENE` judges it.
 struct Expectation {
-  std::string quantity;       ///< a column of series.csv, or one of those below
+  std::string quantity;         ///< a column of series.csv, or one of those below
   std::vector<double> value{};  ///< one number; of a displacement three
-  double within = 0;          ///< how far each number may be off
-  Box box{};                  ///< of a displacement: the particles it is the mean of
+  double within = 0;            ///< how far each number may be off
+  Box box{};                    ///< of a displacement: the particles it is the mean of
 };
 /// Total energy at the end over that at the start, minus 1.
 inline constexpr const char* energy_drift = "energy_drift";

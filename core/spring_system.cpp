@@ -98,7 +98,6 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
     const auto bound = [&](int r) { return int(std::int64_t(lattice.planes()) * r / this->team().size()); };
     slabs_.push_back(std::make_unique<Slab>(bound(rank), bound(rank + 1), scratch));
   }
-  this->place_penalties();
 }
 
 template <class Real>

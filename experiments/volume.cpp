@@ -87,7 +87,7 @@ Table empty_rows() {
 }
 
 Table empty_bounce() {
-  return Table({{"model"}, {"integrator"}, {"t", "s"}, {"drift"}, {"drift_paper"}, {"worst_cell"}});
+  return Table({{"model"}, {"integrator"}, {"step"}, {"t", "s"}, {"drift"}, {"drift_paper"}, {"worst_cell"}});
 }
 
 void add_equilibrium(Table& rows, const VolumeConfig& config, const VolumeModel& model, int n,

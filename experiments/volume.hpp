@@ -49,6 +49,9 @@ struct VolumeTables {
 };
 VolumeTables measure_volume(const VolumeConfig& config, Progress& progress);
 
+/// Step of the runs that others are compared with, by RK4; over the limit of central differences.
+inline constexpr double exact_bounce_step = 0.1;
+
 /// The fifth study: adds to both tables. False if stopped.
 bool measure_bounces(const VolumeConfig& config, VolumeTables& tables, Progress& progress);
 

@@ -155,7 +155,8 @@ Chart bounce_chart(const Table& bounce, const VolumeConfig& config) {
   for (const VolumeModel& m : config.models) {
     ChartSeries series{.label = m.name};
     for (std::size_t r = 0; r < bounce.size(); ++r)
-      if (bounce.text(r, "model") == m.name && bounce.text(r, "integrator") == "rk4")
+      if (bounce.text(r, "model") == m.name && bounce.text(r, "integrator") == "rk4" &&
+          bounce.number(r, "step") == exact_bounce_step)
         series.points.push_back({bounce.number(r, "t"), bounce.number(r, "drift")});
     chart.series.push_back(std::move(series));
   }

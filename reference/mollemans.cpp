@@ -84,9 +84,7 @@ MollemansSystem::MollemansSystem(const Body& body, const Environment& environmen
       bare_(without_volume_force(body)),
       springs_(bare_, environment, {.threads = this->threads()}),
       cells_(body),
-      kappa_(calibrated_kappa(body.config().springs.volume, body.config().cell_size)) {
-  place_penalties();
-}
+      kappa_(calibrated_kappa(body.config().springs.volume, body.config().cell_size)) {}
 
 CellCorners MollemansSystem::cell_force(const CellCorners& x) const {
   CellCorners force = CellCorners::Zero();
@@ -136,13 +134,6 @@ void MollemansSystem::force(double t, const Field<double>& x, const Field<double
   springs_.force(t, x, v, f);
   cells_.add(
       *this, [&](std::ptrdiff_t site) { return cell_force(corners_at(body(), x, site)); }, f);
-}
-
-void MollemansSystem::acceleration(double t, const Field<double>& x, const Field<double>& v,
-                                   Field<double>& a) {
-  System<double>::acceleration(t, x, v, a);
-  stop_sticking(x, v, a);
-  clear_prescribed(a);
 }
 
 void MollemansSystem::add_tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,

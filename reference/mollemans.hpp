@@ -28,7 +28,6 @@ class MollemansSystem final : public BodySystem<double> {
   const char* kernel_name() const override { return springs_.kernel_name(); }
 
   void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override;
-  void acceleration(double t, const Field<double>& x, const Field<double>& v, Field<double>& a) override;
   void tangent_product(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
                        const Field<double>& p, Field<double>& out) override;
 

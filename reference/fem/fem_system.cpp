@@ -63,7 +63,6 @@ FemSystem::FemSystem(const Body& body, const Environment& environment, const Sol
           gradient *= 1 + side(c, other) * side(g, other) / std::sqrt(3);
         gradients_[std::size_t(g)](c, axis) = gradient;
       }
-  place_penalties();
 }
 
 Matrix3d FemSystem::viscous_stress(const Matrix3d& f, const Matrix3d& rate) const {
@@ -158,12 +157,6 @@ void FemSystem::force(double, const Field<double>& x, const Field<double>& v, Fi
   loads().add(0, size(), std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
   add_gravity(f);
   add_penalty_force(x, v, f);
-}
-
-void FemSystem::acceleration(double t, const Field<double>& x, const Field<double>& v, Field<double>& a) {
-  System<double>::acceleration(t, x, v, a);
-  stop_sticking(x, v, a);
-  clear_prescribed(a);
 }
 
 void FemSystem::add_tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,

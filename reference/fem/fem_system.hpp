@@ -23,7 +23,6 @@ class FemSystem final : public BodySystem<double> {
   const char* kernel_name() const override { return "finite elements"; }
 
   void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override;
-  void acceleration(double t, const Field<double>& x, const Field<double>& v, Field<double>& a) override;
   void tangent_product(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
                        const Field<double>& p, Field<double>& out) override;
 

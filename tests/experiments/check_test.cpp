@@ -54,9 +54,7 @@ std::string volume_rows(const VolumeConfig& config) {
 class FlippedSign final : public BodySystem<double> {
  public:
   FlippedSign(const Body& body, const Environment& environment)
-      : BodySystem<double>(body, environment, 1), springs_(body, environment, {.threads = 1}) {
-    place_penalties();
-  }
+      : BodySystem<double>(body, environment, 1), springs_(body, environment, {.threads = 1}) {}
 
   StoredEnergy stored_energy(const Field<double>& x) const override { return springs_.stored_energy(x); }
   SpectralBound body_bound() const override { return springs_.body_bound(); }

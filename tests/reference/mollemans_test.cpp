@@ -6,8 +6,8 @@
 #include <Eigen/Dense>
 
 #include "core/measures.hpp"
-#include "integrators/integrator.hpp"
 #include "tests/differences.hpp"
+#include "tests/driven.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss {
@@ -148,37 +148,12 @@ TEST(Mollemans, BoundsItsFrequencies) {
   EXPECT_LT(system.spectral_bound().omega, 1.5 * fastest);
 }
 
-// A short motion, against RK4 with half the step.
 TEST(Mollemans, IsDrivenByEveryIntegrator) {
   const Body body(with_springs(VoxelGrid::box(2, 2, 2)));
   const Vec3 low = body.config().origin;
-  const Environment environment{.gravity = Vec3(0, 0, -9.81),
-                                .holds = {{.box = {low, low + Vec3(0.4, 0.4, 0)}}}};
-  MollemansSystem system(body, environment);
-  const double dt = 0.01 / system.spectral_bound().omega, duration = 500 * dt;
-  const auto end_of = [&](const std::string& name, double step) {
-    State<double> state = system.rest_state();
-    Work work;
-    EXPECT_EQ(find_integrator(name)
-                  .make<double>({.dt = step, .tolerance = 1e-8})
-                  ->advance(system, state, duration, work),
-              Status::ok)
-        << name;
-    return state;
-  };
-  const auto distance = [&](const State<double>& a, const State<double>& b) {
-    double largest = 0;
-    for (const std::ptrdiff_t site : body.sites())
-      largest = std::max(largest, (a.x.at(site) - b.x.at(site)).norm());
-    return largest;
-  };
-  const State<double> expected = end_of("rk4", dt / 2);
-  const double moved = distance(expected, system.rest_state());
-  for (const IntegratorInfo& info : integrators()) {
-    if (info.stepping == Stepping::equilibrium) continue;
-    const State<double> state = end_of(info.name, info.stepping == Stepping::fixed ? dt : 0);
-    EXPECT_LT(distance(state, expected), 0.01 * moved) << info.name;
-  }
+  MollemansSystem system(body,
+                         {.gravity = Vec3(0, 0, -9.81), .holds = {{.box = {low, low + Vec3(0.4, 0.4, 0)}}}});
+  testing::expect_driven_by_every_integrator(system);
 }
 
 }  // namespace
