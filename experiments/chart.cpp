@@ -84,13 +84,14 @@ std::string line_commands(const ReferenceLine& line) {
                      flat ? "left offset 0, 0.55" : "right rotate by 90 offset -0.7, 0");
 }
 
+bool is_drawn(const ChartPoint& p) { return std::isfinite(p.x) && std::isfinite(p.y); }
 bool has_bar(const ChartPoint& p) { return std::isfinite(p.low) && std::isfinite(p.high); }
 
 /// A block of lines "x y" or, if `bars`, "x y low high" of the points that have a bar. Gaps are left out.
 std::string data_block(const std::string& name, const std::vector<ChartPoint>& points, bool bars) {
   std::string out = fmt::format("${} << END\n", name);
   for (const ChartPoint& p : points) {
-    if (!std::isfinite(p.x) || !std::isfinite(p.y)) continue;
+    if (!is_drawn(p)) continue;
     if (!bars)
       out += fmt::format("{} {}\n", p.x, p.y);
     else if (has_bar(p))
@@ -113,15 +114,17 @@ std::string series_commands(const Chart& chart, std::vector<std::string>& plots)
           fmt::format("$bars{} using 1:2:3:4 with yerrorbars lc '{}' lw 1.2 pt 0 notitle", i, style.colour));
     }
     out += data_block(fmt::format("series{}", i), series.points, false);
+    // gnuplot would leave a series without points out of the legend, whose label may say why it has none.
+    const bool any = std::any_of(series.points.begin(), series.points.end(), is_drawn);
+    const std::string data = any ? fmt::format("$series{} using 1:2", i) : "NaN";
     if (!series.lines) {
-      plots.push_back(
-          fmt::format("$series{} using 1:2 with points lc 'black' lw 2 pt {} ps 1.4*unit title {}", i,
-                      failure_markers[failures++ % failure_markers.size()], gnuplot_text(series.label)));
+      plots.push_back(fmt::format("{} with points lc 'black' lw 2 pt {} ps 1.4*unit title {}", data,
+                                  failure_markers[failures++ % failure_markers.size()],
+                                  gnuplot_text(series.label)));
       continue;
     }
-    plots.push_back(
-        fmt::format("$series{} using 1:2 with linespoints lc '{}' lw 2.2 dt {} pt {} ps 1.1*unit title {}", i,
-                    style.colour, style.dash, style.marker, gnuplot_text(series.label)));
+    plots.push_back(fmt::format("{} with linespoints lc '{}' lw 2.2 dt {} pt {} ps 1.1*unit title {}", data,
+                                style.colour, style.dash, style.marker, gnuplot_text(series.label)));
   }
   return out;
 }

@@ -19,10 +19,18 @@ constexpr const char* exit_status_help =
     "by Ctrl-C,\n"
     "finished rows kept. Messages go to stderr, data to stdout or files.";
 
+/// The command that was asked for, or the program where none was.
+const CLI::App& chosen(const CLI::App& app) {
+  const auto next = app.get_subcommands();
+  return next.empty() ? app : chosen(*next.front());
+}
+
 /// How to see what is allowed where an error happened.
 std::string help_hint(const CLI::App& app) {
-  const auto chosen = app.get_subcommands();
-  return chosen.empty() ? "`mss --help`" : fmt::format("`mss {} --help`", chosen.front()->get_name());
+  std::string words;
+  for (const CLI::App* command = &chosen(app); command != &app; command = command->get_parent())
+    words = command->get_name() + " " + words;
+  return fmt::format("`mss {}--help`", words);
 }
 
 std::vector<std::string> command_names(const CLI::App& app) {
@@ -70,8 +78,7 @@ std::string unexpected(const CLI::App& app) {
     return fmt::format("'{}' is one argument too many; {} shows what is allowed",
                        extra.empty() ? "" : extra.front(), help_hint(app));
   const std::string name = option->substr(0, option->find('='));
-  const auto chosen = app.get_subcommands();
-  const std::vector<std::string> known = option_names(chosen.empty() ? app : *chosen.front());
+  const std::vector<std::string> known = option_names(chosen(app));
   return fmt::format("option '{}' is unknown; did you mean '{}'? {} shows all", name, nearest(name, known),
                      help_hint(app));
 }

@@ -61,10 +61,14 @@ struct ExperimentResult {
 /// A pure function from options to result: no files, no printing, no globals.
 struct ExperimentInfo {
   std::string name;
-  std::string summary;  ///< one line for `mss list` and --help
+  std::string under = {};  ///< an experiment listed before, of whose command this one is the second word
+  std::string summary;     ///< one line for `mss list` and --help
   ExperimentAccepts accepts;
   std::function<ExperimentResult(const ExperimentOptions&, Progress&)> run;
   Guard guard;
+
+  /// How `mss` is asked for it.
+  std::string command() const { return under.empty() ? name : under + " " + name; }
 };
 
 /// The methods an experiment on motion compares: those named, or all. Throws InputError for unknown names and

@@ -103,14 +103,31 @@ void run_all(const Choice& choice, int& exit_status) {
   fmt::print("wrote {}\n", (directory / "index.html").string());
 }
 
+/// Of a command of two words, options belong behind the second. Throws InputError for others.
+void check_order(const CLI::App& command) {
+  const CLI::App& before = *command.get_parent();
+  if (before.get_parent() == nullptr) return;
+  for (const CLI::Option* option : before.get_options())
+    if (option->count() > 0)
+      throw InputError(fmt::format("{} stands before `{}`, whose option it cannot be there; put it behind",
+                                   option->get_name(), command.get_name()));
+}
+
+void add_experiment(CLI::App& app, const ExperimentInfo& info, int& exit_status) {
+  const auto choice = std::make_shared<Choice>();
+  choice->directory = "out/" + info.name;
+  CLI::App& parent = info.under.empty() ? app : *app.get_subcommand(info.under);
+  CLI::App* command = parent.add_subcommand(info.name, info.summary);
+  add_options(*command, *choice, info.accepts);
+  command->callback([&info, choice, command, &exit_status] {
+    if (!command->get_subcommands().empty()) return;  // another was asked for, under this one
+    check_order(*command);
+    run_one(info, *choice, exit_status);
+  });
+}
+
 void add(CLI::App& app, int& exit_status) {
-  for (const ExperimentInfo& info : experiments()) {
-    const auto choice = std::make_shared<Choice>();
-    choice->directory = "out/" + info.name;
-    CLI::App* command = app.add_subcommand(info.name, info.summary);
-    add_options(*command, *choice, info.accepts);
-    command->callback([&info, choice, &exit_status] { run_one(info, *choice, exit_status); });
-  }
+  for (const ExperimentInfo& info : experiments()) add_experiment(app, info, exit_status);
   const auto choice = std::make_shared<Choice>();
   choice->directory = "out/reproduce";
   CLI::App* command =

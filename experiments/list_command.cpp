@@ -34,7 +34,7 @@ Lines linear_solver_lines() {
 
 Lines experiment_lines() {
   Lines lines;
-  for (const ExperimentInfo& info : experiments()) lines.emplace_back(info.name, info.summary);
+  for (const ExperimentInfo& info : experiments()) lines.emplace_back(info.command(), info.summary);
   return lines;
 }
 

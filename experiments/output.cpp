@@ -37,17 +37,24 @@ void write_atomically(const fs::path& file, std::string_view content) {
 }
 
 void write_atomically(const fs::path& file, const std::function<void(std::ostream&)>& write) {
+  replace_atomically(file, [&](const fs::path& beside) {
+    std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
+    write(stream);
+    stream.close();
+    if (!stream) throw InputError(std::strerror(errno));
+  });
+}
+
+void replace_atomically(const fs::path& file, const std::function<void(const fs::path& beside)>& write) {
   if (file.has_parent_path()) prepare_directory(file.parent_path());
   fs::path beside = file;
   beside += fmt::format(".{}.tmp", getpid());
-  std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
-  write(stream);
-  stream.close();
   std::error_code error;
-  if (!stream) {
-    const std::string why = std::strerror(errno);
+  try {
+    write(beside);
+  } catch (const InputError& why) {
     fs::remove(beside, error);
-    fail(file, why);
+    fail(file, why.what());
   }
   fs::rename(beside, file, error);
   if (error) {

@@ -16,6 +16,10 @@ void write_atomically(const std::filesystem::path& file, std::string_view conten
 /// The same for content too large to hold at once: `write` gets the stream to put it into.
 void write_atomically(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write);
 
+/// The same for what another library writes: `write` gets the file's other name.
+void replace_atomically(const std::filesystem::path& file,
+                        const std::function<void(const std::filesystem::path& beside)>& write);
+
 /// Makes a directory and checks that files can be written to it. Throws InputError if not.
 void prepare_directory(const std::filesystem::path& directory);
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 #include "core/error.hpp"
 #include "experiments/commands.hpp"
@@ -19,6 +20,7 @@ struct RunChoice {
   std::string scene;
   std::string directory;
   std::vector<std::string> overrides;
+  std::optional<long> vtk;
 };
 
 Json final_row(const Table& series) {
@@ -57,12 +59,15 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   check_solve(scene);
   const fs::path directory =
       choice.directory.empty() ? fs::path("out") / scene.name : fs::path(choice.directory);
+  if (choice.vtk && *choice.vtk < 1)
+    throw InputError(
+        fmt::format("--vtk is {}; give the number of steps from frame to frame, 1 or more", *choice.vtk));
   prepare_directory(directory);  // before hours of work, not after
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
   SimulationResult result;
   {
     TerminalProgress progress(scene.name);
-    result = simulate(scene, progress);
+    result = simulate(scene, progress, {.every = choice.vtk.value_or(0), .directory = directory});
   }
   const Table series = series_table(result.series);
   write_atomically(directory / "series.csv", series.csv());
@@ -88,6 +93,9 @@ void add(CLI::App& app, int& exit_status) {
       ->required();
   command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>)");
   command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
+  command->add_option(
+      "--vtk", choice->vtk,
+      "Also write every N-th step for ParaView; of methods that choose their steps, every N-th row");
   command->callback([choice, &exit_status] { run_scene(*choice, exit_status); });
 }
 

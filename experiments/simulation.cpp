@@ -7,10 +7,12 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <ostream>
 
 #include "core/error.hpp"
 #include "experiments/model.hpp"
+#include "experiments/vtk_series.hpp"
 #include "integrators/linear/linear_solver.hpp"
 #include "integrators/stable_step.hpp"
 
@@ -41,44 +43,95 @@ std::vector<ParticleRecord> record_particles(const Body& body, const auto& state
   return particles;
 }
 
-/// Advances from row to row. The state of the last finite row is what a failed run leaves.
+/// One simulation under way: advances from row to row, and stops at frames on the way.
 template <class Real>
-void run_rows(const Scene& scene, BodySystem<Real>& system, Integrator<Real>& method, Progress& progress,
-              SimulationResult& result) {
-  using Clock = std::chrono::steady_clock;
-  State<Real> state = start_state(system, scene), last = state;
-  result.series.push_back(measure(system, state));
-  const auto rows = std::max(1L, std::lround(std::ceil(scene.solve.duration / scene.solve.every - 1e-9)));
-  for (long i = 1; i <= rows && result.status == Status::ok; ++i) {
-    const double t_end = std::min(double(i) * scene.solve.every, scene.solve.duration);
-    const auto begin = Clock::now();
-    result.status = method.advance(system, state, t_end, result.work);
-    result.wall_seconds += std::chrono::duration<double>(Clock::now() - begin).count();
-    result.simulated_seconds = state.t;
-    if (result.status != Status::ok || state.t == last.t) continue;  // a row every step if `every` is shorter
-    const Measures measures = measure(system, state);
-    if (!is_finite(measures)) {  // energies overflow before coordinates do
-      result.status = Status::non_finite;
-      continue;
-    }
-    result.series.push_back(measures);
-    last = state;
-    progress.report(double(i) / double(rows), fmt::format("t = {:.4g} s", state.t));
-    if (i < rows && progress.stopped()) result.status = Status::interrupted;
+class Run {
+ public:
+  Run(const Scene& scene, BodySystem<Real>& system, const VtkChoice& vtk, SimulationResult& result)
+      : scene_(scene),
+        system_(system),
+        method_info_(find_integrator(scene.solve.integrator)),
+        state_(start_state(system, scene)),
+        result_(result),
+        frame_every_(vtk.every) {
+    const IntegratorOptions options = method_options(scene, system);
+    result.dt = options.dt;
+    method_ = method_info_.make<Real>(options);
+    if (frame_every_ > 0) frames_.emplace(vtk.directory, system.body());
   }
-  result.particles = record_particles(system.body(), last);
+
+  /// The state of the last finite row is what a failed run leaves.
+  void rows(Progress& progress);
+
+ private:
+  void advance(double t_end);
+  void advance_with_frames(double t_end);
+  void add_frame() { frames_->add(state_.t, state_.x, state_.v); }
+  bool frames_by_step() const { return frames_ && method_info_.stepping == Stepping::fixed; }
+
+  const Scene& scene_;
+  BodySystem<Real>& system_;
+  const IntegratorInfo& method_info_;
+  std::unique_ptr<Integrator<Real>> method_;
+  State<Real> state_;
+  SimulationResult& result_;
+  long frame_every_;  ///< n-th step, or row
+  std::optional<VtkSeries> frames_;
+};
+
+template <class Real>
+void Run<Real>::advance(double t_end) {
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  result_.status = method_->advance(system_, state_, t_end, result_.work);
+  result_.wall_seconds += std::chrono::duration<double>(Clock::now() - begin).count();
+  result_.simulated_seconds = state_.t;
 }
 
 template <class Real>
-void simulate_in(const Scene& scene, const Body& body, const IntegratorInfo& info, Progress& progress,
-                 SimulationResult& result) {
-  const auto made = make_system<Real>(scene.model, body, scene.environment, scene.solve.threads);
-  BodySystem<Real>& system = *made;
-  const IntegratorOptions options = method_options(scene, system);
-  result.dt = options.dt;
-  result.threads = system.threads();
-  result.kernel = system.kernel_name();
-  run_rows(scene, system, *info.make<Real>(options), progress, result);
+void Run<Real>::advance_with_frames(double t_end) {
+  if (!frames_by_step()) return advance(t_end);
+  long left = std::lround((t_end - state_.t) / result_.dt);
+  while (left > 0 && result_.status == Status::ok) {
+    const long due = frame_every_ - result_.work.steps % frame_every_;
+    constexpr double beside = 0.25;  // so that t stays the sum of the steps, as it were without frames
+    advance(due < left ? state_.t + (double(due) + beside) * result_.dt : t_end);
+    left -= due;
+    if (left >= 0 && result_.status == Status::ok) add_frame();
+  }
+}
+
+template <class Real>
+void Run<Real>::rows(Progress& progress) {
+  State<Real> last = state_;
+  result_.series.push_back(measure(system_, state_));
+  if (frames_) add_frame();
+  const auto rows = std::max(1L, std::lround(std::ceil(scene_.solve.duration / scene_.solve.every - 1e-9)));
+  for (long i = 1; i <= rows && result_.status == Status::ok; ++i) {
+    advance_with_frames(std::min(double(i) * scene_.solve.every, scene_.solve.duration));
+    if (result_.status != Status::ok || state_.t == last.t) continue;  // a row every step if `every` is less
+    const Measures measures = measure(system_, state_);
+    if (!is_finite(measures)) {  // energies overflow before coordinates do
+      result_.status = Status::non_finite;
+      continue;
+    }
+    result_.series.push_back(measures);
+    if (frames_ && !frames_by_step() && i % frame_every_ == 0) add_frame();
+    last = state_;
+    progress.report(double(i) / double(rows), fmt::format("t = {:.4g} s", state_.t));
+    if (i < rows && progress.stopped()) result_.status = Status::interrupted;
+  }
+  if (frames_) frames_->finish();
+  result_.particles = record_particles(system_.body(), last);
+}
+
+template <class Real>
+void simulate_in(const Scene& scene, const VtkChoice& vtk, Progress& progress, SimulationResult& result) {
+  const Body body(scene.body);
+  const auto system = make_system<Real>(scene.model, body, scene.environment, scene.solve.threads);
+  result.threads = system->threads();
+  result.kernel = system->kernel_name();
+  Run<Real>(scene, *system, vtk, result).rows(progress);
 }
 
 }  // namespace
@@ -176,15 +229,13 @@ void check_solve(const Scene& scene) {
                     scene.file.string(), *scene.solve.dt, scene.solve.duration));
 }
 
-SimulationResult simulate(const Scene& scene, Progress& progress) {
+SimulationResult simulate(const Scene& scene, Progress& progress, const VtkChoice& vtk) {
   check_solve(scene);
-  const IntegratorInfo& info = find_integrator(scene.solve.integrator);
-  const Body body(scene.body);
   SimulationResult result;
   if (scene.solve.precision == Precision::single)
-    simulate_in<float>(scene, body, info, progress, result);
+    simulate_in<float>(scene, vtk, progress, result);
   else
-    simulate_in<double>(scene, body, info, progress, result);
+    simulate_in<double>(scene, vtk, progress, result);
   return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <iosfwd>
 #include <string>
 #include <vector>
@@ -31,6 +32,12 @@ struct SimulationResult {
   std::vector<ParticleRecord> particles;
 };
 
+/// Whether and where ParaView shall see what happens.
+struct VtkChoice {
+  long every = 0;  ///< n-th step; of methods that choose their steps, row of series.csv. 0: never
+  std::filesystem::path directory;
+};
+
 /// True if all numbers are finite.
 bool is_finite(const Measures& measures);
 
@@ -59,8 +66,9 @@ void check_model(const Scene& scene);
 /// Throws InputError if the scene's model, method or step cannot be used.
 void check_solve(const Scene& scene);
 
-/// Simulates a scene from beginning to end. Throws as check_solve().
-SimulationResult simulate(const Scene& scene, Progress& progress);
+/// Simulates a scene from beginning to end, and writes the series if one is asked for. Throws as
+/// check_solve(), and InputError if a file cannot be written.
+SimulationResult simulate(const Scene& scene, Progress& progress, const VtkChoice& vtk = {});
 
 /// series.csv.
 Table series_table(const std::vector<Measures>& series);

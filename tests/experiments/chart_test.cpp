@@ -1,6 +1,7 @@
 // Charts, number lists and statistics.
 #include "experiments/chart.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -74,6 +75,19 @@ TEST(Chart, ShowsItsTextUnchanged) {
   for (const std::string text :
        {"title of k_e {x}^2 @home &amp; it's `date`", "first_series", "n_x", "limit_1", "mark_2"})
     EXPECT_NE(svg.find(text), std::string::npos) << text;
+}
+
+TEST(Chart, NamesSeriesWithoutPointsInItsLegend) {
+  if (gnuplot_version().empty()) GTEST_SKIP() << "gnuplot is not installed";
+  Chart chart = small_chart();
+  chart.series.push_back({.label = "all of it failed", .points = {{2, std::nan("")}}});
+  chart.series.push_back({.label = "crosses for nothing", .lines = false});
+  const fs::path directory = fs::path(::testing::TempDir()) / fmt::format("mss_empty_{}", getpid());
+  draw(chart, directory / "empty");
+  const std::string svg = read_file(directory / "empty.svg");
+  EXPECT_NE(svg.find("all of it failed"), std::string::npos);
+  EXPECT_NE(svg.find("crosses for nothing"), std::string::npos);
+  fs::remove_all(directory);
 }
 
 TEST(NumberList, ReadsNumbersAndRangesOnceAndAscending) {

@@ -86,6 +86,10 @@ TEST(Program, RefusesBadUsageInOneSentence) {
     expect_refused({experiment, "--out", out, "--model", "corotated"}, "did you mean 'corotational'?");
   expect_refused({"timing", "--out", out, "--model", "linear"}, "'--model' is unknown");
   expect_refused({"modes", "cantilever", "--out", out, "--count", "0"}, "--count is 0");
+  expect_refused({"validate", "contact", "--quik"}, "`mss validate contact --help` shows all");
+  expect_refused({"validate", "--quick", "contact", "--out", out}, "--quick stands before `contact`");
+  for (const char* every : {"0", "-3", "x"})
+    expect_refused({"run", "cantilever", "--out", out, "--vtk", every}, "--vtk");
   EXPECT_FALSE(fs::exists(out));
   expect_refused({"list", "scene"}, "did you mean 'scenes'?");
 }

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/body.hpp"
+
+namespace mss {
+
+/// A series that ParaView opens, in VTK's own format on HDF5: in a directory the files `cells.vtkhdf.series`
+/// and `springs.vtkhdf.series`, each of which lists its frames with their times; the frames in `vtk/`.
+///
+/// Cells are hexahedra with their volume_ratio and their smallest corner's jacobian; their points are the
+/// particles, with velocity. Springs are lines between the same points, with their stretch and their class (0
+/// edge, 1 face diagonal, 2 body diagonal). Which points belong together is stored once, in `vtk/mesh.h5`.
+class VtkSeries {
+ public:
+  /// Removes what an earlier series left there. Throws InputError if the directory cannot be written to.
+  VtkSeries(std::filesystem::path directory, const Body& body);
+
+  /// Writes a frame, whole or not at all. Throws InputError if that fails.
+  template <class Real>
+  void add(double t, const Field<Real>& x, const Field<Real>& v);
+
+  /// Writes the lists of frames.
+  void finish() const;
+
+ private:
+  std::filesystem::path frame_file(const std::string& kind, std::size_t frame) const;
+  void write_mesh() const;
+
+  std::filesystem::path directory_;
+  const Body& body_;
+  std::vector<std::int64_t> particle_of_;  ///< by site
+  std::vector<double> times_;              ///< of the frames so far [s]
+};
+
+}  // namespace mss

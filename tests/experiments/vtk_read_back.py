@@ -1,0 +1,125 @@
+#!/usr/bin/python3
+"""Reads with VTK's own reader what `mss run --vtk` wrote, and compares it with particles.csv, series.csv and itself.
+
+usage: vtk_read_back.py MSS EMPTY_DIRECTORY
+"""
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+try:
+    from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+except ImportError:
+    print("skipped: python3-vtk9 is not installed")
+    sys.exit(77)
+
+CELL_SIZE = 0.25
+REST_LENGTH = [CELL_SIZE * factor**0.5 for factor in (1, 2, 3)]  # of edges, face and body diagonals
+
+
+def read(file):
+    reader = vtkHDFReader()
+    assert reader.CanReadFile(str(file)), f"{file} is not VTK's"
+    reader.SetFileName(str(file))
+    reader.Update()
+    return reader.GetOutput()
+
+
+def frames(directory, kind):
+    listed = json.loads((directory / f"{kind}.vtkhdf.series").read_text())
+    return [(entry["time"], read(directory / entry["name"])) for entry in listed["files"]]
+
+
+def rows(file):
+    with open(file, newline="", encoding="utf-8") as stream:
+        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(stream)]
+
+
+def near(found, expected, what, within=1e-12):
+    assert abs(found - expected) <= within * max(1, abs(expected)), f"{what}: {found}, not {expected}"
+
+
+def measured(grid):
+    """The grid with the length and volume of its cells as VTK has them."""
+    sizes = vtkCellSizeFilter()
+    sizes.SetInputData(grid)
+    sizes.Update()
+    return sizes.GetOutput().GetCellData()
+
+
+def check_cells(grid, particles, row):
+    assert grid.GetNumberOfPoints() == len(particles)
+    assert grid.GetNumberOfCells() == 8 * 2 * 2
+    ratio = grid.GetCellData().GetArray("volume_ratio")
+    volume = measured(grid).GetArray("Volume")
+    jacobian = grid.GetCellData().GetArray("jacobian")
+    total = 0
+    for cell in range(grid.GetNumberOfCells()):
+        assert grid.GetCellType(cell) == 12
+        # VTK takes a cell with warped faces for five tetrahedra.
+        near(ratio.GetValue(cell), volume.GetValue(cell) / CELL_SIZE**3, "volume of a cell", 2e-3)
+        total += ratio.GetValue(cell)
+    near(total / grid.GetNumberOfCells(), row["volume_ratio"], "volume")
+    near(jacobian.GetRange()[0], row["min_jacobian"], "smallest Jacobian")
+
+
+def check_springs(grid, row):
+    stretch = grid.GetCellData().GetArray("stretch")
+    kind = grid.GetCellData().GetArray("class")
+    length = measured(grid).GetArray("Length")
+    largest = 0
+    for spring in range(grid.GetNumberOfCells()):
+        assert grid.GetCellType(spring) == 3
+        rest = REST_LENGTH[int(kind.GetValue(spring))]
+        near(stretch.GetValue(spring), length.GetValue(spring) / rest - 1, "stretch")
+        largest = max(largest, abs(stretch.GetValue(spring)))
+    near(largest, row["max_stretch"], "largest stretch")
+
+
+def check_points(cells, springs, particles):
+    velocity = cells.GetPointData().GetArray("velocity")
+    for i, particle in enumerate(particles):
+        for axis, name in enumerate("xyz"):
+            near(cells.GetPoint(i)[axis], particle[name], "position", 0)
+            near(springs.GetPoint(i)[axis], particle[name], "position", 0)
+            near(velocity.GetTuple(i)[axis], particle["v" + name], "velocity", 0)
+
+
+def run(mss, directory, *more):
+    settings = ["body.cells=[8,2,2]", "body.cell_size=0.25", "environment.gravity=[0,0,-981]",
+                "solve.dt=5e-4", "solve.duration=0.025", "solve.every=0.005"]
+    sets = [word for setting in settings for word in ("--set", setting)]
+    subprocess.run([mss, "run", "cantilever", "--out", str(directory), *sets, *more], check=True)
+
+
+def main(mss, directory):
+    watched, unwatched = directory / "watched", directory / "unwatched"
+    run(mss, watched, "--vtk", "7")  # seven do not divide the ten steps of a row
+    run(mss, unwatched)
+    for name in ("series.csv", "particles.csv"):
+        assert (watched / name).read_bytes() == (unwatched / name).read_bytes(), "frames change the motion"
+    times = [time for time, _ in frames(watched, "cells")]
+    assert len(times) == 8 and all(abs(time - 0.0035 * i) < 1e-12 for i, time in enumerate(times)), times
+
+    run(mss, watched, "--vtk", "10")  # fewer frames, of which each is a row
+    particles, series = rows(watched / "particles.csv"), rows(watched / "series.csv")
+    cells, springs = frames(watched, "cells"), frames(watched, "springs")
+    assert len(cells) == len(springs) == len(series) == 6
+    assert len(list((watched / "vtk").iterdir())) == 2 * 6 + 1, "frames of the earlier run are left"
+    for row, (time, grid), (spring_time, lines) in zip(series, cells, springs):
+        assert time == spring_time == row["t"]
+        check_cells(grid, particles, row)
+        check_springs(lines, row)
+    assert series[-1]["max_stretch"] > 1e-3, "nothing moved"
+    check_points(cells[-1][1], springs[-1][1], particles)
+
+    run(mss, watched, "--vtk", "2", "--set", "solve.integrator=cvode_bdf")
+    assert [time for time, _ in frames(watched, "cells")] == [0, 0.01, 0.02], "every second row"
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], Path(sys.argv[2]))
