@@ -177,7 +177,7 @@ void bounce(const Subject& subject, double restitution, Recorder& recorder) {
   const std::vector<double> tops = heights(trial, bounces, fall * (2 + 2 * bounces));
   Answer answer{.expected = restitution};
   if (restitution == 0) {  // it should have stayed
-    answer.error = tops.empty() ? 0 : tops.front();
+    answer.error = tops.empty() ? 0 : std::max(0.0, tops.front());
     answer.value = std::sqrt(answer.error);
   } else if (int(tops.size()) == bounces) {
     answer.value = std::pow(tops.back(), 0.5 / bounces);

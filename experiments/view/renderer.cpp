@@ -19,31 +19,41 @@ constexpr const char* surface_vertex_shader = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in float value;
+layout(location = 3) in vec2 cells;
 uniform mat4 view;
 uniform mat4 projection;
 uniform vec2 range;  // low, high
 uniform float size;  // of the colour map
 out vec3 place;      // on the colour map; light on the outside; light on the inside
+out vec2 cell;
 void main() {
+  cell = cells;
   gl_Position = projection * view * vec4(position, 1);
   float share = clamp((value - range.x) / (range.y - range.x), 0.0, 1.0);
   float lit = dot(mat3(view) * normal, normalize(vec3(-0.4, 0.6, 0.7)));
-  place = vec3((share * (size - 1.0) + 0.5) / size, max(lit, 0.0), max(-lit, 0.0));
+  place = vec3(share * (size - 1.0) + 0.5, max(lit, 0.0), max(-lit, 0.0));
 })";
 
 // What is seen from behind is a body turned inside out, and greyed.
+// Edges of cells are where `cell` is near a whole number, within a pixel; where cells are hardly wider than
+// that, there are none. Drawn as lines they would take a processor longer than the whole surface.
 constexpr const char* surface_fragment_shader = R"(#version 330 core
 in vec3 place;
+in vec2 cell;
 uniform sampler1D colours;
+uniform float edges;  // how dark
 out vec4 colour;
 void main() {
-  vec3 own = texture(colours, place.x).rgb;
+  vec3 own = texelFetch(colours, int(place.x), 0).rgb;
   float lit = place.y;
   if (!gl_FrontFacing) {
     own = mix(own, vec3(0.35), 0.6);
     lit = place.z;
   }
-  colour = vec4(own * (0.72 + 0.25 * lit) + 0.11 * lit, 1);
+  vec2 pixel = fwidth(cell);
+  vec2 near = (1.0 - abs(fract(cell - 0.5) - 0.5) / pixel) * clamp(2.0 - 5.0 * pixel, 0.0, 1.0);
+  float edge = edges * clamp(max(near.x, near.y), 0.0, 1.0);
+  colour = vec4((own * (0.72 + 0.25 * lit) + 0.11 * lit) * (1.0 - edge), 1);
 })";
 
 constexpr const char* mark_vertex_shader = R"(#version 330 core
@@ -107,10 +117,8 @@ Renderer::Renderer()
       colours_(make_texture()),
       vertices_(make_buffer()),
       triangles_(make_buffer()),
-      edges_(make_buffer()),
       marks_(make_buffer()),
       surface_array_(make_vertex_array()),
-      edge_array_(make_vertex_array()),
       mark_array_(make_vertex_array()) {
   make_colour_texture(colours_);
   glBindVertexArray(surface_array_.name());
@@ -118,10 +126,8 @@ Renderer::Renderer()
   attribute(0, 3, sizeof(SurfaceVertex), offsetof(SurfaceVertex, position));
   attribute(1, 3, sizeof(SurfaceVertex), offsetof(SurfaceVertex, normal));
   attribute(2, 1, sizeof(SurfaceVertex), offsetof(SurfaceVertex, value));
+  attribute(3, 2, sizeof(SurfaceVertex), offsetof(SurfaceVertex, cells));
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, triangles_.name());
-  glBindVertexArray(edge_array_.name());  // of the same vertices, positions only
-  attribute(0, 3, sizeof(SurfaceVertex), offsetof(SurfaceVertex, position));
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, edges_.name());
   glBindVertexArray(mark_array_.name());
   glBindBuffer(GL_ARRAY_BUFFER, marks_.name());
   attribute(0, 3, sizeof(Mark), offsetof(Mark, position));
@@ -160,8 +166,6 @@ void Renderer::upload(const SurfaceMesh& mesh) {
   uploaded_ = &mesh;
   glBindVertexArray(surface_array_.name());
   fill(GL_ELEMENT_ARRAY_BUFFER, triangles_, mesh.triangles(), GL_STATIC_DRAW);
-  glBindVertexArray(edge_array_.name());
-  fill(GL_ELEMENT_ARRAY_BUFFER, edges_, mesh.edges(), GL_STATIC_DRAW);
 }
 
 void Renderer::draw_surface(const Picture& picture, const Eigen::Matrix4f& view,
@@ -172,13 +176,19 @@ void Renderer::draw_surface(const Picture& picture, const Eigen::Matrix4f& view,
   glUniform2f(glGetUniformLocation(surface_program_.name(), "range"), float(picture.range.low),
               float(picture.range.high));
   glUniform1f(glGetUniformLocation(surface_program_.name(), "size"), map_size);
+  glUniform1f(glGetUniformLocation(surface_program_.name(), "edges"), picture.edges ? 0.35F : 0);
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_1D, colours_.name());
   glEnable(GL_POLYGON_OFFSET_FILL);  // lines on the surface stay in front of it
   glPolygonOffset(1, 1);
   glBindVertexArray(surface_array_.name());
   glDisable(GL_BLEND);
-  glDrawElements(GL_TRIANGLES, GLsizei(picture.mesh.triangles().size()), GL_UNSIGNED_INT, nullptr);
+  glEnable(GL_CULL_FACE);
+  for (const GLenum left_out : {GL_BACK, GL_FRONT}) {  // what the outside hides need not be shaded
+    glCullFace(left_out);
+    glDrawElements(GL_TRIANGLES, GLsizei(picture.mesh.triangles().size()), GL_UNSIGNED_INT, nullptr);
+  }
+  glDisable(GL_CULL_FACE);
   glEnable(GL_BLEND);
   glDisable(GL_POLYGON_OFFSET_FILL);
 }
@@ -189,11 +199,6 @@ void Renderer::draw_marks(const Picture& picture, const Eigen::Matrix4f& transfo
   set(mark_program_, "transform", transform);
   glUniform1f(glGetUniformLocation(program, "size"), point_size);
   glUniform1i(glGetUniformLocation(program, "round"), 0);
-  if (picture.edges && picture.surface) {
-    glBindVertexArray(edge_array_.name());
-    glVertexAttrib4f(1, 0, 0, 0, 0.35F);
-    glDrawElements(GL_LINES, GLsizei(picture.mesh.edges().size()), GL_UNSIGNED_INT, nullptr);
-  }
   glBindVertexArray(mark_array_.name());
   fill(GL_ARRAY_BUFFER, marks_, picture.lines, GL_STREAM_DRAW);
   glDrawArrays(GL_LINES, 0, GLsizei(picture.lines.size()));

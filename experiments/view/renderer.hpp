@@ -34,9 +34,9 @@ class Renderer {
 
   GlObject surface_program_, mark_program_;
   GlObject colours_;  ///< the colour map, as a texture
-  GlObject vertices_, triangles_, edges_, marks_;
-  GlObject surface_array_, edge_array_, mark_array_;
-  const SurfaceMesh* uploaded_ = nullptr;  ///< whose triangles and edges the card has
+  GlObject vertices_, triangles_, marks_;
+  GlObject surface_array_, mark_array_;
+  const SurfaceMesh* uploaded_ = nullptr;  ///< whose triangles the card has
 };
 
 /// A picture that no window shows.

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
-#include <set>
 
 namespace mss {
 
@@ -44,17 +43,13 @@ std::optional<double> meet(const Ray& ray, const Vec3& a, const Vec3& b, const V
 
 SurfaceMesh::SurfaceMesh(const Body& body) {
   add_faces(body);
-  add_edges();
+  add_triangles();
   sites_ = corner_site_;
   std::sort(sites_.begin(), sites_.end());
   sites_.erase(std::unique(sites_.begin(), sites_.end()), sites_.end());
   for (const std::ptrdiff_t site : corner_site_)
     corner_entry_.push_back(
         std::size_t(std::lower_bound(sites_.begin(), sites_.end(), site) - sites_.begin()));
-  vertices_.resize(corner_site_.size() + faces_.size());
-  for (std::size_t f = 0; f < faces_.size(); ++f)
-    for (std::size_t side = 0; side < 4; ++side)
-      triangles_.insert(triangles_.end(), {faces_[f][side], faces_[f][(side + 1) % 4], centre(f)});
   Field<double> rest(body.lattice().size);
   for (const std::ptrdiff_t site : sites_) rest.set(site, body.rest_position(site));
   update(rest, std::vector<float>(sites_.size(), 0.0F));
@@ -63,14 +58,20 @@ SurfaceMesh::SurfaceMesh(const Body& body) {
 void SurfaceMesh::add_faces(const Body& body) {
   const VoxelGrid& voxels = body.config().voxels;
   std::map<std::pair<std::ptrdiff_t, int>, std::uint32_t> vertex_of;  // by site and direction
-  const auto add_face = [&](std::ptrdiff_t cell, Direction d) {
+  const auto add_face = [&](const std::array<int, 3>& cell, Direction d) {
     Face face{};
     const std::array<int, 4> corners = face_corners(d);
     for (std::size_t i = 0; i < 4; ++i) {
-      const std::ptrdiff_t site = cell + body.lattice().corner(corners[i]);
+      std::array<int, 3> at = cell;
+      for (std::size_t axis = 0; axis < 3; ++axis) at[axis] += (corners[i] >> axis) & 1;
+      const std::ptrdiff_t site = body.lattice().site(at[0], at[1], at[2]);
       const auto [entry, is_new] =
           vertex_of.try_emplace({site, 2 * d.axis + d.side}, std::uint32_t(corner_site_.size()));
-      if (is_new) corner_site_.push_back(site);
+      if (is_new) {
+        corner_site_.push_back(site);
+        const auto u = std::size_t(d.axis + 1) % 3, w = std::size_t(d.axis + 2) % 3;
+        vertices_.push_back({.cells = {float(at[u]), float(at[w])}});
+      }
       face[i] = entry->second;
     }
     faces_.push_back(face);
@@ -82,18 +83,18 @@ void SurfaceMesh::add_faces(const Body& body) {
           for (const int side : {0, 1}) {
             std::array<int, 3> next{i, j, k};
             next[std::size_t(axis)] += 2 * side - 1;
-            if (!voxels.at(next[0], next[1], next[2])) add_face(body.lattice().site(i, j, k), {axis, side});
+            if (!voxels.at(next[0], next[1], next[2])) add_face({i, j, k}, {axis, side});
           }
 }
 
-void SurfaceMesh::add_edges() {
-  std::set<std::pair<std::ptrdiff_t, std::ptrdiff_t>> seen;
-  for (const Face& face : faces_)
-    for (std::size_t side = 0; side < 4; ++side) {
-      const std::uint32_t a = face[side], b = face[(side + 1) % 4];
-      if (seen.insert(std::minmax(corner_site_[a], corner_site_[b])).second)
-        edges_.insert(edges_.end(), {a, b});
-    }
+void SurfaceMesh::add_triangles() {
+  for (const Face& face : faces_) {
+    const auto middle = std::uint32_t(vertices_.size());
+    const std::array<float, 2>&from = vertices_[face[0]].cells, &to = vertices_[face[2]].cells;
+    vertices_.push_back({.cells = {(from[0] + to[0]) / 2, (from[1] + to[1]) / 2}});
+    for (std::size_t side = 0; side < 4; ++side)
+      triangles_.insert(triangles_.end(), {face[side], face[(side + 1) % 4], middle});
+  }
 }
 
 Vec3 SurfaceMesh::position(std::uint32_t vertex) const {
@@ -102,14 +103,19 @@ Vec3 SurfaceMesh::position(std::uint32_t vertex) const {
 }
 
 void SurfaceMesh::update(const Field<double>& x, const std::vector<float>& values) {
+  const auto put = [](SurfaceVertex& vertex, const Vec3& position, const Vec3& normal, float value) {
+    vertex.position = to_array(position);
+    vertex.normal = to_array(normal);
+    vertex.value = value;
+  };
   for (std::size_t v = 0; v < corner_site_.size(); ++v)
-    vertices_[v] = {to_array(x.at(corner_site_[v])), {}, values[corner_entry_[v]]};
+    put(vertices_[v], x.at(corner_site_[v]), Vec3::Zero(), values[corner_entry_[v]]);
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     const auto& [a, b, c, d] = faces_[f];
     const auto at = [&](std::uint32_t vertex) { return x.at(corner_site_[vertex]); };
     const Vec3 area = (at(c) - at(a)).cross(at(d) - at(b)) / 2;
     SurfaceVertex& middle = vertices_[centre(f)];
-    middle = {to_array((at(a) + at(b) + at(c) + at(d)) / 4), to_array(area), 0};
+    put(middle, (at(a) + at(b) + at(c) + at(d)) / 4, area, 0);
     for (const std::uint32_t corner : faces_[f]) {
       middle.value += vertices_[corner].value / 4;
       add(vertices_[corner].normal, area);

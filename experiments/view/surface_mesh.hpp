@@ -17,9 +17,10 @@ struct Ray {
 
 /// A corner of triangles as the graphics card takes it.
 struct SurfaceVertex {
-  std::array<float, 3> position;
-  std::array<float, 3> normal;  ///< unit, outward
-  float value;                  ///< what the colour stands for
+  std::array<float, 3> position{};
+  std::array<float, 3> normal{};  ///< unit, outward
+  float value = 0;                ///< what the colour stands for
+  std::array<float, 2> cells{};   ///< where on its side of the body, in cells: whole numbers on their edges
 };
 
 /// The faces between cells and no cell, as triangles. Faces that look the same way at rest share vertices and
@@ -38,8 +39,6 @@ class SurfaceMesh {
   const std::vector<SurfaceVertex>& vertices() const { return vertices_; }
   /// Three vertices per triangle, counter-clockwise as seen from outside.
   const std::vector<std::uint32_t>& triangles() const { return triangles_; }
-  /// Two vertices per edge of a face; every edge once.
-  const std::vector<std::uint32_t>& edges() const { return edges_; }
 
   /// Moves the particles to x [m] and gives those of sites() their values.
   void update(const Field<double>& x, const std::vector<float>& values);
@@ -58,7 +57,7 @@ class SurfaceMesh {
   using Face = std::array<std::uint32_t, 4>;  ///< vertices, counter-clockwise as seen from outside
 
   void add_faces(const Body& body);
-  void add_edges();
+  void add_triangles();
   std::uint32_t centre(std::size_t face) const { return std::uint32_t(corner_site_.size() + face); }
   Vec3 position(std::uint32_t vertex) const;
 
@@ -69,7 +68,6 @@ class SurfaceMesh {
   std::vector<std::size_t> corner_entry_;  ///< per such vertex: its place in sites_
   std::vector<SurfaceVertex> vertices_;
   std::vector<std::uint32_t> triangles_;
-  std::vector<std::uint32_t> edges_;
 };
 
 }  // namespace mss

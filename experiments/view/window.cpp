@@ -194,6 +194,7 @@ class Viewer {
   double shown_low_ = 0, shown_high_ = 0;  ///< values since the colours were fitted
   long frames_ = 0;
   double drawing_seconds_ = 0, stepping_seconds_ = 0;  ///< in all frames
+  double frame_drawing_seconds_ = 0;                   ///< in the last one
   Clock::time_point recorded_ = Clock::now();
   double record_seconds_ = 0;
 };
@@ -341,9 +342,12 @@ void Viewer::release() {
   log("release");
 }
 
-/// As much time as the last frame took, as far as the machine gets in a thirtieth of a second.
+/// As much time as the last frame took, as far as the machine gets in what drawing leaves of a sixtieth of a
+/// second, and in a third of what drawing takes if that is more.
 void Viewer::simulate_frame() {
-  constexpr double longest_frame = 0.1, budget = 1.0 / 30, memory = 0.9;
+  constexpr double longest_frame = 0.1, memory = 0.9;
+  const double drawing = frame_drawing_seconds_;
+  const double budget = std::max(1.0 / 60 - drawing, drawing / 3);
   display_.step_seconds = display_.steps_per_frame = 0;
   if (!display_.playing) return;
   double asked = std::min(display_.frame_seconds, longest_frame);
@@ -417,7 +421,8 @@ void Viewer::frame() {
   draw(places, width_, height_);
   gui_.end();
   glfwSwapBuffers(window_.get());
-  drawing_seconds_ += seconds_since(begin) - display_.step_seconds;
+  frame_drawing_seconds_ = seconds_since(begin) - display_.step_seconds;
+  drawing_seconds_ += frame_drawing_seconds_;
   ++frames_;
   if (frames_ == 1) log("ready");
   if (frames_ > 1 && (width_ != width_before || height_ != height_before)) log("resize");

@@ -98,7 +98,22 @@ TEST(SurfaceMesh, CarriesValuesToCornersAndTheirMeanToCentres) {
   mesh.update(x, values);
   for (const SurfaceVertex& vertex : mesh.vertices())
     EXPECT_NEAR(vertex.value, at(vertex.position).sum(), 1e-5);
-  EXPECT_EQ(mesh.edges().size(), 2U * 12);
+}
+
+TEST(SurfaceMesh, KnowsWhereEdgesOfCellsAre) {
+  const Body body(testing::test_config(VoxelGrid::box(3, 2, 2)));
+  const SurfaceMesh mesh(body);
+  const auto cells = [&](std::size_t i) {
+    const auto& [u, w] = mesh.vertices()[mesh.triangles()[i]].cells;
+    return Eigen::Vector2d(u, w);
+  };
+  for (std::size_t i = 0; i < mesh.triangles().size(); i += 3) {  // two corners and the middle of a face
+    const Eigen::Vector2d side = cells(i + 1) - cells(i), middle = cells(i + 2);
+    EXPECT_EQ(cells(i), cells(i).array().round().matrix());
+    EXPECT_EQ(side.norm(), 1);
+    EXPECT_EQ(middle, (middle.array().floor() + 0.5).matrix());
+    EXPECT_EQ((middle - cells(i)).squaredNorm(), 0.5);
+  }
 }
 
 TEST(SurfaceMesh, IsHitWhereItIs) {
