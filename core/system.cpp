@@ -49,7 +49,7 @@ void System<Real>::apply(const KickDrift& u, const Field<Real>& a, double dt, St
 
 template <class Real>
 void System<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
-  if (scratch_.size() != state.x.size()) scratch_ = state.x;
+  if (scratch_.size() != state.x.size()) scratch_ = Field<Real>(size());
   for (long step = 0; step < steps; ++step) {
     acceleration(state.t, state.x, state.v, scratch_);
     apply(update, scratch_, dt, state);

@@ -19,7 +19,7 @@ class DampedVerlet final : public Integrator<Real> {
   Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     return advance_fixed(*this, system, state, dt_, t_end, work, [&](long steps) {
       if (acceleration_.size() == 0) {
-        acceleration_ = state.v;
+        acceleration_ = Field<Real>(system.size());
         system.acceleration(state.t, state.x, state.v, acceleration_);
         ++work.force_evaluations;
       }

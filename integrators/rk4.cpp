@@ -26,7 +26,7 @@ class Rk4 final : public Integrator<Real> {
 
  private:
   void step(System<Real>& system, State<Real>& state) {
-    if (a_.size() == 0) a_ = state.v;
+    if (a_.size() == 0) a_ = Field<Real>(system.size());
     stage_ = state;
     dx_ = state.v;
     system.acceleration(state.t, state.x, state.v, a_);

@@ -24,7 +24,7 @@ class TrBdf2 final : public Integrator<double> {
   Status step(System<double>& system, State<double>& state, Work& work) {
     const double g = 2 - std::sqrt(2.0), d = g * dt_ / 2;
     const double a = 1 / (g * (2 - g)), b = (1 - g) * (1 - g) / (g * (2 - g));
-    if (v_base_.size() == 0) v_base_ = state.v;
+    if (v_base_.size() == 0) v_base_ = Field<double>(system.size());
     x_ = state.x;
     v_ = state.v;
     system.acceleration(state.t, state.x, state.v, v_base_);

@@ -28,7 +28,7 @@ class VelocityVerlet final : public Integrator<Real> {
   void take(System<Real>& system, State<Real>& state, long steps, Work& work) {
     const double half = dt_ / 2;
     if (acceleration_.size() == 0) {
-      acceleration_ = state.v;
+      acceleration_ = Field<Real>(system.size());
       system.acceleration(state.t, state.x, state.v, acceleration_);
       ++work.force_evaluations;
     }

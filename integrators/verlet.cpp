@@ -25,12 +25,12 @@ class Verlet final : public Integrator<Real> {
 
  private:
   void start(const State<Real>& state) {
-    acceleration_ = state.x;
     previous_ = state.x;
     previous_.array() -= static_cast<Real>(dt_) * state.v.array();
   }
 
   void step(System<Real>& system, State<Real>& state) {
+    if (acceleration_.size() == 0) acceleration_ = Field<Real>(system.size());
     if (previous_.size() == 0) start(state);
     const auto dt = static_cast<Real>(dt_);
     system.acceleration(state.t, state.x, state.v, acceleration_);

@@ -1,5 +1,6 @@
 // `mss run` from outside: what it writes, how it fails, and that bad scenes leave nothing behind.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <filesystem>
 #include <fstream>
@@ -148,6 +149,33 @@ TEST_F(RunCommand, TheThesissCubeComesToRest) {
   for (std::size_t row = 1; row < series.size(); ++row) peak = std::max(peak, std::stod(series[row][1]));
   EXPECT_LT(summary()["final"]["kinetic"], 1e-6 * peak);
   EXPECT_LT(summary()["final"]["max_stretch"], 0.01);
+}
+
+/// Largest memory that any program run so far has held [MB].
+double peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_CHILDREN, &usage);
+  return double(usage.ru_maxrss) / 1024;
+}
+
+// A million steps, of which the last 980,000 are at rest; and as many undamped ones, which never are.
+TEST_F(RunCommand, AMillionStepsNeitherLeakNorDrift) {
+  const fs::path scene = fs::path(MSS_SOURCE_DIR) / "experiments" / "scenes" / "fig5_2_bounce.toml";
+  const std::string duration = MSS_SANITIZED ? "30" : "1000";
+  ASSERT_EQ(run(scene, {"--set", "solve.duration=1"}).exit_status, 0);
+  const double before = peak_memory();
+  for (const std::string damping : {"0.3", "0"}) {
+    ASSERT_EQ(run(scene, {"--set", "solve.duration=" + duration, "--set", "solve.every=1", "--set",
+                          "solve.threads=1", "--set", "damping.ratio=" + damping})
+                  .exit_status,
+              0);
+    const auto series = parse_csv(read_file(out() / "series.csv"));
+    for (std::size_t row = 21; row < series.size(); ++row)
+      EXPECT_NEAR(std::stod(series[row][6]), std::stod(series[21][6]), damping == "0" ? 2e-3 : 1e-9) << row;
+  }
+  if (!MSS_SANITIZED) {
+    EXPECT_LT(peak_memory() - before, 4);
+  }
 }
 
 TEST_F(RunCommand, AHardLandingFoldsCells) {

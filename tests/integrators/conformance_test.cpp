@@ -157,6 +157,31 @@ TEST_P(FixedStepMethod, DoesNotDependOnHowOftenSomebodyLooks) {
   EXPECT_TRUE(same_bits(once.state, often.state));
 }
 
+// Sites without a particle carry numbers too. They must not grow: zero times infinity would reach particles.
+TEST_P(Method, LeavesSitesWithoutParticlesAlone) {
+  VoxelGrid ell = VoxelGrid::box(4, 3, 3);
+  for (int i = 2; i < 4; ++i) ell.set(i, 1, 2, false);
+  const Body body(testing::test_config(ell));
+  const Vec3 origin = body.config().origin;
+  SpringSystem<double> system(
+      body, {.gravity = Vec3(0, 0, -0.1), .holds = {{.box = {origin, origin + Vec3(1, 1, 0)}}}},
+      {.threads = 1});
+  State<double> state = system.rest_state();
+  const State<double> start = state;
+  const auto method = info().make<double>({.dt = 1e-3});
+  Work work;
+  for (int look = 1; look <= 3; ++look) {
+    EXPECT_EQ(method->advance(system, state, look * 0.02, work), Status::ok);
+    method->reset();
+  }
+  const auto& sites = body.sites();
+  for (std::ptrdiff_t site = 0; site < body.lattice().size; ++site) {
+    if (std::binary_search(sites.begin(), sites.end(), site)) continue;
+    EXPECT_LT((state.x.at(site) - start.x.at(site)).norm(), 1e-12) << site;
+    EXPECT_LT(state.v.at(site).norm(), 1e-12) << site;
+  }
+}
+
 TEST_P(Method, ResetForgets) {
   Scenario used, fresh;
   Work work;
