@@ -72,23 +72,37 @@ class ShiftedInverse {
   mutable VectorXd y_;
 };
 
-/// x -> A x.
+/// x -> (A + shift) x, with M^-1/2 (K + weight C) M^-1/2 for A.
 class Product {
  public:
   using Scalar = double;
-  Product(BodySystem<double>& system, const State<double>& state, const VectorXd& roots, Work& work)
-      : system_(system), state_(state), roots_(roots), work_(work), in_(system.size()), out_(system.size()) {}
+  Product(BodySystem<double>& system, const State<double>& state, const VectorXd& roots, Work& work,
+          const TangentSum& sum, double shift = 0)
+      : system_(system),
+        state_(state),
+        roots_(roots),
+        work_(work),
+        sum_(sum),
+        shift_(shift),
+        in_(system.size()),
+        out_(system.size()) {}
 
   Index rows() const { return roots_.size(); }
   Index cols() const { return roots_.size(); }
   void perform_op(const double* x_in, double* y_out) const {
-    y_ = Eigen::Map<const VectorXd>(x_in, rows()).array() / roots_.array();
+    const Eigen::Map<const VectorXd> x(x_in, rows());
+    y_ = x.array() / roots_.array();
     scatter(system_, y_, in_);
-    system_.tangent_product(state_.t, state_.x, state_.v, {.stiffness = 1, .kind = Tangent::elastic}, in_,
-                            out_);
+    system_.tangent_product(state_.t, state_.x, state_.v, sum_, in_, out_);
     ++work_.products;
     gather(system_, out_, y_);
-    Eigen::Map<VectorXd>(y_out, rows()) = y_.array() / roots_.array();
+    Eigen::Map<VectorXd>(y_out, rows()) = y_.array() / roots_.array() + shift_ * x.array();
+  }
+  /// x.A x.
+  double share(const VectorXd& x) const {
+    VectorXd y(rows());
+    perform_op(x.data(), y.data());
+    return x.dot(y);
   }
 
  private:
@@ -96,9 +110,13 @@ class Product {
   const State<double>& state_;
   const VectorXd& roots_;
   Work& work_;
+  TangentSum sum_;
+  double shift_;
   mutable Field<double> in_, out_;
   mutable VectorXd y_;
 };
+
+const TangentSum stiffness{.stiffness = 1, .kind = Tangent::elastic};
 
 struct Pair {
   double value;  ///< omega^2
@@ -188,12 +206,30 @@ Modes fastest_mode(BodySystem<double>& system, const State<double>& state, Work&
     std::vector<Pair> all = dense_pairs(system, state, roots);
     return to_modes(system, {all.back()}, roots, 0);
   }
-  Product product(system, state, roots, work);
+  Product product(system, state, roots, work, stiffness);
   Spectra::SymEigsSolver<Product> lanczos(product, 1, 30);
   lanczos.init();
   lanczos.compute(Spectra::SortRule::LargestAlge, most_restarts, 1e-9);
   if (lanczos.info() != Spectra::CompInfo::Successful) return {.status = Status::linear_stalled, .modes = {}};
   return to_modes(system, {{lanczos.eigenvalues()[0], lanczos.eigenvectors().col(0)}}, roots, 0);
+}
+
+Share largest_share(BodySystem<double>& system, const State<double>& state, double weight, Work& work) {
+  const VectorXd roots = root_masses(system);
+  if (roots.size() == 0) return {};
+  const SpectralBound bound = system.spectral_bound();
+  // Lanczos knows the largest number by its size: the shift keeps it from being lost near 0.
+  const double shift = bound.omega * bound.omega + std::abs(weight) * bound.damping;
+  const TangentSum sum{.damping = weight, .stiffness = 1, .kind = Tangent::elastic};
+  Product product(system, state, roots, work, sum, shift);
+  Spectra::SymEigsSolver<Product> lanczos(product, 1, std::min<Index>(30, roots.size()));
+  lanczos.init();
+  lanczos.compute(Spectra::SortRule::LargestAlge, most_restarts, 1e-9);
+  if (lanczos.info() != Spectra::CompInfo::Successful) return {.status = Status::linear_stalled};
+  const VectorXd q = lanczos.eigenvectors().col(0);
+  const TangentSum damping{.damping = 1, .kind = Tangent::elastic};
+  return {.stiffness = Product(system, state, roots, work, stiffness).share(q),
+          .damping = Product(system, state, roots, work, damping).share(q)};
 }
 
 }  // namespace mss

@@ -27,4 +27,14 @@ Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int 
 /// follow.
 Modes fastest_mode(BodySystem<double>& system, const State<double>& state, Work& work);
 
+/// What a motion q with q.M q = 1 has of stiffness and damping.
+struct Share {
+  Status status = Status::ok;
+  double stiffness = 0;  ///< q.K q [1/s^2]
+  double damping = 0;    ///< q.C q [1/s]
+};
+
+/// Those of the motion for which q.K q + weight q.C q is largest, weight in [1/s] and of either sign.
+Share largest_share(BodySystem<double>& system, const State<double>& state, double weight, Work& work);
+
 }  // namespace mss

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "integrators/modes.hpp"
 
 namespace mss {
 
@@ -26,6 +27,41 @@ double stable_step(const IntegratorInfo& method, const SpectralBound& bound) {
                     "step; give dt in seconds, or another integrator",
                     method.name));
   return limit;
+}
+
+namespace {
+
+/// How much one unit of damping shortens the step, over what one of stiffness does.
+double weight_at(const IntegratorInfo& method, const Share& share) {
+  const double omega = std::sqrt(share.stiffness), small = 1e-5;
+  const auto limit = [&](double stiffness, double damping) {
+    return method.limit(std::sqrt(stiffness), damping);
+  };
+  const double more = share.damping + small * omega, stiffer = (1 + small) * share.stiffness;
+  const double by_damping = (limit(share.stiffness, more) - limit(share.stiffness, share.damping)) / omega;
+  const double by_stiffness =
+      (limit(stiffer, share.damping) - limit(share.stiffness, share.damping)) / share.stiffness;
+  return by_damping / by_stiffness;
+}
+
+}  // namespace
+
+PredictedStep predicted_step(const IntegratorInfo& method, BodySystem<double>& system,
+                             const State<double>& state, Work& work) {
+  constexpr int most_rounds = 30;
+  constexpr double settled = 1e-7;
+  PredictedStep found{.dt = std::numeric_limits<double>::infinity()};
+  if (!method.limit) return found;
+  double weight = 0;
+  for (int round = 0; round < most_rounds; ++round) {
+    const Share share = largest_share(system, state, weight, work);
+    if (share.status != Status::ok) return {.status = share.status};
+    const double before = found.dt, dt = method.limit(std::sqrt(share.stiffness), share.damping);
+    found.dt = std::min(before, dt);
+    if (dt == 0 || !(dt < before * (1 - settled))) break;
+    weight = weight_at(method, share);
+  }
+  return found;
 }
 
 }  // namespace mss

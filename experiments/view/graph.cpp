@@ -65,26 +65,40 @@ void draw_ticks(const Viewport& plot, const ValueRange& range) {
   }
 }
 
-void draw_legend(const Viewport& plot, const std::string& title, const std::vector<Curve>& curves) {
-  double x = plot.x;
-  const double y = plot.y - ImGui::GetTextLineHeight() - 6;
-  write(x, y, title);
-  x += width_of(title) + 16;
+/// Title and names of the curves, broken into lines where they do not fit. Draws them from (x, y) on, unless
+/// they are only asked for their height.
+double legend(double x, double y, double width, const std::string& title, const std::vector<Curve>& curves,
+              bool drawn) {
+  constexpr double sample = 14, gap = 14;
+  const double line = ImGui::GetTextLineHeight();
+  double at_x = x, at_y = y;
+  if (drawn) write(at_x, at_y, title);
+  at_x += width_of(title) + gap;
   for (const Curve& curve : curves) {
-    const double middle = y + ImGui::GetTextLineHeight() / 2;
-    ImGui::GetWindowDrawList()->AddLine(at(x, middle), at(x + 14, middle), curve.colour, curve.width + 0.7F);
-    write(x + 18, y, curve.name);
-    x += 18 + width_of(curve.name) + 14;
+    if (curves.size() == 1) break;  // the title says it
+    const double own = sample + 4 + width_of(curve.name);
+    if (at_x + own > x + width && at_x > x) {
+      at_x = x;
+      at_y += line + 2;
+    }
+    if (drawn) {
+      ImGui::GetWindowDrawList()->AddLine(at(at_x, at_y + line / 2), at(at_x + sample, at_y + line / 2),
+                                          curve.colour, curve.width + 0.7F);
+      write(at_x + sample + 4, at_y, curve.name);
+    }
+    at_x += own + gap;
   }
+  return at_y + line - y;
 }
 
 void draw_graph(const Viewport& place, const std::string& title, const std::vector<Curve>& curves,
                 const std::deque<Measures>& history, double least) {
-  const double left = 74, top = 26, right = 14, bottom = 24;
+  const double left = 74, right = 14, bottom = 24;
+  const double top = 12 + legend(place.x + left, 0, place.width - left, title, curves, false);
   const Viewport plot{place.x + left, place.y + top, std::max(10.0, place.width - left - right),
                       std::max(10.0, place.height - top - bottom)};
   const ValueRange range = span(history, curves, least);
-  draw_legend(plot, title, curves);
+  legend(plot.x, place.y + 6, place.width - left, title, curves, true);
   draw_ticks(plot, range);
   const double begin = history.front().t, end = std::max(history.back().t, begin + 1e-9);
   for (const Curve& curve : curves) {
@@ -98,7 +112,7 @@ void draw_graph(const Viewport& place, const std::string& title, const std::vect
   }
   const std::string first = fmt::format("t = {:.2f} s", begin),
                     last = fmt::format("{:.2f} s", history.back().t);
-  write(plot.x, plot.y + plot.height + 5, first);
+  if (width_of(first) + width_of(last) + 10 < plot.width) write(plot.x, plot.y + plot.height + 5, first);
   write(plot.x + plot.width - width_of(last), plot.y + plot.height + 5, last);
 }
 
@@ -141,9 +155,12 @@ void draw_colour_bar(const Viewport& place, const QuantityInfo& quantity, const 
 }
 
 void draw_graphs(const Viewport& place, const Session& session) {
-  const Viewport left{place.x, place.y, 0.56 * place.width, place.height};
+  constexpr double narrow = 440;  // room for one graph only
+  const double share = place.width < narrow ? 1 : 0.56;
+  const Viewport left{place.x, place.y, share * place.width, place.height};
   const Viewport right{place.x + left.width, place.y, place.width - left.width, place.height};
   draw_graph(left, "energy [J]", energy_curves(session), session.history(), 1e-12);
+  if (share == 1) return;
   const Curve ratio{"whole body", IM_COL32(0, 114, 178, 255),
                     [](const Measures& m) { return m.volume_ratio; }};
   draw_graph(right, "volume / volume at rest", {ratio}, session.history(), 1e-4);
