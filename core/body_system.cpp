@@ -111,7 +111,9 @@ bool BodySystem<Real>::collide(const State<Real>& before, double dt, State<Real>
   return any;
 }
 
-/// In a wedge one plane may push a particle into another, so several are asked until none has an answer.
+/// In a wedge one plane may push a particle into another, so several are asked until none has an answer. From
+/// the second round on those are left alone that the particle neither is behind nor moves towards, but for
+/// rounding: it is where they have just put it.
 template <class Real>
 bool BodySystem<Real>::collide_particle(std::ptrdiff_t site, const State<Real>& before, double dt,
                                         State<Real>& state) const {
@@ -122,10 +124,15 @@ bool BodySystem<Real>::collide_particle(std::ptrdiff_t site, const State<Real>& 
     return plane.contact == ContactLaw::paper ? collide_paper(plane, start, end)
                                               : collide_impulse(plane, start, dt, end);
   };
+  const double close = 1e-9 * body_.config().cell_size;
+  const auto is_done = [&](const Plane& plane) {
+    return plane.gap(end.x) > -close && plane.normal.dot(end.v) * dt > -close;
+  };
   bool any = false;
   for (int round = 0; round < most_rounds; ++round) {
     bool touched = false;
-    for (const Plane& plane : colliding_) touched |= ask(plane);
+    for (const Plane& plane : colliding_)
+      if (round == 0 || !is_done(plane)) touched |= ask(plane);
     any |= touched;
     if (!touched || colliding_.size() == 1) break;
   }

@@ -38,12 +38,12 @@ bool collide_impulse(const Plane& plane, const Motion& before, double dt, Motion
     push.lever = push.normal > 0 ? std::min(-end / push.normal, dt) : 0;
   }
   const Vec3 sliding = after.v - speed * plane.normal;
-  const bool sticks = sliding.norm() <= plane.friction * push.normal;
+  const bool stuck = sliding.norm() <= plane.friction * push.normal;
   const Vec3 friction =
-      sticks ? Vec3(-sliding) : Vec3(-plane.friction * push.normal / sliding.norm() * sliding);
+      stuck ? Vec3(-sliding) : Vec3(-plane.friction * push.normal / sliding.norm() * sliding);
   after.x += push.lever * (push.normal * plane.normal + friction);
   after.v += push.normal * plane.normal + friction;
-  if (push.rests && sticks) {
+  if (push.rests && stuck) {
     if (before.v.isZero(0)) after.x = before.x;  // it did not move at all
     after.v = Vec3::Zero();
   }

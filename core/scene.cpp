@@ -310,7 +310,7 @@ SolveConfig read_solve(const TomlTable& solve) {
 /// What a user should know before trusting the material, whose constants assume the full, weighted lattice.
 std::vector<std::string> read_warnings(const Scene& scene) {
   const BodyConfig& body = scene.body;
-  if (scene.model != spring_model) return {};  // the springs are not asked
+  if (!has_springs(scene.model)) return {};  // the springs are not asked
   if (body.topology != Topology::full)
     return {
         fmt::format("body.topology = \"{}\" leaves out face diagonals: the body is softer in shear than its "

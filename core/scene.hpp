@@ -38,15 +38,20 @@ inline constexpr const char* energy_drift = "energy_drift";
 /// Mean displacement from rest of the particles in a box [m].
 inline constexpr const char* mean_displacement = "displacement";
 
-/// Name of the model whose cells are springs; the others are laws of finite elements (reference/fem).
+/// Name of the model whose cells are springs with the volume force of eq. 3-7, and of the one with
+/// Mollemans's (reference/mollemans.hpp); the others are laws of finite elements (reference/fem).
 inline constexpr const char* spring_model = "springs";
+inline constexpr const char* mollemans_model = "mollemans";
+inline bool has_springs(const std::string& model) {
+  return model == spring_model || model == mollemans_model;
+}
 
 /// A scene file, read and checked.
 struct Scene {
   std::filesystem::path file;
   std::string name;  ///< file name without extension
   BodyConfig body;
-  std::string model = spring_model;  ///< what fills the cells: springs, or finite elements by their law
+  std::string model = spring_model;  ///< what fills the cells, by name
   Environment environment;
   Vec3 start_velocity = Vec3::Zero();  ///< [m/s]
   Vec3 start_spin = Vec3::Zero();      ///< [rad/s] about the centre of mass

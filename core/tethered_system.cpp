@@ -31,6 +31,11 @@ void TetheredSystem<Real>::acceleration(double t, const Field<Real>& x, const Fi
   other_.acceleration(t, x, v, a);
   if (!tether_) return;
   const std::ptrdiff_t site = tether_->site;
+  if (other_.collides()) {  // whether it sticks to a plane is decided with the tether, at the end of the step
+    if (force_.size() == 0) force_ = Field<Real>(size());
+    other_.force(t, x, v, force_);
+    a.set(site, force_.at(site) / mass(site));
+  }
   add(a, site, tether_->force(x.at(site), v.at(site)) / mass(site));
   clear_prescribed(a);
 }

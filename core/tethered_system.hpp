@@ -70,6 +70,7 @@ class TetheredSystem final : public System<Real> {
 
   System<Real>& other_;
   std::optional<Tether> tether_;
+  Field<Real> force_;  ///< of the other system, where a plane may hold what is pulled
 };
 
 }  // namespace mss

@@ -236,6 +236,14 @@ std::string one_line(std::string text) {
 
 }  // namespace
 
+bool has_points(const Chart& chart) {
+  return std::any_of(chart.series.begin(), chart.series.end(), [&](const ChartSeries& series) {
+    return std::any_of(series.points.begin(), series.points.end(), [&](const ChartPoint& p) {
+      return is_drawn(p) && (!chart.x.logarithmic || p.x > 0) && (!chart.y.logarithmic || p.y > 0);
+    });
+  });
+}
+
 std::string gnuplot_text(std::string_view text) {
   std::string out = "'";
   for (const char c : text) {

@@ -65,6 +65,9 @@ struct Chart {
   std::string legend_title = {};
 };
 
+/// Whether there is anything to draw. Without, gnuplot refuses.
+bool has_points(const Chart& chart);
+
 /// Text as a gnuplot string expression that shows exactly these characters in enhanced mode.
 std::string gnuplot_text(std::string_view text);
 

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "core/error.hpp"
+#include "core/suggest.hpp"
 #include "experiments/commands.hpp"
 #include "experiments/expectation.hpp"
 #include "experiments/experiment.hpp"
@@ -23,9 +24,9 @@ struct CheckChoice {
   std::vector<std::string> scenes;
   std::string results;
   bool quick = false;
-  int threads = 1;
+  int threads = 0;  ///< 0: not given
   std::string against;
-  std::string directory = "out/check";
+  std::string directory;  ///< empty: not given
   bool promote = false;
   std::string why;
 };
@@ -51,10 +52,26 @@ bool rerun(const CheckChoice& choice) {
   return true;
 }
 
+/// The truths beside the baselines. A user's own baselines may have none; those of this program must.
+std::vector<Truth> truths_of(const CheckChoice& choice, const fs::path& baselines) {
+  const fs::path file = baselines / "truth.csv";
+  if (!choice.against.empty() && !fs::exists(file)) return {};
+  std::vector<Truth> truths = read_truths(file);
+  for (const Truth& truth : truths) {
+    std::vector<std::string> tables;
+    for (const ExperimentInfo& info : experiments())
+      for (const bool quick : {false, true})
+        tables.push_back(fs::path(table_name(info, quick)).stem().string());
+    if (std::find(tables.begin(), tables.end(), truth.table) == tables.end())
+      throw InputError(fmt::format("{}: there is no table '{}'; did you mean '{}'?", file.string(),
+                                   truth.table, nearest(truth.table, tables)));
+  }
+  return truths;
+}
+
 /// Prints what moved, or is not true any more, and returns how much.
 std::size_t report_deviations(const CheckChoice& choice, const fs::path& baselines) {
-  const fs::path truth_file = baselines / "truth.csv";
-  const std::vector<Truth> truths = fs::exists(truth_file) ? read_truths(truth_file) : std::vector<Truth>{};
+  const std::vector<Truth> truths = truths_of(choice, baselines);
   std::size_t total = 0, rows = 0, judged = 0;
   for (const ExperimentInfo& info : experiments()) {
     const std::string name = table_name(info, choice.quick);
@@ -170,10 +187,18 @@ void check_usage(const CheckChoice& choice) {
   if (!choice.scenes.empty() && (choice.quick || choice.promote || !choice.against.empty()))
     throw InputError(
         "scenes are judged by their own [expect]: --quick, --against and --promote mean nothing to them");
+  if (!choice.scenes.empty() && !choice.directory.empty())
+    throw InputError("scenes are judged and leave nothing behind: --out means nothing to them");
+  if (!choice.results.empty() && choice.threads != 0)
+    throw InputError("--results is judged as it is: --threads means nothing to it");
+  if (!choice.why.empty() && !choice.promote)
+    throw InputError("--why is the reason of --promote, which is missing");
 }
 
-void run_check(const CheckChoice& choice, int& exit_status) {
+void run_check(CheckChoice choice, int& exit_status) {
   check_usage(choice);
+  if (choice.threads == 0) choice.threads = 1;  // no bit depends on them, and small bodies are fastest so
+  if (choice.directory.empty()) choice.directory = "out/check";
   if (!choice.scenes.empty()) {
     check_scenes(choice, exit_status);
     return;
@@ -208,14 +233,13 @@ void add(CLI::App& app, int& exit_status) {
                       "scene's [expect] instead of simulating it");
   command
       ->add_option("--threads", choice->threads,
-                   "Threads of the core; no bit depends on them, and small bodies are fastest with one")
-      ->capture_default_str()
+                   "Threads of the core (default 1); no bit depends on them, and small bodies are fastest so")
       ->check(CLI::Range(1, 1024));
   command->add_flag("--quick", choice->quick, "The small tables only: under two minutes");
   command->add_option("--against", choice->against,
                       "Directory of baselines (default: results/check of the source tree)");
-  command->add_option("--out", choice->directory, "Directory for the tables as they are now")
-      ->capture_default_str();
+  command->add_option("--out", choice->directory,
+                      "Directory for the tables as they are now (default out/check)");
   command->add_flag("--promote", choice->promote, "Make what is now the baseline; needs --why");
   command->add_option("--why", choice->why, "Why the baseline may change, in a line");
   command->callback([choice, &exit_status] { run_check(*choice, exit_status); });

@@ -40,7 +40,7 @@ void add_answers(Chart& chart, const Table& rows, const ContactConfig& config, c
 Chart bounce_chart(const Table& rows, const ContactConfig& config) {
   Chart chart{.title = "Restitution: by how much bounces miss what is asked",
               .subtitle = fmt::format(
-                  "a particle dropped from 1 m; seen in the height of its last bounce above 1 cm; {}",
+                  "a particle dropped from 1 m; seen in its last bounce above 1 cm, at most the fourth; {}",
                   charted_integrator(config)),
               .x = {.label = "restitution asked"},
               .y = {.label = "restitution seen less what is asked"}};

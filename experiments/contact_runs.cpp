@@ -80,10 +80,13 @@ class Trial {
     if (status_ == Status::ok) status_ = method_->advance(system_, state_, t, work_);
     return status_ == Status::ok;
   }
-  void begin(State<double> state) {
-    state_ = std::move(state);
+  /// Takes over how another one ended.
+  void begin(const Trial& settled) {
+    state_ = settled.state_;
     state_.t = 0;
+    status_ = settled.status_;
   }
+  void fail(Status status) { status_ = status; }
   void move(const Vec3& by) {
     for (const std::ptrdiff_t site : body_.sites()) state_.x.set(site, state_.x.at(site) + by);
   }
@@ -99,7 +102,6 @@ class Trial {
       state_.v.set(site, velocity + spin.cross(state_.x.at(site) - middle));
   }
 
-  const State<double>& state() const { return state_; }
   Status status() const { return status_; }
   double dt() const { return dt_; }
   double cell_size() const { return body_.config().cell_size; }
@@ -218,7 +220,7 @@ void slide(const Subject& subject, double friction, Recorder& recorder) {
   } else {
     Trial glued(subject, 0, glue, slope);
     glued.advance(settling);
-    trial.begin(glued.state());
+    trial.begin(glued);
     trial.advance(run_in);
   }
   const Vec3 start = trial.centre(), velocity = trial.velocity();
@@ -247,6 +249,10 @@ Landing land(Trial& trial, double seconds) {
   trial.push({1, 0, 0}, {3, 2, 1});
   for (long i = 1; double(i) * look <= seconds && trial.advance(double(i) * look); ++i) {
     const Measures m = trial.measured();
+    if (!is_finite(m)) {  // energies overflow before coordinates do
+      trial.fail(Status::non_finite);
+      break;
+    }
     const double low = trial.lowest();
     landing.t.push_back(m.t);
     landing.kinetic.push_back(m.kinetic);

@@ -28,8 +28,8 @@ std::vector<Model> make_models() {
        [](const Body& body, const Environment& environment, int threads) {
          return std::make_unique<SpringSystem<double>>(body, environment, Execution{.threads = threads});
        }},
-      {"mollemans", "springs with Mollemans's volume force on tetrahedra (eq. 1-1, its sign turned)", false,
-       [](const Body& body, const Environment& environment, int threads) {
+      {mollemans_model, "springs with Mollemans's volume force on tetrahedra (eq. 1-1, its sign turned)",
+       false, [](const Body& body, const Environment& environment, int threads) {
          return std::make_unique<MollemansSystem>(body, environment, threads);
        }}};
   for (const SolidLaw& law : solid_laws())

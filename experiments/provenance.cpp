@@ -1,5 +1,6 @@
 #include "experiments/provenance.hpp"
 
+#include <H5public.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <sys/utsname.h>
@@ -38,11 +39,17 @@ std::string value_in(const char* file, std::string_view key, char separator) {
 
 Json dependencies() {
   const std::string gnuplot = gnuplot_version();
-  return {{"eigen", MSS_EIGEN_VERSION},        {"fmt", MSS_FMT_VERSION},
-          {"cli11", MSS_CLI11_VERSION},        {"tomlplusplus", MSS_TOMLPLUSPLUS_VERSION},
-          {"nlohmann_json", MSS_JSON_VERSION}, {"benchmark", MSS_BENCHMARK_VERSION},
-          {"cholmod", cholmod_version()},      {"sundials", sundials::version()},
-          {"openmp", MSS_OPENMP_VERSION},      {"gnuplot", gnuplot.empty() ? "missing" : gnuplot}};
+  return {{"eigen", MSS_EIGEN_VERSION},
+          {"fmt", MSS_FMT_VERSION},
+          {"cli11", MSS_CLI11_VERSION},
+          {"tomlplusplus", MSS_TOMLPLUSPLUS_VERSION},
+          {"nlohmann_json", MSS_JSON_VERSION},
+          {"benchmark", MSS_BENCHMARK_VERSION},
+          {"cholmod", cholmod_version()},
+          {"sundials", sundials::version()},
+          {"hdf5", H5_VERS_INFO},
+          {"openmp", MSS_OPENMP_VERSION},
+          {"gnuplot", gnuplot.empty() ? "missing" : gnuplot}};
 }
 
 /// Settings that change what the OpenMP baseline costs.

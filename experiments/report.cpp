@@ -54,6 +54,7 @@ Report run_and_write(const ExperimentInfo& info, const ExperimentOptions& option
   report.caption = result.caption;
   report.summary = result.summary;
   report.status = result.status;
+  std::erase_if(result.charts, [](const NamedChart& c) { return !has_points(c.chart); });
   if (result.charts.empty()) {
     report.chart_problem = fmt::format("{}: there are too few rows for a chart", info.name);
     return report;

@@ -9,6 +9,7 @@
 #include "experiments/output.hpp"
 #include "experiments/provenance.hpp"
 #include "experiments/simulation.hpp"
+#include "experiments/vtk_series.hpp"
 
 namespace mss {
 
@@ -64,6 +65,7 @@ void run_scene(const RunChoice& choice, int& exit_status) {
         fmt::format("--vtk is {}; give the number of steps from frame to frame, 1 or more", *choice.vtk));
   prepare_directory(directory);  // before hours of work, not after
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
+  remove_vtk_series(directory);
   SimulationResult result;
   {
     TerminalProgress progress(scene.name);

@@ -24,7 +24,8 @@ double step_of(const Scene& scene, const IntegratorInfo& method, const SpectralB
   if (method.stepping == Stepping::equilibrium) return 0;
   if (scene.solve.dt) return *scene.solve.dt;
   if (method.stepping == Stepping::adaptive) return 0;  // the method's own choice
-  return std::min(safe_share * stable_step(method, bound), scene.solve.duration);
+  const double safe = safe_share * stable_step(method, bound);
+  return scene.solve.duration > 0 ? std::min(safe, scene.solve.duration) : safe;
 }
 
 void check_safe(const IntegratorInfo& method) {

@@ -93,16 +93,6 @@ void write_file(const fs::path& file, Fill&& fill) {
   });
 }
 
-/// Removes the files of an earlier series from a directory, and nothing else.
-void clear(const fs::path& directory) {
-  std::error_code ignored;  // what cannot be removed cannot be written either, which will be said
-  for (const char* kind : kinds) fs::remove(directory / fmt::format("{}.vtkhdf.series", kind), ignored);
-  std::vector<fs::path> frames;
-  for (const fs::directory_entry& entry : fs::directory_iterator(directory / "vtk", ignored))
-    if (entry.path().extension() == ".vtkhdf") frames.push_back(entry.path());
-  for (const fs::path& frame : frames) fs::remove(frame, ignored);
-}
-
 /// The shapes of an unstructured grid, all with the same number of corners.
 void write_shapes(hid_t group, std::uint8_t type, std::int64_t corners, std::int64_t points,
                   const std::vector<std::int64_t>& connectivity) {
@@ -161,14 +151,33 @@ void write_spring_values(hid_t group, const Body& body, const Field<Real>& x) {
   write(group, "class", classes);
 }
 
+/// Whether a file is one of ours: cells_000012.vtkhdf, springs_000012.vtkhdf, mesh.h5.
+bool is_part(const fs::path& file) {
+  const std::string name = file.filename();
+  return name == "mesh.h5" || (file.extension() == ".vtkhdf" &&
+                               std::any_of(std::begin(kinds), std::end(kinds), [&](const char* kind) {
+                                 return name.rfind(std::string(kind) + "_", 0) == 0;
+                               }));
+}
+
 }  // namespace
+
+void remove_vtk_series(const fs::path& directory) {
+  std::error_code ignored;  // what cannot be removed cannot be written either, which will be said
+  for (const char* kind : kinds) fs::remove(directory / fmt::format("{}.vtkhdf.series", kind), ignored);
+  std::vector<fs::path> parts;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory / "vtk", ignored))
+    if (is_part(entry.path())) parts.push_back(entry.path());
+  for (const fs::path& part : parts) fs::remove(part, ignored);
+  fs::remove(directory / "vtk", ignored);  // if nothing else is in it
+}
 
 VtkSeries::VtkSeries(fs::path directory, const Body& body)
     : directory_(std::move(directory)), body_(body), particle_of_(std::size_t(body.lattice().size), -1) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // failures are exceptions, not pages on stderr
   for (std::size_t id = 0; id < body.particle_count(); ++id)
     particle_of_[std::size_t(body.sites()[id])] = std::int64_t(id);
-  clear(directory_);
+  remove_vtk_series(directory_);
   prepare_directory(directory_ / "vtk");
   write_mesh();
 }

@@ -9,6 +9,9 @@
 
 namespace mss {
 
+/// Removes the series that an earlier run left in a directory, and nothing else.
+void remove_vtk_series(const std::filesystem::path& directory);
+
 /// A series that ParaView opens, in VTK's own format on HDF5: in a directory the files `cells.vtkhdf.series`
 /// and `springs.vtkhdf.series`, each of which lists its frames with their times; the frames in `vtk/`.
 ///
@@ -17,7 +20,7 @@ namespace mss {
 /// edge, 1 face diagonal, 2 body diagonal). Which points belong together is stored once, in `vtk/mesh.h5`.
 class VtkSeries {
  public:
-  /// Removes what an earlier series left there. Throws InputError if the directory cannot be written to.
+  /// Throws InputError if the directory cannot be written to.
   VtkSeries(std::filesystem::path directory, const Body& body);
 
   /// Writes a frame, whole or not at all. Throws InputError if that fails.

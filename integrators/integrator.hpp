@@ -65,7 +65,7 @@ struct IntegratorOptions {
   double tolerance = 1e-6;                ///< of adaptive methods: local error over the scales below
   double length_scale = 1;                ///< of positions [m]
   double speed_scale = 1;                 ///< of velocities [m/s]
-  long most_steps = 10000000;             ///< adaptive methods may take in one advance
+  long most_steps = 10000000;  ///< adaptive methods may take in one advance, or to its next first touch
 };
 
 /// Largest step [s] for which a method is stable on the test equation x'' = -omega^2 x - damping x'; 0 if

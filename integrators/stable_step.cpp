@@ -50,12 +50,15 @@ PredictedStep predicted_step(const IntegratorInfo& method, BodySystem<double>& s
                              const State<double>& state, Work& work) {
   constexpr int most_rounds = 30;
   constexpr double settled = 1e-7;
+  constexpr double rigid = 1e-10;
+  const double bound = system.spectral_bound().omega;
   PredictedStep found{.dt = std::numeric_limits<double>::infinity()};
   if (!method.limit) return found;
   double weight = 0;
   for (int round = 0; round < most_rounds; ++round) {
     const Share share = largest_share(system, state, weight, work);
     if (share.status != Status::ok) return {.status = share.status};
+    if (share.stiffness < rigid * bound * bound) break;  // motions of the whole: no other has more
     const double before = found.dt, dt = method.limit(std::sqrt(share.stiffness), share.damping);
     found.dt = std::min(before, dt);
     if (dt == 0 || !(dt < before * (1 - settled))) break;

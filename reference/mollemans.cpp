@@ -71,6 +71,12 @@ double calibrated_kappa(double k_vol, double cell_size) {
   return 3 * k_vol / (sum * cell_size);
 }
 
+/// Penalty planes know the stiffness of what meets them, and that is more than the springs'.
+Environment without_planes(Environment environment) {
+  environment.planes.clear();
+  return environment;
+}
+
 Body without_volume_force(const Body& body) {
   BodyConfig config = body.config();
   config.springs.volume = 0;
@@ -82,7 +88,7 @@ Body without_volume_force(const Body& body) {
 MollemansSystem::MollemansSystem(const Body& body, const Environment& environment, int threads)
     : BodySystem<double>(body, environment, threads > 0 ? threads : 1),
       bare_(without_volume_force(body)),
-      springs_(bare_, environment, {.threads = this->threads()}),
+      springs_(bare_, without_planes(environment), {.threads = this->threads()}),
       cells_(body),
       kappa_(calibrated_kappa(body.config().springs.volume, body.config().cell_size)) {}
 
@@ -134,6 +140,7 @@ void MollemansSystem::force(double t, const Field<double>& x, const Field<double
   springs_.force(t, x, v, f);
   cells_.add(
       *this, [&](std::ptrdiff_t site) { return cell_force(corners_at(body(), x, site)); }, f);
+  add_penalty_force(x, v, f);
 }
 
 void MollemansSystem::add_tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
@@ -159,6 +166,7 @@ void MollemansSystem::tangent_product(double t, const Field<double>& x, const Fi
         return Eigen::Map<const CellCorners>(product.data());
       },
       out);
+  add_penalty_product(x, v, sum, p, out);
 }
 
 void MollemansSystem::add_tangent_diagonal(const Field<double>& x, const Field<double>& v,

@@ -45,8 +45,8 @@ class MollemansSystem final : public BodySystem<double> {
   CellCorners cell_force(const CellCorners& x) const;
   Element cell_tangent(const CellCorners& x, Tangent kind) const;
 
-  Body bare_;  ///< the body without the volume force of eq. 3-7
-  SpringSystem<double> springs_;
+  Body bare_;                     ///< the body without the volume force of eq. 3-7
+  SpringSystem<double> springs_;  ///< without planes
   CellSum cells_;
   double kappa_;  ///< half of it, for either way to cut a cell [N/m^3]
 };

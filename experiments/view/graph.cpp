@@ -116,7 +116,8 @@ void draw_graph(const Viewport& place, const std::string& title, const std::vect
   write(plot.x + plot.width - width_of(last), plot.y + plot.height + 5, last);
 }
 
-/// Weight counts from the start: its zero is a matter of taste, and would hide the rest.
+/// Weight, with loads and penalty planes if there are any, counts from the start: its zero is a matter of
+/// taste, and would hide the rest.
 std::vector<Curve> energy_curves(const Session& session) {
   const double zero = session.start().gravitational;
   std::vector<Curve> curves{
@@ -125,9 +126,11 @@ std::vector<Curve> energy_curves(const Session& session) {
       {"kinetic", IM_COL32(0, 114, 178, 255), [](const Measures& m) { return m.kinetic; }},
       {"elastic", IM_COL32(213, 94, 0, 255), [](const Measures& m) { return m.elastic + m.volume_energy; }}};
   const Environment& environment = session.scene().environment;
-  if (!environment.gravity.isZero(0) || !environment.loads.empty())
-    curves.push_back(
-        {"weight", IM_COL32(0, 158, 115, 255), [zero](const Measures& m) { return m.gravitational - zero; }});
+  const bool planes = std::any_of(environment.planes.begin(), environment.planes.end(),
+                                  [](const Plane& plane) { return plane.contact == ContactLaw::penalty; });
+  if (planes || !environment.gravity.isZero(0) || !environment.loads.empty())
+    curves.push_back({planes || !environment.loads.empty() ? "outer" : "weight", IM_COL32(0, 158, 115, 255),
+                      [zero](const Measures& m) { return m.gravitational - zero; }});
   return curves;
 }
 

@@ -143,8 +143,11 @@ void Panel::draw_buttons(const Session& session, const Display& display, Wishes&
 }
 
 bool Panel::draw_material(const Session& session, Settings& settings) {
-  const bool springs = session.scene().model == spring_model;
-  heading(springs ? "Material" : ("Material: " + session.scene().model + " finite elements").c_str());
+  const std::string& model = session.scene().model;
+  const bool springs = has_springs(model);
+  std::string title = "Material";
+  if (model != spring_model) title += ": " + model + (springs ? "" : " finite elements");
+  heading(title.c_str());
   bool changed = false;
   if (settings.elastic) {
     changed |= slider("young [Pa]", settings.elastic->young, 1e2, 1e9, true);

@@ -117,6 +117,9 @@ def main(mss, directory):
     assert series[-1]["max_stretch"] > 1e-3, "nothing moved"
     check_points(cells[-1][1], springs[-1][1], particles)
 
+    run(mss, watched)
+    assert not (watched / "vtk").exists() and not (watched / "cells.vtkhdf.series").exists(), "an old series is left"
+
     run(mss, watched, "--vtk", "2", "--set", "solve.integrator=cvode_bdf")
     assert [time for time, _ in frames(watched, "cells")] == [0, 0.01, 0.02], "every second row"
 
