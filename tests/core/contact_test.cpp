@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 #include <cstring>
+#include <random>
 
 #include "core/measures.hpp"
 #include "reference/fem/fem_system.hpp"
@@ -393,6 +394,41 @@ TEST(Collisions, LeaveNobodyBehindAPlane) {
       if (plane.gap(crash.after.x.at(site)) < 0) ++behind;
     }
   EXPECT_GT(behind, 10);
+}
+
+// What one plane has put down by rounding beneath itself is not struck again because there are others.
+TEST(Collisions, WithOnePlaneDoNotDependOnOthersFarAway) {
+  const Body body(testing::dust());
+  const Plane slope{.normal = Vec3(0.36397, 0, 1).normalized(), .restitution = 0.2, .friction = 0.2};
+  const Plane far{.point = Vec3(0, 0, -50)};
+  SpringSystem<double> alone(body, {.planes = {slope}}), among(body, {.planes = {slope, far}});
+  std::mt19937 random(3);
+  std::uniform_real_distribution<> share(0, 1);
+  constexpr double dt = 1e-3;
+  int landings = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    State<double> before = alone.rest_state();
+    for (const std::ptrdiff_t site : body.sites()) {
+      const double x = share(random), y = share(random), fall = -0.02 * share(random);
+      const Vec3 at(x, y, 0);
+      before.x.set(site, at - slope.gap(at) * slope.normal - 0.5 * fall * dt * share(random) * slope.normal);
+      before.v.set(site, fall * slope.normal + 0.1 * share(random) * Vec3::UnitY());
+    }
+    State<double> one = before;
+    for (const std::ptrdiff_t site : body.sites()) {
+      one.v.set(site, before.v.at(site) + dt * Vec3(0, 0, -testing::gravity));
+      one.x.set(site, before.x.at(site) + dt * one.v.at(site));
+    }
+    State<double> other = one;
+    alone.collide(before, dt, one);
+    among.collide(before, dt, other);
+    for (const std::ptrdiff_t site : body.sites()) {
+      EXPECT_EQ(one.v.at(site), other.v.at(site));
+      EXPECT_EQ(one.x.at(site), other.x.at(site));
+      if (std::abs(slope.gap(one.x.at(site))) < 1e-15) ++landings;
+    }
+  }
+  EXPECT_GT(landings, 1000);
 }
 
 TEST(Collisions, DoNotMoveWhatIsHeld) {
