@@ -119,12 +119,11 @@ ContactConfig contact_config(const ExperimentOptions& options) {
 
 namespace {
 
-/// Whether a row is the same on every machine. The thesis's law makes chaos of bodies, and a particle that
-/// loses nothing returns to just its height, or just not.
+/// Whether a row is the same on every machine. Under the thesis's law rounding decides whether what lies on a
+/// plane is reflected or put down, and a particle that loses nothing returns to just its height, or just not.
 bool is_steady(const Table& rows, std::size_t r) {
   return rows.text(r, "law") != "paper" ||
-         (rows.text(r, "body") == "particle" &&
-          !(rows.text(r, "study") == "bounce" && rows.number(r, "asked") == 1));
+         (rows.text(r, "study") == "bounce" && rows.number(r, "asked") != 1);
 }
 
 Table guarded(const GuardOptions& options, Progress& progress) {
