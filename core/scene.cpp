@@ -378,7 +378,7 @@ Json to_json(const Hold& hold) {
 Json to_json(const Plane& plane) {
   return {{"point", to_json(plane.point)},
           {"normal", to_json(plane.normal)},
-          {"contact", name_of(plane.contact, contact_laws)},
+          {"contact", to_string(plane.contact)},
           {"restitution", plane.restitution},
           {"friction", plane.friction}};
 }
@@ -429,6 +429,8 @@ std::string to_json(const Scene& scene, const Asked& asked) {
 }
 
 }  // namespace
+
+const std::string& to_string(ContactLaw law) { return name_of(law, contact_laws); }
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   const TomlFile toml(file, overrides, known_keys());

@@ -46,6 +46,9 @@ inline bool has_springs(const std::string& model) {
   return model == spring_model || model == mollemans_model;
 }
 
+/// The law as scenes spell it.
+const std::string& to_string(ContactLaw law);
+
 /// A scene file, read and checked.
 struct Scene {
   std::filesystem::path file;

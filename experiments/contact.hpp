@@ -29,9 +29,6 @@ struct ContactTables {
 };
 ContactTables measure_contact(const ContactConfig& config, Progress& progress);
 
-/// The law as scenes spell it.
-std::string to_string(ContactLaw law);
-
 /// The method that charts show.
 std::string charted_integrator(const ContactConfig& config);
 std::vector<NamedChart> contact_charts(const ContactTables& tables, const ContactConfig& config);

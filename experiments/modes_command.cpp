@@ -36,7 +36,10 @@ Table modes_table(const std::vector<Mode>& modes) {
   return table;
 }
 
-Json summary(const Scene& scene, double omega_max, double bound, const Table& table) {
+/// A step of a method without a limit is no number.
+Json step_or_null(double dt) { return std::isfinite(dt) ? Json(dt) : Json(nullptr); }
+
+Json summary(const Scene& scene, double omega_max, double bound, double limit, const Table& table) {
   Json steps = Json::object();
   for (const IntegratorInfo& method : integrators())
     if (method.stepping == Stepping::fixed && method.limit) {
@@ -52,6 +55,8 @@ Json summary(const Scene& scene, double omega_max, double bound, const Table& ta
           {"omega_max", omega_max},
           {"omega_bound", bound},
           {"safe_dt_undamped", steps},
+          {"integrator", scene.solve.integrator},
+          {"limit_dt", step_or_null(limit)},
           {"configuration", Json::parse(scene.resolved)},
           {"provenance", provenance()}};
 }
@@ -62,6 +67,7 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
     throw InputError(fmt::format("--count is {}; give a number of modes from 1 to {}", choice.count, most));
   const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
   check_model(scene);
+  const IntegratorInfo& method = find_integrator(scene.solve.integrator);
   const fs::path directory =
       choice.directory.empty() ? fs::path("out") / (scene.name + "_modes") : fs::path(choice.directory);
   const Body body(scene.body);
@@ -76,7 +82,8 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   Work work;
   const Modes slow = slowest_modes(*system, rest, choice.count, work),
               fast = fastest_mode(*system, rest, work);
-  for (const Status status : {slow.status, fast.status})
+  const PredictedStep limit = predicted_step(method, *system, rest, work);
+  for (const Status status : {slow.status, fast.status, limit.status})
     if (status != Status::ok) {
       fmt::print(stderr, "mss: {}: the vibrations about rest were not found: {}\n", scene.name,
                  to_string(status));
@@ -86,15 +93,19 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   const Table table = modes_table(slow.modes);
   const double omega_max = fast.modes.front().omega, bound = system->spectral_bound().omega;
   write_atomically(directory / "modes.csv", table.csv());
-  write_atomically(directory / "summary.json", summary(scene, omega_max, bound, table).dump(2) + "\n");
+  write_atomically(directory / "summary.json",
+                   summary(scene, omega_max, bound, limit.dt, table).dump(2) + "\n");
 
   fmt::print("{}: vibrations about rest, {} model, {} unknowns\n", scene.name, scene.model,
              system->unknowns().size());
   for (std::size_t i = 0; i < slow.modes.size(); ++i)
     fmt::print("  {:>4}  {:>12.6g} Hz  {:>12.6g} rad/s{}\n", i + 1, slow.modes[i].omega / turn,
                slow.modes[i].omega, slow.modes[i].omega == 0 ? "  (moves as a whole)" : "");
-  fmt::print("   max  {:>12.6g} Hz  {:>12.6g} rad/s; the bound of dt = \"safe\": {:.6g} rad/s\nsee {}\n",
-             omega_max / turn, omega_max, bound, directory.string());
+  fmt::print("   max  {:>12.6g} Hz  {:>12.6g} rad/s; the bound of dt = \"safe\": {:.6g} rad/s\n",
+             omega_max / turn, omega_max, bound);
+  if (std::isfinite(limit.dt))
+    fmt::print("  with {} small motions stay bounded up to dt = {:.6g} s\n", method.name, limit.dt);
+  fmt::print("see {}\n", directory.string());
 }
 
 void add(CLI::App& app, int& exit_status) {

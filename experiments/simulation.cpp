@@ -209,7 +209,7 @@ void check_contact(const Scene& scene, const IntegratorInfo& method) {
   throw InputError(
       fmt::format("contact = \"{}\" acts at the end of fixed steps, and {} does not take any; give contact = "
                   "\"penalty\", or another solve.integrator",
-                  discrete->contact == ContactLaw::paper ? "paper" : "impulse", method.name));
+                  to_string(discrete->contact), method.name));
 }
 
 void check_solve(const Scene& scene) {

@@ -129,6 +129,10 @@ TEST(Modes, OfAScene) {
     const auto summary = Json::parse(read_file(fs::path(out) / "summary.json"));
     EXPECT_LT(summary["omega_max"], summary["omega_bound"]);
     EXPECT_GT(summary["safe_dt_undamped"]["verlet"], 0);
+    EXPECT_EQ(summary["integrator"], "verlet");
+    const double undamped = 2 / summary["omega_max"].get<double>(), limit = summary["limit_dt"];
+    EXPECT_LT(limit, undamped);  // damping takes some of it
+    EXPECT_GT(limit, 0.8 * undamped);
   }
 }
 

@@ -170,6 +170,7 @@ TEST_F(RunCommand, AMillionStepsNeitherLeakNorDrift) {
                   .exit_status,
               0);
     const auto series = parse_csv(read_file(out() / "series.csv"));
+    ASSERT_GE(series.size(), 30U);
     for (std::size_t row = 21; row < series.size(); ++row)
       EXPECT_NEAR(std::stod(series[row][6]), std::stod(series[21][6]), damping == "0" ? 2e-3 : 1e-9) << row;
   }
