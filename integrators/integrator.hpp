@@ -92,6 +92,8 @@ struct IntegratorInfo {
   bool implicit = false;
   bool symplectic = false;         ///< without damping
   StabilityLimit limit = nullptr;  ///< nullptr: stable for any step
+  /// Of one-step methods that take x' = z x / dt to R(z) x: coefficients of R, ascending. Empty: others.
+  std::vector<double> polynomial = {};
 
   template <class Real>
   std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) const;

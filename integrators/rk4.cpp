@@ -54,11 +54,16 @@ class Rk4 final : public Integrator<Real> {
   Field<Real> a_, dx_, dv_;
 };
 
+const std::vector<double> polynomial{1, 1, 1.0 / 2, 1.0 / 6, 1.0 / 24};
+
 bool is_stable(double omega, double damping) {
   using Complex = std::complex<double>;
   const Complex root = std::sqrt(Complex(damping * damping / 4 - omega * omega));
-  for (const Complex z : {-damping / 2 + root, -damping / 2 - root})
-    if (std::abs(1.0 + z * (1.0 + z * (0.5 + z * (1.0 / 6 + z / 24.0)))) > 1) return false;
+  for (const Complex z : {-damping / 2 + root, -damping / 2 - root}) {
+    Complex sum = 0;
+    for (auto c = polynomial.rbegin(); c != polynomial.rend(); ++c) sum = sum * z + *c;
+    if (std::abs(sum) > 1) return false;
+  }
   return true;
 }
 
@@ -80,7 +85,8 @@ IntegratorInfo rk4() {
                         .summary = "classical Runge-Kutta: fourth order, four forces a step",
                         .order_undamped = 4,
                         .order_damped = 4,
-                        .limit = rk4_limit});
+                        .limit = rk4_limit,
+                        .polynomial = polynomial});
 }
 
 }  // namespace mss

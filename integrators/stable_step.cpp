@@ -7,20 +7,25 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "integrators/modes.hpp"
+#include "integrators/amplification.hpp"
 
 namespace mss {
 
 // The positive root of w^2 dt^2 + 2 c dt = 4.
 double central_limit(double omega, double damping) { return 4 / (damping + std::hypot(damping, 2 * omega)); }
 
-double stable_step(const IntegratorInfo& method, const SpectralBound& bound) {
+double sure_step(const IntegratorInfo& method, const SpectralBound& bound) {
   if (!method.limit) return std::numeric_limits<double>::infinity();
   constexpr int parts = 16;  // no limit is worst far from a corner of the range
   double limit = std::numeric_limits<double>::infinity();
   for (int i = 1; i <= parts; ++i)
     for (int j = 0; j <= parts; ++j)
       limit = std::min(limit, method.limit(bound.omega * i / parts, bound.damping * j / parts));
+  return limit;
+}
+
+double stable_step(const IntegratorInfo& method, const SpectralBound& bound) {
+  const double limit = sure_step(method, bound);
   if (limit <= 0)
     throw InputError(
         fmt::format("dt = \"safe\" cannot be given for {}: undamped modes are unstable at any "
@@ -44,27 +49,66 @@ double weight_at(const IntegratorInfo& method, const Share& share) {
   return by_damping / by_stiffness;
 }
 
-}  // namespace
+bool is_rigid(const Share& share, BodySystem<double>& system) {
+  const double bound = system.spectral_bound().omega;
+  return share.stiffness < 1e-10 * bound * bound;
+}
 
-PredictedStep predicted_step(const IntegratorInfo& method, BodySystem<double>& system,
-                             const State<double>& state, Work& work) {
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+double limit_of(const IntegratorInfo& method, const Share& share) {
+  return method.limit(std::sqrt(share.stiffness), share.damping);
+}
+
+/// The fixed point of: which motion has most of K + s C, where s weighs damping against stiffness as the
+/// limit does at the last one.
+PredictedStep by_largest_share(const IntegratorInfo& method, BodySystem<double>& system,
+                               const State<double>& state, Work& work) {
   constexpr int most_rounds = 30;
   constexpr double settled = 1e-7;
-  constexpr double rigid = 1e-10;
-  const double bound = system.spectral_bound().omega;
-  PredictedStep found{.dt = std::numeric_limits<double>::infinity()};
-  if (!method.limit) return found;
+  PredictedStep found{.dt = infinity};
   double weight = 0;
   for (int round = 0; round < most_rounds; ++round) {
     const Share share = largest_share(system, state, weight, work);
     if (share.status != Status::ok) return {.status = share.status};
-    if (share.stiffness < rigid * bound * bound) break;  // motions of the whole: no other has more
-    const double before = found.dt, dt = method.limit(std::sqrt(share.stiffness), share.damping);
+    if (is_rigid(share, system)) break;  // no other motion has more
+    const double before = found.dt, dt = limit_of(method, share);
     found.dt = std::min(before, dt);
     if (dt == 0 || !(dt < before * (1 - settled))) break;
     weight = weight_at(method, share);
   }
   return found;
+}
+
+/// The least limit among the motions that a step a little too long amplifies most; again from there until
+/// there is no lesser one.
+PredictedStep by_amplification(const IntegratorInfo& method, BodySystem<double>& system,
+                               const State<double>& state, Work& work) {
+  constexpr int most_rounds = 60;
+  constexpr double settled = 1e-4, too_long = 1.01, far_too_long = 4;
+  const Share fastest = largest_share(system, state, 0, work);
+  if (fastest.status != Status::ok) return {.status = fastest.status};
+  if (is_rigid(fastest, system)) return {.dt = infinity};
+  PredictedStep found{.dt = far_too_long / std::sqrt(fastest.stiffness)};
+  for (int round = 0; round < most_rounds && found.dt > 0; ++round) {
+    const Shares shares = most_amplified(system, state, method.polynomial, too_long * found.dt, work);
+    if (shares.status != Status::ok) return {.status = shares.status};
+    double least = infinity;
+    for (const Share& share : shares.motions) least = std::min(least, limit_of(method, share));
+    const bool done = least > found.dt * (1 - settled);
+    found.dt = std::min(found.dt, least);
+    if (done) break;
+  }
+  return found;
+}
+
+}  // namespace
+
+PredictedStep predicted_step(const IntegratorInfo& method, BodySystem<double>& system,
+                             const State<double>& state, Work& work) {
+  if (!method.limit) return {.dt = infinity};
+  return method.polynomial.empty() ? by_largest_share(method, system, state, work)
+                                   : by_amplification(method, system, state, work);
 }
 
 }  // namespace mss

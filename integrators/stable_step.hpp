@@ -6,8 +6,11 @@
 
 namespace mss {
 
-/// Largest step [s] predicted to be stable for all modes up to `bound`; infinity where there is no limit.
-/// Throws InputError if no step is.
+/// Largest step [s] that is stable for all modes up to `bound`; infinity where there is no limit, 0 if no
+/// step is.
+double sure_step(const IntegratorInfo& method, const SpectralBound& bound);
+
+/// The same, or InputError if no step is.
 double stable_step(const IntegratorInfo& method, const SpectralBound& bound);
 
 /// What `dt = "safe"` stands for: a share of the predicted limit that leaves room for modes stiffened by
@@ -21,11 +24,11 @@ struct PredictedStep {
   double dt = 0;  ///< [s]; 0: none is stable
 };
 
-/// Where stable_step() knows bounds of the spectrum only, this looks at the body's own stiffness and damping.
-/// A motion q has the frequency and damping of its shares q.K q and q.C q; the limit is that of the motion
-/// whose own is least. It is found as the fixed point of: which motion has most of K + s C, where s weighs
-/// damping against stiffness as the method's limit does at the last one. Exact for methods whose limit is
-/// where a sum of w^2 dt^2 and c dt reaches a number, whether or not K and C have modes in common.
+/// Where stable_step() knows bounds of the spectrum only, this looks at the body's own stiffness and damping,
+/// whether or not they have modes in common. A motion q has the frequency and damping of its shares q.K q and
+/// q.C q, and the limit is that of a motion whose own is least: of one-step methods among those that a step
+/// amplifies most, of the others (whose limit is where a sum of w^2 dt^2 and c dt reaches a number, at a
+/// motion that only changes its sign) among all.
 PredictedStep predicted_step(const IntegratorInfo& method, BodySystem<double>& system,
                              const State<double>& state, Work& work);
 

@@ -1,0 +1,190 @@
+// How large a step may be: for every method with a limit, the step at which small motions of a cube begin to
+// grow, by bisection, beside the limit predicted from the cube's own stiffness and damping, and the one that
+// `dt = "safe"` is sure of; against resolution and damping. What a second of simulation costs at that step.
+// Runs are in stability_runs.cpp.
+#include "experiments/stability.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace mss {
+
+namespace {
+
+Json configuration(const StabilityConfig& c) {
+  return {{"body",
+           "free cube of 1 m, calibrated springs, t = 0.5; damping by a ratio of every spring's critical"},
+          {"young", c.young},
+          {"poisson", c.poisson},
+          {"density", c.density},
+          {"cells", c.cells},
+          {"ratios", c.ratios},
+          {"integrators", c.integrators},
+          {"resolution", c.resolution},
+          {"seed", c.seed},
+          {"threads", c.threads}};
+}
+
+constexpr const char* caption =
+    "The largest step at which a small random motion of a free cube does not grow, found by bisection to 0.4 "
+    "percent, against cells per edge. Predicted: the method's own limit for that motion of the cube which "
+    "has "
+    "the least, found by Lanczos in its stiffness and damping. Sure: what `dt = \"safe\"` takes nine tenths "
+    "of, from bounds on both. The step falls as 1 / n, so a simulated second costs n^4. Methods without a "
+    "limit are not here; nor are deformations, which stiffen springs, and other bodies.";
+
+/// A series per method of what the rows chosen say; of a method that has none, why.
+template <class Chosen, class Point>
+std::vector<ChartSeries> by_method(const Table& rows, const StabilityConfig& config, Chosen&& chosen,
+                                   Point&& point) {
+  std::vector<ChartSeries> all;
+  for (const std::string& name : config.integrators) {
+    ChartSeries series{.label = name, .style = int(all.size())};
+    std::string failure;
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      if (rows.text(r, "integrator") != name || !chosen(r)) continue;
+      if (rows.text(r, "status") == "ok")
+        series.points.push_back(point(r));
+      else
+        failure = rows.text(r, "status");
+    }
+    if (series.points.empty() && !failure.empty()) series.label += fmt::format(" ({})", failure);
+    all.push_back(std::move(series));
+  }
+  return all;
+}
+
+std::string body_of(const StabilityConfig& config) {
+  return fmt::format("free cube of 1 m, E = {:g} kPa, nu = {:g}", config.young / 1000, config.poisson);
+}
+
+ChartAxis cells_axis(const StabilityConfig& config) {
+  return {.label = "cells per edge, n",
+          .logarithmic = true,
+          .low = 0.9 * config.cells.front(),
+          .high = 1.1 * config.cells.back(),
+          .ticks = {config.cells.begin(), config.cells.end()}};
+}
+
+Chart cells_chart(const Table& rows, const StabilityConfig& config, double ratio) {
+  return {.title = "The largest step that holds, against resolution",
+          .subtitle = fmt::format("{}, damping ratio {:g}; by bisection", body_of(config), ratio),
+          .x = cells_axis(config),
+          .y = {.label = "largest stable step", .logarithmic = true, .unit = "s"},
+          .series = by_method(
+              rows, config, [&](std::size_t r) { return rows.number(r, "ratio") == ratio; },
+              [&](std::size_t r) {
+                return ChartPoint{rows.number(r, "cells"), rows.number(r, "measured")};
+              })};
+}
+
+Chart damping_chart(const Table& rows, const StabilityConfig& config) {
+  const int n = config.cells.back();
+  return {.title = "The largest step that holds, against damping",
+          .subtitle = fmt::format("{}, n = {}; of the undamped limit 2 / omega of central differences",
+                                  body_of(config), n),
+          .x = {.label = "damping of every spring over its critical"},
+          .y = {.label = "largest stable step x omega_max / 2", .logarithmic = true},
+          .series = by_method(
+              rows, config, [&](std::size_t r) { return rows.number(r, "cells") == n; },
+              [&](std::size_t r) {
+                return ChartPoint{rows.number(r, "ratio"),
+                                  rows.number(r, "measured") * rows.number(r, "omega_max") / 2};
+              }),
+          .lines = {{ReferenceLine::Direction::horizontal, 1, ""}}};
+}
+
+Chart speed_chart(const Table& rows, const StabilityConfig& config, double ratio) {
+  return {.title = "How much faster than real time, at the largest step that holds",
+          .subtitle = fmt::format("{}, damping ratio {:g}; {} thread{}", body_of(config), ratio,
+                                  config.threads, config.threads == 1 ? "" : "s"),
+          .x = cells_axis(config),
+          .y = {.label = "simulated time / wall time", .logarithmic = true},
+          .series = by_method(
+              rows, config, [&](std::size_t r) { return rows.number(r, "ratio") == ratio; },
+              [&](std::size_t r) {
+                return ChartPoint{rows.number(r, "cells"), rows.number(r, "real_time_factor")};
+              }),
+          .lines = {{ReferenceLine::Direction::horizontal, 1, "real time"}}};
+}
+
+std::string summary(const Table& rows) {
+  std::string lines;
+  for (const std::string& name : rows.distinct("integrator")) {
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      if (rows.text(r, "integrator") != name || rows.text(r, "status") != "ok") continue;
+      least = std::min(least, rows.number(r, "measured_over_predicted"));
+      most = std::max(most, rows.number(r, "measured_over_predicted"));
+    }
+    lines += most < least
+                 ? fmt::format("{:<20} no step holds\n", name)
+                 : fmt::format("{:<20} measured / predicted from {:.4f} to {:.4f}\n", name, least, most);
+  }
+  return lines;
+}
+
+ExperimentResult run_stability(const ExperimentOptions& options, Progress& progress) {
+  const StabilityConfig config = stability_config(options);
+  StabilityTables tables = measure_stability(config, progress);
+  ExperimentResult result{
+      .status = tables.status, .caption = caption, .configuration = configuration(config)};
+  if (tables.rows.size() > 0) {
+    const double shown = config.ratios.size() > 1 ? config.ratios[1] : config.ratios.front();
+    result.charts = {{"stability", cells_chart(tables.rows, config, shown)},
+                     {"stability_damping", damping_chart(tables.rows, config)},
+                     {"stability_real_time", speed_chart(tables.rows, config, shown)}};
+  }
+  result.summary = summary(tables.rows);
+  result.tables = {{"stability", std::move(tables.rows)}};
+  return result;
+}
+
+}  // namespace
+
+StabilityConfig stability_config(const ExperimentOptions& options) {
+  StabilityConfig config;
+  config.cells = options.cells;
+  if (config.cells.empty())
+    config.cells = options.quick ? std::vector<int>{2, 3, 4} : std::vector<int>{2, 3, 4, 5, 6, 7, 8};
+  config.ratios = options.quick ? std::vector<double>{0, 0.5} : std::vector<double>{0, 0.05, 0.2, 0.5, 1};
+  for (const std::string& name : moving_integrators(options.integrators)) {
+    if (find_integrator(name).limit)
+      config.integrators.push_back(name);
+    else if (!options.integrators.empty())
+      throw InputError(fmt::format("{} has no largest step: it is stable at any, or chooses its own", name));
+  }
+  config.seed = options.seed;
+  return config;
+}
+
+namespace {
+
+Table guarded(const GuardOptions& options, Progress& progress) {
+  StabilityConfig config = stability_config({.quick = options.quick});
+  if (options.quick) config.cells = {2, 3};
+  if (!options.quick) config.cells = {2, 3, 4, 5};
+  config.threads = options.threads;
+  return measure_stability(config, progress)
+      .rows.select({"integrator", "cells", "ratio", "omega_max", "sure", "predicted", "measured", "status"});
+}
+
+}  // namespace
+
+ExperimentInfo stability() {
+  return {.name = "stability",
+          .summary =
+              "the largest step that holds, per integrator, against resolution and damping; and what was "
+              "predicted",
+          .accepts = {.cells = true, .largest_cells = 20, .integrators = true, .seed = true},
+          .run = run_stability,
+          .guard = {.keys = {"integrator", "cells", "ratio"},
+                    .rules = {{"omega_max", 1e-7}, {"sure", 1e-9}, {"predicted", 1e-5}, {"measured", 0.008}},
+                    .table = guarded}};
+}
+
+}  // namespace mss

@@ -1,0 +1,128 @@
+#include "integrators/amplification.hpp"
+
+#include <Spectra/GenEigsSolver.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+namespace mss {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+using Eigen::VectorXd;
+
+/// K and C between particles of unit mass, and A in units of time in which its two rows are alike.
+class FirstOrderForm {
+ public:
+  FirstOrderForm(BodySystem<double>& system, const State<double>& state)
+      : stiffness_(scaled(system, state, {.stiffness = 1, .kind = Tangent::elastic})),
+        damping_(scaled(system, state, {.damping = 1, .kind = Tangent::elastic})),
+        omega_(system.spectral_bound().omega) {}
+
+  Index unknowns() const { return stiffness_.rows(); }
+  double omega() const { return omega_; }
+
+  /// y = A x / omega, x and y of (omega q, q').
+  void apply(const VectorXd& x, VectorXd& y) const {
+    const Index n = unknowns();
+    y.head(n) = x.tail(n);
+    y.tail(n).noalias() = stiffness_ * x.head(n) / (-omega_ * omega_);
+    y.tail(n).noalias() -= damping_ * x.tail(n) / omega_;
+  }
+
+  /// Of a motion of any length.
+  Share share(const VectorXcd& q) const {
+    const double length = q.squaredNorm();
+    return {.stiffness = q.dot(stiffness_ * q).real() / length,
+            .damping = q.dot(damping_ * q).real() / length};
+  }
+
+ private:
+  static SparseMatrix scaled(BodySystem<double>& system, const State<double>& state, const TangentSum& sum) {
+    VectorXd roots(Index(system.unknowns().size()));
+    for (Index i = 0; i < roots.size(); ++i)
+      roots[i] = 1 / std::sqrt(system.mass(system.unknowns()[std::size_t(i)].site));
+    SparseMatrix matrix = system.tangent_pattern();
+    system.tangent(state.t, state.x, state.v, sum, matrix);
+    return roots.asDiagonal() * matrix * roots.asDiagonal();
+  }
+
+  SparseMatrix stiffness_, damping_;
+  double omega_;
+};
+
+/// x -> R(dt A) x, by Horner's rule.
+class Step {
+ public:
+  using Scalar = double;
+  Step(const FirstOrderForm& form, const std::vector<double>& polynomial, double dt, Work& work)
+      : form_(form), polynomial_(polynomial), dt_omega_(dt * form.omega()), work_(work), power_(rows()) {}
+
+  Index rows() const { return 2 * form_.unknowns(); }
+  Index cols() const { return rows(); }
+  void perform_op(const double* x_in, double* y_out) const {
+    const Eigen::Map<const VectorXd> x(x_in, rows());
+    sum_ = polynomial_.back() * x;
+    for (std::size_t i = polynomial_.size() - 1; i-- > 0;) {
+      form_.apply(sum_, power_);
+      sum_ = polynomial_[i] * x + dt_omega_ * power_;
+      work_.products += 2;
+    }
+    Eigen::Map<VectorXd>(y_out, rows()) = sum_;
+  }
+
+ private:
+  const FirstOrderForm& form_;
+  const std::vector<double>& polynomial_;
+  double dt_omega_;
+  Work& work_;
+  mutable VectorXd sum_, power_;
+};
+
+/// Of the eigenvectors in the columns.
+Shares shares_of(const FirstOrderForm& form, const MatrixXcd& vectors) {
+  constexpr double rigid = 1e-10;
+  Shares result;
+  for (Index i = 0; i < vectors.cols(); ++i) {
+    const Share share = form.share(vectors.col(i).head(form.unknowns()));
+    if (share.stiffness > rigid * form.omega() * form.omega()) result.motions.push_back(share);
+  }
+  return result;
+}
+
+MatrixXd dense(const Step& step) {
+  MatrixXd matrix(step.rows(), step.rows());
+  VectorXd unit = VectorXd::Zero(step.rows());
+  for (Index i = 0; i < step.rows(); ++i) {
+    unit[i] = 1;
+    step.perform_op(unit.data(), matrix.col(i).data());
+    unit[i] = 0;
+  }
+  return matrix;
+}
+
+}  // namespace
+
+Shares most_amplified(BodySystem<double>& system, const State<double>& state,
+                      const std::vector<double>& polynomial, double dt, Work& work) {
+  constexpr Index most_dense = 200, wanted = 10, space = 60, most_restarts = 2000;
+  constexpr double tolerance = 1e-7;
+  const FirstOrderForm form(system, state);
+  if (form.unknowns() == 0) return {};
+  Step step(form, polynomial, dt, work);
+  if (step.rows() <= most_dense) {
+    const Eigen::EigenSolver<MatrixXd> all(dense(step));
+    return shares_of(form, all.eigenvectors());
+  }
+  Spectra::GenEigsSolver<Step> arnoldi(step, wanted, space);
+  arnoldi.init();
+  arnoldi.compute(Spectra::SortRule::LargestMagn, most_restarts, tolerance);
+  if (arnoldi.info() != Spectra::CompInfo::Successful) return {.status = Status::linear_stalled};
+  return shares_of(form, arnoldi.eigenvectors());
+}
+
+}  // namespace mss
