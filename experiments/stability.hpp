@@ -26,7 +26,8 @@ BodyConfig stability_cube(const StabilityConfig& config, int n, double ratio);
 
 /// The step between whose ends a random small motion about rest begins to grow [s].
 struct MeasuredStep {
-  double stable = 0, unstable = 0;  ///< largest step that held, smallest that did not; 0: none held, infinite: all
+  double stable = 0,
+         unstable = 0;  ///< largest step that held, smallest that did not; 0: none held, infinite: all
 };
 
 /// Bisects, from a guess that need not be near.
