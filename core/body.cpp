@@ -111,7 +111,10 @@ SiteElements Body::elements_from(std::uint32_t neighbourhood) const {
     e.stiffness[s] = weight * class_stiffness[c];
     e.damping[s] = config_.damping.coefficient(e.stiffness[s], mass_a, mass_b, rest_length(kind));
   }
-  if ((neighbourhood & neighbour_bit(0, 0, 0)) != 0) e.volume = config_.springs.volume;
+  if ((neighbourhood & neighbour_bit(0, 0, 0)) != 0) {
+    e.volume = config_.springs.volume;
+    e.fold_guard = config_.fold_guard * cubic_stiffness(config_.springs, config_.cell_size).c44;
+  }
   return e;
 }
 

@@ -44,6 +44,7 @@ struct SiteElements {
   std::array<double, spring_slots.size()> stiffness{};  ///< [N/m]; 0 where there is no spring
   std::array<double, spring_slots.size()> damping{};    ///< [kg/s]
   double volume = 0;                                    ///< k_vol of the cell [Pa]; 0 where there is no cell
+  double fold_guard = 0;                                ///< k_g of the cell [Pa]; the same
 };
 
 /// Everything that defines a body at rest.
@@ -57,6 +58,7 @@ struct BodyConfig {
   SpringConstants springs{};                  ///< of interior springs
   std::optional<ElasticConstants> elastic{};  ///< what they stand for, if they stand for a material
   Damping damping{};
+  double fold_guard = 0;  ///< k_g over the shear modulus; 0: cells may fold
 
   /// Fills the cells with a material: elastic constants, and springs calibrated for them.
   void fill(const ElasticConstants& material, double face_share) {

@@ -14,7 +14,7 @@ namespace mss {
 
 /// Energy stored in a deformed body [J].
 struct StoredEnergy {
-  double elastic = 0;  ///< of springs, or of finite elements
+  double elastic = 0;  ///< of springs and the guard against folding, or of finite elements
   double volume = 0;   ///< eq. 3-1 summed over cells
 };
 

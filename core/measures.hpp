@@ -11,7 +11,7 @@ namespace mss {
 struct Measures {
   double t = 0;                   ///< [s]
   double kinetic = 0;             ///< [J]
-  double elastic = 0;             ///< of springs, or of finite elements [J]
+  double elastic = 0;             ///< of springs and the guard against folding, or of finite elements [J]
   double volume_energy = 0;       ///< eq. 3-1 summed over cells [J]
   double gravitational = 0;       ///< potential of gravity, from z = 0, of loads and of penalty planes [J]
   double volume_ratio = 1;        ///< exact enclosed volume over volume at rest

@@ -22,7 +22,7 @@ KnownKeys make_known_keys() {
       {"expect.energy_drift", {"value", "within"}},
       {"expect.displacement", {"box", "value", "within"}},
       {"body", {"cells", "voxels", "cell_size", "origin", "topology", "sharing"}},
-      {"material", {"model", "density", "young", "poisson", "face_share", "springs", "volume"}},
+      {"material", {"model", "density", "young", "poisson", "face_share", "springs", "volume", "fold_guard"}},
       {"material.springs", {"edge", "face", "body"}},
       {"damping", {"ratio", "paper"}},
       {"environment", {"gravity"}},
@@ -63,6 +63,8 @@ constexpr Quantity share{"a share", "a number from 0 to 1",
                          [](double value) { return value >= 0 && value <= 1; }};
 constexpr Quantity spring{"a spring constant", "a number of N/m that is not negative", not_negative};
 constexpr Quantity volume{"a volume stiffness", "a finite number of pascals", any};
+constexpr Quantity guard{"a stiffness of the guard against folding",
+                         "a number of shear moduli that is not negative", not_negative};
 constexpr Quantity damping_ratio{"a damping ratio", "a number that is not negative, or paper = true",
                                  not_negative};
 constexpr Quantity acceleration{"an acceleration", "three finite numbers of m/s^2", any};
@@ -177,6 +179,14 @@ Damping read_damping(const TomlTable& damping) {
   return {.law = zeta > 0 ? Damping::Law::ratio : Damping::Law::none, .zeta = zeta};
 }
 
+double read_fold_guard(const TomlTable& material, const BodyConfig& config) {
+  const double stiffness = material.number("fold_guard", guard, 0);
+  if (stiffness > 0 && cubic_stiffness(config.springs, config.cell_size).c44 == 0)
+    material.reject("fold_guard",
+                    "is in shear moduli, and these springs have none; give face or body diagonals");
+  return stiffness;
+}
+
 BodyConfig read_body(const TomlTable& scene, const std::filesystem::path& folder, Asked& asked) {
   const TomlTable body = scene.table("body");
   const TomlTable material = scene.table("material");
@@ -191,6 +201,7 @@ BodyConfig read_body(const TomlTable& scene, const std::filesystem::path& folder
     body.reject("cell_size", fmt::format("gives particles of mass {} kg; change it or material.density",
                                          config.density * std::pow(config.cell_size, 3) / 8));
   config.springs = read_springs(material, config.cell_size, config.elastic, asked);
+  config.fold_guard = read_fold_guard(material, config);
   config.damping = read_damping(scene.table("damping"));
   return config;
 }
@@ -353,6 +364,7 @@ Json material_to_json(const Scene& scene, const Asked& asked) {
   }
   json["springs"] = {{"edge", body.springs.edge}, {"face", body.springs.face}, {"body", body.springs.body}};
   json["volume"] = body.springs.volume;
+  json["fold_guard"] = body.fold_guard;
   return json;
 }
 

@@ -61,6 +61,37 @@ template <class Real>
 #endif
 }
 
+/// Whether a comparison holds in any lane.
+#if defined(__AVX512DQ__)
+[[gnu::always_inline]] inline bool any(decltype(Pack<double>{} < Pack<double>{}) mask) {
+  return _mm512_movepi64_mask((__m512i)mask) != 0;
+}
+[[gnu::always_inline]] inline bool any(decltype(Pack<float>{} < Pack<float>{}) mask) {
+  return _mm512_movepi32_mask((__m512i)mask) != 0;
+}
+#elif defined(__AVX2__)
+[[gnu::always_inline]] inline bool any(decltype(Pack<double>{} < Pack<double>{}) mask) {
+  return _mm256_movemask_pd((__m256d)mask) != 0;
+}
+[[gnu::always_inline]] inline bool any(decltype(Pack<float>{} < Pack<float>{}) mask) {
+  return _mm256_movemask_ps((__m256)mask) != 0;
+}
+#elif defined(__x86_64__)
+[[gnu::always_inline]] inline bool any(decltype(Pack<double>{} < Pack<double>{}) mask) {
+  return _mm_movemask_pd((__m128d)mask) != 0;
+}
+[[gnu::always_inline]] inline bool any(decltype(Pack<float>{} < Pack<float>{}) mask) {
+  return _mm_movemask_ps((__m128)mask) != 0;
+}
+#else
+template <class Mask>
+[[gnu::always_inline]] inline bool any(Mask mask) {
+  for (int i = 0; i < int(sizeof mask / sizeof mask[0]); ++i)
+    if (mask[i] != 0) return true;
+  return false;
+}
+#endif
+
 // Sixteen times the reciprocal square root (in single precision: twice). From a hardware estimate y of
 // 1/sqrt(a) with relative error e, one Newton step without its factor 1/2 gives y (3 - a y^2) = 2/sqrt(a) (1
 // - 3/2 e^2), and a second one 16/sqrt(a) (1 - 3/2 (3/2 e^2)^2). Leaving the factor in saves two

@@ -10,14 +10,16 @@ namespace mss {
 enum BlockContent : std::uint32_t {
   block_edges = 1,
   block_faces = 2,
-  block_cells = 4  ///< body diagonals or volume forces
+  block_cells = 4,  ///< body diagonals or volume forces
+  block_guards = 8  ///< against folding
 };
 
-/// Coefficients of one block, each W numbers: for the thirteen springs k, k L0 and c, then k_vol / (64 V0).
-/// The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and u the differences of x and v.
-/// The kernel computes rsqrt_scale / |d|, so k L0 is stored divided by rsqrt_scale and c by its square.
+/// Coefficients of one block, each W numbers: for the thirteen springs k, k L0 and c, then k_vol / (64 V0)
+/// and k_g / (8 V0). The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and u the
+/// differences of x and v. The kernel computes rsqrt_scale / |d|, so k L0 is stored divided by rsqrt_scale
+/// and c by its square.
 inline constexpr int springs_per_site = 13;
-inline constexpr int coefficients_per_lane = 3 * springs_per_site + 1;
+inline constexpr int coefficients_per_lane = 3 * springs_per_site + 2;
 
 /// The three coordinates of a field, as raw pointers.
 template <class Real>
@@ -41,6 +43,7 @@ struct SweepPlane {
   const Real* dictionary;        ///< entries of coefficients_per_lane x W numbers
   const std::uint32_t* content;  ///< per entry: BlockContent bits
   Real rest_volume;              ///< V0 [m^3]
+  Real guarded_volume;           ///< of a corner, below which it is near folding [m^3]
   ConstStreams<Real> x;
   ConstStreams<Real> v;  ///< velocities, or the directions of a product
   Real stiffness;        ///< weights of a product's K and C

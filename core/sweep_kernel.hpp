@@ -83,6 +83,47 @@ template <class Real>
   return a > zero ? a : zero;
 }
 
+/// The edges of W cells, by axis and by their place across it: bit 0 is the axis that follows, cyclically.
+/// The volume of a corner is that of its three edges, each in the direction of its axis.
+template <class Real>
+struct CellEdges {
+  Vec<Real> e[3][4];
+
+  [[gnu::always_inline]] CellEdges(const ConstStreams<Real>& s, const std::ptrdiff_t (&corner)[8]) {
+    Vec<Real> x[8];
+    for (int c = 0; c < 8; ++c) x[c] = load(s, corner[c]);
+    for (int axis = 0; axis < 3; ++axis)
+      for (int place = 0; place < 4; ++place)
+        e[axis][place] = x[upper_end(axis, place)] - x[lower_end(axis, place)];
+  }
+  /// Corners at the ends of an edge.
+  static constexpr int lower_end(int axis, int place) {
+    return ((place & 1) << ((axis + 1) % 3)) | ((place >> 1) << ((axis + 2) % 3));
+  }
+  static constexpr int upper_end(int axis, int place) { return lower_end(axis, place) | 1 << axis; }
+  /// The edge along an axis that begins or ends at a corner.
+  static constexpr int place(int axis, int corner) {
+    return ((corner >> ((axis + 1) % 3)) & 1) | ((corner >> ((axis + 2) % 3)) & 1) << 1;
+  }
+  [[gnu::always_inline]] const Vec<Real>& at(int axis, int corner) const {
+    return e[axis][place(axis, corner)];
+  }
+
+  /// The smallest volume of the eight corners. Two opposite sides of a face differ as the two others do: its
+  /// four corners have their normals from three cross products.
+  [[gnu::always_inline]] Pack<Real> least_volume() const {
+    Pack<Real> least = Pack<Real>{} + Real(1e30);
+    for (int upper = 0; upper < 2; ++upper) {
+      const Vec<Real>&x0 = at(0, 4 * upper), &y0 = at(1, 4 * upper), &y1 = at(1, 4 * upper + 1);
+      const Vec<Real> n0 = cross(x0, y0), n1 = cross(x0, y1), more = cross(y1, y0);
+      const Pack<Real> volume[4] = {dot(n0, at(2, 0)), dot(n1, at(2, 1)), dot(n0 + more, at(2, 2)),
+                                    dot(n1 + more, at(2, 3))};
+      for (int c = 0; c < 4; ++c) least = volume[c] < least ? volume[c] : least;
+    }
+    return least;
+  }
+};
+
 /// W neighbouring cells: where their corners are, and their coefficients.
 template <class Real>
 struct Cells {
@@ -114,11 +155,28 @@ struct Cells {
     return s;
   }
 
+  /// Whether any of them has a corner near folding.
+  [[gnu::always_inline]] bool is_near_folding() const {
+    const Pack<Real> zero{};
+    const auto guarded = load(coefficient + W * (3 * springs_per_site + 1)) > zero;
+    return any(guarded & (CellEdges<Real>(p.x, corner).least_volume() < zero + p.guarded_volume));
+  }
+
   /// Adds f to the first end of a spring and takes it from the second.
   [[gnu::always_inline]] static void act(int spring, const Vec<Real>& f, Vec<Real> (&force)[8]) {
     const int* ends = spring_ends[spring];
     force[ends[0]] = force[ends[0]] + f;
     force[ends[1]] = force[ends[1]] - f;
+  }
+  /// Pulls the three edges at a corner: their upper ends by f, their lower ends by -f.
+  [[gnu::always_inline]] static void stretch(int c, const Vec<Real>& fx, const Vec<Real>& fy,
+                                             const Vec<Real>& fz, Vec<Real> (&force)[8]) {
+    force[c | 1] = force[c | 1] + fx;
+    force[c & ~1] = force[c & ~1] - fx;
+    force[c | 2] = force[c | 2] + fy;
+    force[c & ~2] = force[c & ~2] - fy;
+    force[c | 4] = force[c | 4] + fz;
+    force[c & ~4] = force[c & ~4] - fz;
   }
 };
 
@@ -177,6 +235,18 @@ struct Force : Cells<Real> {
     force[3] = tension(t, 1) * t.d[1] + (lower - px);
     for (int i = 0; i < 4; ++i) force[7 - i] = -force[i];
   }
+
+  /// Pushes corners that are near folding apart, see fold_guard.hpp.
+  void guard(Vec<Real> (&force)[8]) const {
+    const CellEdges<Real> edges(p.x, this->corner);
+    const Pack<Real> zero{}, stiffness = load(coefficient + W * (3 * springs_per_site + 1));
+    for (int c = 0; c < 8; ++c) {
+      const Vec<Real>&x = edges.at(0, c), &y = edges.at(1, c), &z = edges.at(2, c);
+      const Vec<Real> yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
+      const Pack<Real> pressure = stiffness * positive_part<Real>((zero + p.guarded_volume) - dot(x, yz));
+      this->stretch(c, pressure * yz, pressure * zx, pressure * xy, force);
+    }
+  }
 };
 
 /// How forces change, to first order, along the directions in p.v: -(b C + c K) times these. See tangent.hpp
@@ -230,6 +300,27 @@ struct ForceChange : Cells<Real> {
     force[3] = response(t, 1, change[3]) + ((pz - py) - px);
     for (int i = 0; i < 4; ++i) force[7 - i] = -force[i];
   }
+
+  void guard(Vec<Real> (&force)[8]) const {
+    const CellEdges<Real> edges(p.x, this->corner), changes(p.v, this->corner);
+    const Pack<Real> zero{}, stiffness = p.stiffness * load(coefficient + W * (3 * springs_per_site + 1));
+    for (int c = 0; c < 8; ++c) {
+      const Vec<Real>&x = edges.at(0, c), &y = edges.at(1, c), &z = edges.at(2, c);
+      const Vec<Real>&dx = changes.at(0, c), &dy = changes.at(1, c), &dz = changes.at(2, c);
+      const Vec<Real> yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
+      const Pack<Real> missing = positive_part<Real>((zero + p.guarded_volume) - dot(x, yz));
+      const Pack<Real> gain = dot(dx, yz) + (dot(dy, zx) + dot(dz, xy));
+      const Pack<Real> less = missing > zero ? -stiffness * gain : zero;
+      Vec<Real> px = less * yz, py = less * zx, pz = less * xy;
+      if constexpr (!Projected) {
+        const Pack<Real> pressure = stiffness * missing;
+        px = px + pressure * (cross(dy, z) + cross(y, dz));
+        py = py + pressure * (cross(dz, x) + cross(z, dx));
+        pz = pz + pressure * (cross(dx, y) + cross(x, dy));
+      }
+      this->stretch(c, px, py, pz, force);
+    }
+  }
 };
 
 /// The last (x+1) corners' forces of a block: own, own one row on, above, above one row on.
@@ -249,19 +340,38 @@ template <class Real>
   store(sums, q + p.row, p.row < lanes<Real> ? load(sums, q + p.row) + y : y);
 }
 
+template <class Block, class Real>
+[[gnu::always_inline]] inline Block block_at(const SweepPlane<Real>& p, std::ptrdiff_t q,
+                                             const Real* coefficient) {
+  const std::ptrdiff_t row = p.row, plane = p.plane;
+  return {{p,
+           coefficient,
+           {q, q + 1, q + row, q + row + 1, q + plane, q + plane + 1, q + plane + row, q + plane + row + 1}}};
+}
+
+/// What the guard against folding adds. Rare: it stays out of the way of the rest, and takes copies, so that
+/// nothing else has to be where it could look.
+template <class Block, class Real>
+[[gnu::noinline]] void push_apart(SweepPlane<Real> p, std::ptrdiff_t q, const Real* coefficient,
+                                  Vec<Real> (&push)[8]) {
+  block_at<Block>(p, q, coefficient).guard(push);
+}
+
 /// One block. A spring is one chain of dependent operations, and the processor sees no further than about
 /// three springs ahead: so they go in pairs, each started before the one before it is finished, and those of
 /// the (z+1) corners first, so that their sums need not wait in registers.
 template <class Block, std::uint32_t Content, class Real>
 [[gnu::always_inline]] inline void do_block(const SweepPlane<Real>& p, std::ptrdiff_t q,
                                             const Real* coefficient, Carry<Real>& carry) {
-  const std::ptrdiff_t row = p.row, plane = p.plane;
-  const Block block{
-      {p,
-       coefficient,
-       {q, q + 1, q + row, q + row + 1, q + plane, q + plane + 1, q + plane + row, q + plane + row + 1}}};
+  const auto block = block_at<Block>(p, q, coefficient);
   Vec<Real> f[8] = {};
   if constexpr ((Content & block_cells) != 0) block.cell(f);
+  if constexpr ((Content & block_guards) != 0)
+    if (block.is_near_folding()) [[unlikely]] {
+      Vec<Real> push[8] = {};
+      push_apart<Block>(p, q, coefficient, push);
+      for (int c = 0; c < 8; ++c) f[c] = f[c] + push[c];
+    }
   if constexpr ((Content & block_faces) != 0) {
     const auto s24 = block.template start<2, 4>();
     const auto s53 = block.template start<5, 3>();
@@ -306,8 +416,15 @@ void sweep_blocks(SweepPlane<Real>& argument) {
       case block_edges | block_cells:  // no face diagonals
         do_block<Block, block_edges | block_cells>(p, b * W, coefficient, carry);
         break;
+      case block_edges | block_faces | block_guards:  // neither body diagonals nor volume
+        do_block<Block, block_edges | block_faces | block_guards>(p, b * W, coefficient, carry);
+        break;
       default:
-        do_block<Block, block_edges | block_faces | block_cells>(p, b * W, coefficient, carry);
+        if ((p.content[entry] & block_guards) != 0)
+          do_block<Block, block_edges | block_faces | block_cells | block_guards>(p, b * W, coefficient,
+                                                                                  carry);
+        else
+          do_block<Block, block_edges | block_faces | block_cells>(p, b * W, coefficient, carry);
     }
   }
   for (int i = 0; i < 4; ++i) {

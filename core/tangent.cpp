@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/fold_guard.hpp"
+
 namespace mss {
 
 namespace {
@@ -79,6 +81,9 @@ void for_each_element(const Body& body, const Field<Real>& x, const Field<Real>&
       add(site, a, b, -block);
       add(site, b, a, -block);
     }
+    if (e.fold_guard != 0)
+      FoldGuardTangent(sum.stiffness * e.fold_guard, body.cell_volume(), corners_of(body, x, site), sum.kind)
+          .for_each_block([&](int c, int d, const Eigen::Matrix3d& block) { add(site, c, d, block); });
     if (e.volume == 0) continue;
     const CellTangent tangent(sum.stiffness * e.volume, body.cell_volume(), corners_of(body, x, site),
                               sum.kind);

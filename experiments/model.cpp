@@ -69,6 +69,10 @@ void check_model(const std::string& name, const BodyConfig& body, bool single_pr
   if (model.of_elastic_constants && !body.elastic)
     throw InputError(fmt::format(
         "model '{}' needs material.young and material.poisson, and material.springs are given", name));
+  if (body.fold_guard != 0 && !has_springs(name))
+    throw InputError(fmt::format(
+        "model '{}' has no guard against folding, and material.fold_guard is given; it is for springs",
+        name));
   if (single_precision && name != spring_model)
     throw InputError(
         fmt::format("model '{}' computes in double precision only; give precision = \"double\"", name));

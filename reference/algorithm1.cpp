@@ -50,6 +50,7 @@ Algorithm1::Algorithm1(const BodyConfig& config, const Vec3& gravity, int thread
     : threads_(threads),
       gravity_(gravity),
       volume_stiffness_(config.springs.volume),
+      guard_stiffness_(config.fold_guard * cubic_stiffness(config.springs, config.cell_size).c44),
       cell_volume_(config.cell_size * config.cell_size * config.cell_size) {
   connect(config);
 }
@@ -146,6 +147,34 @@ void Algorithm1::add_volume_forces() {
   }
 }
 
+/// Against folding, corner by corner: core/fold_guard.hpp.
+void Algorithm1::add_guard_forces() {
+  if (guard_stiffness_ == 0) return;
+  for (const Cell& cell : cells_)
+    for (std::size_t c = 0; c < 8; ++c) {
+      const auto along = [&](std::size_t axis) -> std::size_t {  // the neighbour of corner c
+        for (std::size_t d = 0; d < 8; ++d) {
+          auto other = corner_of[c];
+          other[axis] = 1 - other[axis];
+          if (corner_of[d] == other) return d;
+        }
+        return c;
+      };
+      std::array<Vec3, 3> edge;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        edge[axis] =
+            (1.0 - 2.0 * corner_of[c][axis]) * (particles_[cell.p[along(axis)]].x - particles_[cell.p[c]].x);
+      const double ratio = edge[0].dot(edge[1].cross(edge[2])) / cell_volume_;
+      if (ratio >= 0.3) continue;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const Vec3 push = (1.0 - 2.0 * corner_of[c][axis]) * guard_stiffness_ / 8 * (0.3 - ratio) *
+                          edge[(axis + 1) % 3].cross(edge[(axis + 2) % 3]);
+        particles_[cell.p[along(axis)]].f += push;
+        particles_[cell.p[c]].f -= push;
+      }
+    }
+}
+
 void Algorithm1::compute_forces() {
   const auto count = std::ptrdiff_t(particles_.size());
 #pragma omp parallel for num_threads(threads_) schedule(static)
@@ -155,6 +184,7 @@ void Algorithm1::compute_forces() {
   }
   add_springs();
   add_volume_forces();
+  add_guard_forces();
 }
 
 void Algorithm1::step(double dt) {

@@ -46,7 +46,7 @@ class Algorithm1 {
   double volume_stiffness() const { return volume_stiffness_; }
   double cell_volume() const { return cell_volume_; }
 
-  /// Lines 1 to 14 and the volume force: total forces of all particles [N].
+  /// Lines 1 to 14, the volume force and the guard against folding: total forces of all particles [N].
   void compute_forces();
 
   /// One update of all particles with semi-implicit Euler (2-12).
@@ -59,10 +59,12 @@ class Algorithm1 {
   void connect(const BodyConfig& config);
   void add_springs();
   void add_volume_forces();
+  void add_guard_forces();
 
   int threads_;
   Vec3 gravity_;
   double volume_stiffness_;
+  double guard_stiffness_;
   double cell_volume_;
   std::vector<Particle> particles_;
   std::vector<Spring> springs_;

@@ -8,13 +8,14 @@ namespace mss {
 namespace {
 
 template <class Real>
-double relative_force_error(const BodyConfig& config, const std::string& kernel, int threads) {
+double relative_force_error(const BodyConfig& config, const std::string& kernel, int threads,
+                            double amplitude = 0.4) {
   const Vec3 gravity(0.3, -0.2, -9.81);
   const Body body(config);
   SpringSystem<Real> system(body, {.gravity = gravity}, {threads, kernel});
   reference::Algorithm1 oracle(config, gravity, 1);
   auto state = system.rest_state();
-  testing::randomise(body, state, 0.4, 0.5, 3);
+  testing::randomise(body, state, amplitude, 0.5, 3);
   testing::copy_state(body, state, oracle);
   oracle.compute_forces();
   Field<Real> f(system.size());
@@ -52,6 +53,52 @@ void check_all_forces(double tolerance) {
 
 TEST(Force, EqualsOracleInDouble) { check_all_forces<double>(1e-12); }
 TEST(Force, EqualsOracleInSingle) { check_all_forces<float>(1e-5); }
+
+/// With the guard against folding; at these amplitudes a third of all corners ask for it.
+template <class Real>
+void check_guarded_forces(double tolerance) {
+  int checked = 0;
+  for (const auto& shape : testing::test_shapes())
+    for (const auto law : {Damping::Law::none, Damping::Law::ratio})
+      for (const double body_diagonals : {250.0, 0.0})
+        for (const auto& kernel : sweep_kernels<Real>()) {
+          BodyConfig config = testing::test_config(shape.voxels);
+          config.damping.law = law;
+          config.springs.body = body_diagonals;
+          if (body_diagonals == 0) config.springs.volume = 0;
+          const double without = relative_force_error<Real>(config, kernel.name, 1, 0.7);
+          config.fold_guard = 5;
+          EXPECT_LT(without, tolerance);
+          EXPECT_LT(relative_force_error<Real>(config, kernel.name, 2, 0.7), tolerance)
+              << shape.name << " damping " << int(law) << " kernel " << kernel.name;
+          ++checked;
+        }
+  EXPECT_EQ(checked, 10 * 2 * 2 * int(sweep_kernels<Real>().size()));
+}
+
+TEST(Force, OfTheFoldGuardEqualsOracleInDouble) { check_guarded_forces<double>(1e-12); }
+TEST(Force, OfTheFoldGuardEqualsOracleInSingle) { check_guarded_forces<float>(1e-5); }
+
+// It is not a small force where it acts, and not a bit of one where it need not.
+TEST(Force, OfTheFoldGuardActsNearFoldingOnly) {
+  BodyConfig config = testing::test_config(VoxelGrid::box(3, 3, 3));
+  BodyConfig guarded_config = config;
+  guarded_config.fold_guard = 5;
+  const Body body(config), guarded_body(guarded_config);
+  SpringSystem<double> plain(body, {}, {.threads = 1}), guarded(guarded_body, {}, {.threads = 1});
+  for (const double amplitude : {0.05, 0.7}) {
+    State<double> state = plain.rest_state();
+    testing::randomise(body, state, amplitude, 0.5, 3);
+    Field<double> f(plain.size()), g(plain.size());
+    plain.force(0, state.x, state.v, f);
+    guarded.force(0, state.x, state.v, g);
+    const double difference = (f.array() - g.array()).abs().maxCoeff();
+    if (amplitude < 0.1)
+      EXPECT_EQ(difference, 0);
+    else
+      EXPECT_GT(difference, 0.2 * f.array().abs().maxCoeff());
+  }
+}
 
 }  // namespace
 }  // namespace mss

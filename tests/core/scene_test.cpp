@@ -127,6 +127,8 @@ TEST(Scene, CalibratesSprings) {
   EXPECT_EQ(load_text(plain_scene).body.springs.volume, half.volume);
   const SpringConstants all = calibrate({.young = 1e5, .poisson = 0.3}, 0.5, 1);
   const SpringConstants read = load_text(plain_scene, {"material.face_share=1"}).body.springs;
+  EXPECT_EQ(load_text(plain_scene).body.fold_guard, 0);
+  EXPECT_EQ(load_text(plain_scene, {"material.fold_guard=5"}).body.fold_guard, 5);
   EXPECT_EQ(read.face, all.face);
   EXPECT_EQ(read.body, 0);
 }
