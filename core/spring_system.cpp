@@ -285,10 +285,10 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
     std::fill_n(own.axis[a], begun, Real(0));
     std::fill_n(above.axis[a], begun, Real(0));
   }
-  const auto sweep =
-      pass.finish == Finish::product
-          ? (pass.sum.kind == Tangent::projected ? kernel_.sweep_projected : kernel_.sweep_elastic)
-          : (damped_ ? kernel_.sweep_damped : kernel_.sweep_undamped);
+  const Sweeps<Real>& sweeps = this->body().config().fold_guard != 0 ? kernel_.guarded : kernel_.plain;
+  const auto sweep = pass.finish == Finish::product
+                         ? (pass.sum.kind == Tangent::projected ? sweeps.projected : sweeps.elastic)
+                         : (damped_ ? sweeps.damped : sweeps.undamped);
   SweepPlane<Real> p{};
   p.row = lattice.row;
   p.plane = lattice.plane;

@@ -70,18 +70,25 @@ struct FinishPlane {
   Real kick_before, kick_after, drift_old, drift_new;
 };
 
+/// Sweeps of a plane's blocks.
+template <class Real>
+struct Sweeps {
+  /// Forces of springs and cells; the undamped one does not read velocities.
+  void (*damped)(SweepPlane<Real>&);
+  void (*undamped)(SweepPlane<Real>&);
+  /// -(b C + c K) p in place of forces, with p in `v`; elastic or projected (see Tangent).
+  void (*elastic)(SweepPlane<Real>&);
+  void (*projected)(SweepPlane<Real>&);
+};
+
 /// One copy of the sweep, compiled for one instruction set and precision.
 template <class Real>
 struct SweepKernel {
   const char* name;  ///< "x86-64-v3" and the like
   int lanes;         ///< W
   Real rsqrt_scale;
-  /// Forces of the springs and cells of a plane's blocks; the undamped one does not read velocities.
-  void (*sweep_damped)(SweepPlane<Real>&);
-  void (*sweep_undamped)(SweepPlane<Real>&);
-  /// -(b C + c K) p in place of forces, with p in `v`; elastic or projected (see Tangent).
-  void (*sweep_elastic)(SweepPlane<Real>&);
-  void (*sweep_projected)(SweepPlane<Real>&);
+  Sweeps<Real> plain;
+  Sweeps<Real> guarded;  ///< against folding
   /// out = own + below [N].
   void (*store_force)(const FinishPlane<Real>&);
   /// out = (own + below) / m + gravity, 0 where there is no particle [m/s^2].

@@ -392,7 +392,8 @@ template <class Block, std::uint32_t Content, class Real>
   carry = {{f[1], f[3], f[5], f[7]}};
 }
 
-template <class Block, class Real>
+/// `Guards`: block_guards or 0.
+template <class Block, std::uint32_t Guards, class Real>
 void sweep_blocks(SweepPlane<Real>& argument) {
   constexpr int W = lanes<Real>;
   const SweepPlane<Real> p = argument;  // a copy that the stores below cannot reach
@@ -416,15 +417,8 @@ void sweep_blocks(SweepPlane<Real>& argument) {
       case block_edges | block_cells:  // no face diagonals
         do_block<Block, block_edges | block_cells>(p, b * W, coefficient, carry);
         break;
-      case block_edges | block_faces | block_guards:  // neither body diagonals nor volume
-        do_block<Block, block_edges | block_faces | block_guards>(p, b * W, coefficient, carry);
-        break;
       default:
-        if ((p.content[entry] & block_guards) != 0)
-          do_block<Block, block_edges | block_faces | block_cells | block_guards>(p, b * W, coefficient,
-                                                                                  carry);
-        else
-          do_block<Block, block_edges | block_faces | block_cells>(p, b * W, coefficient, carry);
+        do_block<Block, block_edges | block_faces | block_cells | Guards>(p, b * W, coefficient, carry);
     }
   }
   for (int i = 0; i < 4; ++i) {
@@ -486,15 +480,20 @@ void kick_drift_stored(const FinishPlane<Real>& p) {
   for (std::ptrdiff_t q = p.first; q < p.last; q += lanes<Real>) update(p, q, load(p.own, q));
 }
 
+template <class Real, std::uint32_t Guards>
+Sweeps<Real> make_sweeps() {
+  return {sweep_blocks<Force<Real, true>, Guards, Real>, sweep_blocks<Force<Real, false>, Guards, Real>,
+          sweep_blocks<ForceChange<Real, false>, Guards, Real>,
+          sweep_blocks<ForceChange<Real, true>, Guards, Real>};
+}
+
 template <class Real>
 SweepKernel<Real> make_kernel(const char* name) {
   return {name,
           lanes<Real>,
           rsqrt_scale<Real>,
-          sweep_blocks<Force<Real, true>, Real>,
-          sweep_blocks<Force<Real, false>, Real>,
-          sweep_blocks<ForceChange<Real, false>, Real>,
-          sweep_blocks<ForceChange<Real, true>, Real>,
+          make_sweeps<Real, 0>(),
+          make_sweeps<Real, block_guards>(),
           store_force<Real>,
           store_acceleration<Real>,
           store_product<Real>,

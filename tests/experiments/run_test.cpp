@@ -185,6 +185,23 @@ TEST_F(RunCommand, AHardLandingFoldsCells) {
   EXPECT_LT(summary()["final"]["min_jacobian"], -0.5);
   ASSERT_EQ(run(scenes / "fig5_4_landing.toml", {"--set", "start.velocity=[-14,-14,-14]"}).exit_status, 0);
   EXPECT_GT(summary()["final"]["min_jacobian"], 0.5);  // a softer one does not
+  ASSERT_EQ(run(scenes / "fig5_4_landing.toml",
+                {"--set", "start.velocity=[-30,-30,-30]", "--set", "material.fold_guard=5"})
+                .exit_status,
+            0);
+  EXPECT_LT(summary()["final"]["max_stretch"], 1e-6);  // with the guard it lands harder and recovers
+  EXPECT_GT(summary()["final"]["min_jacobian"], 0.999);
+}
+
+TEST_F(RunCommand, TheFoldGuardDoesNotChangeABitWhereNothingFolds) {
+  const fs::path scenes = fs::path(MSS_SOURCE_DIR) / "experiments" / "scenes";
+  for (const char* scene : {"cantilever.toml", "fig5_2_bounce.toml", "free_cube.toml"}) {
+    ASSERT_EQ(run(scenes / scene, {"--set", "solve.duration=0.5"}).exit_status, 0);
+    const std::string without = read_file(out() / "particles.csv");
+    ASSERT_EQ(
+        run(scenes / scene, {"--set", "solve.duration=0.5", "--set", "material.fold_guard=5"}).exit_status, 0);
+    EXPECT_EQ(without, read_file(out() / "particles.csv")) << scene;
+  }
 }
 
 TEST_F(RunCommand, JellySlidesAndTablesStand) {
