@@ -199,7 +199,8 @@ TEST_F(RunCommand, TheFoldGuardDoesNotChangeABitWhereNothingFolds) {
     ASSERT_EQ(run(scenes / scene, {"--set", "solve.duration=0.5"}).exit_status, 0);
     const std::string without = read_file(out() / "particles.csv");
     ASSERT_EQ(
-        run(scenes / scene, {"--set", "solve.duration=0.5", "--set", "material.fold_guard=5"}).exit_status, 0);
+        run(scenes / scene, {"--set", "solve.duration=0.5", "--set", "material.fold_guard=5"}).exit_status,
+        0);
     EXPECT_EQ(without, read_file(out() / "particles.csv")) << scene;
   }
 }
