@@ -1,21 +1,11 @@
 #include "core/fold_guard.hpp"
 
 #include <Eigen/Geometry>
-#include <cmath>
 
+#include "core/cross_matrix.hpp"
 #include "core/measures.hpp"
 
 namespace mss {
-
-namespace {
-
-Eigen::Matrix3d cross_matrix(const Vec3& a) {
-  Eigen::Matrix3d m;
-  m << 0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0;
-  return m;
-}
-
-}  // namespace
 
 double fold_guard_energy(double stiffness, double rest_volume, const std::array<Vec3, 8>& corners) {
   double energy = 0;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/cross_matrix.hpp"
 #include "core/fold_guard.hpp"
 
 namespace mss {
@@ -13,12 +14,6 @@ namespace {
 
 Vec3 sides(int corner) {
   return {(corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0, (corner & 4) != 0 ? 1.0 : -1.0};
-}
-
-Eigen::Matrix3d cross_matrix(const Vec3& a) {
-  Eigen::Matrix3d m;
-  m << 0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0;
-  return m;
 }
 
 }  // namespace

@@ -32,9 +32,11 @@ int cells(const benchmark::State& bench) { return int(bench.range(0)); }
 int threads(const benchmark::State& bench) { return int(bench.range(1)); }
 
 /// The kernel's place in sweep_kernels() is part of the type because Google Benchmark takes plain functions.
-template <class Real, std::size_t kernel>
+template <class Real, std::size_t kernel, bool guarded>
 void sweep(benchmark::State& bench) {
-  const Body body(timing_cube(cells(bench)));
+  BodyConfig config = timing_cube(cells(bench));
+  config.fold_guard = guarded ? 5 : 0;
+  const Body body(config);
   SpringSystem<Real> system(body, {.gravity = gravity}, {threads(bench), sweep_kernels<Real>()[kernel].name});
   State<Real> state = system.rest_state();
   const double dt = TimingWorkload::dt;
@@ -117,12 +119,13 @@ void add(const std::string& name, void (*function)(benchmark::State&),
 template <class Real, std::size_t... kernel>
 void add_sweeps(const char* precision, const std::vector<std::int64_t>& thread_counts,
                 std::index_sequence<kernel...>) {
-  const auto add_one = [&](std::size_t place, void (*function)(benchmark::State&)) {
+  const auto add_one = [&](const char* name, std::size_t place, void (*function)(benchmark::State&)) {
     const auto& kernels = sweep_kernels<Real>();
     if (place < kernels.size())
-      add(fmt::format("sweep/{}/{}", kernels[place].name, precision), function, thread_counts);
+      add(fmt::format("{}/{}/{}", name, kernels[place].name, precision), function, thread_counts);
   };
-  (add_one(kernel, sweep<Real, kernel>), ...);
+  (add_one("sweep", kernel, sweep<Real, kernel, false>), ...);
+  (add_one("guarded_sweep", kernel, sweep<Real, kernel, true>), ...);
 }
 
 }  // namespace

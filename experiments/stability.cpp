@@ -166,8 +166,7 @@ namespace {
 
 Table guarded(const GuardOptions& options, Progress& progress) {
   StabilityConfig config = stability_config({.quick = options.quick});
-  if (options.quick) config.cells = {2, 3};
-  if (!options.quick) config.cells = {2, 3, 4, 5};
+  config.cells = options.quick ? std::vector<int>{2, 3} : std::vector<int>{2, 3, 4, 5};
   config.threads = options.threads;
   return measure_stability(config, progress)
       .rows.select({"integrator", "cells", "ratio", "omega_max", "sure", "predicted", "measured", "status"});

@@ -84,7 +84,7 @@ double step_seconds(const IntegratorInfo& method, BodySystem<double>& system, do
   const auto integrator = method.make<double>({.dt = dt});
   State<double> state = system.rest_state();
   Work work;
-  double least = std::numeric_limits<double>::infinity();
+  double least = infinity;
   for (int sample = 1; sample <= samples; ++sample) {
     const auto begin = Clock::now();
     integrator->advance(system, state, double(sample * steps) * dt, work);
@@ -148,17 +148,19 @@ BodyConfig stability_cube(const StabilityConfig& config, int n, double ratio) {
 MeasuredStep measure_step(const StabilityConfig& config, const IntegratorInfo& method,
                           BodySystem<double>& system, double guess) {
   constexpr double least_share = 1e-2, most_share = 1e3;  // of the guess
-  MeasuredStep found;
   double low = 0.97 * guess, high = 1.03 * guess;
-  while (!holds(config, method, system, low)) {
-    high = low;
-    low /= 2;
-    if (low < least_share * guess) return found;
-  }
-  while (holds(config, method, system, high)) {
-    low = high;
-    high *= 2;
-    if (high > most_share * guess) return {low, infinity};
+  if (holds(config, method, system, low)) {
+    while (holds(config, method, system, high)) {
+      low = high;
+      high *= 2;
+      if (high > most_share * guess) return {low, infinity};
+    }
+  } else {
+    do {
+      high = low;
+      low /= 2;
+      if (low < least_share * guess) return {};
+    } while (!holds(config, method, system, low));
   }
   while (high - low > config.resolution * low) {
     const double middle = (low + high) / 2;

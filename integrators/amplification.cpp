@@ -3,7 +3,8 @@
 #include <Spectra/GenEigsSolver.h>
 
 #include <Eigen/Eigenvalues>
-#include <cmath>
+
+#include "integrators/linear/unknowns.hpp"
 
 namespace mss {
 
@@ -43,12 +44,10 @@ class FirstOrderForm {
 
  private:
   static SparseMatrix scaled(BodySystem<double>& system, const State<double>& state, const TangentSum& sum) {
-    VectorXd roots(Index(system.unknowns().size()));
-    for (Index i = 0; i < roots.size(); ++i)
-      roots[i] = 1 / std::sqrt(system.mass(system.unknowns()[std::size_t(i)].site));
+    const VectorXd scale = root_masses(system).cwiseInverse();
     SparseMatrix matrix = system.tangent_pattern();
     system.tangent(state.t, state.x, state.v, sum, matrix);
-    return roots.asDiagonal() * matrix * roots.asDiagonal();
+    return scale.asDiagonal() * matrix * scale.asDiagonal();
   }
 
   SparseMatrix stiffness_, damping_;
@@ -85,11 +84,10 @@ class Step {
 
 /// Of the eigenvectors in the columns.
 Shares shares_of(const FirstOrderForm& form, const MatrixXcd& vectors) {
-  constexpr double rigid = 1e-10;
   Shares result;
   for (Index i = 0; i < vectors.cols(); ++i) {
     const Share share = form.share(vectors.col(i).head(form.unknowns()));
-    if (share.stiffness > rigid * form.omega() * form.omega()) result.motions.push_back(share);
+    if (!is_rigid(share, form.omega())) result.motions.push_back(share);
   }
   return result;
 }

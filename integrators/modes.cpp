@@ -21,13 +21,6 @@ using Eigen::VectorXd;
 constexpr double tolerance = 1e-11;
 constexpr Index most_restarts = 1000;
 
-VectorXd root_masses(BodySystem<double>& system) {
-  VectorXd roots(Index(system.unknowns().size()));
-  for (Index i = 0; i < roots.size(); ++i)
-    roots[i] = std::sqrt(system.mass(system.unknowns()[std::size_t(i)].site));
-  return roots;
-}
-
 /// x -> (A - shift)^-1 x with A = M^-1/2 K M^-1/2, in the space across what has been found.
 class ShiftedInverse {
  public:

@@ -34,6 +34,9 @@ struct Share {
   double damping = 0;    ///< q.C q [1/s]
 };
 
+/// Whether the motion is one of the whole, to a body whose frequencies are bounded by omega.
+inline bool is_rigid(const Share& share, double omega) { return share.stiffness < 1e-10 * omega * omega; }
+
 /// Those of the motion for which q.K q + weight q.C q is largest, weight in [1/s] and of either sign.
 Share largest_share(BodySystem<double>& system, const State<double>& state, double weight, Work& work);
 

@@ -49,11 +49,6 @@ double weight_at(const IntegratorInfo& method, const Share& share) {
   return by_damping / by_stiffness;
 }
 
-bool is_rigid(const Share& share, BodySystem<double>& system) {
-  const double bound = system.spectral_bound().omega;
-  return share.stiffness < 1e-10 * bound * bound;
-}
-
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 double limit_of(const IntegratorInfo& method, const Share& share) {
@@ -71,13 +66,13 @@ PredictedStep by_largest_share(const IntegratorInfo& method, BodySystem<double>&
   for (int round = 0; round < most_rounds; ++round) {
     const Share share = largest_share(system, state, weight, work);
     if (share.status != Status::ok) return {.status = share.status};
-    if (is_rigid(share, system)) break;  // no other motion has more
+    if (is_rigid(share, system.spectral_bound().omega)) return found;  // no other motion has more
     const double before = found.dt, dt = limit_of(method, share);
     found.dt = std::min(before, dt);
-    if (dt == 0 || !(dt < before * (1 - settled))) break;
+    if (dt == 0 || !(dt < before * (1 - settled))) return found;
     weight = weight_at(method, share);
   }
-  return found;
+  return {.status = Status::linear_stalled};
 }
 
 /// The least limit among the motions that a step a little too long amplifies most; again from there until
@@ -88,18 +83,18 @@ PredictedStep by_amplification(const IntegratorInfo& method, BodySystem<double>&
   constexpr double settled = 1e-4, too_long = 1.01, far_too_long = 4;
   const Share fastest = largest_share(system, state, 0, work);
   if (fastest.status != Status::ok) return {.status = fastest.status};
-  if (is_rigid(fastest, system)) return {.dt = infinity};
+  if (is_rigid(fastest, system.spectral_bound().omega)) return {.dt = infinity};
   PredictedStep found{.dt = far_too_long / std::sqrt(fastest.stiffness)};
-  for (int round = 0; round < most_rounds && found.dt > 0; ++round) {
+  for (int round = 0; round < most_rounds; ++round) {
     const Shares shares = most_amplified(system, state, method.polynomial, too_long * found.dt, work);
     if (shares.status != Status::ok) return {.status = shares.status};
     double least = infinity;
     for (const Share& share : shares.motions) least = std::min(least, limit_of(method, share));
-    const bool done = least > found.dt * (1 - settled);
+    const bool done = least == 0 || least > found.dt * (1 - settled);
     found.dt = std::min(found.dt, least);
-    if (done) break;
+    if (done) return found;
   }
-  return found;
+  return {.status = Status::linear_stalled};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 
 #include "core/system.hpp"
 
@@ -19,6 +20,14 @@ inline void scatter(System<double>& system, const Eigen::VectorXd& vector, Field
   field.array() = 0;
   const double* in = vector.data();
   for (const auto [site, axis] : system.unknowns()) field.axis(axis)[site] = *in++;
+}
+
+/// Roots of the masses that the unknowns have.
+inline Eigen::VectorXd root_masses(System<double>& system) {
+  Eigen::VectorXd roots(Eigen::Index(system.unknowns().size()));
+  double* out = roots.data();
+  for (const auto [site, axis] : system.unknowns()) *out++ = std::sqrt(system.mass(site));
+  return roots;
 }
 
 }  // namespace mss
