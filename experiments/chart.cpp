@@ -6,18 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
-#include <sstream>
 
-#include "core/error.hpp"
-#include "experiments/output.hpp"
-#include "experiments/process.hpp"
+#include "experiments/gnuplot.hpp"
 
 namespace mss {
 
 namespace {
-
-namespace fs = std::filesystem;
 
 /// Colours of a dark and a light shade in turn; no two with the same dash and marker.
 struct LineStyle {
@@ -45,31 +39,7 @@ constexpr std::array<LineStyle, 16> line_styles{{{"#a50f15", "1", 7},
 /// Of failed runs, in black: crosses and open shapes.
 constexpr std::array<int, 6> failure_markers{2, 1, 3, 8, 12, 6};
 
-constexpr const char* font = "DejaVu Sans";
 constexpr double page_width = 1200, page_height = 900;  ///< [px]
-
-/// A gnuplot string expression for text of another size than the rest.
-std::string scaled_text(std::string_view text, double scale, bool bold = false) {
-  return fmt::format("'{{/{}*{} '.{}.'}}'", bold ? ":Bold" : "", scale, gnuplot_text(text));
-}
-
-std::string range_end(double value) { return std::isfinite(value) ? fmt::format("{}", value) : "*"; }
-
-std::string axis_commands(char name, const ChartAxis& axis) {
-  std::string out = fmt::format("set {}label {}\n", name, gnuplot_text(axis.label));
-  out += fmt::format("set {}range [{}:{}]\n", name, range_end(axis.low), range_end(axis.high));
-  if (axis.logarithmic) out += fmt::format("set logscale {} 10\n", name);
-  if (!axis.unit.empty())
-    out += fmt::format("set format {} '%.0s %c'.{}\n", name, gnuplot_text(axis.unit));
-  else
-    out +=
-        fmt::format("set format {} '{}'\n", name, axis.logarithmic && axis.ticks.empty() ? "10^{%L}" : "%g");
-  if (!axis.ticks.empty())
-    out += fmt::format("set {}tics ({})\n", name, fmt::join(axis.ticks, ", "));
-  else if (axis.logarithmic)
-    out += fmt::format("set {0}tics 10\nset m{0}tics 10\n", name);
-  return out;
-}
 
 std::string line_commands(const ReferenceLine& line) {
   const bool flat = line.direction == ReferenceLine::Direction::horizontal;
@@ -197,43 +167,6 @@ std::string layout_commands(const Chart& chart) {
   return out;
 }
 
-/// A quoted file name: unlike shown text it has no markup to escape.
-std::string file_name(const std::string& file) {
-  std::string out = "'";
-  for (const char c : file) out += c == '\'' ? "''" : std::string(1, c);
-  return out + "'";
-}
-
-/// A directory of our own that disappears with everything in it.
-struct ScratchDirectory {
-  ScratchDirectory() {
-    std::string name = (fs::temp_directory_path() / "mss-chart-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw InputError(fmt::format("no directory can be made as {}", name));
-    path = name;
-  }
-  ScratchDirectory(const ScratchDirectory&) = delete;
-  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
-  ~ScratchDirectory() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  fs::path path;
-};
-
-/// Machines without DejaVu fall back to fonts of the same widths, not to a serif one.
-std::string with_fallback_fonts(std::string svg) {
-  const std::string plain = fmt::format("font-family=\"{}\"", font);
-  const std::string fallback = fmt::format("font-family=\"{}, Verdana, sans-serif\"", font);
-  for (std::size_t at = 0; (at = svg.find(plain, at)) != std::string::npos; at += fallback.size())
-    svg.replace(at, plain.size(), fallback);
-  return svg;
-}
-
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
-}
-
 }  // namespace
 
 bool has_points(const Chart& chart) {
@@ -242,20 +175,6 @@ bool has_points(const Chart& chart) {
       return is_drawn(p) && (!chart.x.logarithmic || p.x > 0) && (!chart.y.logarithmic || p.y > 0);
     });
   });
-}
-
-std::string gnuplot_text(std::string_view text) {
-  std::string out = "'";
-  for (const char c : text) {
-    if (c == '\n') {
-      out += "'.\"\\n\".'";
-      continue;
-    }
-    if (std::string_view("{}^_@&~\\").find(c) != std::string_view::npos) out += '\\';
-    if (c == '\'') out += '\'';
-    out += c;
-  }
-  return out + "'";
 }
 
 std::string gnuplot_script(const Chart& chart, const std::string& svg_file, const std::string& png_file) {
@@ -273,7 +192,7 @@ std::string gnuplot_script(const Chart& chart, const std::string& svg_file, cons
   const auto draw_with = [&](const char* terminal, int font_size, double unit, double spacing,
                              double label_lift, const std::string& file) {
     out += fmt::format("set terminal {} size {},{} enhanced font '{},{}' background 'white'\n", terminal,
-                       page_width, page_height, font, font_size);
+                       page_width, page_height, chart_font, font_size);
     out += fmt::format("unit = {}\nset key spacing {}\nset xlabel offset 0, {}\n", unit, spacing, label_lift);
     out += fmt::format("set output {}\nplot {}\nset output\n", file_name(file), fmt::join(plots, ", \\\n  "));
   };
@@ -282,29 +201,9 @@ std::string gnuplot_script(const Chart& chart, const std::string& svg_file, cons
   return out;
 }
 
-void draw(const Chart& chart, const fs::path& stem) {
-  const ScratchDirectory scratch;
-  const fs::path script = scratch.path / "chart.gp", svg = scratch.path / "chart.svg",
-                 png = scratch.path / "chart.png";
-  write_atomically(script, gnuplot_script(chart, svg.string(), png.string()));
-  const ProgramRun run = run_program({"gnuplot", script.string()});
-  const std::string target = stem.string() + ".svg";
-  if (!run.started)
-    throw InputError(fmt::format(
-        "{} cannot be drawn because gnuplot is not installed; its package is gnuplot-nox", target));
-  if (run.exit_status != 0 || !fs::exists(svg) || !fs::exists(png))
-    throw InputError(
-        fmt::format("{} cannot be drawn because gnuplot failed: {}", target, one_line(run.output)));
-  write_atomically(target, with_fallback_fonts(read_file(svg)));
-  write_atomically(stem.string() + ".png", read_file(png));
-}
-
-std::string gnuplot_version() {
-  std::istringstream words(run_program({"gnuplot", "--version"}).output);  // "gnuplot 5.4 patchlevel 4"
-  std::string name, version, word, patch;
-  words >> name >> version >> word >> patch;
-  if (name != "gnuplot") return {};
-  return word == "patchlevel" ? fmt::format("{}.{}", version, patch) : version;
+void draw(const Chart& chart, const std::filesystem::path& stem) {
+  draw_with_gnuplot(
+      [&](const std::string& svg, const std::string& png) { return gnuplot_script(chart, svg, png); }, stem);
 }
 
 }  // namespace mss

@@ -45,8 +45,9 @@ struct ChartAxis {
   bool logarithmic = false;
   double low = std::numeric_limits<double>::quiet_NaN();  ///< NaN: from the data
   double high = std::numeric_limits<double>::quiet_NaN();
-  std::vector<double> ticks = {};  ///< empty: chosen by the scale
-  std::string unit = {};           ///< not empty: ticks read "10 ms" and the like
+  std::vector<double> ticks = {};       ///< empty: chosen by the scale
+  std::vector<std::string> names = {};  ///< of the ticks, in place of their numbers
+  std::string unit = {};                ///< not empty: ticks read "10 ms" and the like
 };
 
 /// A chart of lines over two axes. Text is plain: nothing in it is markup.

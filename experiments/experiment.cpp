@@ -23,4 +23,8 @@ std::vector<std::string> moving_integrators(const std::vector<std::string>& name
   return all;
 }
 
+Journal open_journal(const ExperimentOptions& options, const Json& configuration) {
+  return options.journal.empty() ? Journal() : Journal(options.journal, configuration);
+}
+
 }  // namespace mss

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -9,6 +10,8 @@
 #include "core/scene.hpp"
 #include "experiments/chart.hpp"
 #include "experiments/guard.hpp"
+#include "experiments/journal.hpp"
+#include "experiments/map_chart.hpp"
 #include "experiments/progress.hpp"
 #include "experiments/provenance.hpp"
 #include "experiments/table.hpp"
@@ -24,6 +27,8 @@ struct ExperimentOptions {
   int threads = 0;                            ///< most threads of the core; 0: all cores
   std::string model = spring_model;           ///< what fills the bodies
   std::uint64_t seed = 1;
+  int processes = 0;                   ///< over which cases are split; 0: all cores
+  std::filesystem::path journal = {};  ///< of answers found so far; empty: none is kept
 };
 
 /// Which of these mean something to an experiment; the others are usage errors. All take --quick and --out.
@@ -34,6 +39,7 @@ struct ExperimentAccepts {
   bool model = false;
   bool threads = false;
   bool seed = false;
+  bool processes = false;  ///< and it keeps a journal, so that it can be interrupted and go on
 };
 
 struct NamedTable {
@@ -46,6 +52,11 @@ struct NamedChart {
   Chart chart;
 };
 
+struct NamedMap {
+  std::string name;  ///< of the files, without extension
+  MapChart chart;
+};
+
 /// What an experiment hands back; report.hpp turns it into files. An interrupted one hands back what it
 /// finished.
 // NOLINTNEXTLINE(bugprone-exception-escape): moving ordered_json asserts, which the check takes for throwing
@@ -53,12 +64,13 @@ struct ExperimentResult {
   Status status = Status::ok;           ///< or interrupted
   std::vector<NamedTable> tables = {};  ///< the first has the experiment's name
   std::vector<NamedChart> charts = {};  ///< the first has the experiment's name; empty: too little to draw
+  std::vector<NamedMap> maps = {};      ///< further charts
   std::string caption;       ///< for a reader of the chart: what was done, what is held, what is left out
   std::string summary = {};  ///< lines for stdout
   Json configuration;        ///< resolved: every choice with its value
 };
 
-/// A pure function from options to result: no files, no printing, no globals.
+/// A pure function from options to result: no printing, no globals, no files but the journal.
 struct ExperimentInfo {
   std::string name;
   std::string under = {};  ///< an experiment listed before, of whose command this one is the second word
@@ -74,6 +86,9 @@ struct ExperimentInfo {
 /// The methods an experiment on motion compares: those named, or all. Throws InputError for unknown names and
 /// for methods that find no motion.
 std::vector<std::string> moving_integrators(const std::vector<std::string>& named);
+
+/// The journal that the options ask for, or one of nothing on disk. Throws as Journal() does.
+Journal open_journal(const ExperimentOptions& options, const Json& configuration);
 
 /// All experiments, in the order they are listed and reproduced.
 const std::vector<ExperimentInfo>& experiments();

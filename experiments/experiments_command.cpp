@@ -24,12 +24,11 @@ struct Choice {
   std::string directory;
 };
 
-int read_threads(int threads) {
+void check_count(const char* option, int count) {
   constexpr int most = 1024;
-  if (threads < 0 || threads > most)
+  if (count < 0 || count > most)
     throw InputError(
-        fmt::format("--threads is {}; give a number from 1 to {}, or 0 for all cores", threads, most));
-  return threads;
+        fmt::format("{} is {}; give a number from 1 to {}, or 0 for all cores", option, count, most));
 }
 
 void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& accepts) {
@@ -51,6 +50,11 @@ void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& acc
         ->capture_default_str();
   if (accepts.seed)
     command.add_option("--seed", choice.options.seed, "Start of the random numbers")->capture_default_str();
+  if (accepts.processes)
+    command
+        .add_option("--processes", choice.options.processes,
+                    "Processes to split the work over; 0: all cores. The result is the same")
+        ->capture_default_str();
 }
 
 /// What a finished report leaves to say and to end with.
@@ -59,7 +63,8 @@ int conclude(const Report& report) {
   for (const fs::path& file : report.files) fmt::print("wrote {}\n", file.string());
   if (!report.chart_problem.empty()) fmt::print(stderr, "mss: {}; the rows are kept\n", report.chart_problem);
   if (report.status == Status::interrupted) {
-    fmt::print(stderr, "mss: {} was interrupted; finished rows are kept\n", report.name);
+    fmt::print(stderr, "mss: {} was interrupted; finished rows are kept{}\n", report.name,
+               report.resumable ? ", and the same command goes on from there" : "");
     return exit_interrupted;
   }
   return report.chart_problem.empty() ? exit_ok : exit_bad_input;
@@ -78,7 +83,8 @@ void warn_first() {
 }
 
 void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
-  read_threads(choice.options.threads);
+  check_count("--threads", choice.options.threads);
+  check_count("--processes", choice.options.processes);
   if (!choice.cells.empty())
     choice.options.cells = parse_number_list(choice.cells, "--cells", info.accepts.largest_cells);
   if (info.accepts.integrators) moving_integrators(choice.options.integrators);  // throws

@@ -32,12 +32,34 @@ Json meta(const ExperimentInfo& info, const ExperimentResult& result, const Json
           {"provenance", provenance}};
 }
 
+/// Draws all charts and maps that have something on them.
+void draw_charts(ExperimentResult& result, const fs::path& directory, Report& report) {
+  const auto draw_one = [&](auto& named) {
+    named.chart.footer = provenance_line(report.provenance);
+    draw(named.chart, directory / named.name);
+    report.files.push_back(directory / (named.name + ".svg"));
+    report.files.push_back(directory / (named.name + ".png"));
+  };
+  std::erase_if(result.charts, [](const NamedChart& c) { return !has_points(c.chart); });
+  std::erase_if(result.maps, [](const NamedMap& m) { return !has_cells(m.chart); });
+  if (result.charts.empty() && result.maps.empty()) {
+    report.chart_problem = fmt::format("{}: there are too few rows for a chart", report.name);
+    return;
+  }
+  try {
+    for (NamedChart& chart : result.charts) draw_one(chart);
+    for (NamedMap& map : result.maps) draw_one(map);
+  } catch (const InputError& problem) {
+    report.chart_problem = problem.what();
+  }
+}
+
 }  // namespace
 
-Report run_and_write(const ExperimentInfo& info, const ExperimentOptions& options,
-                     const fs::path& directory) {
+Report run_and_write(const ExperimentInfo& info, ExperimentOptions options, const fs::path& directory) {
   prepare_directory(directory);
-  Report report{.name = info.name, .provenance = provenance()};
+  if (info.accepts.processes) options.journal = directory / (info.name + ".journal");
+  Report report{.name = info.name, .resumable = info.accepts.processes, .provenance = provenance()};
   const auto start = std::chrono::steady_clock::now();
   ExperimentResult result;
   {
@@ -51,24 +73,11 @@ Report run_and_write(const ExperimentInfo& info, const ExperimentOptions& option
   };
   for (const NamedTable& t : result.tables) write(t.name + ".csv", t.table.csv());
   write("meta.json", meta(info, result, report.provenance, seconds).dump(2) + "\n");
+  if (result.status == Status::ok && !options.journal.empty()) fs::remove(options.journal);
   report.caption = result.caption;
   report.summary = result.summary;
   report.status = result.status;
-  std::erase_if(result.charts, [](const NamedChart& c) { return !has_points(c.chart); });
-  if (result.charts.empty()) {
-    report.chart_problem = fmt::format("{}: there are too few rows for a chart", info.name);
-    return report;
-  }
-  try {
-    for (auto& [name, chart] : result.charts) {
-      chart.footer = provenance_line(report.provenance);
-      draw(chart, directory / name);
-      report.files.push_back(directory / (name + ".svg"));
-      report.files.push_back(directory / (name + ".png"));
-    }
-  } catch (const InputError& problem) {
-    report.chart_problem = problem.what();
-  }
+  draw_charts(result, directory, report);
   return report;
 }
 

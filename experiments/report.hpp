@@ -14,6 +14,7 @@ struct Report {
   std::string caption = {};
   std::string summary = {};
   Status status = Status::ok;
+  bool resumable = false;                         ///< interrupted, it can go on from its journal
   std::vector<std::filesystem::path> files = {};  ///< as written, the tables first
   std::string chart_problem = {};                 ///< why there is no chart; empty if there is one
   Json provenance;
@@ -21,8 +22,8 @@ struct Report {
 
 /// Runs an experiment with a progress line and writes NAME.csv, its further tables, meta.json, NAME.svg,
 /// NAME.png and its further charts to `directory`, rows first. Throws InputError if the directory cannot be
-/// written to, before anything is run.
-Report run_and_write(const ExperimentInfo& info, const ExperimentOptions& options,
+/// written to, before anything is run. An experiment that keeps a journal has it there until it is finished.
+Report run_and_write(const ExperimentInfo& info, ExperimentOptions options,
                      const std::filesystem::path& directory);
 
 /// One self-contained page that shows every chart with its caption and links the files beside it.

@@ -24,6 +24,10 @@ StabilityConfig stability_config(const ExperimentOptions& options);
 /// The cube of 1 m at n cells per edge.
 BodyConfig stability_cube(const StabilityConfig& config, int n, double ratio);
 
+/// Displacements of which none is larger than `largest` [m]: forces of forces of random places. Fast motions,
+/// among which are those that a step too long makes grow, have most of it.
+Field<double> fast_disturbance(BodySystem<double>& system, double largest, std::uint64_t seed);
+
 /// The step between whose ends a random small motion about rest begins to grow [s].
 struct MeasuredStep {
   double stable = 0,

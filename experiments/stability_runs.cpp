@@ -20,27 +20,12 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 double largest_speed(const State<double>& state) { return state.v.array().abs().maxCoeff(); }
 
-/// A body at rest whose particles are off by at most a millionth of a cell: what follows is linear. Forces of
-/// forces of random places: fast motions, among which are those that a step too long makes grow, have most of
-/// it, and slow ones need not be waited for.
+/// A body at rest whose particles are off by at most a millionth of a cell: what follows is linear.
 State<double> disturbed(const StabilityConfig& config, BodySystem<double>& system) {
   constexpr double share_of_cell = 1e-6;
-  constexpr int rounds = 2;
-  const double largest = share_of_cell * system.body().config().cell_size;
-  const State<double> rest = system.rest_state();
-  std::mt19937_64 random(config.seed);
-  std::uniform_real_distribution<> place(-1, 1);
-  Field<double> off(system.size());
-  for (const std::ptrdiff_t site : system.particles()) {
-    const double x = place(random), y = place(random), z = place(random);
-    off.set(site, {x, y, z});
-  }
-  State<double> state = rest;
-  for (int round = 0; round <= rounds; ++round) {
-    off.array() *= largest / off.array().abs().maxCoeff();
-    state.x.array() = rest.x.array() + off.array();
-    system.acceleration(0, state.x, rest.v, off);
-  }
+  State<double> state = system.rest_state();
+  state.x.array() +=
+      fast_disturbance(system, share_of_cell * system.body().config().cell_size, config.seed).array();
   return state;
 }
 
@@ -137,6 +122,27 @@ void add_row(const StabilityConfig& config, const IntegratorInfo& method, Specim
 }
 
 }  // namespace
+
+Field<double> fast_disturbance(BodySystem<double>& system, double largest, std::uint64_t seed) {
+  constexpr double small = 1e-6;  // of a cell: what it makes of forces is linear
+  constexpr int rounds = 2;
+  const double while_small = small * system.body().config().cell_size;
+  const State<double> rest = system.rest_state();
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<> place(-1, 1);
+  Field<double> off(system.size()), x(system.size());
+  for (const std::ptrdiff_t site : system.particles()) {
+    const double a = place(random), b = place(random), c = place(random);
+    off.set(site, {a, b, c});
+  }
+  for (int round = 0; round < rounds; ++round) {
+    off.array() *= while_small / off.array().abs().maxCoeff();
+    x.array() = rest.x.array() + off.array();
+    system.acceleration(0, x, rest.v, off);
+  }
+  off.array() *= largest / off.array().abs().maxCoeff();
+  return off;
+}
 
 BodyConfig stability_cube(const StabilityConfig& config, int n, double ratio) {
   BodyConfig body{.voxels = VoxelGrid::box(n, n, n), .cell_size = 1.0 / n, .density = config.density};

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "experiments/chart.hpp"
+
+namespace mss {
+
+/// A rectangle of a map, of the kind that fills it.
+struct MapCell {
+  double x_low, x_high, y_low, y_high;
+  int kind;  ///< index into MapChart::kinds
+};
+
+/// One map among several over the same axes.
+struct MapPanel {
+  std::string title;
+  std::vector<MapCell> cells = {};
+  std::vector<ChartPoint> line = {};  ///< drawn over the cells
+};
+
+/// Maps side by side: what is found where. Kinds differ in lightness or hatching, so that a grey print still
+/// tells them apart; at most six.
+struct MapChart {
+  std::string title;
+  std::string subtitle;
+  std::string footer = {};
+  ChartAxis x;
+  ChartAxis y;
+  std::vector<std::string> kinds;
+  std::string line_label = {};  ///< of the panels' lines; empty: there are none
+  std::vector<MapPanel> panels = {};
+};
+
+/// Whether there is anything to draw.
+bool has_cells(const MapChart& chart);
+
+/// Draws STEM.svg and STEM.png. Throws InputError if gnuplot is missing or refuses.
+void draw(const MapChart& chart, const std::filesystem::path& stem);
+
+}  // namespace mss

@@ -1,0 +1,248 @@
+// Which cubes find back to their shape, from how bad a state: the thesis's constants, calibrated springs with
+// and without the guard against folding, finite elements. The zoo is recovery_zoo.cpp, runs are
+// recovery_runs.cpp.
+#include "experiments/recovery.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace mss {
+
+namespace {
+
+constexpr const char* guarded_suffix = ", guarded";
+
+constexpr const char* caption =
+    "Cubes of 3 x 3 x 3 cells are put into states that trap lattices and let go: mirrored, the upper layer "
+    "folded down, "
+    "a corner, an edge, a face or the four inner particles of the top pushed in by 1, 1.5 or 2.5 cells, flat "
+    "(1 percent), crushed "
+    "to a thousandth, random. All are shaken by a thousandth of a cell, differently for every seed. "
+    "Recovered: no spring "
+    "longer or shorter by more than 1e-6, and no cell inside out. Guarded: corners whose volume falls below "
+    "0.3 of "
+    "what it is at rest are pushed apart, k_g = 5 shear moduli. Stiffer lattices, other shapes and larger "
+    "bodies are left "
+    "out.";
+
+Json configuration(const RecoveryConfig& c) {
+  Json models = Json::array();
+  for (const RecoveryModel& m : c.models)
+    models.push_back(
+        {{"name", m.name},
+         {"seeds", m.seeds},
+         {"model", m.model},
+         {"fold_guard", m.body.fold_guard},
+         {"damping_ratio", m.body.damping.zeta},
+         {"cell_size", m.body.cell_size},
+         {"density", m.body.density},
+         {"springs",
+          {m.body.springs.edge, m.body.springs.face, m.body.springs.body, m.body.springs.volume}}});
+  Json states = Json::array();
+  for (const TrappedState& state : c.states) states.push_back(to_string(state));
+  return {{"body", "cube of 3 x 3 x 3 cells"},
+          {"models", models},
+          {"states", states},
+
+          {"seed", c.seed},
+          {"landing_speeds", c.landing_speeds}};
+}
+
+/// Rows from the top, a name each.
+ChartAxis named_rows(const std::vector<std::string>& names) {
+  ChartAxis axis{.label = "", .low = 0.4, .high = double(names.size()) + 0.6, .names = names};
+  for (std::size_t i = 0; i < names.size(); ++i) axis.ticks.push_back(double(names.size() - i));
+  return axis;
+}
+
+ChartAxis share_axis() { return {.label = "share that recovered", .low = -0.03, .high = 1.03}; }
+
+/// Mean rate of the rows chosen; NaN if there are none.
+template <class Chosen>
+double mean_rate(const Table& rows, Chosen&& chosen) {
+  double recovered = 0, trials = 0;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    if (!chosen(r)) continue;
+    recovered += rows.number(r, "recovered");
+    trials += rows.number(r, "trials");
+  }
+  return recovered / trials;
+}
+
+Chart models_chart(const Table& rows, const RecoveryConfig& config) {
+  std::vector<std::string> names;
+  for (const RecoveryModel& model : config.models)
+    if (!model.guarded) names.push_back(model.name);
+  Chart chart{.title = "Which fillings find back to their shape",
+              .subtitle = fmt::format(
+                  "cube of 3 x 3 x 3 cells, let go from {} trapped states with several seeds each",
+                  config.states.size()),
+              .x = share_axis(),
+              .y = named_rows(names)};
+  for (const bool guarded : {false, true}) {
+    ChartSeries series{.label = guarded ? "with the guard against folding" : "without", .lines = false};
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const std::string name = names[i] + (guarded ? guarded_suffix : "");
+      series.points.push_back(
+          {mean_rate(rows, [&](std::size_t r) { return rows.text(r, "model") == name; }), chart.y.ticks[i]});
+    }
+    chart.series.push_back(std::move(series));
+  }
+  return chart;
+}
+
+Chart states_chart(const Table& rows, const RecoveryConfig& config) {
+  std::vector<std::string> names;
+  for (const TrappedState& state : config.states) names.push_back(to_string(state));
+  Chart chart{.title = "Which states trap springs",
+              .subtitle = "calibrated springs, mean over nu; numbers are cells",
+              .x = share_axis(),
+              .y = named_rows(names)};
+  struct Kind {
+    const char* label;
+    bool guarded;
+    double lowest, highest;  ///< face shares
+  };
+  for (const Kind& kind :
+       {Kind{"t = 0", false, 0, 0}, Kind{"t = 0.5", false, 0.5, 0.5}, Kind{"t = 1", false, 1, 1},
+        Kind{"t = 0.5 and 1, guarded", true, 0.5, 1}, Kind{"t = 0, guarded", true, 0, 0}}) {
+    ChartSeries series{.label = kind.label, .lines = false};
+    for (std::size_t i = 0; i < names.size(); ++i)
+      series.points.push_back({mean_rate(rows,
+                                         [&](std::size_t r) {
+                                           const double t = rows.number(r, "face_share");
+                                           return rows.number(r, "poisson") > 0 &&
+                                                  rows.text(r, "state") == names[i] &&
+                                                  rows.text(r, "model").starts_with("springs") &&
+                                                  (rows.number(r, "guarded") != 0) == kind.guarded &&
+                                                  t >= kind.lowest && t <= kind.highest;
+                                         }),
+                               chart.y.ticks[i]});
+    chart.series.push_back(std::move(series));
+  }
+  return chart;
+}
+
+Chart landings_chart(const Table& rows) {
+  Chart chart{
+      .title = "How hard a cube may land on its corner (Fig. 5-4)",
+      .subtitle = "what is left of its deformation when it has come to rest; below 1e-3 it turns in the air",
+      .x = {.label = "speed of landing [m/s]"},
+      .y = {.label = "largest stretch of a spring, after", .logarithmic = true, .low = 1e-7, .high = 10}};
+  for (const std::string& model : rows.distinct("model")) {
+    ChartSeries series{.label = model};
+    for (std::size_t r = 0; r < rows.size(); ++r)
+      if (rows.text(r, "model") == model && rows.text(r, "status") == "ok")
+        series.points.push_back({rows.number(r, "speed"), rows.number(r, "max_stretch")});
+    chart.series.push_back(std::move(series));
+  }
+  return chart;
+}
+
+std::string summary(const Table& rows) {
+  std::string lines;
+  for (const std::string& model : rows.distinct("model")) {
+    const double rate = mean_rate(rows, [&](std::size_t r) { return rows.text(r, "model") == model; });
+    lines += fmt::format("{:<40} {:6.1f} % recover\n", model, 100 * rate);
+  }
+  return lines;
+}
+
+ExperimentResult run_recovery(const ExperimentOptions& options, Progress& progress) {
+  const RecoveryConfig config = recovery_config(options);
+  Journal journal = open_journal(options, configuration(config));
+  RecoveryTables tables = measure_recovery(config, options.processes, journal, progress);
+  ExperimentResult result{
+      .status = tables.status, .caption = caption, .configuration = configuration(config)};
+  result.charts = {{"recovery", models_chart(tables.rows, config)},
+                   {"recovery_states", states_chart(tables.rows, config)},
+                   {"recovery_landing", landings_chart(tables.landings)}};
+  result.summary = summary(tables.rows);
+  result.tables = {{"recovery", std::move(tables.rows)}, {"recovery_landing", std::move(tables.landings)}};
+  return result;
+}
+
+/// What the guard was made for, from states so far from any ridge that rounding decides nothing.
+Table guarded(const GuardOptions& options, Progress& progress) {
+  RecoveryConfig config = recovery_config({.quick = true});
+  std::erase_if(config.models, [](const RecoveryModel& m) { return !m.guarded || m.face_share == 0; });
+  std::erase_if(config.states,
+                [](const TrappedState& state) { return state.amount < 1 || state.amount > 2; });
+  for (RecoveryModel& model : config.models) model.seeds = options.quick ? 1 : 5;
+  Journal journal;
+  return measure_recovery(config, 1, journal, progress)
+      .rows.select({"model", "state", "trials", "recovered", "status"});
+}
+
+BodyConfig cube(double damping) {
+  return {.voxels = VoxelGrid::box(recovery_cells, recovery_cells, recovery_cells),
+          .cell_size = 0.2,
+          .damping = {.law = Damping::Law::ratio, .zeta = damping}};
+}
+
+RecoveryModel thesis_model() {
+  RecoveryModel model{.name = "thesis", .model = spring_model, .body = cube(0.05), .lands = true};
+  model.body.sharing = Sharing::uniform;
+  model.body.density = 1;
+  model.body.springs = {.edge = 100, .face = 100, .body = 300, .volume = 0.1};
+  return model;
+}
+
+RecoveryModel material_model(const std::string& name, const std::string& filling, double poisson,
+                             double face_share) {
+  RecoveryModel model{.name = fmt::format("{}, nu = {:g}", name, poisson),
+                      .model = filling,
+                      .body = cube(0.05),
+                      .face_share = face_share,
+                      .poisson = poisson};
+  model.body.fill({.young = 1e6, .poisson = poisson}, face_share);
+  return model;
+}
+
+/// The same, with corners pushed apart before they fold.
+RecoveryModel with_guard(RecoveryModel model) {
+  model.guarded = true;
+  model.body.fold_guard = 5;
+  model.name += guarded_suffix;
+  return model;
+}
+
+}  // namespace
+
+RecoveryConfig recovery_config(const ExperimentOptions& options) {
+  RecoveryConfig config{.models = {thesis_model(), with_guard(thesis_model())},
+                        .states = trapped_states(),
+                        .seed = options.seed};
+  for (const double t : {0.0, 0.5, 1.0})
+    for (const double poisson : {0.25, 0.4, 0.45}) {
+      const RecoveryModel model =
+          material_model(fmt::format("springs, t = {:g}", t), spring_model, poisson, t);
+      config.models.push_back(model);
+      config.models.push_back(with_guard(model));
+    }
+  // The guard's promise is for t = 0.5 and 1: a thousand trials each. Elements take a hundred times as long.
+  for (RecoveryModel& model : config.models)
+    model.seeds = options.quick ? 1 : model.guarded && model.face_share > 0 ? 59 : 12;
+  if (!options.quick)
+    for (const double poisson : {0.25, 0.45})
+      config.models.push_back(material_model("corotational elements", "corotational", poisson, 0.5));
+  for (double speed = 10; speed <= 90; speed += options.quick ? 20 : 5)
+    config.landing_speeds.push_back(speed);
+  return config;
+}
+
+ExperimentInfo recovery() {
+  return {
+      .name = "recovery",
+      .summary =
+          "how often and how fast bodies find back from folded, crushed and mirrored states, with and "
+          "without the guard",
+      .accepts = {.seed = true, .processes = true},
+      .run = run_recovery,
+      .guard = {
+          .keys = {"model", "state"}, .rules = {{"trials", 1e-12}, {"recovered", 1e-12}}, .table = guarded}};
+}
+
+}  // namespace mss

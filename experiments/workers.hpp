@@ -1,0 +1,23 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "experiments/journal.hpp"
+#include "experiments/progress.hpp"
+
+namespace mss {
+
+/// Finds the answers to all cases named that the journal does not have yet, over so many processes, and adds
+/// them to it in the order they are found; an answer depends on its case alone, so that how many processes
+/// there are changes nothing. Numbers that are not finite become null; `processes` 0 means as many as cores.
+/// False if stopped before the end: what has been found is kept. Throws std::runtime_error if a case does, or
+/// if its process dies.
+///
+/// Processes are forked, so nothing here may have started threads: systems belong inside `answer`, and have
+/// one thread.
+bool find_answers(const std::vector<std::string>& cases, const std::function<Json(std::size_t)>& answer,
+                  int processes, Journal& journal, Progress& progress);
+
+}  // namespace mss
