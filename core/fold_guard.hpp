@@ -8,15 +8,15 @@
 namespace mss {
 
 /// Below this share of its volume at rest, a corner of a cell is near folding.
-inline constexpr double fold_guard_begins = 0.3;
+inline constexpr double fold_guard_begins = 0.4;
 
 /// Energy that keeps a cell from folding [J]. Springs see lengths only, to them a mirror image is at rest.
 /// Of every corner, with D the signed volume of its three edges, V0 the cell's volume at rest and k_g the
 /// guard's stiffness [Pa]:
-///   E = k_g V0 / 16 (0.3 - D / V0)^2 where D / V0 < 0.3, else exactly 0.
+///   E = k_g V0 / 16 (0.4 - D / V0)^2 where D / V0 < 0.4, else exactly 0.
 double fold_guard_energy(double stiffness, double rest_volume, const std::array<Vec3, 8>& corners);
 
-/// Second derivatives of that energy by the corners' positions. With g_c = dD/dx_c and q = k_g / 8 (0.3 -
+/// Second derivatives of that energy by the corners' positions. With g_c = dD/dx_c and q = k_g / 8 (0.4 -
 /// D / V0), of every corner near folding: k_g / (8 V0) g_c g_c'^T - q d^2D/dx_c dx_c'. The projected form
 /// leaves out the second term.
 class FoldGuardTangent {

@@ -22,7 +22,7 @@ constexpr const char* caption =
     "to a thousandth, random. All are shaken by a thousandth of a cell, differently for every seed. "
     "Recovered: no spring "
     "longer or shorter by more than 1e-6, and no cell inside out. Guarded: corners whose volume falls below "
-    "0.3 of "
+    "0.4 of "
     "what it is at rest are pushed apart, k_g = 5 shear moduli. Stiffer lattices, other shapes and larger "
     "bodies are left "
     "out.";

@@ -165,9 +165,9 @@ void Algorithm1::add_guard_forces() {
         edge[axis] =
             (1.0 - 2.0 * corner_of[c][axis]) * (particles_[cell.p[along(axis)]].x - particles_[cell.p[c]].x);
       const double ratio = edge[0].dot(edge[1].cross(edge[2])) / cell_volume_;
-      if (ratio >= 0.3) continue;
+      if (ratio >= 0.4) continue;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const Vec3 push = (1.0 - 2.0 * corner_of[c][axis]) * guard_stiffness_ / 8 * (0.3 - ratio) *
+        const Vec3 push = (1.0 - 2.0 * corner_of[c][axis]) * guard_stiffness_ / 8 * (0.4 - ratio) *
                           edge[(axis + 1) % 3].cross(edge[(axis + 2) % 3]);
         particles_[cell.p[along(axis)]].f += push;
         particles_[cell.p[c]].f -= push;
