@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
-#include <limits>
 
 #include "core/cross_matrix.hpp"
 #include "core/fold_guard.hpp"
@@ -20,7 +19,8 @@ Vec3 sides(int corner) {
 
 SpringTangent spring_tangent(double k, double c, double rest_length, const Vec3& d, const Vec3& w,
                              Tangent kind) {
-  const double length = std::max(d.norm(), std::numeric_limits<double>::min());
+  constexpr double shortest = 1e-9;  // of the rest length: across a spring of none, stiffness has no bound
+  const double length = std::max(d.norm(), shortest * rest_length);
   const Vec3 u = d / length;
   const Eigen::Matrix3d along = u * u.transpose();
   double across = k * (1 - rest_length / length);

@@ -5,21 +5,10 @@
 
 #include "core/body_system.hpp"
 #include "experiments/experiment.hpp"
+#include "experiments/fate.hpp"
 #include "experiments/journal.hpp"
 
 namespace mss {
-
-/// What becomes of a cube that is stretched and let go, the worst first that happens to it last.
-enum class Fate {
-  holds,
-  loses_energy,   ///< half of what small steps leave after a slow period, and a twentieth of what there was
-  folds,          ///< a corner of a cell turns inside out on the way
-  blows_up,       ///< has more than ten times the energy it began with, or numbers that are not finite
-  stalls,         ///< a solver finds no solution
-  too_many_steps  ///< for one interval of dt, of methods that choose their own
-};
-std::string_view to_string(Fate fate);
-inline constexpr int fate_count = 6;
 
 /// The cube of 1 m and what is done to it.
 struct AtlasBody {

@@ -19,8 +19,6 @@ namespace {
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr int reference_periods = 4, samples_per_period = 16;
 
-double energy(const Measures& m) { return m.kinetic + m.elastic + m.volume_energy; }
-
 BodyConfig cube(const AtlasBody& body) {
   StabilityConfig config = stability_config({});
   config.poisson = body.poisson;
@@ -80,14 +78,6 @@ Json answer_limit(const AtlasQuestion& question, double omega) {
   return {{"status", to_string(step.status)}, {"dt_omega", step.dt * omega}};
 }
 
-/// What is watched during a run.
-struct Watch {
-  double energy_before = 0, most_energy = 0, least_jacobian = 1;
-  double left = none, reference_left = none;  ///< after a slow period, of the energy before
-
-  bool lost_energy() const { return reference_left - left > std::max(0.5 * reference_left, 0.05); }
-};
-
 /// The reference's energy at a time; the last one known from then on.
 double reference_at(const Json& body, double t) {
   const double sample = t / body["period"].get<double>() * samples_per_period;
@@ -98,53 +88,23 @@ double reference_at(const Json& body, double t) {
   return (1 - share) * energies[i].get<double>() + share * energies[std::min(i + 1, last)].get<double>();
 }
 
-/// Steps, or intervals, of a run: two slow periods, and enough of them to see growth.
+/// Steps, or intervals, of a run: two slow periods, of implicit methods one and an eighth; and enough to see
+/// growth.
 long steps_of(const IntegratorInfo& method, double dt, double period) {
   const long least = method.stepping == Stepping::adaptive ? 4 : method.implicit ? 48 : 512;
-  return std::max(least, long(std::ceil(2 * period / dt)));
+  const double periods = method.stepping == Stepping::fixed && method.implicit ? 1.125 : 2;
+  return std::max(least, long(std::ceil(periods * period / dt)));
 }
 
-Fate fate_of(Status status) {
-  switch (status) {
-    case Status::ok:
-      return Fate::holds;
-    case Status::non_finite:
-      return Fate::blows_up;
-    case Status::step_limit:
-      return Fate::too_many_steps;
-    default:
-      return Fate::stalls;
-  }
-}
-
-/// Follows a run until it ends or fails.
-Fate follow(Integrator<double>& method, BodySystem<double>& system, State<double>& state, const Json& body,
-            double dt, long steps, Watch& watch) {
-  constexpr long looks = 128;
-  constexpr double blown = 10;
-  const double period = body["period"];
-  const long stride = std::max(1L, steps / looks);
-  Work work;
-  watch.energy_before = watch.most_energy = energy(measure(system, state));
-  for (long step = stride; step <= steps; step += stride) {
-    const Status status = method.advance(system, state, double(step) * dt, work);
-    if (status != Status::ok) return fate_of(status);
-    const Measures m = measure(system, state);
-    const double now = energy(m);
-    if (!(now <= blown * watch.energy_before)) return Fate::blows_up;
-    watch.most_energy = std::max(watch.most_energy, now);
-    watch.least_jacobian = std::min(watch.least_jacobian, m.min_jacobian);
-    if (std::isnan(watch.left) && state.t >= period) {
-      watch.left = now / watch.energy_before;
-      watch.reference_left = reference_at(body, state.t) / watch.energy_before;
-    }
-  }
-  if (watch.least_jacobian <= 0) return Fate::folds;
-  return watch.lost_energy() ? Fate::loses_energy : Fate::holds;
-}
+/// Energy after a slow period, of that before.
+struct Left {
+  double energy = none, reference = none;
+  bool lost() const { return reference - energy > std::max(0.5 * reference, 0.05); }
+};
 
 Json answer_fate(const AtlasQuestion& question, const Json& body) {
   constexpr long most_steps = 500;  // of one interval
+  constexpr long most_looks = 128;
   const IntegratorInfo& method = find_integrator(question.integrator);
   const double omega = body["omega"], period = body["period"];
   const double dt = std::exp2(double(question.step) / octave_parts) / omega;
@@ -157,13 +117,24 @@ Json answer_fate(const AtlasQuestion& question, const Json& body) {
                                                .speed_scale = amplitude * 2 * M_PI / period,
                                                .most_steps = most_steps});
   State<double> state = stretched(system, question.body.strain);
+  const long steps = steps_of(method, dt, period), stride = std::max(1L, steps / most_looks);
+  Work work;
   Watch watch;
-  const Fate fate = follow(*integrator, system, state, body, dt, steps_of(method, dt, period), watch);
+  Left left;
+  Fate fate = follow(
+      system, state, steps / stride,
+      [&](long look) { return integrator->advance(system, state, double(look * stride) * dt, work); }, watch,
+      [&](const Measures& m) {
+        if (state.t < period || !std::isnan(left.energy)) return;
+        left = {energy(m) / watch.energy_before, reference_at(body, state.t) / watch.energy_before};
+      });
+  if (fate == Fate::holds)
+    fate = watch.least_jacobian <= 0 ? Fate::folds : left.lost() ? Fate::loses_energy : Fate::holds;
   return {{"fate", int(fate)},
           {"seconds", state.t},
           {"most_energy", watch.most_energy / watch.energy_before},
-          {"energy_left", watch.left},
-          {"reference_left", watch.reference_left},
+          {"energy_left", left.energy},
+          {"reference_left", left.reference},
           {"min_jacobian", watch.least_jacobian}};
 }
 

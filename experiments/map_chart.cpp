@@ -23,16 +23,24 @@ constexpr double page_width = 1200, title_height = 100, foot_height = 105, panel
 
 /// Where panels go, in pixels.
 struct Grid {
-  explicit Grid(std::size_t count) : panels(int(count)), columns(count <= 1 ? 1 : count <= 4 ? 2 : 4) {
+  explicit Grid(const MapChart& chart)
+      : panels(int(chart.panels.size())),
+        columns(panels <= 2   ? 2
+                : panels <= 6 ? 3
+                              : 4),
+        height(chart.panel_height) {
+    constexpr double letter = 9.5;
+    std::size_t longest = 4;
+    for (const std::string& name : chart.y.names) longest = std::max(longest, name.size());
+    left = (chart.y.label.empty() ? 40 : 85) + letter * double(longest);
     rows = (panels + columns - 1) / columns;
   }
-  double left() const { return columns == 1 ? 190 : 130; }
-  double width() const { return (page_width - left() - 25) / columns; }
-  double height() const { return columns == 1 ? 700 : columns == 2 ? 370 : 240; }
-  double page_height() const { return title_height + foot_height + 65 + rows * height(); }
-  double row_top(int row) const { return page_height() - title_height - row * height(); }
+  double width() const { return (page_width - left - 25) / columns; }
+  double page_height() const { return title_height + foot_height + 65 + rows * height; }
+  double row_top(int row) const { return page_height() - title_height - row * height; }
   bool is_lowest(int panel) const { return panel + columns >= panels; }
-  int panels, columns, rows;
+  int panels, columns, rows = 0;
+  double left = 0, height;  ///< of the first panel's left edge, and of every panel
 };
 
 std::string cell_data(const std::string& name, const MapPanel& panel, int kind) {
@@ -70,6 +78,13 @@ std::string panel_data(const MapChart& chart, int index, std::vector<std::string
   return out;
 }
 
+bool is_used(const MapChart& chart, int kind) {
+  for (const MapPanel& panel : chart.panels)
+    for (const MapCell& cell : panel.cells)
+      if (cell.kind == kind) return true;
+  return false;
+}
+
 std::string legend_commands(const MapChart& chart, const Grid& grid) {
   constexpr double box_width = 34, box_height = 18, space = 12, letter = 8.6, from_foot = 52;
   const double height = grid.page_height();
@@ -85,8 +100,10 @@ std::string legend_commands(const MapChart& chart, const Grid& grid) {
     return fmt::format("screen {}, screen {}", (x + right) / page_width, (from_foot + up) / height);
   };
   for (std::size_t kind = 0; kind < chart.kinds.size(); ++kind)
-    put(chart.kinds[kind], fmt::format("set object rectangle from {} to {} {}\n", corner(0, -box_height / 2),
-                                       corner(box_width, box_height / 2), fills[kind]));
+    if (is_used(chart, int(kind)))
+      put(chart.kinds[kind],
+          fmt::format("set object rectangle from {} to {} {}\n", corner(0, -box_height / 2),
+                      corner(box_width, box_height / 2), fills[kind]));
   if (!chart.line_label.empty())
     put(chart.line_label, fmt::format("set arrow from {} to {} nohead lc 'black' lw 2.2\n", corner(0, 0),
                                       corner(box_width, 0)));
@@ -109,18 +126,21 @@ std::string page_commands(const MapChart& chart, const Grid& grid) {
 std::string panel_commands(const MapChart& chart, const Grid& grid, int index,
                            const std::vector<std::string>& plots) {
   const int row = index / grid.columns, column = index % grid.columns;
-  const double left = grid.left() + column * grid.width(), top = grid.row_top(row) - 26;
-  ChartAxis x = chart.x, y = chart.y;
-  if (!grid.is_lowest(index)) x.label = "";
+  const double left = grid.left + column * grid.width(), top = grid.row_top(row) - 26;
+  const std::optional<ChartAxis>& own_x = chart.panels[std::size_t(index)].x;
+  ChartAxis x = own_x.value_or(chart.x), y = chart.y;
+  if (!own_x && !grid.is_lowest(index)) x.label = "";
   if (column > 0 || (grid.rows > 1 && row != (grid.rows - 1) / 2)) y.label = "";
+  if (column > 0) y.names.assign(y.names.size(), "");
+  const double foot = own_x ? 72 : 44;  // below a panel
   std::string out = fmt::format(
       "set lmargin at screen {}\nset rmargin at screen {}\nset tmargin at screen {}\nset bmargin at screen "
       "{}\n",
       left / page_width, (left + grid.width() - panel_gap) / page_width, top / grid.page_height(),
-      (top - grid.height() + 44) / grid.page_height());
+      (top - grid.height + foot) / grid.page_height());
   out += "set border 3 lc '#404040'\nset tics nomirror out tc '#202020'\nunset logscale\n";
   out += axis_commands('x', x) + axis_commands('y', y) + "set xtics nomirror out\nset ytics nomirror out\n";
-  if (!grid.is_lowest(index)) out += "set format x ''\n";
+  if (!own_x && !grid.is_lowest(index)) out += "set format x ''\n";
   if (column > 0) out += "set format y ''\n";
   out += fmt::format("set title {} offset 0, -0.6\n",
                      scaled_text(chart.panels[std::size_t(index)].title, 0.95, true));
@@ -128,7 +148,7 @@ std::string panel_commands(const MapChart& chart, const Grid& grid, int index,
 }
 
 std::string script(const MapChart& chart, const std::string& svg, const std::string& png) {
-  const Grid grid(chart.panels.size());
+  const Grid grid(chart);
   std::string data = "set encoding utf8\n", pages;
   for (int panel = 0; panel < grid.panels; ++panel) {
     std::vector<std::string> plots;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,11 +15,12 @@ struct MapCell {
   int kind;  ///< index into MapChart::kinds
 };
 
-/// One map among several over the same axes.
+/// One map among several over the same axes, or at least the same y.
 struct MapPanel {
   std::string title;
   std::vector<MapCell> cells = {};
   std::vector<ChartPoint> line = {};  ///< drawn over the cells
+  std::optional<ChartAxis> x = {};    ///< in place of the chart's
 };
 
 /// Maps side by side: what is found where. Kinds differ in lightness or hatching, so that a grey print still
@@ -32,6 +34,7 @@ struct MapChart {
   std::vector<std::string> kinds;
   std::string line_label = {};  ///< of the panels' lines; empty: there are none
   std::vector<MapPanel> panels = {};
+  double panel_height = 240;  ///< [px]; width is a quarter of the page, or more where there are few
 };
 
 /// Whether there is anything to draw.

@@ -1,0 +1,238 @@
+// Where methods fail beyond what linear theory knows: cubes dropped, spun, torn, crushed, folded, nearly
+// incompressible, with steps that jump; and random scenes at the safe step, where none should. Runs are in
+// failures_runs.cpp.
+#include "experiments/failures.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "experiments/workers.hpp"
+
+namespace mss {
+
+namespace {
+
+constexpr const char* caption =
+    "A cube of 1 m, 3 x 3 x 3 cells, E = 1 MPa, nu = 0.3, t = 0.5, damping 0.1 of every spring's critical, "
+    "is "
+    "followed for twenty times as long as sound takes there and back. Methods with a largest step take 0.9 "
+    "of the "
+    "one they are sure of, the others ten times symplectic Euler's, or are asked for such intervals. Drops "
+    "are "
+    "speeds of impact on a plane, without gravity; `spins` counts in 2 c / L, c the speed of sound; "
+    "`merged`: so many "
+    "particles of an edge are put where its first is; `dt jumps`: every other step is so much shorter. "
+    "Folds: a corner "
+    "of a cell is inside out at the end. Blows up: ten times the energy at the beginning. Of each pair of "
+    "bars the "
+    "lower one is with the guard against folding. Random scenes: bodies of up to 5 x 5 x 5 cells with gaps, "
+    "E 1 kPa "
+    "to 1 GPa, nu 0 to 0.45, t 0.25 to 1, damping 0.01 to 1, stretched by up to 10 percent and rattled, half "
+    "of them "
+    "on a plane, a third held; 2000 steps. Different masses within a body are left out.";
+
+/// A case of the journal, and what answers it.
+struct Case {
+  std::string name;
+  std::function<FailureRun()> run;
+};
+
+std::string name_of(const FailureScene& scene, double severity, bool guarded, const std::string& integrator) {
+  return fmt::format("{} {:g}{}, {}", scene.name, severity, guarded ? ", guarded" : "", integrator);
+}
+std::string name_of(std::uint64_t seed) { return fmt::format("random {}", seed); }
+
+Hardship hardship_of(const FailureScene& scene, double severity, bool guarded) {
+  Hardship hardship = at_ease();
+  scene.set(hardship, severity);
+  if (guarded) hardship.body.fold_guard = 5;
+  return hardship;
+}
+
+std::vector<Case> cases_of(const FailureConfig& config) {
+  std::vector<Case> cases;
+  for (const FailureScene& scene : config.scenes)
+    for (const double severity : scene.severities)
+      for (const bool guarded : {false, true})
+        for (const std::string& integrator : config.integrators)
+          cases.push_back(
+              {name_of(scene, severity, guarded, integrator), [&scene, severity, guarded, &integrator] {
+                 return try_scene(hardship_of(scene, severity, guarded), find_integrator(integrator));
+               }});
+  for (int i = 0; i < config.random_scenes; ++i)
+    cases.push_back({name_of(config.seed + std::uint64_t(i)),
+                     [seed = config.seed + std::uint64_t(i)] { return try_scene(random_scene(seed)); }});
+  return cases;
+}
+
+Json to_json(const FailureRun& run) {
+  return {{"fate", int(run.fate)},
+          {"dt", run.dt},
+          {"seconds", run.seconds},
+          {"most_energy", run.watch.most_energy / run.watch.energy_before},
+          {"min_jacobian", run.watch.last_jacobian}};
+}
+
+/// What rows of both tables end with.
+void add_answer(const Json& a, std::vector<Cell> row, Table& table) {
+  for (const char* column : {"dt", "seconds", "most_energy", "min_jacobian"})
+    row.emplace_back(a[column].is_null() ? std::nan("") : a[column].get<double>());
+  row.emplace_back(std::string(to_string(Fate(a["fate"].get<int>()))));
+  table.add(std::move(row));
+}
+
+std::vector<Column> with_answer(std::vector<Column> columns) {
+  for (const Column& column : {Column{"dt", "s"}, Column{"seconds", "s"}, Column{"most_energy"},
+                               Column{"min_jacobian"}, Column{"status"}})
+    columns.push_back(column);
+  return columns;
+}
+
+FailureTables tables_of(const FailureConfig& config, const Journal& journal) {
+  FailureTables tables{
+      .rows = Table(with_answer({{"scene"}, {"severity"}, {"guarded"}, {"integrator"}})),
+      .random = Table(with_answer({{"seed"}, {"integrator"}, {"cells"}, {"ratio"}, {"poisson"}}))};
+  for (const FailureScene& scene : config.scenes)
+    for (const double severity : scene.severities)
+      for (const bool guarded : {false, true})
+        for (const std::string& integrator : config.integrators)
+          if (const Json* a = journal.find(name_of(scene, severity, guarded, integrator)))
+            add_answer(*a, {scene.name, severity, guarded ? 1 : 0, integrator}, tables.rows);
+  for (int i = 0; i < config.random_scenes; ++i) {
+    const std::uint64_t seed = config.seed + std::uint64_t(i);
+    if (const Json* a = journal.find(name_of(seed))) {
+      const RandomScene scene = random_scene(seed);
+      add_answer(*a,
+                 {std::int64_t(seed), scene.integrator, std::int64_t(scene.body.voxels.count()),
+                  scene.body.damping.zeta, scene.body.elastic->poisson},
+                 tables.random);
+    }
+  }
+  return tables;
+}
+
+MapPanel panel_of(const FailureConfig& config, const FailureScene& scene, const Journal& journal) {
+  constexpr double gap = 0.06;
+  const double rows = double(config.integrators.size());
+  MapPanel panel{.title = scene.label,
+                 .x = ChartAxis{.label = "", .low = -0.5, .high = double(scene.severities.size()) - 0.5}};
+  for (std::size_t s = 0; s < scene.severities.size(); ++s) {
+    const double x = double(s);
+    panel.x->ticks.push_back(x);
+    panel.x->names.push_back(fmt::format("{:g}", scene.severities[s]));
+    for (std::size_t i = 0; i < config.integrators.size(); ++i)
+      for (const bool guarded : {false, true})
+        if (const Json* a =
+                journal.find(name_of(scene, scene.severities[s], guarded, config.integrators[i]))) {
+          const double y = rows - double(i);
+          panel.cells.push_back({x - 0.5 + gap, x + 0.5 - gap, guarded ? y - 0.44 : y, guarded ? y : y + 0.44,
+                                 (*a)["fate"].get<int>()});
+        }
+  }
+  return panel;
+}
+
+MapChart map_of(const FailureConfig& config, const Journal& journal) {
+  ChartAxis y{
+      .label = "", .low = 0.4, .high = double(config.integrators.size()) + 0.6, .names = config.integrators};
+  for (std::size_t i = 0; i < config.integrators.size(); ++i)
+    y.ticks.push_back(double(config.integrators.size() - i));
+  MapChart chart{
+      .title = "Where methods fail",
+      .subtitle =
+          "each at a step it is sure of, or ten times that; upper half of a bar: plain, lower half: "
+          "guarded against folding",
+      .x = {.label = ""},
+      .y = y,
+      .kinds = fate_names(),
+      .panel_height = 400};
+  for (const FailureScene& scene : config.scenes) chart.panels.push_back(panel_of(config, scene, journal));
+  return chart;
+}
+
+std::string summary(const FailureTables& tables) {
+  std::map<std::string, std::map<bool, std::pair<int, int>>> held;  // by scene and guard, of how many
+  for (std::size_t r = 0; r < tables.rows.size(); ++r) {
+    auto& [holding, all] = held[tables.rows.text(r, "scene")][tables.rows.number(r, "guarded") != 0];
+    holding += tables.rows.text(r, "status") == "holds" ? 1 : 0;
+    ++all;
+  }
+  std::string lines;
+  for (const std::string& scene : tables.rows.distinct("scene"))
+    lines += fmt::format("{:<16} {:3} of {} runs hold, guarded {:3} of {}\n", scene, held[scene][false].first,
+                         held[scene][false].second, held[scene][true].first, held[scene][true].second);
+  int failed = 0;
+  for (std::size_t r = 0; r < tables.random.size(); ++r)
+    failed += tables.random.text(r, "status") == "holds" ? 0 : 1;
+  return lines + fmt::format("random scenes at the safe step: {} of {} fail\n", failed, tables.random.size());
+}
+
+Json configuration(const FailureConfig& c) {
+  Json scenes = Json::array();
+  for (const FailureScene& scene : c.scenes)
+    scenes.push_back({{"name", scene.name}, {"severities", scene.severities}});
+  return {{"scenes", scenes},
+          {"integrators", c.integrators},
+          {"random_scenes", c.random_scenes},
+          {"seed", c.seed}};
+}
+
+ExperimentResult run_failures(const ExperimentOptions& options, Progress& progress) {
+  const FailureConfig config = failure_config(options);
+  Journal journal = open_journal(options, configuration(config));
+  FailureTables tables = measure_failures(config, options.processes, journal, progress);
+  ExperimentResult result{
+      .status = tables.status, .caption = caption, .configuration = configuration(config)};
+  result.maps = {{"failures", map_of(config, journal)}};
+  result.summary = summary(tables);
+  result.tables = {{"failures", std::move(tables.rows)}, {"failures_random", std::move(tables.random)}};
+  return result;
+}
+
+/// The step that is called safe is.
+Table guarded(const GuardOptions& options, Progress& progress) {
+  FailureConfig config = failure_config({.quick = options.quick});
+  config.scenes.clear();
+  Journal journal;
+  return measure_failures(config, 1, journal, progress)
+      .random.select({"seed", "integrator", "cells", "dt", "status"});
+}
+
+}  // namespace
+
+FailureTables measure_failures(const FailureConfig& config, int processes, Journal& journal,
+                               Progress& progress) {
+  const std::vector<Case> cases = cases_of(config);
+  std::vector<std::string> names;
+  for (const Case& c : cases) names.push_back(c.name);
+  const bool done = find_answers(
+      names, [&](std::size_t i) { return to_json(cases[i].run()); }, processes, journal, progress);
+  FailureTables tables = tables_of(config, journal);
+  if (!done) tables.status = Status::interrupted;
+  return tables;
+}
+
+FailureConfig failure_config(const ExperimentOptions& options) {
+  FailureConfig config{.scenes = failure_scenes(),
+                       .integrators = moving_integrators(options.integrators),
+                       .random_scenes = options.quick ? 100 : 1000,
+                       .seed = options.seed};
+  if (options.quick)
+    for (FailureScene& scene : config.scenes)
+      scene.severities = {scene.severities.front(), scene.severities.back()};
+  return config;
+}
+
+ExperimentInfo failures() {
+  return {.name = "failures",
+          .under = "stability",
+          .summary =
+              "cubes dropped, spun, torn, crushed and folded, per integrator; random scenes at the safe step",
+          .accepts = {.integrators = true, .seed = true, .processes = true},
+          .run = run_failures,
+          .guard = {.keys = {"seed"}, .rules = {{"dt", 1e-9}}, .table = guarded}};
+}
+
+}  // namespace mss
