@@ -36,7 +36,7 @@ struct RecoveryConfig {
   std::vector<RecoveryModel> models;
   std::vector<TrappedState> states;
   std::uint64_t seed = 1;                ///< the first
-  std::vector<double> landing_speeds{};  ///< [m/s]
+  std::vector<double> landing_speeds{};  ///< tried in turn until a cube stays folded [m/s]
 };
 RecoveryConfig recovery_config(const ExperimentOptions& options);
 
@@ -54,19 +54,32 @@ std::string_view to_string(Recovery outcome);
 
 struct Trial {
   Recovery outcome = Recovery::recovered;
-  double seconds = 0;      ///< simulated, until then [s]
-  double max_stretch = 0;  ///< at the end
+  double seconds = 0;       ///< simulated, until then [s]
+  double max_stretch = 0;   ///< at the end
+  double min_jacobian = 1;  ///< at the end
 };
 
 /// Puts the body of a system into a state and lets go.
 Trial try_recovery(BodySystem<double>& system, const TrappedState& trap, std::uint64_t seed);
 
-/// Lands a cube on its corner at a speed [m/s], lets it bounce and come to rest in the air.
-Trial try_landing(const RecoveryModel& model, double speed);
+/// What a cube lands on: a corner, an edge or a face.
+struct Landing {
+  std::string name;
+  Vec3 up;  ///< normal of the ground, of length 1
+};
+const std::vector<Landing>& landings();
+
+/// Lands a cube at a speed [m/s], lets it bounce and come to rest in the air: recovered if nothing is inside
+/// out then, however fast it turns.
+Trial try_landing(const RecoveryModel& model, const Landing& landing, double speed);
+
+/// What a step costs, models taking turns, and how far the guard moves anything where nothing is near
+/// folding.
+Table measure_costs(const RecoveryConfig& config, const Progress& progress);
 
 struct RecoveryTables {
   Table rows;      ///< per model and state
-  Table landings;  ///< per model and speed
+  Table landings;  ///< per model and landing: the speed at which it stays folded first
   Status status = Status::ok;
 };
 RecoveryTables measure_recovery(const RecoveryConfig& config, int processes, Journal& journal,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -12,6 +13,7 @@
 #include "core/measures.hpp"
 #include "experiments/model.hpp"
 #include "experiments/recovery.hpp"
+#include "experiments/statistics.hpp"
 #include "experiments/workers.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/stable_step.hpp"
@@ -42,22 +44,24 @@ Trial settle(BodySystem<double>& system, State<double>& state, double at_ease) {
   Work work;
   double before = none;
   int unchanged = 0;
+  Trial trial{.outcome = Recovery::moving};
   for (long i = 1; i <= most_looks; ++i) {
     const Status status = integrator->advance(system, state, double(i * look) * dt, work);
     const Measures m = measure(system, state);
     const double stored = m.elastic + m.volume_energy;
+    trial.seconds = state.t;
     if (status != Status::ok || !std::isfinite(stored))
-      return {.outcome = Recovery::non_finite, .seconds = state.t, .max_stretch = none};
-    if (m.max_stretch < at_ease)
-      return {.outcome = m.min_jacobian > 0 ? Recovery::recovered : Recovery::mirrored,
-              .seconds = state.t,
-              .max_stretch = m.max_stretch};
+      return {.outcome = Recovery::non_finite, .seconds = state.t, .max_stretch = none, .min_jacobian = none};
+    trial.max_stretch = m.max_stretch;
+    trial.min_jacobian = m.min_jacobian;
     unchanged = std::abs(stored - before) <= same * stored ? unchanged + 1 : 0;
     before = stored;
-    if (unchanged == same_looks)
-      return {.outcome = Recovery::trapped, .seconds = state.t, .max_stretch = m.max_stretch};
+    if (m.max_stretch < at_ease)
+      trial.outcome = m.min_jacobian > 0 ? Recovery::recovered : Recovery::mirrored;
+    if (unchanged == same_looks) trial.outcome = Recovery::trapped;
+    if (trial.outcome != Recovery::moving) break;
   }
-  return {.outcome = Recovery::moving, .seconds = state.t, .max_stretch = measure(system, state).max_stretch};
+  return trial;
 }
 
 /// Of one model and state.
@@ -73,27 +77,34 @@ struct Tally {
   }
 };
 
-double median(std::vector<double> values) {
-  if (values.empty()) return none;
-  std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
 /// All seeds of a model in a state.
 Json answer_of(const RecoveryModel& model, const TrappedState& trap, std::uint64_t first_seed) {
   const Body body(model.body);
   const auto system = make_system<double>(model.model, body, {}, 1);
   Tally tally;
   for (int i = 0; i < model.seeds; ++i) tally.add(try_recovery(*system, trap, first_seed + std::uint64_t(i)));
-  Json answer{{"seconds", median(tally.seconds)}, {"worst", tally.worst_stretch}};
+  Json answer{{"seconds", tally.seconds.empty() ? none : quantile(tally.seconds, 0.5)},
+              {"worst", tally.worst_stretch}};
   for (const Recovery outcome : outcomes) answer[to_string(outcome)] = tally.outcomes[outcome];
   return answer;
 }
 
-Json answer_of(const RecoveryModel& model, double speed) {
-  const Trial trial = try_landing(model, speed);
-  return {
-      {"outcome", to_string(trial.outcome)}, {"seconds", trial.seconds}, {"max_stretch", trial.max_stretch}};
+/// Harder and harder, until it stays folded.
+Json answer_of(const RecoveryModel& model, const Landing& landing, const std::vector<double>& speeds) {
+  Json answer{{"recovers_to", none}, {"folds_at", none}, {"max_stretch", none}, {"min_jacobian", none}};
+  for (const double speed : speeds) {
+    const Trial trial = try_landing(model, landing, speed);
+    answer["outcome"] = to_string(trial.outcome);
+    if (trial.outcome == Recovery::recovered) {
+      answer["recovers_to"] = speed;
+      continue;
+    }
+    answer["folds_at"] = speed;
+    answer["max_stretch"] = trial.max_stretch;
+    answer["min_jacobian"] = trial.min_jacobian;
+    break;
+  }
+  return answer;
 }
 
 /// The outcome of most that did not recover, or that they all did.
@@ -114,16 +125,21 @@ struct Case {
   std::function<Json()> answer;
 };
 
+std::string name_of(const RecoveryModel& model, const Landing& landing) {
+  return fmt::format("{}, lands on its {}", model.name, landing.name);
+}
+
 std::vector<Case> cases_of(const RecoveryConfig& config) {
   std::vector<Case> cases;
   for (const RecoveryModel& model : config.models) {
     for (const TrappedState& trap : config.states)
       cases.push_back({model.name + ", " + to_string(trap),
                        [&model, &trap, &config] { return answer_of(model, trap, config.seed); }});
-    if (model.lands)
-      for (const double speed : config.landing_speeds)
-        cases.push_back({fmt::format("{}, landing at {:g} m/s", model.name, speed),
-                         [&model, speed] { return answer_of(model, speed); }});
+    if (model.lands && !config.landing_speeds.empty())
+      for (const Landing& landing : landings())
+        cases.push_back({name_of(model, landing), [&model, &landing, &config] {
+                           return answer_of(model, landing, config.landing_speeds);
+                         }});
   }
   return cases;
 }
@@ -144,12 +160,13 @@ void add_rows(const RecoveryConfig& config, const Journal& journal, RecoveryTabl
                                number(a, "worst"), usual(a)});
         tables.rows.add(std::move(row));
       }
-    for (const double speed : config.landing_speeds)
-      if (const Json* found = journal.find(fmt::format("{}, landing at {:g} m/s", m.name, speed))) {
+    for (const Landing& landing : landings())
+      if (const Json* found = journal.find(name_of(m, landing))) {
         const Json& a = *found;
         const std::string outcome = a["outcome"];
-        tables.landings.add({m.name, m.guarded ? 1 : 0, speed, outcome, number(a, "seconds"),
-                             number(a, "max_stretch"), outcome == "non_finite" ? "non_finite" : "ok"});
+        tables.landings.add({m.name, m.guarded ? 1 : 0, landing.name, number(a, "recovers_to"),
+                             number(a, "folds_at"), number(a, "max_stretch"), number(a, "min_jacobian"),
+                             outcome == "recovered" ? "recovers at any tried" : outcome});
       }
   }
 }
@@ -172,10 +189,11 @@ RecoveryTables empty_tables() {
                          {"status"}}),
           .landings = Table({{"model"},
                              {"guarded"},
-                             {"speed", "m/s"},
-                             {"outcome"},
-                             {"seconds", "s"},
+                             {"landing"},
+                             {"recovers_to", "m/s"},
+                             {"folds_at", "m/s"},
                              {"max_stretch"},
+                             {"min_jacobian"},
                              {"status"}})};
 }
 
@@ -194,17 +212,74 @@ Trial try_recovery(BodySystem<double>& system, const TrappedState& trap, std::ui
   return settle(system, state, at_rest);
 }
 
-Trial try_landing(const RecoveryModel& model, double speed) {
-  constexpr double bounced_and_turning = 1e-3;  // turning stretches a little
-  const Vec3 diagonal = Vec3::Ones().normalized();
+Trial try_landing(const RecoveryModel& model, const Landing& landing, double speed) {
+  constexpr double above = 1e-3;  // of a cell
   BodyConfig config = model.body;
-  config.origin = 1e-3 * config.cell_size * Vec3::Ones();
-  const Environment ground{.planes = {{.point = Vec3::Zero(), .normal = diagonal, .restitution = 0.5}}};
+  config.origin = above * config.cell_size * Vec3::Ones();
+  const Environment ground{.planes = {{.point = Vec3::Zero(), .normal = landing.up, .restitution = 0.5}}};
   const Body body(config);
   const auto system = make_system<double>(model.model, body, ground, 1);
   State<double> state = system->rest_state();
-  for (const std::ptrdiff_t site : system->particles()) state.v.set(site, -speed * diagonal);
-  return settle(*system, state, bounced_and_turning);
+  for (const std::ptrdiff_t site : system->particles()) state.v.set(site, -speed * landing.up);
+  Trial trial = settle(*system, state, at_rest);
+  const bool unfolded = trial.min_jacobian > 0;
+  if (unfolded && (trial.outcome == Recovery::trapped || trial.outcome == Recovery::moving))
+    trial.outcome = Recovery::recovered;
+  return trial;
+}
+
+namespace {
+
+/// A cube that is stretched by a twentieth and let go, as in ordinary scenes.
+struct Ordinary {
+  explicit Ordinary(const RecoveryModel& model)
+      : body(model.body), system(make_system<double>(model.model, body, {}, 1)), state(system->rest_state()) {
+    constexpr double strain = 0.05;
+    dt = safe_share * stable_step(method(), system->spectral_bound());
+    integrator = method().make<double>({.dt = dt});
+    for (const std::ptrdiff_t site : system->particles())
+      state.x.set(site, state.x.at(site).cwiseProduct(Vec3(1 + strain, 1, 1)));
+  }
+  void advance(long steps) {
+    Work work;
+    integrator->advance(*system, state, state.t + double(steps) * dt, work);
+  }
+  Body body;
+  std::unique_ptr<BodySystem<double>> system;
+  State<double> state;
+  double dt = 0;
+  std::unique_ptr<Integrator<double>> integrator;
+};
+
+/// The largest difference of a coordinate of two such cubes [m].
+double difference(const Ordinary& a, const Ordinary& b) {
+  return (a.state.x.array() - b.state.x.array()).abs().maxCoeff();
+}
+
+}  // namespace
+
+Table measure_costs(const RecoveryConfig& config, const Progress& progress) {
+  constexpr int repetitions = 15;
+  constexpr long steps = 500;
+  using Clock = std::chrono::steady_clock;
+  std::vector<std::unique_ptr<Ordinary>> cubes;
+  for (const RecoveryModel& model : config.models) cubes.push_back(std::make_unique<Ordinary>(model));
+  std::vector<std::vector<double>> seconds(cubes.size());
+  take_turns(repetitions, cubes.size(), progress, [&](std::size_t i) {
+    const auto begin = Clock::now();
+    cubes[i]->advance(steps);
+    seconds[i].push_back(std::chrono::duration<double>(Clock::now() - begin).count() / double(steps));
+  });
+  Table table(
+      {{"model"}, {"guarded"}, {"median", "s"}, {"q1", "s"}, {"q3", "s"}, {"difference", "m"}, {"status"}});
+  for (std::size_t i = 0; i < cubes.size(); ++i) {
+    const bool measured = seconds[i].size() == repetitions;
+    const double apart = config.models[i].guarded ? difference(*cubes[i], *cubes[i - 1]) : 0;
+    table.add({config.models[i].name, config.models[i].guarded ? 1 : 0,
+               measured ? quantile(seconds[i], 0.5) : none, measured ? quantile(seconds[i], 0.25) : none,
+               measured ? quantile(seconds[i], 0.75) : none, apart, measured ? "ok" : "interrupted"});
+  }
+  return table;
 }
 
 RecoveryTables measure_recovery(const RecoveryConfig& config, int processes, Journal& journal,

@@ -62,6 +62,12 @@ const std::vector<TrappedState>& trapped_states() {
   return all;
 }
 
+const std::vector<Landing>& landings() {
+  static const std::vector<Landing> all{
+      {"corner", Vec3(1, 1, 1).normalized()}, {"edge", Vec3(0, 1, 1).normalized()}, {"face", Vec3::UnitZ()}};
+  return all;
+}
+
 std::string to_string(const TrappedState& state) {
   return state.amount == 0 ? state.name : fmt::format("{} {:g}", state.name, state.amount);
 }
