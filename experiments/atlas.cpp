@@ -398,7 +398,7 @@ AtlasConfig atlas_config(const ExperimentOptions& options) {
                                  [](AtlasBody& body, double value) { body.poisson = value; }},
                                 {"strain",
                                  "stretch before it is let go",
-                                 {-0.95, -0.8, -0.5, -0.2, -0.05, 0.05, 0.2, 0.5, 1, 2, 3},
+                                 {-0.95, -0.8, -0.5, -0.2, 0.01, 0.2, 0.5, 1, 2, 3},
                                  1,
                                  [](AtlasBody& body, double value) { body.strain = value; }},
                                 {"cells",

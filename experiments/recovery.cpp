@@ -93,36 +93,54 @@ Chart models_chart(const Table& rows, const RecoveryConfig& config) {
   return chart;
 }
 
-Chart states_chart(const Table& rows, const RecoveryConfig& config) {
+/// A column of the map of states: a filling, with and without its guard, as t over nu.
+std::string short_name(const RecoveryModel& model) {
+  if (model.poisson == 0) return "thesis";
+  const auto digits = [](double x) {
+    const std::string text = fmt::format("{:g}", x);
+    return text.starts_with("0.") ? text.substr(1) : text;
+  };
+  const bool springs = model.model == spring_model;
+  return (springs ? digits(model.face_share) : "FEM") + "\n" + digits(model.poisson);
+}
+
+/// How a rate is drawn: index into the map's kinds.
+int kind_of(double rate) { return rate == 1 ? 0 : rate > 0.5 ? 1 : rate > 0 ? 2 : 3; }
+
+MapPanel states_panel(const Table& rows, const RecoveryConfig& config, bool guarded) {
+  MapPanel panel{.title = guarded ? "guarded against folding; t over nu" : "plain; t over nu"};
+  ChartAxis x{.label = "", .low = 0.4};
+  const double states = double(config.states.size());
+  for (const RecoveryModel& model : config.models) {
+    if (model.guarded != guarded) continue;
+    const double column = double(x.ticks.size()) + 1;
+    x.ticks.push_back(column);
+    x.names.push_back(short_name(model));
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      if (rows.text(r, "model") != model.name) continue;
+      const auto state = std::find_if(config.states.begin(), config.states.end(), [&](const TrappedState& s) {
+        return to_string(s) == rows.text(r, "state");
+      });
+      const double y = states - double(state - config.states.begin());
+      panel.cells.push_back(
+          {column - 0.45, column + 0.45, y - 0.4, y + 0.4, kind_of(rows.number(r, "rate"))});
+    }
+  }
+  x.high = double(x.ticks.size()) + 0.6;
+  panel.x = x;
+  return panel;
+}
+
+MapChart states_map(const Table& rows, const RecoveryConfig& config) {
   std::vector<std::string> names;
   for (const TrappedState& state : config.states) names.push_back(to_string(state));
-  Chart chart{.title = "Which states trap springs",
-              .subtitle = "calibrated springs, mean over nu; numbers are cells",
-              .x = share_axis(),
-              .y = named_rows(names)};
-  struct Kind {
-    const char* label;
-    bool guarded;
-    double lowest, highest;  ///< face shares
-  };
-  for (const Kind& kind :
-       {Kind{"t = 0", false, 0, 0}, Kind{"t = 0.5", false, 0.5, 0.5}, Kind{"t = 1", false, 1, 1},
-        Kind{"t = 0.5 and 1, guarded", true, 0.5, 1}, Kind{"t = 0, guarded", true, 0, 0}}) {
-    ChartSeries series{.label = kind.label, .lines = false};
-    for (std::size_t i = 0; i < names.size(); ++i)
-      series.points.push_back({mean_rate(rows,
-                                         [&](std::size_t r) {
-                                           const double t = rows.number(r, "face_share");
-                                           return rows.number(r, "poisson") > 0 &&
-                                                  rows.text(r, "state") == names[i] &&
-                                                  rows.text(r, "model").starts_with("springs") &&
-                                                  (rows.number(r, "guarded") != 0) == kind.guarded &&
-                                                  t >= kind.lowest && t <= kind.highest;
-                                         }),
-                               chart.y.ticks[i]});
-    chart.series.push_back(std::move(series));
-  }
-  return chart;
+  return {.title = "Which states trap which filling",
+          .subtitle = "share of seeds that find back to their shape; numbers behind states are cells",
+          .x = {.label = ""},
+          .y = named_rows(names),
+          .kinds = {"all recover", "more than half", "half or less", "none"},
+          .panels = {states_panel(rows, config, false), states_panel(rows, config, true)},
+          .panel_height = 640};
 }
 
 Chart landings_chart(const Table& rows, const RecoveryConfig& config) {
@@ -132,9 +150,10 @@ Chart landings_chart(const Table& rows, const RecoveryConfig& config) {
       names.push_back(rows.text(r, "model") + ", " + rows.text(r, "landing"));
   Chart chart{
       .title = "How hard a cube may land before it stays folded (Fig. 5-4)",
-      .subtitle =
-          fmt::format("cube of 3 x 3 x 3 cells; tried up to {:.3g} m/s, each speed a tenth above the last",
-                      config.landing_speeds.empty() ? 0 : config.landing_speeds.back()),
+      .subtitle = fmt::format(
+          "cube of 3 x 3 x 3 cells; tried from {:.3g} to {:.3g} m/s, each speed {:g} times the last",
+          config.landing_speeds.front(), config.landing_speeds.back(),
+          config.landing_speeds[1] / config.landing_speeds[0]),
       .x = {.label = "speed of landing [m/s]", .logarithmic = true, .ticks = {5, 10, 20, 50, 100, 200, 500}},
       .y = named_rows(names)};
   struct Kind {
@@ -156,7 +175,7 @@ Chart landings_chart(const Table& rows, const RecoveryConfig& config) {
       series.points.push_back({rows.number(r, folds ? "folds_at" : "recovers_to"),
                                chart.y.ticks[std::size_t(row - names.begin())]});
     }
-    chart.series.push_back(std::move(series));
+    if (!series.points.empty()) chart.series.push_back(std::move(series));
   }
   return chart;
 }
@@ -178,8 +197,8 @@ ExperimentResult run_recovery(const ExperimentOptions& options, Progress& progre
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
   result.charts = {{"recovery", models_chart(tables.rows, config)},
-                   {"recovery_states", states_chart(tables.rows, config)},
                    {"recovery_landing", landings_chart(tables.landings, config)}};
+  result.maps = {{"recovery_states", states_map(tables.rows, config)}};
   result.summary = summary(tables.rows);
   result.tables = {{"recovery", std::move(tables.rows)},
                    {"recovery_landing", std::move(tables.landings)},
