@@ -407,6 +407,11 @@ void sweep_blocks(SweepPlane<Real>& argument) {
     const std::uint32_t entry = p.entry[b];
     const Real* coefficient =
         p.dictionary + std::ptrdiff_t(entry) * std::ptrdiff_t{coefficients_per_lane} * W;
+    if constexpr (Guards != 0)
+      if (p.content[entry] == (block_edges | block_faces | Guards)) {  // neither body diagonals nor volume
+        do_block<Block, block_edges | block_faces | Guards>(p, b * W, coefficient, carry);
+        continue;
+      }
     switch (p.content[entry]) {
       case 0:
         do_block<Block, 0>(p, b * W, coefficient, carry);
@@ -414,8 +419,8 @@ void sweep_blocks(SweepPlane<Real>& argument) {
       case block_edges | block_faces:  // upper faces of the body, or neither body diagonals nor volume
         do_block<Block, block_edges | block_faces>(p, b * W, coefficient, carry);
         break;
-      case block_edges | block_cells:  // no face diagonals
-        do_block<Block, block_edges | block_cells>(p, b * W, coefficient, carry);
+      case block_edges | block_cells | Guards:  // no face diagonals
+        do_block<Block, block_edges | block_cells | Guards>(p, b * W, coefficient, carry);
         break;
       default:
         do_block<Block, block_edges | block_faces | block_cells | Guards>(p, b * W, coefficient, carry);
