@@ -91,6 +91,8 @@ void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
   check_model_name(choice.options.model);
   prepare_directory(choice.directory);
   warn_first();
+  if (const fs::path journal = journal_file(info, choice.directory); fs::exists(journal))
+    fmt::print(stderr, "mss: going on from {}, where an earlier run was interrupted\n", journal.string());
   exit_status = conclude(run_and_write(info, choice.options, choice.directory));
 }
 

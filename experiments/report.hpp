@@ -20,6 +20,9 @@ struct Report {
   Json provenance;
 };
 
+/// Where an experiment that keeps a journal has it; empty for others.
+std::filesystem::path journal_file(const ExperimentInfo& info, const std::filesystem::path& directory);
+
 /// Runs an experiment with a progress line and writes NAME.csv, its further tables, meta.json, NAME.svg,
 /// NAME.png and its further charts to `directory`, rows first. Throws InputError if the directory cannot be
 /// written to, before anything is run. An experiment that keeps a journal has it there until it is finished.

@@ -64,7 +64,7 @@ bool holds(const StabilityConfig& config, const IntegratorInfo& method, BodySyst
 /// Seconds that a step takes, the least of a few samples.
 double step_seconds(const IntegratorInfo& method, BodySystem<double>& system, double dt) {
   using Clock = std::chrono::steady_clock;
-  constexpr int samples = 5;
+  constexpr int samples = 50;
   constexpr long steps = 64;
   const auto integrator = method.make<double>({.dt = dt});
   State<double> state = system.rest_state();
