@@ -24,7 +24,11 @@ std::vector<std::string> moving_integrators(const std::vector<std::string>& name
 }
 
 Journal open_journal(const ExperimentOptions& options, const Json& configuration) {
-  return options.journal.empty() ? Journal() : Journal(options.journal, configuration);
+  if (options.journal.empty()) return {};
+  Journal journal(options.journal, configuration);
+  if (journal.size() > 0)
+    fmt::print(stderr, "mss: going on from {} answers in {}\n", journal.size(), options.journal.string());
+  return journal;
 }
 
 }  // namespace mss

@@ -63,14 +63,16 @@ struct NamedMap {
 struct ExperimentResult {
   Status status = Status::ok;           ///< or interrupted
   std::vector<NamedTable> tables = {};  ///< the first has the experiment's name
-  std::vector<NamedChart> charts = {};  ///< the first has the experiment's name; empty: too little to draw
-  std::vector<NamedMap> maps = {};      ///< further charts
+  std::vector<NamedChart> charts =
+      {};                           ///< with maps: the first has the experiment's name, if there is only one
+  std::vector<NamedMap> maps = {};  ///< further charts
   std::string caption;       ///< for a reader of the chart: what was done, what is held, what is left out
   std::string summary = {};  ///< lines for stdout
   Json configuration;        ///< resolved: every choice with its value
 };
 
-/// A pure function from options to result: no printing, no globals, no files but the journal.
+/// A pure function from options to result: no globals, no files but the journal, and nothing printed but that
+/// one is gone on with.
 struct ExperimentInfo {
   std::string name;
   std::string under = {};  ///< an experiment listed before, of whose command this one is the second word

@@ -53,7 +53,7 @@ void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& acc
   if (accepts.processes)
     command
         .add_option("--processes", choice.options.processes,
-                    "Processes to split the work over; 0: all cores. The result is the same")
+                    "Processes to split the work over; 0: all cores. Only times depend on it")
         ->capture_default_str();
 }
 
@@ -85,14 +85,15 @@ void warn_first() {
 void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
   check_count("--threads", choice.options.threads);
   check_count("--processes", choice.options.processes);
+  constexpr std::uint64_t largest_seed = std::uint64_t(1) << 53U;
+  if (choice.options.seed > largest_seed)
+    throw InputError(fmt::format("--seed is larger than {}; choose a smaller one", largest_seed));
   if (!choice.cells.empty())
     choice.options.cells = parse_number_list(choice.cells, "--cells", info.accepts.largest_cells);
   if (info.accepts.integrators) moving_integrators(choice.options.integrators);  // throws
   check_model_name(choice.options.model);
   prepare_directory(choice.directory);
   warn_first();
-  if (const fs::path journal = journal_file(info, choice.directory); fs::exists(journal))
-    fmt::print(stderr, "mss: going on from {}, where an earlier run was interrupted\n", journal.string());
   exit_status = conclude(run_and_write(info, choice.options, choice.directory));
 }
 

@@ -1,6 +1,7 @@
 #include "experiments/fate.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace mss {
 
@@ -51,7 +52,7 @@ Fate follow(BodySystem<double>& system, State<double>& state, long looks,
     if (!(energy(m) <= blown * watch.energy_before)) return Fate::blows_up;
     watch.most_energy = std::max(watch.most_energy, energy(m));
     watch.last_jacobian = m.min_jacobian;
-    watch.least_jacobian = std::min(watch.least_jacobian, m.min_jacobian);
+    watch.least_jacobian = std::fmin(watch.least_jacobian, m.min_jacobian);
     if (look) look(m);
   }
   return Fate::holds;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,10 +32,10 @@ inline double energy(const Measures& m) { return m.kinetic + m.elastic + m.volum
 
 /// What was seen of a run at its looks.
 struct Watch {
-  double energy_before = 0;   ///< [J]
-  double most_energy = 0;     ///< [J]
-  double least_jacobian = 1;  ///< on the way
-  double last_jacobian = 1;   ///< at the last look
+  double energy_before = 0;                                          ///< [J]
+  double most_energy = 0;                                            ///< [J]
+  double least_jacobian = std::numeric_limits<double>::quiet_NaN();  ///< at the looks
+  double last_jacobian = std::numeric_limits<double>::quiet_NaN();   ///< at the last look
 };
 
 /// Follows a run for so many looks: `advance` takes the state to a look, from 1 on, `look` gets what is

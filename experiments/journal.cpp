@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <sstream>
 
 #include "core/error.hpp"
@@ -43,7 +44,9 @@ Journal::Journal(const fs::path& file, const Json& belongs_to) {
           file.string()));
     while (std::getline(lines, text)) {
       Json entry = Json::parse(text, nullptr, false);
-      if (entry.is_discarded()) break;
+      if (!entry.is_object() || !entry.contains("answer") || !entry.contains("case") ||
+          !entry["case"].is_string())
+        break;
       kept += text + "\n";
       answers_[entry["case"].get<std::string>()] = std::move(entry["answer"]);
     }
@@ -53,13 +56,18 @@ Journal::Journal(const fs::path& file, const Json& belongs_to) {
   if (!stream_) throw InputError(fmt::format("{} cannot be written", file.string()));
 }
 
+double number(const Json& value) {
+  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+}
+
 const Json* Journal::find(const std::string& name) const {
   const auto found = answers_.find(name);
   return found == answers_.end() ? nullptr : &found->second;
 }
 
 void Journal::add(const std::string& name, Json answer) {
-  if (stream_.is_open()) stream_ << line(name, answer) << std::flush;
+  if (stream_.is_open() && !(stream_ << line(name, answer) << std::flush))
+    throw InputError("the journal cannot be written any further; make room and ask again");
   answers_[name] = std::move(answer);
 }
 

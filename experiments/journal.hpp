@@ -9,6 +9,9 @@
 
 namespace mss {
 
+/// A number of an answer; what is not finite is null there, and NaN here.
+double number(const Json& value);
+
 /// Answers found so far, by the name of their case, in a file that survives an interruption: a first line
 /// that says what they belong to, then a line of JSON each. A line that was cut short is dropped.
 class Journal {

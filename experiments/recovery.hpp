@@ -79,7 +79,7 @@ Table measure_costs(const RecoveryConfig& config, const Progress& progress);
 
 struct RecoveryTables {
   Table rows;      ///< per model and state
-  Table landings;  ///< per model and landing: the speed at which it stays folded first
+  Table landings;  ///< per model and landing: the first speed from which it does not recover
   Status status = Status::ok;
 };
 RecoveryTables measure_recovery(const RecoveryConfig& config, int processes, Journal& journal,

@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <memory>
 #include <random>
 
 #include "core/measures.hpp"
@@ -35,7 +36,7 @@ double trial_step(const BodySystem<double>& system) {
 }
 
 /// Lets go of a body until it is at rest, trapped (its stored energy stays what it is), or the time is over.
-Trial settle(BodySystem<double>& system, State<double>& state, double at_ease) {
+Trial settle(BodySystem<double>& system, State<double>& state) {
   constexpr long look = 128, most_looks = 500;
   constexpr int same_looks = 50;
   constexpr double same = 1e-9;
@@ -56,7 +57,7 @@ Trial settle(BodySystem<double>& system, State<double>& state, double at_ease) {
     trial.min_jacobian = m.min_jacobian;
     unchanged = std::abs(stored - before) <= same * stored ? unchanged + 1 : 0;
     before = stored;
-    if (m.max_stretch < at_ease)
+    if (m.max_stretch < at_rest)
       trial.outcome = m.min_jacobian > 0 ? Recovery::recovered : Recovery::mirrored;
     if (unchanged == same_looks) trial.outcome = Recovery::trapped;
     if (trial.outcome != Recovery::moving) break;
@@ -89,7 +90,7 @@ Json answer_of(const RecoveryModel& model, const TrappedState& trap, std::uint64
   return answer;
 }
 
-/// Harder and harder, until it stays folded.
+/// Harder and harder, until it does not recover.
 Json answer_of(const RecoveryModel& model, const Landing& landing, const std::vector<double>& speeds) {
   Json answer{{"recovers_to", none}, {"folds_at", none}, {"max_stretch", none}, {"min_jacobian", none}};
   for (const double speed : speeds) {
@@ -144,11 +145,6 @@ std::vector<Case> cases_of(const RecoveryConfig& config) {
   return cases;
 }
 
-/// Of what a journal knows; a number it holds as null is missing.
-double number(const Json& answer, const char* name) {
-  return answer[name].is_null() ? none : answer[name].get<double>();
-}
-
 void add_rows(const RecoveryConfig& config, const Journal& journal, RecoveryTables& tables) {
   for (const RecoveryModel& m : config.models) {
     for (const TrappedState& trap : config.states)
@@ -156,16 +152,16 @@ void add_rows(const RecoveryConfig& config, const Journal& journal, RecoveryTabl
         const Json& a = *found;
         std::vector<Cell> row{m.name, m.guarded ? 1 : 0, m.face_share, m.poisson, to_string(trap), m.seeds};
         for (const Recovery outcome : outcomes) row.emplace_back(a[to_string(outcome)].get<std::int64_t>());
-        row.insert(row.end(), {a["recovered"].get<double>() / m.seeds, number(a, "seconds"),
-                               number(a, "worst"), usual(a)});
+        row.insert(row.end(), {a["recovered"].get<double>() / m.seeds, number(a["seconds"]),
+                               number(a["worst"]), usual(a)});
         tables.rows.add(std::move(row));
       }
     for (const Landing& landing : landings())
       if (const Json* found = journal.find(name_of(m, landing))) {
         const Json& a = *found;
         const std::string outcome = a["outcome"];
-        tables.landings.add({m.name, m.guarded ? 1 : 0, landing.name, number(a, "recovers_to"),
-                             number(a, "folds_at"), number(a, "max_stretch"), number(a, "min_jacobian"),
+        tables.landings.add({m.name, m.guarded ? 1 : 0, landing.name, number(a["recovers_to"]),
+                             number(a["folds_at"]), number(a["max_stretch"]), number(a["min_jacobian"]),
                              outcome == "recovered" ? "recovers at any tried" : outcome});
       }
   }
@@ -209,7 +205,7 @@ Trial try_recovery(BodySystem<double>& system, const TrappedState& trap, std::ui
     const Vec3 rest = (state.x.at(site) - config.origin) / config.cell_size;
     state.x.set(site, config.origin + config.cell_size * trap.put(rest, {x, y, z}, trap.amount));
   }
-  return settle(system, state, at_rest);
+  return settle(system, state);
 }
 
 Trial try_landing(const RecoveryModel& model, const Landing& landing, double speed) {
@@ -221,7 +217,7 @@ Trial try_landing(const RecoveryModel& model, const Landing& landing, double spe
   const auto system = make_system<double>(model.model, body, ground, 1);
   State<double> state = system->rest_state();
   for (const std::ptrdiff_t site : system->particles()) state.v.set(site, -speed * landing.up);
-  Trial trial = settle(*system, state, at_rest);
+  Trial trial = settle(*system, state);
   const bool unfolded = trial.min_jacobian > 0;
   if (unfolded && (trial.outcome == Recovery::trapped || trial.outcome == Recovery::moving))
     trial.outcome = Recovery::recovered;
@@ -274,7 +270,10 @@ Table measure_costs(const RecoveryConfig& config, const Progress& progress) {
       {{"model"}, {"guarded"}, {"median", "s"}, {"q1", "s"}, {"q3", "s"}, {"difference", "m"}, {"status"}});
   for (std::size_t i = 0; i < cubes.size(); ++i) {
     const bool measured = seconds[i].size() == repetitions;
-    const double apart = config.models[i].guarded ? difference(*cubes[i], *cubes[i - 1]) : 0;
+    const bool has_plain = i > 0 && config.models[i].name.starts_with(config.models[i - 1].name);
+    const double apart = !config.models[i].guarded ? 0
+                         : measured && has_plain   ? difference(*cubes[i], *cubes[i - 1])
+                                                   : none;
     table.add({config.models[i].name, config.models[i].guarded ? 1 : 0,
                measured ? quantile(seconds[i], 0.5) : none, measured ? quantile(seconds[i], 0.25) : none,
                measured ? quantile(seconds[i], 0.75) : none, apart, measured ? "ok" : "interrupted"});

@@ -29,14 +29,14 @@ Vec3 pushed(const Vec3& p, const Vec3& u, double cells) {
   return put;
 }
 
-/// Of the top, the particles of two by two cells' inner corners: those at 1 and 2.
+/// The four particles of the top that are on none of its edges.
 Vec3 patch(const Vec3& p, const Vec3& u, double cells) {
   const bool inner = p[0] > 0.5 && p[0] < n - 0.5 && p[1] > 0.5 && p[1] < n - 0.5;
   return p + shaken * u - (inner && is_top(p[2]) ? cells : 0) * Vec3::UnitZ();
 }
 
 Vec3 flat(const Vec3& p, const Vec3& u, double share) {
-  return {p[0] + shaken * u[0], p[1] + shaken * u[1], share * (p[2] + u[2])};
+  return {p[0] + shaken * u[0], p[1] + shaken * u[1], share * p[2] + shaken * u[2]};
 }
 
 Vec3 crushed(const Vec3& p, const Vec3& u, double share) { return share * (p + u); }

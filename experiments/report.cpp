@@ -56,13 +56,9 @@ void draw_charts(ExperimentResult& result, const fs::path& directory, Report& re
 
 }  // namespace
 
-fs::path journal_file(const ExperimentInfo& info, const fs::path& directory) {
-  return info.accepts.processes ? directory / (info.name + ".journal") : fs::path();
-}
-
 Report run_and_write(const ExperimentInfo& info, ExperimentOptions options, const fs::path& directory) {
   prepare_directory(directory);
-  options.journal = journal_file(info, directory);
+  if (info.accepts.processes) options.journal = directory / (info.name + ".journal");
   Report report{.name = info.name, .resumable = info.accepts.processes, .provenance = provenance()};
   const auto start = std::chrono::steady_clock::now();
   ExperimentResult result;

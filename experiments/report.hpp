@@ -20,12 +20,10 @@ struct Report {
   Json provenance;
 };
 
-/// Where an experiment that keeps a journal has it; empty for others.
-std::filesystem::path journal_file(const ExperimentInfo& info, const std::filesystem::path& directory);
-
 /// Runs an experiment with a progress line and writes NAME.csv, its further tables, meta.json, NAME.svg,
-/// NAME.png and its further charts to `directory`, rows first. Throws InputError if the directory cannot be
-/// written to, before anything is run. An experiment that keeps a journal has it there until it is finished.
+/// NAME.png (or maps by their own names) and its further charts to `directory`, rows first. Throws InputError
+/// if the directory cannot be written to, before anything is run. An experiment that keeps a journal has it
+/// there until it is finished.
 Report run_and_write(const ExperimentInfo& info, ExperimentOptions options,
                      const std::filesystem::path& directory);
 

@@ -18,6 +18,7 @@
 #include <new>
 #include <stdexcept>
 
+#include "core/error.hpp"
 #include "core/team.hpp"
 
 namespace mss {
@@ -60,8 +61,9 @@ bool write_all(int pipe, std::string_view text) {
 }
 
 /// What a worker does with its life.
+/// An exception that escapes ends the process, which its parent sees.
 void serve(int pipe, std::size_t cases, SharedCounter& counter,
-           const std::function<Json(std::size_t)>& answer) {
+           const std::function<Json(std::size_t)>& answer) noexcept {
   for (std::size_t i = counter.next(); i < cases; i = counter.next()) {
     Json line{{"case", i}};
     try {
@@ -77,18 +79,16 @@ void serve(int pipe, std::size_t cases, SharedCounter& counter,
 class Workers {
  public:
   Workers(int processes, std::size_t cases, const std::function<Json(std::size_t)>& answer) {
-    for (int i = 0; i < processes; ++i) start(cases, answer);
+    try {
+      for (int i = 0; i < processes; ++i) start(cases, answer);
+    } catch (...) {
+      kill_all();
+      throw;
+    }
   }
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
-  ~Workers() {
-    for (const Worker& worker : workers_) {
-      if (worker.pipe < 0) continue;
-      kill(worker.process, SIGKILL);
-      close(worker.pipe);
-      waitpid(worker.process, nullptr, 0);
-    }
-  }
+  ~Workers() { kill_all(); }
 
   /// Waits a little for lines and hands them on. False once all workers are done.
   template <class Take>
@@ -108,11 +108,29 @@ class Workers {
   }
 
  private:
+  void kill_all() {
+    for (const Worker& worker : workers_) {
+      if (worker.pipe < 0) continue;
+      kill(worker.process, SIGKILL);
+      close(worker.pipe);
+      waitpid(worker.process, nullptr, 0);
+    }
+  }
+
+  [[noreturn]] static void refuse() {
+    throw InputError(fmt::format("so many processes cannot be started ({}); choose fewer with --processes",
+                                 std::strerror(errno)));
+  }
+
   void start(std::size_t cases, const std::function<Json(std::size_t)>& answer) {
     std::array<int, 2> ends{};
-    if (pipe(ends.data()) != 0) throw std::runtime_error(fmt::format("no pipe: {}", std::strerror(errno)));
+    if (pipe(ends.data()) != 0) refuse();
     const pid_t process = fork();
-    if (process < 0) throw std::runtime_error(fmt::format("no process: {}", std::strerror(errno)));
+    if (process < 0) {
+      close(ends[0]);
+      close(ends[1]);
+      refuse();
+    }
     if (process == 0) {
       for (const Worker& other : workers_) close(other.pipe);
       close(ends[0]);
@@ -141,8 +159,10 @@ class Workers {
     worker.pipe = -1;
     int status = 0;
     waitpid(worker.process, &status, 0);
-    if (WIFSIGNALED(status))
-      throw std::runtime_error(fmt::format("a process ended by signal {}", WTERMSIG(status)));
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+      throw std::runtime_error(WIFSIGNALED(status)
+                                   ? fmt::format("a process ended by signal {}", WTERMSIG(status))
+                                   : "a process ended early");
   }
 
   SharedCounter counter_;
@@ -169,7 +189,10 @@ bool find_answers(const std::vector<std::string>& cases, const std::function<Jso
   Workers workers(std::min(wanted, int(open.size())), open.size(),
                   [&](std::size_t i) { return answer(open[i]); });
   while (!progress.stopped())
-    if (!workers.read_lines(take)) return true;
+    if (!workers.read_lines(take)) {
+      if (done < open.size()) throw std::runtime_error("processes ended before all cases were answered");
+      return true;
+    }
   return false;
 }
 

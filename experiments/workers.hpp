@@ -15,8 +15,8 @@ namespace mss {
 /// False if stopped before the end: what has been found is kept. Throws std::runtime_error if a case does, or
 /// if its process dies.
 ///
-/// Processes are forked, so nothing here may have started threads: systems belong inside `answer`, and have
-/// one thread.
+/// Processes are forked: systems belong inside `answer`, and have one thread, because threads of the caller
+/// do not come along.
 bool find_answers(const std::vector<std::string>& cases, const std::function<Json(std::size_t)>& answer,
                   int processes, Journal& journal, Progress& progress);
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/measures.hpp"
 #include "experiments/model.hpp"
@@ -57,6 +58,7 @@ TEST(Recovery, IsTheSameHoweverItIsSplit) {
 TEST(Recovery, StatesAreWhatTheyAreCalled) {
   const RecoveryConfig config =
       small_zoo({"thesis"}, {"mirrored", "folded layer", "flat 0.01", "crushed 0.001"});
+  ASSERT_EQ(config.states.size(), 4U);
   const Body body(config.models.at(0).body);
   const auto system = make_system<double>(config.models[0].model, body, {}, 1);
   for (const TrappedState& trap : config.states) {
@@ -74,6 +76,38 @@ TEST(Recovery, StatesAreWhatTheyAreCalled) {
     } else {
       EXPECT_NEAR(m.volume_ratio, trap.name == "flat" ? 0.01 : 1e-9, 1e-11);
     }
+  }
+}
+
+// Fig. 5-4: the thesis's cube lands on its face and stays folded; guarded it lands harder and recovers.
+TEST(Recovery, AHardLandingFoldsUnlessItIsGuarded) {
+  RecoveryConfig config = small_zoo({"thesis", "thesis, guarded"}, {});
+  config.landing_speeds = {20, 40, 80};
+  Journal journal;
+  Progress progress;
+  const Table rows = measure_recovery(config, 2, journal, progress).landings;
+  ASSERT_EQ(rows.size(), 2 * landings().size());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    SCOPED_TRACE(r);
+    if (rows.number(r, "guarded") != 0) {
+      EXPECT_EQ(rows.number(r, "recovers_to"), 80);
+      EXPECT_TRUE(std::isnan(rows.number(r, "folds_at")));
+    } else if (rows.text(r, "landing") == "face") {
+      EXPECT_EQ(rows.number(r, "recovers_to"), 20);
+      EXPECT_EQ(rows.number(r, "folds_at"), 40);
+      EXPECT_LT(rows.number(r, "min_jacobian"), 0);
+    }
+  }
+}
+
+TEST(Recovery, TheGuardMovesNothingInOrdinaryScenes) {
+  const RecoveryConfig config = recovery_config({.quick = true});
+  const Table costs = measure_costs(config, Progress());
+  ASSERT_EQ(costs.size(), config.models.size());
+  for (std::size_t r = 0; r < costs.size(); ++r) {
+    EXPECT_EQ(costs.text(r, "status"), "ok");
+    EXPECT_EQ(costs.number(r, "difference"), 0) << costs.text(r, "model");
+    EXPECT_GT(costs.number(r, "median"), 0);
   }
 }
 
