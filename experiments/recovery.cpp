@@ -16,17 +16,20 @@ constexpr const char* guarded_suffix = ", guarded";
 
 constexpr const char* caption =
     "Cubes of 3 x 3 x 3 cells are put into states that trap lattices and let go: mirrored, the upper layer "
-    "folded down, "
-    "a corner, an edge, a face or the four inner particles of the top pushed in by 1, 1.5 or 2.5 cells, flat "
-    "(1 percent), crushed "
-    "to a thousandth, random. All but the last are shaken by a thousandth of a cell (crushed ones by as much "
-    "of themselves), differently for every seed. "
-    "Recovered: no spring "
-    "longer or shorter by more than 1e-6, and no cell inside out. Guarded: corners whose volume falls below "
-    "0.4 of "
-    "what it is at rest are pushed apart, k_g = 5 shear moduli. Stiffer lattices, other shapes and larger "
-    "bodies are left "
-    "out.";
+    "folded "
+    "down, a corner, an edge, a face or the four inner particles of the top pushed in by 1, 1.5 or 2.5 "
+    "cells, flat (1 "
+    "percent, and rough by as much of a cell), crushed to a thousandth, random. Seeds differ by a shake of a "
+    "thousandth "
+    "of a cell; crushed and random states are different altogether. Springs' damping is 0.05 of critical, "
+    "the step a "
+    "tenth of the safe one. Recovered: no spring longer or shorter by more than 1e-6, and no cell inside "
+    "out. Guarded: "
+    "corners whose volume falls below 0.4 of what it is at rest are pushed apart, k_g = 5 shear moduli. "
+    "Landings: at "
+    "the speed named, onto a plane with restitution 0.5, then free. Stiffer lattices, other shapes and "
+    "larger bodies "
+    "are left out.";
 
 Json configuration(const RecoveryConfig& c) {
   Json models = Json::array();

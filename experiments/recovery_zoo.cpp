@@ -36,7 +36,7 @@ Vec3 patch(const Vec3& p, const Vec3& u, double cells) {
 }
 
 Vec3 flat(const Vec3& p, const Vec3& u, double share) {
-  return {p[0] + shaken * u[0], p[1] + shaken * u[1], share * p[2] + shaken * u[2]};
+  return {p[0] + shaken * u[0], p[1] + shaken * u[1], share * (p[2] + u[2])};
 }
 
 Vec3 crushed(const Vec3& p, const Vec3& u, double share) { return share * (p + u); }
