@@ -127,7 +127,7 @@ MapPanel panel_of(const FailureConfig& config, const FailureScene& scene, const 
   for (std::size_t s = 0; s < scene.severities.size(); ++s) {
     const double x = double(s);
     panel.x->ticks.push_back(x);
-    panel.x->names.push_back(fmt::format("{:g}", scene.severities[s]));
+    panel.x->names.push_back(short_number(scene.severities[s]));
     for (std::size_t i = 0; i < config.integrators.size(); ++i)
       for (const bool guarded : {false, true})
         if (const Json* a =

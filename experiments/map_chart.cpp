@@ -165,6 +165,13 @@ std::string script(const MapChart& chart, const std::string& svg, const std::str
 
 }  // namespace
 
+std::string short_number(double x) {
+  std::string text = fmt::format("{:g}", x);
+  if (const std::size_t zero = text.find("0."); zero == 0 || (zero == 1 && text[0] == '-'))
+    text.erase(zero, 1);
+  return text;
+}
+
 bool has_cells(const MapChart& chart) {
   return std::any_of(chart.panels.begin(), chart.panels.end(),
                      [](const MapPanel& panel) { return !panel.cells.empty(); });

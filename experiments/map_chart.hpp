@@ -37,6 +37,9 @@ struct MapChart {
   double panel_height = 240;  ///< [px]; width is a quarter of the page, or more where there are few
 };
 
+/// A number for a narrow place: without the zero before its point.
+std::string short_number(double x);
+
 /// Whether there is anything to draw.
 bool has_cells(const MapChart& chart);
 

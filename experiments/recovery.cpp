@@ -99,12 +99,8 @@ Chart models_chart(const Table& rows, const RecoveryConfig& config) {
 /// A column of the map of states: a filling, with and without its guard, as t over nu.
 std::string short_name(const RecoveryModel& model) {
   if (model.poisson == 0) return "thesis";
-  const auto digits = [](double x) {
-    const std::string text = fmt::format("{:g}", x);
-    return text.starts_with("0.") ? text.substr(1) : text;
-  };
   const bool springs = model.model == spring_model;
-  return (springs ? digits(model.face_share) : "FEM") + "\n" + digits(model.poisson);
+  return (springs ? short_number(model.face_share) : "FEM") + "\n" + short_number(model.poisson);
 }
 
 /// How a rate is drawn: index into the map's kinds.
