@@ -62,6 +62,7 @@ bool write_all(int pipe, std::string_view text) {
 
 /// What a worker does with its life.
 /// An exception that escapes ends the process, which its parent sees.
+// NOLINTNEXTLINE(bugprone-exception-escape): meant, see above
 void serve(int pipe, std::size_t cases, SharedCounter& counter,
            const std::function<Json(std::size_t)>& answer) noexcept {
   for (std::size_t i = counter.next(); i < cases; i = counter.next()) {
