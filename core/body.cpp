@@ -47,6 +47,7 @@ Body::Body(const BodyConfig& config)
       eighth_mass_(config.density * config.cell_size * config.cell_size * config.cell_size / 8) {
   count_corners();
   classify_sites();
+  add_weights();
 }
 
 void Body::count_corners() {
@@ -92,6 +93,16 @@ void Body::classify_sites() {
       }
     }
   for_each_spring([&](auto&&...) { ++springs_; });
+}
+
+void Body::add_weights() {
+  if (config_.weights.empty()) return;
+  weight_.assign(std::size_t(lattice_.size), 0);
+  for (const Weight& weight : config_.weights) {
+    const std::vector<std::ptrdiff_t> sites = select(weight.box.lower, weight.box.upper);
+    for (const std::ptrdiff_t site : sites) weight_[std::size_t(site)] += weight.mass / double(sites.size());
+    if (!sites.empty()) all_weights_ += weight.mass;
+  }
 }
 
 SiteElements Body::elements_from(std::uint32_t neighbourhood) const {

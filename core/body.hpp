@@ -47,6 +47,19 @@ struct SiteElements {
   double fold_guard = 0;                                ///< k_g of the cell [Pa]; the same
 };
 
+/// A closed axis-aligned box in rest coordinates [m].
+struct Box {
+  Vec3 lower = Vec3::Zero();
+  Vec3 upper = Vec3::Zero();
+};
+
+/// Mass that particles carry beside that of their cells: the particles of a box share it equally. Springs'
+/// damping does not know of it.
+struct Weight {
+  Box box{};
+  double mass = 0;  ///< of all together [kg]
+};
+
 /// Everything that defines a body at rest.
 struct BodyConfig {
   VoxelGrid voxels = VoxelGrid::box(1, 1, 1);
@@ -54,7 +67,8 @@ struct BodyConfig {
   Vec3 origin = Vec3::Zero();
   Topology topology = Topology::full;
   Sharing sharing = Sharing::weighted;
-  double density = 1000;                      ///< [kg/m^3]
+  double density = 1000;  ///< [kg/m^3]
+  std::vector<Weight> weights{};
   SpringConstants springs{};                  ///< of interior springs
   std::optional<ElasticConstants> elastic{};  ///< what they stand for, if they stand for a material
   Damping damping{};
@@ -81,14 +95,17 @@ class Body {
   std::size_t cell_count() const { return cells_; }
   std::size_t particle_count() const { return site_of_.size(); }
   std::size_t spring_count() const { return springs_; }
-  double total_mass() const { return config_.density * double(cells_) * cell_volume(); }
+  double total_mass() const { return config_.density * double(cells_) * cell_volume() + all_weights_; }
   double cell_volume() const { return config_.cell_size * config_.cell_size * config_.cell_size; }
 
   /// Lattice site of every particle, ascending: the particle's id is its place in this list.
   const std::vector<std::ptrdiff_t>& sites() const { return site_of_; }
 
-  /// Mass of the particle at a site [kg]; 0 where there is none. Eq. 2-2.
-  double mass(std::ptrdiff_t site) const { return eighth_mass_ * corner_cells_[std::size_t(site)]; }
+  /// Mass of the particle at a site [kg]; 0 where there is none. Eq. 2-2, and its share of weights.
+  double mass(std::ptrdiff_t site) const {
+    const double cells = eighth_mass_ * corner_cells_[std::size_t(site)];
+    return weight_.empty() ? cells : cells + weight_[std::size_t(site)];
+  }
 
   /// Position at rest [m]; defined for every site, ghosts included.
   Vec3 rest_position(std::ptrdiff_t site) const;
@@ -132,6 +149,7 @@ class Body {
  private:
   void count_corners();
   void classify_sites();
+  void add_weights();
   SiteElements elements_from(std::uint32_t neighbourhood) const;
 
   static constexpr std::array<double, 3> length_factor_{1.0, 1.4142135623730951, 1.7320508075688772};
@@ -143,6 +161,8 @@ class Body {
   std::size_t springs_ = 0;
   std::vector<std::uint8_t> cell_;          ///< per site: 1 where a cell has its lower corner
   std::vector<std::uint8_t> corner_cells_;  ///< per site: number of cells that touch it
+  std::vector<double> weight_;              ///< per site, beside that of cells [kg]; empty: there are none
+  double all_weights_ = 0;                  ///< [kg]
   std::vector<std::ptrdiff_t> site_of_;
   std::vector<std::uint32_t> kind_;
   std::vector<SiteElements> elements_;

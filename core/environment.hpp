@@ -10,12 +10,6 @@
 
 namespace mss {
 
-/// A closed axis-aligned box in rest coordinates [m].
-struct Box {
-  Vec3 lower = Vec3::Zero();
-  Vec3 upper = Vec3::Zero();
-};
-
 /// A rotation about a fixed axis that stops after a while.
 struct Turn {
   Vec3 axis = Vec3::UnitZ();

@@ -17,7 +17,8 @@ namespace {
 KnownKeys make_known_keys() {
   KnownKeys keys{
       {"",
-       {"body", "material", "damping", "environment", "hold", "load", "plane", "start", "solve", "expect"}},
+       {"body", "material", "damping", "weight", "environment", "hold", "load", "plane", "start", "solve",
+        "expect"}},
       {"expect", {energy_drift, mean_displacement}},
       {"expect.energy_drift", {"value", "within"}},
       {"expect.displacement", {"box", "value", "within"}},
@@ -25,6 +26,7 @@ KnownKeys make_known_keys() {
       {"material", {"model", "density", "young", "poisson", "face_share", "springs", "volume", "fold_guard"}},
       {"material.springs", {"edge", "face", "body"}},
       {"damping", {"ratio", "paper"}},
+      {"weight", {"box", "mass"}},
       {"environment", {"gravity"}},
       {"hold", {"box", "axes", "velocity", "displacement", "turn"}},
       {"hold.turn", {"axis", "centre", "rate", "until"}},
@@ -56,6 +58,7 @@ constexpr Quantity cell_counts{"a number of cells", "three whole numbers of at l
 constexpr Quantity length{"a length", "a positive number of metres", positive};
 constexpr Quantity position{"a position", "three finite numbers of metres", any};
 constexpr Quantity density{"a density", "a positive number of kg/m^3", positive};
+constexpr Quantity mass{"a mass", "a positive number of kilograms", positive};
 constexpr Quantity young{"a stiffness", "a positive number of pascals", positive};
 constexpr Quantity poisson{"a Poisson's ratio of finite stiffness", "a number above -1 and below 0.5",
                            [](double value) { return value > -1 && value < 0.5; }};
@@ -203,6 +206,8 @@ BodyConfig read_body(const TomlTable& scene, const std::filesystem::path& folder
   config.springs = read_springs(material, config.cell_size, config.elastic, asked);
   config.fold_guard = read_fold_guard(material, config);
   config.damping = read_damping(scene.table("damping"));
+  for (const TomlTable& table : scene.tables("weight"))
+    config.weights.push_back({.box = table.box("box"), .mass = table.number("mass", mass)});
   return config;
 }
 
@@ -272,11 +277,12 @@ void check_selection(const TomlTable& table, const Body& body, const Box& box) {
 }
 
 void check_selections(const TomlTable& scene, const BodyConfig& config, const Environment& environment) {
-  if (environment.holds.empty() && environment.loads.empty()) return;
+  if (environment.holds.empty() && environment.loads.empty() && config.weights.empty()) return;
   const Body body(config);
-  const auto holds = scene.tables("hold"), loads = scene.tables("load");
+  const auto holds = scene.tables("hold"), loads = scene.tables("load"), weights = scene.tables("weight");
   for (std::size_t i = 0; i < holds.size(); ++i) check_selection(holds[i], body, environment.holds[i].box);
   for (std::size_t i = 0; i < loads.size(); ++i) check_selection(loads[i], body, environment.loads[i].box);
+  for (std::size_t i = 0; i < weights.size(); ++i) check_selection(weights[i], body, config.weights[i].box);
 }
 
 std::vector<Expectation> read_expectations(const TomlTable& expect) {
@@ -420,7 +426,9 @@ Json to_json(const std::vector<Expectation>& expectations) {
 }
 
 std::string to_json(const Scene& scene, const Asked& asked) {
-  Json holds = Json::array(), loads = Json::array(), planes = Json::array();
+  Json weights = Json::array(), holds = Json::array(), loads = Json::array(), planes = Json::array();
+  for (const Weight& weight : scene.body.weights)
+    weights.push_back({{"box", to_json(weight.box)}, {"mass", weight.mass}});
   for (const Hold& hold : scene.environment.holds) holds.push_back(to_json(hold));
   for (const Load& load : scene.environment.loads)
     loads.push_back({{"box", to_json(load.box)}, {"force", to_json(load.force)}});
@@ -430,6 +438,7 @@ std::string to_json(const Scene& scene, const Asked& asked) {
       {"body", to_json(scene.body, asked)},
       {"material", material_to_json(scene, asked)},
       {"damping", to_json(scene.body.damping)},
+      {"weight", weights},
       {"environment", {{"gravity", to_json(scene.environment.gravity)}}},
       {"hold", holds},
       {"load", loads},

@@ -108,6 +108,18 @@ void Algorithm1::connect(const BodyConfig& config) {
     if (config.damping.law == Damping::Law::paper)  // eq. 2-4
       s.damping = 2 * std::sqrt(s.stiffness * (m1 + m2)) / s.rest_length;
   }
+  for (const Weight& weight : config.weights) add_weight(weight, 1e-9 * config.cell_size);
+}
+
+void Algorithm1::add_weight(const Weight& weight, double slack) {
+  std::vector<Particle*> carriers;
+  for (Particle& p : particles_) {
+    bool inside = true;
+    for (int a = 0; a < 3; ++a)
+      inside = inside && p.x[a] >= weight.box.lower[a] - slack && p.x[a] <= weight.box.upper[a] + slack;
+    if (inside) carriers.push_back(&p);
+  }
+  for (Particle* p : carriers) p->mass += weight.mass / double(carriers.size());
 }
 
 void Algorithm1::add_springs() {

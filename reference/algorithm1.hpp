@@ -57,6 +57,7 @@ class Algorithm1 {
 
  private:
   void connect(const BodyConfig& config);
+  void add_weight(const Weight& weight, double slack);
   void add_springs();
   void add_volume_forces();
   void add_guard_forces();

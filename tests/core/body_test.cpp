@@ -50,6 +50,21 @@ TEST(Body, AgreesWithTheOracleOnEveryShape) {
   }
 }
 
+TEST(Body, CarriesWeightsThatParticlesShare) {
+  BodyConfig config = cube(2);
+  const Vec3 low = config.origin, high = low + Vec3::Constant(2 * config.cell_size);
+  config.weights = {{{low, high}, 27}, {{high, high}, 1e6}, {{high + Vec3::Ones(), high + Vec3::Ones()}, 5}};
+  const Body body(config), bare(cube(2));
+  const reference::Algorithm1 oracle(config, Vec3::Zero(), 1);
+  for (std::size_t id = 0; id < body.particle_count(); ++id) {
+    const std::ptrdiff_t site = body.sites()[id];
+    const double corner = id + 1 == body.particle_count() ? 1e6 : 0;
+    EXPECT_NEAR(body.mass(site), bare.mass(site) + 1 + corner, 1e-12 * body.mass(site));
+    EXPECT_NEAR(body.mass(site), oracle.particles()[id].mass, 1e-14 * body.mass(site));
+  }
+  EXPECT_NEAR(body.total_mass(), bare.total_mass() + 27 + 1e6, 1e-12 * body.total_mass());
+}
+
 TEST(Body, SelectsParticlesInAClosedBox) {
   const Body body(cube(3));
   const Vec3 lower = body.config().origin;

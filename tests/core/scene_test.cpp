@@ -38,6 +38,9 @@ TEST(Scene, ReadsTheBody) {
   EXPECT_EQ(body.springs.volume, -0.1);
   EXPECT_EQ(body.damping.law, Damping::Law::ratio);
   EXPECT_EQ(body.damping.zeta, 0.05);
+  ASSERT_EQ(body.weights.size(), 1U);
+  EXPECT_EQ(body.weights[0].box.upper, Vec3(1.5, 0.25, -1));
+  EXPECT_EQ(body.weights[0].mass, 12);
 }
 
 TEST(Scene, ReadsTheEnvironment) {
@@ -100,6 +103,7 @@ TEST(Scene, FillsInDefaults) {
   EXPECT_EQ(scene.body.topology, Topology::full);
   EXPECT_EQ(scene.body.sharing, Sharing::weighted);
   EXPECT_EQ(scene.body.damping.law, Damping::Law::none);
+  EXPECT_TRUE(scene.body.weights.empty());
   EXPECT_EQ(scene.environment.gravity, Vec3(0, 0, 0));
   EXPECT_TRUE(scene.environment.holds.empty());
   EXPECT_TRUE(scene.environment.loads.empty());

@@ -68,6 +68,9 @@ turn = { axis = [0, 0, 2], centre = [1.5, 0.25, 0], rate = -1.5, until = 0.75 }
 [[load]]
 box = [[1.5, 0, -1], [1.5, 0, -1]]
 force = [1, 2, 3]
+[[weight]]
+box = [[1.5, 0, -1], [1.5, 0.25, -1]]
+mass = 12
 [[plane]]
 point = [0, 0, -2]
 normal = [0, 3, 4]

@@ -3,6 +3,7 @@
 
 #include <cstring>
 
+#include "core/measures.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss {
@@ -33,6 +34,25 @@ TEST(Trajectory, FollowsTheOracleForAThousandSteps) {
       }
       EXPECT_GT(moved, 0.1);
     }
+}
+
+TEST(Trajectory, OfWeightsFollowsTheOracle) {
+  const Vec3 gravity(0, 0.5, -9.81);
+  BodyConfig config = testing::test_config(VoxelGrid::box(3, 3, 3));
+  config.weights = {{{config.origin, config.origin + Vec3(0.3, 9, 9)}, 1e5}};
+  const Body body(config);
+  SpringSystem<double> system(body, {.gravity = gravity});
+  reference::Algorithm1 oracle(config, gravity, 1);
+  auto state = system.rest_state();
+  testing::randomise(body, state, 0.1, 0.3, 29);
+  testing::copy_state(body, state, oracle);
+  const Vec3 momentum = measure(system, state).momentum;
+  system.kick_drift(semi_implicit, dt, 1000, state);
+  for (int step = 0; step < 1000; ++step) oracle.step(dt);
+  for (std::size_t id = 0; id < body.particle_count(); ++id)
+    EXPECT_LT((state.x.at(body.sites()[id]) - oracle.particles()[id].x).norm(), 1e-9);
+  const Vec3 fell = body.total_mass() * 1000 * dt * gravity;
+  EXPECT_LT((measure(system, state).momentum - momentum - fell).norm(), 1e-9 * fell.norm());
 }
 
 VoxelGrid random_voxels() { return testing::test_shapes().back().voxels; }
