@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "experiments/workers.hpp"
 
@@ -20,6 +21,22 @@ namespace {
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 double dt_omega(double step) { return std::exp2(step / octave_parts); }
+
+/// One row of a map: a method and a body at steps that are finer where fates change.
+struct AtlasRow {
+  int level = 0;
+  AtlasBody body{};
+  std::vector<std::pair<int, Fate>> steps{};  ///< ascending
+};
+
+/// First and last octave of dt omega_max that is tried with a method.
+struct Octaves {
+  int first, last;
+};
+Octaves octaves_of(const IntegratorInfo& method) {
+  if (method.stepping == Stepping::adaptive) return {-1, 9};
+  return method.implicit ? Octaves{-2, 7} : Octaves{-6, 3};
+}
 
 /// Steps that are tried whatever comes of them.
 std::vector<int> first_steps(const AtlasConfig& config, const IntegratorInfo& method) {
@@ -88,15 +105,8 @@ bool is_ready(const AtlasBody& body, const std::string& integrator, const Journa
   return true;
 }
 
-}  // namespace
-
-double AtlasPlane::value(int level) const {
-  const int whole = level >> halvings, rest = level - (whole << halvings);
-  if (rest == 0) return values[std::size_t(whole)];
-  const double share = double(rest) / double(1 << halvings);
-  return (1 - share) * values[std::size_t(whole)] + share * values[std::size_t(whole) + 1];
-}
-
+/// The rows of a plane and method as far as the journal knows them, ascending; questions that are open are
+/// added to `open`.
 std::vector<AtlasRow> read_rows(const AtlasConfig& config, const AtlasPlane& plane,
                                 const std::string& integrator, const Journal& journal,
                                 std::vector<AtlasQuestion>& open) {
@@ -124,8 +134,6 @@ std::vector<AtlasRow> read_rows(const AtlasConfig& config, const AtlasPlane& pla
   return out;
 }
 
-namespace {
-
 /// Everything that is open, once each.
 std::vector<AtlasQuestion> open_questions(const AtlasConfig& config, const Journal& journal) {
   std::map<std::string, AtlasQuestion> open;
@@ -140,8 +148,8 @@ std::vector<AtlasQuestion> open_questions(const AtlasConfig& config, const Journ
   return out;
 }
 
-const Json& body_answer(const Journal& journal, const AtlasBody& body) {
-  return *journal.find(AtlasQuestion{AtlasQuestion::Kind::body, body}.name());
+double omega_of(const Journal& journal, const AtlasBody& body) {
+  return (*journal.find(AtlasQuestion{AtlasQuestion::Kind::body, body}.name()))["omega"];
 }
 
 /// dt omega_max up to which a method should hold on a body; NaN: none is predicted.
@@ -153,13 +161,11 @@ double predicted(const Journal& journal, const AtlasBody& body, const std::strin
 void add_points(const AtlasPlane& plane, const std::string& integrator, const AtlasRow& row,
                 const Journal& journal, Table& points) {
   const AtlasBody& b = row.body;
-  const double omega = body_answer(journal, b)["omega"];
   for (const auto& [step, fate] : row.steps) {
     const Json& a = *journal.find(AtlasQuestion{AtlasQuestion::Kind::fate, b, integrator, step}.name());
     points.add({plane.name, integrator, b.cells, b.ratio, b.poisson, b.strain, dt_omega(step),
-                dt_omega(step) / omega, number(a["seconds"]), number(a["most_energy"]),
-                number(a["energy_left"]), number(a["reference_left"]), number(a["min_jacobian"]),
-                std::string(to_string(fate))});
+                number(a["seconds"]), number(a["most_energy"]), number(a["energy_left"]),
+                number(a["reference_left"]), number(a["min_jacobian"]), std::string(to_string(fate))});
   }
 }
 
@@ -170,7 +176,7 @@ void add_limit(const AtlasPlane& plane, const std::string& integrator, const Atl
                                    [](const auto& step) { return step.second != Fate::holds; });
   const bool some = failed != row.steps.begin();
   const double limit = predicted(journal, row.body, integrator);
-  limits.add({plane.name, integrator, plane.value(row.level),
+  limits.add({plane.name, integrator, plane.value(row.level), omega_of(journal, row.body),
               some ? dt_omega(std::prev(failed)->first) : none,
               failed == row.steps.end() ? "holds" : std::string(to_string(failed->second)), limit,
               !some                  ? "no step tried holds"
@@ -179,23 +185,27 @@ void add_limit(const AtlasPlane& plane, const std::string& integrator, const Atl
 }
 
 AtlasTables tables_of(const AtlasConfig& config, const Journal& journal) {
-  AtlasTables tables{
-      .points = Table({{"plane"},
-                       {"integrator"},
-                       {"cells"},
-                       {"ratio"},
-                       {"poisson"},
-                       {"strain"},
-                       {"dt_omega"},
-                       {"dt", "s"},
-                       {"seconds", "s"},
-                       {"most_energy"},
-                       {"energy_left"},
-                       {"reference_left"},
-                       {"min_jacobian"},
-                       {"status"}}),
-      .limits =
-          Table({{"plane"}, {"integrator"}, {"value"}, {"holds_to"}, {"then"}, {"predicted"}, {"status"}})};
+  AtlasTables tables{.points = Table({{"plane"},
+                                      {"integrator"},
+                                      {"cells"},
+                                      {"ratio"},
+                                      {"poisson"},
+                                      {"strain"},
+                                      {"dt_omega"},
+                                      {"seconds", "s"},
+                                      {"most_energy"},
+                                      {"energy_left"},
+                                      {"reference_left"},
+                                      {"min_jacobian"},
+                                      {"status"}}),
+                     .limits = Table({{"plane"},
+                                      {"integrator"},
+                                      {"value"},
+                                      {"omega_max", "rad/s"},
+                                      {"holds_to"},
+                                      {"then"},
+                                      {"predicted"},
+                                      {"status"}})};
   for (const AtlasPlane& plane : config.planes)
     for (const std::string& integrator : config.integrators) {
       std::vector<AtlasQuestion> open;
@@ -207,7 +217,7 @@ AtlasTables tables_of(const AtlasConfig& config, const Journal& journal) {
   return tables;
 }
 
-/// Passes reports on as shares of the rounds there may be.
+/// Passes reports on with the number of their round: how many there will be nobody knows.
 class Rounds final : public Progress {
  public:
   explicit Rounds(Progress& all) : all_(all) {}
@@ -224,18 +234,24 @@ class Rounds final : public Progress {
 
 }  // namespace
 
+double AtlasPlane::value(int level) const {
+  const int whole = level >> halvings, rest = level - (whole << halvings);
+  if (rest == 0) return values[std::size_t(whole)];
+  const double share = double(rest) / double(1 << halvings);
+  return (1 - share) * values[std::size_t(whole)] + share * values[std::size_t(whole) + 1];
+}
+
 AtlasTables measure_atlas(const AtlasConfig& config, int processes, Journal& journal, Progress& progress) {
   Status status = Status::ok;
   Rounds rounds(progress);
   for (;;) {
     const std::vector<AtlasQuestion> open = open_questions(config, journal);
     if (open.empty()) break;
-    std::vector<std::string> names;
-    for (const AtlasQuestion& question : open) names.push_back(question.name());
+    std::vector<Case> cases;
+    for (const AtlasQuestion& question : open)
+      cases.push_back({question.name(), [&] { return answer(question, journal); }});
     rounds.begin();
-    if (find_answers(
-            names, [&](std::size_t i) { return answer(open[i], journal); }, processes, journal, rounds))
-      continue;
+    if (find_answers(cases, processes, journal, rounds)) continue;
     status = Status::interrupted;
     break;
   }
@@ -247,23 +263,17 @@ AtlasTables measure_atlas(const AtlasConfig& config, int processes, Journal& jou
 namespace {
 
 constexpr const char* caption =
-    "A cube of 1 m is stretched along x, with a hundredth as much of fast motions, and let go; calibrated "
-    "springs, "
-    "t = 0.5. Where nothing else is said it has 3 cells per edge, nu = 0.3, is stretched by 1 percent, and "
-    "every "
-    "spring's damping is 0.05 of critical. Each run lasts two periods of the slowest vibration and at least "
-    "512 steps; "
-    "of implicit methods one and an eighth and 48, of those that choose their own steps two and 4 intervals. "
-    "Loses "
-    "energy: has, after one period, less than half of what small steps leave, and a twentieth of all less. "
-    "Folds: a "
-    "corner of a cell is inside out where somebody looks, 128 times in a run. Blows up: ten times the energy "
-    "at the "
-    "beginning. Stalls: a solver finds no solution. Too many steps: 500 do not suffice from look to look, "
-    "for one dt "
-    "or a few. White: not tried. omega_max is that of the body at rest, and so is the predicted limit: "
-    "stretch "
-    "stiffens springs. Small instabilities that take longer to grow are those of `mss stability`.";
+    "A cube of 1 m is stretched along x, with a hundredth as much of fast motions, and let go; "
+    "calibrated springs, t = 0.5. Where nothing else is said it has 3 cells per edge, nu = 0.3, is "
+    "stretched by 1 percent, and every spring's damping is 0.05 of critical. Each run lasts two "
+    "periods of the slowest vibration and at least 512 steps; of implicit methods one and an eighth "
+    "and 48, of those that choose their own steps two and 4 intervals. Loses energy: has, after one "
+    "period, less than half of what small steps leave, and a twentieth of all less. Folds: a corner "
+    "of a cell is inside out where somebody looks, 128 times in a run. Blows up: ten times the energy "
+    "at the beginning. Stalls: a solver finds no solution. Too many steps: 500 do not suffice from "
+    "look to look, for one dt or a few. White: not tried. omega_max is that of the body at rest, and "
+    "so is the predicted limit: stretch stiffens springs. Small instabilities that take longer to "
+    "grow are those of `mss stability`.";
 
 Json configuration(const AtlasConfig& c) {
   Json planes = Json::array();
@@ -378,11 +388,6 @@ Table guarded(const GuardOptions&, Progress& progress) {
 }
 
 }  // namespace
-
-Octaves octaves_of(const IntegratorInfo& method) {
-  if (method.stepping == Stepping::adaptive) return {-1, 9};
-  return method.implicit ? Octaves{-2, 7} : Octaves{-6, 3};
-}
 
 AtlasConfig atlas_config(const ExperimentOptions& options) {
   AtlasConfig config{.planes = {{"ratio",

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/body_system.hpp"
@@ -25,7 +24,7 @@ struct AtlasPlane {
   std::string name;            ///< of a column
   std::string label;           ///< of an axis
   std::vector<double> values;  ///< rows; between them, others where fates change
-  int halvings = 2;            ///< of what lies between two rows, at most
+  int halvings = 0;            ///< of what lies between two rows, at most
   void (*set)(AtlasBody& body, double value) = nullptr;
 
   int levels() const { return (int(values.size()) - 1) << halvings; }
@@ -42,12 +41,6 @@ struct AtlasConfig {
 };
 AtlasConfig atlas_config(const ExperimentOptions& options);
 
-/// First and last octave of dt omega_max that is tried with a method.
-struct Octaves {
-  int first, last;
-};
-Octaves octaves_of(const IntegratorInfo& method);
-
 /// What the journal is asked: of a body, its spectrum and how fast it loses energy; of a method and a body,
 /// its largest step; of these at a step, the fate.
 struct AtlasQuestion {
@@ -62,22 +55,9 @@ struct AtlasQuestion {
 /// Answers one; the journal must know those before it.
 Json answer(const AtlasQuestion& question, const Journal& journal);
 
-/// One row of a map: a method and a body at steps that are finer where fates change.
-struct AtlasRow {
-  int level = 0;
-  AtlasBody body{};
-  std::vector<std::pair<int, Fate>> steps{};  ///< ascending
-};
-
-/// The rows of a plane and method as far as the journal knows them, ascending; questions that are open are
-/// added to `open`.
-std::vector<AtlasRow> read_rows(const AtlasConfig& config, const AtlasPlane& plane,
-                                const std::string& integrator, const Journal& journal,
-                                std::vector<AtlasQuestion>& open);
-
 struct AtlasTables {
   Table points;  ///< every run
-  Table limits;  ///< per row: largest step that holds and what comes behind it
+  Table limits;  ///< per row: omega_max, largest step that holds and what comes behind it
   Status status = Status::ok;
 };
 AtlasTables measure_atlas(const AtlasConfig& config, int processes, Journal& journal, Progress& progress);

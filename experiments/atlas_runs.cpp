@@ -29,8 +29,8 @@ BodyConfig cube(const AtlasBody& body) {
 State<double> stretched(BodySystem<double>& system, double strain) {
   constexpr double fast_share = 0.01;
   State<double> state = system.rest_state();
-  const double edge = system.body().config().cell_size;
-  const Field<double> fast = fast_disturbance(system, fast_share * std::abs(strain) * edge, 1);
+  const Field<double> fast =
+      fast_disturbance(system, fast_share * std::abs(strain) * system.body().config().cell_size, 1);
   for (const std::ptrdiff_t site : system.particles()) {
     Vec3 x = state.x.at(site);
     x[0] = 0.5 + (1 + strain) * (x[0] - 0.5);

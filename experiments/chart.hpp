@@ -50,6 +50,9 @@ struct ChartAxis {
   std::string unit = {};                ///< not empty: ticks read "10 ms" and the like
 };
 
+/// An axis of rows from the top, a name each.
+ChartAxis named_rows(const std::vector<std::string>& names);
+
 /// A chart of lines over two axes. Text is plain: nothing in it is markup.
 struct Chart {
   enum class Legend { below, top_left, top_right, bottom_left, bottom_right };

@@ -79,6 +79,9 @@ std::string unexpected(const CLI::App& app) {
                        extra.empty() ? "" : extra.front(), help_hint(app));
   const std::string name = option->substr(0, option->find('='));
   const std::vector<std::string> known = option_names(chosen(app));
+  if (contains(known, name))
+    return fmt::format("{} stands before `{}`, whose option it is; put it behind", name,
+                       chosen(app).get_name());
   return fmt::format("option '{}' is unknown; did you mean '{}'? {} shows all", name, nearest(name, known),
                      help_hint(app));
 }

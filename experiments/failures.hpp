@@ -46,8 +46,9 @@ FailureConfig failure_config(const ExperimentOptions& options);
 
 struct FailureRun {
   Fate fate = Fate::holds;
-  double dt = 0;       ///< [s]
-  double seconds = 0;  ///< simulated [s]
+  double dt = 0;           ///< [s]
+  double seconds = 0;      ///< simulated [s]
+  std::int64_t steps = 0;  ///< taken
   Watch watch{};
 };
 

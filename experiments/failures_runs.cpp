@@ -9,6 +9,7 @@
 
 #include "core/spring_system.hpp"
 #include "experiments/failures.hpp"
+#include "experiments/simulation.hpp"
 #include "integrators/stable_step.hpp"
 
 namespace mss {
@@ -49,6 +50,13 @@ void stretch(Hardship& h, double factor) {
   h.place = [factor](const Vec3& rest) { return Vec3(n / 2 + factor * (rest[0] - n / 2), rest[1], rest[2]); };
 }
 
+/// The half beyond the middle, heavier than the particles of its inside by such a factor.
+void weigh_down(Hardship& h, double times) {
+  const Vec3 upper = Vec3::Ones(), lower(0.5, 0, 0);
+  constexpr double particles = (n + 1) * (n + 1) * (n + 1) / 2, each = density / (n * n * n);
+  h.body.weights = {{{lower, upper}, (times - 1) * particles * each}};
+}
+
 double speed_of_sound(const BodyConfig& body) { return std::sqrt(young / body.density); }
 
 /// The step or interval that a method is given, by what symplectic Euler would be; explicit Euler, which no
@@ -78,15 +86,12 @@ State<double> start(BodySystem<double>& system, const Hardship& h) {
 FailureRun run(BodySystem<double>& system, const IntegratorInfo& method, State<double> state, double dt,
                double jump, double seconds) {
   constexpr long most_looks = 200, most_steps = 500;
-  if (!(dt > 0)) return {.fate = Fate::stalls, .dt = dt, .seconds = none, .watch = {}};  // no step was found
-  const IntegratorOptions common{
-      .length_scale = system.body().config().cell_size,
-      .speed_scale = system.body().config().cell_size * system.spectral_bound().omega / 10,
-      .most_steps = most_steps};
+  if (!(dt > 0)) return {.fate = Fate::stalls, .dt = dt, .seconds = none};  // no step was found
   const bool adaptive = method.stepping == Stepping::adaptive;
-  IntegratorOptions whole = common, part = common;
-  whole.dt = adaptive ? 0 : dt;
-  part.dt = adaptive ? 0 : dt / jump;
+  IntegratorOptions whole{.dt = adaptive ? 0 : dt, .most_steps = most_steps};
+  scale_errors(whole, system);
+  IntegratorOptions part = whole;
+  part.dt = whole.dt / jump;
   const auto long_steps = method.make<double>(whole), short_steps = method.make<double>(part);
   const double pair = jump == 1 ? dt : dt + dt / jump;
   const long steps = std::max(32L, long(std::ceil(seconds / pair))),
@@ -94,7 +99,7 @@ FailureRun run(BodySystem<double>& system, const IntegratorInfo& method, State<d
   Work work;
   const auto one_pair = [&] {
     Status status = long_steps->advance(system, state, state.t + dt, work);
-    if (status != Status::ok || jump == 1) return status;
+    if (status != Status::ok) return status;
     short_steps->reset();
     status = short_steps->advance(system, state, state.t + dt / jump, work);
     long_steps->reset();
@@ -111,6 +116,7 @@ FailureRun run(BodySystem<double>& system, const IntegratorInfo& method, State<d
       },
       result.watch);
   result.seconds = state.t;
+  result.steps = work.steps;
   if (result.fate == Fate::holds && result.watch.last_jacobian <= 0) result.fate = Fate::folds;
   return result;
 }
@@ -152,6 +158,13 @@ const std::vector<FailureScene>& failure_scenes() {
        [](Hardship& h, double poisson) {
          fill(h, poisson, 0.5);
          stretch(h, 0.7);
+       }},
+      {"weights",
+       "half heavier, times",
+       {1e2, 1e4, 1e6},
+       [](Hardship& h, double times) {
+         weigh_down(h, times);
+         stretch(h, 1.3);
        }},
       {"jump", "dt jumps by", {2, 10, 100}, [](Hardship& h, double factor) {
          h.jump = factor;

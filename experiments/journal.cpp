@@ -14,14 +14,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the program is: a commit, and of a modified one the time it was built.
+/// Which program this is: other builds of a commit may round otherwise.
 Json program() {
-  const Json origin = provenance();
-  Json out{{"commit", origin["commit"]}};
-  std::error_code error;
-  if (origin["modified"].get<bool>())
-    out["built"] = fs::last_write_time("/proc/self/exe", error).time_since_epoch().count();
-  return out;
+  return {{"version", program_version()},
+          {"built", fs::last_write_time("/proc/self/exe").time_since_epoch().count()}};
 }
 
 std::string line(const std::string& name, const Json& answer) {

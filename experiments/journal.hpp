@@ -19,7 +19,7 @@ class Journal {
   /// Of nothing on disk.
   Journal() = default;
 
-  /// Goes on with a file, or begins it. `belongs_to` is what answers depend on; the program's commit is
+  /// Goes on with a file, or begins it. `belongs_to` is what answers depend on; the program's build is
   /// added. Throws InputError if the file belongs to something else or cannot be written.
   Journal(const std::filesystem::path& file, const Json& belongs_to);
 

@@ -9,6 +9,9 @@
 
 namespace mss {
 
+/// `fold_guard` of guarded bodies, k_g over the shear modulus: enough, and stiffer is no better.
+inline constexpr double usual_fold_guard = 5;
+
 /// One line for each model: its name and summary.
 std::vector<std::pair<std::string, std::string>> models();
 

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/model.hpp"
+
 namespace mss {
 
 namespace {
@@ -15,21 +17,15 @@ namespace {
 constexpr const char* guarded_suffix = ", guarded";
 
 constexpr const char* caption =
-    "Cubes of 3 x 3 x 3 cells are put into states that trap lattices and let go: mirrored, the upper layer "
-    "folded "
-    "down, a corner, an edge, a face or the four inner particles of the top pushed in by 1, 1.5 or 2.5 "
-    "cells, flat (1 "
-    "percent, and rough by as much of a cell), crushed to a thousandth, random. Seeds differ by a shake of a "
-    "thousandth "
-    "of a cell; crushed and random states are different altogether. Springs' damping is 0.05 of critical, "
-    "the step a "
-    "tenth of the safe one. Recovered: no spring longer or shorter by more than 1e-6, and no cell inside "
-    "out. Guarded: "
-    "corners whose volume falls below 0.4 of what it is at rest are pushed apart, k_g = 5 shear moduli. "
-    "Landings: at "
-    "the speed named, onto a plane with restitution 0.5, then free. Stiffer lattices, other shapes and "
-    "larger bodies "
-    "are left out.";
+    "Cubes of 3 x 3 x 3 cells are put into states that trap lattices and let go: mirrored, the upper "
+    "layer folded down, a corner, an edge, a face or the four inner particles of the top pushed in by "
+    "1, 1.5 or 2.5 cells, flat (1 percent, and rough by as much of a cell), crushed to a thousandth, "
+    "random. Seeds differ by a shake of a thousandth of a cell; crushed and random states are "
+    "different altogether. Springs' damping is 0.05 of critical, the step a tenth of the safe one. "
+    "Recovered: no spring longer or shorter by more than 1e-6, and no cell inside out. Guarded: "
+    "corners whose volume falls below 0.4 of what it is at rest are pushed apart, k_g = 5 shear "
+    "moduli. Landings: at the speed named, onto a plane with restitution 0.5, then free. Stiffer "
+    "lattices, other shapes and larger bodies are left out.";
 
 Json configuration(const RecoveryConfig& c) {
   Json models = Json::array();
@@ -51,13 +47,6 @@ Json configuration(const RecoveryConfig& c) {
           {"states", states},
           {"seed", c.seed},
           {"landing_speeds", c.landing_speeds}};
-}
-
-/// Rows from the top, a name each.
-ChartAxis named_rows(const std::vector<std::string>& names) {
-  ChartAxis axis{.label = "", .low = 0.4, .high = double(names.size()) + 0.6, .names = names};
-  for (std::size_t i = 0; i < names.size(); ++i) axis.ticks.push_back(double(names.size() - i));
-  return axis;
 }
 
 ChartAxis share_axis() { return {.label = "share that recovered", .low = -0.03, .high = 1.03}; }
@@ -247,7 +236,7 @@ RecoveryModel material_model(const std::string& name, const std::string& filling
 /// The same, with corners pushed apart before they fold.
 RecoveryModel with_guard(RecoveryModel model) {
   model.guarded = true;
-  model.body.fold_guard = 5;
+  model.body.fold_guard = usual_fold_guard;
   model.name += guarded_suffix;
   return model;
 }

@@ -14,6 +14,7 @@
 #include "core/measures.hpp"
 #include "experiments/model.hpp"
 #include "experiments/recovery.hpp"
+#include "experiments/simulation.hpp"
 #include "experiments/statistics.hpp"
 #include "experiments/workers.hpp"
 #include "integrators/integrator.hpp"
@@ -120,12 +121,9 @@ std::string usual(const Json& answer) {
   return most;
 }
 
-/// A case of the journal, and what answers it.
-struct Case {
-  std::string name;
-  std::function<Json()> answer;
-};
-
+std::string name_of(const RecoveryModel& model, const TrappedState& trap) {
+  return model.name + ", " + to_string(trap);
+}
 std::string name_of(const RecoveryModel& model, const Landing& landing) {
   return fmt::format("{}, lands on its {}", model.name, landing.name);
 }
@@ -134,8 +132,8 @@ std::vector<Case> cases_of(const RecoveryConfig& config) {
   std::vector<Case> cases;
   for (const RecoveryModel& model : config.models) {
     for (const TrappedState& trap : config.states)
-      cases.push_back({model.name + ", " + to_string(trap),
-                       [&model, &trap, &config] { return answer_of(model, trap, config.seed); }});
+      cases.push_back(
+          {name_of(model, trap), [&model, &trap, &config] { return answer_of(model, trap, config.seed); }});
     if (model.lands && !config.landing_speeds.empty())
       for (const Landing& landing : landings())
         cases.push_back({name_of(model, landing), [&model, &landing, &config] {
@@ -148,7 +146,7 @@ std::vector<Case> cases_of(const RecoveryConfig& config) {
 void add_rows(const RecoveryConfig& config, const Journal& journal, RecoveryTables& tables) {
   for (const RecoveryModel& m : config.models) {
     for (const TrappedState& trap : config.states)
-      if (const Json* found = journal.find(m.name + ", " + to_string(trap))) {
+      if (const Json* found = journal.find(name_of(m, trap))) {
         const Json& a = *found;
         std::vector<Cell> row{m.name, m.guarded ? 1 : 0, m.face_share, m.poisson, to_string(trap), m.seeds};
         for (const Recovery outcome : outcomes) row.emplace_back(a[to_string(outcome)].get<std::int64_t>());
@@ -229,12 +227,11 @@ namespace {
 /// A cube that is stretched by a twentieth and let go, as in ordinary scenes.
 struct Ordinary {
   explicit Ordinary(const RecoveryModel& model)
-      : body(model.body), system(make_system<double>(model.model, body, {}, 1)), state(system->rest_state()) {
-    constexpr double strain = 0.05;
+      : body(model.body),
+        system(make_system<double>(model.model, body, {}, 1)),
+        state(stretched_state(*system, 1.05)) {
     dt = safe_share * stable_step(method(), system->spectral_bound());
     integrator = method().make<double>({.dt = dt});
-    for (const std::ptrdiff_t site : system->particles())
-      state.x.set(site, state.x.at(site).cwiseProduct(Vec3(1 + strain, 1, 1)));
   }
   void advance(long steps) {
     Work work;
@@ -283,13 +280,8 @@ Table measure_costs(const RecoveryConfig& config, const Progress& progress) {
 
 RecoveryTables measure_recovery(const RecoveryConfig& config, int processes, Journal& journal,
                                 Progress& progress) {
-  const std::vector<Case> cases = cases_of(config);
-  std::vector<std::string> names;
-  for (const Case& c : cases) names.push_back(c.name);
   RecoveryTables tables = empty_tables();
-  if (!find_answers(
-          names, [&](std::size_t i) { return cases[i].answer(); }, processes, journal, progress))
-    tables.status = Status::interrupted;
+  if (!find_answers(cases_of(config), processes, journal, progress)) tables.status = Status::interrupted;
   add_rows(config, journal, tables);
   return tables;
 }

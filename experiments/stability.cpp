@@ -30,12 +30,12 @@ Json configuration(const StabilityConfig& c) {
 }
 
 constexpr const char* caption =
-    "The largest step at which a small random motion of a free cube does not grow, found by bisection to 0.4 "
-    "percent, against cells per edge. Predicted: the method's own limit for that motion of the cube which "
-    "has "
-    "the least, found by Lanczos in its stiffness and damping. Sure: what `dt = \"safe\"` takes nine tenths "
-    "of, from bounds on both. The step falls as 1 / n, so a simulated second costs n^4. Methods without a "
-    "limit are not here; nor are deformations, which stiffen springs, and other bodies.";
+    "The largest step at which a small random motion of a free cube does not grow, found by bisection "
+    "to 0.4 percent, against cells per edge. Predicted: the method's own limit for that motion of the "
+    "cube which has the least, found by Lanczos in its stiffness and damping. Sure: what `dt = "
+    "\"safe\"` takes nine tenths of, from bounds on both. The step falls as 1 / n, so a simulated "
+    "second costs n^4. Methods without a limit are not here; nor are deformations, which stiffen "
+    "springs, and other bodies.";
 
 /// A series per method of what the rows chosen say; of a method that has none, why.
 template <class Chosen, class Point>

@@ -60,15 +60,13 @@ bool write_all(int pipe, std::string_view text) {
   return true;
 }
 
-/// What a worker does with its life.
-/// An exception that escapes ends the process, which its parent sees.
+/// What a worker does with its life. An exception that escapes ends the process, which its parent sees.
 // NOLINTNEXTLINE(bugprone-exception-escape): meant, see above
-void serve(int pipe, std::size_t cases, SharedCounter& counter,
-           const std::function<Json(std::size_t)>& answer) noexcept {
-  for (std::size_t i = counter.next(); i < cases; i = counter.next()) {
+void serve(int pipe, const std::vector<const Case*>& cases, SharedCounter& counter) noexcept {
+  for (std::size_t i = counter.next(); i < cases.size(); i = counter.next()) {
     Json line{{"case", i}};
     try {
-      line["answer"] = answer(i);
+      line["answer"] = cases[i]->answer();
     } catch (const std::exception& error) {
       line["error"] = error.what();
     }
@@ -79,9 +77,9 @@ void serve(int pipe, std::size_t cases, SharedCounter& counter,
 /// Forked processes; those that still run when this ends are killed.
 class Workers {
  public:
-  Workers(int processes, std::size_t cases, const std::function<Json(std::size_t)>& answer) {
+  Workers(int processes, const std::vector<const Case*>& cases) {
     try {
-      for (int i = 0; i < processes; ++i) start(cases, answer);
+      for (int i = 0; i < processes; ++i) start(cases);
     } catch (...) {
       kill_all();
       throw;
@@ -123,7 +121,7 @@ class Workers {
                                  std::strerror(errno)));
   }
 
-  void start(std::size_t cases, const std::function<Json(std::size_t)>& answer) {
+  void start(const std::vector<const Case*>& cases) {
     std::array<int, 2> ends{};
     if (pipe(ends.data()) != 0) refuse();
     const pid_t process = fork();
@@ -135,7 +133,7 @@ class Workers {
     if (process == 0) {
       for (const Worker& other : workers_) close(other.pipe);
       close(ends[0]);
-      serve(ends[1], cases, counter_, answer);
+      serve(ends[1], cases, counter_);
       _exit(0);
     }
     close(ends[1]);
@@ -172,23 +170,21 @@ class Workers {
 
 }  // namespace
 
-bool find_answers(const std::vector<std::string>& cases, const std::function<Json(std::size_t)>& answer,
-                  int processes, Journal& journal, Progress& progress) {
-  std::vector<std::size_t> open;
-  for (std::size_t i = 0; i < cases.size(); ++i)
-    if (journal.find(cases[i]) == nullptr) open.push_back(i);
+bool find_answers(const std::vector<Case>& cases, int processes, Journal& journal, Progress& progress) {
+  std::vector<const Case*> open;
+  for (const Case& c : cases)
+    if (journal.find(c.name) == nullptr) open.push_back(&c);
   if (open.empty()) return !progress.stopped();
   std::size_t done = 0;
   const auto take = [&](const Json& line) {
-    const std::string& name = cases[open[line["case"].get<std::size_t>()]];
+    const std::string& name = open[line["case"].get<std::size_t>()]->name;
     if (line.contains("error"))
       throw std::runtime_error(fmt::format("{}: {}", name, line["error"].get<std::string>()));
     journal.add(name, line["answer"]);
     progress.report(double(++done) / double(open.size()), name);
   };
   const int wanted = processes > 0 ? processes : available_cores();
-  Workers workers(std::min(wanted, int(open.size())), open.size(),
-                  [&](std::size_t i) { return answer(open[i]); });
+  Workers workers(std::min(wanted, int(open.size())), open);
   while (!progress.stopped())
     if (!workers.read_lines(take)) {
       if (done < open.size()) throw std::runtime_error("processes ended before all cases were answered");

@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <map>
 
+#include "tests/experiments/stop_after.hpp"
+
 namespace mss {
 namespace {
 
@@ -115,17 +117,6 @@ TEST(Atlas, MoreRowsWhereFatesChange) {
   EXPECT_FALSE(between_first);
   EXPECT_TRUE(between_last);
 }
-
-/// Stops once so many answers are in.
-class StopAfter final : public Progress {
- public:
-  explicit StopAfter(int answers) : left_(answers) {}
-  void report(double, std::string_view) override { --left_; }
-  bool stopped() const override { return left_ <= 0; }
-
- private:
-  int left_;
-};
 
 TEST(Atlas, IsTheSameHoweverItIsSplitAndInterrupted) {
   const AtlasConfig config = small_atlas({"verlet", "backward_euler_linear"});

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "experiments/map_chart.hpp"
 #include "experiments/number_list.hpp"
 #include "experiments/output.hpp"
 #include "experiments/report.hpp"
@@ -48,6 +49,33 @@ TEST(ChartScript, LeavesGapsWhereThereIsNoNumber) {
   EXPECT_EQ(script.find("$bars1"), std::string::npos);
   EXPECT_EQ(script.find("nan"), std::string::npos);
   EXPECT_NE(script.find("set output 'it''s.png'"), std::string::npos);
+}
+
+TEST(MapChart, ShowsItsPanelsAndTheKindsThatAreThere) {
+  MapChart chart{.title = "maps",
+                 .subtitle = "of two methods",
+                 .x = {.label = "dt", .logarithmic = true, .low = 0.1, .high = 10},
+                 .y = named_rows({"upper", "lower"}),
+                 .kinds = {"holds", "never seen", "blows up"},
+                 .panels = {{.title = "first_method", .cells = {{0.1, 1, 0.5, 1.5, 0}, {1, 10, 0.5, 1.5, 2}}},
+                            {.title = "second", .line = {{1, 1}, {2, 2}}}}};
+  EXPECT_TRUE(has_cells(chart));
+  const fs::path stem = fs::temp_directory_path() / ("mss-map-test-" + std::to_string(getpid()));
+  draw(chart, stem);
+  const std::string svg = read_file(stem.string() + ".svg");
+  for (const std::string word : {"first", "second", "upper", "lower", "holds", "blows up"})
+    EXPECT_NE(svg.find(word), std::string::npos) << word;
+  EXPECT_EQ(svg.find("never seen"), std::string::npos);
+  for (const std::string extension : {".svg", ".png"}) EXPECT_TRUE(fs::remove(stem.string() + extension));
+  chart.panels[0].cells.clear();
+  EXPECT_FALSE(has_cells(chart));
+}
+
+TEST(MapChart, WritesShortNumbers) {
+  EXPECT_EQ(short_number(0.25), ".25");
+  EXPECT_EQ(short_number(-0.2), "-.2");
+  EXPECT_EQ(short_number(10.5), "10.5");
+  EXPECT_EQ(short_number(0), "0");
 }
 
 TEST(ChartScript, GivesEverySeriesItsOwnMarkerAndDash) {

@@ -56,6 +56,8 @@ TEST(Failures, StepsThatJumpTakeTheirTime) {
   EXPECT_EQ(jumping.fate, Fate::holds);
   EXPECT_EQ(even.dt, jumping.dt);
   EXPECT_NEAR(jumping.seconds / even.seconds, 1, 0.01);
+  // Of each pair of steps the second is a tenth as long.
+  EXPECT_NEAR(double(jumping.steps) / double(even.steps), 2 / 1.1, 0.02);
 }
 
 TEST(Failures, AreTheSameHoweverTheyAreSplit) {
