@@ -132,7 +132,7 @@ std::string panel_commands(const MapChart& chart, const Grid& grid, int index,
   if (!own_x && !grid.is_lowest(index)) x.label = "";
   if (column > 0 || (grid.rows > 1 && row != (grid.rows - 1) / 2)) y.label = "";
   if (column > 0) y.names.assign(y.names.size(), "");
-  const double foot = own_x ? 72 : 44;  // below a panel
+  const double foot = own_x ? 84 : 44;  // below a panel
   std::string out = fmt::format(
       "set lmargin at screen {}\nset rmargin at screen {}\nset tmargin at screen {}\nset bmargin at screen "
       "{}\n",
@@ -167,6 +167,8 @@ std::string script(const MapChart& chart, const std::string& svg, const std::str
 
 std::string short_number(double x) {
   std::string text = fmt::format("{:g}", x);
+  if (const double power = std::round(std::log10(std::abs(x))); power >= 3 && std::pow(10, power) == x)
+    return fmt::format("1e{:.0f}", power);
   if (const std::size_t zero = text.find("0."); zero == 0 || (zero == 1 && text[0] == '-'))
     text.erase(zero, 1);
   return text;

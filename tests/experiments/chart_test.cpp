@@ -76,6 +76,10 @@ TEST(MapChart, WritesShortNumbers) {
   EXPECT_EQ(short_number(-0.2), "-.2");
   EXPECT_EQ(short_number(10.5), "10.5");
   EXPECT_EQ(short_number(0), "0");
+  EXPECT_EQ(short_number(100), "100");
+  EXPECT_EQ(short_number(1000), "1e3");
+  EXPECT_EQ(short_number(1e6), "1e6");
+  EXPECT_EQ(short_number(1500), "1500");
 }
 
 TEST(ChartScript, GivesEverySeriesItsOwnMarkerAndDash) {
