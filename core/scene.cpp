@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "core/error.hpp"
 #include "core/measures.hpp"
@@ -22,8 +23,10 @@ KnownKeys make_known_keys() {
       {"expect", {energy_drift, mean_displacement}},
       {"expect.energy_drift", {"value", "within"}},
       {"expect.displacement", {"box", "value", "within"}},
-      {"body", {"cells", "voxels", "cell_size", "origin", "topology", "sharing"}},
-      {"material", {"model", "density", "young", "poisson", "face_share", "springs", "volume", "fold_guard"}},
+      {"body", {"cells", "voxels", "refine", "cell_size", "origin", "topology", "sharing"}},
+      {"material",
+       {"model", "density", "young", "poisson", "face_share", "springs", "volume", "volume_force",
+        "fold_guard"}},
       {"material.springs", {"edge", "face", "body"}},
       {"damping", {"ratio", "paper"}},
       {"weight", {"box", "mass"}},
@@ -54,6 +57,8 @@ constexpr auto positive = [](double value) { return value > 0; };
 constexpr auto not_negative = [](double value) { return value >= 0; };
 
 constexpr Quantity cell_counts{"a number of cells", "three whole numbers of at least 1, or voxels = \"file\"",
+                               [](double value) { return value >= 1; }};
+constexpr Quantity split_parts{"a number of parts of an edge", "a whole number of at least 1",
                                [](double value) { return value >= 1; }};
 constexpr Quantity length{"a length", "a positive number of metres", positive};
 constexpr Quantity position{"a position", "three finite numbers of metres", any};
@@ -113,14 +118,16 @@ const std::string& name_of(Value value, const std::vector<std::pair<std::string,
 /// What `resolved` tells beside the Scene itself: how the body and the springs were asked for.
 struct Asked {
   std::string voxels;  ///< empty: a box of cells
+  int refine = 1;
   double face_share = 0.5;
 };
 
 /// Some 100 bytes per lattice site are needed: beyond this, bodies outgrow the memory of a large workstation.
 constexpr double most_sites = 2e8;
 
-void check_size(const TomlTable& body, std::string_view key, const std::array<int, 3>& cells) {
-  const double sites = (cells[0] + 1.0) * (cells[1] + 1.0) * (cells[2] + 1.0);
+void check_size(const TomlTable& body, std::string_view key, const std::array<int, 3>& cells, int refine) {
+  double sites = 1;
+  for (const int count : cells) sites *= double(count) * refine + 1;
   if (sites > most_sites)
     body.reject(
         key,
@@ -129,19 +136,29 @@ void check_size(const TomlTable& body, std::string_view key, const std::array<in
                     sites / 1e6, most_sites / 1e6));
 }
 
+/// Every cell split into `parts` along each axis.
+VoxelGrid split(const VoxelGrid& grid, int parts) {
+  if (parts == 1) return grid;
+  VoxelGrid fine(grid.nx() * parts, grid.ny() * parts, grid.nz() * parts);
+  for (int k = 0; k < fine.nz(); ++k)
+    for (int j = 0; j < fine.ny(); ++j)
+      for (int i = 0; i < fine.nx(); ++i) fine.set(i, j, k, grid.at(i / parts, j / parts, k / parts));
+  return fine;
+}
+
 VoxelGrid read_voxels(const TomlTable& body, const std::filesystem::path& folder, Asked& asked) {
   if (body.has("cells") && body.has("voxels"))
     body.reject("voxels", "stands beside body.cells; give one of the two");
   if (!body.has("voxels")) {
-    const auto cells = body.three_whole("cells", cell_counts);
-    check_size(body, "cells", cells);
-    return VoxelGrid::box(cells[0], cells[1], cells[2]);
+    auto cells = body.three_whole("cells", cell_counts);
+    check_size(body, "cells", cells, asked.refine);
+    return split(VoxelGrid::box(cells[0], cells[1], cells[2]), asked.refine);
   }
   asked.voxels = body.text("voxels", "a file name", "the path of a voxel file, relative to the scene file");
   try {
     VoxelGrid grid = VoxelGrid::read(folder / asked.voxels);
-    check_size(body, "voxels", grid.size());
-    return grid;
+    check_size(body, "voxels", grid.size(), asked.refine);
+    return split(grid, asked.refine);
   } catch (const InputError& error) {
     body.reject("voxels", fmt::format("does not give a body: {}", error.what()));
   }
@@ -152,7 +169,7 @@ SpringConstants read_springs(const TomlTable& material, double cell_size,
                              std::optional<ElasticConstants>& elastic, Asked& asked) {
   const bool calibrated = material.has("young") || material.has("poisson");
   if (material.has("springs")) {
-    for (const auto* key : {"young", "poisson", "face_share"})
+    for (const auto* key : {"young", "poisson", "face_share", "volume_force"})
       if (material.has(key)) material.reject(key, "stands beside material.springs; give one of the two");
     const TomlTable springs = material.table("springs");
     return {.edge = springs.number("edge", spring),
@@ -167,7 +184,8 @@ SpringConstants read_springs(const TomlTable& material, double cell_size,
     material.reject("volume", "stands beside material.young, which determines it; give one of the two");
   elastic = {.young = material.number("young", young), .poisson = material.number("poisson", poisson)};
   asked.face_share = material.number("face_share", share, 0.5);
-  const SpringConstants springs = calibrate(*elastic, cell_size, asked.face_share);
+  SpringConstants springs = calibrate(*elastic, cell_size, asked.face_share);
+  if (!material.boolean("volume_force", true)) springs.volume = 0;
   if (!std::isfinite(springs.edge + springs.volume))
     material.reject("young", "is too large to compute with; give a smaller number of pascals");
   return springs;
@@ -194,8 +212,9 @@ BodyConfig read_body(const TomlTable& scene, const std::filesystem::path& folder
   const TomlTable body = scene.table("body");
   const TomlTable material = scene.table("material");
   BodyConfig config;
+  asked.refine = body.whole("refine", split_parts, 1);
   config.voxels = read_voxels(body, folder, asked);
-  config.cell_size = body.number("cell_size", length);
+  config.cell_size = body.number("cell_size", length) / asked.refine;
   config.origin = body.vector("origin", position, Vec3::Zero());
   config.topology = body.choice("topology", "a topology", topologies, Topology::full);
   config.sharing = body.choice("sharing", "a way of sharing springs", sharings, Sharing::weighted);
@@ -346,14 +365,22 @@ using Json = nlohmann::ordered_json;
 Json to_json(const Vec3& v) { return {v[0], v[1], v[2]}; }
 Json to_json(const Box& box) { return {to_json(box.lower), to_json(box.upper)}; }
 
+/// Cells along each axis before they were split.
+std::array<int, 3> cells_before(const BodyConfig& body, int refine) {
+  std::array<int, 3> cells = body.voxels.size();
+  for (int& count : cells) count /= refine;
+  return cells;
+}
+
 Json to_json(const BodyConfig& body, const Asked& asked) {
   Json json;
   if (asked.voxels.empty())
-    json["cells"] = body.voxels.size();
+    json["cells"] = cells_before(body, asked.refine);
   else
     json["voxels"] = asked.voxels;
+  json["refine"] = asked.refine;
   json["cell_count"] = body.voxels.count();
-  json["cell_size"] = body.cell_size;
+  json["cell_size"] = body.cell_size * asked.refine;
   json["origin"] = to_json(body.origin);
   json["topology"] = name_of(body.topology, topologies);
   json["sharing"] = name_of(body.sharing, sharings);
@@ -452,6 +479,13 @@ std::string to_json(const Scene& scene, const Asked& asked) {
 }  // namespace
 
 const std::string& to_string(ContactLaw law) { return name_of(law, contact_laws); }
+
+std::string scene_text(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  const TomlFile toml(file, overrides, known_keys());
+  std::ostringstream text;
+  text << toml::toml_formatter(toml.root()) << "\n";
+  return text.str();
+}
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   const TomlFile toml(file, overrides, known_keys());

@@ -69,4 +69,7 @@ struct Scene {
 /// `--set solve.dt=1e-4`. Throws InputError naming file, line and key.
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
+/// A scene file with overrides in their places, as TOML again; comments are lost.
+std::string scene_text(const std::filesystem::path& file, const std::vector<std::string>& overrides);
+
 }  // namespace mss

@@ -93,8 +93,11 @@ std::string series_commands(const Chart& chart, std::vector<std::string>& plots)
                                   gnuplot_text(series.label)));
       continue;
     }
-    plots.push_back(fmt::format("{} with linespoints lc '{}' lw 2.2 dt {} pt {} ps 1.1*unit title {}", data,
-                                style.colour, style.dash, style.marker, gnuplot_text(series.label)));
+    const std::string look = series.joined
+                                 ? fmt::format("linespoints lc '{}' lw 2.2 dt {}", style.colour, style.dash)
+                                 : fmt::format("points lc '{}' lw 1.6", style.colour);
+    plots.push_back(fmt::format("{} with {} pt {} ps 1.1*unit title {}", data, look, style.marker,
+                                gnuplot_text(series.label)));
   }
   return out;
 }

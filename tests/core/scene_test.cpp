@@ -137,6 +137,42 @@ TEST(Scene, CalibratesSprings) {
   EXPECT_EQ(read.body, 0);
 }
 
+TEST(Scene, LeavesTheVolumeForceOut) {
+  const SpringConstants with = load_text(plain_scene).body.springs;
+  const BodyConfig without = load_text(plain_scene, {"material.volume_force=false"}).body;
+  EXPECT_NE(with.volume, 0);
+  EXPECT_EQ(without.springs.volume, 0);
+  EXPECT_EQ(without.springs.edge, with.edge);
+  EXPECT_TRUE(without.elastic.has_value());
+}
+
+TEST(Scene, SplitsCells) {
+  const BodyConfig body = load_text(plain_scene, {"body.refine=3"}).body;
+  EXPECT_THAT(body.voxels.size(), ElementsAre(6, 6, 6));
+  EXPECT_EQ(body.voxels.count(), 216U);
+  EXPECT_DOUBLE_EQ(body.cell_size, 0.5 / 3);
+  EXPECT_DOUBLE_EQ(body.springs.edge, load_text(plain_scene).body.springs.edge / 3);
+  const SceneFolder folder;
+  folder.write("ell.txt", "#.\n##\n");
+  const std::string text = replaced(plain_scene, "cells = [2, 2, 2]", "voxels = \"ell.txt\"\nrefine = 2");
+  const Scene scene = load_scene(folder.write("ell.toml", text));
+  EXPECT_THAT(scene.body.voxels.size(), ElementsAre(4, 4, 2));
+  EXPECT_EQ(scene.body.voxels.count(), 24U);
+  EXPECT_FALSE(scene.body.voxels.at(2, 1, 0));
+  EXPECT_TRUE(scene.body.voxels.at(2, 2, 0));
+}
+
+TEST(Scene, IsTextAgain) {
+  const SceneFolder folder;
+  const std::vector<std::string> overrides{"solve.dt=3e-4", "hold.0.axes=xy", "damping.ratio=0.25"};
+  const auto file = folder.write("scene.toml", full_scene);
+  const Scene direct = load_scene(file, overrides);
+  std::filesystem::create_directory(folder.path() / "again");
+  const auto again = folder.write("again/scene.toml", scene_text(file, overrides));
+  EXPECT_EQ(load_scene(again).resolved, direct.resolved);
+  EXPECT_EQ(load_scene(again).solve.dt, 3e-4);
+}
+
 TEST(Scene, KnowsThreeKindsOfDampingAndSafeSteps) {
   EXPECT_EQ(load_text(plain_scene + "[damping]\npaper = true").body.damping.law, Damping::Law::paper);
   EXPECT_EQ(load_text(plain_scene + "[damping]\npaper = false\nratio = 1").body.damping.law,

@@ -241,6 +241,36 @@ TEST(Check, RefusesScenesThatExpectNothing) {
   expect_refused({"check", scene}, "expect.volume_ratio.within = -1 is not a margin");
 }
 
+TEST(Advise, RefusesImpossibleAsks) {
+  for (const std::string error : {"0", "0%", "-1%", "100%", "much", "1 %"})
+    expect_refused({"advise", "free_cube", "--error", error}, "--error " + error);
+  for (const std::string budget : {"0ms/frame", "16", "fast", "16ms"})
+    expect_refused({"advise", "free_cube", "--budget", budget}, "--budget " + budget);
+  expect_refused({"advise", "free_cube", "--of", "volumes"}, "did you mean 'volume'");
+  expect_refused({"advise", "free_cube", "--patience", "0"}, "--patience");
+}
+
+TEST(Advise, WritesTheSceneThatItAdvises) {
+  const Directory out;
+  write_atomically(out / "ell.txt", "#.\n##\n");
+  write_atomically(out / "ell.toml",
+                   "[body]\nvoxels = 'ell.txt'\ncell_size = 0.1\n"
+                   "[material]\ndensity = 1000\nyoung = 1e5\npoisson = 0.3\n"
+                   "[start]\nspin = [3, 2, 1]\n[solve]\nduration = 0.1\n");
+  const std::string scene = (out / "ell.toml").string(), advice = (out / "advice").string();
+  const ProgramRun run = mss({"advise", scene, "--error", "10%", "--patience", "5", "--out", advice});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  for (const char* file : {"advise.csv", "advise.svg", "advise.png", "summary.json", "advised.toml"})
+    EXPECT_TRUE(fs::exists(fs::path(advice) / file)) << file;
+  const ProgramRun again = mss({"run", advice + "/advised.toml", "--out", (out / "run").string()});
+  EXPECT_EQ(again.exit_status, 0) << again.output;
+  const ProgramRun hasty =
+      mss({"advise", scene, "--error", "10%", "--patience", "5", "--budget", "1ns/frame", "--out", advice});
+  EXPECT_EQ(hasty.exit_status, 1) << hasty.output;
+  EXPECT_NE(hasty.output.find("nothing is that cheap"), std::string::npos) << hasty.output;
+  EXPECT_FALSE(fs::exists(fs::path(advice) / "advised.toml"));
+}
+
 TEST(Model, FillsEveryExperimentsBodies) {
   const Directory directory;
   const std::string out = directory / "energy";

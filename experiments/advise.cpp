@@ -1,0 +1,634 @@
+// The search of `mss advise`: references finer and finer, then lattices, then methods, dearer ones never to
+// their end.
+#include "experiments/advise.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "experiments/simulation.hpp"
+#include "experiments/statistics.hpp"
+#include "integrators/stable_step.hpp"
+
+namespace mss {
+
+namespace {
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+/// Levels of references, and those between, that are tried for candidates too.
+constexpr std::array<int, 13> rungs{1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96};
+constexpr std::array<int, 7> between_rungs{5, 7, 10, 14, 20, 28, 40};
+
+/// The method of references and of trials that are about lattices: explicit, of second order with damping.
+constexpr const char* accurate_method = "damped_verlet";
+constexpr double accurate_share = 0.5;  ///< of its safe step
+
+/// Candidates that would take so much longer than the cheapest so far are dropped.
+constexpr double worth_trying = 1.3;
+
+constexpr const char* meets_it = "meets it";
+constexpr const char* too_wrong = "error above what is asked";
+constexpr const char* too_close = "too close to what is asked to be sure";
+
+/// A reference whose uncertainty is a larger share of the error asked does not do.
+constexpr double sure_share = 0.5;
+
+double safe_step(const std::string& method, const SpectralBound& bound) {
+  return safe_share * sure_step(find_integrator(method), bound);
+}
+
+std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
+
+/// A candidate in a sentence.
+std::string tell(const SceneFamily& family, const Trial& trial) {
+  const Candidate& c = trial.candidate;
+  return fmt::format("cells of {:.4g} m, {}, {}: {} in {:.3g} ms a frame", family.cell_size(c.level),
+                     c.integrator, c.precision == Precision::single ? "single" : "double",
+                     percent(trial.error), trial.cost * 1e3 / frames_per_second);
+}
+
+class Search {
+ public:
+  Search(SceneFamily& family, const Ask& ask, Progress& progress)
+      : family_(family), ask_(ask), progress_(progress), looks_(looks_of(family.asked())) {}
+
+  Advice find();
+  Advice grid(int finest_level, int reference_level);
+
+ private:
+  struct Rung {
+    int level;
+    Trajectory trajectory;
+    double seconds;
+    std::size_t trial;
+  };
+  /// What ends a trial early.
+  struct Limits {
+    double error = std::numeric_limits<double>::infinity();
+    double cost = std::numeric_limits<double>::infinity();
+  };
+  enum class Outcome { meets, wrong, dear, impossible };
+
+  Candidate accurate(int level) const;
+  std::optional<Rung> climb_to(int level);
+  bool climb();
+  void judge_by_ladder();
+  bool is_sure() const;
+  double seconds_at(int level) const;
+  int checking_level() const;
+  void check_scale() const;
+  void judge_rungs();
+
+  Outcome run(const Candidate& candidate, const Limits& limits);
+  Outcome try_lattice(Candidate candidate);
+  void add(const Candidate& candidate, const std::string& verdict);
+  /// Uncertainties are rather too large: half of one does where a finer reference will check.
+  bool meets(double error) const {
+    return error + (!ladder_.empty() && checking_level() > 0 ? 0.5 : 1) * advice_.uncertainty <= ask_.error;
+  }
+  bool is_undecided(double error) const { return std::abs(error - ask_.error) < advice_.uncertainty; }
+  bool decides() const;
+  double best_cost() const;
+  Limits worth() const { return {ask_.error + advice_.uncertainty, worth_trying * best_cost()}; }
+
+  std::vector<Candidate> fillings(int level) const;
+  std::vector<Candidate> find_lattices();
+  int coarsest_plain();
+  std::vector<std::vector<Candidate>> methods(const Candidate& lattice);
+  void try_methods(const Candidate& lattice);
+
+  std::optional<std::size_t> cheapest() const;
+  void try_threads();
+  void time_again();
+  void check();
+  void explain_budget();
+  bool stopped() {
+    advice_.stopped = advice_.stopped || progress_.stopped();
+    return advice_.stopped;
+  }
+
+  SceneFamily& family_;
+  const Ask& ask_;
+  Progress& progress_;
+  Looks looks_;
+  Advice advice_;
+  std::vector<Rung> ladder_;
+  std::optional<Judge> judge_;
+  bool extrapolated_ = false;  ///< the judge is finer than the finest rung
+};
+
+Candidate Search::accurate(int level) const {
+  Candidate c{.level = level};
+  c.integrator = accurate_method;
+  c.threads = 0;
+  const double most = accurate_share * safe_step(accurate_method, family_.bound(c));
+  c.dt = step_between_looks(std::min(most, looks_.interval), looks_);
+  return c;
+}
+
+void Search::add(const Candidate& candidate, const std::string& verdict) {
+  Trial trial;
+  trial.candidate = candidate;
+  trial.verdict = verdict;
+  advice_.trials.push_back(trial);
+}
+
+/// Runs a reference; nothing if that is impossible or fails, which the trial says.
+std::optional<Search::Rung> Search::climb_to(int level) {
+  const Candidate candidate = accurate(level);
+  Trial trial;
+  trial.candidate = candidate;
+  progress_.report(0, fmt::format("reference, cells of {:.4g} m", family_.cell_size(level)));
+  try {
+    Followed run =
+        follow_scene(family_.scene(candidate), looks_, [&](const Followed&) { return !stopped(); });
+    trial.cost = run.cost();
+    trial.share = run.simulated / family_.asked().solve.duration;
+    trial.verdict = run.ended_early ? "interrupted" : std::string(to_string(run.status));
+    advice_.trials.push_back(trial);
+    if (run.ended_early || run.status != Status::ok) return {};
+    return Rung{level, std::move(run.trajectory), run.total_seconds(), advice_.trials.size() - 1};
+  } catch (const InputError& error) {
+    add(candidate, fmt::format("impossible: {}", error.what()));
+    return {};
+  }
+}
+
+/// What is taken for true: the finest rung, or what the last two tend to, whichever has changed less since
+/// the rung before.
+void Search::judge_by_ladder() {
+  const std::size_t last = ladder_.size() - 1;
+  const Rung &fine = ladder_[last], &coarse = ladder_[last - 1];
+  const double by = double(fine.level) / coarse.level, gain = 1 / (by * by - 1);
+  advice_.finest_level = fine.level;
+  judge_.emplace(ask_.of, fine.trajectory);
+  extrapolated_ = false;
+  if (last < 2) {
+    advice_.uncertainty = judge_->over_all(coarse.trajectory) / (by - 1);
+    return;
+  }
+  const Rung& coarser = ladder_[last - 2];
+  const double by_before = double(coarse.level) / coarser.level;
+  const double change = judge_->over_all(coarse.trajectory),
+               before = Judge(ask_.of, coarse.trajectory).over_all(coarser.trajectory);
+  double order = 1;
+  if (change > 0 && before > 0)
+    order = std::clamp(std::log(before / change) / std::log(std::sqrt(by * by_before)), 0.5, 2.0);
+  advice_.uncertainty = change / (std::pow(by, order) - 1);
+  Judge limit(ask_.of, extrapolate(coarse.trajectory, fine.trajectory, by));
+  const double sure = gain * limit.over_all(extrapolate(coarser.trajectory, coarse.trajectory, by_before));
+  if (!(sure < advice_.uncertainty)) return;
+  advice_.uncertainty = sure;
+  judge_.emplace(std::move(limit));
+  extrapolated_ = true;
+}
+
+/// A reference that does not move has no errors to compare with.
+void Search::check_scale() const {
+  if (ask_.of == ErrorOf::frequency && !std::isfinite(judge_->scale()))
+    throw InputError(
+        fmt::format("{}: does not swing often enough in solve.duration to have a frequency; ask for "
+                    "--of displacement, or give it more time",
+                    family_.asked().file.string()));
+  if (judge_->scale() == 0)
+    throw InputError(
+        fmt::format("{}: nothing moves, so that every way to compute it is without error; give it "
+                    "gravity, a load or a start",
+                    family_.asked().file.string()));
+}
+
+/// Finer and finer references until one is sure enough: to decide among lattices, as long as that leaves
+/// patience for the one that checks; to judge at all, as long as there is patience. False if none is.
+bool Search::climb() {
+  constexpr double left_for_check = 5;
+  for (const int level : rungs) {
+    if (stopped()) return false;
+    if (ladder_.size() >= 2) {
+      const double predicted = seconds_at(level);
+      if (predicted > ask_.patience || (is_sure() && left_for_check * predicted > ask_.patience)) break;
+    }
+    std::optional<Rung> rung = climb_to(level);
+    if (!rung) continue;
+    ladder_.push_back(std::move(*rung));
+    if (ladder_.size() < 2) continue;
+    judge_by_ladder();
+    check_scale();
+    if (decides()) return true;
+  }
+  return is_sure();
+}
+
+/// What a finer rung will take [s]: cells go with the cube of the level, steps with the level.
+double Search::seconds_at(int level) const {
+  return ladder_.back().seconds * std::pow(double(level) / ladder_.back().level, 4);
+}
+
+/// The level of the reference that checks: 0 if it would take too long.
+int Search::checking_level() const {
+  const int finest = ladder_.back().level;
+  const auto next = std::find_if(rungs.begin(), rungs.end(), [&](int level) { return level > finest; });
+  return next != rungs.end() && seconds_at(*next) <= ask_.patience ? *next : 0;
+}
+
+bool Search::is_sure() const { return ladder_.size() >= 3 && advice_.uncertainty <= sure_share * ask_.error; }
+
+/// Whether it is sure which rungs meet the error, or surer than a search can make use of.
+bool Search::decides() const {
+  constexpr double of_use = 0.1;
+  if (is_sure() && advice_.uncertainty <= of_use * ask_.error) return true;
+  return is_sure() && std::none_of(ladder_.begin(), ladder_.end(), [&](const Rung& rung) {
+           return is_undecided(judge_->over_all(rung.trajectory));
+         });
+}
+
+/// What references are made of are candidates too.
+void Search::judge_rungs() {
+  for (const Rung& rung : ladder_) {
+    Trial& trial = advice_.trials[rung.trial];
+    if (&rung == &ladder_.back() && !extrapolated_) {
+      trial.verdict = "the reference";
+      continue;
+    }
+    trial.error = judge_->over_all(rung.trajectory);
+    trial.meets = meets(trial.error);
+    trial.verdict = trial.meets ? meets_it : too_wrong;
+  }
+}
+
+Search::Outcome Search::run(const Candidate& candidate, const Limits& limits) {
+  constexpr double soon = 0.005;         // [s]; times below say little,
+  constexpr std::size_t soon_looks = 4;  // and so do fewer
+  Trial trial;
+  trial.candidate = candidate;
+  Outcome outcome = Outcome::meets;
+  double error = 0;
+  const auto go_on = [&](const Followed& run) {
+    if (judge_->sees_early())
+      error = std::max(error, judge_->at(run.trajectory, run.trajectory.looks.size() - 1));
+    if (error > limits.error) outcome = Outcome::wrong;
+    if (run.seconds.size() >= soon_looks && run.total_seconds() > soon && run.cost() > limits.cost)
+      outcome = Outcome::dear;
+    return outcome == Outcome::meets && !stopped();
+  };
+  try {
+    const Scene scene = family_.scene(candidate);
+    check_solve(scene);
+    progress_.report(
+        0.5, fmt::format("cells of {:.4g} m, {}", family_.cell_size(candidate.level), candidate.integrator));
+    const Followed run = follow_scene(scene, looks_, go_on);
+    trial.cost = run.cost();
+    trial.share = run.simulated / scene.solve.duration;
+    if (run.status != Status::ok) {
+      trial.verdict = to_string(run.status);
+      outcome = Outcome::wrong;
+    } else {
+      trial.error = run.ended_early && judge_->sees_early() ? error : judge_->over_all(run.trajectory);
+    }
+  } catch (const InputError& problem) {
+    return Outcome::impossible;
+  }
+  if (advice_.stopped) return Outcome::impossible;
+  if (outcome == Outcome::meets && !meets(trial.error)) outcome = Outcome::wrong;
+  trial.meets = outcome == Outcome::meets;
+  if (trial.meets)
+    trial.verdict = meets_it;
+  else if (outcome == Outcome::dear)
+    trial.verdict =
+        fmt::format("would take {:.2g} times as long as the best before", trial.cost / best_cost());
+  else if (trial.verdict.empty())
+    trial.verdict = is_undecided(trial.error) ? too_close : too_wrong;
+  advice_.trials.push_back(trial);
+  return outcome;
+}
+
+std::optional<std::size_t> Search::cheapest() const {
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < advice_.trials.size(); ++i)
+    if (advice_.trials[i].meets && (!best || advice_.trials[i].cost < advice_.trials[*best].cost)) best = i;
+  return best;
+}
+
+double Search::best_cost() const {
+  const auto best = cheapest();
+  return best ? advice_.trials[*best].cost : std::numeric_limits<double>::infinity();
+}
+
+/// What springs may be left out: of calibrated ones body diagonals, and the volume force where there is one.
+std::vector<Candidate> Search::fillings(int level) const {
+  std::vector<Candidate> all;
+  for (const bool volume_force : {true, false})
+    for (const double face_share : {0.5, 1.0}) {
+      if (face_share != 0.5 && !family_.is_calibrated()) continue;
+      if (!volume_force && !family_.has_volume_force()) continue;
+      Candidate lattice{.level = level};
+      lattice.face_share = face_share;
+      lattice.volume_force = volume_force;
+      all.push_back(lattice);
+    }
+  return all;
+}
+
+Search::Outcome Search::try_lattice(Candidate candidate) {
+  candidate.integrator = accurate_method;
+  candidate.dt =
+      step_between_looks(accurate_share * safe_step(accurate_method, family_.bound(candidate)), looks_);
+  return run(candidate, {ask_.error + advice_.uncertainty, 4 * best_cost()});
+}
+
+/// All levels there are, ascending.
+std::vector<int> all_levels() {
+  std::vector<int> levels(rungs.begin(), rungs.end());
+  levels.insert(levels.end(), between_rungs.begin(), between_rungs.end());
+  std::sort(levels.begin(), levels.end());
+  return levels;
+}
+
+/// The coarsest of the lattices that references are made of to meet the error; where none does, a finer one,
+/// from the square by which errors fall. 0 if there is none.
+int Search::coarsest_plain() {
+  const std::vector<int> levels = all_levels();
+  int coarsest = 0, missed = 0;
+  for (const Rung& rung : ladder_) {
+    const Trial& trial = advice_.trials[rung.trial];
+    if (trial.meets && coarsest == 0) coarsest = rung.level;
+    if (!trial.meets && coarsest == 0) missed = rung.level;
+  }
+  const auto meets_at = [&](int level) {
+    return !stopped() && try_lattice(Candidate{.level = level}) == Outcome::meets;
+  };
+  if (coarsest == 0) {
+    const double error = advice_.trials[ladder_.back().trial].error;
+    const double wanted = missed * std::sqrt(error / (ask_.error - advice_.uncertainty));
+    for (const int level : levels)
+      if (level > missed && level >= 0.95 * wanted && level <= 2 * wanted && meets_at(level)) return level;
+    return 0;
+  }
+  for (const int level : levels)
+    if (level > missed && level < coarsest && meets_at(level)) return level;
+  return coarsest;
+}
+
+/// Of every filling the coarsest lattice that meets the error. What a coarser one misses is what its model
+/// leaves out, and no method brings it back.
+std::vector<Candidate> Search::find_lattices() {
+  const int start = coarsest_plain();
+  if (start == 0) return {};
+  const std::vector<int> levels = all_levels();
+  std::vector<Candidate> found;
+  for (Candidate lattice : fillings(start)) {
+    const auto meets_at = [&](int level) {
+      lattice.level = level;
+      return !stopped() && try_lattice(lattice) == Outcome::meets;
+    };
+    if (lattice.face_share == Candidate().face_share && lattice.volume_force) {
+      found.push_back(lattice);
+      continue;
+    }
+    auto at = std::find(levels.begin(), levels.end(), start);
+    if (meets_at(start)) {
+      while (at != levels.begin() && meets_at(*(at - 1))) --at;
+    } else if (at + 1 == levels.end() || !meets_at(*++at)) {
+      continue;
+    }
+    lattice.level = *at;
+    found.push_back(lattice);
+  }
+  return found;
+}
+
+/// Methods for a lattice; within each, steps or tolerances from the longest on.
+std::vector<std::vector<Candidate>> Search::methods(const Candidate& lattice) {
+  const SpectralBound bound = family_.bound(lattice);
+  const double unit = safe_step("semi_implicit_euler", bound), duration = family_.asked().solve.duration;
+  std::vector<std::vector<Candidate>> all;
+  const auto steps = [&](Candidate c, double most, std::initializer_list<double> shares) {
+    std::vector<Candidate> chain;
+    for (const double share : shares) {
+      c.dt = step_between_looks(std::min(share * most, duration / 4), looks_);
+      if (chain.empty() || c.dt < 0.99 * chain.back().dt) chain.push_back(c);
+    }
+    all.push_back(chain);
+  };
+  for (const Precision precision : {Precision::single, Precision::dbl})
+    for (const IntegratorInfo& method : integrators()) {
+      Candidate c = lattice;
+      c.precision = precision;
+      c.integrator = method.name;
+      if (method.stepping == Stepping::equilibrium || (precision == Precision::single && !method.make_single))
+        continue;
+      if (method.stepping == Stepping::adaptive) {
+        std::vector<Candidate> chain;
+        for (const double tolerance : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
+          c.tolerance = tolerance;
+          chain.push_back(c);
+        }
+        all.push_back(chain);
+      } else if (method.implicit) {
+        for (const char* solver : {"cholmod", "matrix_free"}) {
+          c.linear_solver = solver;
+          steps(c, unit, {256, 128, 64, 32, 16, 8, 4});
+        }
+      } else if (const double safe = safe_step(method.name, bound); safe > 0) {
+        steps(c, safe, {1, 0.5, 0.25, 0.125});
+      }
+    }
+  return all;
+}
+
+void Search::try_methods(const Candidate& lattice) {
+  for (const std::vector<Candidate>& chain : methods(lattice))
+    for (const Candidate& candidate : chain) {
+      if (stopped()) return;
+      if (run(candidate, worth()) != Outcome::wrong) break;  // shorter steps only cost more
+    }
+}
+
+/// More threads than one change no bit, and seldom pay: the cheapest are asked.
+void Search::try_threads() {
+  constexpr std::size_t few = 3;
+  if (family_.asked().solve.threads != 0) return;
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < advice_.trials.size(); ++i)
+    if (advice_.trials[i].meets && advice_.trials[i].candidate.threads == 1) order.push_back(i);
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return advice_.trials[a].cost < advice_.trials[b].cost; });
+  for (std::size_t i = 0; i < std::min(few, order.size()) && !stopped(); ++i) {
+    Candidate candidate = advice_.trials[order[i]].candidate;
+    candidate.threads = 0;
+    run(candidate, worth());
+  }
+}
+
+/// Those that might be the cheapest once more, in turns: single times of a busy machine mislead.
+void Search::time_again() {
+  constexpr int rounds = 5;
+  std::vector<std::size_t> close;
+  for (std::size_t i = 0; i < advice_.trials.size(); ++i)
+    if (advice_.trials[i].meets && advice_.trials[i].cost <= worth_trying * best_cost()) close.push_back(i);
+  std::vector<std::vector<double>> costs(close.size());
+  take_turns(rounds, close.size(), progress_, [&](std::size_t i) {
+    const Followed run = follow_scene(family_.scene(advice_.trials[close[i]].candidate), looks_,
+                                      [](const Followed&) { return true; });
+    costs[i].push_back(run.cost());
+  });
+  for (std::size_t i = 0; i < close.size(); ++i)
+    if (!costs[i].empty()) advice_.trials[close[i]].cost = quantile(costs[i], 0.5);
+}
+
+/// Asks a reference that chose nothing: it decides about those that were too close, if they are cheaper, and
+/// who fails there is not advised.
+void Search::check() {
+  const int finest = ladder_.back().level, level = checking_level();
+  if (level == 0) return;
+  const std::optional<Rung> finer = climb_to(level);
+  if (!finer) return;
+  advice_.trials[finer->trial].verdict = "a reference, to check with";
+  advice_.checking_level = level;
+  const double by = double(level) / finest;
+  const Judge judge(ask_.of, extrapolated_ ? extrapolate(ladder_.back().trajectory, finer->trajectory, by)
+                                           : finer->trajectory);
+  const double unsure = judge.over_all(judge_->reference()) / (by * by - 1);
+  const auto error_of = [&](const Trial& trial) {
+    return judge.over_all(follow_scene(family_.scene(trial.candidate), looks_, [](const Followed&) {
+                            return true;
+                          }).trajectory);
+  };
+  const double before = best_cost();
+  for (Trial& trial : advice_.trials)
+    if (!stopped() && trial.verdict == too_close && trial.share == 1 && trial.cost < before &&
+        error_of(trial) + unsure / 2 <= ask_.error) {
+      trial.meets = true;
+      trial.verdict = meets_it;
+    }
+  time_again();
+  while (const auto best = cheapest()) {
+    if (stopped()) return;
+    Trial& trial = advice_.trials[*best];
+    advice_.checked_error = error_of(trial);
+    if (advice_.checked_error <= ask_.error) return;
+    trial.meets = false;
+    trial.verdict = fmt::format("error {} against a finer reference", percent(advice_.checked_error));
+  }
+}
+
+/// Who comes nearest on either side, where error and budget cannot be met together.
+void Search::explain_budget() {
+  const Trial best = advice_.trials[*advice_.best];
+  Candidate coarser = best.candidate;
+  const double step_over_cell = coarser.dt / family_.cell_size(coarser.level);
+  for (auto level = rungs.rbegin(); level != rungs.rend(); ++level) {
+    if (*level >= best.candidate.level || stopped()) continue;
+    coarser.level = *level;
+    coarser.dt = step_between_looks(step_over_cell * family_.cell_size(*level), looks_);
+    run(coarser, {});
+    if (advice_.trials.back().cost <= *ask_.budget) break;
+  }
+  const Trial* within = nullptr;
+  for (const Trial& trial : advice_.trials)
+    if (trial.share > 0.999 && trial.cost <= *ask_.budget && std::isfinite(trial.error) &&
+        (within == nullptr || trial.error < within->error))
+      within = &trial;
+  advice_.explanation =
+      fmt::format("no way that was tried meets {} within {:.3g} ms a frame; nearest: {}; {}",
+                  percent(ask_.error), *ask_.budget * 1e3 / frames_per_second, tell(family_, best),
+                  within == nullptr ? "nothing is that cheap" : "within it " + tell(family_, *within));
+}
+
+Advice Search::find() {
+  const auto begin = std::chrono::steady_clock::now();
+  const bool sure = climb();
+  if (!sure && !advice_.stopped) {
+    advice_.explanation =
+        ladder_.size() < 2
+            ? std::string("no reference could be computed: see the table")
+            : fmt::format(
+                  "the finest reference that takes up to {:.3g} s, with cells of {:.4g} m, is itself "
+                  "unsure by {}: ask for an error of at least {}, or give it more --patience",
+                  ask_.patience, family_.cell_size(advice_.finest_level), percent(advice_.uncertainty),
+                  percent(advice_.uncertainty / sure_share));
+  }
+  if (judge_) judge_rungs();
+  if (sure) {
+    for (const Candidate& lattice : find_lattices()) try_methods(lattice);
+    try_threads();
+    if (!stopped()) time_again();
+    if (!stopped() && cheapest()) check();
+    if (!advice_.stopped) advice_.best = cheapest();
+    if (!advice_.best && !advice_.stopped) advice_.explanation = "nothing that was tried meets the error";
+  }
+  if (advice_.best) {
+    Trial& best = advice_.trials[*advice_.best];
+    advice_.within_budget = !ask_.budget || best.cost <= *ask_.budget;
+    if (!advice_.within_budget) explain_budget();
+    advice_.trials[*advice_.best].verdict = advice_.within_budget ? "advised" : "the cheapest that meets it";
+  }
+  for (Trial& trial : advice_.trials)
+    if (trial.verdict == meets_it) trial.verdict = "meets it and costs more";
+  advice_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return std::move(advice_);
+}
+
+Advice Search::grid(int finest_level, int reference_level) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::optional<Rung> reference = climb_to(reference_level);
+  if (!reference) return std::move(advice_);
+  advice_.trials[reference->trial].verdict = "the reference";
+  advice_.finest_level = reference_level;
+  judge_.emplace(ask_.of, reference->trajectory);
+  for (int level = 1; level <= finest_level && !stopped(); ++level) {
+    const bool offered = std::find(rungs.begin(), rungs.end(), level) != rungs.end() ||
+                         std::find(between_rungs.begin(), between_rungs.end(), level) != between_rungs.end();
+    if (!offered) continue;
+    for (const Candidate& filling : fillings(level))
+      for (const std::vector<Candidate>& chain : methods(filling))
+        for (const Candidate& candidate : chain)
+          if (!stopped()) run(candidate, {.error = 1, .cost = 10 * best_cost()});
+  }
+  try_threads();
+  if (!stopped()) time_again();
+  advice_.best = cheapest();
+  advice_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return std::move(advice_);
+}
+
+}  // namespace
+
+Advice advise(SceneFamily& family, const Ask& ask, Progress& progress) {
+  return Search(family, ask, progress).find();
+}
+
+Advice try_all(SceneFamily& family, const Ask& ask, int finest_level, int reference_level,
+               Progress& progress) {
+  return Search(family, ask, progress).grid(finest_level, reference_level);
+}
+
+Table advice_table(const SceneFamily& family, const Advice& advice) {
+  Table table({{"cell_size", "m"},
+               {"face_share"},
+               {"volume_force"},
+               {"precision"},
+               {"integrator"},
+               {"linear_solver"},
+               {"dt", "s"},
+               {"tolerance"},
+               {"threads"},
+               {"error"},
+               {"cost", "s/s"},
+               {"share_run"},
+               {"status"}});
+  for (const Trial& trial : advice.trials) {
+    const Candidate& c = trial.candidate;
+    table.add({family.cell_size(c.level), family.is_calibrated() ? c.face_share : none,
+               std::int64_t(c.volume_force && family.has_volume_force()),
+               c.precision == Precision::single ? "single" : "double", c.integrator, c.linear_solver,
+               c.dt > 0 ? c.dt : none, c.tolerance > 0 ? c.tolerance : none, std::int64_t(c.threads),
+               trial.error, trial.cost, trial.share, trial.verdict});
+  }
+  return table;
+}
+
+}  // namespace mss

@@ -1,0 +1,286 @@
+#include "experiments/trajectory.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/measures.hpp"
+#include "experiments/model.hpp"
+#include "experiments/simulation.hpp"
+#include "experiments/statistics.hpp"
+
+namespace mss {
+
+namespace {
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+/// Points of a body at rest as weighted means of particles, trilinear in their cells.
+class Sampler {
+ public:
+  Sampler(const Body& body, const std::vector<Vec3>& points) : body_(body) {
+    for (const Vec3& point : points) places_.push_back(place(point));
+  }
+
+  template <class Real>
+  std::vector<Vec3> displacements(const Field<Real>& x) const {
+    std::vector<Vec3> all;
+    all.reserve(places_.size());
+    for (const Place& place : places_) {
+      Vec3 sum = Vec3::Zero();
+      for (std::size_t c = 0; c < 8; ++c)
+        if (place.weight[c] != 0)
+          sum += place.weight[c] * (x.at(place.site[c]) - body_.rest_position(place.site[c]));
+      all.push_back(sum);
+    }
+    return all;
+  }
+
+ private:
+  struct Place {
+    std::array<std::ptrdiff_t, 8> site{};
+    std::array<double, 8> weight{};
+  };
+
+  /// Points between cells belong to any of these that is there.
+  Place place(const Vec3& point) const {
+    constexpr double beside = 1e-6;
+    const BodyConfig& config = body_.config();
+    const Vec3 at = (point - config.origin) / config.cell_size;
+    for (int side = 0; side < 8; ++side) {
+      std::array<int, 3> cell{};
+      for (int a = 0; a < 3; ++a)
+        cell[std::size_t(a)] = int(std::floor(at[a] + ((side >> a & 1) != 0 ? -beside : beside)));
+      if (config.voxels.at(cell[0], cell[1], cell[2])) return in_cell(cell, at);
+    }
+    throw std::logic_error("a point to look at lies outside of the body");
+  }
+  Place in_cell(const std::array<int, 3>& cell, const Vec3& at) const {
+    Place place;
+    for (int c = 0; c < 8; ++c) {
+      double weight = 1;
+      for (int a = 0; a < 3; ++a) {
+        const double share = at[a] - cell[std::size_t(a)];
+        weight *= (c >> a & 1) != 0 ? share : 1 - share;
+      }
+      place.site[std::size_t(c)] =
+          body_.lattice().site(cell[0], cell[1], cell[2]) + body_.lattice().corner(c);
+      place.weight[std::size_t(c)] = weight;
+    }
+    return place;
+  }
+
+  const Body& body_;
+  std::vector<Place> places_;
+};
+
+double squared_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]).squaredNorm();
+  return sum / double(a.size());
+}
+
+/// Mean displacement over the looks that were seen.
+std::vector<Vec3> mean_of(const Trajectory& trajectory) {
+  std::vector<Vec3> mean;
+  int seen = 0;
+  for (const Trajectory::Look& look : trajectory.looks) {
+    if (look.displacement.empty()) continue;
+    mean.resize(look.displacement.size(), Vec3::Zero());
+    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += look.displacement[i];
+    ++seen;
+  }
+  for (Vec3& m : mean) m /= seen;
+  return mean;
+}
+
+/// The direction, over all points, along which a trajectory strays most from its mean: the largest of its
+/// principal components, found from what looks have in common.
+std::vector<Vec3> largest_motion(const Trajectory& trajectory) {
+  const std::vector<Vec3> mean = mean_of(trajectory);
+  const auto looks = Eigen::Index(trajectory.looks.size()), numbers = Eigen::Index(3 * mean.size());
+  Eigen::MatrixXd rows(looks, numbers);
+  for (Eigen::Index l = 0; l < looks; ++l)
+    for (std::size_t i = 0; i < mean.size(); ++i)
+      rows.row(l).segment<3>(Eigen::Index(3 * i)) =
+          (trajectory.looks[std::size_t(l)].displacement[i] - mean[i]).transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> common(rows * rows.transpose());
+  const Eigen::VectorXd shape = rows.transpose() * common.eigenvectors().col(looks - 1);
+  std::vector<Vec3> out(mean.size());
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = shape.segment<3>(Eigen::Index(3 * i));
+  return out;
+}
+
+}  // namespace
+
+const std::vector<std::string>& error_names() {
+  static const std::vector<std::string> names{"displacement", "volume", "frequency", "energy"};
+  return names;
+}
+
+Judge::Judge(ErrorOf of, Trajectory reference) : of_(of), reference_(std::move(reference)) {
+  double displaced = 0, held = 0;
+  for (const Trajectory::Look& look : reference_.looks) {
+    double squared = 0;
+    for (const Vec3& u : look.displacement) squared += u.squaredNorm();
+    displaced = std::max(displaced, std::sqrt(squared / double(look.displacement.size())));
+    held = std::max(held, look.holding);
+  }
+  if (of_ == ErrorOf::displacement) scale_ = displaced;
+  if (of_ == ErrorOf::energy) scale_ = held;
+  if (of_ == ErrorOf::frequency) {
+    shape_ = largest_motion(reference_);
+    scale_ = frequency(reference_);
+  }
+}
+
+double Judge::at(const Trajectory& trajectory, std::size_t look) const {
+  const Trajectory::Look &seen = trajectory.looks[look], &truth = reference_.looks[look];
+  switch (of_) {
+    case ErrorOf::displacement:
+      return std::sqrt(squared_distance(seen.displacement, truth.displacement)) / scale_;
+    case ErrorOf::volume:
+      return std::abs(seen.volume_ratio - truth.volume_ratio);
+    case ErrorOf::energy:
+      return std::abs(seen.energy - truth.energy) / scale_;
+    case ErrorOf::frequency:
+      break;
+  }
+  return 0;
+}
+
+double Judge::over_all(const Trajectory& trajectory) const {
+  if (of_ == ErrorOf::frequency) return std::abs(frequency(trajectory) / scale_ - 1);
+  double largest = 0;
+  for (std::size_t look = 0; look < trajectory.looks.size(); ++look)
+    if (!trajectory.looks[look].displacement.empty()) largest = std::max(largest, at(trajectory, look));
+  return largest;
+}
+
+/// Half the crossings of its mean by the largest trajectory, per time between the first and the last, in
+/// looks.
+double Judge::frequency(const Trajectory& trajectory) const {
+  constexpr int least = 3;
+  const std::vector<Vec3> mean = mean_of(trajectory);
+  double before = 0, before_at = 0, first = none, last = none;
+  int crossings = 0;
+  for (std::size_t look = 0; look < trajectory.looks.size(); ++look) {
+    const std::vector<Vec3>& u = trajectory.looks[look].displacement;
+    if (u.empty()) continue;
+    double along = 0;
+    for (std::size_t i = 0; i < u.size(); ++i) along += shape_[i].dot(u[i] - mean[i]);
+    if (before * along < 0) {
+      last = before_at + (double(look) - before_at) * before / (before - along);
+      if (crossings++ == 0) first = last;
+    }
+    if (along != 0) {
+      before = along;
+      before_at = double(look);
+    }
+  }
+  return crossings < least ? none : (crossings - 1) / (2 * (last - first));
+}
+
+Trajectory extrapolate(const Trajectory& coarse, const Trajectory& fine, double factor) {
+  const double share = 1 / (factor * factor - 1);
+  Trajectory limit = fine;
+  for (std::size_t l = 0; l < fine.looks.size(); ++l) {
+    Trajectory::Look& look = limit.looks[l];
+    const Trajectory::Look& before = coarse.looks[l];
+    for (std::size_t i = 0; i < look.displacement.size(); ++i)
+      look.displacement[i] += share * (look.displacement[i] - before.displacement[i]);
+    look.volume_ratio += share * (look.volume_ratio - before.volume_ratio);
+    look.energy += share * (look.energy - before.energy);
+    look.holding += share * (look.holding - before.holding);
+  }
+  return limit;
+}
+
+Looks looks_of(const Scene& scene) {
+  constexpr std::size_t most_points = 300;
+  constexpr int count = 128;
+  const Body body(scene.body);
+  Looks looks{.points = {}, .interval = scene.solve.duration / count, .count = count};
+  const std::size_t stride = 1 + (body.particle_count() - 1) / most_points;
+  for (std::size_t id = 0; id < body.particle_count(); id += stride)
+    looks.points.push_back(body.rest_position(body.sites()[id]));
+  return looks;
+}
+
+double Followed::total_seconds() const { return std::accumulate(seconds.begin(), seconds.end(), 0.0); }
+
+double Followed::cost() const {
+  constexpr double several = 3;
+  if (seconds.empty()) return none;
+  const double most = several * quantile(seconds, 0.75);
+  double sum = 0;
+  for (const double look : seconds) sum += most > 0 ? std::min(look, most) : look;
+  return sum / simulated;
+}
+
+double step_between_looks(double most, const Looks& looks) {
+  if (most >= looks.interval) return looks.interval * std::floor(most / looks.interval);
+  return looks.interval / std::ceil(looks.interval / most);
+}
+
+namespace {
+
+Trajectory::Look look_at(const Measures& m, double energy_before) {
+  return {.displacement = {},
+          .volume_ratio = m.volume_ratio,
+          .energy = m.total() - energy_before,
+          .holding = m.kinetic + m.elastic + m.volume_energy};
+}
+
+template <class Real>
+Followed follow_in(const Scene& scene, const Looks& looks,
+                   const std::function<bool(const Followed&)>& go_on) {
+  using Clock = std::chrono::steady_clock;
+  const Body body(scene.body);
+  const auto system = make_system<Real>(scene.model, body, scene.environment, scene.solve.threads);
+  const auto method =
+      find_integrator(scene.solve.integrator).template make<Real>(method_options(scene, *system));
+  State<Real> state = start_state(*system, scene);
+  const Sampler sampler(body, looks.points);
+  Followed run;
+  Work work;
+  double before = 0;
+  for (int look = 0; look <= looks.count; ++look) {
+    const double t = look * looks.interval;
+    const auto begin = Clock::now();
+    if (look > 0) run.status = method->advance(*system, state, t, work);
+    if (look > 0) run.seconds.push_back(std::chrono::duration<double>(Clock::now() - begin).count());
+    run.simulated = state.t;
+    if (run.status != Status::ok) return run;
+    run.trajectory.looks.emplace_back();
+    if (std::abs(state.t - t) > 1e-6 * looks.interval) continue;  // a step leads past it
+    const Measures measures = measure(*system, state);
+    if (!is_finite(measures)) {
+      run.status = Status::non_finite;
+      return run;
+    }
+    if (look == 0) before = measures.total();
+    run.trajectory.looks.back() = look_at(measures, before);
+    run.trajectory.looks.back().displacement = sampler.displacements(state.x);
+    if (look > 0 && look < looks.count && !go_on(run)) {
+      run.ended_early = true;
+      return run;
+    }
+  }
+  return run;
+}
+
+}  // namespace
+
+Followed follow_scene(const Scene& scene, const Looks& looks,
+                      const std::function<bool(const Followed&)>& go_on) {
+  return scene.solve.precision == Precision::single ? follow_in<float>(scene, looks, go_on)
+                                                    : follow_in<double>(scene, looks, go_on);
+}
+
+}  // namespace mss
