@@ -136,12 +136,12 @@ void SpringSystem<Real>::build_dictionary() {
         if (e.stiffness[s] != 0)
           content_[entry] |= kind == SpringSlot::Class::edge   ? block_edges
                              : kind == SpringSlot::Class::face ? block_faces
-                                                               : block_cells;
+                                                               : block_bodies;
       }
       coefficients[3 * width * spring_slots.size() + lane] = static_cast<Real>(e.volume * volume_factor);
       coefficients[width * (3 * spring_slots.size() + 1) + lane] =
           static_cast<Real>(e.fold_guard / (8 * this->body().cell_volume()));
-      if (e.volume != 0) content_[entry] |= block_cells;
+      if (e.volume != 0) content_[entry] |= block_volumes;
       if (e.fold_guard != 0) content_[entry] |= block_guards;
     }
   }

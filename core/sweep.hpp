@@ -10,8 +10,9 @@ namespace mss {
 enum BlockContent : std::uint32_t {
   block_edges = 1,
   block_faces = 2,
-  block_cells = 4,  ///< body diagonals or volume forces
-  block_guards = 8  ///< against folding
+  block_bodies = 4,
+  block_volumes = 8,
+  block_guards = 16  ///< against folding
 };
 
 /// Coefficients of one block, each W numbers: for the thirteen springs k, k L0 and c, then k_vol / (64 V0)

@@ -195,6 +195,8 @@ struct Edges {
 /// What springs and cells pull with.
 template <class Real, bool Damped>
 struct Force : Cells<Real> {
+  /// Whether blocks without body diagonals or without volume forces have code of their own.
+  static constexpr bool leaves_out = true;
   using Cells<Real>::W, Cells<Real>::p, Cells<Real>::coefficient;
   template <int... Spring>
   using Started = typename Cells<Real>::template Started<Spring...>;
@@ -219,20 +221,31 @@ struct Force : Cells<Real> {
 
   /// Body diagonals and the volume force, which push opposite corners oppositely: sets all eight forces.
   /// Eq. 3-7 is the gradient of k_vol (V - V0)^2 / (2 V0), V = X.(Y x Z).
+  template <std::uint32_t Content>
   [[gnu::always_inline]] void cell(Vec<Real> (&force)[8]) const {
     const auto s = this->template start<9, 10>();
     const auto t = this->template start<11, 12>();
-    const Edges<Real> e(s.d[0], s.d[1], t.d[0], t.d[1]);
-    const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
-    // The edges are four times too long: V is 64 and a face 16 times too large; k_vol / (4 V0) makes up for
-    // that.
-    const Pack<Real> volume = Real(1.0 / 64) * dot(e.x, yz);
-    const Pack<Real> pressure = load(coefficient + 3 * W * springs_per_site) * (volume - p.rest_volume);
-    const Vec<Real> px = pressure * yz, upper = pressure * (xy + zx), lower = pressure * (xy - zx);
-    force[0] = tension(s, 0) * s.d[0] + (upper + px);
-    force[1] = tension(s, 1) * s.d[1] + (upper - px);
-    force[2] = tension(t, 0) * t.d[0] + (lower + px);
-    force[3] = tension(t, 1) * t.d[1] + (lower - px);
+    Vec<Real> push[4] = {};
+    if constexpr ((Content & block_volumes) != 0) {
+      const Edges<Real> e(s.d[0], s.d[1], t.d[0], t.d[1]);
+      const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
+      // The edges are four times too long: V is 64 and a face 16 times too large; k_vol / (4 V0) makes up for
+      // that.
+      const Pack<Real> volume = Real(1.0 / 64) * dot(e.x, yz);
+      const Pack<Real> pressure = load(coefficient + 3 * W * springs_per_site) * (volume - p.rest_volume);
+      const Vec<Real> px = pressure * yz, upper = pressure * (xy + zx), lower = pressure * (xy - zx);
+      push[0] = upper + px;
+      push[1] = upper - px;
+      push[2] = lower + px;
+      push[3] = lower - px;
+    }
+    if constexpr ((Content & block_bodies) != 0) {
+      push[0] = tension(s, 0) * s.d[0] + push[0];
+      push[1] = tension(s, 1) * s.d[1] + push[1];
+      push[2] = tension(t, 0) * t.d[0] + push[2];
+      push[3] = tension(t, 1) * t.d[1] + push[3];
+    }
+    for (int i = 0; i < 4; ++i) force[i] = push[i];
     for (int i = 0; i < 4; ++i) force[7 - i] = -force[i];
   }
 
@@ -253,6 +266,7 @@ struct Force : Cells<Real> {
 /// for the matrices.
 template <class Real, bool Projected>
 struct ForceChange : Cells<Real> {
+  static constexpr bool leaves_out = false;  // products are few
   using Cells<Real>::W, Cells<Real>::p, Cells<Real>::coefficient;
   template <int... Spring>
   using Started = typename Cells<Real>::template Started<Spring...>;
@@ -276,6 +290,7 @@ struct ForceChange : Cells<Real> {
       this->act(s.spring[i], response(s, i, this->difference(p.v, s.spring[i])), force);
   }
 
+  template <std::uint32_t>
   [[gnu::always_inline]] void cell(Vec<Real> (&force)[8]) const {
     const auto s = this->template start<9, 10>();
     const auto t = this->template start<11, 12>();
@@ -365,7 +380,7 @@ template <class Block, std::uint32_t Content, class Real>
                                             const Real* coefficient, Carry<Real>& carry) {
   const auto block = block_at<Block>(p, q, coefficient);
   Vec<Real> f[8] = {};
-  if constexpr ((Content & block_cells) != 0) block.cell(f);
+  if constexpr ((Content & (block_bodies | block_volumes)) != 0) block.template cell<Content>(f);
   if constexpr ((Content & block_guards) != 0)
     if (block.is_near_folding()) [[unlikely]] {
       Vec<Real> push[8] = {};
@@ -396,6 +411,7 @@ template <class Block, std::uint32_t Content, class Real>
 template <class Block, std::uint32_t Guards, class Real>
 void sweep_blocks(SweepPlane<Real>& argument) {
   constexpr int W = lanes<Real>;
+  constexpr std::uint32_t cells = block_bodies | block_volumes;
   const SweepPlane<Real> p = argument;  // a copy that the stores below cannot reach
   Carry<Real> carry{};
   for (int i = 0; i < 4; ++i) {
@@ -407,23 +423,36 @@ void sweep_blocks(SweepPlane<Real>& argument) {
     const std::uint32_t entry = p.entry[b];
     const Real* coefficient =
         p.dictionary + std::ptrdiff_t(entry) * std::ptrdiff_t{coefficients_per_lane} * W;
-    if constexpr (Guards != 0)
-      if (p.content[entry] == (block_edges | block_faces | Guards)) {  // neither body diagonals nor volume
+    const std::uint32_t content = p.content[entry];
+    if constexpr (Guards != 0) {
+      if (content == (block_edges | block_faces | Guards)) {  // neither body diagonals nor volume
         do_block<Block, block_edges | block_faces | Guards>(p, b * W, coefficient, carry);
         continue;
       }
-    switch (p.content[entry]) {
+    } else if constexpr (Block::leaves_out) {
+      if (content == (block_edges | block_faces | block_bodies)) {
+        do_block<Block, block_edges | block_faces | block_bodies>(p, b * W, coefficient, carry);
+        continue;
+      }
+      if (content == (block_edges | block_faces | block_volumes)) {
+        do_block<Block, block_edges | block_faces | block_volumes>(p, b * W, coefficient, carry);
+        continue;
+      }
+    }
+    switch (content) {
       case 0:
         do_block<Block, 0>(p, b * W, coefficient, carry);
         break;
       case block_edges | block_faces:  // upper faces of the body, or neither body diagonals nor volume
         do_block<Block, block_edges | block_faces>(p, b * W, coefficient, carry);
         break;
-      case block_edges | block_cells | Guards:  // no face diagonals
-        do_block<Block, block_edges | block_cells | Guards>(p, b * W, coefficient, carry);
+      case block_edges | block_bodies | Guards:  // no face diagonals
+      case block_edges | block_volumes | Guards:
+      case block_edges | cells | Guards:
+        do_block<Block, block_edges | cells | Guards>(p, b * W, coefficient, carry);
         break;
       default:
-        do_block<Block, block_edges | block_faces | block_cells | Guards>(p, b * W, coefficient, carry);
+        do_block<Block, block_edges | block_faces | cells | Guards>(p, b * W, coefficient, carry);
     }
   }
   for (int i = 0; i < 4; ++i) {

@@ -288,8 +288,15 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
     result.charts.push_back({"timing", timing_chart(tables.rows, summary)});
     result.summary = timing_text(tables.rows, summary);
   }
-  result.tables = {
-      {"timing", std::move(tables.rows)}, {"timing_summary", summary}, {"timing_raw", std::move(tables.raw)}};
+  FeatureTimingConfig features;
+  if (options.quick) features = {.cells = {7, 20}, .repetitions = 9};
+  Table shares = measure_features(features, progress);
+  if (progress.stopped()) result.status = Status::interrupted;
+  if (shares.size() > 0) result.charts.push_back({"timing_features", features_chart(shares)});
+  result.tables = {{"timing", std::move(tables.rows)},
+                   {"timing_summary", summary},
+                   {"timing_features", std::move(shares)},
+                   {"timing_raw", std::move(tables.raw)}};
   return result;
 }
 

@@ -55,6 +55,19 @@ TimingConfig timing_config(const ExperimentOptions& options);
 /// them. A pass over a size that was not finished when `progress` said stop is left out.
 TimingTables measure_timing(const TimingConfig& config, Progress& progress);
 
+/// What features of a body cost beside each other, in turn, one thread.
+struct FeatureTimingConfig {
+  std::vector<int> cells{7, 20, 50};  ///< per edge
+  int repetitions = 27;
+  double sample_seconds = 4e-3;
+};
+
+/// Time of one step of the workload and of variants that have something more or less, a row each and size and
+/// precision, with its share of the workload's. Sizes that were not finished when `progress` said stop are
+/// left out.
+Table measure_features(const FeatureTimingConfig& config, Progress& progress);
+Chart features_chart(const Table& table);
+
 /// For every method: exponent of time in n over the sizes from 20 on, and the largest n under 40 ms.
 Table timing_summary(const Table& rows);
 

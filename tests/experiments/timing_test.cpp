@@ -172,6 +172,22 @@ TEST(TimingSummary, SaysWhyThereIsNoFit) {
   EXPECT_EQ(summary.text(0, "status"), "no fit: fewer than two sizes of 20 or more");
 }
 
+TEST(TimingFeatures, HasARowForEveryVariant) {
+  Progress progress;
+  const Table table = measure_features({.cells = {2, 3}, .repetitions = 3, .sample_seconds = 1e-4}, progress);
+  EXPECT_EQ(table.size(), 8U * 2 * 2);
+  for (std::size_t r = 0; r < table.size(); ++r) {
+    EXPECT_EQ(table.text(r, "status"), "ok");
+    EXPECT_GT(table.number(r, "seconds_per_step"), 0);
+    if (table.text(r, "variant") == "workload") {
+      EXPECT_EQ(table.number(r, "share"), 1);
+    }
+  }
+  const Chart chart = features_chart(table);
+  EXPECT_EQ(chart.series.size(), 4U);
+  EXPECT_EQ(chart.y.names.size(), 8U);
+}
+
 TEST(TimingConfig, QuickLeavesOutTheLargestOnly) {
   ExperimentOptions options;
   const std::vector<int> full = timing_config(options).cells;

@@ -1,0 +1,140 @@
+// What every feature of a body costs a step, and that one it lacks costs nothing.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+
+#include "core/spring_system.hpp"
+#include "experiments/model.hpp"
+#include "experiments/simulation.hpp"
+#include "experiments/statistics.hpp"
+#include "experiments/timing.hpp"
+
+namespace mss {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Workload = TimingWorkload;
+
+/// The workload with something more or less.
+struct Variant {
+  const char* name;
+  void (*change)(BodyConfig& body, Environment& environment);
+};
+
+void refill(BodyConfig& body, double face_share) {
+  const double volume = body.springs.volume;
+  body.springs = calibrate(Workload::material, body.cell_size, face_share);
+  body.springs.volume = volume;
+}
+
+constexpr const char* workload_name = "workload";
+constexpr std::array<Variant, 8> variants{
+    {{"with contact",
+      [](BodyConfig&, Environment& environment) {
+        environment.planes = {{.point = Vec3(0, 0, -1)}};  // below whatever the run falls
+      }},
+     {"with guard", [](BodyConfig& body, Environment&) { body.fold_guard = usual_fold_guard; }},
+     {workload_name, [](BodyConfig&, Environment&) {}},
+     {"no damping", [](BodyConfig& body, Environment&) { body.damping = {}; }},
+     {"no volume force", [](BodyConfig& body, Environment&) { body.springs.volume = 0; }},
+     {"no body diagonals", [](BodyConfig& body, Environment&) { refill(body, 1); }},
+     {"no face diagonals", [](BodyConfig& body, Environment&) { refill(body, 0); }},
+     {"edges and faces only", [](BodyConfig& body, Environment&) {
+        refill(body, 1);
+        body.springs.volume = 0;
+        body.damping = {};
+      }}}};
+
+template <class Real>
+struct Contestant {
+  Contestant(const Variant& variant, int n)
+      : body([&] {
+          BodyConfig config = timing_cube(n);
+          variant.change(config, environment);
+          return config;
+        }()),
+        system(body, environment, {.threads = 1}),
+        integrator(find_integrator("semi_implicit_euler").make<Real>({.dt = Workload::dt})),
+        state(stretched_state(system, Workload::stretch)) {}
+
+  double take(long steps) {
+    const auto begin = Clock::now();
+    integrator->advance(system, state, state.t + double(steps) * Workload::dt, work);
+    return std::chrono::duration<double>(Clock::now() - begin).count() / double(steps);
+  }
+
+  Environment environment{.gravity = Vec3(0, 0, Workload::gravity)};
+  Body body;
+  SpringSystem<Real> system;
+  std::unique_ptr<Integrator<Real>> integrator;
+  State<Real> state;
+  Work work;
+};
+
+template <class Real>
+bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress, Table& table) {
+  std::vector<std::unique_ptr<Contestant<Real>>> all;
+  for (const Variant& variant : variants) all.push_back(std::make_unique<Contestant<Real>>(variant, n));
+  std::vector<std::vector<double>> samples(all.size());
+  std::vector<long> steps;
+  for (const auto& contestant : all) {
+    contestant->take(1);
+    const double estimate = contestant->take(4);
+    steps.push_back(std::max(1L, std::lround(config.sample_seconds / estimate)));
+  }
+  if (!take_turns(config.repetitions, all.size(), progress,
+                  [&](std::size_t i) { samples[i].push_back(all[i]->take(steps[i])); }))
+    return false;
+  double workload = 0;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (variants[i].name == std::string(workload_name)) workload = quantile(samples[i], 0.5);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const double median = quantile(samples[i], 0.5);
+    table.add({std::string(variants[i].name), sizeof(Real) == sizeof(float) ? "single" : "double", n, median,
+               quantile(samples[i], 0.25), quantile(samples[i], 0.75), median / workload,
+               std::string(to_string(is_finite(all[i]->state) ? Status::ok : Status::non_finite))});
+  }
+  return true;
+}
+
+}  // namespace
+
+Table measure_features(const FeatureTimingConfig& config, Progress& progress) {
+  Table table({{"variant"},
+               {"precision"},
+               {"cells"},
+               {"seconds_per_step", "s"},
+               {"q1", "s"},
+               {"q3", "s"},
+               {"share"},
+               {"status"}});
+  for (const int n : config.cells) {
+    progress.report(0.99, fmt::format("features, {} cells per edge", n));
+    if (!add_rows<double>(n, config, progress, table) || !add_rows<float>(n, config, progress, table)) break;
+  }
+  return table;
+}
+
+Chart features_chart(const Table& table) {
+  Chart chart{.title = "What features cost",
+              .subtitle = "time of one step over that of the workload (dashed: 1), one thread",
+              .x = {.label = "share of the workload's step", .low = 0.4},
+              .y = named_rows(table.distinct("variant"))};
+  const std::vector<std::string> names = table.distinct("variant");
+  for (std::size_t r = 0; r < table.size(); ++r) {
+    const std::string label = fmt::format("n = {}, {}", table.number(r, "cells"), table.text(r, "precision"));
+    auto series = std::find_if(chart.series.begin(), chart.series.end(),
+                               [&](const ChartSeries& s) { return s.label == label; });
+    if (series == chart.series.end())
+      series = chart.series.insert(series, ChartSeries{.label = label, .joined = false});
+    const auto row = std::find(names.begin(), names.end(), table.text(r, "variant")) - names.begin();
+    series->points.push_back({table.number(r, "share"), double(names.size()) - double(row)});
+  }
+  chart.lines.push_back({ReferenceLine::Direction::vertical, 1, ""});
+  return chart;
+}
+
+}  // namespace mss
