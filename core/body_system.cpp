@@ -118,8 +118,11 @@ template <class Real>
 bool BodySystem<Real>::collide_particle(std::ptrdiff_t site, const State<Real>& before, double dt,
                                         State<Real>& state) const {
   constexpr int most_rounds = 8;
+  const Vec3 x = state.x.at(site);
+  if (std::all_of(colliding_.begin(), colliding_.end(), [&](const Plane& plane) { return plane.gap(x) > 0; }))
+    return false;  // no law acts in front of its plane
   const Motion start{before.x.at(site), before.v.at(site)};
-  Motion end{state.x.at(site), state.v.at(site)};
+  Motion end{x, state.v.at(site)};
   const auto ask = [&](const Plane& plane) {
     return plane.contact == ContactLaw::paper ? collide_paper(plane, start, end)
                                               : collide_impulse(plane, start, dt, end);
