@@ -259,16 +259,14 @@ void SpringSystem<Real>::step_slab(const Pass& pass, int rank, long step) {
       sweep_plane(pass, plane, streams(slab.own), above, &below, t_new);
     }
   }
-  slab.swept.store(done + 1, std::memory_order_release);
-  slab.swept.notify_one();
+  announce(slab.swept, done + 1);
   if (!bottom) {
     const Slab& lower = *slabs_[std::size_t(rank - 1)];
     wait_until_reached(lower.swept, done + 1, this->team().may_spin());
     finish_plane(pass, slab.first, 0, blocks_ * kernel_.lanes, streams(slab.first_own),
                  const_streams(lower.outgoing), t_new);
   }
-  slab.finished.store(done + 1, std::memory_order_release);
-  slab.finished.notify_one();
+  announce(slab.finished, done + 1);
 }
 
 /// Sweeps a plane in pieces that stay in the first-level cache and, if `below` is known, finishes each piece

@@ -35,13 +35,18 @@ void wait_until_reached(const Counter& value, std::uint32_t target, bool may_spi
     value.wait(seen, std::memory_order_acquire);
 }
 
+void announce(Counter& value, std::uint32_t reached) {
+  value.store(reached, std::memory_order_seq_cst);
+  value.notify_all();
+}
+
 Team::Team(int size) : size_(std::max(1, size)), may_spin_(size_ <= available_cores()) {
   for (int rank = 1; rank < size_; ++rank) threads_.emplace_back([this, rank] { work(rank); });
 }
 
 Team::~Team() {
   stop_.store(true, std::memory_order_release);
-  round_.fetch_add(1, std::memory_order_release);
+  round_.fetch_add(1, std::memory_order_seq_cst);
   round_.notify_all();
   for (std::thread& thread : threads_) thread.join();
 }
@@ -51,7 +56,7 @@ void Team::run(const std::function<void(int)>& task) {
   if (others > 0) {
     task_ = &task;
     done_.store(0, std::memory_order_relaxed);
-    round_.fetch_add(1, std::memory_order_release);
+    round_.fetch_add(1, std::memory_order_seq_cst);
     round_.notify_all();
   }
   task(0);
@@ -70,7 +75,7 @@ void Team::work(int rank) {
     wait_until_reached(round_, round, may_spin_);
     if (stop_.load(std::memory_order_acquire)) return;
     (*task_)(rank);
-    done_.fetch_add(1, std::memory_order_acq_rel);
+    done_.fetch_add(1, std::memory_order_seq_cst);
     done_.notify_one();
   }
 }

@@ -20,6 +20,10 @@ using Counter = std::atomic<std::uint32_t>;
 /// usually about to finish, then sleeps: a core that somebody else needs is not burnt.
 void wait_until_reached(const Counter& value, std::uint32_t target, bool may_spin);
 
+/// Sets a counter that others may wait for. Sequentially consistent, and that is needed: notifying looks
+/// whether anybody waits, and must not look before the new value can be seen, or a waiter sleeps for ever.
+void announce(Counter& value, std::uint32_t reached);
+
 /// Threads that stay alive between steps. The caller is rank 0, so a team of one starts no thread.
 class Team {
  public:
