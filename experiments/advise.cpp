@@ -261,7 +261,8 @@ void Search::judge_rungs() {
 
 Search::Outcome Search::run(const Candidate& candidate, const Limits& limits) {
   constexpr double soon = 0.005;         // [s]; times below say little,
-  constexpr std::size_t soon_looks = 4;  // and so do fewer
+  constexpr std::size_t soon_looks = 4;  // and so do fewer,
+  constexpr double far_too_dear = 10;    // unless they say this
   Trial trial;
   trial.candidate = candidate;
   Outcome outcome = Outcome::meets;
@@ -270,8 +271,8 @@ Search::Outcome Search::run(const Candidate& candidate, const Limits& limits) {
     if (judge_->sees_early())
       error = std::max(error, judge_->at(run.trajectory, run.trajectory.looks.size() - 1));
     if (error > limits.error) outcome = Outcome::wrong;
-    if (run.seconds.size() >= soon_looks && run.total_seconds() > soon && run.cost() > limits.cost)
-      outcome = Outcome::dear;
+    const double times = run.total_seconds() > soon ? run.cost() / limits.cost : 0;
+    if (times > (run.seconds.size() >= soon_looks ? 1 : far_too_dear)) outcome = Outcome::dear;
     return outcome == Outcome::meets && !stopped();
   };
   try {
@@ -403,12 +404,14 @@ std::vector<Candidate> Search::find_lattices() {
 /// Methods for a lattice; within each, steps or tolerances from the longest on.
 std::vector<std::vector<Candidate>> Search::methods(const Candidate& lattice) {
   const SpectralBound bound = family_.bound(lattice);
-  const double unit = safe_step("semi_implicit_euler", bound), duration = family_.asked().solve.duration;
+  // The scene wants to be seen that often, and what nobody sees cannot be judged.
+  const double longest = family_.asked().solve.every;
+  const double unit = safe_step("semi_implicit_euler", bound);
   std::vector<std::vector<Candidate>> all;
   const auto steps = [&](Candidate c, double most, std::initializer_list<double> shares) {
     std::vector<Candidate> chain;
     for (const double share : shares) {
-      c.dt = step_between_looks(std::min(share * most, duration / 4), looks_);
+      c.dt = step_between_looks(std::min(share * most, longest), looks_);
       if (chain.empty() || c.dt < 0.99 * chain.back().dt) chain.push_back(c);
     }
     all.push_back(chain);

@@ -237,14 +237,18 @@ Trajectory::Look look_at(const Measures& m, double energy_before) {
           .holding = m.kinetic + m.elastic + m.volume_energy};
 }
 
+/// Adaptive methods that need more are not the cheapest.
+constexpr long most_steps_between_looks = 500;
+
 template <class Real>
 Followed follow_in(const Scene& scene, const Looks& looks,
                    const std::function<bool(const Followed&)>& go_on) {
   using Clock = std::chrono::steady_clock;
   const Body body(scene.body);
   const auto system = make_system<Real>(scene.model, body, scene.environment, scene.solve.threads);
-  const auto method =
-      find_integrator(scene.solve.integrator).template make<Real>(method_options(scene, *system));
+  IntegratorOptions options = method_options(scene, *system);
+  options.most_steps = most_steps_between_looks;
+  const auto method = find_integrator(scene.solve.integrator).template make<Real>(options);
   State<Real> state = start_state(*system, scene);
   const Sampler sampler(body, looks.points);
   Followed run;
