@@ -102,10 +102,42 @@ void BodySystem<Real>::for_each_particle(Task&& task) {
   });
 }
 
+/// The same for those that are awake.
+template <class Real>
+template <class Task>
+void BodySystem<Real>::for_each_particle_awake(Task&& task) {
+  const std::ptrdiff_t plane = body_.lattice().plane;
+  for_each_particle([&](std::ptrdiff_t site) {
+    if (!sleepers_ || !sleepers_->asleep(int(site / plane))) task(site);
+  });
+}
+
+template <class Real>
+void BodySystem<Real>::let_sleep(const SleepRule& rule) {
+  if (rule.bound > 0) sleepers_ = std::make_unique<Sleepers<Real>>(body_.lattice(), rule);
+}
+
+template <class Real>
+bool BodySystem<Real>::settle(State<Real>& state) {
+  const std::ptrdiff_t plane = body_.lattice().plane;
+  return sleepers_ &&
+         sleepers_->look(state, [&](int k) { return held_.move(state.t, plane * k, plane * (k + 1)); });
+}
+
+template <class Real>
+void BodySystem<Real>::wake_moving(const State<Real>& state) {
+  if (sleepers_) sleepers_->wake_moving(state);
+}
+
+template <class Real>
+void BodySystem<Real>::wake_all() {
+  if (sleepers_) sleepers_->wake_all();
+}
+
 template <class Real>
 bool BodySystem<Real>::collide(const State<Real>& before, double dt, State<Real>& state) {
   std::atomic<bool> any{false};
-  for_each_particle([&](std::ptrdiff_t site) {
+  for_each_particle_awake([&](std::ptrdiff_t site) {
     if (collide_particle(site, before, dt, state)) any.store(true, std::memory_order_relaxed);
   });
   return any;
@@ -185,14 +217,14 @@ void BodySystem<Real>::add_penalty_force(const Field<Real>& x, const Field<Real>
 template <class Real>
 void BodySystem<Real>::add_penalty_acceleration(const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   if (!has_penalties()) return;
-  for_each_particle([&](std::ptrdiff_t site) { a.set(site, a.at(site) + penalty_at(site, x, v)); });
+  for_each_particle_awake([&](std::ptrdiff_t site) { a.set(site, a.at(site) + penalty_at(site, x, v)); });
 }
 
 template <class Real>
 void BodySystem<Real>::stop_sticking(const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   if (!collides()) return;
   const double close = 1e-6 * body_.config().cell_size;
-  for_each_particle([&](std::ptrdiff_t site) {
+  for_each_particle_awake([&](std::ptrdiff_t site) {
     for (const Plane& plane : colliding_)
       if (plane.contact == ContactLaw::impulse && sticks(plane, {x.at(site), v.at(site)}, a.at(site), close))
         a.set(site, Vec3::Zero());

@@ -6,6 +6,7 @@
 #include "core/body.hpp"
 #include "core/contact.hpp"
 #include "core/environment.hpp"
+#include "core/sleepers.hpp"
 #include "core/spectral_bound.hpp"
 #include "core/system.hpp"
 #include "core/team.hpp"
@@ -58,6 +59,15 @@ class BodySystem : public System<Real> {
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
   bool collides() const override { return !colliding_.empty(); }
   bool collide(const State<Real>& before, double dt, State<Real>& state) override;
+  bool sleeps() const override { return sleepers_ != nullptr; }
+  bool settle(State<Real>& state) override;
+  bool all_asleep() const override { return sleepers_ && sleepers_->all_asleep(); }
+  /// Of the body's planes, those that sleep.
+  double share_asleep() const { return sleepers_ ? sleepers_->share_asleep() : 0; }
+  /// Call it after changing velocities.
+  void wake_moving(const State<Real>& state);
+  /// Call it after changing positions, or what acts on the body.
+  void wake_all();
   /// Of every penalty plane, the smallest gap of a particle.
   std::vector<double> kinks(const Field<Real>& x) const override;
   const std::vector<Unknown>& unknowns() override { return blocks().unknowns(); }
@@ -72,6 +82,10 @@ class BodySystem : public System<Real> {
 
  protected:
   const HeldSites& held() const { return held_; }
+  /// For systems whose accelerations of planes asleep are zero. Nothing sleeps where the bound is 0.
+  void let_sleep(const SleepRule& rule);
+  /// nullptr where nothing sleeps.
+  const Sleepers<Real>* sleepers() const { return sleepers_.get(); }
   Team& team() { return team_; }
   /// Made by the first method that needs a matrix.
   BlockMatrix& blocks();
@@ -100,6 +114,8 @@ class BodySystem : public System<Real> {
   const std::vector<Penalty>& penalties() const;
   template <class Task>
   void for_each_particle(Task&& task);
+  template <class Task>
+  void for_each_particle_awake(Task&& task);
   bool collide_particle(std::ptrdiff_t site, const State<Real>& before, double dt, State<Real>& state) const;
   /// Sums over penalty planes, of forces over mass and of tangents.
   Vec3 penalty_at(std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v) const;
@@ -113,6 +129,7 @@ class BodySystem : public System<Real> {
   std::vector<Plane> colliding_;  ///< those that act at the end of steps
   mutable std::vector<Penalty> penalties_;
   Team team_;
+  std::unique_ptr<Sleepers<Real>> sleepers_;
   std::unique_ptr<BlockMatrix> blocks_;
 };
 

@@ -17,6 +17,14 @@ Prescribed prescribed_motion(const Hold& hold, const Vec3& rest, double t) {
   return p;
 }
 
+template <class Real>
+void give(const Strike& strike, const Body& body, Field<Real>& v) {
+  const std::vector<std::ptrdiff_t> sites = body.select(strike.box.lower, strike.box.upper);
+  double mass = 0;
+  for (const std::ptrdiff_t site : sites) mass += body.mass(site);
+  for (const std::ptrdiff_t site : sites) v.set(site, v.at(site) + strike.impulse / mass);
+}
+
 HeldSites::HeldSites(const Body& body, const std::vector<Hold>& holds) : holds_(holds) {
   for (std::size_t h = 0; h < holds.size(); ++h)
     for (const std::ptrdiff_t site : body.select(holds[h].box.lower, holds[h].box.upper))
@@ -38,6 +46,14 @@ void HeldSites::apply(double t, std::ptrdiff_t first, std::ptrdiff_t last, Field
       v.axis(a)[e->site] = static_cast<Real>(p.velocity[a]);
     }
   }
+}
+
+bool HeldSites::move(double t, std::ptrdiff_t first, std::ptrdiff_t last) const {
+  const auto begin = std::lower_bound(entries_.begin(), entries_.end(), first,
+                                      [](const Entry& e, std::ptrdiff_t site) { return e.site < site; });
+  for (auto e = begin; e != entries_.end() && e->site < last; ++e)
+    if (holds_[e->hold].moves(t)) return true;
+  return false;
 }
 
 bool HeldSites::holds(std::ptrdiff_t site, int axis) const {
@@ -81,6 +97,8 @@ double LoadedSites::potential(const Field<Real>& x) const {
   return sum;
 }
 
+template void give(const Strike&, const Body&, Field<float>&);
+template void give(const Strike&, const Body&, Field<double>&);
 template void HeldSites::apply(double, std::ptrdiff_t, std::ptrdiff_t, Field<float>&, Field<float>&) const;
 template void HeldSites::apply(double, std::ptrdiff_t, std::ptrdiff_t, Field<double>&, Field<double>&) const;
 template void HeldSites::clear(Field<float>&) const;

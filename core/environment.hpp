@@ -27,7 +27,10 @@ struct Hold {
   Vec3 displacement = Vec3::Zero();            ///< applied at once [m]
   std::optional<Turn> turn{};
 
-  bool moves() const { return !velocity.isZero(0) || turn.has_value(); }
+  /// Whether it moves anything at a time, or later.
+  bool moves(double t = 0) const {
+    return !velocity.isZero(0) || (turn && turn->rate != 0 && t < turn->until);
+  }
 };
 
 /// A total force [N] on the particles in a box, shared in proportion to their mass.
@@ -35,6 +38,18 @@ struct Load {
   Box box{};
   Vec3 force = Vec3::Zero();
 };
+
+/// A blow: the particles in a box get a total impulse [N s] at once, each the same change of velocity.
+/// Whoever runs a scene gives it; to a system it is a change of state.
+struct Strike {
+  Box box{};
+  double at = 0;  ///< [s]
+  Vec3 impulse = Vec3::Zero();
+};
+
+/// Adds what a strike gives to velocities; where those are prescribed it is lost.
+template <class Real>
+void give(const Strike& strike, const Body& body, Field<Real>& v);
 
 /// How particles and a plane touch; the laws are in contact.hpp.
 enum class ContactLaw {
@@ -60,6 +75,7 @@ struct Environment {
   Vec3 gravity = Vec3::Zero();  ///< [m/s^2]
   std::vector<Hold> holds{};
   std::vector<Load> loads{};
+  std::vector<Strike> strikes{};
   std::vector<Plane> planes{};
 };
 
@@ -81,6 +97,9 @@ class HeldSites {
   /// Writes prescribed positions and velocities at time t to the held coordinates of sites in [first, last).
   template <class Real>
   void apply(double t, std::ptrdiff_t first, std::ptrdiff_t last, Field<Real>& x, Field<Real>& v) const;
+
+  /// True if holds move a site in [first, last) at time t, or will.
+  bool move(double t, std::ptrdiff_t first, std::ptrdiff_t last) const;
 
   /// True if a coordinate of a site is held.
   bool holds(std::ptrdiff_t site, int axis) const;

@@ -18,8 +18,8 @@ namespace {
 KnownKeys make_known_keys() {
   KnownKeys keys{
       {"",
-       {"body", "material", "damping", "weight", "environment", "hold", "load", "plane", "start", "solve",
-        "expect"}},
+       {"body", "material", "damping", "weight", "environment", "hold", "load", "strike", "plane", "start",
+        "solve", "expect"}},
       {"expect", {energy_drift, mean_displacement}},
       {"expect.energy_drift", {"value", "within"}},
       {"expect.displacement", {"box", "value", "within"}},
@@ -34,11 +34,12 @@ KnownKeys make_known_keys() {
       {"hold", {"box", "axes", "velocity", "displacement", "turn"}},
       {"hold.turn", {"axis", "centre", "rate", "until"}},
       {"load", {"box", "force"}},
+      {"strike", {"box", "at", "impulse"}},
       {"plane", {"point", "normal", "contact", "restitution", "friction"}},
       {"start", {"velocity", "spin"}},
       {"solve",
        {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "tangent", "tolerance",
-        "every"}},
+        "every", "sleep", "sleep_after"}},
   };
   for (const MeasureColumn& column : measure_columns) {
     keys["expect"].emplace_back(column.name);
@@ -82,6 +83,10 @@ constexpr Quantity axis{"an axis", "a direction [x, y, z] that is not zero", any
 constexpr Quantity turn_rate{"an angular rate", "a finite number of rad/s", any};
 constexpr Quantity spin{"an angular velocity", "three finite numbers of rad/s", any};
 constexpr Quantity force{"a force", "three finite numbers of newtons", any};
+constexpr Quantity impulse{"an impulse", "three finite numbers of newton seconds", any};
+constexpr Quantity time_of_strike{"a time", "a finite number of seconds that is not negative", not_negative};
+constexpr Quantity sleep_bound{"a distance", "a number of metres that is not negative, 0 for no sleep",
+                               not_negative};
 constexpr Quantity expected{"a value", "a finite number", any};
 constexpr Quantity margin{"a margin", "a finite number that is not negative", not_negative};
 constexpr Quantity normal{"a normal", "a direction [x, y, z] that is not zero", any};
@@ -279,6 +284,10 @@ Environment read_environment(const TomlTable& scene) {
   }
   for (const TomlTable& table : scene.tables("load"))
     environment.loads.push_back({.box = table.box("box"), .force = table.vector("force", force)});
+  for (const TomlTable& table : scene.tables("strike"))
+    environment.strikes.push_back({.box = table.box("box"),
+                                   .at = table.number("at", time_of_strike),
+                                   .impulse = table.vector("impulse", impulse)});
   for (const TomlTable& table : scene.tables("plane")) environment.planes.push_back(read_plane(table));
   return environment;
 }
@@ -296,11 +305,14 @@ void check_selection(const TomlTable& table, const Body& body, const Box& box) {
 }
 
 void check_selections(const TomlTable& scene, const BodyConfig& config, const Environment& environment) {
-  if (environment.holds.empty() && environment.loads.empty() && config.weights.empty()) return;
+  const auto holds = scene.tables("hold"), loads = scene.tables("load"), strikes = scene.tables("strike"),
+             weights = scene.tables("weight");
+  if (holds.empty() && loads.empty() && strikes.empty() && weights.empty()) return;
   const Body body(config);
-  const auto holds = scene.tables("hold"), loads = scene.tables("load"), weights = scene.tables("weight");
   for (std::size_t i = 0; i < holds.size(); ++i) check_selection(holds[i], body, environment.holds[i].box);
   for (std::size_t i = 0; i < loads.size(); ++i) check_selection(loads[i], body, environment.loads[i].box);
+  for (std::size_t i = 0; i < strikes.size(); ++i)
+    check_selection(strikes[i], body, environment.strikes[i].box);
   for (std::size_t i = 0; i < weights.size(); ++i) check_selection(weights[i], body, config.weights[i].box);
 }
 
@@ -340,6 +352,8 @@ SolveConfig read_solve(const TomlTable& solve) {
   config.tangent = solve.choice("tangent", "a tangent", tangents, config.tangent);
   config.tolerance = solve.number("tolerance", tolerance, config.tolerance);
   config.every = solve.number("every", interval, config.every);
+  config.sleep.bound = solve.number("sleep", sleep_bound, config.sleep.bound);
+  config.sleep.after = solve.number("sleep_after", interval, config.sleep.after);
   return config;
 }
 
@@ -437,7 +451,9 @@ Json to_json(const SolveConfig& solve) {
           {"linear_solver", solve.linear_solver},
           {"tangent", name_of(solve.tangent, tangents)},
           {"tolerance", solve.tolerance},
-          {"every", solve.every}};
+          {"every", solve.every},
+          {"sleep", solve.sleep.bound},
+          {"sleep_after", solve.sleep.after}};
 }
 
 Json to_json(const std::vector<Expectation>& expectations) {
@@ -453,12 +469,16 @@ Json to_json(const std::vector<Expectation>& expectations) {
 }
 
 std::string to_json(const Scene& scene, const Asked& asked) {
-  Json weights = Json::array(), holds = Json::array(), loads = Json::array(), planes = Json::array();
+  Json weights = Json::array(), holds = Json::array(), loads = Json::array(), strikes = Json::array(),
+       planes = Json::array();
   for (const Weight& weight : scene.body.weights)
     weights.push_back({{"box", to_json(weight.box)}, {"mass", weight.mass}});
   for (const Hold& hold : scene.environment.holds) holds.push_back(to_json(hold));
   for (const Load& load : scene.environment.loads)
     loads.push_back({{"box", to_json(load.box)}, {"force", to_json(load.force)}});
+  for (const Strike& strike : scene.environment.strikes)
+    strikes.push_back(
+        {{"box", to_json(strike.box)}, {"at", strike.at}, {"impulse", to_json(strike.impulse)}});
   for (const Plane& plane : scene.environment.planes) planes.push_back(to_json(plane));
   const Json json{
       {"name", scene.name},
@@ -469,6 +489,7 @@ std::string to_json(const Scene& scene, const Asked& asked) {
       {"environment", {{"gravity", to_json(scene.environment.gravity)}}},
       {"hold", holds},
       {"load", loads},
+      {"strike", strikes},
       {"plane", planes},
       {"start", {{"velocity", to_json(scene.start_velocity)}, {"spin", to_json(scene.start_spin)}}},
       {"solve", to_json(scene.solve)},

@@ -7,6 +7,7 @@
 
 #include "core/body.hpp"
 #include "core/environment.hpp"
+#include "core/sleepers.hpp"
 #include "core/system.hpp"
 
 namespace mss {
@@ -24,6 +25,7 @@ struct SolveConfig {
   Tangent tangent = Tangent::elastic;     ///< of implicit methods; projected where that is indefinite
   double tolerance = 1e-6;                ///< of adaptive methods: local error over a cell's size
   double every = 0.01;                    ///< seconds between rows of series.csv
+  SleepRule sleep{};                      ///< of springs driven by explicit methods of fixed step
 };
 
 /// What a scene's author says will come out at its end; `mss check SCENE` judges it.

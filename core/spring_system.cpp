@@ -82,6 +82,9 @@ struct SpringSystem<Real>::Pass {
   State<Real>* state = nullptr;  ///< kick_drift: updated in place
   KickDrift update{};
   TangentSum sum{};  ///< product
+
+  /// Whether it leaves out what sleeps.
+  bool moves_particles() const { return finish == Finish::kick_drift || finish == Finish::acceleration; }
 };
 
 template <class Real>
@@ -93,6 +96,7 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
   blocks_ = (lattice.used() + kernel_.lanes - 1) / kernel_.lanes;
   build_dictionary();
   build_masses();
+  this->let_sleep(execution.sleep);
   const std::ptrdiff_t scratch = lattice.plane;
   nothing_below_ = Field<Real>(scratch);
   for (int rank = 0; rank < this->team().size(); ++rank) {
@@ -182,9 +186,20 @@ void SpringSystem<Real>::force(double t, const Field<Real>& x, const Field<Real>
 template <class Real>
 void SpringSystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   run({.finish = Finish::acceleration, .t = t, .dt = 0, .x = &x, .v = &v, .out = &a}, 1);
+  stop_sleepers(a);
   this->add_penalty_acceleration(x, v, a);
   this->stop_sticking(x, v, a);
   this->held().clear(a);
+}
+
+/// What sleeps has no acceleration.
+template <class Real>
+void SpringSystem<Real>::stop_sleepers(Field<Real>& a) const {
+  if (!this->sleepers()) return;
+  const Lattice& lattice = this->body().lattice();
+  for (int plane = 0; plane < lattice.planes(); ++plane)
+    for (int axis = 0; axis < 3 && this->sleepers()->asleep(plane); ++axis)
+      std::fill_n(a.axis(axis) + lattice.plane * plane, lattice.plane, Real(0));
 }
 
 template <class Real>
@@ -237,6 +252,16 @@ void SpringSystem<Real>::run(const Pass& pass, long steps) {
   });
 }
 
+template <class Real>
+bool SpringSystem<Real>::is_asleep(const Pass& pass, int plane) const {
+  return this->sleepers() && pass.moves_particles() && this->sleepers()->asleep(plane);
+}
+
+template <class Real>
+bool SpringSystem<Real>::needs_cells(const Pass& pass, int plane) const {
+  return !this->sleepers() || !pass.moves_particles() || this->sleepers()->needs_cells(plane);
+}
+
 /// One step of one thread's planes. It meets its neighbours twice: before its last plane it needs the upper
 /// neighbour's first plane of the step before, and its own first plane waits for the lower neighbour's share.
 template <class Real>
@@ -250,21 +275,23 @@ void SpringSystem<Real>::step_slab(const Pass& pass, int rank, long step) {
     const bool last = plane + 1 == slab.last;
     if (last && !top)
       wait_until_reached(slabs_[std::size_t(rank) + 1]->finished, done, this->team().may_spin());
+    if (!needs_cells(pass, plane)) continue;
     const auto turn = std::size_t(plane & 1);
     const Streams<Real> above = streams(last ? slab.outgoing : slab.above[turn]);
     if (plane == slab.first && !bottom) {
       sweep_plane(pass, plane, streams(slab.first_own), above, nullptr, t_new);
     } else {
       const ConstStreams<Real> below = const_streams(plane == 0 ? nothing_below_ : slab.above[1 - turn]);
-      sweep_plane(pass, plane, streams(slab.own), above, &below, t_new);
+      sweep_plane(pass, plane, streams(slab.own), above, is_asleep(pass, plane) ? nullptr : &below, t_new);
     }
   }
   announce(slab.swept, done + 1);
   if (!bottom) {
     const Slab& lower = *slabs_[std::size_t(rank - 1)];
     wait_until_reached(lower.swept, done + 1, this->team().may_spin());
-    finish_plane(pass, slab.first, 0, blocks_ * kernel_.lanes, streams(slab.first_own),
-                 const_streams(lower.outgoing), t_new);
+    if (!is_asleep(pass, slab.first))
+      finish_plane(pass, slab.first, 0, blocks_ * kernel_.lanes, streams(slab.first_own),
+                   const_streams(lower.outgoing), t_new);
   }
   announce(slab.finished, done + 1);
 }

@@ -11,11 +11,12 @@
 
 namespace mss {
 
-/// How a SpringSystem computes. No choice here changes what is computed beyond rounding, and the number of
-/// threads not even that.
+/// How a SpringSystem computes. The kernel changes what is computed by rounding, the number of threads not at
+/// all, and sleep as the rule allows.
 struct Execution {
   int threads = 0;       ///< 0: as many as pay
   std::string kernel{};  ///< name of a sweep kernel; empty: the fastest this processor runs
+  SleepRule sleep{};
 };
 
 /// A mass-spring body in its environment, driven through the structured sweep.
@@ -55,7 +56,10 @@ class SpringSystem final : public BodySystem<Real> {
   struct Slab;
   enum class Finish { force, acceleration, product, kick_drift };
   struct Pass;
+  bool is_asleep(const Pass& pass, int plane) const;
+  bool needs_cells(const Pass& pass, int plane) const;
 
+  void stop_sleepers(Field<Real>& a) const;
   void build_dictionary();
   void build_masses();
   void run(const Pass& pass, long steps);

@@ -21,6 +21,11 @@ bool System<Real>::collide(const State<Real>&, double, State<Real>&) {
 }
 
 template <class Real>
+bool System<Real>::settle(State<Real>&) {
+  return false;
+}
+
+template <class Real>
 std::vector<double> System<Real>::kinks(const Field<Real>&) const {
   return {};
 }

@@ -111,6 +111,16 @@ class System {
   /// What collisions make of a step of dt that led from `before` to `state`. False if nothing changed.
   virtual bool collide(const State<Real>& before, double dt, State<Real>& state);
 
+  /// True if particles may fall asleep: then whoever takes a step by accelerations calls settle() after it.
+  virtual bool sleeps() const { return false; }
+
+  /// Puts to sleep what rests and wakes what is disturbed. True if either happened: some have lost their
+  /// velocity, or got an acceleration.
+  virtual bool settle(State<Real>& state);
+
+  /// True if steps would change nothing but the time.
+  virtual bool all_asleep() const { return false; }
+
   /// Functions of the positions that become negative where the force has a kink [m]; none if there are none.
   /// Methods that choose their steps do well to end one there.
   virtual std::vector<double> kinks(const Field<Real>& x) const;

@@ -31,7 +31,8 @@ class TetheredSystem final : public System<Real> {
   /// The other system must outlive this one.
   explicit TetheredSystem(System<Real>& other) : other_(other) {}
 
-  /// Ties, moves or lets go. Integrators that keep a history must be reset when that happens.
+  /// Ties, moves or lets go. Integrators that keep a history must be reset when that happens, and what sleeps
+  /// in the other system woken; nothing falls asleep while it is tied.
   void tie(const std::optional<Tether>& tether) { tether_ = tether; }
 
   std::ptrdiff_t size() const override { return other_.size(); }
@@ -45,6 +46,9 @@ class TetheredSystem final : public System<Real> {
   bool collide(const State<Real>& before, double dt, State<Real>& state) override {
     return other_.collide(before, dt, state);
   }
+  bool sleeps() const override { return other_.sleeps(); }
+  bool settle(State<Real>& state) override { return !tether_ && other_.settle(state); }
+  bool all_asleep() const override { return other_.all_asleep(); }
   std::vector<double> kinks(const Field<Real>& x) const override { return other_.kinks(x); }
   const std::vector<Unknown>& unknowns() override { return other_.unknowns(); }
   SparseMatrix tangent_pattern() override { return other_.tangent_pattern(); }

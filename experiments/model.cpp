@@ -19,24 +19,24 @@ struct Model {
   std::string name;
   std::string summary;
   bool of_elastic_constants;  ///< springs alone do not say what it needs
-  std::function<std::unique_ptr<BodySystem<double>>(const Body&, const Environment&, int threads)> make;
+  std::function<std::unique_ptr<BodySystem<double>>(const Body&, const Environment&, const Execution&)> make;
 };
 
 std::vector<Model> make_models() {
   std::vector<Model> all{
       {spring_model, "the springs and volume force of each cell, through the structured sweep", false,
-       [](const Body& body, const Environment& environment, int threads) {
-         return std::make_unique<SpringSystem<double>>(body, environment, Execution{.threads = threads});
+       [](const Body& body, const Environment& environment, const Execution& execution) {
+         return std::make_unique<SpringSystem<double>>(body, environment, execution);
        }},
       {mollemans_model, "springs with Mollemans's volume force on tetrahedra (eq. 1-1, its sign turned)",
-       false, [](const Body& body, const Environment& environment, int threads) {
-         return std::make_unique<MollemansSystem>(body, environment, threads);
+       false, [](const Body& body, const Environment& environment, const Execution& execution) {
+         return std::make_unique<MollemansSystem>(body, environment, execution.threads);
        }}};
   for (const SolidLaw& law : solid_laws())
-    all.push_back(
-        {law.name, law.summary, true, [law](const Body& body, const Environment& environment, int threads) {
-           return std::make_unique<FemSystem>(body, environment, law, threads);
-         }});
+    all.push_back({law.name, law.summary, true,
+                   [law](const Body& body, const Environment& environment, const Execution& execution) {
+                     return std::make_unique<FemSystem>(body, environment, law, execution.threads);
+                   }});
   return all;
 }
 
@@ -84,16 +84,19 @@ void tell_model(Chart& chart, const std::string& model) {
 
 template <>
 std::unique_ptr<BodySystem<double>> make_system(const std::string& model, const Body& body,
-                                                const Environment& environment, int threads) {
+                                                const Environment& environment, int threads,
+                                                const SleepRule& sleep) {
   check_model(model, body.config(), false);
-  return find_model(model).make(body, environment, threads);
+  return find_model(model).make(body, environment, {.threads = threads, .sleep = sleep});
 }
 
 template <>
 std::unique_ptr<BodySystem<float>> make_system(const std::string& model, const Body& body,
-                                               const Environment& environment, int threads) {
+                                               const Environment& environment, int threads,
+                                               const SleepRule& sleep) {
   check_model(model, body.config(), true);
-  return std::make_unique<SpringSystem<float>>(body, environment, Execution{.threads = threads});
+  return std::make_unique<SpringSystem<float>>(body, environment,
+                                               Execution{.threads = threads, .sleep = sleep});
 }
 
 }  // namespace mss

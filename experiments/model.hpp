@@ -16,11 +16,12 @@ inline constexpr double usual_fold_guard = 5;
 std::vector<std::pair<std::string, std::string>> models();
 
 /// A body filled with what a model says; `threads` 0: as many as pay. The body must outlive it. Only springs
-/// compute in single precision. Throws InputError for an unknown model, and for finite elements without
-/// elastic constants.
+/// compute in single precision, and sleep. Throws InputError for an unknown model, and for finite elements
+/// without elastic constants.
 template <class Real>
 std::unique_ptr<BodySystem<Real>> make_system(const std::string& model, const Body& body,
-                                              const Environment& environment, int threads);
+                                              const Environment& environment, int threads,
+                                              const SleepRule& sleep = {});
 
 /// Throws InputError for an unknown one.
 void check_model_name(const std::string& model);

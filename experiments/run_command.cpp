@@ -1,6 +1,7 @@
 // `mss run`: simulates one scene and writes what happened.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -31,8 +32,29 @@ Json final_row(const Table& series) {
   return row;
 }
 
+/// Numbers that were not measured are null.
+Json to_json(const SleepReport& sleep) {
+  return {{"share", sleep.share},
+          {"seconds_per_step_asleep", sleep.seconds_asleep},
+          {"seconds_per_step_awake", sleep.seconds_awake},
+          {"most_apart", sleep.most_apart},
+          {"apart_at_end", sleep.apart_at_end}};
+}
+
+std::string tell(const SleepReport& sleep, double bound) {
+  const std::string cost = std::isfinite(sleep.seconds_asleep)
+                               ? fmt::format(", a step while all sleep takes {:.3g} % of one awake",
+                                             100 * sleep.seconds_asleep / sleep.seconds_awake)
+                               : std::string();
+  return fmt::format(
+      "{:.3g} % of the body slept{}; from a run that never sleeps it ends {:.3g} m away, and was at "
+      "most {:.3g} m away, of {:.3g} m allowed",
+      100 * sleep.share, cost, sleep.apart_at_end, sleep.most_apart, bound);
+}
+
 Json summary(const Scene& scene, const SimulationResult& result, const Table& series) {
   return {{"status", to_string(result.status)},
+          {"sleep", result.sleep ? to_json(*result.sleep) : Json()},
           {"scene", scene.name},
           {"integrator", scene.solve.integrator},
           {"precision", scene.solve.precision == Precision::single ? "single" : "double"},
@@ -81,6 +103,7 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   fmt::print("{}: {} after {} steps {}, {:.4g} s simulated in {:.3g} s; see {}\n", scene.name,
              to_string(result.status), result.work.steps, step, result.simulated_seconds, result.wall_seconds,
              directory.string());
+  if (result.sleep) fmt::print("{}: {}\n", scene.name, tell(*result.sleep, scene.solve.sleep.bound));
   if (result.status == Status::interrupted)
     exit_status = exit_interrupted;
   else if (result.status != Status::ok)

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -13,20 +12,13 @@
 #include "core/error.hpp"
 #include "experiments/model.hpp"
 #include "experiments/vtk_series.hpp"
+#include "experiments/wakeful_twin.hpp"
 #include "integrators/linear/linear_solver.hpp"
 #include "integrators/stable_step.hpp"
 
 namespace mss {
 
 namespace {
-
-double step_of(const Scene& scene, const IntegratorInfo& method, const SpectralBound& bound) {
-  if (method.stepping == Stepping::equilibrium) return 0;
-  if (scene.solve.dt) return *scene.solve.dt;
-  if (method.stepping == Stepping::adaptive) return 0;  // the method's own choice
-  const double safe = safe_share * stable_step(method, bound);
-  return scene.solve.duration > 0 ? std::min(safe, scene.solve.duration) : safe;
-}
 
 void check_safe(const IntegratorInfo& method) {
   if (method.stepping != Stepping::fixed) return;
@@ -46,19 +38,15 @@ std::vector<ParticleRecord> record_particles(const Body& body, const auto& state
 
 /// One simulation under way: advances from row to row, and stops at frames on the way.
 template <class Real>
-class Run {
+class Simulation {
  public:
-  Run(const Scene& scene, BodySystem<Real>& system, const VtkChoice& vtk, SimulationResult& result)
-      : scene_(scene),
-        system_(system),
-        method_info_(find_integrator(scene.solve.integrator)),
-        state_(start_state(system, scene)),
-        result_(result),
-        frame_every_(vtk.every) {
-    const IntegratorOptions options = method_options(scene, system);
-    result.dt = options.dt;
-    method_ = method_info_.make<Real>(options);
-    if (frame_every_ > 0) frames_.emplace(vtk.directory, system.body());
+  Simulation(const Scene& scene, const Body& body, const VtkChoice& vtk, SimulationResult& result)
+      : scene_(scene), run_(scene, body), result_(result), frame_every_(vtk.every) {
+    result.dt = run_.dt();
+    result.threads = run_.system().threads();
+    result.kernel = run_.system().kernel_name();
+    if (scene.solve.sleep.bound > 0) twin_.emplace(scene, body);
+    if (frame_every_ > 0) frames_.emplace(vtk.directory, body);
   }
 
   /// The state of the last finite row is what a failed run leaves.
@@ -67,72 +55,78 @@ class Run {
  private:
   void advance(double t_end);
   void advance_with_frames(double t_end);
-  void add_frame() { frames_->add(state_.t, state_.x, state_.v); }
-  bool frames_by_step() const { return frames_ && method_info_.stepping == Stepping::fixed; }
+  void add_frame() { frames_->add(run_.state().t, run_.state().x, run_.state().v); }
+  bool frames_by_step() const {
+    return frames_ && find_integrator(scene_.solve.integrator).stepping == Stepping::fixed;
+  }
 
   const Scene& scene_;
-  BodySystem<Real>& system_;
-  const IntegratorInfo& method_info_;
-  std::unique_ptr<Integrator<Real>> method_;
-  State<Real> state_;
+  SceneRun<Real> run_;
   SimulationResult& result_;
   long frame_every_;  ///< n-th step, or row
   std::optional<VtkSeries> frames_;
+  std::optional<WakefulTwin<Real>> twin_;
 };
 
 template <class Real>
-void Run<Real>::advance(double t_end) {
+void Simulation<Real>::advance(double t_end) {
   using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();
-  result_.status = method_->advance(system_, state_, t_end, result_.work);
+  result_.status = run_.advance(t_end, result_.work);
   result_.wall_seconds += std::chrono::duration<double>(Clock::now() - begin).count();
-  result_.simulated_seconds = state_.t;
+  result_.simulated_seconds = run_.state().t;
 }
 
 template <class Real>
-void Run<Real>::advance_with_frames(double t_end) {
+void Simulation<Real>::advance_with_frames(double t_end) {
   if (!frames_by_step()) return advance(t_end);
-  long left = std::lround((t_end - state_.t) / result_.dt);
+  const double& t = run_.state().t;
+  long left = std::lround((t_end - t) / result_.dt);
   while (left > 0 && result_.status == Status::ok) {
     const long due = frame_every_ - result_.work.steps % frame_every_;
     constexpr double beside = 0.25;  // so that t stays the sum of the steps, as it were without frames
-    advance(due < left ? state_.t + (double(due) + beside) * result_.dt : t_end);
+    advance(due < left ? t + (double(due) + beside) * result_.dt : t_end);
     left -= due;
     if (left >= 0 && result_.status == Status::ok) add_frame();
   }
 }
 
 template <class Real>
-void Run<Real>::rows(Progress& progress) {
-  State<Real> last = state_;
-  result_.series.push_back(measure(system_, state_));
+void Simulation<Real>::rows(Progress& progress) {
+  const State<Real>& state = run_.state();
+  State<Real> last = state;
+  result_.series.push_back(measure(run_.system(), state));
   if (frames_) add_frame();
   const auto rows = std::max(1L, std::lround(std::ceil(scene_.solve.duration / scene_.solve.every - 1e-9)));
   for (long i = 1; i <= rows && result_.status == Status::ok; ++i) {
-    advance_with_frames(std::min(double(i) * scene_.solve.every, scene_.solve.duration));
-    if (result_.status != Status::ok || state_.t == last.t) continue;  // a row every step if `every` is less
-    const Measures measures = measure(system_, state_);
+    const double t_end = std::min(double(i) * scene_.solve.every, scene_.solve.duration);
+    const Lap before{run_.system().all_asleep(), result_.work.steps, result_.wall_seconds};
+    advance_with_frames(t_end);
+    if (result_.status != Status::ok || state.t == last.t) continue;  // a row every step if `every` is less
+    const Measures measures = measure(run_.system(), state);
     if (!is_finite(measures)) {  // energies overflow before coordinates do
       result_.status = Status::non_finite;
       continue;
     }
     result_.series.push_back(measures);
+    if (twin_)
+      twin_->follow(run_, t_end,
+                    {before.asleep && run_.system().all_asleep(), result_.work.steps - before.steps,
+                     result_.wall_seconds - before.seconds});
     if (frames_ && !frames_by_step() && i % frame_every_ == 0) add_frame();
-    last = state_;
-    progress.report(double(i) / double(rows), fmt::format("t = {:.4g} s", state_.t));
+    last = state;
+    progress.report(double(i) / double(rows), fmt::format("t = {:.4g} s", state.t));
     if (i < rows && progress.stopped()) result_.status = Status::interrupted;
   }
   if (frames_) frames_->finish();
-  result_.particles = record_particles(system_.body(), last);
+  if (twin_) result_.sleep = twin_->report();
+  result_.particles = record_particles(run_.system().body(), last);
 }
 
 template <class Real>
 void simulate_in(const Scene& scene, const VtkChoice& vtk, Progress& progress, SimulationResult& result) {
   const Body body(scene.body);
-  const auto system = make_system<Real>(scene.model, body, scene.environment, scene.solve.threads);
-  result.threads = system->threads();
-  result.kernel = system->kernel_name();
-  Run<Real>(scene, *system, vtk, result).rows(progress);
+  Simulation<Real>(scene, body, vtk, result).rows(progress);
 }
 
 }  // namespace
@@ -140,36 +134,6 @@ void simulate_in(const Scene& scene, const VtkChoice& vtk, Progress& progress, S
 bool is_finite(const Measures& measures) {
   return std::all_of(measure_columns.begin(), measure_columns.end(),
                      [&](const MeasureColumn& column) { return std::isfinite(column.value(measures)); });
-}
-
-template <class Real>
-void scale_errors(IntegratorOptions& options, const BodySystem<Real>& system) {
-  options.length_scale = system.body().config().cell_size;
-  options.speed_scale = options.length_scale * system.spectral_bound().omega / 10;
-}
-
-template <class Real>
-IntegratorOptions method_options(const Scene& scene, const BodySystem<Real>& system) {
-  IntegratorOptions options{
-      .dt = step_of(scene, find_integrator(scene.solve.integrator), system.spectral_bound()),
-      .linear_solver = scene.solve.linear_solver,
-      .tangent = scene.solve.tangent,
-      .tolerance = scene.solve.tolerance};
-  scale_errors(options, system);
-  return options;
-}
-
-template <class Real>
-State<Real> start_state(const BodySystem<Real>& system, const Scene& scene) {
-  State<Real> state = system.rest_state();
-  const Body& body = system.body();
-  Vec3 centre = Vec3::Zero();
-  for (const std::ptrdiff_t site : body.sites())
-    centre += body.mass(site) / body.total_mass() * state.x.at(site);
-  for (const std::ptrdiff_t site : body.sites())
-    state.v.set(site, scene.start_velocity + scene.start_spin.cross(state.x.at(site) - centre));
-  system.constrain(0, state.x, state.v);
-  return state;
 }
 
 template <class Real>
@@ -212,6 +176,19 @@ void check_contact(const Scene& scene, const IntegratorInfo& method) {
                   to_string(discrete->contact), method.name));
 }
 
+/// What sleeps has no acceleration, and other methods ask for forces.
+void check_sleep(const Scene& scene, const IntegratorInfo& method) {
+  if (scene.solve.sleep.bound == 0) return;
+  if (scene.model != spring_model)
+    throw InputError(fmt::format("sleep is for model \"{}\", and material.model is \"{}\"; leave it out",
+                                 spring_model, scene.model));
+  if (method.implicit || method.stepping != Stepping::fixed)
+    throw InputError(fmt::format(
+        "sleep is for explicit methods of fixed step, and {} is none; leave it out, or give another "
+        "integrator",
+        method.name));
+}
+
 void check_solve(const Scene& scene) {
   const bool single = scene.solve.precision == Precision::single;
   check_model(scene);
@@ -222,6 +199,7 @@ void check_solve(const Scene& scene) {
       throw InputError(fmt::format(
           "integrator '{}' computes in double precision only; give precision = \"double\"", method.name));
     find_linear_solver(scene.solve.linear_solver);
+    check_sleep(scene, method);
   });
   check_table(scene, "plane", [&] { check_contact(scene, find_integrator(scene.solve.integrator)); });
   if (scene.solve.dt && *scene.solve.dt > scene.solve.duration)
@@ -262,12 +240,6 @@ void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& pa
   }
 }
 
-template void scale_errors(IntegratorOptions&, const BodySystem<float>&);
-template void scale_errors(IntegratorOptions&, const BodySystem<double>&);
-template IntegratorOptions method_options(const Scene&, const BodySystem<float>&);
-template IntegratorOptions method_options(const Scene&, const BodySystem<double>&);
-template State<float> start_state(const BodySystem<float>&, const Scene&);
-template State<double> start_state(const BodySystem<double>&, const Scene&);
 template State<float> stretched_state(const BodySystem<float>&, double);
 template State<double> stretched_state(const BodySystem<double>&, double);
 

@@ -2,13 +2,16 @@
 
 #include <filesystem>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/measures.hpp"
 #include "core/scene.hpp"
 #include "experiments/progress.hpp"
+#include "experiments/scene_run.hpp"
 #include "experiments/table.hpp"
+#include "experiments/wakeful_twin.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {
@@ -27,7 +30,8 @@ struct SimulationResult {
   double simulated_seconds = 0;
   double wall_seconds = 0;  ///< of stepping; measuring and setting up not counted
   int threads = 1;
-  std::string kernel;  ///< instruction set of the sweep
+  std::string kernel;                ///< instruction set of the sweep
+  std::optional<SleepReport> sleep;  ///< where the scene lets particles sleep
   std::vector<Measures> series;
   std::vector<ParticleRecord> particles;
 };
@@ -41,24 +45,9 @@ struct VtkChoice {
 /// True if all numbers are finite.
 bool is_finite(const Measures& measures);
 
-/// The body of a scene as it starts: at rest, in its holds, moving and spinning as [start] says.
-template <class Real>
-State<Real> start_state(const BodySystem<Real>& system, const Scene& scene);
-
 /// A body at rest, but stretched along z by a factor, about z = 0.
 template <class Real>
 State<Real> stretched_state(const BodySystem<Real>& system, double factor);
-
-/// Lets adaptive methods measure local errors against the size of a cell, and of velocities against a tenth
-/// of the speed at which the fastest mode would cross one: vibrations ten times slower than that still have
-/// errors of the same share in position and velocity.
-template <class Real>
-void scale_errors(IntegratorOptions& options, const BodySystem<Real>& system);
-
-/// What the scene's method is made with: its step resolved, errors of adaptive methods scaled as above.
-/// Throws InputError if dt is "safe" and no step is.
-template <class Real>
-IntegratorOptions method_options(const Scene& scene, const BodySystem<Real>& system);
 
 /// Throws InputError if the scene's model cannot be made.
 void check_model(const Scene& scene);

@@ -245,11 +245,8 @@ Followed follow_in(const Scene& scene, const Looks& looks,
                    const std::function<bool(const Followed&)>& go_on) {
   using Clock = std::chrono::steady_clock;
   const Body body(scene.body);
-  const auto system = make_system<Real>(scene.model, body, scene.environment, scene.solve.threads);
-  IntegratorOptions options = method_options(scene, *system);
-  options.most_steps = most_steps_between_looks;
-  const auto method = find_integrator(scene.solve.integrator).template make<Real>(options);
-  State<Real> state = start_state(*system, scene);
+  SceneRun<Real> scene_run(scene, body, most_steps_between_looks);
+  const State<Real>& state = scene_run.state();
   const Sampler sampler(body, looks.points);
   Followed run;
   Work work;
@@ -257,13 +254,13 @@ Followed follow_in(const Scene& scene, const Looks& looks,
   for (int look = 0; look <= looks.count; ++look) {
     const double t = look * looks.interval;
     const auto begin = Clock::now();
-    if (look > 0) run.status = method->advance(*system, state, t, work);
+    if (look > 0) run.status = scene_run.advance(t, work);
     if (look > 0) run.seconds.push_back(std::chrono::duration<double>(Clock::now() - begin).count());
     run.simulated = state.t;
     if (run.status != Status::ok) return run;
     run.trajectory.looks.emplace_back();
     if (std::abs(state.t - t) > 1e-6 * looks.interval) continue;  // a step leads past it
-    const Measures measures = measure(*system, state);
+    const Measures measures = measure(scene_run.system(), state);
     if (!is_finite(measures)) {
       run.status = Status::non_finite;
       return run;

@@ -257,7 +257,9 @@ VolumeConfig volume_config(const ExperimentOptions& options) {
       if (info.stepping != Stepping::equilibrium) config.integrators.push_back(info.name);
   config.step_shares =
       quick ? std::vector<double>{0.4, 3.2} : std::vector<double>{0.2, 0.4, 0.8, 1.6, 3.2, 6.4};
-  config.make = make_system<double>;
+  config.make = [](const std::string& model, const Body& body, const Environment& environment, int threads) {
+    return make_system<double>(model, body, environment, threads);
+  };
   return config;
 }
 

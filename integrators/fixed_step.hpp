@@ -13,46 +13,62 @@ inline void shed_rounding(double& t, double dt, double t_end) {
   if (std::abs(t - t_end) < 1e-6 * dt) t = t_end;
 }
 
-/// Follows a method's steps where bodies collide at their end; where they do not, it does nothing.
+/// Follows a method's steps where bodies collide at their end, or fall asleep; where they do neither, it does
+/// nothing.
 template <class Real>
-class Collisions {
+class BetweenSteps {
  public:
-  Collisions(Integrator<Real>& method, System<Real>& system, double dt)
-      : method_(method), system_(system), dt_(dt), active_(system.collides()) {}
+  BetweenSteps(Integrator<Real>& method, System<Real>& system, double dt, bool may_sleep)
+      : method_(method),
+        system_(system),
+        dt_(dt),
+        collides_(system.collides()),
+        sleeps_(may_sleep && system.sleeps()) {}
 
   /// Whether steps must be taken one at a time.
-  bool active() const { return active_; }
+  bool active() const { return collides_ || sleeps_; }
+  /// Whether a step may be left out but for the time it takes.
+  bool all_asleep() const { return sleeps_ && system_.all_asleep(); }
 
   void step_begins(const State<Real>& state) {
-    if (active_) before_ = state;
+    if (collides_) before_ = state;
   }
   void step_ends(State<Real>& state) {
-    if (active_ && system_.collide(before_, dt_, state)) method_.reset();
+    const bool collided = collides_ && system_.collide(before_, dt_, state);
+    const bool settled = sleeps_ && system_.settle(state);
+    if (collided || settled) method_.reset();
   }
 
  private:
   Integrator<Real>& method_;
   System<Real>& system_;
   double dt_;
-  bool active_;
+  bool collides_, sleeps_;
   State<Real> before_;
 };
 
 /// Runs take(n), which makes n steps of size dt, until state.t is as near to t_end as whole steps come. Looks
 /// for infinities every few dozen steps: often enough to stop early, seldom enough to cost nothing. After
-/// collisions the method is reset, so take() must begin anew by itself.
+/// collisions, and when particles fall asleep or wake, the method is reset, so take() must begin anew by
+/// itself.
 template <class Real, class Take>
 Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>& state, double dt,
                      double t_end, Work& work, Take&& take) {
   constexpr long between_checks = 32;
-  Collisions<Real> collisions(method, system, dt);
-  for (long left = std::lround((t_end - state.t) / dt); left > 0;) {
-    const long n = std::min(left, between_checks), at_once = collisions.active() ? 1 : n;
-    for (long taken = 0; taken < n; taken += at_once) {
-      collisions.step_begins(state);
-      take(at_once);
-      collisions.step_ends(state);
+  BetweenSteps<Real> between(method, system, dt, true);
+  const auto step_alone = [&] {
+    if (between.all_asleep()) {
+      state.t += dt;
+      return;
     }
+    between.step_begins(state);
+    take(1);
+    between.step_ends(state);
+  };
+  for (long left = std::lround((t_end - state.t) / dt); left > 0;) {
+    const long n = std::min(left, between_checks);
+    if (!between.active()) take(n);
+    for (long taken = 0; between.active() && taken < n; ++taken) step_alone();
     work.steps += n;
     left -= n;
     if (!is_finite(state)) return Status::non_finite;
@@ -61,15 +77,16 @@ Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>
   return Status::ok;
 }
 
-/// The same for methods whose steps can fail: take() makes one and says how it went.
+/// The same for methods whose steps can fail: take() makes one and says how it went. They ask for forces,
+/// not accelerations, so nothing falls asleep.
 template <class Real, class Take>
 Status advance_step_by_step(Integrator<Real>& method, System<Real>& system, State<Real>& state, double dt,
                             double t_end, Work& work, Take&& take) {
-  Collisions<Real> collisions(method, system, dt);
+  BetweenSteps<Real> between(method, system, dt, false);
   for (long left = std::lround((t_end - state.t) / dt); left > 0; --left) {
-    collisions.step_begins(state);
+    between.step_begins(state);
     if (const Status status = take(); status != Status::ok) return status;
-    collisions.step_ends(state);
+    between.step_ends(state);
     ++work.steps;
     if (!is_finite(state)) return Status::non_finite;
   }

@@ -68,47 +68,38 @@ namespace {
 template <class Real>
 class SimulationIn final : public Simulation {
  public:
-  SimulationIn(const Scene& scene, const Body& body)
-      : system_(make_system<Real>(scene.model, body, scene.environment, scene.solve.threads)),
-        tethered_(*system_),
-        options_(method_options(scene, *system_)),
-        method_(find_integrator(scene.solve.integrator).make<Real>(options_)),
-        state_(start_state(*system_, scene)) {}
+  SimulationIn(const Scene& scene, const Body& body) : run_(scene, body), tethered_(run_.system()) {}
 
-  Status advance(double t_end, Work& work) override {
-    return method_->advance(tethered_, state_, t_end, work);
-  }
-  Measures measure() const override { return mss::measure(*system_, state_); }
-  double time() const override { return state_.t; }
-  double dt() const override { return options_.dt; }
+  Status advance(double t_end, Work& work) override { return run_.advance(tethered_, t_end, work); }
+  Measures measure() const override { return mss::measure(run_.system(), run_.state()); }
+  double time() const override { return run_.state().t; }
+  double dt() const override { return run_.dt(); }
   void read(Field<double>& x, Field<double>& v) const override {
-    for (const std::ptrdiff_t site : system_->particles()) {
-      x.set(site, state_.x.at(site));
-      v.set(site, state_.v.at(site));
+    for (const std::ptrdiff_t site : run_.system().particles()) {
+      x.set(site, run_.state().x.at(site));
+      v.set(site, run_.state().v.at(site));
     }
   }
   void write(double t, const Field<double>& x, const Field<double>& v) override {
-    state_.t = t;
-    for (const std::ptrdiff_t site : system_->particles()) {
-      state_.x.set(site, x.at(site));
-      state_.v.set(site, v.at(site));
+    State<Real> state = run_.state();
+    state.t = t;
+    for (const std::ptrdiff_t site : run_.system().particles()) {
+      state.x.set(site, x.at(site));
+      state.v.set(site, v.at(site));
     }
-    method_->reset();
+    run_.go_on_from(state);
   }
   Tether gentle_tether(std::ptrdiff_t site) const override {
-    return mss::gentle_tether(system_->body(), system_->spectral_bound(), site);
+    return mss::gentle_tether(run_.system().body(), run_.system().spectral_bound(), site);
   }
   void tie(const std::optional<Tether>& tether) override {
     tethered_.tie(tether);
-    method_->reset();
+    run_.disturb();
   }
 
  private:
-  std::unique_ptr<BodySystem<Real>> system_;
+  SceneRun<Real> run_;
   TetheredSystem<Real> tethered_;
-  IntegratorOptions options_;
-  std::unique_ptr<Integrator<Real>> method_;
-  State<Real> state_;
 };
 
 std::unique_ptr<Simulation> simulation_of(const Scene& scene, const Body& body) {

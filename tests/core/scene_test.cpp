@@ -63,6 +63,10 @@ TEST(Scene, ReadsTheEnvironment) {
   ASSERT_EQ(environment.loads.size(), 1U);
   EXPECT_EQ(environment.loads[0].box.upper, Vec3(1.5, 0, -1));
   EXPECT_EQ(environment.loads[0].force, Vec3(1, 2, 3));
+  ASSERT_EQ(environment.strikes.size(), 1U);
+  EXPECT_EQ(environment.strikes[0].box.upper, Vec3(0.5, 0.5, -1));
+  EXPECT_EQ(environment.strikes[0].at, 0.5);
+  EXPECT_EQ(environment.strikes[0].impulse, Vec3(0, 0.25, -2));
 }
 
 TEST(Scene, ReadsPlanes) {
@@ -237,6 +241,7 @@ TEST(Scene, TellsWhatItResolvedTo) {
   EXPECT_EQ(full["hold"][1]["box"], nlohmann::json({{1.5, 0, -1}, {1.5, 0.5, -0.25}}));
   EXPECT_EQ(full["hold"][1]["turn"]["until"], 0.75);
   EXPECT_EQ(full["load"][0]["force"], nlohmann::json({1, 2, 3}));
+  EXPECT_EQ(full["strike"][0]["impulse"], nlohmann::json({0, 0.25, -2}));
   EXPECT_EQ(full["plane"][0]["contact"], "penalty");
   EXPECT_EQ(full["plane"][0]["normal"][1], 3.0 / 5);
   EXPECT_EQ(full["plane"][1], nlohmann::json({{"point", {1, 2, -3}},

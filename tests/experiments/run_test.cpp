@@ -123,6 +123,46 @@ TEST_F(RunCommand, DivergenceIsAResultWithItsRows) {
   }
 }
 
+/// A hundredth of its weight at 0.02 s: 8 kg get 0.8 N s, which shows as momentum.
+TEST_F(RunCommand, StrikesAreGivenOnceUnderEveryKindOfMethod) {
+  for (const std::string& method : {"velocity_verlet", "backward_euler", "cvode_adams"}) {
+    const ProgramRun result = run(write("cube.toml", cube),
+                                  {"--set", "strike=[{box=[[0,0,0],[1,1,0]],at=0.02,impulse=[0.8,0,-0.4]}]",
+                                   "--set", "solve.integrator=" + method});
+    ASSERT_EQ(result.exit_status, 0) << result.output;
+    const auto series = parse_csv(read_file(out() / "series.csv"));
+    EXPECT_NEAR(std::stod(series[2][8]), 0, 1e-6) << method;  // t = 0.01
+    EXPECT_NEAR(std::stod(series[5][8]), 0.8, 1e-6) << method;
+    EXPECT_NEAR(std::stod(series[6][10]), -0.4, 1e-6) << method;
+  }
+}
+
+TEST_F(RunCommand, TellsWhatSleepSavedAndWhatItCost) {
+  const ProgramRun result = run("soft_blocks");
+  ASSERT_EQ(result.exit_status, 0) << result.output;
+  EXPECT_NE(result.output.find("% of the body slept"), std::string::npos) << result.output;
+  const Json sleep = summary()["sleep"];
+  EXPECT_GT(sleep["share"], 0.3);
+  EXPECT_LT(sleep["share"], 0.9);
+  EXPECT_LT(sleep["most_apart"], 1e-3);
+  EXPECT_LT(sleep["apart_at_end"], 1e-3);
+  EXPECT_GT(sleep["apart_at_end"], 0);
+  EXPECT_LT(sleep["seconds_per_step_asleep"].get<double>(),
+            0.5 * sleep["seconds_per_step_awake"].get<double>());
+  ASSERT_EQ(run("soft_blocks", {"--set", "solve.sleep=0"}).exit_status, 0);
+  EXPECT_TRUE(summary()["sleep"].is_null());
+}
+
+TEST_F(RunCommand, SleepIsForExplicitMethodsOfSprings) {
+  for (const std::string& setting :
+       {"solve.integrator=backward_euler", "solve.integrator=cvode_bdf", "material.model=corotational"}) {
+    const ProgramRun result = run(write("cube.toml", cube), {"--set", "solve.sleep=1e-3", "--set", setting});
+    EXPECT_EQ(result.exit_status, 2) << setting;
+    EXPECT_NE(result.output.find("solve: sleep is for"), std::string::npos) << result.output;
+    EXPECT_FALSE(fs::exists(out()));
+  }
+}
+
 TEST_F(RunCommand, SafeStepHolds) {
   ASSERT_EQ(
       run(write("cube.toml", cube), {"--set", "solve.dt=safe", "--set", "solve.duration=2"}).exit_status, 0);

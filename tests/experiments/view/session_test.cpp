@@ -38,6 +38,16 @@ TEST(Session, GoesWhereMssRunGoesBitForBit) {
   }
 }
 
+TEST(Session, SleepsAndIsStruckAsInMssRun) {
+  const Scene s = scene("soft_blocks", {"solve.duration=3.3", "solve.threads=1"});
+  Progress nobody;
+  const SimulationResult run = simulate(s, nobody);
+  Session session(s);
+  while (session.time() < 3.299) session.advance(0.02);
+  for (std::size_t id = 0; id < run.particles.size(); ++id)
+    ASSERT_EQ(session.positions().at(session.body().sites()[id]), run.particles[id].x);
+}
+
 TEST(Session, ShowsEverySceneAndMethod) {
   int scenes = 0, methods = 0;
   for (const fs::directory_entry& entry :
