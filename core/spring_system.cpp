@@ -89,8 +89,13 @@ struct SpringSystem<Real>::Pass {
 
 template <class Real>
 SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environment, const Execution& execution)
+    : SpringSystem(body, environment, find_kernel<Real>(execution.kernel), execution) {}
+
+template <class Real>
+SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environment,
+                                 const SweepKernel<Real>& kernel, const Execution& execution)
     : BodySystem<Real>(body, environment, team_size(body, execution.threads)),
-      kernel_(find_kernel<Real>(execution.kernel)),
+      kernel_(kernel),
       damped_(body.config().damping.law != Damping::Law::none) {
   const Lattice& lattice = body.lattice();
   blocks_ = (lattice.used() + kernel_.lanes - 1) / kernel_.lanes;

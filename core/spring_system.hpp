@@ -28,6 +28,9 @@ class SpringSystem final : public BodySystem<Real> {
  public:
   /// The body must outlive the system. Throws InputError for an unknown kernel.
   SpringSystem(const Body& body, const Environment& environment, const Execution& execution = {});
+  /// With a sweep of one's own in place of the kernel's, as benchmarks want it.
+  SpringSystem(const Body& body, const Environment& environment, const SweepKernel<Real>& kernel,
+               const Execution& execution);
   ~SpringSystem() override;
 
   StoredEnergy stored_energy(const Field<Real>& x) const override;

@@ -407,6 +407,50 @@ template <class Block, std::uint32_t Content, class Real>
   carry = {{f[1], f[3], f[5], f[7]}};
 }
 
+/// Calls do_one(p, q, coefficient, content, carry) for every block of a plane.
+template <class Real, class DoOne>
+[[gnu::always_inline]] inline void for_each_block(SweepPlane<Real>& argument, DoOne&& do_one) {
+  constexpr int W = lanes<Real>;
+  const SweepPlane<Real> p = argument;  // a copy that stores cannot reach
+  Carry<Real> carry = carry_in(p);
+  for (std::ptrdiff_t b = p.first_block; b < p.last_block; ++b) {
+    const std::uint32_t entry = p.entry[b];
+    do_one(p, b * W, p.dictionary + std::ptrdiff_t(entry) * std::ptrdiff_t{coefficients_per_lane} * W,
+           p.content[entry], carry);
+  }
+  for (int i = 0; i < 4; ++i) {
+    argument.carry[i][0] = carry.x[i].x[W - 1];
+    argument.carry[i][1] = carry.x[i].y[W - 1];
+    argument.carry[i][2] = carry.x[i].z[W - 1];
+  }
+}
+
+template <class Real>
+[[gnu::always_inline]] inline Carry<Real> carry_in(const SweepPlane<Real>& p) {
+  constexpr int last = lanes<Real> - 1;
+  Carry<Real> carry{};
+  for (int i = 0; i < 4; ++i) {
+    carry.x[i].x[last] = p.carry[i][0];
+    carry.x[i].y[last] = p.carry[i][1];
+    carry.x[i].z[last] = p.carry[i][2];
+  }
+  return carry;
+}
+template <class Real>
+[[gnu::always_inline]] inline void carry_out(const Carry<Real>& carry, SweepPlane<Real>& p) {
+  constexpr int last = lanes<Real> - 1;
+  for (int i = 0; i < 4; ++i) {
+    p.carry[i][0] = carry.x[i].x[last];
+    p.carry[i][1] = carry.x[i].y[last];
+    p.carry[i][2] = carry.x[i].z[last];
+  }
+}
+
+template <class Real>
+[[gnu::always_inline]] inline const Real* coefficients_of(const SweepPlane<Real>& p, std::uint32_t entry) {
+  return p.dictionary + std::ptrdiff_t(entry) * std::ptrdiff_t{coefficients_per_lane} * lanes<Real>;
+}
+
 /// `Guards`: block_guards or 0.
 template <class Block, std::uint32_t Guards, class Real>
 void sweep_blocks(SweepPlane<Real>& argument) {
@@ -421,8 +465,7 @@ void sweep_blocks(SweepPlane<Real>& argument) {
   }
   for (std::ptrdiff_t b = p.first_block; b < p.last_block; ++b) {
     const std::uint32_t entry = p.entry[b];
-    const Real* coefficient =
-        p.dictionary + std::ptrdiff_t(entry) * std::ptrdiff_t{coefficients_per_lane} * W;
+    const Real* coefficient = coefficients_of(p, entry);
     const std::uint32_t content = p.content[entry];
     if constexpr (Guards != 0) {
       if (content == (block_edges | block_faces | Guards)) {  // neither body diagonals nor volume
@@ -443,6 +486,9 @@ void sweep_blocks(SweepPlane<Real>& argument) {
       case 0:
         do_block<Block, 0>(p, b * W, coefficient, carry);
         break;
+      case block_edges:  // upper faces of a body without face diagonals
+        do_block<Block, block_edges>(p, b * W, coefficient, carry);
+        break;
       case block_edges | block_faces:  // upper faces of the body, or neither body diagonals nor volume
         do_block<Block, block_edges | block_faces>(p, b * W, coefficient, carry);
         break;
@@ -455,11 +501,7 @@ void sweep_blocks(SweepPlane<Real>& argument) {
         do_block<Block, block_edges | block_faces | cells | Guards>(p, b * W, coefficient, carry);
     }
   }
-  for (int i = 0; i < 4; ++i) {
-    argument.carry[i][0] = carry.x[i].x[W - 1];
-    argument.carry[i][1] = carry.x[i].y[W - 1];
-    argument.carry[i][2] = carry.x[i].z[W - 1];
-  }
+  carry_out(carry, argument);
 }
 
 template <class Real>

@@ -93,6 +93,7 @@ class Search {
   bool is_undecided(double error) const { return std::abs(error - ask_.error) < advice_.uncertainty; }
   bool decides() const;
   double best_cost() const;
+  double least_cost(const Candidate& candidate) const;
   Limits worth() const { return {ask_.error + advice_.uncertainty, worth_trying * best_cost()}; }
 
   std::vector<Candidate> fillings(int level) const;
@@ -265,6 +266,10 @@ Search::Outcome Search::run(const Candidate& candidate, const Limits& limits) {
   constexpr double far_too_dear = 10;    // unless they say this
   Trial trial;
   trial.candidate = candidate;
+  if (const double times = least_cost(candidate) / best_cost(); times * best_cost() > limits.cost) {
+    add(candidate, fmt::format("would take at least {:.2g} times as long as the best before", times));
+    return Outcome::dear;
+  }
   Outcome outcome = Outcome::meets;
   double error = 0;
   const auto go_on = [&](const Followed& run) {
@@ -316,6 +321,21 @@ std::optional<std::size_t> Search::cheapest() const {
 double Search::best_cost() const {
   const auto best = cheapest();
   return best ? advice_.trials[*best].cost : std::numeric_limits<double>::infinity();
+}
+
+/// What a candidate costs at least, in seconds per second. A step of an implicit method solves a system,
+/// which takes as long as so many evaluations of the force: of the smallest bodies, and more of larger ones.
+/// A force takes what it took the finest reference, cell by cell. A method that chooses its steps still has
+/// to show itself at every look.
+double Search::least_cost(const Candidate& candidate) const {
+  constexpr double forces_of_a_factorisation = 30, forces_of_iterations = 6;
+  if (ladder_.empty() || !find_integrator(candidate.integrator).implicit) return 0;
+  const Rung& finest = ladder_.back();
+  const double steps = family_.asked().solve.duration / advice_.trials[finest.trial].candidate.dt;
+  const double force = finest.seconds / steps * std::pow(double(candidate.level) / finest.level, 3);
+  const bool factorises = candidate.linear_solver == "cholmod";
+  return force * (factorises ? forces_of_a_factorisation : forces_of_iterations) /
+         (candidate.dt > 0 ? candidate.dt : looks_.interval);
 }
 
 /// What springs may be left out: of calibrated ones body diagonals, and the volume force where there is one.
@@ -577,11 +597,12 @@ Advice Search::find() {
 
 Advice Search::grid(int finest_level, int reference_level) {
   const auto begin = std::chrono::steady_clock::now();
-  const std::optional<Rung> reference = climb_to(reference_level);
+  std::optional<Rung> reference = climb_to(reference_level);
   if (!reference) return std::move(advice_);
   advice_.trials[reference->trial].verdict = "the reference";
   advice_.finest_level = reference_level;
   judge_.emplace(ask_.of, reference->trajectory);
+  ladder_.push_back(std::move(*reference));
   for (int level = 1; level <= finest_level && !stopped(); ++level) {
     const bool offered = std::find(rungs.begin(), rungs.end(), level) != rungs.end() ||
                          std::find(between_rungs.begin(), between_rungs.end(), level) != between_rungs.end();

@@ -98,9 +98,11 @@ fs::path scenes_directory() {
 }
 
 fs::path scene_file(const std::string& given) {
-  if (fs::exists(given) || fs::path(given).has_parent_path() || fs::path(given).has_extension()) return given;
+  if (fs::is_regular_file(given) || fs::path(given).has_parent_path() || fs::path(given).has_extension())
+    return given;
   const fs::path listed = scenes_directory() / (given + ".toml");
-  if (fs::exists(listed)) return listed;
+  if (fs::exists(listed)) return listed;  // whatever else has that name here, such as a run's directory
+  if (fs::exists(given)) return given;
   std::vector<std::string> names;
   for (const auto& [name, description] : scene_lines()) names.push_back(name);
   throw_unknown(given, names, "scene", "scenes");

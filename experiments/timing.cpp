@@ -290,12 +290,14 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
   }
   FeatureTimingConfig features;
   if (options.quick) features = {.cells = {7, 20}, .repetitions = 9};
-  Table shares = measure_features(features, progress);
+  FeatureTables shares = measure_features(features, progress);
   if (progress.stopped()) result.status = Status::interrupted;
-  if (shares.size() > 0) result.charts.push_back({"timing_features", features_chart(shares)});
+  if (shares.features.size() > 0)
+    result.charts.push_back({"timing_features", features_chart(shares.features)});
   result.tables = {{"timing", std::move(tables.rows)},
                    {"timing_summary", summary},
-                   {"timing_features", std::move(shares)},
+                   {"timing_features", std::move(shares.features)},
+                   {"timing_stripped", std::move(shares.stripped)},
                    {"timing_raw", std::move(tables.raw)}};
   return result;
 }

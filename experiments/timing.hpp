@@ -62,10 +62,16 @@ struct FeatureTimingConfig {
   double sample_seconds = 4e-3;
 };
 
-/// Time of one step of the workload and of variants that have something more or less, a row each and size and
-/// precision, with its share of the workload's. Sizes that were not finished when `progress` said stop are
-/// left out.
-Table measure_features(const FeatureTimingConfig& config, Progress& progress);
+/// Sizes that were not finished when `progress` said stop are left out.
+struct FeatureTables {
+  /// Time of one step of the workload and of variants that have something more or less, a row each and size
+  /// and precision, with its share of the workload's.
+  Table features;
+  /// Of those that lack something the same over that of a sweep stripped by hand of it, driven without a
+  /// method: median and quartiles of pairs of samples.
+  Table stripped;
+};
+FeatureTables measure_features(const FeatureTimingConfig& config, Progress& progress);
 Chart features_chart(const Table& table);
 
 /// For every method: exponent of time in n over the sizes from 20 on, and the largest n under 40 ms.

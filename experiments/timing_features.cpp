@@ -4,11 +4,13 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "core/spring_system.hpp"
 #include "experiments/model.hpp"
 #include "experiments/simulation.hpp"
 #include "experiments/statistics.hpp"
+#include "experiments/stripped_sweep.hpp"
 #include "experiments/timing.hpp"
 
 namespace mss {
@@ -18,10 +20,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Workload = TimingWorkload;
 
-/// The workload with something more or less.
+/// The workload with something more or less, and the sweep that holds no more than it needs.
 struct Variant {
   const char* name;
   void (*change)(BodyConfig& body, Environment& environment);
+  std::optional<Stripped> stripped{};
 };
 
 void refill(BodyConfig& body, double face_share) {
@@ -37,16 +40,19 @@ constexpr std::array<Variant, 8> variants{
         environment.planes = {{.point = Vec3(0, 0, -1)}};  // below whatever the run falls
       }},
      {"with guard", [](BodyConfig& body, Environment&) { body.fold_guard = usual_fold_guard; }},
-     {workload_name, [](BodyConfig&, Environment&) {}},
-     {"no damping", [](BodyConfig& body, Environment&) { body.damping = {}; }},
-     {"no volume force", [](BodyConfig& body, Environment&) { body.springs.volume = 0; }},
-     {"no body diagonals", [](BodyConfig& body, Environment&) { refill(body, 1); }},
-     {"no face diagonals", [](BodyConfig& body, Environment&) { refill(body, 0); }},
-     {"edges and faces only", [](BodyConfig& body, Environment&) {
+     {workload_name, [](BodyConfig&, Environment&) {}, Stripped::choice},
+     {"no damping", [](BodyConfig& body, Environment&) { body.damping = {}; }, Stripped::damping},
+     {"no volume force", [](BodyConfig& body, Environment&) { body.springs.volume = 0; },
+      Stripped::volume_force},
+     {"no body diagonals", [](BodyConfig& body, Environment&) { refill(body, 1); }, Stripped::body_diagonals},
+     {"no face diagonals", [](BodyConfig& body, Environment&) { refill(body, 0); }, Stripped::face_diagonals},
+     {"edges and faces only",
+      [](BodyConfig& body, Environment&) {
         refill(body, 1);
         body.springs.volume = 0;
         body.damping = {};
-      }}}};
+      },
+      Stripped::all_but_edges_and_faces}}};
 
 template <class Real>
 struct Contestant {
@@ -58,64 +64,112 @@ struct Contestant {
         }()),
         system(body, environment, {.threads = 1}),
         integrator(find_integrator("semi_implicit_euler").make<Real>({.dt = Workload::dt})),
-        state(stretched_state(system, Workload::stretch)) {}
+        state(stretched_state(system, Workload::stretch)) {
+    if (!variant.stripped) return;
+    if (const auto kernel = stripped_kernel<Real>(*variant.stripped)) {
+      stripped.emplace(body, environment, *kernel, Execution{.threads = 1});
+      stripped_state = state;
+    }
+  }
 
   double take(long steps) {
     const auto begin = Clock::now();
     integrator->advance(system, state, state.t + double(steps) * Workload::dt, work);
     return std::chrono::duration<double>(Clock::now() - begin).count() / double(steps);
   }
+  /// The same steps, without what a method does around them.
+  double take_stripped(long steps) {
+    const auto begin = Clock::now();
+    stripped->kick_drift({.kick_before = Workload::dt, .drift_new = Workload::dt}, Workload::dt, steps,
+                         stripped_state);
+    return std::chrono::duration<double>(Clock::now() - begin).count() / double(steps);
+  }
 
   Environment environment{.gravity = Vec3(0, 0, Workload::gravity)};
   Body body;
   SpringSystem<Real> system;
+  std::optional<SpringSystem<Real>> stripped;
   std::unique_ptr<Integrator<Real>> integrator;
-  State<Real> state;
+  State<Real> state, stripped_state;
   Work work;
 };
 
+/// Its samples, each taken beside the other's.
+struct Samples {
+  std::vector<double> own, stripped, share;
+  void add(double seconds, double seconds_stripped) {
+    own.push_back(seconds);
+    stripped.push_back(seconds_stripped);
+    share.push_back(seconds / seconds_stripped);
+  }
+};
+
 template <class Real>
-bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress, Table& table) {
+bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress, FeatureTables& tables) {
   std::vector<std::unique_ptr<Contestant<Real>>> all;
   for (const Variant& variant : variants) all.push_back(std::make_unique<Contestant<Real>>(variant, n));
-  std::vector<std::vector<double>> samples(all.size());
+  std::vector<Samples> samples(all.size());
   std::vector<long> steps;
   for (const auto& contestant : all) {
     contestant->take(1);
     const double estimate = contestant->take(4);
     steps.push_back(std::max(1L, std::lround(config.sample_seconds / estimate)));
   }
-  if (!take_turns(config.repetitions, all.size(), progress,
-                  [&](std::size_t i) { samples[i].push_back(all[i]->take(steps[i])); }))
-    return false;
+  const auto take_both = [&](std::size_t i) {
+    Contestant<Real>& contestant = *all[i];
+    const bool second = samples[i].own.size() % 2 != 0;  // who goes first finds colder caches
+    if (second || !contestant.stripped) {
+      const double own = contestant.take(steps[i]);
+      samples[i].add(own, contestant.stripped ? contestant.take_stripped(steps[i]) : std::nan(""));
+    } else {
+      const double stripped = contestant.take_stripped(steps[i]);
+      samples[i].add(contestant.take(steps[i]), stripped);
+    }
+  };
+  if (!take_turns(config.repetitions, all.size(), progress, take_both)) return false;
   double workload = 0;
   for (std::size_t i = 0; i < all.size(); ++i)
-    if (variants[i].name == std::string(workload_name)) workload = quantile(samples[i], 0.5);
+    if (variants[i].name == std::string(workload_name)) workload = quantile(samples[i].own, 0.5);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const double median = quantile(samples[i], 0.5);
-    table.add({std::string(variants[i].name), sizeof(Real) == sizeof(float) ? "single" : "double", n, median,
-               quantile(samples[i], 0.25), quantile(samples[i], 0.75), median / workload,
-               std::string(to_string(is_finite(all[i]->state) ? Status::ok : Status::non_finite))});
+    const double median = quantile(samples[i].own, 0.5);
+    const std::string precision = sizeof(Real) == sizeof(float) ? "single" : "double";
+    const std::string status(to_string(is_finite(all[i]->state) ? Status::ok : Status::non_finite));
+    tables.features.add({std::string(variants[i].name), precision, n, median, quantile(samples[i].own, 0.25),
+                         quantile(samples[i].own, 0.75), median / workload, status});
+    if (all[i]->stripped)
+      tables.stripped.add({std::string(variants[i].name), precision, n, median,
+                           quantile(samples[i].stripped, 0.5), quantile(samples[i].share, 0.5),
+                           quantile(samples[i].share, 0.25), quantile(samples[i].share, 0.75), status});
   }
   return true;
 }
 
 }  // namespace
 
-Table measure_features(const FeatureTimingConfig& config, Progress& progress) {
-  Table table({{"variant"},
-               {"precision"},
-               {"cells"},
-               {"seconds_per_step", "s"},
-               {"q1", "s"},
-               {"q3", "s"},
-               {"share"},
-               {"status"}});
+FeatureTables measure_features(const FeatureTimingConfig& config, Progress& progress) {
+  FeatureTables tables{Table({{"variant"},
+                              {"precision"},
+                              {"cells"},
+                              {"seconds_per_step", "s"},
+                              {"q1", "s"},
+                              {"q3", "s"},
+                              {"share"},
+                              {"status"}}),
+                       Table({{"variant"},
+                              {"precision"},
+                              {"cells"},
+                              {"seconds_per_step", "s"},
+                              {"stripped_seconds_per_step", "s"},
+                              {"over_stripped"},
+                              {"q1"},
+                              {"q3"},
+                              {"status"}})};
   for (const int n : config.cells) {
     progress.report(0.99, fmt::format("features, {} cells per edge", n));
-    if (!add_rows<double>(n, config, progress, table) || !add_rows<float>(n, config, progress, table)) break;
+    if (!add_rows<double>(n, config, progress, tables) || !add_rows<float>(n, config, progress, tables))
+      break;
   }
-  return table;
+  return tables;
 }
 
 Chart features_chart(const Table& table) {

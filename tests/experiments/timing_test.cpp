@@ -5,6 +5,10 @@
 
 #include <cmath>
 
+#include "core/spring_system.hpp"
+#include "experiments/simulation.hpp"
+#include "experiments/stripped_sweep.hpp"
+
 namespace mss {
 namespace {
 
@@ -172,9 +176,38 @@ TEST(TimingSummary, SaysWhyThereIsNoFit) {
   EXPECT_EQ(summary.text(0, "status"), "no fit: fewer than two sizes of 20 or more");
 }
 
+/// They leave out what is not there, and nothing else.
+TEST(TimingFeatures, ComparesWithSweepsThatComputeTheSame) {
+  const auto refill = [](BodyConfig& body, double face_share) {
+    body.springs = calibrate(TimingWorkload::material, body.cell_size, face_share);
+  };
+  for (const Stripped of :
+       {Stripped::choice, Stripped::damping, Stripped::volume_force, Stripped::body_diagonals,
+        Stripped::face_diagonals, Stripped::all_but_edges_and_faces}) {
+    const auto kernel = stripped_kernel<double>(of);
+    if (!kernel) GTEST_SKIP() << "none for this processor";
+    BodyConfig config = timing_cube(4);
+    if (of == Stripped::body_diagonals || of == Stripped::all_but_edges_and_faces) refill(config, 1);
+    if (of == Stripped::face_diagonals) refill(config, 0);
+    if (of == Stripped::damping || of == Stripped::all_but_edges_and_faces) config.damping = {};
+    if (of == Stripped::volume_force || of == Stripped::all_but_edges_and_faces) config.springs.volume = 0;
+    const Body body(config);
+    SpringSystem<double> chosen(body, {}), stripped(body, {}, *kernel, {});
+    const State<double> state = stretched_state(chosen, 1.2);
+    Field<double> expected(body.lattice().size), force(body.lattice().size);
+    chosen.force(0, state.x, state.v, expected);
+    stripped.force(0, state.x, state.v, force);
+    const double largest = expected.array().abs().maxCoeff();
+    EXPECT_GT(largest, 0);
+    EXPECT_LT((force.array() - expected.array()).abs().maxCoeff(), 1e-12 * largest) << int(of);
+  }
+}
+
 TEST(TimingFeatures, HasARowForEveryVariant) {
   Progress progress;
-  const Table table = measure_features({.cells = {2, 3}, .repetitions = 3, .sample_seconds = 1e-4}, progress);
+  const FeatureTables tables =
+      measure_features({.cells = {2, 3}, .repetitions = 3, .sample_seconds = 1e-4}, progress);
+  const Table& table = tables.features;
   EXPECT_EQ(table.size(), 8U * 2 * 2);
   for (std::size_t r = 0; r < table.size(); ++r) {
     EXPECT_EQ(table.text(r, "status"), "ok");
@@ -183,6 +216,9 @@ TEST(TimingFeatures, HasARowForEveryVariant) {
       EXPECT_EQ(table.number(r, "share"), 1);
     }
   }
+  EXPECT_EQ(tables.stripped.size(), stripped_kernel<double>(Stripped::choice) ? 6U * 2 * 2 : 0U);
+  for (std::size_t r = 0; r < tables.stripped.size(); ++r)
+    EXPECT_GT(tables.stripped.number(r, "over_stripped"), 0.1);
   const Chart chart = features_chart(table);
   EXPECT_EQ(chart.series.size(), 4U);
   EXPECT_EQ(chart.y.names.size(), 8U);

@@ -123,8 +123,8 @@ TEST_P(Sleeping, EndsWithinTheBoundUnderEveryMethod) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Contact, Sleeping, ::testing::Values(ContactLaw::impulse, ContactLaw::penalty),
-                         [](const auto& info) {
-                           return std::string(info.param == ContactLaw::impulse ? "impulse" : "penalty");
+                         [](const auto& contact) {
+                           return std::string(contact.param == ContactLaw::impulse ? "impulse" : "penalty");
                          });
 
 /// Shaken at its foot for a while, a column wakes from below and sleeps again.
