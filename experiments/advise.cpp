@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <new>
 
 #include "core/error.hpp"
 #include "experiments/simulation.hpp"
@@ -294,8 +295,11 @@ Search::Outcome Search::run(const Candidate& candidate, const Limits& limits) {
     } else {
       trial.error = run.ended_early && judge_->sees_early() ? error : judge_->over_all(run.trajectory);
     }
-  } catch (const InputError& problem) {
+  } catch (const InputError&) {
     return Outcome::impossible;
+  } catch (const std::bad_alloc&) {
+    add(candidate, "needs more memory than there is");
+    return Outcome::dear;
   }
   if (advice_.stopped) return Outcome::impossible;
   if (outcome == Outcome::meets && !meets(trial.error)) outcome = Outcome::wrong;

@@ -89,6 +89,7 @@ Cholesky::Cholesky() : workspace_(std::make_unique<Workspace>()) {}
 Cholesky::~Cholesky() = default;
 
 Status Cholesky::factor(const SparseMatrix& matrix) {
+  if (matrix.rows() == 0) return Status::ok;  // every particle is held
   const OneThread one_thread;
   Workspace& w = *workspace_;
   cholmod_sparse a = view(matrix);
@@ -100,6 +101,7 @@ Status Cholesky::factor(const SparseMatrix& matrix) {
 }
 
 void Cholesky::solve(const Eigen::VectorXd& rhs, Eigen::VectorXd& solution) {
+  if (rhs.size() == 0) return solution.resize(0);
   const OneThread one_thread;
   Workspace& w = *workspace_;
   cholmod_dense b = view(const_cast<double*>(rhs.data()), rhs.size());

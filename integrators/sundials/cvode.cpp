@@ -279,7 +279,7 @@ class Cvode final : public Integrator<double> {
   Cvode(const IntegratorOptions& options, Linear linear) : options_(options), linear_(linear) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    if (!(t_end > state.t)) return Status::ok;
+    if (!(t_end > state.t) || only_follow_holds(system, state, t_end)) return Status::ok;
     if (!session_) session_ = std::make_unique<Session>(system, state, options_, linear_);
     return session_->advance(state, t_end, work);
   }

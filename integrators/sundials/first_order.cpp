@@ -8,6 +8,13 @@
 
 namespace mss::sundials {
 
+bool only_follow_holds(System<double>& system, State<double>& state, double t_end) {
+  if (!system.unknowns().empty()) return false;
+  state.t = t_end;
+  system.constrain(t_end, state.x, state.v);
+  return true;
+}
+
 FirstOrder::FirstOrder(System<double>& system, SUNContext context)
     : system_(system),
       context_(context),

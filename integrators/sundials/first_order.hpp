@@ -28,6 +28,10 @@ struct VectorRelease {
 };
 using Vector = std::unique_ptr<std::remove_pointer_t<N_Vector>, VectorRelease>;
 
+/// Where every coordinate is prescribed there is nothing for SUNDIALS, which knows no empty vectors: puts
+/// them where they are at t_end. False, and nothing is done, where there is something to solve.
+bool only_follow_holds(System<double>& system, State<double>& state, double t_end);
+
 /// A system as SUNDIALS wants it: y' = g(t, y) with y = (x, v) of the unknowns. Prescribed coordinates are
 /// not among them; they are put in place before every evaluation.
 class FirstOrder {

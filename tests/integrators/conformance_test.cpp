@@ -48,6 +48,21 @@ TEST_P(FixedStepMethod, HasItsDeclaredOrderDamped) {
   EXPECT_NEAR(observed_order(info(), 0.6), info().order_damped, 0.05);
 }
 
+TEST_P(Method, FollowsHoldsWhereNothingIsFree) {
+  BodyConfig config;
+  config.voxels = VoxelGrid::box(1, 1, 2);
+  config.fill({.young = 1e4, .poisson = 0.3}, 0.5);
+  const Body body(config);
+  const Environment environment{.holds = {{.box = {{0, 0, 0}, {1, 1, 2}}, .velocity = {0, 0, 1}}}};
+  SpringSystem<double> system(body, environment);
+  State<double> state = system.rest_state();
+  Work work;
+  ASSERT_EQ(info().make<double>({.dt = 0.01})->advance(system, state, 0.1, work), Status::ok);
+  EXPECT_NEAR(state.t, 0.1, 1e-12);
+  for (const std::ptrdiff_t site : body.sites())
+    EXPECT_LT((state.x.at(site) - body.rest_position(site) - Vec3(0, 0, 0.1)).norm(), 1e-12);
+}
+
 TEST_P(AdaptiveMethod, ErrorFallsWithTheTolerance) {
   testing::Oscillator system(2, 0.6);
   const auto error = [&](double tolerance) {
