@@ -327,19 +327,22 @@ double Search::best_cost() const {
   return best ? advice_.trials[*best].cost : std::numeric_limits<double>::infinity();
 }
 
-/// What a candidate costs at least, in seconds per second. A step of an implicit method solves a system,
-/// which takes as long as so many evaluations of the force: of the smallest bodies, and more of larger ones.
-/// A force takes what it took the finest reference, cell by cell. A method that chooses its steps still has
-/// to show itself at every look.
+/// How many evaluations of the force a step of an implicit method takes at least, in the smallest bodies.
+double least_forces(const Candidate& candidate) {
+  constexpr double factorisation = 30, general_factorisation = 300, iterations = 6;
+  if (candidate.integrator == "cvode_bdf_klu") return general_factorisation;
+  const bool iterates = candidate.linear_solver == "matrix_free" || candidate.integrator == "cvode_bdf_gmres";
+  return iterates ? iterations : factorisation;
+}
+
+/// What a candidate costs at least, in seconds per second. A force takes what it took the finest reference,
+/// cell by cell. A method that chooses its steps still has to show itself at every look.
 double Search::least_cost(const Candidate& candidate) const {
-  constexpr double forces_of_a_factorisation = 30, forces_of_iterations = 6;
   if (ladder_.empty() || !find_integrator(candidate.integrator).implicit) return 0;
   const Rung& finest = ladder_.back();
   const double steps = family_.asked().solve.duration / advice_.trials[finest.trial].candidate.dt;
   const double force = finest.seconds / steps * std::pow(double(candidate.level) / finest.level, 3);
-  const bool factorises = candidate.linear_solver == "cholmod";
-  return force * (factorises ? forces_of_a_factorisation : forces_of_iterations) /
-         (candidate.dt > 0 ? candidate.dt : looks_.interval);
+  return force * least_forces(candidate) / (candidate.dt > 0 ? candidate.dt : looks_.interval);
 }
 
 /// What springs may be left out: of calibrated ones body diagonals, and the volume force where there is one.

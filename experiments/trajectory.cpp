@@ -238,7 +238,7 @@ Trajectory::Look look_at(const Measures& m, double energy_before) {
 }
 
 /// Adaptive methods that need more are not the cheapest.
-constexpr long most_steps_between_looks = 500;
+constexpr long most_steps_between_looks = 100;
 
 template <class Real>
 Followed follow_in(const Scene& scene, const Looks& looks,

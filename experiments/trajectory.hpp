@@ -91,7 +91,7 @@ struct Followed {
   /// full, because somebody else had the core.
   double cost() const;
 };
-/// Runs a scene; `go_on` is asked after every look that was seen. Adaptive methods may take 500 steps from
+/// Runs a scene; `go_on` is asked after every look that was seen. Adaptive methods may take 100 steps from
 /// look to look.
 Followed follow_scene(const Scene& scene, const Looks& looks,
                       const std::function<bool(const Followed&)>& go_on);
