@@ -286,7 +286,9 @@ Search::Outcome Search::run(const Candidate& candidate, const Limits& limits) {
     check_solve(scene);
     progress_.report(
         0.5, fmt::format("cells of {:.4g} m, {}", family_.cell_size(candidate.level), candidate.integrator));
-    const Followed run = follow_scene(scene, looks_, go_on);
+    const double most_seconds = far_too_dear * std::max(soon, limits.cost * looks_.interval);
+    const Followed run = follow_scene(scene, looks_, go_on, most_seconds);
+    if (run.ended_early && outcome == Outcome::meets && !stopped()) outcome = Outcome::dear;
     trial.cost = run.cost();
     trial.share = run.simulated / scene.solve.duration;
     if (run.status != Status::ok) {

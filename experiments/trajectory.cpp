@@ -237,15 +237,18 @@ Trajectory::Look look_at(const Measures& m, double energy_before) {
           .holding = m.kinetic + m.elastic + m.volume_energy};
 }
 
-/// Adaptive methods that need more are not the cheapest.
-constexpr long most_steps_between_looks = 100;
+/// From look to look the time a run takes is asked this often, if it matters.
+constexpr int slices_of_a_look = 16;
+/// Adaptive methods that need more steps from look to look are not the cheapest.
+constexpr long most_steps_between_looks = 512;
 
 template <class Real>
-Followed follow_in(const Scene& scene, const Looks& looks,
-                   const std::function<bool(const Followed&)>& go_on) {
+Followed follow_in(const Scene& scene, const Looks& looks, const std::function<bool(const Followed&)>& go_on,
+                   double most_seconds) {
   using Clock = std::chrono::steady_clock;
   const Body body(scene.body);
-  SceneRun<Real> scene_run(scene, body, most_steps_between_looks);
+  const int slices = std::isfinite(most_seconds) ? slices_of_a_look : 1;
+  SceneRun<Real> scene_run(scene, body, most_steps_between_looks / slices);
   const State<Real>& state = scene_run.state();
   const Sampler sampler(body, looks.points);
   Followed run;
@@ -254,9 +257,16 @@ Followed follow_in(const Scene& scene, const Looks& looks,
   for (int look = 0; look <= looks.count; ++look) {
     const double t = look * looks.interval;
     const auto begin = Clock::now();
-    if (look > 0) run.status = scene_run.advance(t, work);
-    if (look > 0) run.seconds.push_back(std::chrono::duration<double>(Clock::now() - begin).count());
+    const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
+    for (int slice = slices - 1; look > 0 && slice >= 0 && run.status == Status::ok; --slice) {
+      run.status = scene_run.advance(t - slice * looks.interval / slices, work);
+      if (slice == 0 || !(seconds() > most_seconds)) continue;
+      run.ended_early = true;
+      break;
+    }
+    if (look > 0) run.seconds.push_back(seconds());
     run.simulated = state.t;
+    if (run.ended_early) return run;
     if (run.status != Status::ok) return run;
     run.trajectory.looks.emplace_back();
     if (std::abs(state.t - t) > 1e-6 * looks.interval) continue;  // a step leads past it
@@ -279,9 +289,9 @@ Followed follow_in(const Scene& scene, const Looks& looks,
 }  // namespace
 
 Followed follow_scene(const Scene& scene, const Looks& looks,
-                      const std::function<bool(const Followed&)>& go_on) {
-  return scene.solve.precision == Precision::single ? follow_in<float>(scene, looks, go_on)
-                                                    : follow_in<double>(scene, looks, go_on);
+                      const std::function<bool(const Followed&)>& go_on, double most_seconds) {
+  return scene.solve.precision == Precision::single ? follow_in<float>(scene, looks, go_on, most_seconds)
+                                                    : follow_in<double>(scene, looks, go_on, most_seconds);
 }
 
 }  // namespace mss

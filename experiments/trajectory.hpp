@@ -91,9 +91,10 @@ struct Followed {
   /// full, because somebody else had the core.
   double cost() const;
 };
-/// Runs a scene; `go_on` is asked after every look that was seen. Adaptive methods may take 100 steps from
-/// look to look.
+/// Runs a scene; `go_on` is asked after every look that was seen. It also ends where it takes longer than
+/// `most_seconds` from look to look, or an adaptive method takes more than 512 steps.
 Followed follow_scene(const Scene& scene, const Looks& looks,
-                      const std::function<bool(const Followed&)>& go_on);
+                      const std::function<bool(const Followed&)>& go_on,
+                      double most_seconds = std::numeric_limits<double>::infinity());
 
 }  // namespace mss
