@@ -105,7 +105,7 @@ class Search {
 
   std::optional<std::size_t> cheapest() const;
   void try_threads();
-  void time_again();
+  void time_again(double worth = worth_trying);
   void check();
   void explain_budget();
   bool stopped() {
@@ -496,11 +496,11 @@ void Search::try_threads() {
 }
 
 /// Those that might be the cheapest once more, in turns: single times of a busy machine mislead.
-void Search::time_again() {
+void Search::time_again(double worth) {
   constexpr int rounds = 5;
   std::vector<std::size_t> close;
   for (std::size_t i = 0; i < advice_.trials.size(); ++i)
-    if (advice_.trials[i].meets && advice_.trials[i].cost <= worth_trying * best_cost()) close.push_back(i);
+    if (advice_.trials[i].meets && advice_.trials[i].cost <= worth * best_cost()) close.push_back(i);
   std::vector<std::vector<double>> costs(close.size());
   take_turns(rounds, close.size(), progress_, [&](std::size_t i) {
     const Followed run = follow_scene(family_.scene(advice_.trials[close[i]].candidate), looks_,
@@ -606,12 +606,13 @@ Advice Search::find() {
 
 Advice Search::grid(int finest_level, int reference_level) {
   const auto begin = std::chrono::steady_clock::now();
-  std::optional<Rung> reference = climb_to(reference_level);
-  if (!reference) return std::move(advice_);
-  advice_.trials[reference->trial].verdict = "the reference";
-  advice_.finest_level = reference_level;
-  judge_.emplace(ask_.of, reference->trajectory);
-  ladder_.push_back(std::move(*reference));
+  for (const int level : {reference_level / 2, reference_level * 3 / 4, reference_level}) {
+    std::optional<Rung> reference = climb_to(level);
+    if (!reference) return std::move(advice_);
+    advice_.trials[reference->trial].verdict = "a reference";
+    ladder_.push_back(std::move(*reference));
+  }
+  judge_by_ladder();
   for (int level = 1; level <= finest_level && !stopped(); ++level) {
     const bool offered = std::find(rungs.begin(), rungs.end(), level) != rungs.end() ||
                          std::find(between_rungs.begin(), between_rungs.end(), level) != between_rungs.end();
@@ -622,7 +623,8 @@ Advice Search::grid(int finest_level, int reference_level) {
           if (!stopped()) run(candidate, {.error = 1, .cost = 10 * best_cost()});
   }
   try_threads();
-  if (!stopped()) time_again();
+  constexpr double misled = 2;  // by a single time
+  if (!stopped()) time_again(misled);
   advice_.best = cheapest();
   advice_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return std::move(advice_);
