@@ -95,6 +95,8 @@ class Search {
   bool decides() const;
   double best_cost() const;
   double least_cost(const Candidate& candidate) const;
+  double accurate_cost(int level) const;
+  std::string times_the_best(double cost) const;
   Limits worth() const { return {ask_.error + advice_.uncertainty, worth_trying * best_cost()}; }
 
   std::vector<Candidate> fillings(int level) const;
@@ -267,8 +269,8 @@ Search::Outcome Search::run(const Candidate& candidate, const Limits& limits) {
   constexpr double far_too_dear = 10;    // unless they say this
   Trial trial;
   trial.candidate = candidate;
-  if (const double times = least_cost(candidate) / best_cost(); times * best_cost() > limits.cost) {
-    add(candidate, fmt::format("would take at least {:.2g} times as long as the best before", times));
+  if (const double least = least_cost(candidate); least > limits.cost) {
+    add(candidate, "would take at least " + times_the_best(least));
     return Outcome::dear;
   }
   Outcome outcome = Outcome::meets;
@@ -309,8 +311,7 @@ Search::Outcome Search::run(const Candidate& candidate, const Limits& limits) {
   if (trial.meets)
     trial.verdict = meets_it;
   else if (outcome == Outcome::dear)
-    trial.verdict =
-        fmt::format("would take {:.2g} times as long as the best before", trial.cost / best_cost());
+    trial.verdict = "would take " + times_the_best(trial.cost);
   else if (trial.verdict.empty())
     trial.verdict = is_undecided(trial.error) ? too_close : too_wrong;
   advice_.trials.push_back(trial);
@@ -337,13 +338,21 @@ double least_forces(const Candidate& candidate) {
   return iterates ? iterations : factorisation;
 }
 
+std::string Search::times_the_best(double cost) const {
+  if (std::isfinite(best_cost()))
+    return fmt::format("{:.2g} times as long as the best before", cost / best_cost());
+  return fmt::format("{:.2g} s a second, and nothing has met the error yet", cost);
+}
+
+/// What the method of references costs there: cells go with the cube of the level, steps with the level.
+double Search::accurate_cost(int level) const { return seconds_at(level) / family_.asked().solve.duration; }
+
 /// What a candidate costs at least, in seconds per second. A force takes what it took the finest reference,
 /// cell by cell. A method that chooses its steps still has to show itself at every look.
 double Search::least_cost(const Candidate& candidate) const {
   if (ladder_.empty() || !find_integrator(candidate.integrator).implicit) return 0;
-  const Rung& finest = ladder_.back();
-  const double steps = family_.asked().solve.duration / advice_.trials[finest.trial].candidate.dt;
-  const double force = finest.seconds / steps * std::pow(double(candidate.level) / finest.level, 3);
+  const double steps = family_.asked().solve.duration / accurate(candidate.level).dt;
+  const double force = seconds_at(candidate.level) / steps;
   return force * least_forces(candidate) / (candidate.dt > 0 ? candidate.dt : looks_.interval);
 }
 
@@ -620,7 +629,8 @@ Advice Search::grid(int finest_level, int reference_level) {
     for (const Candidate& filling : fillings(level))
       for (const std::vector<Candidate>& chain : methods(filling))
         for (const Candidate& candidate : chain)
-          if (!stopped()) run(candidate, {.error = 1, .cost = 10 * best_cost()});
+          if (!stopped())
+            run(candidate, {.error = 1, .cost = 10 * std::min(best_cost(), accurate_cost(candidate.level))});
   }
   try_threads();
   constexpr double misled = 2;  // by a single time
