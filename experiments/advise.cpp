@@ -630,7 +630,8 @@ Advice Search::grid(int finest_level, int reference_level) {
       for (const std::vector<Candidate>& chain : methods(filling))
         for (const Candidate& candidate : chain)
           if (!stopped())
-            run(candidate, {.error = 1, .cost = 10 * std::min(best_cost(), accurate_cost(candidate.level))});
+            run(candidate,
+                {.error = 1, .cost = std::min(10 * best_cost(), 40 * accurate_cost(candidate.level))});
   }
   try_threads();
   constexpr double misled = 2;  // by a single time
