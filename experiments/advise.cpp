@@ -80,9 +80,11 @@ class Search {
   void judge_by_ladder();
   bool is_sure() const;
   double seconds_at(int level) const;
+  int next_level() const;
   int checking_level() const;
   void check_scale() const;
   void judge_rungs();
+  std::string why_unsure() const;
 
   Outcome run(const Candidate& candidate, const Limits& limits);
   Outcome try_lattice(Candidate candidate);
@@ -231,11 +233,17 @@ double Search::seconds_at(int level) const {
   return ladder_.back().seconds * std::pow(double(level) / ladder_.back().level, 4);
 }
 
-/// The level of the reference that checks: 0 if it would take too long.
-int Search::checking_level() const {
+/// Of the rung after the finest; 0 if there is none.
+int Search::next_level() const {
   const int finest = ladder_.back().level;
   const auto next = std::find_if(rungs.begin(), rungs.end(), [&](int level) { return level > finest; });
-  return next != rungs.end() && seconds_at(*next) <= ask_.patience ? *next : 0;
+  return next == rungs.end() ? 0 : *next;
+}
+
+/// The level of the reference that checks: 0 if it would take too long.
+int Search::checking_level() const {
+  const int next = next_level();
+  return next > 0 && seconds_at(next) <= ask_.patience ? next : 0;
 }
 
 bool Search::is_sure() const { return ladder_.size() >= 3 && advice_.uncertainty <= sure_share * ask_.error; }
@@ -579,18 +587,25 @@ void Search::explain_budget() {
                   within == nullptr ? "nothing is that cheap" : "within it " + tell(family_, *within));
 }
 
+std::string Search::why_unsure() const {
+  if (ladder_.size() < 2) return "no reference could be computed: see the table";
+  if (ladder_.size() < 3)
+    return fmt::format(
+        "two references say nothing about how errors fall, and the third would take {:.2g} s: give it more "
+        "than {:.3g} s of --patience",
+        seconds_at(next_level()), ask_.patience);
+  return fmt::format(
+      "the finest reference that takes up to {:.3g} s, with cells of {:.4g} m, is itself unsure by {}: ask "
+      "for an error of at least {}, or give it more --patience",
+      ask_.patience, family_.cell_size(advice_.finest_level), percent(advice_.uncertainty),
+      percent(advice_.uncertainty / sure_share));
+}
+
 Advice Search::find() {
   const auto begin = std::chrono::steady_clock::now();
   const bool sure = climb();
   if (!sure && !advice_.stopped) {
-    advice_.explanation =
-        ladder_.size() < 2
-            ? std::string("no reference could be computed: see the table")
-            : fmt::format(
-                  "the finest reference that takes up to {:.3g} s, with cells of {:.4g} m, is itself "
-                  "unsure by {}: ask for an error of at least {}, or give it more --patience",
-                  ask_.patience, family_.cell_size(advice_.finest_level), percent(advice_.uncertainty),
-                  percent(advice_.uncertainty / sure_share));
+    advice_.explanation = why_unsure();
   }
   if (judge_) judge_rungs();
   if (sure) {

@@ -51,7 +51,7 @@ ask cantilever 10% displacement 6 --set solve.duration=2 --patience 10
 
 # The same scene asked for less and less error.
 for error in 10% 1% 0.1%; do
-  "$mss" advise free_cube --error "$error" --patience 200 --out "$out/free_cube_$error"
+  "$mss" advise free_cube --error "$error" --patience 200 --out "$out/free_cube_${error%\%}"
 done
 
 # The longest at the end.
