@@ -126,14 +126,10 @@ std::vector<Contestant> contestants(const TimingConfig& config, const Body& body
 /// Warms a contestant up and finds how many updates last a sample.
 void calibrate_steps(Contestant& c, double sample_seconds) {
   c.take(1);  // first touch of its memory, threads started
-  c.steps = 1;
-  double elapsed = seconds_for(c, c.steps);
-  while (elapsed < sample_seconds / 2) {
-    c.steps *= 2;
-    elapsed = seconds_for(c, c.steps);
-  }
-  c.estimate = elapsed / double(c.steps);
-  c.steps = std::max(1L, std::lround(sample_seconds / c.estimate));
+  const SampleLength length =
+      sample_length(sample_seconds, [&](long steps) { return seconds_for(c, steps); });
+  c.steps = length.steps;
+  c.estimate = length.seconds_per_step;
 }
 
 /// Idle OpenMP threads spin for some 10 ms before they sleep, on cores that the next method needs.
@@ -303,6 +299,18 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
 }
 
 }  // namespace
+
+SampleLength sample_length(double seconds, const std::function<double(long)>& seconds_for) {
+  const auto quickest_of_two = [&](long steps) { return std::min(seconds_for(steps), seconds_for(steps)); };
+  long steps = 1;
+  double elapsed = quickest_of_two(steps);
+  while (elapsed < seconds / 2) {
+    steps *= 2;
+    elapsed = quickest_of_two(steps);
+  }
+  const double each = elapsed / double(steps);
+  return {std::max(1L, std::lround(seconds / each)), each};
+}
 
 BodyConfig timing_cube(int n) {
   const double h = Workload::edge / n;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -50,6 +51,15 @@ inline constexpr double frame_rate = 24;
 BodyConfig timing_cube(int n);
 
 TimingConfig timing_config(const ExperimentOptions& options);
+
+/// How many steps last about `seconds`, at least one, and what each of them takes.
+struct SampleLength {
+  long steps;
+  double seconds_per_step;
+};
+/// `seconds_for` takes that many steps and says how long they took. The number is doubled until the
+/// quicker of two takes half of `seconds`: one disturbed moment does not make a sample of a single step.
+SampleLength sample_length(double seconds, const std::function<double(long)>& seconds_for);
 
 /// Measures method by method in turn, again and again, so that whatever disturbs the machine meets all of
 /// them. A pass over a size that was not finished when `progress` said stop is left out.

@@ -72,17 +72,18 @@ struct Contestant {
     }
   }
 
+  /// Seconds for that many steps.
   double take(long steps) {
     const auto begin = Clock::now();
     integrator->advance(system, state, state.t + double(steps) * Workload::dt, work);
-    return std::chrono::duration<double>(Clock::now() - begin).count() / double(steps);
+    return std::chrono::duration<double>(Clock::now() - begin).count();
   }
   /// The same steps, without what a method does around them.
   double take_stripped(long steps) {
     const auto begin = Clock::now();
     stripped->kick_drift({.kick_before = Workload::dt, .drift_new = Workload::dt}, Workload::dt, steps,
                          stripped_state);
-    return std::chrono::duration<double>(Clock::now() - begin).count() / double(steps);
+    return std::chrono::duration<double>(Clock::now() - begin).count();
   }
 
   Environment environment{.gravity = Vec3(0, 0, Workload::gravity)};
@@ -112,18 +113,20 @@ bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress
   std::vector<long> steps;
   for (const auto& contestant : all) {
     contestant->take(1);
-    const double estimate = contestant->take(4);
-    steps.push_back(std::max(1L, std::lround(config.sample_seconds / estimate)));
+    if (contestant->stripped) contestant->take_stripped(1);
+    const auto seconds_for = [&](long count) { return contestant->take(count); };
+    steps.push_back(sample_length(config.sample_seconds, seconds_for).steps);
   }
   const auto take_both = [&](std::size_t i) {
     Contestant<Real>& contestant = *all[i];
     const bool second = samples[i].own.size() % 2 != 0;  // who goes first finds colder caches
+    const auto count = double(steps[i]);
     if (second || !contestant.stripped) {
-      const double own = contestant.take(steps[i]);
-      samples[i].add(own, contestant.stripped ? contestant.take_stripped(steps[i]) : std::nan(""));
+      const double own = contestant.take(steps[i]) / count;
+      samples[i].add(own, contestant.stripped ? contestant.take_stripped(steps[i]) / count : std::nan(""));
     } else {
-      const double stripped = contestant.take_stripped(steps[i]);
-      samples[i].add(contestant.take(steps[i]), stripped);
+      const double stripped = contestant.take_stripped(steps[i]) / count;
+      samples[i].add(contestant.take(steps[i]) / count, stripped);
     }
   };
   if (!take_turns(config.repetitions, all.size(), progress, take_both)) return false;
