@@ -153,6 +153,7 @@ void SpringSystem<Real>::build_dictionary() {
       if (e.volume != 0) content_[entry] |= block_volumes;
       if (e.fold_guard != 0) content_[entry] |= block_guards;
     }
+    whole_content_ |= content_[entry];
   }
 }
 
@@ -318,7 +319,7 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
   const Sweeps<Real>& sweeps = this->body().config().fold_guard != 0 ? kernel_.guarded : kernel_.plain;
   const auto sweep = pass.finish == Finish::product
                          ? (pass.sum.kind == Tangent::projected ? sweeps.projected : sweeps.elastic)
-                         : (damped_ ? sweeps.damped : sweeps.undamped);
+                         : (damped_ ? sweeps.damped : sweeps.undamped).serving(whole_content_);
   SweepPlane<Real> p{};
   p.row = lattice.row;
   p.plane = lattice.plane;

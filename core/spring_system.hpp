@@ -78,6 +78,7 @@ class SpringSystem final : public BodySystem<Real> {
   std::ptrdiff_t blocks_;               ///< per plane
   std::vector<std::uint32_t> entry_;    ///< per plane and block: dictionary entry
   std::vector<std::uint32_t> content_;  ///< per entry
+  std::uint32_t whole_content_ = 0;     ///< of all entries together
   AlignedArray<Real> dictionary_;
   AlignedArray<Real> inverse_mass_;
   Field<Real> nothing_below_;  ///< the lowest plane's share from below: zero

@@ -71,15 +71,30 @@ struct FinishPlane {
   Real kick_before, kick_after, drift_old, drift_new;
 };
 
+template <class Real>
+using Sweep = void (*)(SweepPlane<Real>&);
+
+/// One for any body, and those that hold no code for what no cell of a body has.
+template <class Real>
+struct ForceSweeps {
+  Sweep<Real> any, edges_and_faces, no_volumes, no_bodies, no_faces;
+
+  /// The leanest that serves a body whose blocks together hold these BlockContent bits.
+  Sweep<Real> serving(std::uint32_t content) const {
+    if ((content & (block_bodies | block_volumes)) == 0) return edges_and_faces;
+    if ((content & block_faces) == 0) return no_faces;
+    if ((content & block_volumes) == 0) return no_volumes;
+    return (content & block_bodies) == 0 ? no_bodies : any;
+  }
+};
+
 /// Sweeps of a plane's blocks.
 template <class Real>
 struct Sweeps {
-  /// Forces of springs and cells; the undamped one does not read velocities.
-  void (*damped)(SweepPlane<Real>&);
-  void (*undamped)(SweepPlane<Real>&);
+  /// Forces of springs and cells; the undamped ones do not read velocities.
+  ForceSweeps<Real> damped, undamped;
   /// -(b C + c K) p in place of forces, with p in `v`; elastic or projected (see Tangent).
-  void (*elastic)(SweepPlane<Real>&);
-  void (*projected)(SweepPlane<Real>&);
+  Sweep<Real> elastic, projected;
 };
 
 /// One copy of the sweep, compiled for one instruction set and precision.

@@ -195,8 +195,6 @@ struct Edges {
 /// What springs and cells pull with.
 template <class Real, bool Damped>
 struct Force : Cells<Real> {
-  /// Whether blocks without body diagonals or without volume forces have code of their own.
-  static constexpr bool leaves_out = true;
   using Cells<Real>::W, Cells<Real>::p, Cells<Real>::coefficient;
   template <int... Spring>
   using Started = typename Cells<Real>::template Started<Spring...>;
@@ -266,7 +264,6 @@ struct Force : Cells<Real> {
 /// for the matrices.
 template <class Real, bool Projected>
 struct ForceChange : Cells<Real> {
-  static constexpr bool leaves_out = false;  // products are few
   using Cells<Real>::W, Cells<Real>::p, Cells<Real>::coefficient;
   template <int... Spring>
   using Started = typename Cells<Real>::template Started<Spring...>;
@@ -407,24 +404,6 @@ template <class Block, std::uint32_t Content, class Real>
   carry = {{f[1], f[3], f[5], f[7]}};
 }
 
-/// Calls do_one(p, q, coefficient, content, carry) for every block of a plane.
-template <class Real, class DoOne>
-[[gnu::always_inline]] inline void for_each_block(SweepPlane<Real>& argument, DoOne&& do_one) {
-  constexpr int W = lanes<Real>;
-  const SweepPlane<Real> p = argument;  // a copy that stores cannot reach
-  Carry<Real> carry = carry_in(p);
-  for (std::ptrdiff_t b = p.first_block; b < p.last_block; ++b) {
-    const std::uint32_t entry = p.entry[b];
-    do_one(p, b * W, p.dictionary + std::ptrdiff_t(entry) * std::ptrdiff_t{coefficients_per_lane} * W,
-           p.content[entry], carry);
-  }
-  for (int i = 0; i < 4; ++i) {
-    argument.carry[i][0] = carry.x[i].x[W - 1];
-    argument.carry[i][1] = carry.x[i].y[W - 1];
-    argument.carry[i][2] = carry.x[i].z[W - 1];
-  }
-}
-
 template <class Real>
 [[gnu::always_inline]] inline Carry<Real> carry_in(const SweepPlane<Real>& p) {
   constexpr int last = lanes<Real> - 1;
@@ -451,43 +430,25 @@ template <class Real>
   return p.dictionary + std::ptrdiff_t(entry) * std::ptrdiff_t{coefficients_per_lane} * lanes<Real>;
 }
 
-/// `Guards`: block_guards or 0.
+/// Of any body. `Guards`: block_guards or 0.
 template <class Block, std::uint32_t Guards, class Real>
-void sweep_blocks(SweepPlane<Real>& argument) {
+void sweep_any(SweepPlane<Real>& argument) {
   constexpr int W = lanes<Real>;
   constexpr std::uint32_t cells = block_bodies | block_volumes;
   const SweepPlane<Real> p = argument;  // a copy that the stores below cannot reach
-  Carry<Real> carry{};
-  for (int i = 0; i < 4; ++i) {
-    carry.x[i].x[W - 1] = p.carry[i][0];
-    carry.x[i].y[W - 1] = p.carry[i][1];
-    carry.x[i].z[W - 1] = p.carry[i][2];
-  }
+  Carry<Real> carry = carry_in(p);
   for (std::ptrdiff_t b = p.first_block; b < p.last_block; ++b) {
     const std::uint32_t entry = p.entry[b];
     const Real* coefficient = coefficients_of(p, entry);
     const std::uint32_t content = p.content[entry];
-    if constexpr (Guards != 0) {
+    if constexpr (Guards != 0)
       if (content == (block_edges | block_faces | Guards)) {  // neither body diagonals nor volume
         do_block<Block, block_edges | block_faces | Guards>(p, b * W, coefficient, carry);
         continue;
       }
-    } else if constexpr (Block::leaves_out) {
-      if (content == (block_edges | block_faces | block_bodies)) {
-        do_block<Block, block_edges | block_faces | block_bodies>(p, b * W, coefficient, carry);
-        continue;
-      }
-      if (content == (block_edges | block_faces | block_volumes)) {
-        do_block<Block, block_edges | block_faces | block_volumes>(p, b * W, coefficient, carry);
-        continue;
-      }
-    }
     switch (content) {
       case 0:
         do_block<Block, 0>(p, b * W, coefficient, carry);
-        break;
-      case block_edges:  // upper faces of a body without face diagonals
-        do_block<Block, block_edges>(p, b * W, coefficient, carry);
         break;
       case block_edges | block_faces:  // upper faces of the body, or neither body diagonals nor volume
         do_block<Block, block_edges | block_faces>(p, b * W, coefficient, carry);
@@ -500,6 +461,27 @@ void sweep_blocks(SweepPlane<Real>& argument) {
       default:
         do_block<Block, block_edges | block_faces | cells | Guards>(p, b * W, coefficient, carry);
     }
+  }
+  carry_out(carry, argument);
+}
+
+/// Of bodies whose cells hold no more than `Content` anywhere.
+template <class Block, std::uint32_t Content, class Real>
+void sweep_all_with(SweepPlane<Real>& argument) {
+  constexpr int W = lanes<Real>;
+  constexpr std::uint32_t upper = Content & (block_edges | block_faces);  // faces of the body
+  const SweepPlane<Real> p = argument;
+  Carry<Real> carry = carry_in(p);
+  for (std::ptrdiff_t b = p.first_block; b < p.last_block; ++b) {
+    const std::uint32_t entry = p.entry[b];
+    const Real* coefficient = coefficients_of(p, entry);
+    const std::uint32_t content = p.content[entry];
+    if (content == 0)
+      do_block<Block, 0>(p, b * W, coefficient, carry);
+    else if (upper == Content || (content & ~upper) != 0)
+      do_block<Block, Content>(p, b * W, coefficient, carry);
+    else
+      do_block<Block, upper>(p, b * W, coefficient, carry);
   }
   carry_out(carry, argument);
 }
@@ -556,11 +538,33 @@ void kick_drift_stored(const FinishPlane<Real>& p) {
   for (std::ptrdiff_t q = p.first; q < p.last; q += lanes<Real>) update(p, q, load(p.own, q));
 }
 
-template <class Real, std::uint32_t Guards>
+template <class Real, class Block>
+ForceSweeps<Real> make_force_sweeps() {
+  constexpr std::uint32_t faces = block_edges | block_faces;
+  return {sweep_any<Block, 0, Real>, sweep_all_with<Block, faces, Real>,
+          sweep_all_with<Block, faces | block_bodies, Real>,
+          sweep_all_with<Block, faces | block_volumes, Real>,
+          sweep_all_with<Block, block_edges | block_bodies | block_volumes, Real>};
+}
+
+template <class Real, class Block>
+ForceSweeps<Real> make_guarded_force_sweeps() {
+  const Sweep<Real> any = sweep_any<Block, block_guards, Real>;
+  return {any, any, any, any, any};
+}
+
+template <class Real>
 Sweeps<Real> make_sweeps() {
-  return {sweep_blocks<Force<Real, true>, Guards, Real>, sweep_blocks<Force<Real, false>, Guards, Real>,
-          sweep_blocks<ForceChange<Real, false>, Guards, Real>,
-          sweep_blocks<ForceChange<Real, true>, Guards, Real>};
+  return {make_force_sweeps<Real, Force<Real, true>>(), make_force_sweeps<Real, Force<Real, false>>(),
+          sweep_any<ForceChange<Real, false>, 0, Real>, sweep_any<ForceChange<Real, true>, 0, Real>};
+}
+
+template <class Real>
+Sweeps<Real> make_guarded_sweeps() {
+  return {make_guarded_force_sweeps<Real, Force<Real, true>>(),
+          make_guarded_force_sweeps<Real, Force<Real, false>>(),
+          sweep_any<ForceChange<Real, false>, block_guards, Real>,
+          sweep_any<ForceChange<Real, true>, block_guards, Real>};
 }
 
 template <class Real>
@@ -568,8 +572,8 @@ SweepKernel<Real> make_kernel(const char* name) {
   return {name,
           lanes<Real>,
           rsqrt_scale<Real>,
-          make_sweeps<Real, 0>(),
-          make_sweeps<Real, block_guards>(),
+          make_sweeps<Real>(),
+          make_guarded_sweeps<Real>(),
           store_force<Real>,
           store_acceleration<Real>,
           store_product<Real>,

@@ -32,9 +32,6 @@ void sweep_only(SweepPlane<Real>& argument) {
 }
 
 template <class Real>
-using Sweep = void (*)(SweepPlane<Real>&);
-
-template <class Real>
 Sweep<Real> stripped_sweep(Stripped of) {
   constexpr std::uint32_t faces = block_edges | block_faces, all = faces | block_bodies | block_volumes;
   switch (of) {

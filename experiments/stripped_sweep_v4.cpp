@@ -4,7 +4,7 @@
 
 namespace mss {
 
-MSS_ISA::Sweep<float> stripped_v4_float(Stripped of) { return MSS_ISA::stripped_sweep<float>(of); }
-MSS_ISA::Sweep<double> stripped_v4_double(Stripped of) { return MSS_ISA::stripped_sweep<double>(of); }
+Sweep<float> stripped_v4_float(Stripped of) { return MSS_ISA::stripped_sweep<float>(of); }
+Sweep<double> stripped_v4_double(Stripped of) { return MSS_ISA::stripped_sweep<double>(of); }
 
 }  // namespace mss
