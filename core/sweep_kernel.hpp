@@ -450,6 +450,9 @@ void sweep_any(SweepPlane<Real>& argument) {
       case 0:
         do_block<Block, 0>(p, b * W, coefficient, carry);
         break;
+      case block_edges:
+        do_block<Block, block_edges>(p, b * W, coefficient, carry);
+        break;
       case block_edges | block_faces:  // upper faces of the body, or neither body diagonals nor volume
         do_block<Block, block_edges | block_faces>(p, b * W, coefficient, carry);
         break;
