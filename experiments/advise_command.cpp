@@ -80,18 +80,19 @@ ErrorOf read_error_of(const std::string& text) {
 
 Chart pareto(const Scene& scene, const Ask& ask, const Advice& advice) {
   constexpr double to_frame = 1e3 / frames_per_second;  // [ms]
+  const double least = 1e-4 * ask.error;                // nobody cares how much smaller
   Chart chart{.title = "Error against cost: " + scene.name,
               .subtitle = fmt::format("every candidate that ran to its end; error of {}",
                                       error_names()[std::size_t(ask.of)]),
               .x = {.label = "cost of 1/60 s [ms], this machine", .logarithmic = true},
-              .y = {.label = "error", .logarithmic = true}};
+              .y = {.label = fmt::format("error (if below {:.2g}: there)", least), .logarithmic = true}};
   const auto& all = integrators();
   for (std::size_t i = 0; i < all.size(); ++i) {
     ChartSeries series{.label = all[i].name, .style = int(i), .joined = false};
     for (const Trial& trial : advice.trials)
       if (trial.candidate.integrator == all[i].name && trial.share > 0.999 && trial.error > 0 &&
           trial.cost > 0)
-        series.points.push_back({trial.cost * to_frame, trial.error});
+        series.points.push_back({trial.cost * to_frame, std::max(trial.error, least)});
     if (!series.points.empty()) chart.series.push_back(series);
   }
   chart.lines.push_back({ReferenceLine::Direction::horizontal, ask.error, "asked"});
@@ -99,8 +100,9 @@ Chart pareto(const Scene& scene, const Ask& ask, const Advice& advice) {
     chart.lines.push_back({ReferenceLine::Direction::vertical, *ask.budget * to_frame, "budget"});
   if (advice.best)
     if (const Trial& best = advice.trials[*advice.best]; best.error > 0)
-      chart.marks.push_back(
-          {{best.cost * to_frame, best.error}, advice.within_budget ? "advised" : "cheapest that meets it"});
+      chart.marks.push_back({.point = {best.cost * to_frame, std::max(best.error, least)},
+                             .label = advice.within_budget ? "advised" : "cheapest that meets it",
+                             .left = true});
   return chart;
 }
 

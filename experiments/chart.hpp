@@ -35,10 +35,12 @@ struct ReferenceLine {
   std::string label;
 };
 
-/// A single black point, or a bar from point.low to point.high if y is NaN, with text beside it.
+/// A single black point, or a bar from point.low to point.high if y is NaN, with text beside it: to its right,
+/// or to its left.
 struct MarkedPoint {
   ChartPoint point;
   std::string label;
+  bool left = false;
 };
 
 struct ChartAxis {
