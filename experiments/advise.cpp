@@ -75,6 +75,7 @@ class Search {
   enum class Outcome { meets, wrong, dear, impossible };
 
   Candidate accurate(int level) const;
+  int quicker_threads(Candidate candidate);
   std::optional<Rung> climb_to(int level);
   bool climb();
   void judge_by_ladder();
@@ -130,7 +131,6 @@ class Search {
 Candidate Search::accurate(int level) const {
   Candidate c{.level = level};
   c.integrator = accurate_method;
-  c.threads = 0;
   const double most = accurate_share * safe_step(accurate_method, family_.bound(c));
   c.dt = step_between_looks(std::min(most, looks_.interval), looks_);
   return c;
@@ -143,13 +143,32 @@ void Search::add(const Candidate& candidate, const std::string& verdict) {
   advice_.trials.push_back(trial);
 }
 
+/// All threads pay in large bodies only: the first looks say where.
+int Search::quicker_threads(Candidate candidate) {
+  constexpr std::size_t looks = 4;
+  int quicker = 1;
+  if (family_.asked().solve.threads != 0) return quicker;  // asked for
+  double least = std::numeric_limits<double>::infinity();
+  for (const int threads : {1, 0}) {
+    candidate.threads = threads;
+    const Followed run = follow_scene(family_.scene(candidate), looks_, [&](const Followed& so_far) {
+      return so_far.seconds.size() < looks && !stopped();
+    });
+    if (run.cost() >= least) continue;
+    least = run.cost();
+    quicker = threads;
+  }
+  return quicker;
+}
+
 /// Runs a reference; nothing if that is impossible or fails, which the trial says.
 std::optional<Search::Rung> Search::climb_to(int level) {
-  const Candidate candidate = accurate(level);
+  Candidate candidate = accurate(level);
   Trial trial;
   trial.candidate = candidate;
   progress_.report(0, fmt::format("reference, cells of {:.4g} m", family_.cell_size(level)));
   try {
+    trial.candidate.threads = candidate.threads = quicker_threads(candidate);
     Followed run =
         follow_scene(family_.scene(candidate), looks_, [&](const Followed&) { return !stopped(); });
     trial.cost = run.cost();
