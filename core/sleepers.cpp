@@ -46,6 +46,7 @@ void Sleepers<Real>::wake_moving(const State<Real>& state) {
   const auto rests = [&](const Real* v) {
     return std::all_of(v, v + sites_, [](Real number) { return number == Real(0); });
   };
+  looked_ = state.t;  // nobody looks while all are asleep
   std::vector<int> moving;
   for (int plane = 0; plane < planes(); ++plane)
     for (int axis = 0; axis < 3; ++axis)

@@ -19,8 +19,9 @@ struct SleepRule {
 ///
 /// A plane that has stayed within a quarter of the bound of where it was, for as long as the rule says,
 /// rests; it sleeps if its neighbours, three on either side, rest or sleep too. It wakes before the step in
-/// which one of them leaves that quarter, or when somebody gives it a velocity and says so. Vibrations slower
-/// than the rule's time may be taken for rest where they turn.
+/// which one of them leaves that quarter, or when somebody gives it a velocity and says so. What moves more
+/// slowly than a quarter of the bound in that time is taken for rest too, and stops: vibrations where they
+/// turn come back to it, what creeps does not, and is left behind further than the bound.
 template <class Real>
 class Sleepers {
  public:

@@ -33,6 +33,9 @@ constexpr double worth_trying = 1.3;
 
 constexpr const char* meets_it = "meets it";
 constexpr const char* too_wrong = "error above what is asked";
+constexpr const char* no_reference = "no reference could be computed: see the table";
+constexpr const char* nothing_meets =
+    "nothing that was tried meets the error; more --patience tries finer cells";
 constexpr const char* too_close = "too close to what is asked to be sure";
 
 /// A reference whose uncertainty is a larger share of the error asked does not do.
@@ -73,8 +76,11 @@ class Search {
     double cost = std::numeric_limits<double>::infinity();
   };
   enum class Outcome { meets, wrong, dear, impossible };
+  template <class Act>
+  Outcome attempt(const Candidate& candidate, Act&& act);
 
   Candidate accurate(int level) const;
+  Scene awake(const Candidate& candidate) const;
   int quicker_threads(Candidate candidate);
   std::optional<Rung> climb_to(int level);
   bool climb();
@@ -88,6 +94,7 @@ class Search {
   std::string why_unsure() const;
 
   Outcome run(const Candidate& candidate, const Limits& limits);
+  Outcome follow(const Candidate& candidate, const Limits& limits);
   Outcome try_lattice(Candidate candidate);
   void add(const Candidate& candidate, const std::string& verdict);
   /// Uncertainties are rather too large: half of one does where a finer reference will check.
@@ -151,7 +158,7 @@ int Search::quicker_threads(Candidate candidate) {
   double least = std::numeric_limits<double>::infinity();
   for (const int threads : {1, 0}) {
     candidate.threads = threads;
-    const Followed run = follow_scene(family_.scene(candidate), looks_, [&](const Followed& so_far) {
+    const Followed run = follow_scene(awake(candidate), looks_, [&](const Followed& so_far) {
       return so_far.seconds.size() < looks && !stopped();
     });
     if (run.cost() >= least) continue;
@@ -161,26 +168,45 @@ int Search::quicker_threads(Candidate candidate) {
   return quicker;
 }
 
+/// Where a scene cannot be computed like that, or there is not enough memory, a trial says so.
+template <class Act>
+Search::Outcome Search::attempt(const Candidate& candidate, Act&& act) {
+  try {
+    return act();
+  } catch (const InputError& error) {
+    add(candidate, fmt::format("impossible: {}", error.what()));
+    return Outcome::impossible;
+  } catch (const std::bad_alloc&) {
+    add(candidate, "needs more memory than there is");
+    return Outcome::dear;
+  }
+}
+
+/// The scene in which nothing falls asleep: what a reference computes.
+Scene Search::awake(const Candidate& candidate) const {
+  Scene scene = family_.scene(candidate);
+  scene.solve.sleep = {};
+  return scene;
+}
+
 /// Runs a reference; nothing if that is impossible or fails, which the trial says.
 std::optional<Search::Rung> Search::climb_to(int level) {
-  Candidate candidate = accurate(level);
-  Trial trial;
-  trial.candidate = candidate;
+  std::optional<Rung> rung;
   progress_.report(0, fmt::format("reference, cells of {:.4g} m", family_.cell_size(level)));
-  try {
-    trial.candidate.threads = candidate.threads = quicker_threads(candidate);
-    Followed run =
-        follow_scene(family_.scene(candidate), looks_, [&](const Followed&) { return !stopped(); });
+  attempt({.level = level}, [&] {
+    Trial trial;
+    trial.candidate = accurate(level);
+    trial.candidate.threads = quicker_threads(trial.candidate);
+    Followed run = follow_scene(awake(trial.candidate), looks_, [&](const Followed&) { return !stopped(); });
     trial.cost = run.cost();
     trial.share = run.simulated / family_.asked().solve.duration;
     trial.verdict = run.ended_early ? "interrupted" : std::string(to_string(run.status));
     advice_.trials.push_back(trial);
-    if (run.ended_early || run.status != Status::ok) return {};
-    return Rung{level, std::move(run.trajectory), run.total_seconds(), advice_.trials.size() - 1};
-  } catch (const InputError& error) {
-    add(candidate, fmt::format("impossible: {}", error.what()));
-    return {};
-  }
+    if (!run.ended_early && run.status == Status::ok)
+      rung = Rung{level, std::move(run.trajectory), run.total_seconds(), advice_.trials.size() - 1};
+    return Outcome::wrong;
+  });
+  return rung;
 }
 
 /// What is taken for true: the finest rung, or what the last two tend to, whichever has changed less since
@@ -230,12 +256,12 @@ void Search::check_scale() const {
 /// patience for the one that checks; to judge at all, as long as there is patience. False if none is.
 bool Search::climb() {
   constexpr double left_for_check = 5;
+  constexpr double guessed = 4;  // the coarsest take longer than their cells would
   for (const int level : rungs) {
     if (stopped()) return false;
-    if (ladder_.size() >= 2) {
-      const double predicted = seconds_at(level);
-      if (predicted > ask_.patience || (is_sure() && left_for_check * predicted > ask_.patience)) break;
-    }
+    const double predicted = ladder_.empty() ? 0 : seconds_at(level);
+    if (predicted > (ladder_.size() < 2 ? guessed : 1) * ask_.patience) break;
+    if (ladder_.size() >= 2 && is_sure() && left_for_check * predicted > ask_.patience) break;
     std::optional<Rung> rung = climb_to(level);
     if (!rung) continue;
     ladder_.push_back(std::move(*rung));
@@ -291,15 +317,19 @@ void Search::judge_rungs() {
 }
 
 Search::Outcome Search::run(const Candidate& candidate, const Limits& limits) {
+  return attempt(candidate, [&] {
+    if (const double least = least_cost(candidate); least > limits.cost) {
+      add(candidate, "would take at least " + times_the_best(least));
+      return Outcome::dear;
+    }
+    return follow(candidate, limits);
+  });
+}
+
+Search::Outcome Search::follow(const Candidate& candidate, const Limits& limits) {
   constexpr double soon = 0.005;         // [s]; times below say little,
   constexpr std::size_t soon_looks = 4;  // and so do fewer,
   constexpr double far_too_dear = 10;    // unless they say this
-  Trial trial;
-  trial.candidate = candidate;
-  if (const double least = least_cost(candidate); least > limits.cost) {
-    add(candidate, "would take at least " + times_the_best(least));
-    return Outcome::dear;
-  }
   Outcome outcome = Outcome::meets;
   double error = 0;
   const auto go_on = [&](const Followed& run) {
@@ -310,29 +340,24 @@ Search::Outcome Search::run(const Candidate& candidate, const Limits& limits) {
     if (times > (run.seconds.size() >= soon_looks ? 1 : far_too_dear)) outcome = Outcome::dear;
     return outcome == Outcome::meets && !stopped();
   };
-  try {
-    const Scene scene = family_.scene(candidate);
-    check_solve(scene);
-    progress_.report(
-        0.5, fmt::format("cells of {:.4g} m, {}", family_.cell_size(candidate.level), candidate.integrator));
-    const double most_seconds = far_too_dear * std::max(soon, limits.cost * looks_.interval);
-    const Followed run = follow_scene(scene, looks_, go_on, most_seconds);
-    if (run.ended_early && outcome == Outcome::meets && !stopped()) outcome = Outcome::dear;
-    trial.cost = run.cost();
-    trial.share = run.simulated / scene.solve.duration;
-    if (run.status != Status::ok) {
-      trial.verdict = to_string(run.status);
-      outcome = Outcome::wrong;
-    } else {
-      trial.error = run.ended_early && judge_->sees_early() ? error : judge_->over_all(run.trajectory);
-    }
-  } catch (const InputError&) {
-    return Outcome::impossible;
-  } catch (const std::bad_alloc&) {
-    add(candidate, "needs more memory than there is");
-    return Outcome::dear;
+  const Scene scene = family_.scene(candidate);
+  check_solve(scene);
+  progress_.report(
+      0.5, fmt::format("cells of {:.4g} m, {}", family_.cell_size(candidate.level), candidate.integrator));
+  const double most_seconds = far_too_dear * std::max(soon, limits.cost * looks_.interval);
+  const Followed run = follow_scene(scene, looks_, go_on, most_seconds);
+  if (stopped()) return Outcome::impossible;
+  if (run.ended_early && outcome == Outcome::meets) outcome = Outcome::dear;
+  Trial trial;
+  trial.candidate = candidate;
+  trial.cost = run.cost();
+  trial.share = run.simulated / scene.solve.duration;
+  if (run.status != Status::ok) {
+    trial.verdict = to_string(run.status);
+    outcome = Outcome::wrong;
+  } else {
+    trial.error = run.ended_early && judge_->sees_early() ? error : judge_->over_all(run.trajectory);
   }
-  if (advice_.stopped) return Outcome::impossible;
   if (outcome == Outcome::meets && !meets(trial.error)) outcome = Outcome::wrong;
   trial.meets = outcome == Outcome::meets;
   if (trial.meets)
@@ -400,9 +425,11 @@ std::vector<Candidate> Search::fillings(int level) const {
 
 Search::Outcome Search::try_lattice(Candidate candidate) {
   candidate.integrator = accurate_method;
-  candidate.dt =
-      step_between_looks(accurate_share * safe_step(accurate_method, family_.bound(candidate)), looks_);
-  return run(candidate, {ask_.error + advice_.uncertainty, 4 * best_cost()});
+  return attempt(candidate, [&] {
+    const double most = accurate_share * safe_step(accurate_method, family_.bound(candidate));
+    candidate.dt = step_between_looks(std::min(most, looks_.interval), looks_);
+    return run(candidate, {ask_.error + advice_.uncertainty, 4 * best_cost()});
+  });
 }
 
 /// All levels there are, ascending.
@@ -416,6 +443,7 @@ std::vector<int> all_levels() {
 /// The coarsest of the lattices that references are made of to meet the error; where none does, a finer one,
 /// from the square by which errors fall. 0 if there is none.
 int Search::coarsest_plain() {
+  constexpr double much = 4;  // a lattice is tried whether or not a reference could be made of it
   const std::vector<int> levels = all_levels();
   int coarsest = 0, missed = 0;
   for (const Rung& rung : ladder_) {
@@ -429,8 +457,10 @@ int Search::coarsest_plain() {
   if (coarsest == 0) {
     const double error = advice_.trials[ladder_.back().trial].error;
     const double wanted = missed * std::sqrt(error / (ask_.error - advice_.uncertainty));
-    for (const int level : levels)
+    for (const int level : levels) {
+      if (seconds_at(level) > much * ask_.patience) break;
       if (level > missed && level >= 0.95 * wanted && level <= 2 * wanted && meets_at(level)) return level;
+    }
     return 0;
   }
   for (const int level : levels)
@@ -470,7 +500,7 @@ std::vector<Candidate> Search::find_lattices() {
 std::vector<std::vector<Candidate>> Search::methods(const Candidate& lattice) {
   const SpectralBound bound = family_.bound(lattice);
   // The scene wants to be seen that often, and what nobody sees cannot be judged.
-  const double longest = family_.asked().solve.every;
+  const double longest = std::min(family_.asked().solve.every, family_.asked().solve.duration);
   const double unit = safe_step("semi_implicit_euler", bound);
   std::vector<std::vector<Candidate>> all;
   const auto steps = [&](Candidate c, double most, std::initializer_list<double> shares) {
@@ -555,7 +585,6 @@ void Search::check() {
   const std::optional<Rung> finer = climb_to(level);
   if (!finer) return;
   advice_.trials[finer->trial].verdict = "a reference, to check with";
-  advice_.checking_level = level;
   const double by = double(level) / finest;
   const Judge judge(ask_.of, extrapolated_ ? extrapolate(ladder_.back().trajectory, finer->trajectory, by)
                                            : finer->trajectory);
@@ -592,9 +621,13 @@ void Search::explain_budget() {
     if (*level >= best.candidate.level || stopped()) continue;
     coarser.level = *level;
     coarser.dt = step_between_looks(step_over_cell * family_.cell_size(*level), looks_);
+    const std::size_t before = advice_.trials.size();
     run(coarser, {});
-    if (advice_.trials.back().cost <= *ask_.budget) break;
+    if (advice_.trials.size() > before && advice_.trials.back().cost <= *ask_.budget) break;
   }
+  advice_.best = cheapest();
+  advice_.within_budget = best_cost() <= *ask_.budget;
+  if (advice_.within_budget) return;
   const Trial* within = nullptr;
   for (const Trial& trial : advice_.trials)
     if (trial.share > 0.999 && trial.cost <= *ask_.budget && std::isfinite(trial.error) &&
@@ -607,12 +640,14 @@ void Search::explain_budget() {
 }
 
 std::string Search::why_unsure() const {
-  if (ladder_.size() < 2) return "no reference could be computed: see the table";
-  if (ladder_.size() < 3)
+  if (ladder_.empty()) return no_reference;
+  if (ladder_.size() < 3 && next_level() > 0 && seconds_at(next_level()) > ask_.patience)
     return fmt::format(
-        "two references say nothing about how errors fall, and the third would take {:.2g} s: give it more "
-        "than {:.3g} s of --patience",
-        seconds_at(next_level()), ask_.patience);
+        "{} nothing about how errors fall, and the next would take some {:.2g} s: give it more than {:.3g} s "
+        "of --patience",
+        ladder_.size() == 1 ? "one reference says" : "two references say", seconds_at(next_level()),
+        ask_.patience);
+  if (ladder_.size() < 2) return no_reference;
   return fmt::format(
       "the finest reference that takes up to {:.3g} s, with cells of {:.4g} m, is itself unsure by {}: ask "
       "for an error of at least {}, or give it more --patience",
@@ -633,7 +668,7 @@ Advice Search::find() {
     if (!stopped()) time_again();
     if (!stopped() && cheapest()) check();
     if (!advice_.stopped) advice_.best = cheapest();
-    if (!advice_.best && !advice_.stopped) advice_.explanation = "nothing that was tried meets the error";
+    if (!advice_.best && !advice_.stopped) advice_.explanation = nothing_meets;
   }
   if (advice_.best) {
     Trial& best = advice_.trials[*advice_.best];
@@ -651,26 +686,35 @@ Advice Search::grid(int finest_level, int reference_level) {
   const auto begin = std::chrono::steady_clock::now();
   for (const int level : {reference_level / 2, reference_level * 3 / 4, reference_level}) {
     std::optional<Rung> reference = climb_to(level);
-    if (!reference) return std::move(advice_);
+    if (!reference) {
+      if (!advice_.stopped) advice_.explanation = no_reference;
+      return std::move(advice_);
+    }
     advice_.trials[reference->trial].verdict = "a reference";
     ladder_.push_back(std::move(*reference));
   }
   judge_by_ladder();
+  check_scale();
   for (int level = 1; level <= finest_level && !stopped(); ++level) {
     const bool offered = std::find(rungs.begin(), rungs.end(), level) != rungs.end() ||
                          std::find(between_rungs.begin(), between_rungs.end(), level) != between_rungs.end();
     if (!offered) continue;
     for (const Candidate& filling : fillings(level))
-      for (const std::vector<Candidate>& chain : methods(filling))
-        for (const Candidate& candidate : chain)
-          if (!stopped())
-            run(candidate,
-                {.error = 1, .cost = std::min(10 * best_cost(), 40 * accurate_cost(candidate.level))});
+      attempt(filling, [&] {
+        for (const std::vector<Candidate>& chain : methods(filling))
+          for (const Candidate& candidate : chain)
+            if (!stopped())
+              run(candidate,
+                  {.error = 1, .cost = std::min(10 * best_cost(), 40 * accurate_cost(candidate.level))});
+        return Outcome::wrong;
+      });
   }
   try_threads();
   constexpr double misled = 2;  // by a single time
   if (!stopped()) time_again(misled);
   advice_.best = cheapest();
+  if (!advice_.best && !advice_.stopped) advice_.explanation = nothing_meets;
+  advice_.within_budget = advice_.best && (!ask_.budget || best_cost() <= *ask_.budget);
   advice_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return std::move(advice_);
 }

@@ -71,6 +71,7 @@ class SceneFamily {
   std::vector<std::string> overrides_;
   Scene asked_;
   bool from_voxels_ = false;
+  bool refined_ = false;       ///< the file splits its cells
   std::array<int, 3> base_{};  ///< cells of the coarsest box
   double coarsest_ = 1;        ///< [m]
   int asked_level_ = 1;
@@ -95,8 +96,7 @@ struct Advice {
   double uncertainty = 0;  ///< of the reference, as errors are measured
   int finest_level = 0;    ///< that the reference was made of
   double checked_error = std::numeric_limits<double>::quiet_NaN();  ///< of the best against a finer one
-  int checking_level = 0;
-  double seconds = 0;       ///< that all of it took
+  double seconds = 0;                                               ///< that all of it took
   std::string explanation;  ///< a sentence where nothing is advised; empty otherwise
   bool stopped = false;     ///< by the user
 };

@@ -1,11 +1,10 @@
 // `mss advise`: the cheapest way to compute a scene that keeps an error.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <csignal>
 #include <memory>
-#include <set>
 
 #include "core/error.hpp"
 #include "core/suggest.hpp"
@@ -179,6 +178,11 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
   const fs::path directory =
       choice.directory.empty() ? fs::path("out") / (scene.name + "_advice") : fs::path(choice.directory);
   prepare_directory(directory);
+  if (scene.body.sharing == Sharing::uniform)
+    fmt::print(stderr,
+               "mss: {}: body.sharing is \"uniform\", which makes another material of other cells; advice is "
+               "about the same springs shared as \"weighted\"\n",
+               scene.name);
   Advice advice;
   {
     TerminalProgress progress(scene.name);
@@ -194,6 +198,8 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
   if (Chart chart = pareto(scene, ask, advice); has_points(chart)) {
     chart.footer = provenance_line(provenance());
     draw(chart, directory / "advise");
+  } else {
+    for (const char* picture : {"advise.svg", "advise.png"}) fs::remove(directory / picture);
   }
   print(family, ask, advice);
   fmt::print("see {}\n", directory.string());
@@ -218,8 +224,10 @@ void add(CLI::App& app, int& exit_status) {
   command->add_option("--budget", choice->budget, "Most that a frame of 1/60 s may take, as in 16.7ms/frame");
   command->add_option("--patience", choice->patience, "Seconds that a reference may take")
       ->capture_default_str();
-  command->add_option("--grid", choice->grid,
-                      "Try everything, cells split up to so many times the coarsest, instead of searching");
+  command
+      ->add_option("--grid", choice->grid,
+                   "Try everything, cells split up to so many times the coarsest, instead of searching")
+      ->check(CLI::Range(1, 96));
   command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>_advice)");
   command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
   command->callback([choice, &exit_status] { run_advise(*choice, exit_status); });

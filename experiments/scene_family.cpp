@@ -25,6 +25,7 @@ SceneFamily::SceneFamily(std::filesystem::path file, std::vector<std::string> ov
   if (!(asked_.solve.duration > 0)) refuse("solve.duration = 0 leaves nothing to advise about");
   const Json body = Json::parse(asked_.resolved)["body"];
   from_voxels_ = body.contains("voxels");
+  refined_ = body.value("refine", 1) != 1;
   base_ = asked_.body.voxels.size();
   asked_level_ = from_voxels_ ? body["refine"].get<int>() : std::gcd(base_[0], std::gcd(base_[1], base_[2]));
   for (int& cells : base_) cells /= asked_level_;
@@ -51,6 +52,7 @@ std::vector<std::string> SceneFamily::settings(const Candidate& c) const {
     set("body.cells",
         fmt::format("[{}, {}, {}]", base_[0] * c.level, base_[1] * c.level, base_[2] * c.level));
     set("body.cell_size", cell_size(c.level));
+    if (refined_) set("body.refine", 1);
   }
   if (asked_.body.sharing == Sharing::uniform) set("body.sharing", "weighted");
   if (is_calibrated()) set("material.face_share", c.face_share);

@@ -72,7 +72,7 @@ struct FeatureTimingConfig {
   double sample_seconds = 4e-3;
 };
 
-/// Sizes that were not finished when `progress` said stop are left out.
+/// Sizes that were not finished in a precision when `progress` said stop are left out there.
 struct FeatureTables {
   /// Time of one step of the workload and of variants that have something more or less, a row each and size
   /// and precision, with its share of the workload's.

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <random>
 
 #include "core/measures.hpp"
 #include "experiments/model.hpp"
@@ -206,9 +207,14 @@ Looks looks_of(const Scene& scene) {
   constexpr int count = 128;
   const Body body(scene.body);
   Looks looks{.points = {}, .interval = scene.solve.duration / count, .count = count};
-  const std::size_t stride = 1 + (body.particle_count() - 1) / most_points;
-  for (std::size_t id = 0; id < body.particle_count(); id += stride)
-    looks.points.push_back(body.rest_position(body.sites()[id]));
+  // At random, but always the same: even strides through a lattice stay in one of its planes.
+  std::vector<std::ptrdiff_t> sites(body.sites().begin(), body.sites().end());
+  std::mt19937 random(1);
+  const std::size_t points = std::min(sites.size(), most_points);
+  for (std::size_t i = 0; i < points; ++i) {
+    std::swap(sites[i], sites[i + random() % (sites.size() - i)]);
+    looks.points.push_back(body.rest_position(sites[i]));
+  }
   return looks;
 }
 
@@ -224,8 +230,10 @@ double Followed::cost() const {
 }
 
 double step_between_looks(double most, const Looks& looks) {
-  if (most >= looks.interval) return looks.interval * std::floor(most / looks.interval);
-  return looks.interval / std::ceil(looks.interval / most);
+  if (most < looks.interval) return looks.interval / std::ceil(looks.interval / most);
+  int meets = std::min(looks.count, int(most / looks.interval));
+  while (looks.count % meets != 0) --meets;
+  return looks.interval * meets;
 }
 
 namespace {
@@ -247,29 +255,36 @@ Followed follow_in(const Scene& scene, const Looks& looks, const std::function<b
                    double most_seconds) {
   using Clock = std::chrono::steady_clock;
   const Body body(scene.body);
-  const int slices = std::isfinite(most_seconds) ? slices_of_a_look : 1;
-  SceneRun<Real> scene_run(scene, body, most_steps_between_looks / slices);
+  // Adaptive methods would have to begin anew at every slice; their steps are counted.
+  const bool adaptive = find_integrator(scene.solve.integrator).stepping == Stepping::adaptive;
+  const int slices = std::isfinite(most_seconds) && !adaptive ? slices_of_a_look : 1;
+  SceneRun<Real> scene_run(scene, body, most_steps_between_looks);
   const State<Real>& state = scene_run.state();
   const Sampler sampler(body, looks.points);
   Followed run;
   Work work;
   double before = 0;
+  double waited = 0;  // since the last look that was seen [s]
+  int seen = 0;
   for (int look = 0; look <= looks.count; ++look) {
     const double t = look * looks.interval;
     const auto begin = Clock::now();
     const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
     for (int slice = slices - 1; look > 0 && slice >= 0 && run.status == Status::ok; --slice) {
       run.status = scene_run.advance(t - slice * looks.interval / slices, work);
-      if (slice == 0 || !(seconds() > most_seconds)) continue;
+      if (slice == 0 || !(waited + seconds() > most_seconds * (look - seen))) continue;
       run.ended_early = true;
       break;
     }
-    if (look > 0) run.seconds.push_back(seconds());
+    waited += seconds();
     run.simulated = state.t;
-    if (run.ended_early) return run;
-    if (run.status != Status::ok) return run;
+    const bool over = run.ended_early || run.status != Status::ok;
+    const bool passed = std::abs(state.t - t) > 1e-6 * looks.interval;  // by a step that leads past it
+    if (look > 0 && (over || !passed)) run.seconds.push_back(std::exchange(waited, 0));
+    if (over) return run;
     run.trajectory.looks.emplace_back();
-    if (std::abs(state.t - t) > 1e-6 * looks.interval) continue;  // a step leads past it
+    if (passed) continue;
+    seen = look;
     const Measures measures = measure(scene_run.system(), state);
     if (!is_finite(measures)) {
       run.status = Status::non_finite;

@@ -2,12 +2,12 @@
 
 #include <array>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "core/body.hpp"
 #include "core/scene.hpp"
-#include "experiments/progress.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {
@@ -39,7 +39,6 @@ class Judge {
  public:
   Judge(ErrorOf of, Trajectory reference);
 
-  ErrorOf of() const { return of_; }
   const Trajectory& reference() const { return reference_; }
   /// What errors are shares of; 0 if the reference does not move at all, NaN if it has no frequency.
   double scale() const { return scale_; }
@@ -58,7 +57,6 @@ class Judge {
   Trajectory reference_;
   double scale_ = 1;
   std::vector<Vec3> shape_;  ///< of the largest motion
-  Trajectory::Look mean_;
 };
 
 /// What a trajectory tends to as its error falls with the square of the cells' size, from two of which the
@@ -74,14 +72,14 @@ struct Looks {
 /// Particles of a scene as it stands, at most a few hundred, and its duration's parts.
 Looks looks_of(const Scene& scene);
 
-/// The longest step up to `most` that meets looks [s].
+/// The longest step up to `most` that meets looks, the last of them too [s].
 double step_between_looks(double most, const Looks& looks);
 
 /// How a run ended.
 struct Followed {
   Status status = Status::ok;
   Trajectory trajectory;
-  std::vector<double> seconds{};  ///< of stepping, from look to look
+  std::vector<double> seconds{};  ///< of stepping, from one look that was seen to the next
   double simulated = 0;           ///< [s]
   bool ended_early = false;
 

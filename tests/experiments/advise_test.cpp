@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.hpp"
@@ -65,6 +66,18 @@ TEST(SceneFamily, LeavesOutWhatACandidateLeavesOut) {
   EXPECT_FALSE(family("fig5_2_throw").is_calibrated());
 }
 
+/// Springs given for cells of 1 m that are split are those of 0.5 m.
+TEST(SceneFamily, KnowsThatBoxesAreSplit) {
+  const char* springs = "material={density=1000, springs={edge=1000, face=500, body=250}}";
+  const SceneFamily split = family("free_cube", {"body.cells=[2, 2, 2]", "body.refine=2", springs});
+  Candidate same{.level = split.asked_level()};
+  same.integrator = "verlet";
+  const Scene scene = split.scene(same);
+  EXPECT_EQ(scene.body.voxels.size(), split.asked().body.voxels.size());
+  EXPECT_EQ(scene.body.cell_size, split.asked().body.cell_size);
+  EXPECT_EQ(scene.body.springs.edge, 1000);
+}
+
 TEST(SceneFamily, RefusesWhatCannotBeComputedOtherwise) {
   EXPECT_THROW(family("cantilever", {"solve.integrator=static"}), InputError);
   EXPECT_THROW(family("cantilever", {"damping={ paper = true }"}), InputError);
@@ -108,7 +121,38 @@ TEST(Looks, AreMetBySteps) {
   const Looks looks{.points = {}, .interval = 0.1, .count = 10};
   EXPECT_DOUBLE_EQ(step_between_looks(0.03, looks), 0.025);
   EXPECT_DOUBLE_EQ(step_between_looks(0.1, looks), 0.1);
-  EXPECT_DOUBLE_EQ(step_between_looks(0.35, looks), 0.3);
+  EXPECT_DOUBLE_EQ(step_between_looks(0.35, looks), 0.2) << "the tenth is met as well";
+  EXPECT_DOUBLE_EQ(step_between_looks(7, looks), 1);
+}
+
+/// Evenly strided through a lattice of 17 points a row they would all lie on one of its faces.
+TEST(Looks, AreAllOverTheBody) {
+  const Looks looks = looks_of(family("free_cube", {"body.cells=[16, 16, 16]"}).asked());
+  ASSERT_EQ(looks.points.size(), 300U);
+  for (int axis = 0; axis < 3; ++axis) {
+    double low = 1e9, high = -1e9, sum = 0;
+    for (const Vec3& point : looks.points) {
+      low = std::min(low, point[axis]);
+      high = std::max(high, point[axis]);
+      sum += point[axis];
+    }
+    EXPECT_EQ(std::lround((high - low) / family("free_cube").asked().body.cell_size), 16);
+    EXPECT_NEAR((sum / 300 - low) / (high - low), 0.5, 0.1);
+  }
+}
+
+/// A step over eight looks is paid between the two that see its ends.
+TEST(Looks, ChargeLongStepsWhereTheyEnd) {
+  SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
+  const Looks looks = looks_of(cube.asked());
+  Candidate candidate{.level = 2};
+  candidate.integrator = "backward_euler";
+  candidate.linear_solver = "cholmod";
+  candidate.dt = 8 * looks.interval;
+  const Followed run = follow_scene(cube.scene(candidate), looks, [](const Followed&) { return true; });
+  EXPECT_EQ(run.status, Status::ok);
+  EXPECT_EQ(run.seconds.size(), 16U);
+  EXPECT_NEAR(run.simulated, 0.1, 1e-12);
 }
 
 TEST(Advice, KeepsTheErrorAgainstAReferenceItDidNotUse) {
@@ -153,6 +197,21 @@ TEST(Advice, SaysWhenAskedTooMuch) {
   ASSERT_TRUE(none.best.has_value()) << none.explanation;
   EXPECT_FALSE(none.within_budget);
   EXPECT_NE(none.explanation.find("nothing is that cheap"), std::string::npos) << none.explanation;
+}
+
+/// Its middle is a particle of every other lattice only.
+TEST(Advice, PassesOverLatticesThatCannotBe) {
+  SceneFamily cube =
+      family("free_cube", {"solve.duration=0.1", "body.cells=[4, 4, 4]",
+                           "strike=[{box=[[-0.1,-0.1,-0.1],[-0.1,-0.1,-0.1]],at=0.01,impulse=[0,0,1]}]"});
+  Progress progress;
+  const Advice advice = advise(cube, {.error = 0.5, .patience = 1}, progress);
+  const auto impossible = [](const Trial& trial) {
+    return trial.candidate.level == 1 && trial.verdict.find("impossible") == 0;
+  };
+  EXPECT_TRUE(std::any_of(advice.trials.begin(), advice.trials.end(), impossible));
+  EXPECT_TRUE(std::any_of(advice.trials.begin(), advice.trials.end(),
+                          [](const Trial& trial) { return trial.candidate.level == 2 && trial.share == 1; }));
 }
 
 TEST(Advice, NeedsSomethingThatMoves) {
