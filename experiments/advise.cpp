@@ -595,13 +595,14 @@ void Search::check() {
                           }).trajectory);
   };
   const double before = best_cost();
+  bool others = false;
   for (Trial& trial : advice_.trials)
     if (!stopped() && trial.verdict == too_close && trial.share == 1 && trial.cost < before &&
         error_of(trial) + unsure / 2 <= ask_.error) {
-      trial.meets = true;
+      trial.meets = others = true;
       trial.verdict = meets_it;
     }
-  time_again();
+  if (others) time_again();
   while (const auto best = cheapest()) {
     if (stopped()) return;
     Trial& trial = advice_.trials[*best];

@@ -84,7 +84,7 @@ Chart pareto(const Scene& scene, const Ask& ask, const Advice& advice) {
               .subtitle = fmt::format("every candidate that ran to its end; error of {}",
                                       error_names()[std::size_t(ask.of)]),
               .x = {.label = "cost of 1/60 s [ms], this machine", .logarithmic = true},
-              .y = {.label = fmt::format("error (if below {:.2g}: there)", least), .logarithmic = true}};
+              .y = {.label = "error", .logarithmic = true}};
   const auto& all = integrators();
   for (std::size_t i = 0; i < all.size(); ++i) {
     ChartSeries series{.label = all[i].name, .style = int(i), .joined = false};
@@ -94,6 +94,9 @@ Chart pareto(const Scene& scene, const Ask& ask, const Advice& advice) {
         series.points.push_back({trial.cost * to_frame, std::max(trial.error, least)});
     if (!series.points.empty()) chart.series.push_back(series);
   }
+  if (std::any_of(advice.trials.begin(), advice.trials.end(),
+                  [&](const Trial& trial) { return trial.share > 0.999 && trial.error < least; }))
+    chart.y.label = fmt::format("error (on the axis: below {:.2g})", least);
   chart.lines.push_back({ReferenceLine::Direction::horizontal, ask.error, "asked"});
   if (ask.budget)
     chart.lines.push_back({ReferenceLine::Direction::vertical, *ask.budget * to_frame, "budget"});

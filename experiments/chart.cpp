@@ -117,8 +117,9 @@ std::string mark_commands(const Chart& chart, std::vector<std::string>& plots) {
           p.x, p.low, p.high);
     else
       points.push_back(p);
-    out += fmt::format("set label {} at first {}, first {} {}, {} front\n", scaled_text(mark.label, 0.8), p.x,
-                       middle, mark.left ? "right offset -1.1" : "left offset 1.1", bar ? 0 : 0.75);
+    const double across = mark.left ? -1.1 : 1.1, up = bar ? 0 : (mark.left ? -0.75 : 0.75);
+    out += fmt::format("set label {} at first {}, first {} {} offset {}, {} front\n",
+                       scaled_text(mark.label, 0.8), p.x, middle, mark.left ? "right" : "left", across, up);
   }
   if (!points.empty())
     plots.emplace_back("$marks using 1:2 with points lc 'black' lw 2.5 pt 3 ps 2*unit notitle");

@@ -35,8 +35,8 @@ struct ReferenceLine {
   std::string label;
 };
 
-/// A single black point, or a bar from point.low to point.high if y is NaN, with text beside it: to its right,
-/// or to its left.
+/// A single black point, or a bar from point.low to point.high if y is NaN, with text beside it: above it to
+/// its right, or below it to its left.
 struct MarkedPoint {
   ChartPoint point;
   std::string label;
