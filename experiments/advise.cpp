@@ -1,5 +1,5 @@
-// The search of `mss advise`: references finer and finer, then lattices, then methods, dearer ones never to
-// their end.
+// The search of `mss advise`: lattices that keep the error, then methods for them, dearer ones never to their
+// end.
 #include "experiments/advise.hpp"
 
 #include <fmt/format.h>
@@ -7,12 +7,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <new>
 
-#include "core/error.hpp"
+#include "experiments/advise_search.hpp"
 #include "experiments/simulation.hpp"
 #include "experiments/statistics.hpp"
-#include "integrators/stable_step.hpp"
 
 namespace mss {
 
@@ -20,32 +18,12 @@ namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-/// Levels of references, and those between, that are tried for candidates too.
-constexpr std::array<int, 13> rungs{1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96};
+/// Levels between those of references, that are tried for candidates too.
 constexpr std::array<int, 7> between_rungs{5, 7, 10, 14, 20, 28, 40};
 
-/// The method of references and of trials that are about lattices: explicit, of second order with damping.
-constexpr const char* accurate_method = "damped_verlet";
-constexpr double accurate_share = 0.5;  ///< of its safe step
-
-/// Candidates that would take so much longer than the cheapest so far are dropped.
-constexpr double worth_trying = 1.3;
-
-constexpr const char* meets_it = "meets it";
-constexpr const char* too_wrong = "error above what is asked";
-constexpr const char* no_reference = "no reference could be computed: see the table";
 constexpr const char* nothing_meets =
     "nothing that was tried meets the error; more --patience tries finer cells";
 constexpr const char* too_close = "too close to what is asked to be sure";
-
-/// A reference whose uncertainty is a larger share of the error asked does not do.
-constexpr double sure_share = 0.5;
-
-double safe_step(const std::string& method, const SpectralBound& bound) {
-  return safe_share * sure_step(find_integrator(method), bound);
-}
-
-std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
 
 /// A candidate in a sentence.
 std::string tell(const SceneFamily& family, const Trial& trial) {
@@ -55,265 +33,29 @@ std::string tell(const SceneFamily& family, const Trial& trial) {
                      percent(trial.error), trial.cost * 1e3 / frames_per_second);
 }
 
-class Search {
- public:
-  Search(SceneFamily& family, const Ask& ask, Progress& progress)
-      : family_(family), ask_(ask), progress_(progress), looks_(looks_of(family.asked())) {}
-
-  Advice find();
-  Advice grid(int finest_level, int reference_level);
-
- private:
-  struct Rung {
-    int level;
-    Trajectory trajectory;
-    double seconds;
-    std::size_t trial;
-  };
-  /// What ends a trial early.
-  struct Limits {
-    double error = std::numeric_limits<double>::infinity();
-    double cost = std::numeric_limits<double>::infinity();
-  };
-  enum class Outcome { meets, wrong, dear, impossible };
-  template <class Act>
-  Outcome attempt(const Candidate& candidate, Act&& act);
-
-  Candidate accurate(int level) const;
-  Scene awake(const Candidate& candidate) const;
-  int quicker_threads(Candidate candidate);
-  std::optional<Rung> climb_to(int level);
-  bool climb();
-  void judge_by_ladder();
-  bool is_sure() const;
-  double seconds_at(int level) const;
-  int next_level() const;
-  int checking_level() const;
-  void check_scale() const;
-  void judge_rungs();
-  std::string why_unsure() const;
-
-  Outcome run(const Candidate& candidate, const Limits& limits);
-  Outcome follow(const Candidate& candidate, const Limits& limits);
-  Outcome try_lattice(Candidate candidate);
-  void add(const Candidate& candidate, const std::string& verdict);
-  /// Uncertainties are rather too large: half of one does where a finer reference will check.
-  bool meets(double error) const {
-    return error + (!ladder_.empty() && checking_level() > 0 ? 0.5 : 1) * advice_.uncertainty <= ask_.error;
-  }
-  bool is_undecided(double error) const { return std::abs(error - ask_.error) < advice_.uncertainty; }
-  bool decides() const;
-  double best_cost() const;
-  double least_cost(const Candidate& candidate) const;
-  double accurate_cost(int level) const;
-  std::string times_the_best(double cost) const;
-  Limits worth() const { return {ask_.error + advice_.uncertainty, worth_trying * best_cost()}; }
-
-  std::vector<Candidate> fillings(int level) const;
-  std::vector<Candidate> find_lattices();
-  int coarsest_plain();
-  std::vector<std::vector<Candidate>> methods(const Candidate& lattice);
-  void try_methods(const Candidate& lattice);
-
-  std::optional<std::size_t> cheapest() const;
-  void try_threads();
-  void time_again(double worth = worth_trying);
-  void check();
-  void explain_budget();
-  bool stopped() {
-    advice_.stopped = advice_.stopped || progress_.stopped();
-    return advice_.stopped;
-  }
-
-  SceneFamily& family_;
-  const Ask& ask_;
-  Progress& progress_;
-  Looks looks_;
-  Advice advice_;
-  std::vector<Rung> ladder_;
-  std::optional<Judge> judge_;
-  bool extrapolated_ = false;  ///< the judge is finer than the finest rung
-};
-
-Candidate Search::accurate(int level) const {
-  Candidate c{.level = level};
-  c.integrator = accurate_method;
-  const double most = accurate_share * safe_step(accurate_method, family_.bound(c));
-  c.dt = step_between_looks(std::min(most, looks_.interval), looks_);
-  return c;
+/// How many evaluations of the force a step of an implicit method takes at least, in the smallest bodies.
+double least_forces(const Candidate& candidate) {
+  constexpr double factorisation = 30, general_factorisation = 300, iterations = 6;
+  if (candidate.integrator == "cvode_bdf_klu") return general_factorisation;
+  const bool iterates = candidate.linear_solver == "matrix_free" || candidate.integrator == "cvode_bdf_gmres";
+  return iterates ? iterations : factorisation;
 }
+
+/// All levels there are, ascending.
+std::vector<int> all_levels() {
+  std::vector<int> levels(rungs.begin(), rungs.end());
+  levels.insert(levels.end(), between_rungs.begin(), between_rungs.end());
+  std::sort(levels.begin(), levels.end());
+  return levels;
+}
+
+}  // namespace
 
 void Search::add(const Candidate& candidate, const std::string& verdict) {
   Trial trial;
   trial.candidate = candidate;
   trial.verdict = verdict;
   advice_.trials.push_back(trial);
-}
-
-/// All threads pay in large bodies only: the first looks say where.
-int Search::quicker_threads(Candidate candidate) {
-  constexpr std::size_t looks = 4;
-  int quicker = 1;
-  if (family_.asked().solve.threads != 0) return quicker;  // asked for
-  double least = std::numeric_limits<double>::infinity();
-  for (const int threads : {1, 0}) {
-    candidate.threads = threads;
-    const Followed run = follow_scene(awake(candidate), looks_, [&](const Followed& so_far) {
-      return so_far.seconds.size() < looks && !stopped();
-    });
-    if (run.cost() >= least) continue;
-    least = run.cost();
-    quicker = threads;
-  }
-  return quicker;
-}
-
-/// Where a scene cannot be computed like that, or there is not enough memory, a trial says so.
-template <class Act>
-Search::Outcome Search::attempt(const Candidate& candidate, Act&& act) {
-  try {
-    return act();
-  } catch (const InputError& error) {
-    add(candidate, fmt::format("impossible: {}", error.what()));
-    return Outcome::impossible;
-  } catch (const std::bad_alloc&) {
-    add(candidate, "needs more memory than there is");
-    return Outcome::dear;
-  }
-}
-
-/// The scene in which nothing falls asleep: what a reference computes.
-Scene Search::awake(const Candidate& candidate) const {
-  Scene scene = family_.scene(candidate);
-  scene.solve.sleep = {};
-  return scene;
-}
-
-/// Runs a reference; nothing if that is impossible or fails, which the trial says.
-std::optional<Search::Rung> Search::climb_to(int level) {
-  std::optional<Rung> rung;
-  progress_.report(0, fmt::format("reference, cells of {:.4g} m", family_.cell_size(level)));
-  attempt({.level = level}, [&] {
-    Trial trial;
-    trial.candidate = accurate(level);
-    trial.candidate.threads = quicker_threads(trial.candidate);
-    Followed run = follow_scene(awake(trial.candidate), looks_, [&](const Followed&) { return !stopped(); });
-    trial.cost = run.cost();
-    trial.share = run.simulated / family_.asked().solve.duration;
-    trial.verdict = run.ended_early ? "interrupted" : std::string(to_string(run.status));
-    advice_.trials.push_back(trial);
-    if (!run.ended_early && run.status == Status::ok)
-      rung = Rung{level, std::move(run.trajectory), run.total_seconds(), advice_.trials.size() - 1};
-    return Outcome::wrong;
-  });
-  return rung;
-}
-
-/// What is taken for true: the finest rung, or what the last two tend to, whichever has changed less since
-/// the rung before.
-void Search::judge_by_ladder() {
-  const std::size_t last = ladder_.size() - 1;
-  const Rung &fine = ladder_[last], &coarse = ladder_[last - 1];
-  const double by = double(fine.level) / coarse.level, gain = 1 / (by * by - 1);
-  advice_.finest_level = fine.level;
-  judge_.emplace(ask_.of, fine.trajectory);
-  extrapolated_ = false;
-  if (last < 2) {
-    advice_.uncertainty = judge_->over_all(coarse.trajectory) / (by - 1);
-    return;
-  }
-  const Rung& coarser = ladder_[last - 2];
-  const double by_before = double(coarse.level) / coarser.level;
-  const double change = judge_->over_all(coarse.trajectory),
-               before = Judge(ask_.of, coarse.trajectory).over_all(coarser.trajectory);
-  double order = 1;
-  if (change > 0 && before > 0)
-    order = std::clamp(std::log(before / change) / std::log(std::sqrt(by * by_before)), 0.5, 2.0);
-  advice_.uncertainty = change / (std::pow(by, order) - 1);
-  Judge limit(ask_.of, extrapolate(coarse.trajectory, fine.trajectory, by));
-  const double sure = gain * limit.over_all(extrapolate(coarser.trajectory, coarse.trajectory, by_before));
-  if (!(sure < advice_.uncertainty)) return;
-  advice_.uncertainty = sure;
-  judge_.emplace(std::move(limit));
-  extrapolated_ = true;
-}
-
-/// A reference that does not move has no errors to compare with.
-void Search::check_scale() const {
-  if (ask_.of == ErrorOf::frequency && !std::isfinite(judge_->scale()))
-    throw InputError(
-        fmt::format("{}: does not swing often enough in solve.duration to have a frequency; ask for "
-                    "--of displacement, or give it more time",
-                    family_.asked().file.string()));
-  if (judge_->scale() == 0)
-    throw InputError(
-        fmt::format("{}: nothing moves, so that every way to compute it is without error; give it "
-                    "gravity, a load or a start",
-                    family_.asked().file.string()));
-}
-
-/// Finer and finer references until one is sure enough: to decide among lattices, as long as that leaves
-/// patience for the one that checks; to judge at all, as long as there is patience. False if none is.
-bool Search::climb() {
-  constexpr double left_for_check = 5;
-  constexpr double guessed = 4;  // the coarsest take longer than their cells would
-  for (const int level : rungs) {
-    if (stopped()) return false;
-    const double predicted = ladder_.empty() ? 0 : seconds_at(level);
-    if (predicted > (ladder_.size() < 2 ? guessed : 1) * ask_.patience) break;
-    if (ladder_.size() >= 2 && is_sure() && left_for_check * predicted > ask_.patience) break;
-    std::optional<Rung> rung = climb_to(level);
-    if (!rung) continue;
-    ladder_.push_back(std::move(*rung));
-    if (ladder_.size() < 2) continue;
-    judge_by_ladder();
-    check_scale();
-    if (decides()) return true;
-  }
-  return is_sure();
-}
-
-/// What a finer rung will take [s]: cells go with the cube of the level, steps with the level.
-double Search::seconds_at(int level) const {
-  return ladder_.back().seconds * std::pow(double(level) / ladder_.back().level, 4);
-}
-
-/// Of the rung after the finest; 0 if there is none.
-int Search::next_level() const {
-  const int finest = ladder_.back().level;
-  const auto next = std::find_if(rungs.begin(), rungs.end(), [&](int level) { return level > finest; });
-  return next == rungs.end() ? 0 : *next;
-}
-
-/// The level of the reference that checks: 0 if it would take too long.
-int Search::checking_level() const {
-  const int next = next_level();
-  return next > 0 && seconds_at(next) <= ask_.patience ? next : 0;
-}
-
-bool Search::is_sure() const { return ladder_.size() >= 3 && advice_.uncertainty <= sure_share * ask_.error; }
-
-/// Whether it is sure which rungs meet the error, or surer than a search can make use of.
-bool Search::decides() const {
-  constexpr double of_use = 0.1;
-  if (is_sure() && advice_.uncertainty <= of_use * ask_.error) return true;
-  return is_sure() && std::none_of(ladder_.begin(), ladder_.end(), [&](const Rung& rung) {
-           return is_undecided(judge_->over_all(rung.trajectory));
-         });
-}
-
-/// What references are made of are candidates too.
-void Search::judge_rungs() {
-  for (const Rung& rung : ladder_) {
-    Trial& trial = advice_.trials[rung.trial];
-    if (&rung == &ladder_.back() && !extrapolated_) {
-      trial.verdict = "the reference";
-      continue;
-    }
-    trial.error = judge_->over_all(rung.trajectory);
-    trial.meets = meets(trial.error);
-    trial.verdict = trial.meets ? meets_it : too_wrong;
-  }
 }
 
 Search::Outcome Search::run(const Candidate& candidate, const Limits& limits) {
@@ -382,14 +124,6 @@ double Search::best_cost() const {
   return best ? advice_.trials[*best].cost : std::numeric_limits<double>::infinity();
 }
 
-/// How many evaluations of the force a step of an implicit method takes at least, in the smallest bodies.
-double least_forces(const Candidate& candidate) {
-  constexpr double factorisation = 30, general_factorisation = 300, iterations = 6;
-  if (candidate.integrator == "cvode_bdf_klu") return general_factorisation;
-  const bool iterates = candidate.linear_solver == "matrix_free" || candidate.integrator == "cvode_bdf_gmres";
-  return iterates ? iterations : factorisation;
-}
-
 std::string Search::times_the_best(double cost) const {
   if (std::isfinite(best_cost()))
     return fmt::format("{:.2g} times as long as the best before", cost / best_cost());
@@ -403,7 +137,7 @@ double Search::accurate_cost(int level) const { return seconds_at(level) / famil
 /// cell by cell. A method that chooses its steps still has to show itself at every look.
 double Search::least_cost(const Candidate& candidate) const {
   if (ladder_.empty() || !find_integrator(candidate.integrator).implicit) return 0;
-  const double steps = family_.asked().solve.duration / accurate(candidate.level).dt;
+  const double steps = family_.asked().solve.duration / accurate({.level = candidate.level}).dt;
   const double force = seconds_at(candidate.level) / steps;
   return force * least_forces(candidate) / (candidate.dt > 0 ? candidate.dt : looks_.interval);
 }
@@ -423,21 +157,10 @@ std::vector<Candidate> Search::fillings(int level) const {
   return all;
 }
 
-Search::Outcome Search::try_lattice(Candidate candidate) {
-  candidate.integrator = accurate_method;
-  return attempt(candidate, [&] {
-    const double most = accurate_share * safe_step(accurate_method, family_.bound(candidate));
-    candidate.dt = step_between_looks(std::min(most, looks_.interval), looks_);
-    return run(candidate, {ask_.error + advice_.uncertainty, 4 * best_cost()});
+Search::Outcome Search::try_lattice(const Candidate& lattice) {
+  return attempt(lattice, [&] {
+    return run(accurate(lattice), {ask_.error + advice_.uncertainty, 4 * best_cost()});
   });
-}
-
-/// All levels there are, ascending.
-std::vector<int> all_levels() {
-  std::vector<int> levels(rungs.begin(), rungs.end());
-  levels.insert(levels.end(), between_rungs.begin(), between_rungs.end());
-  std::sort(levels.begin(), levels.end());
-  return levels;
 }
 
 /// The coarsest of the lattices that references are made of to meet the error; where none does, a finer one,
@@ -640,22 +363,6 @@ void Search::explain_budget() {
                   within == nullptr ? "nothing is that cheap" : "within it " + tell(family_, *within));
 }
 
-std::string Search::why_unsure() const {
-  if (ladder_.empty()) return no_reference;
-  if (ladder_.size() < 3 && next_level() > 0 && seconds_at(next_level()) > ask_.patience)
-    return fmt::format(
-        "{} nothing about how errors fall, and the next would take some {:.2g} s: give it more than {:.3g} s "
-        "of --patience",
-        ladder_.size() == 1 ? "one reference says" : "two references say", seconds_at(next_level()),
-        ask_.patience);
-  if (ladder_.size() < 2) return no_reference;
-  return fmt::format(
-      "the finest reference that takes up to {:.3g} s, with cells of {:.4g} m, is itself unsure by {}: ask "
-      "for an error of at least {}, or give it more --patience",
-      ask_.patience, family_.cell_size(advice_.finest_level), percent(advice_.uncertainty),
-      percent(advice_.uncertainty / sure_share));
-}
-
 Advice Search::find() {
   const auto begin = std::chrono::steady_clock::now();
   const bool sure = climb();
@@ -719,8 +426,6 @@ Advice Search::grid(int finest_level, int reference_level) {
   advice_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return std::move(advice_);
 }
-
-}  // namespace
 
 Advice advise(SceneFamily& family, const Ask& ask, Progress& progress) {
   return Search(family, ask, progress).find();

@@ -97,6 +97,14 @@ Chart pareto(const Scene& scene, const Ask& ask, const Advice& advice) {
   if (std::any_of(advice.trials.begin(), advice.trials.end(),
                   [&](const Trial& trial) { return trial.share > 0.999 && trial.error < least; }))
     chart.y.label = fmt::format("error (on the axis: below {:.2g})", least);
+  double lowest = ask.error, highest = ask.error;
+  for (const ChartSeries& series : chart.series)
+    for (const ChartPoint& point : series.points) {
+      lowest = std::min(lowest, point.y);
+      highest = std::max(highest, point.y);
+    }
+  chart.y.low = std::pow(10, std::floor(std::log10(lowest)));  // decades, in which what is asked lies too
+  chart.y.high = std::pow(10, std::floor(std::log10(highest)) + 1);
   chart.lines.push_back({ReferenceLine::Direction::horizontal, ask.error, "asked"});
   if (ask.budget)
     chart.lines.push_back({ReferenceLine::Direction::vertical, *ask.budget * to_frame, "budget"});
@@ -108,7 +116,7 @@ Chart pareto(const Scene& scene, const Ask& ask, const Advice& advice) {
   return chart;
 }
 
-Json summary(const Scene& scene, const SceneFamily& family, const Ask& ask, const Advice& advice) {
+Json meta(const Scene& scene, const SceneFamily& family, const Ask& ask, const Advice& advice) {
   Json json{
       {"scene", scene.name},
       {"error", ask.error},
@@ -193,7 +201,7 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
                              : advise(family, ask, progress);
   }
   write_atomically(directory / "advise.csv", advice_table(family, advice).csv());
-  write_atomically(directory / "summary.json", summary(scene, family, ask, advice).dump(2) + "\n");
+  write_atomically(directory / "meta.json", meta(scene, family, ask, advice).dump(2) + "\n");
   if (advice.best && advice.within_budget)
     write_atomically(directory / "advised.toml", advised_text(choice, family, ask, advice, directory));
   else

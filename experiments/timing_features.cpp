@@ -12,6 +12,7 @@
 #include "experiments/statistics.hpp"
 #include "experiments/stripped_sweep.hpp"
 #include "experiments/timing.hpp"
+#include "integrators/fixed_step.hpp"
 
 namespace mss {
 
@@ -34,8 +35,6 @@ void refill(BodyConfig& body, double face_share) {
 }
 
 constexpr const char* workload_name = "workload";
-/// Steps after which a method looks for infinities: fewer in a sample would make it look more often.
-constexpr long method_checks_every = 32;
 constexpr std::array<Variant, 8> variants{
     {{"with contact",
       [](BodyConfig&, Environment& environment) {
@@ -117,7 +116,8 @@ bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress
     contestant->take(1);
     if (contestant->stripped) contestant->take_stripped(1);
     const auto seconds_for = [&](long count) { return contestant->take(count); };
-    steps.push_back(std::max(method_checks_every, sample_length(config.sample_seconds, seconds_for).steps));
+    const long lasting = sample_length(config.sample_seconds, seconds_for).steps;
+    steps.push_back(std::max(steps_between_checks, lasting));  // fewer would be checked more often
   }
   const auto take_both = [&](std::size_t i) {
     Contestant<Real>& contestant = *all[i];

@@ -231,7 +231,7 @@ double Followed::cost() const {
 
 double step_between_looks(double most, const Looks& looks) {
   if (most < looks.interval) return looks.interval / std::ceil(looks.interval / most);
-  int meets = std::min(looks.count, int(most / looks.interval));
+  int meets = int(std::min(double(looks.count), most / looks.interval));
   while (looks.count % meets != 0) --meets;
   return looks.interval * meets;
 }

@@ -47,14 +47,16 @@ class BetweenSteps {
   State<Real> before_;
 };
 
-/// Runs take(n), which makes n steps of size dt, until state.t is as near to t_end as whole steps come. Looks
-/// for infinities every few dozen steps: often enough to stop early, seldom enough to cost nothing. After
+/// Steps after which a method looks for infinities: often enough to stop early, seldom enough to cost
+/// nothing.
+inline constexpr long steps_between_checks = 32;
+
+/// Runs take(n), which makes n steps of size dt, until state.t is as near to t_end as whole steps come. After
 /// collisions, and when particles fall asleep or wake, the method is reset, so take() must begin anew by
 /// itself.
 template <class Real, class Take>
 Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>& state, double dt,
                      double t_end, Work& work, Take&& take) {
-  constexpr long between_checks = 32;
   BetweenSteps<Real> between(method, system, dt, true);
   const auto step_alone = [&] {
     if (between.all_asleep()) {
@@ -66,7 +68,7 @@ Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>
     between.step_ends(state);
   };
   for (long left = std::lround((t_end - state.t) / dt); left > 0;) {
-    const long n = std::min(left, between_checks);
+    const long n = std::min(left, steps_between_checks);
     if (!between.active()) take(n);
     for (long taken = 0; between.active() && taken < n; ++taken) step_alone();
     work.steps += n;

@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
 # Advice for eight scenes, everything there is to try beside it, and advice.csv that compares the two; then a
 # cube asked for less and less error:
-#   results/advise/run.sh [OUT]
+#   results/advise/run.sh [OUT [SCENE ...]]    of these only: their rows are replaced
 set -uo pipefail  # one scene that fails leaves the others
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.." && pwd)
 out=${1:-$root/out/advise}
+only=" ${*:2} "
 mss=$root/build/release/mss
 mkdir -p "$out"
 
-# What summary.json has under a key on a line of its own.
-json() { sed -n "s/^ *\"$2\": \([^,]*\),\{0,1\}$/\1/p" "$1/summary.json" | tail -1; }
+# What meta.json has under a key on a line of its own.
+json() { sed -n "s/^ *\"$2\": \([^,]*\),\{0,1\}$/\1/p" "$1/meta.json" | tail -1; }
 
 # A row of advice.csv. The columns up to the ninth are a candidate; in the grid's table the advised one has the
 # error against the grid's reference, which the advisor did not see, and a time taken beside the cheapest's.
@@ -29,18 +30,26 @@ compare() {
     END {
       print scene, of, asked, cell, precision, integrator, dt, found, error, share,
             least == "" || cost == "" ? "" : cost / least, seconds, all, tried, seconds / all
-    }' "$advice/advise.csv" "$grid/advise.csv" >> "$out/advice.csv"
+    }' "$advice/advise.csv" "$grid/advise.csv" > "$out/row.csv"
+  { head -1 "$out/advice.csv"; sed 1d "$out/advice.csv" | grep -v "^$scene,"; cat "$out/row.csv"; } > "$out/advice.new"
+  rm "$out/row.csv"
+  mv "$out/advice.new" "$out/advice.csv"
+  { printf '{\n  "script": "results/advise/run.sh",\n'; sed -n '/^  "provenance"/,$p' "$advice/meta.json"; } > "$out/meta.json"
 }
+
+asked() { [[ $only == "  " || $only == *" $1 "* ]]; }
 
 # scene, error, of, finest level of the grid, what else is said to mss
 ask() {
   local scene=$1 error=$2 of=$3 finest=$4
+  asked "$scene" || return 0
   "$mss" advise "$scene" --error "$error" --of "$of" --out "$out/$scene" "${@:5}"
   "$mss" advise "$scene" --error "$error" --of "$of" --grid "$finest" --out "$out/${scene}_grid" "${@:5}"
   compare "$scene" "$error" "$of"
 }
 
-echo "scene,of,asked,cell_size,precision,integrator,dt,error_found,error_in_grid,share_run_in_grid,cost_over_cheapest,seconds_advising,seconds_grid,tried_in_grid,share_of_grid" > "$out/advice.csv"
+[[ -f $out/advice.csv && $only != "  " ]] ||
+  echo "scene,of,asked,cell_size,precision,integrator,dt,error_found,error_in_grid,share_run_in_grid,cost_over_cheapest,seconds_advising,seconds_grid,tried_in_grid,share_of_grid" > "$out/advice.csv"
 ask fig5_2_throw 1% displacement 8
 ask fig5_1_twist 3% volume 4 --set hold.1.turn.rate=0.785  # finer lattices fold at 60 degrees
 ask hanging_bar 1% displacement 7
@@ -51,6 +60,7 @@ ask cantilever 10% displacement 6 --set solve.duration=2 --patience 10
 
 # The same scene asked for less and less error.
 for error in 10% 1% 0.1%; do
+  asked free_cube || continue
   "$mss" advise free_cube --error "$error" --patience 200 --out "$out/free_cube_${error%\%}"
 done
 

@@ -66,7 +66,7 @@ TEST(SceneFamily, LeavesOutWhatACandidateLeavesOut) {
   EXPECT_FALSE(family("fig5_2_throw").is_calibrated());
 }
 
-/// Springs given for cells of 1 m that are split are those of 0.5 m.
+/// Springs given to a box that is split are those of its parts.
 TEST(SceneFamily, KnowsThatBoxesAreSplit) {
   const char* springs = "material={density=1000, springs={edge=1000, face=500, body=250}}";
   const SceneFamily split = family("free_cube", {"body.cells=[2, 2, 2]", "body.refine=2", springs});

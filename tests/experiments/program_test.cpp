@@ -260,7 +260,7 @@ TEST(Advise, WritesTheSceneThatItAdvises) {
   const std::string scene = (out / "ell.toml").string(), advice = (out / "advice").string();
   const ProgramRun run = mss({"advise", scene, "--error", "10%", "--patience", "5", "--out", advice});
   ASSERT_EQ(run.exit_status, 0) << run.output;
-  for (const char* file : {"advise.csv", "advise.svg", "advise.png", "summary.json", "advised.toml"})
+  for (const char* file : {"advise.csv", "advise.svg", "advise.png", "meta.json", "advised.toml"})
     EXPECT_TRUE(fs::exists(fs::path(advice) / file)) << file;
   const ProgramRun again = mss({"run", advice + "/advised.toml", "--out", (out / "run").string()});
   EXPECT_EQ(again.exit_status, 0) << again.output;
