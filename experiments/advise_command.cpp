@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "core/error.hpp"
@@ -96,15 +97,19 @@ Chart pareto(const Scene& scene, const Ask& ask, const Advice& advice) {
   }
   if (std::any_of(advice.trials.begin(), advice.trials.end(),
                   [&](const Trial& trial) { return trial.share > 0.999 && trial.error < least; }))
-    chart.y.label = fmt::format("error (on the axis: below {:.2g})", least);
-  double lowest = ask.error, highest = ask.error;
+    chart.y.label = fmt::format("error ({:.2g}: that or less)", least);
+  double lowest = ask.error, highest = ask.error, cheapest = std::numeric_limits<double>::infinity();
   for (const ChartSeries& series : chart.series)
     for (const ChartPoint& point : series.points) {
       lowest = std::min(lowest, point.y);
       highest = std::max(highest, point.y);
+      cheapest = std::min(cheapest, point.x);
     }
-  chart.y.low = std::pow(10, std::floor(std::log10(lowest)));  // decades, in which what is asked lies too
-  chart.y.high = std::pow(10, std::floor(std::log10(highest)) + 1);
+  // Decades, in which what is asked lies too, and room for a label below and beside the cheapest.
+  const auto decade = [](double value) { return std::pow(10, std::floor(std::log10(value))); };
+  chart.y.low = decade(lowest / 2);
+  chart.y.high = 10 * decade(highest);
+  if (std::isfinite(cheapest)) chart.x.low = decade(cheapest / 2);
   chart.lines.push_back({ReferenceLine::Direction::horizontal, ask.error, "asked"});
   if (ask.budget)
     chart.lines.push_back({ReferenceLine::Direction::vertical, *ask.budget * to_frame, "budget"});
