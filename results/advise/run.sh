@@ -54,7 +54,7 @@ ask fig5_2_throw 1% displacement 8
 ask fig5_1_twist 3% volume 4 --set hold.1.turn.rate=0.785  # finer lattices fold at 60 degrees
 ask hanging_bar 1% displacement 7
 ask jelly_slope 5% displacement 5 --set solve.duration=1
-ask thin_slab 10% frequency 3 --patience 10
+ask thin_slab 10% frequency 4 --patience 10
 ask voxel_creature 5% volume 3 --patience 10 --set solve.duration=0.5
 ask cantilever 10% displacement 6 --set solve.duration=2 --patience 10
 
