@@ -1,58 +1,148 @@
 #include "core/fold_guard.hpp"
 
-#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
 
-#include "core/cross_matrix.hpp"
-#include "core/measures.hpp"
+#include "core/sweep.hpp"
 
 namespace mss {
 
-double fold_guard_energy(double stiffness, double rest_volume, const std::array<Vec3, 8>& corners) {
+namespace {
+
+/// The three edges at a corner, each in the direction of its axis.
+template <class Corners>
+Eigen::Matrix3d edges_at(const Corners& corners, int corner) {
+  Eigen::Matrix3d edges;
+  for (int axis = 0; axis < 3; ++axis)
+    for (int a = 0; a < 3; ++a) {
+      const auto lower = std::size_t(corner & ~(1 << axis)), upper = std::size_t(corner | 1 << axis);
+      edges(a, axis) = corners[upper][a] - corners[lower][a];
+    }
+  return edges;
+}
+
+/// Pulls the three edges at a corner: their upper ends one way, their lower ends the other.
+void stretch(int corner, const Eigen::Matrix3d& pull, double (&force)[8][3]) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (int a = 0; a < 3; ++a) {
+      force[corner | 1 << axis][a] += pull(a, axis);
+      force[corner & ~(1 << axis)][a] -= pull(a, axis);
+    }
+}
+
+}  // namespace
+
+GuardedCorner::GuardedCorner(double stiffness, double shortest, const Eigen::Matrix3d& edges)
+    : stiffness_(stiffness), shortest_(shortest) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(edges, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  if (svd.info() != Eigen::Success) return;  // edges that are not finite
+  u_ = svd.matrixU();
+  v_ = svd.matrixV();
+  stretch_ = svd.singularValues();
+  const auto turn = [&](Eigen::Matrix3d& mirrored) {  // into a rotation
+    if (mirrored.determinant() > 0) return;
+    mirrored.col(2) *= -1;
+    stretch_[2] *= -1;
+  };
+  turn(u_);
+  turn(v_);
+}
+
+bool GuardedCorner::may_act(double shortest, const Eigen::Matrix3d& edges) {
+  const double squared = edges.squaredNorm(), volume = edges.determinant();
+  const double bound = shortest * std::max(shortest * shortest, 0.5 * (squared - shortest * shortest));
+  return std::isfinite(squared) && volume <= bound;
+}
+
+double GuardedCorner::energy() const {
+  double energy = 0;
+  for (int i = 0; i < 3; ++i) energy += 0.5 * slope(i) * std::min(stretch_[i] - shortest_, 0.0);
+  return energy;
+}
+
+Eigen::Matrix3d GuardedCorner::pull() const {
+  return u_ * Eigen::Vector3d(-slope(0), -slope(1), -slope(2)).asDiagonal() * v_.transpose();
+}
+
+// In the frames of U and V, dF has a part that stretches (its diagonal), and for every two axes one that
+// shears and one that turns: Smith, de Goes and Kim, Analytic eigensystems for isotropic distortion energies,
+// 2019, section 4.
+Eigen::Matrix3d GuardedCorner::pull_change(const Eigen::Matrix3d& change, Tangent kind) const {
+  constexpr double least_sum = 1e-3;  // of the shortest stretch
+  const Eigen::Matrix3d d = u_.transpose() * change * v_;
+  Eigen::Matrix3d p = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < 3; ++i) {
+    if (stretch_[i] < shortest_) p(i, i) = -stiffness_ * d(i, i);
+    for (int j = i + 1; j < 3; ++j) {
+      const bool both = stretch_[i] < shortest_, one = stretch_[j] < shortest_;  // s_i >= s_j
+      const double shear = both ? stiffness_ : one ? -slope(j) / (stretch_[i] - stretch_[j]) : 0;
+      const double sum = std::max(stretch_[i] + stretch_[j], least_sum * shortest_);
+      const double turn = kind == Tangent::projected ? 0 : (slope(i) + slope(j)) / sum;
+      const double even = 0.5 * shear * (d(i, j) + d(j, i)), odd = 0.5 * turn * (d(i, j) - d(j, i));
+      p(i, j) = -(even + odd);
+      p(j, i) = -(even - odd);
+    }
+  }
+  return u_ * p * v_.transpose();
+}
+
+double fold_guard_energy(double stiffness, double shortest, const std::array<Vec3, 8>& corners) {
   double energy = 0;
   for (int corner = 0; corner < 8; ++corner) {
-    const double missing = fold_guard_begins - corner_volume(corners, corner) / rest_volume;
-    if (!(missing <= 0)) energy += stiffness * rest_volume / 16 * missing * missing;
+    const Eigen::Matrix3d edges = edges_at(corners, corner);
+    if (GuardedCorner::may_act(shortest, edges)) energy += GuardedCorner(stiffness, shortest, edges).energy();
   }
   return energy;
 }
 
-FoldGuardTangent::FoldGuardTangent(double stiffness, double rest_volume, const std::array<Vec3, 8>& corners,
-                                   Tangent kind) {
+void add_fold_guard_force(double stiffness, double shortest, const double (&corners)[8][3],
+                          double (&force)[8][3]) {
   for (int corner = 0; corner < 8; ++corner) {
-    const double missing = fold_guard_begins - corner_volume(corners, corner) / rest_volume;
-    if (missing <= 0) continue;
-    Near& near = near_[std::size_t(corner)];
-    near.stiffness = stiffness / (8 * rest_volume);
-    near.pressure = kind == Tangent::projected ? 0 : stiffness / 8 * missing;
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto i = std::size_t(axis);
-      near.side[i] = ((corner >> axis) & 1) == 0 ? 1 : -1;
-      near.edge[i] =
-          near.side[i] * (corners[std::size_t(corner ^ (1 << axis))] - corners[std::size_t(corner)]);
-    }
-    near.gradient[0] = Vec3::Zero();
-    for (std::size_t i = 0; i < 3; ++i) {
-      near.gradient[i + 1] = near.side[i] * near.edge[(i + 1) % 3].cross(near.edge[(i + 2) % 3]);
-      near.gradient[0] -= near.gradient[i + 1];
+    const Eigen::Matrix3d edges = edges_at(corners, corner);
+    if (GuardedCorner::may_act(shortest, edges))
+      stretch(corner, GuardedCorner(stiffness, shortest, edges).pull(), force);
+  }
+}
+
+void add_fold_guard_change(double stiffness, double shortest, const double (&corners)[8][3],
+                           const double (&directions)[8][3], bool projected, double (&change)[8][3]) {
+  const Tangent kind = projected ? Tangent::projected : Tangent::elastic;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Matrix3d edges = edges_at(corners, corner);
+    if (GuardedCorner::may_act(shortest, edges))
+      stretch(corner,
+              GuardedCorner(stiffness, shortest, edges).pull_change(edges_at(directions, corner), kind),
+              change);
+  }
+}
+
+FoldGuardTangent::FoldGuardTangent(double stiffness, double shortest, const std::array<Vec3, 8>& corners,
+                                   Tangent kind) {
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    const Eigen::Matrix3d edges = edges_at(corners, int(corner));
+    acts_[corner] = GuardedCorner::may_act(shortest, edges);
+    if (!acts_[corner]) continue;
+    const GuardedCorner guarded(stiffness, shortest, edges);
+    for (int k = 0; k < 9; ++k) {
+      Eigen::Matrix3d unit = Eigen::Matrix3d::Zero();
+      unit(k % 3, k / 3) = 1;
+      const Eigen::Matrix3d pull = guarded.pull_change(unit, kind);
+      by_edges_[corner].col(k) = -pull.reshaped();
     }
   }
 }
 
-// D = e_x . (e_y x e_z): d^2D / de_x de_y = -[e_z]x, and so on around; by itself no edge bends it.
-Eigen::Matrix3d FoldGuardTangent::Near::block(int a, int b) const {
-  Eigen::Matrix3d k = stiffness * gradient[std::size_t(a)] * gradient[std::size_t(b)].transpose();
-  if (pressure == 0) return k;
-  const auto moves = [&](int node, std::size_t i) {  // how edge i changes when the node moves
-    return node == 0 ? -side[i] : node == int(i) + 1 ? side[i] : 0;
+Eigen::Matrix3d FoldGuardTangent::block(int corner, int a, int b) const {
+  const auto moves = [&](int node, int axis) {  // how an edge changes when the node moves
+    const int side = ((corner >> axis) & 1) == 0 ? 1 : -1;
+    return node == 0 ? -side : node == axis + 1 ? side : 0;
   };
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j) {
-      const double weight = i == j ? 0 : moves(a, i) * moves(b, j);
-      if (weight == 0) continue;
-      const std::size_t third = 3 - i - j;
-      const double sign = j == (i + 1) % 3 ? -1 : 1;
-      k -= pressure * weight * sign * cross_matrix(edge[third]);
-    }
+  Eigen::Matrix3d k = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (const int weight = moves(a, i) * moves(b, j); weight != 0)
+        k += weight * by_edges_[std::size_t(corner)].block<3, 3>(3 * i, 3 * j);
   return k;
 }
 

@@ -7,45 +7,66 @@
 
 namespace mss {
 
-/// Below this share of its volume at rest, a corner of a cell is near folding.
-inline constexpr double fold_guard_begins = 0.4;
+/// Shorter than this share of its length at rest, a cell is near folding.
+inline constexpr double fold_guard_begins = 0.6;
 
-/// Energy that keeps a cell from folding [J]. Springs see lengths only, to them a mirror image is at rest.
-/// Of every corner, with D the signed volume of its three edges, V0 the cell's volume at rest and k_g the
-/// guard's stiffness [Pa]:
-///   E = k_g V0 / 16 (0.4 - D / V0)^2 where D / V0 < 0.4, else exactly 0.
-double fold_guard_energy(double stiffness, double rest_volume, const std::array<Vec3, 8>& corners);
+/// One corner of a cell in the principal stretches s of its three edges, F = [x y z] = U diag(s) V^T with
+/// rotations U and V, s_0 >= s_1 >= |s_2|: s_2 is negative where the corner is inside out (Irving, Teran and
+/// Fedkiw, Invertible finite elements, 2004, section 4). All are lengths [m].
+///
+/// Energy keeps cells from folding; springs see lengths only, to them a mirror image is at rest. Of every
+/// corner, with h the cell's edge at rest and k_g the guard's stiffness [Pa]:
+///   E = k_g h / 16 sum_i max(0, 0.6 h - s_i)^2.
+class GuardedCorner {
+ public:
+  /// `stiffness` k_g h / 8 [N/m], `shortest` 0.6 h.
+  GuardedCorner(double stiffness, double shortest, const Eigen::Matrix3d& edges);
 
-/// Second derivatives of that energy by the corners' positions. With g_c = dD/dx_c and q = k_g / 8 (0.4 -
-/// D / V0), of every corner near folding: k_g / (8 V0) g_c g_c'^T - q d^2D/dx_c dx_c'. The projected form
-/// leaves out the second term.
+  /// Whether any stretch may be below `shortest`: then the volume D = det F is at most the largest of
+  /// shortest^3 and shortest (|F|^2 - shortest^2) / 2, as s_0 s_1 <= (s_0^2 + s_1^2) / 2. False for edges
+  /// that are not finite.
+  static bool may_act(double shortest, const Eigen::Matrix3d& edges);
+
+  double energy() const;         ///< [J]
+  Eigen::Matrix3d pull() const;  ///< by edge, -dE/dF [N]
+  /// How the pull changes, to first order, along a change of the edges. The elastic one is singular where
+  /// s_1 + s_2 = 0, there its last term is bounded; the projected one leaves it out.
+  Eigen::Matrix3d pull_change(const Eigen::Matrix3d& change, Tangent kind) const;
+
+ private:
+  double slope(int i) const { return stiffness_ * std::min(stretch_[i] - shortest_, 0.0); }  ///< dE/ds_i
+
+  double stiffness_, shortest_;
+  Eigen::Matrix3d u_ = Eigen::Matrix3d::Identity(), v_ = u_;
+  Eigen::Vector3d stretch_ = Eigen::Vector3d::Zero();
+};
+
+/// The energy of a cell's eight corners [J].
+double fold_guard_energy(double stiffness, double shortest, const std::array<Vec3, 8>& corners);
+
+/// Second derivatives of that energy by the corners' positions.
 class FoldGuardTangent {
  public:
-  FoldGuardTangent(double stiffness, double rest_volume, const std::array<Vec3, 8>& corners, Tangent kind);
+  FoldGuardTangent(double stiffness, double shortest, const std::array<Vec3, 8>& corners, Tangent kind);
 
   /// Calls add(c, d, block) for every pair of corners with a block that may not be zero.
   template <class Add>
   void for_each_block(Add&& add) const {
     for (int corner = 0; corner < 8; ++corner) {
-      const Near& near = near_[std::size_t(corner)];
-      if (near.stiffness == 0) continue;
+      if (!acts_[std::size_t(corner)]) continue;
       const std::array<int, 4> at{corner, corner ^ 1, corner ^ 2, corner ^ 4};
       for (int a = 0; a < 4; ++a)
-        for (int b = 0; b < 4; ++b) add(at[std::size_t(a)], at[std::size_t(b)], near.block(a, b));
+        for (int b = 0; b < 4; ++b) add(at[std::size_t(a)], at[std::size_t(b)], block(corner, a, b));
     }
   }
 
  private:
-  /// A corner, and what its volume does when it (0) or its neighbours along x, y, z (1 to 3) move.
-  struct Near {
-    double stiffness = 0;  ///< 0: far from folding
-    double pressure = 0;
-    std::array<Vec3, 4> gradient;
-    std::array<Vec3, 3> edge;
-    std::array<double, 3> side;  ///< +1 where the edge leads away from the corner
-    Eigen::Matrix3d block(int a, int b) const;
-  };
-  std::array<Near, 8> near_;
+  /// Of a corner (0) and its neighbours along x, y, z (1 to 3).
+  Eigen::Matrix3d block(int corner, int a, int b) const;
+
+  std::array<bool, 8> acts_{};
+  /// -d pull / d edges: rows 3 i to 3 i + 2 are edge i's.
+  std::array<Eigen::Matrix<double, 9, 9>, 8> by_edges_;
 };
 
 }  // namespace mss

@@ -16,7 +16,7 @@ enum BlockContent : std::uint32_t {
 };
 
 /// Coefficients of one block, each W numbers: for the thirteen springs k, k L0 and c, then k_vol / (64 V0)
-/// and k_g / (8 V0). The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and u the
+/// and k_g h / 8. The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and u the
 /// differences of x and v. The kernel computes rsqrt_scale / |d|, so k L0 is stored divided by rsqrt_scale
 /// and c by its square.
 inline constexpr int springs_per_site = 13;
@@ -44,7 +44,7 @@ struct SweepPlane {
   const Real* dictionary;        ///< entries of coefficients_per_lane x W numbers
   const std::uint32_t* content;  ///< per entry: BlockContent bits
   Real rest_volume;              ///< V0 [m^3]
-  Real guarded_volume;           ///< of a corner, below which it is near folding [m^3]
+  Real guarded_length;           ///< stretch of a corner, below which it is near folding [m]
   ConstStreams<Real> x;
   ConstStreams<Real> v;  ///< velocities, or the directions of a product
   Real stiffness;        ///< weights of a product's K and C
@@ -116,6 +116,13 @@ struct SweepKernel {
   /// The KickDrift update in place, from an acceleration in `own`.
   void (*kick_drift_stored)(const FinishPlane<Real>&);
 };
+
+/// Adds to the forces [N] on a cell's corners what its guard against folding pulls with, see fold_guard.hpp.
+void add_fold_guard_force(double stiffness, double shortest, const double (&corners)[8][3],
+                          double (&force)[8][3]);
+/// The change of these forces, to first order, when the corners move along `directions`.
+void add_fold_guard_change(double stiffness, double shortest, const double (&corners)[8][3],
+                           const double (&directions)[8][3], bool projected, double (&change)[8][3]);
 
 /// The kernels this processor can run, slowest first; never empty.
 template <class Real>

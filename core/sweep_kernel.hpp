@@ -83,45 +83,16 @@ template <class Real>
   return a > zero ? a : zero;
 }
 
-/// The edges of W cells, by axis and by their place across it: bit 0 is the axis that follows, cyclically.
-/// The volume of a corner is that of its three edges, each in the direction of its axis.
+/// Four times the mean edges of eq. 3-5, from the body diagonals a = 7-0, b = 6-1, c = 5-2, d = 4-3.
 template <class Real>
-struct CellEdges {
-  Vec<Real> e[3][4];
+struct Edges {
+  Vec<Real> x, y, z;
+  [[gnu::always_inline]] Edges(const Vec<Real>& a, const Vec<Real>& b, const Vec<Real>& c, const Vec<Real>& d)
+      : Edges((a - b) + (c - d), a + b, c + d) {}
 
-  [[gnu::always_inline]] CellEdges(const ConstStreams<Real>& s, const std::ptrdiff_t (&corner)[8]) {
-    Vec<Real> x[8];
-    for (int c = 0; c < 8; ++c) x[c] = load(s, corner[c]);
-    for (int axis = 0; axis < 3; ++axis)
-      for (int place = 0; place < 4; ++place)
-        e[axis][place] = x[upper_end(axis, place)] - x[lower_end(axis, place)];
-  }
-  /// Corners at the ends of an edge.
-  static constexpr int lower_end(int axis, int place) {
-    return ((place & 1) << ((axis + 1) % 3)) | ((place >> 1) << ((axis + 2) % 3));
-  }
-  static constexpr int upper_end(int axis, int place) { return lower_end(axis, place) | 1 << axis; }
-  /// The edge along an axis that begins or ends at a corner.
-  static constexpr int place(int axis, int corner) {
-    return ((corner >> ((axis + 1) % 3)) & 1) | ((corner >> ((axis + 2) % 3)) & 1) << 1;
-  }
-  [[gnu::always_inline]] const Vec<Real>& at(int axis, int corner) const {
-    return e[axis][place(axis, corner)];
-  }
-
-  /// The smallest volume of the eight corners. Two opposite sides of a face differ as the two others do: its
-  /// four corners have their normals from three cross products.
-  [[gnu::always_inline]] Pack<Real> least_volume() const {
-    Pack<Real> least = Pack<Real>{} + Real(1e30);
-    for (int upper = 0; upper < 2; ++upper) {
-      const Vec<Real>&x0 = at(0, 4 * upper), &y0 = at(1, 4 * upper), &y1 = at(1, 4 * upper + 1);
-      const Vec<Real> n0 = cross(x0, y0), n1 = cross(x0, y1), more = cross(y1, y0);
-      const Pack<Real> volume[4] = {dot(n0, at(2, 0)), dot(n1, at(2, 1)), dot(n0 + more, at(2, 2)),
-                                    dot(n1 + more, at(2, 3))};
-      for (int c = 0; c < 4; ++c) least = volume[c] < least ? volume[c] : least;
-    }
-    return least;
-  }
+ private:
+  [[gnu::always_inline]] Edges(const Vec<Real>& along_x, const Vec<Real>& ab, const Vec<Real>& cd)
+      : x(along_x), y(ab - cd), z(ab + cd) {}
 };
 
 /// W neighbouring cells: where their corners are, and their coefficients.
@@ -155,11 +126,53 @@ struct Cells {
     return s;
   }
 
-  /// Whether any of them has a corner near folding.
+  /// Whether any of them may have a corner near folding. Edges along x are (X + y P + z R + y z W) / 4 with y
+  /// and z -1 or 1, and so on around: those of a corner differ from the mean ones by all the squares of P, Q,
+  /// R and W make at most, and its smallest stretch by no more. GuardedCorner::may_act bounds that of the
+  /// mean.
   [[gnu::always_inline]] bool is_near_folding() const {
+    // The root of what they differ by, squared, is at most 1/6 + 3/2 of it, and a hundredth is for rounding.
+    const Real begins = Real(1 / 6.0 + 1.01) * p.guarded_length, per_square = Real(1.5) / p.guarded_length;
     const Pack<Real> zero{};
     const auto guarded = load(coefficient + W * (3 * springs_per_site + 1)) > zero;
-    return any(guarded & (CellEdges<Real>(p.x, corner).least_volume() < zero + p.guarded_volume));
+    const Vec<Real> a = difference(p.x, 9), b = difference(p.x, 10), c = difference(p.x, 11),
+                    d = difference(p.x, 12), ab = sum(9) - sum(10), cd = sum(11) - sum(12);
+    const Edges<Real> mean(a, b, c, d);
+    const Vec<Real> three = (a - b) - (c - d),
+                    two[3] = {ab - cd, (sum(9) + sum(10)) - (sum(11) + sum(12)), ab + cd};
+    const Pack<Real> squared =
+        Real(3.0 / 8) * (dot(two[0], two[0]) + (dot(two[1], two[1]) + dot(two[2], two[2]))) +
+        Real(9.0 / 16) * dot(three, three);
+    const Pack<Real> shortest = per_square * squared + begins, shortest2 = shortest * shortest;
+    const Pack<Real> length2 = dot(mean.x, mean.x) + (dot(mean.y, mean.y) + dot(mean.z, mean.z));
+    const Pack<Real> most = Real(1.0 / 32) * length2 - Real(0.5) * shortest2;
+    const Pack<Real> bound = shortest * (most > shortest2 ? most : shortest2);
+    return any(guarded & (Real(1.0 / 64) * dot(mean.x, cross(mean.y, mean.z)) <= bound));
+  }
+  /// Of the two ends of a spring.
+  [[gnu::always_inline]] Vec<Real> sum(int spring) const {
+    return load(p.x, corner[spring_ends[spring][1]]) + load(p.x, corner[spring_ends[spring][0]]);
+  }
+
+  /// One after the other what `add` makes of each of them that is guarded.
+  template <class Add>
+  [[gnu::always_inline]] void guard_each(Vec<Real> (&force)[8], Add&& add) const {
+    for (int lane = 0; lane < W; ++lane) {
+      const double stiffness = coefficient[W * (3 * springs_per_site + 1) + lane];
+      if (!(stiffness > 0)) continue;
+      double sum[8][3] = {};
+      add(stiffness, lane, sum);
+      for (int c = 0; c < 8; ++c) {
+        force[c].x[lane] += Real(sum[c][0]);
+        force[c].y[lane] += Real(sum[c][1]);
+        force[c].z[lane] += Real(sum[c][2]);
+      }
+    }
+  }
+  /// The corners of one of them.
+  [[gnu::always_inline]] void gather(const ConstStreams<Real>& s, int lane, double (&at)[8][3]) const {
+    for (int c = 0; c < 8; ++c)
+      for (int a = 0; a < 3; ++a) at[c][a] = s.axis[a][corner[c] + lane];
   }
 
   /// Adds f to the first end of a spring and takes it from the second.
@@ -168,28 +181,6 @@ struct Cells {
     force[ends[0]] = force[ends[0]] + f;
     force[ends[1]] = force[ends[1]] - f;
   }
-  /// Pulls the three edges at a corner: their upper ends by f, their lower ends by -f.
-  [[gnu::always_inline]] static void stretch(int c, const Vec<Real>& fx, const Vec<Real>& fy,
-                                             const Vec<Real>& fz, Vec<Real> (&force)[8]) {
-    force[c | 1] = force[c | 1] + fx;
-    force[c & ~1] = force[c & ~1] - fx;
-    force[c | 2] = force[c | 2] + fy;
-    force[c & ~2] = force[c & ~2] - fy;
-    force[c | 4] = force[c | 4] + fz;
-    force[c & ~4] = force[c & ~4] - fz;
-  }
-};
-
-/// Four times the mean edges of eq. 3-5, from the body diagonals a = 7-0, b = 6-1, c = 5-2, d = 4-3.
-template <class Real>
-struct Edges {
-  Vec<Real> x, y, z;
-  [[gnu::always_inline]] Edges(const Vec<Real>& a, const Vec<Real>& b, const Vec<Real>& c, const Vec<Real>& d)
-      : Edges((a - b) + (c - d), a + b, c + d) {}
-
- private:
-  [[gnu::always_inline]] Edges(const Vec<Real>& along_x, const Vec<Real>& ab, const Vec<Real>& cd)
-      : x(along_x), y(ab - cd), z(ab + cd) {}
 };
 
 /// What springs and cells pull with.
@@ -249,14 +240,11 @@ struct Force : Cells<Real> {
 
   /// Pushes corners that are near folding apart, see fold_guard.hpp.
   void guard(Vec<Real> (&force)[8]) const {
-    const CellEdges<Real> edges(p.x, this->corner);
-    const Pack<Real> zero{}, stiffness = load(coefficient + W * (3 * springs_per_site + 1));
-    for (int c = 0; c < 8; ++c) {
-      const Vec<Real>&x = edges.at(0, c), &y = edges.at(1, c), &z = edges.at(2, c);
-      const Vec<Real> yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
-      const Pack<Real> pressure = stiffness * positive_part<Real>((zero + p.guarded_volume) - dot(x, yz));
-      this->stretch(c, pressure * yz, pressure * zx, pressure * xy, force);
-    }
+    this->guard_each(force, [&](double stiffness, int lane, double(&sum)[8][3]) {
+      double x[8][3];
+      this->gather(p.x, lane, x);
+      add_fold_guard_force(stiffness, p.guarded_length, x, sum);
+    });
   }
 };
 
@@ -314,24 +302,12 @@ struct ForceChange : Cells<Real> {
   }
 
   void guard(Vec<Real> (&force)[8]) const {
-    const CellEdges<Real> edges(p.x, this->corner), changes(p.v, this->corner);
-    const Pack<Real> zero{}, stiffness = p.stiffness * load(coefficient + W * (3 * springs_per_site + 1));
-    for (int c = 0; c < 8; ++c) {
-      const Vec<Real>&x = edges.at(0, c), &y = edges.at(1, c), &z = edges.at(2, c);
-      const Vec<Real>&dx = changes.at(0, c), &dy = changes.at(1, c), &dz = changes.at(2, c);
-      const Vec<Real> yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
-      const Pack<Real> missing = positive_part<Real>((zero + p.guarded_volume) - dot(x, yz));
-      const Pack<Real> gain = dot(dx, yz) + (dot(dy, zx) + dot(dz, xy));
-      const Pack<Real> less = missing > zero ? -stiffness * gain : zero;
-      Vec<Real> px = less * yz, py = less * zx, pz = less * xy;
-      if constexpr (!Projected) {
-        const Pack<Real> pressure = stiffness * missing;
-        px = px + pressure * (cross(dy, z) + cross(y, dz));
-        py = py + pressure * (cross(dz, x) + cross(z, dx));
-        pz = pz + pressure * (cross(dx, y) + cross(x, dy));
-      }
-      this->stretch(c, px, py, pz, force);
-    }
+    this->guard_each(force, [&](double stiffness, int lane, double(&sum)[8][3]) {
+      double x[8][3], u[8][3];
+      this->gather(p.x, lane, x);
+      this->gather(p.v, lane, u);
+      add_fold_guard_change(p.stiffness * stiffness, p.guarded_length, x, u, Projected, sum);
+    });
   }
 };
 
@@ -376,10 +352,12 @@ template <class Block, std::uint32_t Content, class Real>
 [[gnu::always_inline]] inline void do_block(const SweepPlane<Real>& p, std::ptrdiff_t q,
                                             const Real* coefficient, Carry<Real>& carry) {
   const auto block = block_at<Block>(p, q, coefficient);
+  bool near_folding = false;
+  if constexpr ((Content & block_guards) != 0) near_folding = block.is_near_folding();
   Vec<Real> f[8] = {};
   if constexpr ((Content & (block_bodies | block_volumes)) != 0) block.template cell<Content>(f);
   if constexpr ((Content & block_guards) != 0)
-    if (block.is_near_folding()) [[unlikely]] {
+    if (near_folding) [[unlikely]] {
       Vec<Real> push[8] = {};
       push_apart<Block>(p, q, coefficient, push);
       for (int c = 0; c < 8; ++c) f[c] = f[c] + push[c];

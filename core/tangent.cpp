@@ -62,6 +62,7 @@ template <class Real, class Add>
 void for_each_element(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                       Add&& add) {
   const Lattice& lattice = body.lattice();
+  const double size = body.config().cell_size;
   for (std::ptrdiff_t site = 0; site < lattice.sites; ++site) {
     const SiteElements& e = body.elements_at(site);
     for (std::size_t s = 0; s < spring_slots.size(); ++s) {
@@ -77,7 +78,8 @@ void for_each_element(const Body& body, const Field<Real>& x, const Field<Real>&
       add(site, b, a, -block);
     }
     if (e.fold_guard != 0)
-      FoldGuardTangent(sum.stiffness * e.fold_guard, body.cell_volume(), corners_of(body, x, site), sum.kind)
+      FoldGuardTangent(sum.stiffness * e.fold_guard * size / 8, fold_guard_begins * size,
+                       corners_of(body, x, site), sum.kind)
           .for_each_block([&](int c, int d, const Eigen::Matrix3d& block) { add(site, c, d, block); });
     if (e.volume == 0) continue;
     const CellTangent tangent(sum.stiffness * e.volume, body.cell_volume(), corners_of(body, x, site),

@@ -10,7 +10,7 @@
 namespace mss {
 
 /// `fold_guard` of guarded bodies, k_g over the shear modulus: enough, and stiffer is no better.
-inline constexpr double usual_fold_guard = 5;
+inline constexpr double usual_fold_guard = 10;
 
 /// One line for each model: its name and summary.
 std::vector<std::pair<std::string, std::string>> models();

@@ -1,6 +1,7 @@
 #include "reference/algorithm1.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/SVD>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -51,6 +52,7 @@ Algorithm1::Algorithm1(const BodyConfig& config, const Vec3& gravity, int thread
       gravity_(gravity),
       volume_stiffness_(config.springs.volume),
       guard_stiffness_(config.fold_guard * cubic_stiffness(config.springs, config.cell_size).c44),
+      cell_size_(config.cell_size),
       cell_volume_(config.cell_size * config.cell_size * config.cell_size) {
   connect(config);
 }
@@ -172,17 +174,25 @@ void Algorithm1::add_guard_forces() {
         }
         return c;
       };
-      std::array<Vec3, 3> edge;
+      Eigen::Matrix3d edges;
       for (std::size_t axis = 0; axis < 3; ++axis)
-        edge[axis] =
+        edges.col(Eigen::Index(axis)) =
             (1.0 - 2.0 * corner_of[c][axis]) * (particles_[cell.p[along(axis)]].x - particles_[cell.p[c]].x);
-      const double ratio = edge[0].dot(edge[1].cross(edge[2])) / cell_volume_;
-      if (ratio >= 0.4) continue;
+      const Eigen::JacobiSVD<Eigen::Matrix3d> stretches(edges / cell_size_,
+                                                        Eigen::ComputeFullU | Eigen::ComputeFullV);
+      const double side = edges.determinant() < 0 ? -1 : 1;
+      Eigen::Matrix3d push = Eigen::Matrix3d::Zero();
+      for (int i = 0; i < 3; ++i) {  // where the corner is inside out, its least stretch is negative
+        const double sign = i == 2 ? side : 1, stretch = sign * stretches.singularValues()[i];
+        if (stretch < 0.6)
+          push +=
+              (0.6 - stretch) * sign * stretches.matrixU().col(i) * stretches.matrixV().col(i).transpose();
+      }
+      push *= guard_stiffness_ * cell_size_ * cell_size_ / 8;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const Vec3 push = (1.0 - 2.0 * corner_of[c][axis]) * guard_stiffness_ / 8 * (0.4 - ratio) *
-                          edge[(axis + 1) % 3].cross(edge[(axis + 2) % 3]);
-        particles_[cell.p[along(axis)]].f += push;
-        particles_[cell.p[c]].f -= push;
+        const Vec3 at_end = (1.0 - 2.0 * corner_of[c][axis]) * push.col(Eigen::Index(axis));
+        particles_[cell.p[along(axis)]].f += at_end;
+        particles_[cell.p[c]].f -= at_end;
       }
     }
 }

@@ -66,6 +66,7 @@ class Algorithm1 {
   Vec3 gravity_;
   double volume_stiffness_;
   double guard_stiffness_;
+  double cell_size_;
   double cell_volume_;
   std::vector<Particle> particles_;
   std::vector<Spring> springs_;
