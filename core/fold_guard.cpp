@@ -1,5 +1,6 @@
 #include "core/fold_guard.hpp"
 
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -36,7 +37,7 @@ void stretch(int corner, const Eigen::Matrix3d& pull, double (&force)[8][3]) {
 GuardedCorner::GuardedCorner(double stiffness, double shortest, const Eigen::Matrix3d& edges)
     : stiffness_(stiffness), shortest_(shortest) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(edges, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  if (svd.info() != Eigen::Success) return;  // edges that are not finite
+  if (svd.info() != Eigen::Success) return;  // edges that are not finite: nothing is short
   u_ = svd.matrixU();
   v_ = svd.matrixV();
   stretch_ = svd.singularValues();

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <limits>
 
 #include "core/system.hpp"
 
@@ -38,7 +40,7 @@ class GuardedCorner {
 
   double stiffness_, shortest_;
   Eigen::Matrix3d u_ = Eigen::Matrix3d::Identity(), v_ = u_;
-  Eigen::Vector3d stretch_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d stretch_ = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
 };
 
 /// The energy of a cell's eight corners [J].

@@ -171,6 +171,7 @@ Json configuration(const FailureConfig& c) {
   for (const FailureScene& scene : c.scenes)
     scenes.push_back({{"name", scene.name}, {"severities", scene.severities}});
   return {{"scenes", scenes},
+          {"fold_guard", usual_fold_guard},
           {"integrators", c.integrators},
           {"random_scenes", c.random_scenes},
           {"seed", c.seed}};

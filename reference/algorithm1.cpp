@@ -1,6 +1,7 @@
 #include "reference/algorithm1.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
 #include <map>

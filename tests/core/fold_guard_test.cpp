@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
+#include <cmath>
 #include <random>
 
 namespace mss {

@@ -2,6 +2,8 @@
 // kernel.
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "tests/random_bodies.hpp"
 
 namespace mss {
@@ -79,6 +81,44 @@ void check_guarded_forces(double tolerance) {
 
 TEST(Force, OfTheFoldGuardEqualsOracleInDouble) { check_guarded_forces<double>(1e-12); }
 TEST(Force, OfTheFoldGuardEqualsOracleInSingle) { check_guarded_forces<float>(1e-5); }
+
+// Its sweep asks a bound on a whole cell: no corner of a cell hardly strained may escape it.
+TEST(Force, OfTheFoldGuardSeesASingleCorner) {
+  BodyConfig config = testing::test_config(VoxelGrid::box(3, 2, 2));
+  BodyConfig guarded_config = config;
+  guarded_config.fold_guard = 10;
+  const Body body(config), guarded_body(guarded_config);
+  SpringSystem<double> plain(body, {}, {.threads = 1}), guarded(guarded_body, {}, {.threads = 1});
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<> share(-1, 1);
+  int acting = 0;
+  for (unsigned trial = 0; trial < 2000; ++trial) {
+    State<double> state = plain.rest_state();
+    testing::randomise(body, state, 0.05, 0, trial);
+    const std::ptrdiff_t moved = body.sites()[trial % body.particle_count()];
+    const Vec3 by(share(random), share(random), share(random));
+    state.x.set(moved, state.x.at(moved) + 0.6 * config.cell_size * by);
+    reference::Algorithm1 oracle(guarded_config, Vec3::Zero(), 1), unguarded(config, Vec3::Zero(), 1);
+    for (reference::Algorithm1* each : {&oracle, &unguarded}) {
+      testing::copy_state(body, state, *each);
+      each->compute_forces();
+    }
+    Field<double> f(plain.size()), g(plain.size());
+    plain.force(0, state.x, state.v, f);
+    guarded.force(0, state.x, state.v, g);
+    double error = 0, largest = 0, all = 0;
+    for (std::size_t id = 0; id < body.particle_count(); ++id) {
+      all = std::max(all, oracle.particles()[id].f.norm());
+      const Vec3 expected = oracle.particles()[id].f - unguarded.particles()[id].f;
+      error = std::max(error, (g.at(body.sites()[id]) - f.at(body.sites()[id]) - expected).norm());
+      largest = std::max(largest, expected.norm());
+    }
+    if (largest > 0) ++acting;
+    EXPECT_LT(error, 1e-12 * all) << trial;
+  }
+  EXPECT_GT(acting, 200);
+  EXPECT_LT(acting, 1800);
+}
 
 // It is not a small force where it acts, and not a bit of one where it need not.
 TEST(Force, OfTheFoldGuardActsNearFoldingOnly) {
