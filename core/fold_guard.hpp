@@ -10,7 +10,7 @@
 namespace mss {
 
 /// Shorter than this share of its length at rest, a cell is near folding.
-inline constexpr double fold_guard_begins = 0.6;
+inline constexpr double fold_guard_begins = 0.7;
 
 /// One corner of a cell in the principal stretches s of its three edges, F = [x y z] = U diag(s) V^T with
 /// rotations U and V, s_0 >= s_1 >= |s_2|: s_2 is negative where the corner is inside out (Irving, Teran and
@@ -18,10 +18,10 @@ inline constexpr double fold_guard_begins = 0.6;
 ///
 /// Energy keeps cells from folding; springs see lengths only, to them a mirror image is at rest. Of every
 /// corner, with h the cell's edge at rest and k_g the guard's stiffness [Pa]:
-///   E = k_g h / 16 sum_i max(0, 0.6 h - s_i)^2.
+///   E = k_g h / 16 sum_i max(0, 0.7 h - s_i)^2.
 class GuardedCorner {
  public:
-  /// `stiffness` k_g h / 8 [N/m], `shortest` 0.6 h.
+  /// `stiffness` k_g h / 8 [N/m], `shortest` 0.7 h.
   GuardedCorner(double stiffness, double shortest, const Eigen::Matrix3d& edges);
 
   /// Whether any stretch may be below `shortest`: then the volume D = det F is at most the largest of

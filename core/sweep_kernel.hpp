@@ -131,8 +131,8 @@ struct Cells {
   /// R and W make at most, and its smallest stretch by no more. GuardedCorner::may_act bounds that of the
   /// mean.
   [[gnu::always_inline]] bool is_near_folding() const {
-    // The root of what they differ by, squared, is at most 1/6 + 3/2 of it, and a hundredth is for rounding.
-    const Real begins = Real(1 / 6.0 + 1.01) * p.guarded_length, per_square = Real(1.5) / p.guarded_length;
+    // A root r is at most 7/2 r^2 + 1/14; a hundredth is for rounding.
+    const Real begins = Real(1 / 14.0 + 1.01) * p.guarded_length, per_square = Real(3.5) / p.guarded_length;
     const Pack<Real> zero{};
     const auto guarded = load(coefficient + W * (3 * springs_per_site + 1)) > zero;
     const Vec<Real> a = difference(p.x, 9), b = difference(p.x, 10), c = difference(p.x, 11),
@@ -154,12 +154,28 @@ struct Cells {
     return load(p.x, corner[spring_ends[spring][1]]) + load(p.x, corner[spring_ends[spring][0]]);
   }
 
-  /// One after the other what `add` makes of each of them that is guarded.
+  /// Where GuardedCorner::may_act() of any of the eight corners.
+  [[gnu::always_inline]] auto may_act() const {
+    constexpr Real rounding = Real(1.01);
+    const Pack<Real> shortest = Pack<Real>{} + rounding * p.guarded_length, shortest2 = shortest * shortest;
+    const auto edge = [&](int c, int axis) {
+      return load(p.x, corner[c | 1 << axis]) - load(p.x, corner[c & ~(1 << axis)]);
+    };
+    auto any_acts = shortest < Pack<Real>{};
+    for (int c = 0; c < 8; ++c) {
+      const Vec<Real> x = edge(c, 0), y = edge(c, 1), z = edge(c, 2);
+      const Pack<Real> most = Real(0.5) * ((dot(x, x) + (dot(y, y) + dot(z, z))) - shortest2);
+      any_acts = any_acts | (dot(x, cross(y, z)) <= shortest * (most > shortest2 ? most : shortest2));
+    }
+    return any_acts;
+  }
+  /// One after the other what `add` makes of each of them that is guarded and near folding.
   template <class Add>
   [[gnu::always_inline]] void guard_each(Vec<Real> (&force)[8], Add&& add) const {
+    const auto acts = may_act();
     for (int lane = 0; lane < W; ++lane) {
       const double stiffness = coefficient[W * (3 * springs_per_site + 1) + lane];
-      if (!(stiffness > 0)) continue;
+      if (!(stiffness > 0) || !acts[lane]) continue;
       double sum[8][3] = {};
       add(stiffness, lane, sum);
       for (int c = 0; c < 8; ++c) {

@@ -185,9 +185,9 @@ void Algorithm1::add_guard_forces() {
       Eigen::Matrix3d push = Eigen::Matrix3d::Zero();
       for (int i = 0; i < 3; ++i) {  // where the corner is inside out, its least stretch is negative
         const double sign = i == 2 ? side : 1, stretch = sign * stretches.singularValues()[i];
-        if (stretch < 0.6)
+        if (stretch < 0.7)
           push +=
-              (0.6 - stretch) * sign * stretches.matrixU().col(i) * stretches.matrixV().col(i).transpose();
+              (0.7 - stretch) * sign * stretches.matrixU().col(i) * stretches.matrixV().col(i).transpose();
       }
       push *= guard_stiffness_ * cell_size_ * cell_size_ / 8;
       for (std::size_t axis = 0; axis < 3; ++axis) {
