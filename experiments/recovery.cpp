@@ -23,7 +23,7 @@ constexpr const char* caption =
     "random. Seeds differ by a shake of a thousandth of a cell; crushed and random states are "
     "different altogether. Springs' damping is 0.05 of critical, the step a tenth of the safe one. "
     "Recovered: no spring longer or shorter by more than 1e-6, and no cell inside out. Guarded: "
-    "corners of which a principal stretch falls below 0.7 are pushed apart, k_g = 10 shear "
+    "corners of which a principal stretch falls below 0.7 are pushed apart, k_g = 20 shear "
     "moduli. Landings: at the speed named, onto a plane with restitution 0.5, then free. Stiffer "
     "lattices, other shapes and larger bodies are left out.";
 

@@ -226,7 +226,7 @@ TEST_F(RunCommand, AHardLandingFoldsCells) {
   ASSERT_EQ(run(scenes / "fig5_4_landing.toml", {"--set", "start.velocity=[-14,-14,-14]"}).exit_status, 0);
   EXPECT_GT(summary()["final"]["min_jacobian"], 0.5);  // a softer one does not
   ASSERT_EQ(run(scenes / "fig5_4_landing.toml",
-                {"--set", "start.velocity=[-30,-30,-30]", "--set", "material.fold_guard=10"})
+                {"--set", "start.velocity=[-30,-30,-30]", "--set", "material.fold_guard=20"})
                 .exit_status,
             0);
   EXPECT_LT(summary()["final"]["max_stretch"], 1e-6);  // with the guard it lands harder and recovers
@@ -239,7 +239,7 @@ TEST_F(RunCommand, TheFoldGuardDoesNotChangeABitWhereNothingFolds) {
     ASSERT_EQ(run(scenes / scene, {"--set", "solve.duration=0.5"}).exit_status, 0);
     const std::string without = read_file(out() / "particles.csv");
     ASSERT_EQ(
-        run(scenes / scene, {"--set", "solve.duration=0.5", "--set", "material.fold_guard=10"}).exit_status,
+        run(scenes / scene, {"--set", "solve.duration=0.5", "--set", "material.fold_guard=20"}).exit_status,
         0);
     EXPECT_EQ(without, read_file(out() / "particles.csv")) << scene;
   }
