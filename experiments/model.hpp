@@ -9,7 +9,8 @@
 
 namespace mss {
 
-/// `fold_guard` of guarded bodies, k_g over the shear modulus: enough; at 10 one random state in some hundred stays trapped.
+/// `fold_guard` of guarded bodies, k_g over the shear modulus: enough; at 10 one random state in some hundred
+/// stays trapped.
 inline constexpr double usual_fold_guard = 20;
 
 /// One line for each model: its name and summary.
