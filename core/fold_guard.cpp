@@ -32,6 +32,15 @@ void stretch(int corner, const Eigen::Matrix3d& pull, double (&force)[8][3]) {
     }
 }
 
+/// Calls act(corner, guarded) for every corner of a cell that its guard may act on.
+template <class Corners, class Act>
+void for_each_guarded(double stiffness, double shortest, const Corners& corners, Act&& act) {
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Matrix3d edges = edges_at(corners, corner);
+    if (GuardedCorner::may_act(shortest, edges)) act(corner, GuardedCorner(stiffness, shortest, edges));
+  }
+}
+
 }  // namespace
 
 GuardedCorner::GuardedCorner(double stiffness, double shortest, const Eigen::Matrix3d& edges)
@@ -90,48 +99,37 @@ Eigen::Matrix3d GuardedCorner::pull_change(const Eigen::Matrix3d& change, Tangen
 
 double fold_guard_energy(double stiffness, double shortest, const std::array<Vec3, 8>& corners) {
   double energy = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Matrix3d edges = edges_at(corners, corner);
-    if (GuardedCorner::may_act(shortest, edges)) energy += GuardedCorner(stiffness, shortest, edges).energy();
-  }
+  for_each_guarded(stiffness, shortest, corners,
+                   [&](int, const GuardedCorner& guarded) { energy += guarded.energy(); });
   return energy;
 }
 
 void add_fold_guard_force(double stiffness, double shortest, const double (&corners)[8][3],
                           double (&force)[8][3]) {
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Matrix3d edges = edges_at(corners, corner);
-    if (GuardedCorner::may_act(shortest, edges))
-      stretch(corner, GuardedCorner(stiffness, shortest, edges).pull(), force);
-  }
+  for_each_guarded(stiffness, shortest, corners,
+                   [&](int corner, const GuardedCorner& guarded) { stretch(corner, guarded.pull(), force); });
 }
 
 void add_fold_guard_change(double stiffness, double shortest, const double (&corners)[8][3],
                            const double (&directions)[8][3], bool projected, double (&change)[8][3]) {
   const Tangent kind = projected ? Tangent::projected : Tangent::elastic;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Matrix3d edges = edges_at(corners, corner);
-    if (GuardedCorner::may_act(shortest, edges))
-      stretch(corner,
-              GuardedCorner(stiffness, shortest, edges).pull_change(edges_at(directions, corner), kind),
-              change);
-  }
+  for_each_guarded(stiffness, shortest, corners, [&](int corner, const GuardedCorner& guarded) {
+    stretch(corner, guarded.pull_change(edges_at(directions, corner), kind), change);
+  });
 }
 
 FoldGuardTangent::FoldGuardTangent(double stiffness, double shortest, const std::array<Vec3, 8>& corners,
                                    Tangent kind) {
-  for (std::size_t corner = 0; corner < 8; ++corner) {
-    const Eigen::Matrix3d edges = edges_at(corners, int(corner));
-    acts_[corner] = GuardedCorner::may_act(shortest, edges);
-    if (!acts_[corner]) continue;
-    const GuardedCorner guarded(stiffness, shortest, edges);
+  for_each_guarded(stiffness, shortest, corners, [&](int at, const GuardedCorner& guarded) {
+    const auto corner = std::size_t(at);
+    acts_[corner] = true;
     for (int k = 0; k < 9; ++k) {
       Eigen::Matrix3d unit = Eigen::Matrix3d::Zero();
       unit(k % 3, k / 3) = 1;
       const Eigen::Matrix3d pull = guarded.pull_change(unit, kind);
       by_edges_[corner].col(k) = -pull.reshaped();
     }
-  }
+  });
 }
 
 Eigen::Matrix3d FoldGuardTangent::block(int corner, int a, int b) const {

@@ -64,4 +64,3 @@ for error in 10% 1% 0.1%; do
   asked free_cube || continue
   "$mss" advise free_cube --error "$error" --patience 200 --out "$out/free_cube_${error%\%}"
 done
-
