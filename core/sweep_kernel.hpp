@@ -472,13 +472,16 @@ void sweep_all_with(SweepPlane<Real>& argument) {
   for (std::ptrdiff_t b = p.first_block; b < p.last_block; ++b) {
     const std::uint32_t entry = p.entry[b];
     const Real* coefficient = coefficients_of(p, entry);
-    const std::uint32_t content = p.content[entry];
-    if (content == 0)
-      do_block<Block, 0>(p, b * W, coefficient, carry);
-    else if (upper == Content || (content & ~upper) != 0)
-      do_block<Block, Content>(p, b * W, coefficient, carry);
-    else
-      do_block<Block, upper>(p, b * W, coefficient, carry);
+    switch (p.content[entry]) {
+      case 0:
+        do_block<Block, 0>(p, b * W, coefficient, carry);
+        break;
+      case upper:
+        do_block<Block, upper>(p, b * W, coefficient, carry);
+        break;
+      default:
+        do_block<Block, Content>(p, b * W, coefficient, carry);
+    }
   }
   carry_out(carry, argument);
 }
