@@ -9,8 +9,12 @@
 
 namespace mss {
 
-/// Shorter than this share of its length at rest, a cell is near folding.
-inline constexpr double fold_guard_begins = 0.7;
+/// Where a guarded cell of edge h [m] begins to be pushed apart: shorter than this [m].
+constexpr double guarded_length(double h) { return 0.7 * h; }
+
+/// Of each corner of a cell of edge h [m] guarded with k_g [Pa]: the most that its pulls grow with its edges
+/// [N/m].
+constexpr double guarded_corner_stiffness(double k_g, double h) { return k_g * h / 8; }
 
 /// One corner of a cell in the principal stretches s of its three edges, F = [x y z] = U diag(s) V^T with
 /// rotations U and V, s_0 >= s_1 >= |s_2|: s_2 is negative where the corner is inside out (Irving, Teran and
@@ -19,9 +23,10 @@ inline constexpr double fold_guard_begins = 0.7;
 /// Energy keeps cells from folding; springs see lengths only, to them a mirror image is at rest. Of every
 /// corner, with h the cell's edge at rest and k_g the guard's stiffness [Pa]:
 ///   E = k_g h / 16 sum_i max(0, 0.7 h - s_i)^2.
+/// E is continuous; where s_1 + s_2 = 0, which of two mirror images is nearer changes, and the pull jumps.
 class GuardedCorner {
  public:
-  /// `stiffness` k_g h / 8 [N/m], `shortest` 0.7 h.
+  /// `stiffness` guarded_corner_stiffness(), `shortest` guarded_length().
   GuardedCorner(double stiffness, double shortest, const Eigen::Matrix3d& edges);
 
   /// Whether any stretch may be below `shortest`: then the volume D = det F is at most the largest of

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <set>
 
+#include "core/fold_guard.hpp"
+
 namespace mss {
 
 namespace {
@@ -27,7 +29,7 @@ struct Blocks {
 
 /// A site's blocks, summed over the springs and cells that hold it. kinds[c] belongs to the site that has
 /// this one as its cell's corner c.
-Blocks blocks_at(const Body& body, const Neighbourhood& kinds) {
+Blocks blocks_at(const Body& body, const Neighbourhood& kinds, bool guarding) {
   Blocks blocks;
   const double h = body.config().cell_size;
   for (int corner = 0; corner < 8; ++corner) {
@@ -41,13 +43,12 @@ Blocks blocks_at(const Body& body, const Neighbourhood& kinds) {
     }
     const Vec3 gradient = h * h / 4 * (2 * corner_vector(corner) - Vec3::Ones());
     blocks.stiffness += 8 * std::max(0.0, e.volume) / body.cell_volume() * gradient * gradient.transpose();
+    if (guarding) blocks.stiffness += 12 * guarded_corner_stiffness(e.fold_guard, h) * Block::Identity();
   }
   return blocks;
 }
 
-}  // namespace
-
-SpectralBound spectral_bound(const Body& body) {
+SpectralBound bound_of(const Body& body, bool guarding) {
   const Lattice& lattice = body.lattice();
   std::set<std::pair<Neighbourhood, double>> seen;
   double omega_squared = 0, damping = 0;
@@ -59,11 +60,17 @@ SpectralBound spectral_bound(const Body& body) {
     }
     const double mass = body.mass(site);
     if (!seen.insert({kinds, mass}).second) continue;
-    const Blocks blocks = blocks_at(body, kinds);
+    const Blocks blocks = blocks_at(body, kinds, guarding);
     omega_squared = std::max(omega_squared, largest_eigenvalue(blocks.stiffness) / mass);
     damping = std::max(damping, largest_eigenvalue(blocks.damping) / mass);
   }
   return {std::sqrt(omega_squared), damping};
 }
+
+}  // namespace
+
+SpectralBound spectral_bound(const Body& body) { return bound_of(body, false); }
+
+SpectralBound crushed_spectral_bound(const Body& body) { return bound_of(body, true); }
 
 }  // namespace mss

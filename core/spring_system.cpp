@@ -149,7 +149,7 @@ void SpringSystem<Real>::build_dictionary() {
       }
       coefficients[3 * width * spring_slots.size() + lane] = static_cast<Real>(e.volume * volume_factor);
       coefficients[width * (3 * spring_slots.size() + 1) + lane] =
-          static_cast<Real>(e.fold_guard * this->body().config().cell_size / 8);
+          static_cast<Real>(guarded_corner_stiffness(e.fold_guard, this->body().config().cell_size));
       if (e.volume != 0) content_[entry] |= block_volumes;
       if (e.fold_guard != 0) content_[entry] |= block_guards;
     }
@@ -178,8 +178,8 @@ StoredEnergy SpringSystem<Real>::stored_energy(const Field<Real>& x) const {
     const double change = paper_volume(corners_of(this->body(), x, site)) - rest;
     energy.volume += 0.5 * stiffness * change * change / rest;
     if (const double guard = this->body().elements_at(site).fold_guard; guard != 0)
-      energy.elastic +=
-          fold_guard_energy(guard * size / 8, fold_guard_begins * size, corners_of(this->body(), x, site));
+      energy.elastic += fold_guard_energy(guarded_corner_stiffness(guard, size), guarded_length(size),
+                                          corners_of(this->body(), x, site));
   });
   return energy;
 }
@@ -329,7 +329,7 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
   p.dictionary = dictionary_.data();
   p.content = content_.data();
   p.rest_volume = static_cast<Real>(this->body().cell_volume());
-  p.guarded_length = static_cast<Real>(fold_guard_begins * this->body().config().cell_size);
+  p.guarded_length = static_cast<Real>(guarded_length(this->body().config().cell_size));
   p.x = const_streams(*pass.x, offset);
   p.v = const_streams(*pass.v, offset);
   p.stiffness = static_cast<Real>(pass.sum.stiffness);

@@ -16,9 +16,9 @@ enum BlockContent : std::uint32_t {
 };
 
 /// Coefficients of one block, each W numbers: for the thirteen springs k, k L0 and c, then k_vol / (64 V0)
-/// and k_g h / 8. The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and u the
-/// differences of x and v. The kernel computes rsqrt_scale / |d|, so k L0 is stored divided by rsqrt_scale
-/// and c by its square.
+/// and guarded_corner_stiffness(). The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and
+/// u the differences of x and v. The kernel computes rsqrt_scale / |d|, so k L0 is stored divided by
+/// rsqrt_scale and c by its square.
 inline constexpr int springs_per_site = 13;
 inline constexpr int coefficients_per_lane = 3 * springs_per_site + 2;
 
@@ -117,10 +117,12 @@ struct SweepKernel {
   void (*kick_drift_stored)(const FinishPlane<Real>&);
 };
 
-/// Adds to the forces [N] on a cell's corners what its guard against folding pulls with, see fold_guard.hpp.
+/// For the sweeps, which see no Eigen: adds to the forces [N] on a cell's corners, as corner and axis, what
+/// its guard against folding pulls with where they are [m]. `stiffness` guarded_corner_stiffness(),
+/// `shortest` guarded_length(); see fold_guard.hpp.
 void add_fold_guard_force(double stiffness, double shortest, const double (&corners)[8][3],
                           double (&force)[8][3]);
-/// The change of these forces, to first order, when the corners move along `directions`.
+/// Adds the change of these forces, to first order, when the corners move along `directions`.
 void add_fold_guard_change(double stiffness, double shortest, const double (&corners)[8][3],
                            const double (&directions)[8][3], bool projected, double (&change)[8][3]);
 

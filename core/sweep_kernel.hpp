@@ -95,6 +95,13 @@ struct Edges {
       : x(along_x), y(ab - cd), z(ab + cd) {}
 };
 
+/// GuardedCorner::may_act's bound on the volume of edges of these squared lengths in sum.
+template <class Real>
+[[gnu::always_inline]] inline Pack<Real> guarded_volume(Pack<Real> shortest, Pack<Real> squared) {
+  const Pack<Real> shortest2 = shortest * shortest, most = Real(0.5) * (squared - shortest2);
+  return shortest * (most > shortest2 ? most : shortest2);
+}
+
 /// W neighbouring cells: where their corners are, and their coefficients.
 template <class Real>
 struct Cells {
@@ -127,61 +134,66 @@ struct Cells {
   }
 
   /// Whether any of them may have a corner near folding. Edges along x are (X + y P + z R + y z W) / 4 with y
-  /// and z -1 or 1, and so on around: those of a corner differ from the mean ones by all the squares of P, Q,
-  /// R and W make at most, and its smallest stretch by no more. GuardedCorner::may_act bounds that of the
-  /// mean.
+  /// and z -1 or 1, those along y (Y + z Q + x P + z x W) / 4, and so on around. Those of a corner differ
+  /// from the mean ones by no more than r, r^2 = 3/16 (2 P^2 + 2 Q^2 + 2 R^2 + 3 W^2), and so does its
+  /// smallest stretch. GuardedCorner::may_act bounds that of the mean.
   [[gnu::always_inline]] bool is_near_folding() const {
-    // A root r is at most 7/2 r^2 + 1/14; a hundredth is for rounding.
+    // In guarded lengths r is at most 7/2 r^2 + 1/14; a hundredth is for rounding.
     const Real begins = Real(1 / 14.0 + 1.01) * p.guarded_length, per_square = Real(3.5) / p.guarded_length;
     const Pack<Real> zero{};
-    const auto guarded = load(coefficient + W * (3 * springs_per_site + 1)) > zero;
+    const auto guarded = load(guard_stiffness()) > zero;
     const Vec<Real> a = difference(p.x, 9), b = difference(p.x, 10), c = difference(p.x, 11),
-                    d = difference(p.x, 12), ab = sum(9) - sum(10), cd = sum(11) - sum(12);
+                    d = difference(p.x, 12), ab = ends_sum(9) - ends_sum(10),
+                    cd = ends_sum(11) - ends_sum(12);
     const Edges<Real> mean(a, b, c, d);
-    const Vec<Real> three = (a - b) - (c - d),
-                    two[3] = {ab - cd, (sum(9) + sum(10)) - (sum(11) + sum(12)), ab + cd};
+    const Vec<Real> mode_p = ab - cd, mode_q = (ends_sum(9) + ends_sum(10)) - (ends_sum(11) + ends_sum(12)),
+                    mode_r = ab + cd, mode_w = (a - b) - (c - d);
     const Pack<Real> squared =
-        Real(3.0 / 8) * (dot(two[0], two[0]) + (dot(two[1], two[1]) + dot(two[2], two[2]))) +
-        Real(9.0 / 16) * dot(three, three);
-    const Pack<Real> shortest = per_square * squared + begins, shortest2 = shortest * shortest;
+        Real(3.0 / 8) * (dot(mode_p, mode_p) + (dot(mode_q, mode_q) + dot(mode_r, mode_r))) +
+        Real(9.0 / 16) * dot(mode_w, mode_w);
     const Pack<Real> length2 = dot(mean.x, mean.x) + (dot(mean.y, mean.y) + dot(mean.z, mean.z));
-    const Pack<Real> most = Real(1.0 / 32) * length2 - Real(0.5) * shortest2;
-    const Pack<Real> bound = shortest * (most > shortest2 ? most : shortest2);
+    const Pack<Real> bound = guarded_volume<Real>(per_square * squared + begins, Real(1.0 / 16) * length2);
     return any(guarded & (Real(1.0 / 64) * dot(mean.x, cross(mean.y, mean.z)) <= bound));
   }
-  /// Of the two ends of a spring.
-  [[gnu::always_inline]] Vec<Real> sum(int spring) const {
+  /// Where the two ends of a spring are, added.
+  [[gnu::always_inline]] Vec<Real> ends_sum(int spring) const {
     return load(p.x, corner[spring_ends[spring][1]]) + load(p.x, corner[spring_ends[spring][0]]);
   }
 
-  /// Where GuardedCorner::may_act() of any of the eight corners.
-  [[gnu::always_inline]] auto may_act() const {
+  /// Guarded corners' stiffness, of each cell.
+  [[gnu::always_inline]] const Real* guard_stiffness() const {
+    return coefficient + W * (3 * springs_per_site + 1);
+  }
+
+  /// For each cell, whether GuardedCorner::may_act() holds of any of its corners.
+  [[gnu::always_inline]] auto guard_may_act() const {
     constexpr Real rounding = Real(1.01);
-    const Pack<Real> shortest = Pack<Real>{} + rounding * p.guarded_length, shortest2 = shortest * shortest;
+    const Pack<Real> shortest = Pack<Real>{} + rounding * p.guarded_length;
     const auto edge = [&](int c, int axis) {
       return load(p.x, corner[c | 1 << axis]) - load(p.x, corner[c & ~(1 << axis)]);
     };
     auto any_acts = shortest < Pack<Real>{};
     for (int c = 0; c < 8; ++c) {
       const Vec<Real> x = edge(c, 0), y = edge(c, 1), z = edge(c, 2);
-      const Pack<Real> most = Real(0.5) * ((dot(x, x) + (dot(y, y) + dot(z, z))) - shortest2);
-      any_acts = any_acts | (dot(x, cross(y, z)) <= shortest * (most > shortest2 ? most : shortest2));
+      any_acts = any_acts |
+                 (dot(x, cross(y, z)) <= guarded_volume<Real>(shortest, dot(x, x) + (dot(y, y) + dot(z, z))));
     }
     return any_acts;
   }
-  /// One after the other what `add` makes of each of them that is guarded and near folding.
+  /// Calls add(stiffness, lane, pull) for one cell after the other that its guard may act on, and adds what
+  /// that pulls with to the cell's forces.
   template <class Add>
   [[gnu::always_inline]] void guard_each(Vec<Real> (&force)[8], Add&& add) const {
-    const auto acts = may_act();
+    const auto acts = guard_may_act();
     for (int lane = 0; lane < W; ++lane) {
-      const double stiffness = coefficient[W * (3 * springs_per_site + 1) + lane];
+      const double stiffness = guard_stiffness()[lane];
       if (!(stiffness > 0) || !acts[lane]) continue;
-      double sum[8][3] = {};
-      add(stiffness, lane, sum);
+      double pull[8][3] = {};
+      add(stiffness, lane, pull);
       for (int c = 0; c < 8; ++c) {
-        force[c].x[lane] += Real(sum[c][0]);
-        force[c].y[lane] += Real(sum[c][1]);
-        force[c].z[lane] += Real(sum[c][2]);
+        force[c].x[lane] += Real(pull[c][0]);
+        force[c].y[lane] += Real(pull[c][1]);
+        force[c].z[lane] += Real(pull[c][2]);
       }
     }
   }
@@ -192,7 +204,7 @@ struct Cells {
   }
 
   /// Adds f to the first end of a spring and takes it from the second.
-  [[gnu::always_inline]] static void act(int spring, const Vec<Real>& f, Vec<Real> (&force)[8]) {
+  [[gnu::always_inline]] static void add_spring_force(int spring, const Vec<Real>& f, Vec<Real> (&force)[8]) {
     const int* ends = spring_ends[spring];
     force[ends[0]] = force[ends[0]] + f;
     force[ends[1]] = force[ends[1]] - f;
@@ -221,7 +233,7 @@ struct Force : Cells<Real> {
 
   template <int... Spring>
   [[gnu::always_inline]] void pull(const Started<Spring...>& s, Vec<Real> (&force)[8]) const {
-    for (int i = 0; i < s.count; ++i) this->act(s.spring[i], tension(s, i) * s.d[i], force);
+    for (int i = 0; i < s.count; ++i) this->add_spring_force(s.spring[i], tension(s, i) * s.d[i], force);
   }
 
   /// Body diagonals and the volume force, which push opposite corners oppositely: sets all eight forces.
@@ -256,10 +268,10 @@ struct Force : Cells<Real> {
 
   /// Pushes corners that are near folding apart, see fold_guard.hpp.
   void guard(Vec<Real> (&force)[8]) const {
-    this->guard_each(force, [&](double stiffness, int lane, double(&sum)[8][3]) {
+    this->guard_each(force, [&](double stiffness, int lane, double(&pull)[8][3]) {
       double x[8][3];
       this->gather(p.x, lane, x);
-      add_fold_guard_force(stiffness, p.guarded_length, x, sum);
+      add_fold_guard_force(stiffness, p.guarded_length, x, pull);
     });
   }
 };
@@ -288,7 +300,7 @@ struct ForceChange : Cells<Real> {
   template <int... Spring>
   [[gnu::always_inline]] void pull(const Started<Spring...>& s, Vec<Real> (&force)[8]) const {
     for (int i = 0; i < s.count; ++i)
-      this->act(s.spring[i], response(s, i, this->difference(p.v, s.spring[i])), force);
+      this->add_spring_force(s.spring[i], response(s, i, this->difference(p.v, s.spring[i])), force);
   }
 
   template <std::uint32_t>
@@ -318,11 +330,11 @@ struct ForceChange : Cells<Real> {
   }
 
   void guard(Vec<Real> (&force)[8]) const {
-    this->guard_each(force, [&](double stiffness, int lane, double(&sum)[8][3]) {
+    this->guard_each(force, [&](double stiffness, int lane, double(&pull)[8][3]) {
       double x[8][3], u[8][3];
       this->gather(p.x, lane, x);
       this->gather(p.v, lane, u);
-      add_fold_guard_change(p.stiffness * stiffness, p.guarded_length, x, u, Projected, sum);
+      add_fold_guard_change(p.stiffness * stiffness, p.guarded_length, x, u, Projected, pull);
     });
   }
 };
@@ -434,13 +446,7 @@ void sweep_any(SweepPlane<Real>& argument) {
   for (std::ptrdiff_t b = p.first_block; b < p.last_block; ++b) {
     const std::uint32_t entry = p.entry[b];
     const Real* coefficient = coefficients_of(p, entry);
-    const std::uint32_t content = p.content[entry];
-    if constexpr (Guards != 0)
-      if (content == (block_edges | block_faces | Guards)) {  // neither body diagonals nor volume
-        do_block<Block, block_edges | block_faces | Guards>(p, b * W, coefficient, carry);
-        continue;
-      }
-    switch (content) {
+    switch (p.content[entry]) {
       case 0:
         do_block<Block, 0>(p, b * W, coefficient, carry);
         break;
@@ -538,33 +544,22 @@ void kick_drift_stored(const FinishPlane<Real>& p) {
   for (std::ptrdiff_t q = p.first; q < p.last; q += lanes<Real>) update(p, q, load(p.own, q));
 }
 
-template <class Real, class Block>
+template <class Real, class Block, std::uint32_t Guards>
 ForceSweeps<Real> make_force_sweeps() {
-  constexpr std::uint32_t faces = block_edges | block_faces;
-  return {sweep_any<Block, 0, Real>, sweep_all_with<Block, faces, Real>,
+  constexpr std::uint32_t faces = block_edges | block_faces | Guards;
+  return {sweep_any<Block, Guards, Real>, sweep_all_with<Block, faces, Real>,
           sweep_all_with<Block, faces | block_bodies, Real>,
           sweep_all_with<Block, faces | block_volumes, Real>,
-          sweep_all_with<Block, block_edges | block_bodies | block_volumes, Real>};
+          sweep_all_with<Block, block_edges | block_bodies | block_volumes | Guards, Real>};
 }
 
-template <class Real, class Block>
-ForceSweeps<Real> make_guarded_force_sweeps() {
-  const Sweep<Real> any = sweep_any<Block, block_guards, Real>;
-  return {any, any, any, any, any};
-}
-
-template <class Real>
+/// `Guards`: block_guards or 0.
+template <class Real, std::uint32_t Guards>
 Sweeps<Real> make_sweeps() {
-  return {make_force_sweeps<Real, Force<Real, true>>(), make_force_sweeps<Real, Force<Real, false>>(),
-          sweep_any<ForceChange<Real, false>, 0, Real>, sweep_any<ForceChange<Real, true>, 0, Real>};
-}
-
-template <class Real>
-Sweeps<Real> make_guarded_sweeps() {
-  return {make_guarded_force_sweeps<Real, Force<Real, true>>(),
-          make_guarded_force_sweeps<Real, Force<Real, false>>(),
-          sweep_any<ForceChange<Real, false>, block_guards, Real>,
-          sweep_any<ForceChange<Real, true>, block_guards, Real>};
+  return {make_force_sweeps<Real, Force<Real, true>, Guards>(),
+          make_force_sweeps<Real, Force<Real, false>, Guards>(),
+          sweep_any<ForceChange<Real, false>, Guards, Real>,
+          sweep_any<ForceChange<Real, true>, Guards, Real>};
 }
 
 template <class Real>
@@ -572,8 +567,8 @@ SweepKernel<Real> make_kernel(const char* name) {
   return {name,
           lanes<Real>,
           rsqrt_scale<Real>,
-          make_sweeps<Real>(),
-          make_guarded_sweeps<Real>(),
+          make_sweeps<Real, 0>(),
+          make_sweeps<Real, block_guards>(),
           store_force<Real>,
           store_acceleration<Real>,
           store_product<Real>,

@@ -1,7 +1,6 @@
 #include "core/tangent.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 
 #include "core/cross_matrix.hpp"
@@ -78,7 +77,7 @@ void for_each_element(const Body& body, const Field<Real>& x, const Field<Real>&
       add(site, b, a, -block);
     }
     if (e.fold_guard != 0)
-      FoldGuardTangent(sum.stiffness * e.fold_guard * size / 8, fold_guard_begins * size,
+      FoldGuardTangent(sum.stiffness * guarded_corner_stiffness(e.fold_guard, size), guarded_length(size),
                        corners_of(body, x, site), sum.kind)
           .for_each_block([&](int c, int d, const Eigen::Matrix3d& block) { add(site, c, d, block); });
     if (e.volume == 0) continue;

@@ -52,8 +52,8 @@ struct FailureRun {
   Watch watch{};
 };
 
-/// Twenty slow periods of a cube. Methods with a largest step take their safe one, the others ten times that
-/// of symplectic Euler, or are asked for such intervals.
+/// Twenty slow periods of a cube. Methods with a largest step take their safe one (guarded, that of
+/// crushed_spectral_bound()), the others ten times that of symplectic Euler, or are asked for such intervals.
 FailureRun try_scene(const Hardship& hardship, const IntegratorInfo& method);
 
 /// Strains up to which dt = "safe" is meant to hold: it is sure of small motions and leaves a tenth for what

@@ -60,10 +60,10 @@ void weigh_down(Hardship& h, double times) {
 double speed_of_sound(const BodyConfig& body) { return std::sqrt(young / body.density); }
 
 /// The step or interval that a method is given, by what symplectic Euler would be; explicit Euler, which no
-/// bound makes sure, is given what is predicted.
+/// bound makes sure, is given what is predicted. Guards are taken to act everywhere.
 double step_for(const IntegratorInfo& method, BodySystem<double>& system) {
   constexpr double longer = 10;
-  const SpectralBound bound = system.body_bound();
+  const SpectralBound bound = crushed_spectral_bound(system.body());
   if (!method.limit) return longer * safe_share * sure_step(find_integrator("semi_implicit_euler"), bound);
   if (const double sure = sure_step(method, bound); sure > 0) return safe_share * sure;
   Work work;

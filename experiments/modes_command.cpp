@@ -39,7 +39,8 @@ Table modes_table(const std::vector<Mode>& modes) {
 /// A step of a method without a limit is no number.
 Json step_or_null(double dt) { return std::isfinite(dt) ? Json(dt) : Json(nullptr); }
 
-Json summary(const Scene& scene, double omega_max, double bound, double limit, const Table& table) {
+Json summary(const Scene& scene, double omega_max, double bound, double crushed, double limit,
+             const Table& table) {
   Json steps = Json::object();
   for (const IntegratorInfo& method : integrators())
     if (method.stepping == Stepping::fixed && method.limit) {
@@ -54,6 +55,7 @@ Json summary(const Scene& scene, double omega_max, double bound, double limit, c
           {"modes", table.size()},
           {"omega_max", omega_max},
           {"omega_bound", bound},
+          {"omega_bound_crushed", crushed},
           {"safe_dt_undamped", steps},
           {"integrator", scene.solve.integrator},
           {"limit_dt", step_or_null(limit)},
@@ -91,10 +93,13 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
       return;
     }
   const Table table = modes_table(slow.modes);
-  const double omega_max = fast.modes.front().omega, bound = system->spectral_bound().omega;
+  const double omega_max = fast.modes.front().omega, bound = system->spectral_bound().omega,
+               guarding =
+                   std::pow(crushed_spectral_bound(body).omega, 2) - std::pow(spectral_bound(body).omega, 2),
+               crushed = std::sqrt(bound * bound + guarding);
   write_atomically(directory / "modes.csv", table.csv());
   write_atomically(directory / "summary.json",
-                   summary(scene, omega_max, bound, limit.dt, table).dump(2) + "\n");
+                   summary(scene, omega_max, bound, crushed, limit.dt, table).dump(2) + "\n");
 
   fmt::print("{}: vibrations about rest, {} model, {} unknowns\n", scene.name, scene.model,
              system->unknowns().size());
@@ -105,6 +110,9 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
              omega_max / turn, omega_max, bound);
   if (std::isfinite(limit.dt))
     fmt::print("  with {} small motions stay bounded up to dt = {:.6g} s\n", method.name, limit.dt);
+  if (crushed > bound)
+    fmt::print("  where its guard acts: at most {:.6g} rad/s; there take {:.3g} of dt = \"safe\"\n", crushed,
+               bound / crushed);
   fmt::print("see {}\n", directory.string());
 }
 

@@ -31,7 +31,7 @@ constexpr double at_rest = 1e-6;  ///< largest stretch of what has recovered
 
 const IntegratorInfo& method() { return find_integrator("verlet"); }
 
-/// A tenth of what the body at rest allows: the guard of a cell inside out is far stiffer.
+/// A tenth of what holds: trials begin far from any rest.
 double trial_step(const BodySystem<double>& system) {
   return 0.1 * stable_step(method(), system.spectral_bound());
 }

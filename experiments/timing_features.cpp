@@ -35,7 +35,7 @@ void refill(BodyConfig& body, double face_share) {
 }
 
 constexpr const char* workload_name = "workload";
-constexpr std::array<Variant, 8> variants{
+constexpr std::array<Variant, 9> variants{
     {{"with contact",
       [](BodyConfig&, Environment& environment) {
         environment.planes = {{.point = Vec3(0, 0, -1)}};  // below whatever the run falls
@@ -46,6 +46,11 @@ constexpr std::array<Variant, 8> variants{
      {"no volume force", [](BodyConfig& body, Environment&) { body.springs.volume = 0; },
       Stripped::volume_force},
      {"no body diagonals", [](BodyConfig& body, Environment&) { refill(body, 1); }, Stripped::body_diagonals},
+     {"no body diagonals, with guard",
+      [](BodyConfig& body, Environment&) {
+        refill(body, 1);
+        body.fold_guard = usual_fold_guard;
+      }},
      {"no face diagonals", [](BodyConfig& body, Environment&) { refill(body, 0); }, Stripped::face_diagonals},
      {"edges and faces only",
       [](BodyConfig& body, Environment&) {

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -46,13 +47,44 @@ Volume estimate(const std::vector<Algorithm1::Particle>& particles, const Algori
   return {x.dot(y.cross(z)), y.cross(z), z.cross(x), x.cross(y)};
 }
 
+/// The neighbour of corner c of a cell along an axis.
+std::size_t neighbour(std::size_t c, std::size_t axis) {
+  auto other = corner_of[c];
+  other[axis] = 1 - other[axis];
+  return std::size_t(std::find(corner_of.begin(), corner_of.end(), other) - corner_of.begin());
+}
+
+/// The principal stretches of the three edges at a corner; inside out (side -1) the least is negative.
+struct StretchedCorner {
+  Eigen::JacobiSVD<Eigen::Matrix3d> svd;
+  double side;
+  Vec3 stretch;
+};
+
+StretchedCorner stretched_corner(const std::vector<Algorithm1::Particle>& particles,
+                                 const Algorithm1::Cell& cell, std::size_t c, double cell_size) {
+  Eigen::Matrix3d along;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    along.col(Eigen::Index(axis)) = (1.0 - 2.0 * corner_of[c][axis]) / cell_size *
+                                    (particles[cell.p[neighbour(c, axis)]].x - particles[cell.p[c]].x);
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(along, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double side = along.determinant() < 0 ? -1 : 1;
+  const Vec3& s = svd.singularValues();
+  return {svd, side, Vec3(s[0], s[1], side * s[2])};
+}
+
+/// What a stretch lacks to where the guard begins.
+double missing(double stretch) { return std::max(0.0, 0.7 - stretch); }
+
 }  // namespace
 
 Algorithm1::Algorithm1(const BodyConfig& config, const Vec3& gravity, int threads)
     : threads_(threads),
       gravity_(gravity),
       volume_stiffness_(config.springs.volume),
-      guard_stiffness_(config.fold_guard * cubic_stiffness(config.springs, config.cell_size).c44),
+      // The shear modulus of springs, from the energy that shear stores in a cell's diagonals.
+      guard_stiffness_(config.fold_guard * (config.springs.face + 4.0 / 3 * config.springs.body) /
+                       config.cell_size),
       cell_size_(config.cell_size),
       cell_volume_(config.cell_size * config.cell_size * config.cell_size) {
   connect(config);
@@ -167,35 +199,29 @@ void Algorithm1::add_guard_forces() {
   if (guard_stiffness_ == 0) return;
   for (const Cell& cell : cells_)
     for (std::size_t c = 0; c < 8; ++c) {
-      const auto along = [&](std::size_t axis) -> std::size_t {  // the neighbour of corner c
-        for (std::size_t d = 0; d < 8; ++d) {
-          auto other = corner_of[c];
-          other[axis] = 1 - other[axis];
-          if (corner_of[d] == other) return d;
-        }
-        return c;
-      };
-      Eigen::Matrix3d edges;
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        edges.col(Eigen::Index(axis)) =
-            (1.0 - 2.0 * corner_of[c][axis]) * (particles_[cell.p[along(axis)]].x - particles_[cell.p[c]].x);
-      const Eigen::JacobiSVD<Eigen::Matrix3d> stretches(edges / cell_size_,
-                                                        Eigen::ComputeFullU | Eigen::ComputeFullV);
-      const double side = edges.determinant() < 0 ? -1 : 1;
+      const StretchedCorner corner = stretched_corner(particles_, cell, c, cell_size_);
       Eigen::Matrix3d push = Eigen::Matrix3d::Zero();
-      for (int i = 0; i < 3; ++i) {  // where the corner is inside out, its least stretch is negative
-        const double sign = i == 2 ? side : 1, stretch = sign * stretches.singularValues()[i];
-        if (stretch < 0.7)
-          push +=
-              (0.7 - stretch) * sign * stretches.matrixU().col(i) * stretches.matrixV().col(i).transpose();
-      }
+      for (int i = 0; i < 3; ++i)
+        push += missing(corner.stretch[i]) * (i == 2 ? corner.side : 1) * corner.svd.matrixU().col(i) *
+                corner.svd.matrixV().col(i).transpose();
       push *= guard_stiffness_ * cell_size_ * cell_size_ / 8;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const Vec3 at_end = (1.0 - 2.0 * corner_of[c][axis]) * push.col(Eigen::Index(axis));
-        particles_[cell.p[along(axis)]].f += at_end;
+        particles_[cell.p[neighbour(c, axis)]].f += at_end;
         particles_[cell.p[c]].f -= at_end;
       }
     }
+}
+
+double Algorithm1::guard_energy() const {
+  if (guard_stiffness_ == 0) return 0;
+  double energy = 0;
+  for (const Cell& cell : cells_)
+    for (std::size_t c = 0; c < 8; ++c) {
+      const StretchedCorner corner = stretched_corner(particles_, cell, c, cell_size_);
+      for (int i = 0; i < 3; ++i) energy += std::pow(missing(corner.stretch[i]), 2);
+    }
+  return energy * guard_stiffness_ * std::pow(cell_size_, 3) / 16;
 }
 
 void Algorithm1::compute_forces() {
@@ -232,7 +258,7 @@ double Algorithm1::potential_energy() const {
     energy += 0.5 * volume_stiffness_ * change * change / cell_volume_;
   }
   for (const Particle& p : particles_) energy -= p.mass * gravity_.dot(p.x);
-  return energy;
+  return energy + guard_energy();
 }
 
 }  // namespace mss::reference

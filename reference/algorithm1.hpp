@@ -52,7 +52,8 @@ class Algorithm1 {
   /// One update of all particles with semi-implicit Euler (2-12).
   void step(double dt);
 
-  /// Spring, volume and gravitational energy at the current positions [J]; gravity counts from the origin.
+  /// Energy of springs, volume, guard and gravity at the current positions [J]; gravity counts from the
+  /// origin.
   double potential_energy() const;
 
  private:
@@ -61,6 +62,7 @@ class Algorithm1 {
   void add_springs();
   void add_volume_forces();
   void add_guard_forces();
+  double guard_energy() const;
 
   int threads_;
   Vec3 gravity_;

@@ -9,7 +9,7 @@
 namespace mss {
 namespace {
 
-constexpr double stiffness = 3, size = 0.2, shortest = fold_guard_begins * size;
+constexpr double stiffness = 3, size = 0.2, shortest = guarded_length(size);
 
 /// Edges at corners of every sort: hardly strained ones, tangles, flat and inside out ones.
 Eigen::Matrix3d random_edges(std::mt19937_64& random, double amplitude) {
@@ -27,7 +27,7 @@ TEST(FoldGuard, IsZeroUntilAStretchIsShort) {
     if (least < 0.7) {
       EXPECT_NEAR(energy(edges), 0.5 * stiffness * std::pow(0.01 * size, 2), 1e-15);
     } else {
-      EXPECT_LT(energy(edges), 1e-30);
+      EXPECT_LE(energy(edges), least > 0.7 ? 0 : 1e-30);  // at 0.7 rounding decides
     }
   }
 }
@@ -67,7 +67,7 @@ TEST(FoldGuard, PullsAsItsEnergyFalls) {
   }
 }
 
-// What else there may be: a pull that grows no faster than its stiffness however far a corner is inside out.
+// A pull that grows no faster than its stiffness however far a corner is inside out.
 TEST(FoldGuard, IsNoStifferThanItsStiffness) {
   std::mt19937_64 random(3);
   for (int i = 0; i < 300; ++i) {

@@ -2,6 +2,7 @@
 // kernel.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 #include "tests/random_bodies.hpp"

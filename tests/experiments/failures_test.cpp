@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "experiments/model.hpp"
+
 namespace mss {
 namespace {
 
@@ -16,7 +18,7 @@ FailureRun try_one(const std::string& scene, double severity, const std::string&
   EXPECT_NE(found, all.end()) << scene;
   Hardship hardship = at_ease();
   found->set(hardship, severity);
-  if (guarded) hardship.body.fold_guard = 5;
+  if (guarded) hardship.body.fold_guard = usual_fold_guard;
   return try_scene(hardship, find_integrator(integrator));
 }
 

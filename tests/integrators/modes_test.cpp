@@ -71,6 +71,23 @@ TEST(Modes, AreTheDenseOnes) {
   }
 }
 
+// Crushed to a twentieth, every corner is pushed apart along all of its edges.
+TEST(Modes, OfAGuardedBodyStayBelowTheBoundWhereItIsCrushed) {
+  BodyConfig guarded = config(VoxelGrid::box(3, 3, 3));
+  guarded.fold_guard = 20;
+  const Body body(guarded), plain(config(VoxelGrid::box(3, 3, 3)));
+  SpringSystem<double> system(body, {});
+  State<double> state = system.rest_state();
+  for (int axis = 0; axis < 3; ++axis)
+    for (const std::ptrdiff_t site : body.sites()) state.x.axis(axis)[site] *= 0.05;
+  const double fastest = dense_frequencies(system, state).maxCoeff(),
+               bound = crushed_spectral_bound(body).omega;
+  EXPECT_LT(fastest, bound);
+  EXPECT_GT(fastest, 0.5 * bound);
+  EXPECT_GT(fastest, 1.3 * spectral_bound(body).omega);
+  EXPECT_EQ(spectral_bound(body).omega, crushed_spectral_bound(plain).omega);
+}
+
 TEST(Modes, CanAllBeAskedFor) {
   const Body body(config(VoxelGrid::box(2, 2, 3)));  // 108 unknowns: beyond the smallest bodies
   SpringSystem<double> system(body, {});
