@@ -208,7 +208,7 @@ TEST(TimingFeatures, HasARowForEveryVariant) {
   const FeatureTables tables =
       measure_features({.cells = {2, 3}, .repetitions = 3, .sample_seconds = 1e-4}, progress);
   const Table& table = tables.features;
-  EXPECT_EQ(table.size(), 8U * 2 * 2);
+  EXPECT_EQ(table.size(), 9U * 2 * 2);
   for (std::size_t r = 0; r < table.size(); ++r) {
     EXPECT_EQ(table.text(r, "status"), "ok");
     EXPECT_GT(table.number(r, "seconds_per_step"), 0);
@@ -221,7 +221,7 @@ TEST(TimingFeatures, HasARowForEveryVariant) {
     EXPECT_GT(tables.stripped.number(r, "over_stripped"), 0);
   const Chart chart = features_chart(table);
   EXPECT_EQ(chart.series.size(), 4U);
-  EXPECT_EQ(chart.y.names.size(), 8U);
+  EXPECT_EQ(chart.y.names.size(), 9U);
 }
 
 /// A step costs 1 us, but now and then something holds all up.

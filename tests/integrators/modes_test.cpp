@@ -21,9 +21,10 @@ BodyConfig config(const VoxelGrid& voxels) {
       .voxels = voxels, .cell_size = 0.25, .springs = calibrate({.young = 1e4, .poisson = 0.3}, 0.25, 0.5)};
 }
 
-Eigen::VectorXd dense_frequencies(SpringSystem<double>& system, const State<double>& state) {
+Eigen::VectorXd dense_frequencies(SpringSystem<double>& system, const State<double>& state,
+                                  Tangent kind = Tangent::elastic) {
   SparseMatrix k = system.tangent_pattern(), m = k;
-  system.tangent(0, state.x, state.v, {.stiffness = 1, .kind = Tangent::elastic}, k);
+  system.tangent(0, state.x, state.v, {.stiffness = 1, .kind = kind}, k);
   system.tangent(0, state.x, state.v, {.mass = 1}, m);
   return Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(k), Eigen::MatrixXd(m))
       .eigenvalues()
@@ -71,7 +72,8 @@ TEST(Modes, AreTheDenseOnes) {
   }
 }
 
-// Crushed to a twentieth, every corner is pushed apart along all of its edges.
+// Crushed to a twentieth, every corner is pushed apart along all of its edges. Without the tangent's negative
+// part: springs that short push sideways, and what they take from the fastest motions is not the guard's.
 TEST(Modes, OfAGuardedBodyStayBelowTheBoundWhereItIsCrushed) {
   BodyConfig guarded = config(VoxelGrid::box(3, 3, 3));
   guarded.fold_guard = 20;
@@ -80,7 +82,7 @@ TEST(Modes, OfAGuardedBodyStayBelowTheBoundWhereItIsCrushed) {
   State<double> state = system.rest_state();
   for (int axis = 0; axis < 3; ++axis)
     for (const std::ptrdiff_t site : body.sites()) state.x.axis(axis)[site] *= 0.05;
-  const double fastest = dense_frequencies(system, state).maxCoeff(),
+  const double fastest = dense_frequencies(system, state, Tangent::projected).maxCoeff(),
                bound = crushed_spectral_bound(body).omega;
   EXPECT_LT(fastest, bound);
   EXPECT_GT(fastest, 0.5 * bound);
