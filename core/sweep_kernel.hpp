@@ -446,7 +446,13 @@ void sweep_any(SweepPlane<Real>& argument) {
   for (std::ptrdiff_t b = p.first_block; b < p.last_block; ++b) {
     const std::uint32_t entry = p.entry[b];
     const Real* coefficient = coefficients_of(p, entry);
-    switch (p.content[entry]) {
+    const std::uint32_t content = p.content[entry];
+    if constexpr (Guards != 0)
+      if (content == (block_edges | block_faces | Guards)) {  // neither body diagonals nor volume
+        do_block<Block, block_edges | block_faces | Guards>(p, b * W, coefficient, carry);
+        continue;
+      }
+    switch (content) {
       case 0:
         do_block<Block, 0>(p, b * W, coefficient, carry);
         break;
