@@ -68,8 +68,8 @@ TimingTables measure_timing(const TimingConfig& config, Progress& progress);
 /// What features of a body cost beside each other, in turn, one thread.
 struct FeatureTimingConfig {
   std::vector<int> cells{7, 20, 50};  ///< per edge
-  int repetitions = 27;
-  double sample_seconds = 4e-3;
+  int repetitions = 81;  ///< what they differ by is less than one sample's noise on a busy machine
+  double sample_seconds = 2e-3;
 };
 
 /// Sizes that were not finished in a precision when `progress` said stop are left out there.
