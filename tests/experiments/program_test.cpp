@@ -128,12 +128,23 @@ TEST(Modes, OfAScene) {
     EXPECT_NEAR(first, 1, 0.05);
     const auto summary = Json::parse(read_file(fs::path(out) / "summary.json"));
     EXPECT_LT(summary["omega_max"], summary["omega_bound"]);
+    EXPECT_EQ(summary["omega_bound_crushed"], summary["omega_bound"]);
     EXPECT_GT(summary["safe_dt_undamped"]["verlet"], 0);
     EXPECT_EQ(summary["integrator"], "verlet");
     const double undamped = 2 / summary["omega_max"].get<double>(), limit = summary["limit_dt"];
     EXPECT_LT(limit, undamped);  // damping takes some of it
     EXPECT_GT(limit, 0.8 * undamped);
   }
+}
+
+TEST(Modes, TellTheStepThatHoldsWhereAGuardActs) {
+  const Directory directory;
+  const ProgramRun run = mss({"modes", "cantilever", "--count", "1", "--out", directory / "guarded", "--set",
+                              "material.fold_guard=20"});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  EXPECT_NE(run.output.find("where its guard acts"), std::string::npos) << run.output;
+  const auto summary = Json::parse(read_file(fs::path(directory / "guarded") / "summary.json"));
+  EXPECT_GT(summary["omega_bound_crushed"], 2 * summary["omega_bound"].get<double>());
 }
 
 TEST(Check, RefusesWhatItCannotDo) {
