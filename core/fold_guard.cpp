@@ -141,7 +141,7 @@ Eigen::Matrix3d FoldGuardTangent::block(int corner, int a, int b) const {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
       if (const int weight = moves(a, i) * moves(b, j); weight != 0)
-        k += weight * by_edges_[std::size_t(corner)].block<3, 3>(3 * i, 3 * j);
+        k += weight * by_edges_[std::size_t(corner)].block<3, 3>(Eigen::Index{3} * i, Eigen::Index{3} * j);
   return k;
 }
 

@@ -114,6 +114,7 @@ struct Samples {
 template <class Real>
 bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress, FeatureTables& tables) {
   std::vector<std::unique_ptr<Contestant<Real>>> all;
+  all.reserve(variants.size());
   for (const Variant& variant : variants) all.push_back(std::make_unique<Contestant<Real>>(variant, n));
   std::vector<Samples> samples(all.size());
   std::vector<long> steps;
