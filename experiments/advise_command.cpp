@@ -1,6 +1,7 @@
 // `mss advise`: the cheapest way to compute a scene that keeps an error.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <cmath>

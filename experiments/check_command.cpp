@@ -2,6 +2,7 @@
 // simulates scenes and judges them by their [expect].
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 

@@ -1,6 +1,7 @@
 // `mss timing` and the like: one command per registered experiment; `mss reproduce` runs all of them.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "core/error.hpp"

@@ -1,6 +1,7 @@
 // `mss list`: what there is, one line each.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
 #include <utility>

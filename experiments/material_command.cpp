@@ -1,6 +1,7 @@
 // `mss material`: the material card of a set of spring constants, given or derived from E and nu.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <memory>

@@ -1,6 +1,7 @@
 // `mss modes`: how fast a scene's body vibrates, and what step that allows.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <csignal>
 #include <memory>

@@ -1,6 +1,7 @@
 // `mss run`: simulates one scene and writes what happened.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <memory>
 #include <optional>

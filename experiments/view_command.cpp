@@ -1,6 +1,7 @@
 // `mss view`: shows a scene live in a window, or makes a picture of it.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "core/error.hpp"
