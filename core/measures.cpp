@@ -65,16 +65,14 @@ template <class Real>
 void measure_cells(const BodySystem<Real>& system, const State<Real>& state, Measures& m) {
   const Body& body = system.body();
   const double rest = body.cell_volume();
-  double exact = 0, paper = 0, smallest = std::numeric_limits<double>::infinity();
+  double paper = 0, smallest = std::numeric_limits<double>::infinity();
   body.for_each_cell([&](std::ptrdiff_t site) {
     const std::array<Vec3, 8> corners = corners_of(body, state.x, site);
-    exact += trilinear_volume(corners);
     paper += paper_volume(corners);
     for (int c = 0; c < 8; ++c) smallest = std::min(smallest, corner_volume(corners, c));
   });
-  const double total = rest * double(body.cell_count());
-  m.volume_ratio = exact / total;
-  m.volume_ratio_paper = paper / total;
+  m.volume_ratio = volume_ratio(body, state.x);
+  m.volume_ratio_paper = paper / (rest * double(body.cell_count()));
   m.min_jacobian = smallest / rest;
 }
 
@@ -103,6 +101,13 @@ double corner_volume(const std::array<Vec3, 8>& p, int corner) {
 }
 
 template <class Real>
+double volume_ratio(const Body& body, const Field<Real>& x) {
+  double volume = 0;
+  body.for_each_cell([&](std::ptrdiff_t site) { volume += trilinear_volume(corners_of(body, x, site)); });
+  return volume / (body.cell_volume() * double(body.cell_count()));
+}
+
+template <class Real>
 Measures measure(const BodySystem<Real>& system, const State<Real>& state) {
   Measures m;
   m.t = state.t;
@@ -115,6 +120,8 @@ Measures measure(const BodySystem<Real>& system, const State<Real>& state) {
   return m;
 }
 
+template double volume_ratio(const Body&, const Field<float>&);
+template double volume_ratio(const Body&, const Field<double>&);
 template Measures measure(const BodySystem<float>&, const State<float>&);
 template Measures measure(const BodySystem<double>&, const State<double>&);
 

@@ -55,6 +55,10 @@ inline constexpr std::array<MeasureColumn, 17> measure_columns{{
 template <class Real>
 Measures measure(const BodySystem<Real>& system, const State<Real>& state);
 
+/// One of the measures alone: exact enclosed volume over volume at rest.
+template <class Real>
+double volume_ratio(const Body& body, const Field<Real>& x);
+
 /// Volume of the trilinear hexahedron with corners c = bx + 2 by + 4 bz [m^3]; exact for curved faces.
 double trilinear_volume(const std::array<Vec3, 8>& corners);
 

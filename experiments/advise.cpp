@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "experiments/advise_search.hpp"
@@ -17,9 +16,6 @@ namespace mss {
 namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
-
-/// Levels between those of references, that are tried for candidates too.
-constexpr std::array<int, 7> between_rungs{5, 7, 10, 14, 20, 28, 40};
 
 constexpr const char* nothing_meets =
     "nothing that was tried meets the error; more --patience tries finer cells";
@@ -39,14 +35,6 @@ double least_forces(const Candidate& candidate) {
   if (candidate.integrator == "cvode_bdf_klu") return general_factorisation;
   const bool iterates = candidate.linear_solver == "matrix_free" || candidate.integrator == "cvode_bdf_gmres";
   return iterates ? iterations : factorisation;
-}
-
-/// All levels there are, ascending.
-std::vector<int> all_levels() {
-  std::vector<int> levels(rungs.begin(), rungs.end());
-  levels.insert(levels.end(), between_rungs.begin(), between_rungs.end());
-  std::sort(levels.begin(), levels.end());
-  return levels;
 }
 
 }  // namespace
@@ -364,7 +352,6 @@ void Search::explain_budget() {
 }
 
 Advice Search::find() {
-  const auto begin = std::chrono::steady_clock::now();
   const bool sure = climb();
   if (!sure && !advice_.stopped) {
     advice_.explanation = why_unsure();
@@ -386,12 +373,11 @@ Advice Search::find() {
   }
   for (Trial& trial : advice_.trials)
     if (trial.verdict == meets_it) trial.verdict = "meets it and costs more";
-  advice_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  advice_.seconds = seconds();
   return std::move(advice_);
 }
 
 Advice Search::grid(int finest_level, int reference_level) {
-  const auto begin = std::chrono::steady_clock::now();
   for (const int level : {reference_level / 2, reference_level * 3 / 4, reference_level}) {
     std::optional<Rung> reference = climb_to(level);
     if (!reference) {
@@ -423,7 +409,7 @@ Advice Search::grid(int finest_level, int reference_level) {
   advice_.best = cheapest();
   if (!advice_.best && !advice_.stopped) advice_.explanation = nothing_meets;
   advice_.within_budget = advice_.best && (!ask_.budget || best_cost() <= *ask_.budget);
-  advice_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  advice_.seconds = seconds();
   return std::move(advice_);
 }
 

@@ -20,6 +20,13 @@ constexpr double sure_share = 0.5;
 
 }  // namespace
 
+std::vector<int> all_levels() {
+  std::vector<int> levels(rungs.begin(), rungs.end());
+  levels.insert(levels.end(), between_rungs.begin(), between_rungs.end());
+  std::sort(levels.begin(), levels.end());
+  return levels;
+}
+
 double safe_step(const std::string& method, const SpectralBound& bound) {
   return safe_share * sure_step(find_integrator(method), bound);
 }
@@ -155,10 +162,21 @@ int Search::next_level() const {
   return next == rungs.end() ? 0 : *next;
 }
 
-/// The level of the reference that checks: 0 if it would take too long.
+/// The level of the reference that checks: beyond the finest, and up to the next rung as far as that takes no
+/// longer than the search did. 0 if any would take too long.
 int Search::checking_level() const {
-  const int next = next_level();
-  return next > 0 && seconds_at(next) <= ask_.patience ? next : 0;
+  int checking = 0;
+  for (const int level : all_levels()) {
+    if (level <= ladder_.back().level) continue;
+    if (level > next_level() || seconds_at(level) > ask_.patience) break;
+    if (checking == 0 || seconds_at(level) <= seconds()) checking = level;
+  }
+  return checking;
+}
+
+/// Since the search began [s].
+double Search::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
 }
 
 bool Search::is_sure() const { return ladder_.size() >= 3 && advice_.uncertainty <= sure_share * ask_.error; }

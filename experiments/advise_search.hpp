@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <chrono>
 #include <limits>
 #include <new>
 #include <optional>
@@ -19,6 +20,10 @@ namespace mss {
 
 /// Levels of references: parts that an edge of the coarsest cells is split into.
 inline constexpr std::array<int, 13> rungs{1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96};
+/// Levels between those, of candidates and of references that check.
+inline constexpr std::array<int, 7> between_rungs{5, 7, 10, 14, 20, 28, 40};
+/// Both, ascending.
+std::vector<int> all_levels();
 
 /// Candidates that would take so much longer than the cheapest so far are dropped.
 inline constexpr double worth_trying = 1.3;
@@ -35,7 +40,7 @@ std::string percent(double share);
 class Search {
  public:
   Search(SceneFamily& family, const Ask& ask, Progress& progress)
-      : family_(family), ask_(ask), progress_(progress), looks_(looks_of(family.asked())) {}
+      : family_(family), ask_(ask), progress_(progress), looks_(looks_of(family.asked(), ask.of)) {}
 
   Advice find();
   Advice grid(int finest_level, int reference_level);
@@ -97,11 +102,13 @@ class Search {
   void time_again(double worth = worth_trying);
   void check();
   void explain_budget();
+  double seconds() const;
   bool stopped() {
     advice_.stopped = advice_.stopped || progress_.stopped();
     return advice_.stopped;
   }
 
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   SceneFamily& family_;
   const Ask& ask_;
   Progress& progress_;

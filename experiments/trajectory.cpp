@@ -202,11 +202,11 @@ Trajectory extrapolate(const Trajectory& coarse, const Trajectory& fine, double 
   return limit;
 }
 
-Looks looks_of(const Scene& scene) {
+Looks looks_of(const Scene& scene, ErrorOf of) {
   constexpr std::size_t most_points = 300;
   constexpr int count = 128;
   const Body body(scene.body);
-  Looks looks{.points = {}, .interval = scene.solve.duration / count, .count = count};
+  Looks looks{.points = {}, .interval = scene.solve.duration / count, .count = count, .of = of};
   // At random, but always the same: even strides through a lattice stay in one of its planes.
   std::vector<std::ptrdiff_t> sites(body.sites().begin(), body.sites().end());
   std::mt19937 random(1);
@@ -238,11 +238,17 @@ double step_between_looks(double most, const Looks& looks) {
 
 namespace {
 
-Trajectory::Look look_at(const Measures& m, double energy_before) {
-  return {.displacement = {},
-          .volume_ratio = m.volume_ratio,
-          .energy = m.total() - energy_before,
-          .holding = m.kinetic + m.elastic + m.volume_energy};
+/// What is asked for: to measure small bodies would take longer than their steps.
+template <class Real>
+Trajectory::Look look_at(const BodySystem<Real>& system, const State<Real>& state, ErrorOf of) {
+  Trajectory::Look look;
+  if (of == ErrorOf::volume) look.volume_ratio = volume_ratio(system.body(), state.x);
+  if (of == ErrorOf::energy) {
+    const Measures m = measure(system, state);
+    look.energy = m.total();
+    look.holding = m.kinetic + m.elastic + m.volume_energy;
+  }
+  return look;
 }
 
 /// From look to look the time a run takes is asked this often, if it matters.
@@ -285,14 +291,15 @@ Followed follow_in(const Scene& scene, const Looks& looks, const std::function<b
     run.trajectory.looks.emplace_back();
     if (passed) continue;
     seen = look;
-    const Measures measures = measure(scene_run.system(), state);
-    if (!is_finite(measures)) {
+    Trajectory::Look now = look_at(scene_run.system(), state, looks.of);
+    if (!is_finite(state) || !std::isfinite(now.volume_ratio) || !std::isfinite(now.energy)) {
       run.status = Status::non_finite;
       return run;
     }
-    if (look == 0) before = measures.total();
-    run.trajectory.looks.back() = look_at(measures, before);
-    run.trajectory.looks.back().displacement = sampler.displacements(state.x);
+    if (look == 0) before = now.energy;
+    now.energy -= before;
+    now.displacement = sampler.displacements(state.x);
+    run.trajectory.looks.back() = std::move(now);
     if (look > 0 && look < looks.count && !go_on(run)) {
       run.ended_early = true;
       return run;

@@ -26,7 +26,7 @@ const std::vector<std::string>& error_names();
 /// nothing is seen of it.
 struct Trajectory {
   struct Look {
-    std::vector<Vec3> displacement;  ///< of the points looked at [m]; empty: not seen
+    std::vector<Vec3> displacement{};  ///< of the points looked at [m]; empty: not seen
     double volume_ratio = 1;
     double energy = 0;   ///< of everything, the start's taken off [J]
     double holding = 0;  ///< kinetic and stored [J]
@@ -68,9 +68,10 @@ struct Looks {
   std::vector<Vec3> points;  ///< at rest [m]
   double interval = 0;       ///< [s]
   int count = 0;             ///< after the start
+  ErrorOf of{};              ///< volume and energies are not seen unless it is of them
 };
 /// Particles of a scene as it stands, at most a few hundred, and its duration's parts.
-Looks looks_of(const Scene& scene);
+Looks looks_of(const Scene& scene, ErrorOf of);
 
 /// The longest step up to `most` that meets looks, the last of them too [s].
 double step_between_looks(double most, const Looks& looks);

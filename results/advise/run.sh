@@ -57,7 +57,7 @@ ask jelly_slope 5% displacement 5 --set solve.duration=1
 ask thin_slab 10% frequency 4 --patience 10
 ask voxel_creature 5% volume 3 --patience 10 --set solve.duration=0.5
 ask cantilever 10% displacement 6 --set solve.duration=2 --patience 10
-ask stiff_block 10% displacement 5 --set solve.duration=0.1 --patience 10
+ask stiff_block 10% displacement 6 --set solve.duration=0.1 --patience 10
 
 # The same scene asked for less and less error.
 for error in 10% 1% 0.1%; do

@@ -127,7 +127,7 @@ TEST(Looks, AreMetBySteps) {
 
 /// Evenly strided through a lattice of 17 points a row they would all lie on one of its faces.
 TEST(Looks, AreAllOverTheBody) {
-  const Looks looks = looks_of(family("free_cube", {"body.cells=[16, 16, 16]"}).asked());
+  const Looks looks = looks_of(family("free_cube", {"body.cells=[16, 16, 16]"}).asked(), {});
   ASSERT_EQ(looks.points.size(), 300U);
   for (int axis = 0; axis < 3; ++axis) {
     double low = 1e9, high = -1e9, sum = 0;
@@ -144,7 +144,7 @@ TEST(Looks, AreAllOverTheBody) {
 /// A step over eight looks is paid between the two that see its ends.
 TEST(Looks, ChargeLongStepsWhereTheyEnd) {
   SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
-  const Looks looks = looks_of(cube.asked());
+  const Looks looks = looks_of(cube.asked(), {});
   Candidate candidate{.level = 2};
   candidate.integrator = "backward_euler";
   candidate.linear_solver = "cholmod";
@@ -153,6 +153,28 @@ TEST(Looks, ChargeLongStepsWhereTheyEnd) {
   EXPECT_EQ(run.status, Status::ok);
   EXPECT_EQ(run.seconds.size(), 16U);
   EXPECT_NEAR(run.simulated, 0.1, 1e-12);
+}
+
+TEST(Looks, MeasureWhatIsAskedFor) {
+  SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
+  Candidate candidate{.level = 2};
+  candidate.integrator = "verlet";
+  candidate.dt = 0.1 / 256;
+  const auto last_of = [&](ErrorOf of) {
+    const Followed run =
+        follow_scene(cube.scene(candidate), looks_of(cube.asked(), of), [](const Followed&) { return true; });
+    EXPECT_EQ(run.status, Status::ok);
+    return run.trajectory.looks.back();
+  };
+  const Trajectory::Look moved = last_of(ErrorOf::displacement), swollen = last_of(ErrorOf::volume),
+                         held = last_of(ErrorOf::energy);
+  EXPECT_EQ(moved.displacement, swollen.displacement);
+  EXPECT_EQ(moved.displacement, held.displacement);
+  EXPECT_EQ(moved.volume_ratio, 1);
+  EXPECT_NE(swollen.volume_ratio, 1);
+  EXPECT_EQ(moved.holding, 0);
+  EXPECT_GT(held.holding, 0);
+  EXPECT_NE(held.energy, 0);
 }
 
 TEST(Advice, KeepsTheErrorAgainstAReferenceItDidNotUse) {
@@ -173,7 +195,7 @@ TEST(Advice, KeepsTheErrorAgainstAReferenceItDidNotUse) {
       EXPECT_GE(trial.cost, best.cost);
     }
 
-  const Looks looks = looks_of(cube.asked());
+  const Looks looks = looks_of(cube.asked(), {});
   Candidate finer = at_level(10);
   finer.integrator = "rk4";
   finer.dt = looks.interval / 8;
