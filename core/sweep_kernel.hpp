@@ -448,7 +448,9 @@ void sweep_any(SweepPlane<Real>& argument) {
     const Real* coefficient = coefficients_of(p, entry);
     const std::uint32_t content = p.content[entry];
     if constexpr (Guards != 0)
-      if (content == (block_edges | block_faces | Guards)) {  // of force changes: these have no leaner sweep
+      // Of force changes, which have no leaner sweep; without it here forces of full bodies are 4 to 6 %
+      // slower.
+      if (content == (block_edges | block_faces | Guards)) {
         do_block<Block, block_edges | block_faces | Guards>(p, b * W, coefficient, carry);
         continue;
       }

@@ -53,7 +53,8 @@ struct FailureRun {
 };
 
 /// Twenty slow periods of a cube. Methods with a largest step take their safe one (guarded, that of
-/// crushed_spectral_bound()), the others ten times that of symplectic Euler, or are asked for such intervals.
+/// crushed_spectral_bound()), explicit Euler, which has no safe one, what is predicted about rest, guarded or
+/// not; the others take ten times that of symplectic Euler, or are asked for such intervals.
 FailureRun try_scene(const Hardship& hardship, const IntegratorInfo& method);
 
 /// Strains up to which dt = "safe" is meant to hold: it is sure of small motions and leaves a tenth for what

@@ -59,8 +59,7 @@ void weigh_down(Hardship& h, double times) {
 
 double speed_of_sound(const BodyConfig& body) { return std::sqrt(young / body.density); }
 
-/// The step or interval that a method is given, by what symplectic Euler would be; explicit Euler, which no
-/// bound makes sure, is given what is predicted. Guards are taken to act everywhere.
+/// The step or interval that a method is given: see try_scene().
 double step_for(const IntegratorInfo& method, BodySystem<double>& system) {
   constexpr double longer = 10;
   const SpectralBound bound = crushed_spectral_bound(system.body());

@@ -64,6 +64,17 @@ Json summary(const Scene& scene, double omega_max, double bound, double crushed,
           {"provenance", provenance()}};
 }
 
+/// The step that holds where a guard acts, beside the one of dt = "safe", for methods that have one.
+void print_guarded(const IntegratorInfo& method, const SpectralBound& bound, double crushed) {
+  fmt::print("  where its guard acts: at most {:.6g} rad/s", crushed);
+  if (method.stepping == Stepping::fixed && method.limit)
+    if (const double safe = sure_step(method, bound); safe > 0) {
+      const double there = sure_step(method, {.omega = crushed, .damping = bound.damping});
+      fmt::print("; there take dt = {:.6g} s, {:.3g} of the safe one", safe_share * there, there / safe);
+    }
+  fmt::print("\n");
+}
+
 void run_modes(const ModesChoice& choice, int& exit_status) {
   constexpr int most = 200;
   if (choice.count < 1 || choice.count > most)
@@ -111,9 +122,7 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
              omega_max / turn, omega_max, bound);
   if (std::isfinite(limit.dt))
     fmt::print("  with {} small motions stay bounded up to dt = {:.6g} s\n", method.name, limit.dt);
-  if (crushed > bound)
-    fmt::print("  where its guard acts: at most {:.6g} rad/s; there take {:.3g} of dt = \"safe\"\n", crushed,
-               bound / crushed);
+  if (crushed > bound) print_guarded(method, system->spectral_bound(), crushed);
   fmt::print("see {}\n", directory.string());
 }
 

@@ -21,7 +21,7 @@ constexpr const char* caption =
     "layer folded down, a corner, an edge, a face or the four inner particles of the top pushed in by "
     "1, 1.5 or 2.5 cells, flat (1 percent, and rough by as much of a cell), crushed to a thousandth, "
     "random. Seeds differ by a shake of a thousandth of a cell; crushed and random states are "
-    "different altogether. Springs' damping is 0.05 of critical, the step a tenth of the safe one. "
+    "different altogether. Springs' damping is 0.05 of critical, the step a tenth of the largest at rest. "
     "Recovered: no spring longer or shorter by more than 1e-6, and no cell inside out. Guarded: "
     "corners of which a principal stretch falls below 0.7 are pushed apart, k_g = 20 shear "
     "moduli. Landings: at the speed named, onto a plane with restitution 0.5, then free. Stiffer "

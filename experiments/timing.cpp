@@ -233,7 +233,7 @@ bool measure_size(const TimingConfig& config, int pass, Size& size, Table& raw, 
   return true;
 }
 
-Json configuration(const TimingConfig& config) {
+Json configuration(const TimingConfig& config, const FeatureTimingConfig& features) {
   return {{"cells", config.cells},
           {"algorithm_1_threads", config.algorithm1_threads},
           {"structured_sweep_threads", config.core_threads},
@@ -248,6 +248,11 @@ Json configuration(const TimingConfig& config) {
            "methods in turn, the first one changing from repetition to repetition; passes over the sizes up "
            "and down in turn"},
           {"threads_pinned", false},
+          {"features",
+           {{"cells", features.cells},
+            {"threads", 1},
+            {"repetitions", features.repetitions},
+            {"sample_seconds", features.sample_seconds}}},
           {"workload",
            {{"held_fixed", "cube edge and material; cell size and spring constants shrink as 1/n"},
             {"edge", Workload::edge},
@@ -276,16 +281,16 @@ constexpr const char* caption =
 
 ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress) {
   const TimingConfig config = timing_config(options);
+  FeatureTimingConfig features;
+  if (options.quick) features = {.cells = {7, 20}, .repetitions = 9};
   TimingTables tables = measure_timing(config, progress);
   const Table summary = timing_summary(tables.rows);
   ExperimentResult result{
-      .status = tables.status, .caption = caption, .configuration = configuration(config)};
+      .status = tables.status, .caption = caption, .configuration = configuration(config, features)};
   if (tables.rows.size() > 0) {
     result.charts.push_back({"timing", timing_chart(tables.rows, summary)});
     result.summary = timing_text(tables.rows, summary);
   }
-  FeatureTimingConfig features;
-  if (options.quick) features = {.cells = {7, 20}, .repetitions = 9};
   FeatureTables shares = measure_features(features, progress);
   if (progress.stopped()) result.status = Status::interrupted;
   if (shares.features.size() > 0)

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <random>
 
 #include "tests/random_bodies.hpp"
@@ -58,18 +59,26 @@ TEST(Force, EqualsOracleInDouble) { check_all_forces<double>(1e-12); }
 TEST(Force, EqualsOracleInSingle) { check_all_forces<float>(1e-5); }
 
 /// With the guard against folding, which few corners ask for at the least of these amplitudes and most at the
-/// largest.
+/// largest; whatever else a cell has, each of which has a sweep of its own.
 template <class Real>
 void check_guarded_forces(double tolerance) {
+  struct Content {
+    Topology topology;
+    double body, volume;
+  };
+  constexpr std::array contents{Content{Topology::full, 250, 700}, Content{Topology::full, 250, 0},
+                                Content{Topology::full, 0, 700}, Content{Topology::full, 0, 0},
+                                Content{Topology::edges_body, 250, 700}};
   int checked = 0;
   for (const auto& shape : testing::test_shapes())
     for (const double amplitude : {0.2, 0.35, 0.7})
-      for (const double body_diagonals : {250.0, 0.0})
+      for (const Content& content : contents)
         for (const auto& kernel : sweep_kernels<Real>()) {
           BodyConfig config = testing::test_config(shape.voxels);
           config.damping.law = amplitude < 0.5 ? Damping::Law::none : Damping::Law::ratio;
-          config.springs.body = body_diagonals;
-          if (body_diagonals == 0) config.springs.volume = 0;
+          config.topology = content.topology;
+          config.springs.body = content.body;
+          config.springs.volume = content.volume;
           const double without = relative_force_error<Real>(config, kernel.name, 1, amplitude);
           config.fold_guard = 10;
           EXPECT_LT(without, tolerance);
@@ -77,7 +86,7 @@ void check_guarded_forces(double tolerance) {
               << shape.name << " amplitude " << amplitude << " kernel " << kernel.name;
           ++checked;
         }
-  EXPECT_EQ(checked, 10 * 3 * 2 * int(sweep_kernels<Real>().size()));
+  EXPECT_EQ(checked, 10 * 3 * 5 * int(sweep_kernels<Real>().size()));
 }
 
 TEST(Force, OfTheFoldGuardEqualsOracleInDouble) { check_guarded_forces<double>(1e-12); }
