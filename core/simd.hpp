@@ -10,6 +10,14 @@
 #include <immintrin.h>
 #endif
 
+/// Before every function that a sweep is made of: they become one, whatever the compiler thinks of its size.
+/// Not under sanitizers, which check every access: that one takes a quarter of an hour to compile.
+#if MSS_SANITIZED
+#define MSS_INLINE inline
+#else
+#define MSS_INLINE [[gnu::always_inline]] inline
+#endif
+
 namespace mss::MSS_ISA {
 
 #if defined(__AVX512F__)
@@ -32,17 +40,17 @@ template <class Real>
 using Pack = typename PackOf<Real>::type;
 
 template <class Real>
-[[gnu::always_inline]] inline Pack<Real> load(const Real* p) {
+MSS_INLINE Pack<Real> load(const Real* p) {
   return *reinterpret_cast<const typename PackOf<Real>::unaligned*>(p);
 }
 template <class Real>
-[[gnu::always_inline]] inline void store(Real* p, Pack<Real> v) {
+MSS_INLINE void store(Real* p, Pack<Real> v) {
   *reinterpret_cast<typename PackOf<Real>::unaligned*>(p) = v;
 }
 
 /// (previous[W-1], v[0], ..., v[W-2]): values that belong one lane further on, and the last of the block
 /// before.
-[[gnu::always_inline]] inline Pack<double> shift_in(Pack<double> previous, Pack<double> v) {
+MSS_INLINE Pack<double> shift_in(Pack<double> previous, Pack<double> v) {
 #if defined(__AVX512F__)
   return __builtin_shufflevector(previous, v, 7, 8, 9, 10, 11, 12, 13, 14);
 #elif defined(__AVX2__)
@@ -51,7 +59,7 @@ template <class Real>
   return __builtin_shufflevector(previous, v, 1, 2);
 #endif
 }
-[[gnu::always_inline]] inline Pack<float> shift_in(Pack<float> previous, Pack<float> v) {
+MSS_INLINE Pack<float> shift_in(Pack<float> previous, Pack<float> v) {
 #if defined(__AVX512F__)
   return __builtin_shufflevector(previous, v, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30);
 #elif defined(__AVX2__)
@@ -63,29 +71,29 @@ template <class Real>
 
 /// Whether a comparison holds in any lane.
 #if defined(__AVX512DQ__)
-[[gnu::always_inline]] inline bool any(decltype(Pack<double>{} < Pack<double>{}) mask) {
+MSS_INLINE bool any(decltype(Pack<double>{} < Pack<double>{}) mask) {
   return _mm512_movepi64_mask((__m512i)mask) != 0;
 }
-[[gnu::always_inline]] inline bool any(decltype(Pack<float>{} < Pack<float>{}) mask) {
+MSS_INLINE bool any(decltype(Pack<float>{} < Pack<float>{}) mask) {
   return _mm512_movepi32_mask((__m512i)mask) != 0;
 }
 #elif defined(__AVX2__)
-[[gnu::always_inline]] inline bool any(decltype(Pack<double>{} < Pack<double>{}) mask) {
+MSS_INLINE bool any(decltype(Pack<double>{} < Pack<double>{}) mask) {
   return _mm256_movemask_pd((__m256d)mask) != 0;
 }
-[[gnu::always_inline]] inline bool any(decltype(Pack<float>{} < Pack<float>{}) mask) {
+MSS_INLINE bool any(decltype(Pack<float>{} < Pack<float>{}) mask) {
   return _mm256_movemask_ps((__m256)mask) != 0;
 }
 #elif defined(__x86_64__)
-[[gnu::always_inline]] inline bool any(decltype(Pack<double>{} < Pack<double>{}) mask) {
+MSS_INLINE bool any(decltype(Pack<double>{} < Pack<double>{}) mask) {
   return _mm_movemask_pd((__m128d)mask) != 0;
 }
-[[gnu::always_inline]] inline bool any(decltype(Pack<float>{} < Pack<float>{}) mask) {
+MSS_INLINE bool any(decltype(Pack<float>{} < Pack<float>{}) mask) {
   return _mm_movemask_ps((__m128)mask) != 0;
 }
 #else
 template <class Mask>
-[[gnu::always_inline]] inline bool any(Mask mask) {
+MSS_INLINE bool any(Mask mask) {
   for (int i = 0; i < int(sizeof mask / sizeof mask[0]); ++i)
     if (mask[i] != 0) return true;
   return false;
@@ -107,7 +115,7 @@ template <class Real>
 inline constexpr Real rsqrt_scale = sizeof(Real) == 8 ? 16 : 2;
 
 #if defined(__x86_64__)
-[[gnu::always_inline]] inline Pack<double> rsqrt_estimate(Pack<double> a) {
+MSS_INLINE Pack<double> rsqrt_estimate(Pack<double> a) {
 #if defined(__AVX512F__)
   return _mm512_maskz_rsqrt14_pd(0xFF, a);  // the unmasked form makes GCC 12 warn
 #elif defined(__AVX2__)
@@ -116,7 +124,7 @@ inline constexpr Real rsqrt_scale = sizeof(Real) == 8 ? 16 : 2;
   return _mm_cvtps_pd(_mm_rsqrt_ps(_mm_cvtpd_ps(a)));
 #endif
 }
-[[gnu::always_inline]] inline Pack<float> rsqrt_estimate(Pack<float> a) {
+MSS_INLINE Pack<float> rsqrt_estimate(Pack<float> a) {
 #if defined(__AVX512F__)
   return _mm512_maskz_rsqrt14_ps(0xFFFF, a);
 #elif defined(__AVX2__)
@@ -125,7 +133,7 @@ inline constexpr Real rsqrt_scale = sizeof(Real) == 8 ? 16 : 2;
   return _mm_rsqrt_ps(a);
 #endif
 }
-[[gnu::always_inline]] inline Pack<double> scaled_rsqrt(Pack<double> a, Pack<double> y) {
+MSS_INLINE Pack<double> scaled_rsqrt(Pack<double> a, Pack<double> y) {
 #if defined(__AVX512F__)
   constexpr double three = 3, twelve = 12;
 #else
@@ -137,22 +145,16 @@ inline constexpr Real rsqrt_scale = sizeof(Real) == 8 ? 16 : 2;
                      ay2 = ay * step;  // side by side: the chain of dependent operations is what costs
   return y2 * (twelve - ay2 * y2);
 }
-[[gnu::always_inline]] inline Pack<float> scaled_rsqrt(Pack<float> a, Pack<float> y) {
-  return y * (3.0F - a * y * y);
-}
+MSS_INLINE Pack<float> scaled_rsqrt(Pack<float> a, Pack<float> y) { return y * (3.0F - a * y * y); }
 #else
 /// Other processors have the exact value instead of an estimate.
 template <class PackReal>
-[[gnu::always_inline]] inline PackReal rsqrt_estimate(PackReal a) {
+MSS_INLINE PackReal rsqrt_estimate(PackReal a) {
   for (int i = 0; i < int(sizeof a / sizeof a[0]); ++i) a[i] = 1 / __builtin_sqrt(a[i]);
   return a;
 }
-[[gnu::always_inline]] inline Pack<double> scaled_rsqrt(Pack<double>, Pack<double> y) {
-  return rsqrt_scale<double> * y;
-}
-[[gnu::always_inline]] inline Pack<float> scaled_rsqrt(Pack<float>, Pack<float> y) {
-  return rsqrt_scale<float> * y;
-}
+MSS_INLINE Pack<double> scaled_rsqrt(Pack<double>, Pack<double> y) { return rsqrt_scale<double> * y; }
+MSS_INLINE Pack<float> scaled_rsqrt(Pack<float>, Pack<float> y) { return rsqrt_scale<float> * y; }
 #endif
 
 }  // namespace mss::MSS_ISA

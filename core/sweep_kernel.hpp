@@ -25,51 +25,51 @@ struct Vec {
   Pack<Real> x, y, z;
 };
 template <class Real>
-[[gnu::always_inline]] inline Vec<Real> operator-(const Vec<Real>& a, const Vec<Real>& b) {
+MSS_INLINE Vec<Real> operator-(const Vec<Real>& a, const Vec<Real>& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 template <class Real>
-[[gnu::always_inline]] inline Vec<Real> operator+(const Vec<Real>& a, const Vec<Real>& b) {
+MSS_INLINE Vec<Real> operator+(const Vec<Real>& a, const Vec<Real>& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
 template <class Real>
-[[gnu::always_inline]] inline Vec<Real> operator-(const Vec<Real>& a) {
+MSS_INLINE Vec<Real> operator-(const Vec<Real>& a) {
   return {-a.x, -a.y, -a.z};
 }
 template <class Real>
-[[gnu::always_inline]] inline Vec<Real> operator*(Pack<Real> s, const Vec<Real>& a) {
+MSS_INLINE Vec<Real> operator*(Pack<Real> s, const Vec<Real>& a) {
   return {s * a.x, s * a.y, s * a.z};
 }
 template <class Real>
-[[gnu::always_inline]] inline Pack<Real> dot(const Vec<Real>& a, const Vec<Real>& b) {
+MSS_INLINE Pack<Real> dot(const Vec<Real>& a, const Vec<Real>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 /// a.a, a little more than zero: sites without a particle may coincide, and 0 * infinity must not arise
 /// there.
 template <class Real>
-[[gnu::always_inline]] inline Pack<Real> squared_norm(const Vec<Real>& a) {
+MSS_INLINE Pack<Real> squared_norm(const Vec<Real>& a) {
   return a.x * a.x + (a.y * a.y + (a.z * a.z + Real(1e-30)));
 }
 template <class Real>
-[[gnu::always_inline]] inline Vec<Real> cross(const Vec<Real>& a, const Vec<Real>& b) {
+MSS_INLINE Vec<Real> cross(const Vec<Real>& a, const Vec<Real>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 template <class Real>
-[[gnu::always_inline]] inline Vec<Real> load(const ConstStreams<Real>& s, std::ptrdiff_t i) {
+MSS_INLINE Vec<Real> load(const ConstStreams<Real>& s, std::ptrdiff_t i) {
   return {load(s.axis[0] + i), load(s.axis[1] + i), load(s.axis[2] + i)};
 }
 template <class Real>
-[[gnu::always_inline]] inline Vec<Real> load(const Streams<Real>& s, std::ptrdiff_t i) {
+MSS_INLINE Vec<Real> load(const Streams<Real>& s, std::ptrdiff_t i) {
   return {load(s.axis[0] + i), load(s.axis[1] + i), load(s.axis[2] + i)};
 }
 template <class Real>
-[[gnu::always_inline]] inline void store(const Streams<Real>& s, std::ptrdiff_t i, const Vec<Real>& v) {
+MSS_INLINE void store(const Streams<Real>& s, std::ptrdiff_t i, const Vec<Real>& v) {
   store(s.axis[0] + i, v.x);
   store(s.axis[1] + i, v.y);
   store(s.axis[2] + i, v.z);
 }
 template <class Real>
-[[gnu::always_inline]] inline Vec<Real> shift_in(const Vec<Real>& previous, const Vec<Real>& v) {
+MSS_INLINE Vec<Real> shift_in(const Vec<Real>& previous, const Vec<Real>& v) {
   return {shift_in(previous.x, v.x), shift_in(previous.y, v.y), shift_in(previous.z, v.z)};
 }
 
@@ -78,7 +78,7 @@ inline constexpr int spring_ends[springs_per_site][2] = {
     {0, 1}, {0, 2}, {0, 4}, {0, 3}, {0, 5}, {0, 6}, {1, 2}, {1, 4}, {2, 4}, {0, 7}, {1, 6}, {2, 5}, {3, 4}};
 
 template <class Real>
-[[gnu::always_inline]] inline Pack<Real> positive_part(Pack<Real> a) {
+MSS_INLINE Pack<Real> positive_part(Pack<Real> a) {
   const Pack<Real> zero{};
   return a > zero ? a : zero;
 }
@@ -87,17 +87,17 @@ template <class Real>
 template <class Real>
 struct Edges {
   Vec<Real> x, y, z;
-  [[gnu::always_inline]] Edges(const Vec<Real>& a, const Vec<Real>& b, const Vec<Real>& c, const Vec<Real>& d)
+  MSS_INLINE Edges(const Vec<Real>& a, const Vec<Real>& b, const Vec<Real>& c, const Vec<Real>& d)
       : Edges((a - b) + (c - d), a + b, c + d) {}
 
  private:
-  [[gnu::always_inline]] Edges(const Vec<Real>& along_x, const Vec<Real>& ab, const Vec<Real>& cd)
+  MSS_INLINE Edges(const Vec<Real>& along_x, const Vec<Real>& ab, const Vec<Real>& cd)
       : x(along_x), y(ab - cd), z(ab + cd) {}
 };
 
 /// GuardedCorner::may_act's bound on the volume of edges of these squared lengths in sum.
 template <class Real>
-[[gnu::always_inline]] inline Pack<Real> guarded_volume(Pack<Real> shortest, Pack<Real> squared) {
+MSS_INLINE Pack<Real> guarded_volume(Pack<Real> shortest, Pack<Real> squared) {
   const Pack<Real> shortest2 = shortest * shortest, most = Real(0.5) * (squared - shortest2);
   return shortest * (most > shortest2 ? most : shortest2);
 }
@@ -110,7 +110,7 @@ struct Cells {
   const Real* coefficient;
   std::ptrdiff_t corner[8];
 
-  [[gnu::always_inline]] Vec<Real> difference(const ConstStreams<Real>& s, int spring) const {
+  MSS_INLINE Vec<Real> difference(const ConstStreams<Real>& s, int spring) const {
     return load(s, corner[spring_ends[spring][1]]) - load(s, corner[spring_ends[spring][0]]);
   }
 
@@ -125,7 +125,7 @@ struct Cells {
 
   /// The first half of the work on a few springs.
   template <int... Spring>
-  [[gnu::always_inline]] Started<Spring...> start() const {
+  MSS_INLINE Started<Spring...> start() const {
     Started<Spring...> s;
     for (int i = 0; i < s.count; ++i) s.d[i] = difference(p.x, s.spring[i]);
     for (int i = 0; i < s.count; ++i) s.squared[i] = squared_norm(s.d[i]);
@@ -137,7 +137,7 @@ struct Cells {
   /// and z -1 or 1, those along y (Y + z Q + x P + z x W) / 4, and so on around. Those of a corner differ
   /// from the mean ones by no more than r, r^2 = 3/16 (2 P^2 + 2 Q^2 + 2 R^2 + 3 W^2), and so does its
   /// smallest stretch. GuardedCorner::may_act bounds that of the mean.
-  [[gnu::always_inline]] bool is_near_folding() const {
+  MSS_INLINE bool is_near_folding() const {
     // In guarded lengths r is at most 7/2 r^2 + 1/14; a hundredth is for rounding.
     const Real begins = Real(1 / 14.0 + 1.01) * p.guarded_length, per_square = Real(3.5) / p.guarded_length;
     const Pack<Real> zero{};
@@ -156,17 +156,15 @@ struct Cells {
     return any(guarded & (Real(1.0 / 64) * dot(mean.x, cross(mean.y, mean.z)) <= bound));
   }
   /// Where the two ends of a spring are, added.
-  [[gnu::always_inline]] Vec<Real> ends_sum(int spring) const {
+  MSS_INLINE Vec<Real> ends_sum(int spring) const {
     return load(p.x, corner[spring_ends[spring][1]]) + load(p.x, corner[spring_ends[spring][0]]);
   }
 
   /// Guarded corners' stiffness, of each cell.
-  [[gnu::always_inline]] const Real* guard_stiffness() const {
-    return coefficient + W * (3 * springs_per_site + 1);
-  }
+  MSS_INLINE const Real* guard_stiffness() const { return coefficient + W * (3 * springs_per_site + 1); }
 
   /// For each cell, whether GuardedCorner::may_act() holds of any of its corners.
-  [[gnu::always_inline]] auto guard_may_act() const {
+  MSS_INLINE auto guard_may_act() const {
     constexpr Real rounding = Real(1.01);
     const Pack<Real> shortest = Pack<Real>{} + rounding * p.guarded_length;
     const auto edge = [&](int c, int axis) {
@@ -183,7 +181,7 @@ struct Cells {
   /// Calls add(stiffness, lane, pull) for one cell after the other that its guard may act on, and adds what
   /// that pulls with to the cell's forces.
   template <class Add>
-  [[gnu::always_inline]] void guard_each(Vec<Real> (&force)[8], Add&& add) const {
+  MSS_INLINE void guard_each(Vec<Real> (&force)[8], Add&& add) const {
     const auto acts = guard_may_act();
     for (int lane = 0; lane < W; ++lane) {
       const double stiffness = guard_stiffness()[lane];
@@ -198,13 +196,13 @@ struct Cells {
     }
   }
   /// The corners of one of them.
-  [[gnu::always_inline]] void gather(const ConstStreams<Real>& s, int lane, double (&at)[8][3]) const {
+  MSS_INLINE void gather(const ConstStreams<Real>& s, int lane, double (&at)[8][3]) const {
     for (int c = 0; c < 8; ++c)
       for (int a = 0; a < 3; ++a) at[c][a] = s.axis[a][corner[c] + lane];
   }
 
   /// Adds f to the first end of a spring and takes it from the second.
-  [[gnu::always_inline]] static void add_spring_force(int spring, const Vec<Real>& f, Vec<Real> (&force)[8]) {
+  MSS_INLINE static void add_spring_force(int spring, const Vec<Real>& f, Vec<Real> (&force)[8]) {
     const int* ends = spring_ends[spring];
     force[ends[0]] = force[ends[0]] + f;
     force[ends[1]] = force[ends[1]] - f;
@@ -221,7 +219,7 @@ struct Force : Cells<Real> {
   /// The second half: what spring i of them pulls with, divided by |d|. Eq. 2-3 and 2-5, with 2-6 as a
   /// projection.
   template <int... Spring>
-  [[gnu::always_inline]] Pack<Real> tension(const Started<Spring...>& s, int i) const {
+  MSS_INLINE Pack<Real> tension(const Started<Spring...>& s, int i) const {
     const Pack<Real> r = scaled_rsqrt(s.squared[i], s.estimate[i]);
     const Real* c = coefficient + 3 * W * s.spring[i];
     const Pack<Real> k = load(c), k_rest = load(c + W);
@@ -232,14 +230,14 @@ struct Force : Cells<Real> {
   }
 
   template <int... Spring>
-  [[gnu::always_inline]] void pull(const Started<Spring...>& s, Vec<Real> (&force)[8]) const {
+  MSS_INLINE void pull(const Started<Spring...>& s, Vec<Real> (&force)[8]) const {
     for (int i = 0; i < s.count; ++i) this->add_spring_force(s.spring[i], tension(s, i) * s.d[i], force);
   }
 
   /// Body diagonals and the volume force, which push opposite corners oppositely: sets all eight forces.
   /// Eq. 3-7 is the gradient of k_vol (V - V0)^2 / (2 V0), V = X.(Y x Z).
   template <std::uint32_t Content>
-  [[gnu::always_inline]] void cell(Vec<Real> (&force)[8]) const {
+  MSS_INLINE void cell(Vec<Real> (&force)[8]) const {
     const auto s = this->template start<9, 10>();
     const auto t = this->template start<11, 12>();
     Vec<Real> push[4] = {};
@@ -286,7 +284,7 @@ struct ForceChange : Cells<Real> {
 
   /// Of spring i, whose ends move apart by e: across (e - u u.e) + along u u.e, with across = k (1 - L0/|d|).
   template <int... Spring>
-  [[gnu::always_inline]] Vec<Real> response(const Started<Spring...>& s, int i, const Vec<Real>& e) const {
+  MSS_INLINE Vec<Real> response(const Started<Spring...>& s, int i, const Vec<Real>& e) const {
     constexpr Real unscale = 1 / (rsqrt_scale<Real> * rsqrt_scale<Real>);
     const Pack<Real> r = scaled_rsqrt(s.squared[i], s.estimate[i]);
     const Real* c = coefficient + 3 * W * s.spring[i];
@@ -298,13 +296,13 @@ struct ForceChange : Cells<Real> {
   }
 
   template <int... Spring>
-  [[gnu::always_inline]] void pull(const Started<Spring...>& s, Vec<Real> (&force)[8]) const {
+  MSS_INLINE void pull(const Started<Spring...>& s, Vec<Real> (&force)[8]) const {
     for (int i = 0; i < s.count; ++i)
       this->add_spring_force(s.spring[i], response(s, i, this->difference(p.v, s.spring[i])), force);
   }
 
   template <std::uint32_t>
-  [[gnu::always_inline]] void cell(Vec<Real> (&force)[8]) const {
+  MSS_INLINE void cell(Vec<Real> (&force)[8]) const {
     const auto s = this->template start<9, 10>();
     const auto t = this->template start<11, 12>();
     const Vec<Real> change[4] = {this->difference(p.v, 9), this->difference(p.v, 10),
@@ -347,9 +345,8 @@ struct Carry {
 
 /// Adds what four corners of one plane received to that plane's sums: corners `c`, of (x+1), (y+1), and both.
 template <class Real>
-[[gnu::always_inline]] inline void pass_on(const SweepPlane<Real>& p, const Streams<Real>& sums,
-                                           std::ptrdiff_t q, const Vec<Real> (&f)[8],
-                                           const Carry<Real>& carry, int c) {
+MSS_INLINE void pass_on(const SweepPlane<Real>& p, const Streams<Real>& sums, std::ptrdiff_t q,
+                        const Vec<Real> (&f)[8], const Carry<Real>& carry, int c) {
   const Vec<Real> y = f[c + 2] + shift_in(carry.x[c / 2 + 1], f[c + 3]);
   store(sums, q, load(sums, q) + (f[c] + shift_in(carry.x[c / 2], f[c + 1])));
   // A block longer than a row meets its own (y+1) corners: it adds to their sums instead of beginning them.
@@ -357,8 +354,7 @@ template <class Real>
 }
 
 template <class Block, class Real>
-[[gnu::always_inline]] inline Block block_at(const SweepPlane<Real>& p, std::ptrdiff_t q,
-                                             const Real* coefficient) {
+MSS_INLINE Block block_at(const SweepPlane<Real>& p, std::ptrdiff_t q, const Real* coefficient) {
   const std::ptrdiff_t row = p.row, plane = p.plane;
   return {{p,
            coefficient,
@@ -377,8 +373,8 @@ template <class Block, class Real>
 /// three springs ahead: so they go in pairs, each started before the one before it is finished, and those of
 /// the (z+1) corners first, so that their sums need not wait in registers.
 template <class Block, std::uint32_t Content, class Real>
-[[gnu::always_inline]] inline void do_block(const SweepPlane<Real>& p, std::ptrdiff_t q,
-                                            const Real* coefficient, Carry<Real>& carry) {
+MSS_INLINE void do_block(const SweepPlane<Real>& p, std::ptrdiff_t q, const Real* coefficient,
+                         Carry<Real>& carry) {
   const auto block = block_at<Block>(p, q, coefficient);
   bool near_folding = false;
   if constexpr ((Content & block_guards) != 0) near_folding = block.is_near_folding();
@@ -411,7 +407,7 @@ template <class Block, std::uint32_t Content, class Real>
 }
 
 template <class Real>
-[[gnu::always_inline]] inline Carry<Real> carry_in(const SweepPlane<Real>& p) {
+MSS_INLINE Carry<Real> carry_in(const SweepPlane<Real>& p) {
   constexpr int last = lanes<Real> - 1;
   Carry<Real> carry{};
   for (int i = 0; i < 4; ++i) {
@@ -422,7 +418,7 @@ template <class Real>
   return carry;
 }
 template <class Real>
-[[gnu::always_inline]] inline void carry_out(const Carry<Real>& carry, SweepPlane<Real>& p) {
+MSS_INLINE void carry_out(const Carry<Real>& carry, SweepPlane<Real>& p) {
   constexpr int last = lanes<Real> - 1;
   for (int i = 0; i < 4; ++i) {
     p.carry[i][0] = carry.x[i].x[last];
@@ -432,7 +428,7 @@ template <class Real>
 }
 
 template <class Real>
-[[gnu::always_inline]] inline const Real* coefficients_of(const SweepPlane<Real>& p, std::uint32_t entry) {
+MSS_INLINE const Real* coefficients_of(const SweepPlane<Real>& p, std::uint32_t entry) {
   return p.dictionary + std::ptrdiff_t(entry) * std::ptrdiff_t{coefficients_per_lane} * lanes<Real>;
 }
 
@@ -501,13 +497,13 @@ void sweep_all_with(SweepPlane<Real>& argument) {
 }
 
 template <class Real>
-[[gnu::always_inline]] inline Vec<Real> total_force(const FinishPlane<Real>& p, std::ptrdiff_t q) {
+MSS_INLINE Vec<Real> total_force(const FinishPlane<Real>& p, std::ptrdiff_t q) {
   return load(p.own, q) + load(p.below, q);
 }
 
 /// f / m + g where there is a particle, 0 elsewhere.
 template <class Real>
-[[gnu::always_inline]] inline Vec<Real> acceleration(const FinishPlane<Real>& p, std::ptrdiff_t q) {
+MSS_INLINE Vec<Real> acceleration(const FinishPlane<Real>& p, std::ptrdiff_t q) {
   const Pack<Real> zero{};
   const Pack<Real> inverse_mass = load(p.inverse_mass + q);
   const auto present = inverse_mass > zero;
@@ -517,7 +513,7 @@ template <class Real>
 }
 
 template <class Real>
-[[gnu::always_inline]] inline void update(const FinishPlane<Real>& p, std::ptrdiff_t q, const Vec<Real>& a) {
+MSS_INLINE void update(const FinishPlane<Real>& p, std::ptrdiff_t q, const Vec<Real>& a) {
   const Vec<Real> zero{};
   const Vec<Real> v_old = load(p.v, q);
   const Vec<Real> v_new = (v_old + (zero.x + p.kick_before) * a) + (zero.x + p.kick_after) * a;

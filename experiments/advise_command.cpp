@@ -15,6 +15,7 @@
 #include "experiments/commands.hpp"
 #include "experiments/output.hpp"
 #include "experiments/provenance.hpp"
+#include "experiments/scene_files.hpp"
 
 namespace mss {
 

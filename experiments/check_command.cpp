@@ -14,6 +14,7 @@
 #include "experiments/output.hpp"
 #include "experiments/process.hpp"
 #include "experiments/provenance.hpp"
+#include "experiments/scene_files.hpp"
 
 namespace mss {
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <filesystem>
-#include <string>
 #include <vector>
 
 namespace CLI {
@@ -29,16 +27,5 @@ const std::vector<Command>& commands();
 
 /// Runs the program: parses, dispatches, turns errors into one sentence on stderr. Returns the exit status.
 int run_command_line(int argc, char** argv);
-
-/// Where the scenes that come with the program are: in its source tree, or beside it. Empty if they are
-/// nowhere.
-std::filesystem::path scenes_directory();
-
-/// The file of a scene given as a path, or as the name of one that comes with the program. Throws InputError
-/// for a name of none.
-std::filesystem::path scene_file(const std::string& given);
-
-/// The first comment line of a scene file, without its mark; empty if it starts with something else.
-std::string scene_description(const std::filesystem::path& scene);
 
 }  // namespace mss

@@ -11,6 +11,7 @@
 #include "experiments/model.hpp"
 #include "experiments/output.hpp"
 #include "experiments/provenance.hpp"
+#include "experiments/scene_files.hpp"
 #include "experiments/simulation.hpp"
 #include "experiments/table.hpp"
 #include "integrators/modes.hpp"

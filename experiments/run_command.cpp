@@ -10,6 +10,7 @@
 #include "experiments/commands.hpp"
 #include "experiments/output.hpp"
 #include "experiments/provenance.hpp"
+#include "experiments/scene_files.hpp"
 #include "experiments/simulation.hpp"
 #include "experiments/vtk_series.hpp"
 

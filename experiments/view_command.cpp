@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "experiments/commands.hpp"
+#include "experiments/scene_files.hpp"
 #include "experiments/simulation.hpp"
 #include "experiments/view/window.hpp"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "experiments/commands.hpp"
+#include "experiments/scene_files.hpp"
 
 namespace mss {
 namespace {

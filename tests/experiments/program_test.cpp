@@ -163,8 +163,8 @@ TEST(Check, RefusesWhatItCannotDo) {
   EXPECT_FALSE(fs::exists(out));
 }
 
-// The tables themselves are compared by a test of their own (check_quick); here a row and a truth are
-// planted.
+// What is planted is all that moved: this is also the regression test of one thread, beside check_quick's of
+// two.
 TEST(Check, NamesTheRowThatMovedAndFails) {
   const Directory directory;
   const fs::path baselines = fs::path(MSS_SOURCE_DIR) / "results" / "check", planted = directory / "planted";

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "core/error.hpp"
-#include "experiments/commands.hpp"
+#include "experiments/scene_files.hpp"
 #include "experiments/simulation.hpp"
 
 namespace mss {

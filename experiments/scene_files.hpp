@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace mss {
+
+/// Where the scenes that come with the program are: in its source tree, or beside it. Empty if they are
+/// nowhere.
+std::filesystem::path scenes_directory();
+
+/// Their names, sorted, and what the first comment line of each says. Says so on stderr if they are nowhere.
+std::vector<std::pair<std::string, std::string>> listed_scenes();
+
+/// The file of a scene given as a path, or as the name of one that comes with the program. Throws InputError
+/// for a name of none.
+std::filesystem::path scene_file(const std::string& given);
+
+}  // namespace mss
