@@ -9,10 +9,11 @@ target_compile_definitions(mss_options INTERFACE EIGEN_DONT_PARALLELIZE)
 if(MSS_WARNINGS_AS_ERRORS)
   target_compile_options(mss_options INTERFACE -Werror)
 endif()
-# Zero or one, for what is too slow to compile or to run under a sanitizer.
-target_compile_definitions(mss_options INTERFACE MSS_SANITIZED=$<NOT:$<STREQUAL:${MSS_SANITIZE},>>)
 if(MSS_SANITIZE)
   target_compile_options(mss_options INTERFACE -fsanitize=${MSS_SANITIZE} -fno-omit-frame-pointer
                                                -fno-sanitize-recover=all)
   target_link_options(mss_options INTERFACE -fsanitize=${MSS_SANITIZE})
+  target_compile_definitions(mss_options INTERFACE MSS_SANITIZED=1)
+else()
+  target_compile_definitions(mss_options INTERFACE MSS_SANITIZED=0)
 endif()
