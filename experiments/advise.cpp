@@ -384,7 +384,6 @@ Advice Search::grid(int finest_level, int reference_level) {
       if (!advice_.stopped) advice_.explanation = no_reference;
       return std::move(advice_);
     }
-    advice_.trials[reference->trial].verdict = "a reference";
     ladder_.push_back(std::move(*reference));
   }
   judge_by_ladder();
@@ -407,7 +406,7 @@ Advice Search::grid(int finest_level, int reference_level) {
   constexpr double misled = 2;  // by a single time
   if (!stopped()) time_again(misled);
   advice_.best = cheapest();
-  if (!advice_.best && !advice_.stopped) advice_.explanation = nothing_meets;
+  if (!advice_.best && !advice_.stopped) advice_.explanation = why_grid_fails();
   advice_.within_budget = advice_.best && (!ask_.budget || best_cost() <= *ask_.budget);
   advice_.seconds = seconds();
   return std::move(advice_);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "core/error.hpp"
 #include "core/suggest.hpp"
@@ -31,7 +32,7 @@ struct AdviseChoice {
   std::string budget;
   std::string directory;
   double patience = 60;
-  int grid = 0;
+  std::optional<int> grid;
 };
 
 /// The number a text begins with, and what follows; nothing if it does not begin with one.
@@ -183,7 +184,8 @@ void print(const SceneFamily& family, const Ask& ask, const Advice& advice) {
     fmt::print("\ncost: {:.3g} ms for a frame of 1/60 s, {:.3g} s for a simulated second\n",
                best.cost * 1e3 / frames_per_second, best.cost);
   }
-  fmt::print("{} candidates in {:.3g} s\n", advice.trials.size(), advice.seconds);
+  fmt::print("{} candidate{} in {:.3g} s\n", advice.trials.size(), advice.trials.size() == 1 ? "" : "s",
+             advice.seconds);
 }
 
 void run_advise(const AdviseChoice& choice, int& exit_status) {
@@ -191,6 +193,9 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
   if (!choice.budget.empty()) ask.budget = read_budget(choice.budget);
   if (!(ask.patience > 0))
     throw InputError(fmt::format("--patience is {}; give a positive number of seconds", choice.patience));
+  constexpr int finest_grid = 96;
+  if (choice.grid && (*choice.grid < 1 || *choice.grid > finest_grid))
+    throw InputError(fmt::format("--grid is {}; give a number from 1 to {}", *choice.grid, finest_grid));
   SceneFamily family(scene_file(choice.scene), choice.overrides);
   const Scene& scene = family.asked();
   const fs::path directory =
@@ -204,8 +209,8 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
   Advice advice;
   {
     TerminalProgress progress(scene.name);
-    advice = choice.grid > 0 ? try_all(family, ask, choice.grid, 2 * choice.grid, progress)
-                             : advise(family, ask, progress);
+    advice = choice.grid ? try_all(family, ask, *choice.grid, std::max(4, 2 * *choice.grid), progress)
+                         : advise(family, ask, progress);
   }
   write_atomically(directory / "advise.csv", advice_table(family, advice).csv());
   write_atomically(directory / "meta.json", meta(scene, family, ask, advice).dump(2) + "\n");
@@ -222,6 +227,7 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
   print(family, ask, advice);
   fmt::print("see {}\n", directory.string());
   if (advice.stopped) {
+    fmt::print(stderr, "mss: {} was interrupted; what was tried is kept\n", scene.name);
     exit_status = exit_interrupted;
   } else if (!advice.explanation.empty()) {
     fmt::print(stderr, "mss: {}: {}\n", scene.name, advice.explanation);
@@ -242,10 +248,8 @@ void add(CLI::App& app, int& exit_status) {
   command->add_option("--budget", choice->budget, "Most that a frame of 1/60 s may take, as in 16.7ms/frame");
   command->add_option("--patience", choice->patience, "Seconds that a reference may take")
       ->capture_default_str();
-  command
-      ->add_option("--grid", choice->grid,
-                   "Try everything, cells split up to so many times the coarsest, instead of searching")
-      ->check(CLI::Range(1, 96));
+  command->add_option("--grid", choice->grid,
+                      "Try everything, cells split up to so many times the coarsest, instead of searching");
   command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>_advice)");
   command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
   command->callback([choice, &exit_status] { run_advise(*choice, exit_status); });

@@ -77,7 +77,9 @@ std::optional<Search::Rung> Search::climb_to(int level) {
     Followed run = follow_scene(awake(trial.candidate), looks_, [&](const Followed&) { return !stopped(); });
     trial.cost = run.cost();
     trial.share = run.simulated / family_.asked().solve.duration;
-    trial.verdict = run.ended_early ? "interrupted" : std::string(to_string(run.status));
+    trial.verdict = run.ended_early            ? "interrupted"
+                    : run.status == Status::ok ? "a reference"
+                                               : std::string(to_string(run.status));
     advice_.trials.push_back(trial);
     if (!run.ended_early && run.status == Status::ok)
       rung = Rung{level, std::move(run.trajectory), run.total_seconds(), advice_.trials.size() - 1};
@@ -213,11 +215,20 @@ std::string Search::why_unsure() const {
         ladder_.size() == 1 ? "one reference says" : "two references say", seconds_at(next_level()),
         ask_.patience);
   if (ladder_.size() < 2) return no_reference;
-  return fmt::format(
-      "the finest reference that takes up to {:.3g} s, with cells of {:.4g} m, is itself unsure by {}: ask "
-      "for an error of at least {}, or give it more --patience",
-      ask_.patience, family_.cell_size(advice_.finest_level), percent(advice_.uncertainty),
-      percent(advice_.uncertainty / sure_share));
+  return fmt::format("the finest reference that takes up to {:.3g} s, {}, or give it more --patience",
+                     ask_.patience, how_unsure());
+}
+
+std::string Search::how_unsure() const {
+  return fmt::format("with cells of {:.4g} m, is itself unsure by {}: ask for an error of at least {}",
+                     family_.cell_size(advice_.finest_level), percent(advice_.uncertainty),
+                     percent(advice_.uncertainty / sure_share));
+}
+
+/// References of a grid are as fine as --grid has them, whatever the patience.
+std::string Search::why_grid_fails() const {
+  if (is_sure()) return "nothing that was tried meets the error; a larger --grid tries finer cells";
+  return fmt::format("the finest reference, {}, or give a larger --grid", how_unsure());
 }
 
 }  // namespace mss

@@ -74,6 +74,8 @@ class Search {
   void check_scale() const;
   void judge_rungs();
   std::string why_unsure() const;
+  std::string how_unsure() const;
+  std::string why_grid_fails() const;
 
   Outcome run(const Candidate& candidate, const Limits& limits);
   Outcome follow(const Candidate& candidate, const Limits& limits);

@@ -315,17 +315,18 @@ void add_cells(const std::vector<AtlasRow>& rows, double per_value, double low, 
 
 MapChart map_of(const AtlasConfig& config, const AtlasPlane& plane, const Journal& journal) {
   const ChartAxis y = level_axis(plane);
-  MapChart chart{
-      .title = "Which method survives where: step against " + plane.label,
-      .subtitle = "a stretched cube is let go; t = 0.5; else 3 cells, nu 0.3, stretch 0.01, damping 0.05",
-      .x = {.label = "dt omega_max",
-            .logarithmic = true,
-            .low = 0.01,
-            .high = 1000,
-            .ticks = {0.1, 1, 10, 100}},
-      .y = y,
-      .kinds = fate_names(),
-      .line_label = "predicted limit"};
+  MapChart chart{.title = "Which method survives where: step against " + plane.label,
+                 .subtitle =
+                     "a stretched cube is let go; t = 0.5; else 3 cells, nu 0.3, stretch 0.01, damping 0.05; "
+                     "white: not tried",
+                 .x = {.label = "dt omega_max",
+                       .logarithmic = true,
+                       .low = 0.01,
+                       .high = 1000,
+                       .ticks = {0.1, 1, 10, 100}},
+                 .y = y,
+                 .kinds = fate_names(),
+                 .line_label = "predicted limit"};
   for (const std::string& integrator : config.integrators) {
     std::vector<AtlasQuestion> open;
     const std::vector<AtlasRow> rows = read_rows(config, plane, integrator, journal, open);
@@ -346,9 +347,10 @@ std::string summary(const Table& limits, const AtlasConfig& config) {
   for (const std::string& integrator : config.integrators) {
     double least = std::numeric_limits<double>::infinity(), most = 0;
     std::set<std::string> then;
-    bool nowhere = false;
+    bool nowhere = false, reached = false;
     for (std::size_t r = 0; r < limits.size(); ++r) {
       if (limits.text(r, "integrator") != integrator) continue;
+      reached = true;
       then.insert(limits.text(r, "then"));
       if (limits.text(r, "status") == "no step tried holds") {
         nowhere = true;
@@ -357,8 +359,14 @@ std::string summary(const Table& limits, const AtlasConfig& config) {
       least = std::min(least, limits.number(r, "holds_to"));
       most = std::max(most, limits.number(r, "holds_to"));
     }
-    lines += fmt::format("{:<22} holds to dt omega_max = {:.3g} to {:.3g}{}; then: {}\n", integrator, least,
-                         most, nowhere ? ", in places at no step" : "", fmt::join(then, ", "));
+    if (!reached) continue;  // interrupted before
+    const bool at_the_end = then.erase(std::string(to_string(Fate::holds))) > 0;
+    lines += most == 0 ? fmt::format("{:<22} holds at no step that was tried", integrator)
+                       : fmt::format("{:<22} holds to dt omega_max = {:.3g} to {:.3g}{}{}", integrator, least,
+                                     most, at_the_end ? ", in places the largest tried" : "",
+                                     nowhere ? ", in places at no step" : "");
+    if (!then.empty()) lines += fmt::format("; then: {}", fmt::join(then, ", "));
+    lines += "\n";
   }
   return lines;
 }
@@ -428,7 +436,7 @@ ExperimentInfo atlas() {
           .under = "stability",
           .summary =
               "maps of what becomes of a cube, per integrator: step against damping, nu, stretch, resolution",
-          .accepts = {.integrators = true, .processes = true},
+          .accepts = {.integrators = moving_integrators, .processes = true},
           .run = run_atlas,
           .guard = {.keys = {"integrator", "ratio", "dt_omega"}, .rules = {}, .table = guarded}};
 }

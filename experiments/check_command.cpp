@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include "core/error.hpp"
 #include "core/suggest.hpp"
@@ -22,11 +23,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int default_threads = 1;  // no bit depends on them, and small bodies are fastest so
+
 struct CheckChoice {
   std::vector<std::string> scenes;
   std::string results;
   bool quick = false;
-  int threads = 0;  ///< 0: not given
+  std::optional<int> threads;
   std::string against;
   std::string directory;  ///< empty: not given
   bool promote = false;
@@ -46,7 +49,9 @@ bool rerun(const CheckChoice& choice) {
     std::string csv;
     {
       TerminalProgress progress("check " + info.name);
-      csv = info.guard.table({.quick = choice.quick, .threads = choice.threads}, progress).csv();
+      csv = info.guard
+                .table({.quick = choice.quick, .threads = choice.threads.value_or(default_threads)}, progress)
+                .csv();
     }
     if (interrupted()) return false;
     write_atomically(fs::path(choice.directory) / table_name(info, choice.quick), csv);
@@ -166,8 +171,9 @@ void check_scenes(const CheckChoice& choice, int& exit_status) {
     throw InputError(fmt::format("--results judges one scene, and {} are given", scenes.size()));
   std::size_t expectations = 0, total = 0;
   for (const Scene& scene : scenes) {
-    const Outcome outcome =
-        choice.results.empty() ? simulated(scene, choice.threads) : read_outcome(choice.results);
+    const Outcome outcome = choice.results.empty()
+                                ? simulated(scene, choice.threads.value_or(default_threads))
+                                : read_outcome(choice.results);
     if (interrupted()) {
       exit_status = exit_interrupted;
       return;
@@ -191,15 +197,18 @@ void check_usage(const CheckChoice& choice) {
         "scenes are judged by their own [expect]: --quick, --against and --promote mean nothing to them");
   if (!choice.scenes.empty() && !choice.directory.empty())
     throw InputError("scenes are judged and leave nothing behind: --out means nothing to them");
-  if (!choice.results.empty() && choice.threads != 0)
+  if (!choice.results.empty() && choice.threads)
     throw InputError("--results is judged as it is: --threads means nothing to it");
   if (!choice.why.empty() && !choice.promote)
     throw InputError("--why is the reason of --promote, which is missing");
+  constexpr int most_threads = 1024;
+  if (choice.threads && (*choice.threads < 1 || *choice.threads > most_threads))
+    throw InputError(
+        fmt::format("--threads is {}; give a number from 1 to {}", *choice.threads, most_threads));
 }
 
 void run_check(CheckChoice choice, int& exit_status) {
   check_usage(choice);
-  if (choice.threads == 0) choice.threads = 1;  // no bit depends on them, and small bodies are fastest so
   if (choice.directory.empty()) choice.directory = "out/check";
   if (!choice.scenes.empty()) {
     check_scenes(choice, exit_status);
@@ -233,10 +242,9 @@ void add(CLI::App& app, int& exit_status) {
   command->add_option("--results", choice->results,
                       "Judge what lies in this directory (summary.json, series.csv, particles.csv) by the "
                       "scene's [expect] instead of simulating it");
-  command
-      ->add_option("--threads", choice->threads,
-                   "Threads of the core (default 1); no bit depends on them, and small bodies are fastest so")
-      ->check(CLI::Range(1, 1024));
+  command->add_option(
+      "--threads", choice->threads,
+      "Threads of the core (default 1); no bit depends on them, and small bodies are fastest so");
   command->add_flag("--quick", choice->quick, "The small tables only: under two minutes");
   command->add_option("--against", choice->against,
                       "Directory of baselines (default: results/check of the source tree)");

@@ -139,7 +139,7 @@ ExperimentInfo contact() {
       .name = "contact",
       .under = "validate",
       .summary = "bounces, slopes, pushes and rest on a plane against the laws of contact",
-      .accepts = {.integrators = true},
+      .accepts = {.integrators = moving_integrators},
       .run = run_contact,
       .guard = {.keys = {"study", "law", "integrator", "body", "asked", "angle"},
                 .rules = {{"dt", 1e-12}, {"value", 1e-4, 1e-9}, {"expected", 1e-12}, {"error", 1e-2, 1e-6}},

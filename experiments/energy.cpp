@@ -221,7 +221,7 @@ Table guarded(const GuardOptions& options, Progress& progress) {
 ExperimentInfo energy() {
   return {.name = "energy",
           .summary = "energy of an undamped body over 100,000 steps, for every integrator",
-          .accepts = {.integrators = true, .model = true},
+          .accepts = {.integrators = moving_integrators, .model = true},
           .run = run_energy,
           .guard = {.keys = {"integrator", "step"},
                     .rules = {{"t", 1e-12}, {"energy_error", 1e-4, 1e-10}},

@@ -23,6 +23,16 @@ std::vector<std::string> moving_integrators(const std::vector<std::string>& name
   return all;
 }
 
+std::vector<std::string> limited_integrators(const std::vector<std::string>& named) {
+  std::vector<std::string> limited;
+  for (const std::string& name : moving_integrators(named))
+    if (find_integrator(name).limit)
+      limited.push_back(name);
+    else if (!named.empty())
+      throw InputError(fmt::format("{} has no largest step: it is stable at any, or chooses its own", name));
+  return limited;
+}
+
 Journal open_journal(const ExperimentOptions& options, const Json& configuration) {
   if (options.journal.empty()) return {};
   Journal journal(options.journal, configuration);

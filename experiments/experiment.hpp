@@ -35,7 +35,8 @@ struct ExperimentOptions {
 struct ExperimentAccepts {
   bool cells = false;
   int largest_cells = 0;  ///< of any item of --cells
-  bool integrators = false;
+  /// Which integrators of those named, all if none is; throws InputError for others.
+  std::vector<std::string> (*integrators)(const std::vector<std::string>& named) = nullptr;
   bool model = false;
   bool threads = false;
   bool seed = false;
@@ -88,6 +89,8 @@ struct ExperimentInfo {
 /// The methods an experiment on motion compares: those named, or all. Throws InputError for unknown names and
 /// for methods that find no motion.
 std::vector<std::string> moving_integrators(const std::vector<std::string>& named);
+/// Of these, those with a largest step. Throws InputError for one named that has none.
+std::vector<std::string> limited_integrators(const std::vector<std::string>& named);
 
 /// The journal that the options ask for, or one of nothing on disk. Throws as Journal() does.
 Journal open_journal(const ExperimentOptions& options, const Json& configuration);

@@ -36,7 +36,9 @@ void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& acc
   command.add_flag("--quick", choice.options.quick, "Smaller and fewer samples: under a minute on two cores");
   command.add_option("--out", choice.directory, "Directory for what is written")->capture_default_str();
   if (accepts.cells)
-    command.add_option("--cells", choice.cells, "Cells per edge: numbers and ranges, as in 2:15,20,30");
+    command.add_option(
+        "--cells", choice.cells,
+        fmt::format("Cells per edge, up to {}: numbers and ranges, as in 2:4,8", accepts.largest_cells));
   if (accepts.integrators)
     command
         .add_option("--integrators", choice.options.integrators,
@@ -88,10 +90,10 @@ void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
   check_count("--processes", choice.options.processes);
   constexpr std::uint64_t largest_seed = std::uint64_t(1) << 53U;
   if (choice.options.seed > largest_seed)
-    throw InputError(fmt::format("--seed is larger than {}; choose a smaller one", largest_seed));
+    throw InputError(fmt::format("--seed is not a whole number from 0 to {}", largest_seed));
   if (!choice.cells.empty())
     choice.options.cells = parse_number_list(choice.cells, "--cells", info.accepts.largest_cells);
-  if (info.accepts.integrators) moving_integrators(choice.options.integrators);  // throws
+  if (info.accepts.integrators) info.accepts.integrators(choice.options.integrators);  // throws
   check_model_name(choice.options.model);
   prepare_directory(choice.directory);
   warn_first();

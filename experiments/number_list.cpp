@@ -30,9 +30,8 @@ std::vector<int> parse_number_list(std::string_view text, std::string_view optio
     const int first = whole_number(item.substr(0, colon));
     const int last = colon == item.npos ? first : whole_number(item.substr(colon + 1));
     if (first < 1 || last < 1 || first > largest || last > largest)
-      throw InputError(
-          fmt::format("{} has the item '{}'; give numbers from 1 to {} and ranges, as in 2:15,20,30", option,
-                      item, largest));
+      throw InputError(fmt::format("{} has the item '{}'; give numbers from 1 to {} and ranges, as in 2:4,8",
+                                   option, item, largest));
     if (last < first)
       throw InputError(
           fmt::format("{} has the range '{}', which runs backwards; write {}:{}", option, item, last, first));

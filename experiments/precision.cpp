@@ -172,7 +172,7 @@ ExperimentInfo precision() {
   return {
       .name = "precision",
       .summary = "error against cost for every integrator, on scenes with smooth solutions",
-      .accepts = {.integrators = true, .model = true},
+      .accepts = {.integrators = moving_integrators, .model = true},
       .run = run_precision,
       .guard = {.keys = {"scene", "integrator", "value"},
                 .rules = {{"error", 1e-4, 1e-9}, {"energy_drift", 1e-4, 1e-9}, {"volume_drift", 1e-4, 1e-9}},

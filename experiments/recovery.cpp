@@ -67,14 +67,22 @@ Chart models_chart(const Table& rows, const RecoveryConfig& config) {
   std::vector<std::string> names;
   for (const RecoveryModel& model : config.models)
     if (!model.guarded) names.push_back(model.name);
-  Chart chart{.title = "Which fillings find back to their shape",
-              .subtitle = fmt::format(
-                  "cube of 3 x 3 x 3 cells, let go from {} trapped states with several seeds each",
-                  config.states.size()),
-              .x = share_axis(),
-              .y = named_rows(names)};
+  const auto [fewest, most] =
+      std::minmax_element(config.models.begin(), config.models.end(),
+                          [](const RecoveryModel& a, const RecoveryModel& b) { return a.seeds < b.seeds; });
+  const std::string seeds = fewest->seeds == most->seeds
+                                ? std::to_string(most->seeds)
+                                : fmt::format("{} to {}", fewest->seeds, most->seeds);
+  Chart chart{
+      .title = "Which fillings find back to their shape",
+      .subtitle = fmt::format("cube of 3 x 3 x 3 cells, let go from {} trapped states; seeds of each: {}",
+                              config.states.size(), seeds),
+      .x = share_axis(),
+      .y = named_rows(names)};
   for (const bool guarded : {false, true}) {
-    ChartSeries series{.label = guarded ? "with the guard against folding" : "without", .lines = false};
+    ChartSeries series{.label = guarded ? "with the guard against folding" : "without",
+                       .style = guarded ? 9 : 0,
+                       .joined = false};
     for (std::size_t i = 0; i < names.size(); ++i) {
       const std::string name = names[i] + (guarded ? guarded_suffix : "");
       series.points.push_back(
@@ -146,13 +154,14 @@ Chart landings_chart(const Table& rows, const RecoveryConfig& config) {
       .y = named_rows(names)};
   struct Kind {
     const char* label;
+    int style;
     bool guarded, folds;
   };
-  for (const Kind& kind : {Kind{"does not recover first at", false, true},
-                           Kind{"guarded: does not recover first at", true, true},
-                           Kind{"recovers from all tried, up to", false, false},
-                           Kind{"guarded: recovers from all tried, up to", true, false}}) {
-    ChartSeries series{.label = kind.label, .lines = false};
+  for (const Kind& kind : {Kind{"does not recover first at", 0, false, true},
+                           Kind{"guarded: does not recover first at", 9, true, true},
+                           Kind{"recovers from all tried, up to", 3, false, false},
+                           Kind{"guarded: recovers from all tried, up to", 7, true, false}}) {
+    ChartSeries series{.label = kind.label, .style = kind.style, .joined = false};
     for (std::size_t r = 0; r < rows.size(); ++r) {
       std::string model = rows.text(r, "model");
       if (const std::size_t suffix = model.find(guarded_suffix); suffix != std::string::npos)

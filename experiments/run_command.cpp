@@ -50,8 +50,9 @@ std::string tell(const SleepReport& sleep, double bound) {
                                : std::string();
   return fmt::format(
       "{:.3g} % of the body slept{}; from a run that never sleeps it ends {:.3g} m away, and was at "
-      "most {:.3g} m away, of {:.3g} m allowed",
-      100 * sleep.share, cost, sleep.apart_at_end, sleep.most_apart, bound);
+      "most {:.3g} m away, {} {:.3g} m allowed",
+      100 * sleep.share, cost, sleep.apart_at_end, sleep.most_apart,
+      sleep.most_apart > bound ? "more than the" : "of", bound);
 }
 
 Json summary(const Scene& scene, const SimulationResult& result, const Table& series) {

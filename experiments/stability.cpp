@@ -8,8 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "core/error.hpp"
+#include <set>
 
 namespace mss {
 
@@ -62,6 +61,28 @@ std::string body_of(const StabilityConfig& config) {
   return fmt::format("free cube of 1 m, E = {:g} kPa, nu = {:g}", config.young / 1000, config.poisson);
 }
 
+/// Methods whose lines lie on top of each other, for the subtitle: only the last can be seen.
+std::string coincident(const std::vector<ChartSeries>& all) {
+  constexpr double visible = 0.01;
+  const auto lie_together = [](const ChartSeries& a, const ChartSeries& b) {
+    return !a.points.empty() && std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
+                                           [](const ChartPoint& p, const ChartPoint& q) {
+                                             return p.x == q.x &&
+                                                    std::abs(p.y - q.y) <= visible * std::abs(q.y);
+                                           });
+  };
+  std::string text;
+  std::set<std::string> told;
+  for (const ChartSeries& first : all) {
+    std::vector<std::string> names;
+    for (const ChartSeries& other : all)
+      if (!told.contains(other.label) && lie_together(first, other)) names.push_back(other.label);
+    if (names.size() > 1) text += fmt::format("; {}", fmt::join(names, " = "));
+    told.insert(names.begin(), names.end());
+  }
+  return text;
+}
+
 ChartAxis cells_axis(const StabilityConfig& config) {
   return {.label = "cells per edge, n",
           .logarithmic = true,
@@ -71,30 +92,31 @@ ChartAxis cells_axis(const StabilityConfig& config) {
 }
 
 Chart cells_chart(const Table& rows, const StabilityConfig& config, double ratio) {
+  const std::vector<ChartSeries> series = by_method(
+      rows, config, [&](std::size_t r) { return rows.number(r, "ratio") == ratio; },
+      [&](std::size_t r) {
+        return ChartPoint{rows.number(r, "cells"), rows.number(r, "measured")};
+      });
   return {.title = "The largest step that holds, against resolution",
-          .subtitle = fmt::format("{}, damping ratio {:g}; by bisection", body_of(config), ratio),
+          .subtitle = fmt::format("{}, damping ratio {:g}{}", body_of(config), ratio, coincident(series)),
           .x = cells_axis(config),
           .y = {.label = "largest stable step", .logarithmic = true, .unit = "s"},
-          .series = by_method(
-              rows, config, [&](std::size_t r) { return rows.number(r, "ratio") == ratio; },
-              [&](std::size_t r) {
-                return ChartPoint{rows.number(r, "cells"), rows.number(r, "measured")};
-              })};
+          .series = series};
 }
 
 Chart damping_chart(const Table& rows, const StabilityConfig& config) {
   const int n = config.cells.back();
+  const std::vector<ChartSeries> series = by_method(
+      rows, config, [&](std::size_t r) { return rows.number(r, "cells") == n; },
+      [&](std::size_t r) {
+        return ChartPoint{rows.number(r, "ratio"),
+                          rows.number(r, "measured") * rows.number(r, "omega_max") / 2};
+      });
   return {.title = "The largest step that holds, against damping",
-          .subtitle = fmt::format("{}, n = {}; of the undamped limit 2 / omega of central differences",
-                                  body_of(config), n),
+          .subtitle = fmt::format("{}, n = {}{}", body_of(config), n, coincident(series)),
           .x = {.label = "damping of every spring over its critical"},
           .y = {.label = "largest stable step x omega_max / 2", .logarithmic = true},
-          .series = by_method(
-              rows, config, [&](std::size_t r) { return rows.number(r, "cells") == n; },
-              [&](std::size_t r) {
-                return ChartPoint{rows.number(r, "ratio"),
-                                  rows.number(r, "measured") * rows.number(r, "omega_max") / 2};
-              }),
+          .series = series,
           .lines = {{ReferenceLine::Direction::horizontal, 1, ""}}};
 }
 
@@ -152,12 +174,7 @@ StabilityConfig stability_config(const ExperimentOptions& options) {
   if (config.cells.empty())
     config.cells = options.quick ? std::vector<int>{2, 3, 4} : std::vector<int>{2, 3, 4, 5, 6, 7, 8};
   config.ratios = options.quick ? std::vector<double>{0, 0.5} : std::vector<double>{0, 0.05, 0.2, 0.5, 1};
-  for (const std::string& name : moving_integrators(options.integrators)) {
-    if (find_integrator(name).limit)
-      config.integrators.push_back(name);
-    else if (!options.integrators.empty())
-      throw InputError(fmt::format("{} has no largest step: it is stable at any, or chooses its own", name));
-  }
+  config.integrators = limited_integrators(options.integrators);
   config.seed = options.seed;
   return config;
 }
@@ -179,7 +196,7 @@ ExperimentInfo stability() {
           .summary =
               "the largest step that holds, per integrator, against resolution and damping; and what was "
               "predicted",
-          .accepts = {.cells = true, .largest_cells = 20, .integrators = true, .seed = true},
+          .accepts = {.cells = true, .largest_cells = 20, .integrators = limited_integrators, .seed = true},
           .run = run_stability,
           .guard = {.keys = {"integrator", "cells", "ratio"},
                     .rules = {{"omega_max", 1e-7}, {"sure", 1e-9}, {"predicted", 1e-5}, {"measured", 0.008}},

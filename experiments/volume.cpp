@@ -317,7 +317,7 @@ ExperimentInfo volume() {
           .summary =
               "change of volume against resolution, strain, twist and volume force, beside elasticity's "
               "prediction",
-          .accepts = {.cells = true, .largest_cells = 30, .integrators = true},
+          .accepts = {.cells = true, .largest_cells = 30, .integrators = moving_integrators},
           .run = run_volume,
           .guard = {.keys = {"study", "model", "integrator", "cells", "strain", "angle", "step"},
                     .rules = {{"k_vol", 1e-12},

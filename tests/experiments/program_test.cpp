@@ -72,6 +72,8 @@ TEST(Program, RefusesBadUsageInOneSentence) {
   expect_refused({"timing", "--threads", "x"}, "--threads = x is not a number");
   expect_refused({"timing", "--threads", "-2"}, "--threads is -2");
   expect_refused({"timing", "--seed", "3"}, "'--seed' is unknown");  // it draws no random numbers
+  expect_refused({"stability", "--seed", "-1"}, "--seed is not a whole number from 0");
+  expect_refused({"stability", "--integrators", "cvode_bdf"}, "cvode_bdf has no largest step");
   expect_refused({"timing", "--out", "/dev/null/here"}, "/dev/null/here cannot be written");
   const Directory directory;
   const std::string out = directory / "none";
@@ -266,6 +268,25 @@ TEST(Advise, RefusesImpossibleAsks) {
     expect_refused({"advise", "free_cube", "--budget", budget}, "--budget " + budget);
   expect_refused({"advise", "free_cube", "--of", "volumes"}, "did you mean 'volume'");
   expect_refused({"advise", "free_cube", "--patience", "0"}, "--patience");
+  expect_refused({"advise", "free_cube", "--grid", "0"}, "--grid is 0");
+}
+
+// One reference is a row of the table, not yet a judge.
+TEST(Advise, SaysThatPatienceIsTooShort) {
+  const Directory out;
+  const ProgramRun run = mss({"advise", "free_cube", "--patience", "1e-9", "--out", out / "advice"});
+  EXPECT_EQ(run.exit_status, 1) << run.output;
+  EXPECT_NE(run.output.find("one reference says nothing"), std::string::npos) << run.output;
+  EXPECT_NE(read_file(fs::path(out / "advice") / "advise.csv").find("a reference"), std::string::npos);
+}
+
+TEST(Advise, SaysThatAGridsReferencesAreUnsure) {
+  const Directory out;
+  const ProgramRun run =
+      mss({"advise", "free_cube", "--grid", "1", "--error", "0.01%", "--out", out / "grid"});
+  EXPECT_EQ(run.exit_status, 1) << run.output;
+  EXPECT_NE(run.output.find("is itself unsure by"), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("a larger --grid"), std::string::npos) << run.output;
 }
 
 TEST(Advise, WritesTheSceneThatItAdvises) {
