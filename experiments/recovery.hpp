@@ -52,7 +52,7 @@ inline constexpr int recovery_cells = 3;
 enum class Recovery { recovered, mirrored, trapped, moving, non_finite };
 std::string_view to_string(Recovery outcome);
 
-struct Trial {
+struct RecoveryTrial {
   Recovery outcome = Recovery::recovered;
   double seconds = 0;       ///< simulated, until then [s]
   double max_stretch = 0;   ///< at the end
@@ -60,7 +60,7 @@ struct Trial {
 };
 
 /// Puts the body of a system into a state and lets go.
-Trial try_recovery(BodySystem<double>& system, const TrappedState& trap, std::uint64_t seed);
+RecoveryTrial try_recovery(BodySystem<double>& system, const TrappedState& trap, std::uint64_t seed);
 
 /// What a cube lands on: a corner, an edge or a face.
 struct Landing {
@@ -71,7 +71,7 @@ const std::vector<Landing>& landings();
 
 /// Lands a cube at a speed [m/s], lets it bounce and come to rest in the air: recovered if nothing is inside
 /// out then, however fast it turns.
-Trial try_landing(const RecoveryModel& model, const Landing& landing, double speed);
+RecoveryTrial try_landing(const RecoveryModel& model, const Landing& landing, double speed);
 
 /// What a step costs, models taking turns, and how far the guard moves anything where nothing is near
 /// folding.

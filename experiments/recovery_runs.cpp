@@ -38,7 +38,7 @@ double trial_step(const BodySystem<double>& system) {
 }
 
 /// Lets go of a body until it is at rest, trapped (its stored energy stays what it is), or the time is over.
-Trial settle(BodySystem<double>& system, State<double>& state) {
+RecoveryTrial settle(BodySystem<double>& system, State<double>& state) {
   constexpr long look = 128, most_looks = 500;
   constexpr int same_looks = 50;
   constexpr double same = 1e-9;
@@ -47,7 +47,7 @@ Trial settle(BodySystem<double>& system, State<double>& state) {
   Work work;
   double before = none;
   int unchanged = 0;
-  Trial trial{.outcome = Recovery::moving};
+  RecoveryTrial trial{.outcome = Recovery::moving};
   for (long i = 1; i <= most_looks; ++i) {
     const Status status = integrator->advance(system, state, double(i * look) * dt, work);
     const Measures m = measure(system, state);
@@ -73,7 +73,7 @@ struct Tally {
   std::vector<double> seconds;  ///< of those that recovered
   double worst_stretch = 0;     ///< of all that are finite
 
-  void add(const Trial& trial) {
+  void add(const RecoveryTrial& trial) {
     ++outcomes[trial.outcome];
     if (trial.outcome == Recovery::recovered) seconds.push_back(trial.seconds);
     if (std::isfinite(trial.max_stretch)) worst_stretch = std::max(worst_stretch, trial.max_stretch);
@@ -96,7 +96,7 @@ Json answer_of(const RecoveryModel& model, const TrappedState& trap, std::uint64
 Json answer_of(const RecoveryModel& model, const Landing& landing, const std::vector<double>& speeds) {
   Json answer{{"recovers_to", none}, {"folds_at", none}, {"max_stretch", none}, {"min_jacobian", none}};
   for (const double speed : speeds) {
-    const Trial trial = try_landing(model, landing, speed);
+    const RecoveryTrial trial = try_landing(model, landing, speed);
     answer["outcome"] = to_string(trial.outcome);
     if (trial.outcome == Recovery::recovered) {
       answer["recovers_to"] = speed;
@@ -194,7 +194,7 @@ RecoveryTables empty_tables() {
 
 }  // namespace
 
-Trial try_recovery(BodySystem<double>& system, const TrappedState& trap, std::uint64_t seed) {
+RecoveryTrial try_recovery(BodySystem<double>& system, const TrappedState& trap, std::uint64_t seed) {
   const BodyConfig& config = system.body().config();
   State<double> state = system.rest_state();
   std::mt19937_64 random(seed);
@@ -207,7 +207,7 @@ Trial try_recovery(BodySystem<double>& system, const TrappedState& trap, std::ui
   return settle(system, state);
 }
 
-Trial try_landing(const RecoveryModel& model, const Landing& landing, double speed) {
+RecoveryTrial try_landing(const RecoveryModel& model, const Landing& landing, double speed) {
   constexpr double above = 1e-3;  // of a cell
   BodyConfig config = model.body;
   config.origin = above * config.cell_size * Vec3::Ones();
@@ -216,7 +216,7 @@ Trial try_landing(const RecoveryModel& model, const Landing& landing, double spe
   const auto system = make_system<double>(model.model, body, ground, 1);
   State<double> state = system->rest_state();
   for (const std::ptrdiff_t site : system->particles()) state.v.set(site, -speed * landing.up);
-  Trial trial = settle(*system, state);
+  RecoveryTrial trial = settle(*system, state);
   const bool unfolded = trial.min_jacobian > 0;
   if (unfolded && (trial.outcome == Recovery::trapped || trial.outcome == Recovery::moving))
     trial.outcome = Recovery::recovered;

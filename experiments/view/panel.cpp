@@ -129,17 +129,17 @@ Panel::Wishes Panel::draw(const Session& session, Display& display, const Layout
 
 void Panel::draw_buttons(const Session& session, const Display& display, Wishes& wishes) {
   const float width = (ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().ItemSpacing.x) / 3;
-  const auto add = [&](const char* name, Command command) {
+  const auto add = [&](const char* name, PanelCommand command) {
     if (button(name, width)) wishes.commands.push_back(command);
   };
   {
     const Disabled disabled(session.status() != Status::ok);
-    add(display.playing ? "Pause###play" : "Play###play", Command::play_or_pause);
+    add(display.playing ? "Pause###play" : "Play###play", PanelCommand::play_or_pause);
     ImGui::SameLine();
-    add("Step###step", Command::step);
+    add("Step###step", PanelCommand::step);
   }
   ImGui::SameLine();
-  add("Restart###restart", Command::restart);
+  add("Restart###restart", PanelCommand::restart);
 }
 
 bool Panel::draw_material(const Session& session, Settings& settings) {
@@ -218,8 +218,8 @@ void Panel::draw_display(Display& display, Wishes& wishes) {
   for (const QuantityInfo& info : quantities()) names.emplace_back(info.name);
   auto chosen = static_cast<std::size_t>(display.quantity);
   if (choice("colours", names, chosen)) {
-    display.quantity = static_cast<Quantity>(chosen);
-    wishes.commands.push_back(Command::fit_colours);
+    display.quantity = static_cast<DisplayedQuantity>(chosen);
+    wishes.commands.push_back(PanelCommand::fit_colours);
   }
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", info_of(display.quantity).meaning);
   toggle("surface", display.surface);
@@ -231,9 +231,9 @@ void Panel::draw_display(Display& display, Wishes& wishes) {
   ImGui::SameLine();
   toggle("ground", display.ground);
   const float width = (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x) / 2;
-  if (button("Fit colours###fit", width)) wishes.commands.push_back(Command::fit_colours);
+  if (button("Fit colours###fit", width)) wishes.commands.push_back(PanelCommand::fit_colours);
   ImGui::SameLine();
-  if (button("See all###see", width)) wishes.commands.push_back(Command::see_all);
+  if (button("See all###see", width)) wishes.commands.push_back(PanelCommand::see_all);
   ImGui::Spacing();
   ImGui::Separator();
   ImGui::TextWrapped(

@@ -12,12 +12,12 @@
 namespace mss {
 
 /// What a person can ask for with a button or a key.
-enum class Command { play_or_pause, step, restart, see_all, fit_colours, close };
+enum class PanelCommand { play_or_pause, step, restart, see_all, fit_colours, close };
 
 /// What a window shows beside its session.
 struct Display {
   bool playing = false;
-  Quantity quantity = Quantity::stretch;
+  DisplayedQuantity quantity = DisplayedQuantity::stretch;
   ValueRange range{};  ///< of the colour bar
   bool surface = true, edges = true, springs = false, particles = false, ground = true;
   double ground_spacing = 1;   ///< [m]
@@ -39,7 +39,7 @@ Layout layout(double width, double height);
 class Panel {
  public:
   struct Wishes {
-    std::vector<Command> commands{};
+    std::vector<PanelCommand> commands{};
     std::optional<Settings> settings{};
   };
 

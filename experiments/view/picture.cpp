@@ -21,20 +21,20 @@ bool is_held(const HeldSites& held, std::ptrdiff_t site) {
 
 const std::vector<QuantityInfo>& quantities() {
   static const std::vector<QuantityInfo> all{
-      {Quantity::stretch, "stretch", "", "largest | length / rest length - 1 | of a particle's springs", 0,
-       0.01},
-      {Quantity::volume_ratio, "volume ratio", "", "volume / volume at rest, mean of a particle's cells",
-       0.995, 1.005},
-      {Quantity::jacobian, "Jacobian", "",
+      {DisplayedQuantity::stretch, "stretch", "",
+       "largest | length / rest length - 1 | of a particle's springs", 0, 0.01},
+      {DisplayedQuantity::volume_ratio, "volume ratio", "",
+       "volume / volume at rest, mean of a particle's cells", 0.995, 1.005},
+      {DisplayedQuantity::jacobian, "Jacobian", "",
        "smallest corner volume / h^3 of a particle's cells; below 0: inside out", 0.995, 1.005},
-      {Quantity::speed, "speed", "m/s", "of a particle", 0, 1e-3}};
+      {DisplayedQuantity::speed, "speed", "m/s", "of a particle", 0, 1e-3}};
   return all;
 }
 
-const QuantityInfo& info_of(Quantity quantity) { return quantities()[std::size_t(quantity)]; }
+const QuantityInfo& info_of(DisplayedQuantity quantity) { return quantities()[std::size_t(quantity)]; }
 
-std::vector<float> values_at(const std::vector<std::ptrdiff_t>& sites, Quantity quantity, const Body& body,
-                             const Field<double>& x, const Field<double>& v) {
+std::vector<float> values_at(const std::vector<std::ptrdiff_t>& sites, DisplayedQuantity quantity,
+                             const Body& body, const Field<double>& x, const Field<double>& v) {
   std::vector<float> values;
   values.reserve(sites.size());
   const auto fill = [&](auto&& at) {
@@ -42,16 +42,16 @@ std::vector<float> values_at(const std::vector<std::ptrdiff_t>& sites, Quantity 
     for (const std::ptrdiff_t site : sites) values.push_back(float(std::clamp(at(site), -most, most)));
   };
   switch (quantity) {
-    case Quantity::stretch:
+    case DisplayedQuantity::stretch:
       fill([&](std::ptrdiff_t site) { return stretch_at(body, x, site); });
       break;
-    case Quantity::volume_ratio:
+    case DisplayedQuantity::volume_ratio:
       fill([&](std::ptrdiff_t site) { return volume_ratio_at(body, x, site); });
       break;
-    case Quantity::jacobian:
+    case DisplayedQuantity::jacobian:
       fill([&](std::ptrdiff_t site) { return jacobian_at(body, x, site); });
       break;
-    case Quantity::speed:
+    case DisplayedQuantity::speed:
       fill([&](std::ptrdiff_t site) { return v.at(site).norm(); });
       break;
   }

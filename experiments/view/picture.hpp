@@ -10,10 +10,10 @@
 namespace mss {
 
 /// What a body can be coloured by.
-enum class Quantity { stretch, volume_ratio, jacobian, speed };
+enum class DisplayedQuantity { stretch, volume_ratio, jacobian, speed };
 
 struct QuantityInfo {
-  Quantity quantity;
+  DisplayedQuantity quantity;
   const char* name;
   const char* unit;  ///< empty: a bare number
   const char* meaning;
@@ -23,11 +23,11 @@ struct QuantityInfo {
 
 /// All of them, in the order of the enumeration.
 const std::vector<QuantityInfo>& quantities();
-const QuantityInfo& info_of(Quantity quantity);
+const QuantityInfo& info_of(DisplayedQuantity quantity);
 
 /// A quantity of the particles at some sites.
-std::vector<float> values_at(const std::vector<std::ptrdiff_t>& sites, Quantity quantity, const Body& body,
-                             const Field<double>& x, const Field<double>& v);
+std::vector<float> values_at(const std::vector<std::ptrdiff_t>& sites, DisplayedQuantity quantity,
+                             const Body& body, const Field<double>& x, const Field<double>& v);
 
 /// A point, or one of the two ends of a line, as the graphics card takes it.
 struct Mark {

@@ -170,7 +170,7 @@ class Viewer {
   void drag(const Ray& ray);
   void release();
   void obey(const Panel::Wishes& wishes);
-  void obey(Command command);
+  void obey(PanelCommand command);
   void play_or_pause();
   void see_all();
   void fit_colours();
@@ -253,25 +253,25 @@ void Viewer::fit_colours() {
   shown_high_ = info_of(display_.quantity).high;
 }
 
-void Viewer::obey(Command command) {
+void Viewer::obey(PanelCommand command) {
   switch (command) {
-    case Command::play_or_pause:
+    case PanelCommand::play_or_pause:
       return play_or_pause();
-    case Command::step:
+    case PanelCommand::step:
       display_.playing = false;
       session_.step();
       session_.record();
       return log("step");
-    case Command::restart:
+    case PanelCommand::restart:
       session_.restart();
       past_end_ = false;
       fit_colours();
       return log("restart");
-    case Command::see_all:
+    case PanelCommand::see_all:
       return see_all();
-    case Command::fit_colours:
+    case PanelCommand::fit_colours:
       return fit_colours();
-    case Command::close:
+    case PanelCommand::close:
       return glfwSetWindowShouldClose(window_.get(), GLFW_TRUE);
   }
 }
@@ -283,7 +283,7 @@ void Viewer::obey(const Panel::Wishes& wishes) {
       session_.change(*wishes.settings);
       log("change");
     }
-    for (const Command command : wishes.commands) obey(command);
+    for (const PanelCommand command : wishes.commands) obey(command);
   } catch (const InputError& error) {
     display_.message = error.what();
     log("refusal");
@@ -295,12 +295,12 @@ void Viewer::do_keys() {
   for (const Window::Key& key : window_.take_keys()) {
     if (ImGui::GetIO().WantTextInput) continue;
     const bool control = (key.modifiers & GLFW_MOD_CONTROL) != 0;
-    if (key.key == GLFW_KEY_SPACE) wishes.commands.push_back(Command::play_or_pause);
-    if (key.key == GLFW_KEY_S) wishes.commands.push_back(Command::step);
-    if (key.key == GLFW_KEY_R) wishes.commands.push_back(Command::restart);
-    if (key.key == GLFW_KEY_F) wishes.commands.push_back(Command::see_all);
-    if (key.key == GLFW_KEY_C) wishes.commands.push_back(Command::fit_colours);
-    if (key.key == GLFW_KEY_Q && control) wishes.commands.push_back(Command::close);
+    if (key.key == GLFW_KEY_SPACE) wishes.commands.push_back(PanelCommand::play_or_pause);
+    if (key.key == GLFW_KEY_S) wishes.commands.push_back(PanelCommand::step);
+    if (key.key == GLFW_KEY_R) wishes.commands.push_back(PanelCommand::restart);
+    if (key.key == GLFW_KEY_F) wishes.commands.push_back(PanelCommand::see_all);
+    if (key.key == GLFW_KEY_C) wishes.commands.push_back(PanelCommand::fit_colours);
+    if (key.key == GLFW_KEY_Q && control) wishes.commands.push_back(PanelCommand::close);
   }
   if (!wishes.commands.empty()) obey(wishes);
 }
@@ -386,7 +386,7 @@ void Viewer::draw(const Layout& places, int width, int height) {
     for (const GridPlane& grid : grids_) add_grid(picture.lines, grid);
   if (display_.springs)
     add_springs(picture.lines, body, session_.positions(),
-                display_.quantity == Quantity::stretch ? &display_.range : nullptr);
+                display_.quantity == DisplayedQuantity::stretch ? &display_.range : nullptr);
   if (display_.particles)
     add_particles(picture.points, body, session_.positions(), session_.scene().environment.holds);
   if (const auto pull = session_.pulled()) {
