@@ -298,7 +298,7 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
   result.tables = {{"timing", std::move(tables.rows)},
                    {"timing_summary", summary},
                    {"timing_features", std::move(shares.features)},
-                   {"timing_stripped", std::move(shares.stripped)},
+                   {"timing_lean", std::move(shares.lean)},
                    {"timing_raw", std::move(tables.raw)}};
   return result;
 }

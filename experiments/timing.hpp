@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/body.hpp"
+#include "core/sweep.hpp"
 #include "experiments/experiment.hpp"
 
 namespace mss {
@@ -77,10 +78,14 @@ struct FeatureTables {
   /// Time of one step of the workload and of variants that have something more or less, a row each and size
   /// and precision, with its share of the workload's.
   Table features;
-  /// Of those that lack something the same over that of a sweep stripped by hand of it, driven without a
-  /// method: median and quartiles of pairs of samples.
-  Table stripped;
+  /// Of those that lack something: time of one step over that of the same body with the sweep that serves any
+  /// body. Median and quartiles of pairs of samples.
+  Table lean;
 };
+/// The fastest kernel with nothing to choose from: its damped sweep of any body serves all unguarded ones.
+template <class Real>
+SweepKernel<Real> general_kernel();
+
 FeatureTables measure_features(const FeatureTimingConfig& config, Progress& progress);
 Chart features_chart(const Table& table);
 

@@ -1,16 +1,16 @@
-// What every feature of a body costs a step, and that one it lacks costs nothing.
+// What every feature of a body costs a step, and what the lean sweeps save over the one that serves any body.
 #include <fmt/format.h>
 
 #include <chrono>
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "core/spring_system.hpp"
 #include "experiments/model.hpp"
 #include "experiments/simulation.hpp"
 #include "experiments/statistics.hpp"
-#include "experiments/stripped_sweep.hpp"
 #include "experiments/timing.hpp"
 #include "integrators/fixed_step.hpp"
 
@@ -21,11 +21,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Workload = TimingWorkload;
 
-/// The workload with something more or less, and the sweep that holds no more than it needs.
+/// The workload with something more or less.
 struct Variant {
   const char* name;
   void (*change)(BodyConfig& body, Environment& environment);
-  std::optional<Stripped> stripped{};
+  bool lean = false;  ///< SpringSystem chooses a sweep that computes less than the general one
 };
 
 void refill(BodyConfig& body, double face_share) {
@@ -41,24 +41,23 @@ constexpr std::array<Variant, 9> variants{
         environment.planes = {{.point = Vec3(0, 0, -1)}};  // below whatever the run falls
       }},
      {"with guard", [](BodyConfig& body, Environment&) { body.fold_guard = usual_fold_guard; }},
-     {workload_name, [](BodyConfig&, Environment&) {}, Stripped::choice},
-     {"no damping", [](BodyConfig& body, Environment&) { body.damping = {}; }, Stripped::damping},
-     {"no volume force", [](BodyConfig& body, Environment&) { body.springs.volume = 0; },
-      Stripped::volume_force},
-     {"no body diagonals", [](BodyConfig& body, Environment&) { refill(body, 1); }, Stripped::body_diagonals},
+     {workload_name, [](BodyConfig&, Environment&) {}},
+     {"no damping", [](BodyConfig& body, Environment&) { body.damping = {}; }, true},
+     {"no volume force", [](BodyConfig& body, Environment&) { body.springs.volume = 0; }, true},
+     {"no body diagonals", [](BodyConfig& body, Environment&) { refill(body, 1); }, true},
      {"no body diagonals, with guard",
       [](BodyConfig& body, Environment&) {
         refill(body, 1);
         body.fold_guard = usual_fold_guard;
       }},
-     {"no face diagonals", [](BodyConfig& body, Environment&) { refill(body, 0); }, Stripped::face_diagonals},
+     {"no face diagonals", [](BodyConfig& body, Environment&) { refill(body, 0); }, true},
      {"edges and faces only",
       [](BodyConfig& body, Environment&) {
         refill(body, 1);
         body.springs.volume = 0;
         body.damping = {};
       },
-      Stripped::all_but_edges_and_faces}}};
+      true}}};
 
 template <class Real>
 struct Contestant {
@@ -71,11 +70,9 @@ struct Contestant {
         system(body, environment, {.threads = 1}),
         integrator(find_integrator("semi_implicit_euler").make<Real>({.dt = Workload::dt})),
         state(stretched_state(system, Workload::stretch)) {
-    if (!variant.stripped) return;
-    if (const auto kernel = stripped_kernel<Real>(*variant.stripped)) {
-      stripped.emplace(body, environment, *kernel, Execution{.threads = 1});
-      stripped_state = state;
-    }
+    if (!variant.lean) return;
+    general.emplace(body, environment, general_kernel<Real>(), Execution{.threads = 1});
+    general_state = state;
   }
 
   /// Seconds for that many steps.
@@ -85,29 +82,29 @@ struct Contestant {
     return std::chrono::duration<double>(Clock::now() - begin).count();
   }
   /// The same steps, without what a method does around them.
-  double take_stripped(long steps) {
+  double take_general(long steps) {
     const auto begin = Clock::now();
-    stripped->kick_drift({.kick_before = Workload::dt, .drift_new = Workload::dt}, Workload::dt, steps,
-                         stripped_state);
+    general->kick_drift({.kick_before = Workload::dt, .drift_new = Workload::dt}, Workload::dt, steps,
+                        general_state);
     return std::chrono::duration<double>(Clock::now() - begin).count();
   }
 
   Environment environment{.gravity = Vec3(0, 0, Workload::gravity)};
   Body body;
   SpringSystem<Real> system;
-  std::optional<SpringSystem<Real>> stripped;
+  std::optional<SpringSystem<Real>> general;
   std::unique_ptr<Integrator<Real>> integrator;
-  State<Real> state, stripped_state;
+  State<Real> state, general_state;
   Work work;
 };
 
 /// Its samples, each taken beside the other's.
 struct Samples {
-  std::vector<double> own, stripped, share;
-  void add(double seconds, double seconds_stripped) {
+  std::vector<double> own, general, share;
+  void add(double seconds, double seconds_general) {
     own.push_back(seconds);
-    stripped.push_back(seconds_stripped);
-    share.push_back(seconds / seconds_stripped);
+    general.push_back(seconds_general);
+    share.push_back(seconds / seconds_general);
   }
 };
 
@@ -120,7 +117,7 @@ bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress
   std::vector<long> steps;
   for (const auto& contestant : all) {
     contestant->take(1);
-    if (contestant->stripped) contestant->take_stripped(1);
+    if (contestant->general) contestant->take_general(1);
     const auto seconds_for = [&](long count) { return contestant->take(count); };
     const long lasting = sample_length(config.sample_seconds, seconds_for).steps;
     steps.push_back(std::max(steps_between_checks, lasting));  // fewer would be checked more often
@@ -129,12 +126,12 @@ bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress
     Contestant<Real>& contestant = *all[i];
     const bool second = samples[i].own.size() % 2 != 0;  // who goes first finds colder caches
     const auto count = double(steps[i]);
-    if (second || !contestant.stripped) {
+    if (second || !contestant.general) {
       const double own = contestant.take(steps[i]) / count;
-      samples[i].add(own, contestant.stripped ? contestant.take_stripped(steps[i]) / count : std::nan(""));
+      samples[i].add(own, contestant.general ? contestant.take_general(steps[i]) / count : std::nan(""));
     } else {
-      const double stripped = contestant.take_stripped(steps[i]) / count;
-      samples[i].add(contestant.take(steps[i]) / count, stripped);
+      const double general = contestant.take_general(steps[i]) / count;
+      samples[i].add(contestant.take(steps[i]) / count, general);
     }
   };
   if (!take_turns(config.repetitions, all.size(), progress, take_both)) return false;
@@ -147,15 +144,26 @@ bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress
     const std::string status(to_string(is_finite(all[i]->state) ? Status::ok : Status::non_finite));
     tables.features.add({std::string(variants[i].name), precision, n, median, quantile(samples[i].own, 0.25),
                          quantile(samples[i].own, 0.75), median / workload, status});
-    if (all[i]->stripped)
-      tables.stripped.add({std::string(variants[i].name), precision, n, median,
-                           quantile(samples[i].stripped, 0.5), quantile(samples[i].share, 0.5),
-                           quantile(samples[i].share, 0.25), quantile(samples[i].share, 0.75), status});
+    if (all[i]->general)
+      tables.lean.add({std::string(variants[i].name), precision, n, median, quantile(samples[i].general, 0.5),
+                       quantile(samples[i].share, 0.5), quantile(samples[i].share, 0.25),
+                       quantile(samples[i].share, 0.75), status});
   }
   return true;
 }
 
 }  // namespace
+
+template <class Real>
+SweepKernel<Real> general_kernel() {
+  SweepKernel<Real> kernel = sweep_kernels<Real>().back();
+  const Sweep<Real> any = kernel.plain.damped.any;
+  kernel.plain.damped = kernel.plain.undamped = {any, any, any, any, any};
+  return kernel;
+}
+
+template SweepKernel<float> general_kernel();
+template SweepKernel<double> general_kernel();
 
 FeatureTables measure_features(const FeatureTimingConfig& config, Progress& progress) {
   FeatureTables tables{Table({{"variant"},
@@ -170,8 +178,8 @@ FeatureTables measure_features(const FeatureTimingConfig& config, Progress& prog
                               {"precision"},
                               {"cells"},
                               {"seconds_per_step", "s"},
-                              {"stripped_seconds_per_step", "s"},
-                              {"over_stripped"},
+                              {"general_seconds_per_step", "s"},
+                              {"over_general"},
                               {"q1"},
                               {"q3"},
                               {"status"}})};

@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "core/spring_system.hpp"
 #include "experiments/simulation.hpp"
-#include "experiments/stripped_sweep.hpp"
 
 namespace mss {
 namespace {
@@ -176,30 +176,31 @@ TEST(TimingSummary, SaysWhyThereIsNoFit) {
   EXPECT_EQ(summary.text(0, "status"), "no fit: fewer than two sizes of 20 or more");
 }
 
-/// They leave out what is not there, and nothing else.
+/// Lean sweeps leave out what is not there, and nothing else: the general sweep computes the same.
 TEST(TimingFeatures, ComparesWithSweepsThatComputeTheSame) {
   const auto refill = [](BodyConfig& body, double face_share) {
     body.springs = calibrate(TimingWorkload::material, body.cell_size, face_share);
   };
-  for (const Stripped of :
-       {Stripped::choice, Stripped::damping, Stripped::volume_force, Stripped::body_diagonals,
-        Stripped::face_diagonals, Stripped::all_but_edges_and_faces}) {
-    const auto kernel = stripped_kernel<double>(of);
-    if (!kernel) GTEST_SKIP() << "none for this processor";
+  const std::vector<std::function<void(BodyConfig&)>> variants{
+      [](BodyConfig& body) { body.damping = {}; }, [](BodyConfig& body) { body.springs.volume = 0; },
+      [&](BodyConfig& body) { refill(body, 1); }, [&](BodyConfig& body) { refill(body, 0); },
+      [&](BodyConfig& body) {
+        refill(body, 1);
+        body.springs.volume = 0;
+        body.damping = {};
+      }};
+  for (const auto& change : variants) {
     BodyConfig config = timing_cube(4);
-    if (of == Stripped::body_diagonals || of == Stripped::all_but_edges_and_faces) refill(config, 1);
-    if (of == Stripped::face_diagonals) refill(config, 0);
-    if (of == Stripped::damping || of == Stripped::all_but_edges_and_faces) config.damping = {};
-    if (of == Stripped::volume_force || of == Stripped::all_but_edges_and_faces) config.springs.volume = 0;
+    change(config);
     const Body body(config);
-    SpringSystem<double> chosen(body, {}), stripped(body, {}, *kernel, {});
+    SpringSystem<double> chosen(body, {}), general(body, {}, general_kernel<double>(), {});
     const State<double> state = stretched_state(chosen, 1.2);
     Field<double> expected(body.lattice().size), force(body.lattice().size);
-    chosen.force(0, state.x, state.v, expected);
-    stripped.force(0, state.x, state.v, force);
+    general.force(0, state.x, state.v, expected);
+    chosen.force(0, state.x, state.v, force);
     const double largest = expected.array().abs().maxCoeff();
     EXPECT_GT(largest, 0);
-    EXPECT_LT((force.array() - expected.array()).abs().maxCoeff(), 1e-12 * largest) << int(of);
+    EXPECT_LT((force.array() - expected.array()).abs().maxCoeff(), 1e-12 * largest) << &change - &variants[0];
   }
 }
 
@@ -216,9 +217,8 @@ TEST(TimingFeatures, HasARowForEveryVariant) {
       EXPECT_EQ(table.number(r, "share"), 1);
     }
   }
-  EXPECT_EQ(tables.stripped.size(), stripped_kernel<double>(Stripped::choice) ? 6U * 2 * 2 : 0U);
-  for (std::size_t r = 0; r < tables.stripped.size(); ++r)
-    EXPECT_GT(tables.stripped.number(r, "over_stripped"), 0);
+  EXPECT_EQ(tables.lean.size(), 5U * 2 * 2);  // the workload's own sweep is the general one
+  for (std::size_t r = 0; r < tables.lean.size(); ++r) EXPECT_GT(tables.lean.number(r, "over_general"), 0);
   const Chart chart = features_chart(table);
   EXPECT_EQ(chart.series.size(), 4U);
   EXPECT_EQ(chart.y.names.size(), 9U);
