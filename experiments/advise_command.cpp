@@ -124,7 +124,8 @@ Chart pareto(const Scene& scene, const Ask& ask, const Advice& advice) {
   return chart;
 }
 
-Json meta(const Scene& scene, const SceneFamily& family, const Ask& ask, const Advice& advice) {
+Json meta(const Scene& scene, const SceneFamily& family, const Ask& ask, const Advice& advice,
+          const Json& origin) {
   Json json{
       {"scene", scene.name},
       {"error", ask.error},
@@ -145,7 +146,7 @@ Json meta(const Scene& scene, const SceneFamily& family, const Ask& ask, const A
                        {"within_budget", advice.within_budget}};
   }
   json["configuration"] = Json::parse(scene.resolved);
-  json["provenance"] = provenance();
+  json["provenance"] = origin;
   return json;
 }
 
@@ -206,6 +207,7 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
                "mss: {}: body.sharing is \"uniform\", which makes another material of other cells; advice is "
                "about the same springs shared as \"weighted\"\n",
                scene.name);
+  const Json origin = provenance();
   Advice advice;
   {
     TerminalProgress progress(scene.name);
@@ -213,13 +215,13 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
                          : advise(family, ask, progress);
   }
   write_atomically(directory / "advise.csv", advice_table(family, advice).csv());
-  write_atomically(directory / "meta.json", meta(scene, family, ask, advice).dump(2) + "\n");
+  write_atomically(directory / "meta.json", meta(scene, family, ask, advice, origin).dump(2) + "\n");
   if (advice.best && advice.within_budget)
     write_atomically(directory / "advised.toml", advised_text(choice, family, ask, advice, directory));
   else
     fs::remove(directory / "advised.toml");  // of an earlier ask
   if (Chart chart = pareto(scene, ask, advice); has_points(chart)) {
-    chart.footer = provenance_line(provenance());
+    chart.footer = provenance_line(origin);
     draw(chart, directory / "advise");
   } else {
     for (const char* picture : {"advise.svg", "advise.png"}) fs::remove(directory / picture);

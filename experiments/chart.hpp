@@ -23,7 +23,7 @@ struct ChartSeries {
   std::string label;  ///< as the legend shows it
   std::vector<ChartPoint> points = {};
   int style = -1;      ///< index into the chart styles; -1: the series' place in the chart
-  bool lines = true;   ///< false: black crosses without a line, for what failed
+  bool lines = true;   ///< false: black markers (crosses, then open shapes) without a line, for what failed
   bool joined = true;  ///< false: its markers alone
 };
 
