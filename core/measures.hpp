@@ -22,6 +22,8 @@ struct Measures {
   double max_stretch = 0;         ///< largest | |d|/L0 - 1 | of a spring
   double min_jacobian = 1;        ///< smallest signed volume of a cell corner's three edges, over h^3
 
+  /// Kinetic and stored energy: what the body has of itself [J].
+  double mechanical() const { return kinetic + elastic + volume_energy; }
   double total() const { return kinetic + elastic + volume_energy + gravitational; }
 };
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace mss {
+namespace mss::view {
 
 namespace {
 
@@ -73,4 +73,4 @@ Eigen::Vector2d Camera::project(const Vec3& point, const Viewport& view) const {
           view.y + (1 - clip[1] / clip[3]) / 2 * view.height};
 }
 
-}  // namespace mss
+}  // namespace mss::view

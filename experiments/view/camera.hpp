@@ -4,7 +4,7 @@
 
 #include "experiments/view/surface_mesh.hpp"
 
-namespace mss {
+namespace mss::view {
 
 /// A rectangle of the screen [pixels], from its upper left corner.
 struct Viewport {
@@ -54,4 +54,4 @@ class Camera {
   double pitch_ = 0;
 };
 
-}  // namespace mss
+}  // namespace mss::view

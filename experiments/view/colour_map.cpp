@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace mss {
+namespace mss::view {
 
 namespace {
 
@@ -68,4 +68,4 @@ ValueRange round_range(double low, double high, double least) {
           .step = step};
 }
 
-}  // namespace mss
+}  // namespace mss::view

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-namespace mss {
+namespace mss::view {
 
 /// Red, green, blue of sRGB, 0 to 1.
 using Colour = std::array<float, 3>;
@@ -26,4 +26,4 @@ struct ValueRange {
 /// about its middle if it is narrower.
 ValueRange round_range(double low, double high, double least);
 
-}  // namespace mss
+}  // namespace mss::view

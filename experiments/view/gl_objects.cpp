@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace mss {
+namespace mss::view {
 
 namespace {
 
@@ -57,4 +57,4 @@ GlObject make_program(const char* vertex_shader, const char* fragment_shader) {
   return program;
 }
 
-}  // namespace mss
+}  // namespace mss::view

@@ -5,7 +5,7 @@
 
 #include <utility>
 
-namespace mss {
+namespace mss::view {
 
 /// The name of something the graphics card keeps; frees it at the end. Needs the context it was made in.
 class GlObject {
@@ -41,4 +41,4 @@ GlObject make_renderbuffer();
 /// log.
 GlObject make_program(const char* vertex_shader, const char* fragment_shader);
 
-}  // namespace mss
+}  // namespace mss::view

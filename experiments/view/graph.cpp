@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace mss {
+namespace mss::view {
 
 namespace {
 
@@ -169,4 +169,4 @@ void draw_graphs(const Viewport& place, const Session& session) {
   draw_graph(right, "volume / volume at rest", {ratio}, session.history(), 1e-4);
 }
 
-}  // namespace mss
+}  // namespace mss::view

@@ -5,7 +5,7 @@
 #include "experiments/view/picture.hpp"
 #include "experiments/view/session.hpp"
 
-namespace mss {
+namespace mss::view {
 
 // Pictures of numbers, drawn into the current window of Dear ImGui at places of the screen.
 
@@ -15,4 +15,4 @@ void draw_colour_bar(const Viewport& place, const QuantityInfo& quantity, const 
 /// Energies and volume ratio over time, side by side.
 void draw_graphs(const Viewport& place, const Session& session);
 
-}  // namespace mss
+}  // namespace mss::view

@@ -5,9 +5,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "experiments/output.hpp"
+#include "experiments/io/output.hpp"
 
-namespace mss {
+namespace mss::view {
 
 void write_png(const std::filesystem::path& file, int width, int height,
                const std::vector<std::uint8_t>& pixels) {
@@ -28,4 +28,4 @@ void write_png(const std::filesystem::path& file, int width, int height,
   write_atomically(file, bytes);
 }
 
-}  // namespace mss
+}  // namespace mss::view

@@ -2,13 +2,13 @@
 #include "core/error.hpp"
 #include "experiments/view/window.hpp"
 
-namespace mss {
+namespace mss::view {
 
-Status view(const Scene&, const ViewOptions&) {
+Status show(const Scene&, const ViewOptions&) {
   throw InputError(
       "this program was built without a window; install libglfw3-dev, libimgui-dev, libstb-dev, libglew-dev "
       "and "
       "libpng-dev, and configure and build it again");
 }
 
-}  // namespace mss
+}  // namespace mss::view

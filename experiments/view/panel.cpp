@@ -9,7 +9,7 @@
 
 #include "experiments/view/graph.hpp"
 
-namespace mss {
+namespace mss::view {
 
 namespace {
 
@@ -285,4 +285,4 @@ bool Panel::remember(const char* name, bool used) {
   return used;
 }
 
-}  // namespace mss
+}  // namespace mss::view

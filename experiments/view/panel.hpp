@@ -9,7 +9,7 @@
 #include "experiments/view/picture.hpp"
 #include "experiments/view/session.hpp"
 
-namespace mss {
+namespace mss::view {
 
 /// What a person can ask for with a button or a key.
 enum class PanelCommand { play_or_pause, step, restart, see_all, fit_colours, close };
@@ -69,4 +69,4 @@ class Panel {
   std::map<std::string, Viewport> widgets_;
 };
 
-}  // namespace mss
+}  // namespace mss::view

@@ -6,7 +6,7 @@
 
 #include "core/particle_measures.hpp"
 
-namespace mss {
+namespace mss::view {
 
 namespace {
 
@@ -132,4 +132,4 @@ std::vector<GridPlane> grids_of(const Body& body, const Environment& environment
   return grids;
 }
 
-}  // namespace mss
+}  // namespace mss::view

@@ -7,7 +7,7 @@
 #include "experiments/view/colour_map.hpp"
 #include "experiments/view/surface_mesh.hpp"
 
-namespace mss {
+namespace mss::view {
 
 /// What a body can be coloured by.
 enum class DisplayedQuantity { stretch, volume_ratio, jacobian, speed };
@@ -58,4 +58,4 @@ void add_grid(Marks& lines, const GridPlane& plane);
 /// layer is held, otherwise so far down that what hangs or falls does not soon pass through.
 std::vector<GridPlane> grids_of(const Body& body, const Environment& environment);
 
-}  // namespace mss
+}  // namespace mss::view

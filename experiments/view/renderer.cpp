@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-namespace mss {
+namespace mss::view {
 
 namespace {
 
@@ -243,4 +243,4 @@ std::vector<std::uint8_t> Canvas::read() const {
   return pixels;
 }
 
-}  // namespace mss
+}  // namespace mss::view

@@ -6,7 +6,7 @@
 #include "experiments/view/gl_objects.hpp"
 #include "experiments/view/picture.hpp"
 
-namespace mss {
+namespace mss::view {
 
 /// What is to be drawn.
 struct Picture {
@@ -55,4 +55,4 @@ class Canvas {
   GlObject smooth_, plain_;  ///< four samples a pixel; one
 };
 
-}  // namespace mss
+}  // namespace mss::view

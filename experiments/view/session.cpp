@@ -4,10 +4,10 @@
 #include <chrono>
 #include <cmath>
 
-#include "experiments/model.hpp"
-#include "experiments/simulation.hpp"
+#include "experiments/simulation/model.hpp"
+#include "experiments/simulation/simulation.hpp"
 
-namespace mss {
+namespace mss::view {
 
 namespace {
 
@@ -219,4 +219,4 @@ void Session::record() {
   history_.push_back(measures);
 }
 
-}  // namespace mss
+}  // namespace mss::view

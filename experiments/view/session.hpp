@@ -11,7 +11,7 @@
 #include "core/tethered_system.hpp"
 #include "integrators/integrator.hpp"
 
-namespace mss {
+namespace mss::view {
 
 /// What may be changed about a scene while it runs.
 struct Settings {
@@ -110,4 +110,4 @@ class Session {
   Measures start_;
 };
 
-}  // namespace mss
+}  // namespace mss::view

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-namespace mss {
+namespace mss::view {
 
 namespace {
 
@@ -150,4 +150,4 @@ std::optional<SurfaceMesh::Hit> SurfaceMesh::hit(const Ray& ray) const {
   return first;
 }
 
-}  // namespace mss
+}  // namespace mss::view

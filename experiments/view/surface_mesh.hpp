@@ -7,7 +7,7 @@
 
 #include "core/body.hpp"
 
-namespace mss {
+namespace mss::view {
 
 /// A half-line from `origin` along the unit vector `direction`.
 struct Ray {
@@ -70,4 +70,4 @@ class SurfaceMesh {
   std::vector<std::uint32_t> triangles_;
 };
 
-}  // namespace mss
+}  // namespace mss::view

@@ -16,14 +16,14 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "experiments/output.hpp"
-#include "experiments/progress.hpp"
-#include "experiments/provenance.hpp"
+#include "experiments/harness/progress.hpp"
+#include "experiments/harness/provenance.hpp"
+#include "experiments/io/output.hpp"
 #include "experiments/view/image.hpp"
 #include "experiments/view/panel.hpp"
 #include "experiments/view/renderer.hpp"
 
-namespace mss {
+namespace mss::view {
 
 namespace {
 
@@ -471,9 +471,9 @@ Status Viewer::make_shot() {
 
 }  // namespace
 
-Status view(const Scene& scene, const ViewOptions& options) {
+Status show(const Scene& scene, const ViewOptions& options) {
   Viewer viewer(scene, options);
   return options.shot.empty() ? viewer.show_live() : viewer.make_shot();
 }
 
-}  // namespace mss
+}  // namespace mss::view

@@ -5,7 +5,7 @@
 #include "core/scene.hpp"
 #include "integrators/integrator.hpp"
 
-namespace mss {
+namespace mss::view {
 
 /// How a scene is to be shown.
 struct ViewOptions {
@@ -19,6 +19,6 @@ struct ViewOptions {
 /// Shows a scene until its window is closed, or makes a picture of it. Returns how the simulation is then;
 /// the picture is written all the same. Throws InputError if the scene cannot be simulated, no window be
 /// opened or the picture not be written, and if this build has no window.
-Status view(const Scene& scene, const ViewOptions& options);
+Status show(const Scene& scene, const ViewOptions& options);
 
-}  // namespace mss
+}  // namespace mss::view

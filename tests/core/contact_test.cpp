@@ -11,8 +11,8 @@
 #include "core/measures.hpp"
 #include "reference/fem/fem_system.hpp"
 #include "reference/mollemans.hpp"
+#include "tests/centre_of_mass.hpp"
 #include "tests/differences.hpp"
-#include "tests/dust.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss {
@@ -341,7 +341,7 @@ TEST(PenaltyPlanes, AreInTheSpectralBound) {
 }
 
 TEST(PenaltyPlanes, KinkWhereTheLowestParticleTouches) {
-  const Body body(testing::dust());
+  const Body body(free_particles());
   SpringSystem<double> system(body, {.planes = {{.point = Vec3(0, 0, -0.2), .contact = ContactLaw::penalty},
                                                 {.contact = ContactLaw::impulse}}});
   const std::vector<double> kinks = system.kinks(system.rest_state().x);
@@ -398,7 +398,7 @@ TEST(Collisions, LeaveNobodyBehindAPlane) {
 
 // What one plane has put down by rounding beneath itself is not struck again because there are others.
 TEST(Collisions, WithOnePlaneDoNotDependOnOthersFarAway) {
-  const Body body(testing::dust());
+  const Body body(free_particles());
   const Plane slope{.normal = Vec3(0.36397, 0, 1).normalized(), .restitution = 0.2, .friction = 0.2};
   const Plane far{.point = Vec3(0, 0, -50)};
   SpringSystem<double> alone(body, {.planes = {slope}}), among(body, {.planes = {slope, far}});

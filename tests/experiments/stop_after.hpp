@@ -1,6 +1,6 @@
 #pragma once
 
-#include "experiments/progress.hpp"
+#include "experiments/harness/progress.hpp"
 
 namespace mss {
 

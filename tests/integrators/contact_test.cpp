@@ -9,7 +9,7 @@
 #include "core/measures.hpp"
 #include "integrators/integrator.hpp"
 #include "reference/closed_forms.hpp"
-#include "tests/dust.hpp"
+#include "tests/centre_of_mass.hpp"
 
 namespace mss {
 namespace {
@@ -49,7 +49,7 @@ class FixedStepContact : public ::testing::TestWithParam<std::string> {};
 TEST_P(FixedStepContact, BouncesAsHighAsRestitutionSays) {
   constexpr double restitution = 0.7, dt = 1e-3;
   const Plane floor{.point = Vec3(0, 0, -1), .restitution = restitution};
-  Trial run(GetParam(), dt, testing::dust(), with(down, floor));
+  Trial run(GetParam(), dt, free_particles(), with(down, floor));
   double before = 1, highest = 0;
   bool rising = false;
   int bounces = 0;
@@ -72,7 +72,7 @@ TEST_P(FixedStepContact, SticksToASlopeOrSlidesDownIt) {
   const double angle = std::atan(0.5);
   for (const double friction : {0.51, 0.49}) {
     const Plane slope{.normal = Vec3(std::sin(angle), 0, std::cos(angle)), .friction = friction};
-    Trial run(GetParam(), 1e-3, testing::dust(), with(down, slope));
+    Trial run(GetParam(), 1e-3, free_particles(), with(down, slope));
     for (const std::ptrdiff_t site : run.body.sites()) {
       const Vec3 x = run.state.x.at(site);
       run.state.x.set(site, x - slope.gap(x) * slope.normal);
@@ -91,7 +91,7 @@ TEST_P(FixedStepContact, SticksToASlopeOrSlidesDownIt) {
 TEST_P(FixedStepContact, StopsWhereFrictionSays) {
   for (const double degrees : {0, 30, 45}) {
     const double angle = degrees * std::acos(-1) / 180;
-    Trial run(GetParam(), 1e-3, testing::dust(), with(down, {.friction = 0.4}));
+    Trial run(GetParam(), 1e-3, free_particles(), with(down, {.friction = 0.4}));
     for (const std::ptrdiff_t site : run.body.sites()) {
       Vec3 x = run.state.x.at(site);
       x[2] = 0;
@@ -110,8 +110,8 @@ TEST_P(FixedStepContact, StopsWhereFrictionSays) {
 
 TEST_P(FixedStepContact, DoesNotDependOnHowOftenSomebodyLooks) {
   const Plane floor{.point = Vec3(0, 0, -0.002)};
-  Trial once(GetParam(), 2e-4, testing::block(), with(down, floor));
-  Trial often(GetParam(), 2e-4, testing::block(), with(down, floor));
+  Trial once(GetParam(), 2e-4, rubber_block(), with(down, floor));
+  Trial often(GetParam(), 2e-4, rubber_block(), with(down, floor));
   once.advance(0.04);
   for (int look = 1; look <= 10; ++look) often.advance(look * 0.004);
   EXPECT_EQ((once.state.x.array() - often.state.x.array()).abs().maxCoeff(), 0);
@@ -131,9 +131,9 @@ INSTANTIATE_TEST_SUITE_P(Registry, FixedStepContact, methods(Stepping::fixed), n
 /// A block on ground that leans under it, which is to say with gravity leaning, at rest on it.
 std::unique_ptr<Trial> block_on_slope(const std::string& method, double angle, double friction) {
   const Environment leaning{.gravity = g * Vec3(std::sin(angle), 0, -std::cos(angle))};
-  Trial glued(method, 2e-4, testing::block(), with(leaning, {.restitution = 0, .friction = 10}));
+  Trial glued(method, 2e-4, rubber_block(), with(leaning, {.restitution = 0, .friction = 10}));
   glued.advance(0.6);
-  auto run = std::make_unique<Trial>(method, 2e-4, testing::block(), with(leaning, {.friction = friction}));
+  auto run = std::make_unique<Trial>(method, 2e-4, rubber_block(), with(leaning, {.friction = friction}));
   run->state = glued.state;
   run->state.t = 0;
   return run;
@@ -145,7 +145,7 @@ INSTANTIATE_TEST_SUITE_P(Some, BlockContact, ::testing::Values("verlet", "veloci
 TEST_P(BlockContact, StopsWhereFrictionSays) {
   for (const double degrees : {0, 30, 45}) {
     const double angle = degrees * std::acos(-1) / 180;
-    Trial run(GetParam(), 5e-4, testing::block(), with(down, {.friction = 0.4}));
+    Trial run(GetParam(), 5e-4, rubber_block(), with(down, {.friction = 0.4}));
     run.push(2 * Vec3(std::cos(angle), std::sin(angle), 0));
     const Vec3 start = run.centre();
     run.advance(0.8);
@@ -176,7 +176,7 @@ TEST(Block, SticksToASlopeOrSlidesDownIt) {
 
 /// The thesis's cube, spinning, dropped on ground.
 std::unique_ptr<Trial> spinning_cube(const std::string& method, double dt, int threads = 1) {
-  auto run = std::make_unique<Trial>(method, dt, testing::thesis_cube(), with(down, {}), threads);
+  auto run = std::make_unique<Trial>(method, dt, thesis_cube(), with(down, {}), threads);
   const Vec3 centre = run->centre();
   for (const std::ptrdiff_t site : run->body.sites())
     run->state.v.set(site, Vec3(1, 0, 0) + Vec3(3, 2, 1).cross(run->state.x.at(site) - centre));
@@ -227,7 +227,7 @@ TEST(Corner, HoldsABlock) {
   Environment corner = down;
   for (const Vec3& normal : {Vec3(1, 0, 1), Vec3(-1, 0, 1), Vec3(0, 1, 0)})
     corner.planes.push_back({.normal = normal.normalized(), .friction = 0.2});
-  BodyConfig config = testing::block();
+  BodyConfig config = rubber_block();
   config.origin = Vec3(-0.15, 0.05, 0.2);
   Trial run("verlet", 5e-4, config, corner);
   run.push(Vec3(0, -1, 0));
@@ -250,7 +250,7 @@ TEST_P(PenaltyContact, StopsWhereFrictionSays) {
   const Plane floor{.contact = ContactLaw::penalty, .friction = 0.4};
   const bool adaptive = find_integrator(GetParam()).stepping == Stepping::adaptive;
   const bool limited = find_integrator(GetParam()).limit != nullptr;
-  Trial run(GetParam(), adaptive ? 0 : limited ? 1e-5 : 5e-4, testing::block(), with(down, floor));
+  Trial run(GetParam(), adaptive ? 0 : limited ? 1e-5 : 5e-4, rubber_block(), with(down, floor));
   run.push(Vec3(0.5, 0, 0));
   const Vec3 start = run.centre();
   run.advance(0.3);
@@ -264,7 +264,7 @@ TEST(StaticContact, CarriesAWeight) {
   Environment environment = with(down, floor);
   environment.holds = {{.box = {Vec3(0, 0, 0), Vec3(0, 1, 1)}, .axes = {true, false, false}},
                        {.box = {Vec3(0, 0, 0), Vec3(1, 0, 1)}, .axes = {false, true, false}}};
-  Trial run("static", 0, testing::block(), environment);
+  Trial run("static", 0, rubber_block(), environment);
   run.advance(1);
   Field<double> force(run.system.size());
   run.system.force(1, run.state.x, run.state.v, force);
@@ -330,7 +330,7 @@ INSTANTIATE_TEST_SUITE_P(All, CvodeContact,
 /// How near to the touch of a falling particle a method asks for an acceleration [s].
 double nearest_to_touch(const std::string& method, bool tells_kinks) {
   const Plane floor{.point = Vec3(0, 0, -0.5), .contact = ContactLaw::penalty};
-  Trial run(method, 0, testing::dust(), with(down, floor));
+  Trial run(method, 0, free_particles(), with(down, floor));
   Listener listener(run.system, tells_kinks);
   EXPECT_EQ(run.method->advance(listener, run.state, 0.4, run.work), Status::ok);
   EXPECT_EQ(run.state.t, 0.4);

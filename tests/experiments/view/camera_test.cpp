@@ -7,7 +7,7 @@
 
 #include "experiments/view/colour_map.hpp"
 
-namespace mss {
+namespace mss::view {
 namespace {
 
 const Viewport screen{300, 0, 900, 600};
@@ -121,4 +121,4 @@ TEST(ValueRange, OfOneValueIsAsWideAsItMustBe) {
 }
 
 }  // namespace
-}  // namespace mss
+}  // namespace mss::view

@@ -7,10 +7,10 @@
 #include <filesystem>
 
 #include "core/error.hpp"
-#include "experiments/scene_files.hpp"
-#include "experiments/simulation.hpp"
+#include "experiments/simulation/scene_files.hpp"
+#include "experiments/simulation/simulation.hpp"
 
-namespace mss {
+namespace mss::view {
 namespace {
 
 namespace fs = std::filesystem;
@@ -232,4 +232,4 @@ TEST(Session, RemembersMeasuresFromItsStart) {
 }
 
 }  // namespace
-}  // namespace mss
+}  // namespace mss::view

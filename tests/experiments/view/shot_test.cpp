@@ -7,11 +7,11 @@
 #include <filesystem>
 #include <vector>
 
-#include "experiments/output.hpp"
-#include "experiments/process.hpp"
+#include "experiments/io/output.hpp"
+#include "experiments/io/process.hpp"
 #include "experiments/view/colour_map.hpp"
 
-namespace mss {
+namespace mss::view {
 namespace {
 
 namespace fs = std::filesystem;
@@ -100,4 +100,4 @@ TEST_F(Shot, GoesNowhereIfItCannotBeWritten) {
 }
 
 }  // namespace
-}  // namespace mss
+}  // namespace mss::view

@@ -11,7 +11,7 @@
 #include "core/measures.hpp"
 #include "tests/random_bodies.hpp"
 
-namespace mss {
+namespace mss::view {
 namespace {
 
 Vec3 at(const std::array<float, 3>& p) { return {p[0], p[1], p[2]}; }
@@ -129,4 +129,4 @@ TEST(SurfaceMesh, IsHitWhereItIs) {
 }
 
 }  // namespace
-}  // namespace mss
+}  // namespace mss::view

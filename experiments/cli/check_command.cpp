@@ -1,0 +1,262 @@
+// `mss check`: reruns what every experiment guards and compares it with the baselines in results/check, or
+// simulates scenes and judges them by their [expect].
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "core/error.hpp"
+#include "core/suggest.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/harness/experiment.hpp"
+#include "experiments/harness/provenance.hpp"
+#include "experiments/io/output.hpp"
+#include "experiments/io/process.hpp"
+#include "experiments/simulation/expectation.hpp"
+#include "experiments/simulation/scene_files.hpp"
+
+namespace mss::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int default_threads = 1;  // no bit depends on them, and small bodies are fastest so
+
+struct CheckChoice {
+  std::vector<std::string> scenes;
+  std::string results;
+  bool quick = false;
+  std::optional<int> threads;
+  std::string against;
+  std::string directory;  ///< empty: not given
+  bool promote = false;
+  std::string why;
+};
+
+/// The root of the source tree that this program was built from.
+fs::path source_tree() { return scenes_directory().parent_path().parent_path(); }
+
+std::string table_name(const ExperimentInfo& info, bool quick) {
+  return info.name + (quick ? "_quick.csv" : ".csv");
+}
+
+/// The guarded table of every experiment, written to a directory; false if interrupted.
+bool rerun(const CheckChoice& choice) {
+  for (const ExperimentInfo& info : experiments()) {
+    std::string csv;
+    {
+      TerminalProgress progress("check " + info.name);
+      csv = info.guard
+                .table({.quick = choice.quick, .threads = choice.threads.value_or(default_threads)}, progress)
+                .csv();
+    }
+    if (interrupted()) return false;
+    write_atomically(fs::path(choice.directory) / table_name(info, choice.quick), csv);
+  }
+  return true;
+}
+
+/// The truths beside the baselines. A user's own baselines may have none; those of this program must.
+std::vector<Truth> truths_of(const CheckChoice& choice, const fs::path& baselines) {
+  const fs::path file = baselines / "truth.csv";
+  if (!choice.against.empty() && !fs::exists(file)) return {};
+  std::vector<Truth> truths = read_truths(file);
+  for (const Truth& truth : truths) {
+    std::vector<std::string> tables;
+    for (const ExperimentInfo& info : experiments())
+      for (const bool quick : {false, true})
+        tables.push_back(fs::path(table_name(info, quick)).stem().string());
+    if (std::find(tables.begin(), tables.end(), truth.table) == tables.end())
+      throw InputError(fmt::format("{}: there is no table '{}'; did you mean '{}'?", file.string(),
+                                   truth.table, nearest(truth.table, tables)));
+  }
+  return truths;
+}
+
+/// Prints what moved, or is not true any more, and returns how much.
+std::size_t report_deviations(const CheckChoice& choice, const fs::path& baselines) {
+  const std::vector<Truth> truths = truths_of(choice, baselines);
+  std::size_t total = 0, rows = 0, judged = 0;
+  for (const ExperimentInfo& info : experiments()) {
+    const std::string name = table_name(info, choice.quick);
+    const std::string now = read_file(fs::path(choice.directory) / name);
+    const std::string table = fs::path(name).stem().string();
+    const auto moved = compare(read_file(baselines / name), now, info.guard);
+    const auto wrong = judge(truths, table, now, info.guard);
+    for (const Deviation& d : moved) fmt::print("{}: {}\n", name, to_string(d));
+    for (const Deviation& d : wrong) fmt::print("{}: {}\n", name, to_string(d, "should be"));
+    total += moved.size() + wrong.size();
+    judged += std::size_t(
+        std::count_if(truths.begin(), truths.end(), [&](const Truth& t) { return t.table == table; }));
+    rows += std::size_t(std::max<std::ptrdiff_t>(std::count(now.begin(), now.end(), '\n') - 1, 0));
+  }
+  if (total == 0)
+    fmt::print("{} tables, {} rows: nothing moved, and {} truths hold\n", experiments().size(), rows, judged);
+  else
+    fmt::print("{} deviation{} from {}; what is now is in {}\n", total, total == 1 ? "" : "s",
+               baselines.string(), choice.directory);
+  return total;
+}
+
+/// Only what is committed can be a baseline: else nobody could say what made it.
+void check_promotable(const CheckChoice& choice) {
+  if (choice.why.empty())
+    throw InputError("--promote needs --why \"the reason\", which is kept beside the baseline");
+  if (choice.why.find('\n') != std::string::npos) throw InputError("--why has several lines; give one");
+  const ProgramRun git =
+      run_program({"git", "-C", source_tree().string(), "status", "--porcelain", "--untracked-files=no"});
+  if (git.exit_status != 0) throw InputError("--promote needs the git repository that mss was built from");
+  if (!git.output.empty() || provenance()["modified"] == true)
+    throw InputError("--promote refuses a modified tree: commit what changed, build, and promote then");
+}
+
+/// What is now becomes the baseline, and why is kept.
+void promote(const CheckChoice& choice, const fs::path& baselines) {
+  const Json where = provenance();
+  const fs::path log = baselines / "promotions.csv";
+  std::string lines = fs::exists(log) ? read_file(log) : "date,commit,tables,why\n";
+  std::string why = choice.why;
+  for (std::size_t at = 0; (at = why.find('"', at)) != std::string::npos; at += 2) why.insert(at, 1, '"');
+  lines += fmt::format("{},{},{},\"{}\"\n", where["date"].get<std::string>(),
+                       where["commit"].get<std::string>(), choice.quick ? "quick" : "full", why);
+  for (const ExperimentInfo& info : experiments()) {
+    const std::string name = table_name(info, choice.quick);
+    write_atomically(baselines / name, read_file(fs::path(choice.directory) / name));
+  }
+  write_atomically(log, lines);
+  const fs::path meta = baselines / "meta.json";
+  Json sources = fs::exists(meta) ? Json::parse(read_file(meta)) : Json::object();
+  sources[choice.quick ? "quick" : "full"] = {{"why", choice.why}, {"provenance", where}};
+  write_atomically(meta, sources.dump(2) + "\n");
+  fmt::print("{} tables are the baseline now, in {}\n", experiments().size(), baselines.string());
+}
+
+/// Scene files given, and those of the directories given that expect something.
+std::vector<Scene> scenes_to_judge(const std::vector<std::string>& names) {
+  std::vector<Scene> scenes;
+  for (const std::string& name : names) {
+    if (!fs::is_directory(name)) {
+      scenes.push_back(load_scene(scene_file(name)));
+      if (scenes.back().expectations.empty())
+        throw InputError(
+            fmt::format("{} expects nothing; give it a table [expect]", scenes.back().file.string()));
+      continue;
+    }
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(name))
+      if (entry.path().extension() == ".toml") files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    const std::size_t before = scenes.size();
+    for (const fs::path& file : files)
+      if (Scene scene = load_scene(file); !scene.expectations.empty()) scenes.push_back(std::move(scene));
+    if (scenes.size() == before)
+      throw InputError(fmt::format("{} has no scene (TOML) with a table [expect]", name));
+  }
+  for (const Scene& scene : scenes) check_solve(scene);
+  return scenes;
+}
+
+Outcome simulated(Scene scene, int threads) {
+  scene.solve.threads = threads;
+  TerminalProgress progress("check " + scene.name);
+  return outcome_of(simulate(scene, progress));
+}
+
+void check_scenes(const CheckChoice& choice, int& exit_status) {
+  const std::vector<Scene> scenes = scenes_to_judge(choice.scenes);
+  if (!choice.results.empty() && scenes.size() != 1)
+    throw InputError(fmt::format("--results judges one scene, and {} are given", scenes.size()));
+  std::size_t expectations = 0, total = 0;
+  for (const Scene& scene : scenes) {
+    const Outcome outcome = choice.results.empty()
+                                ? simulated(scene, choice.threads.value_or(default_threads))
+                                : read_outcome(choice.results);
+    if (interrupted()) {
+      exit_status = exit_interrupted;
+      return;
+    }
+    const std::vector<Deviation> wrong = judge(scene, outcome);
+    for (const Deviation& d : wrong) fmt::print("{}\n", to_string(d, "should be"));
+    expectations += scene.expectations.size();
+    total += wrong.size();
+  }
+  fmt::print("{} scene{}, {} expectation{}: {}\n", scenes.size(), scenes.size() == 1 ? "" : "s", expectations,
+             expectations == 1 ? "" : "s",
+             total == 0 ? "all met" : fmt::format("{} deviation{}", total, total == 1 ? "" : "s"));
+  if (total > 0) exit_status = exit_check_failed;
+}
+
+void check_usage(const CheckChoice& choice) {
+  if (choice.scenes.empty() && !choice.results.empty())
+    throw InputError("--results needs the scene whose [expect] judges them");
+  if (!choice.scenes.empty() && (choice.quick || choice.promote || !choice.against.empty()))
+    throw InputError(
+        "scenes are judged by their own [expect]: --quick, --against and --promote mean nothing to them");
+  if (!choice.scenes.empty() && !choice.directory.empty())
+    throw InputError("scenes are judged and leave nothing behind: --out means nothing to them");
+  if (!choice.results.empty() && choice.threads)
+    throw InputError("--results is judged as it is: --threads means nothing to it");
+  if (!choice.why.empty() && !choice.promote)
+    throw InputError("--why is the reason of --promote, which is missing");
+  constexpr int most_threads = 1024;
+  if (choice.threads && (*choice.threads < 1 || *choice.threads > most_threads))
+    throw InputError(
+        fmt::format("--threads is {}; give a number from 1 to {}", *choice.threads, most_threads));
+}
+
+void run_check(CheckChoice choice, int& exit_status) {
+  check_usage(choice);
+  if (choice.directory.empty()) choice.directory = "out/check";
+  if (!choice.scenes.empty()) {
+    check_scenes(choice, exit_status);
+    return;
+  }
+  const fs::path baselines =
+      choice.against.empty() ? source_tree() / "results" / "check" : fs::path(choice.against);
+  if (choice.promote) check_promotable(choice);
+  if (!choice.promote && !fs::is_directory(baselines))
+    throw InputError(
+        fmt::format("{} is no directory of baselines; give one with --against", baselines.string()));
+  prepare_directory(choice.directory);
+  if (!rerun(choice)) {
+    fmt::print(stderr, "mss: check was interrupted; nothing was compared\n");
+    exit_status = exit_interrupted;
+    return;
+  }
+  if (choice.promote)
+    promote(choice, baselines);
+  else if (report_deviations(choice, baselines) > 0)
+    exit_status = exit_check_failed;
+}
+
+void add(CLI::App& app, int& exit_status) {
+  CLI::App* command =
+      app.add_subcommand("check", "rerun what the baselines guard and name every row that moved");
+  const auto choice = std::make_shared<CheckChoice>();
+  command->add_option("scenes", choice->scenes,
+                      "Scenes with a table [expect], or directories of such: simulated and judged by it, "
+                      "instead of all tables");
+  command->add_option("--results", choice->results,
+                      "Judge what lies in this directory (summary.json, series.csv, particles.csv) by the "
+                      "scene's [expect] instead of simulating it");
+  command->add_option(
+      "--threads", choice->threads,
+      "Threads of the core (default 1); no bit depends on them, and small bodies are fastest so");
+  command->add_flag("--quick", choice->quick, "The small tables only: under two minutes");
+  command->add_option("--against", choice->against,
+                      "Directory of baselines (default: results/check of the source tree)");
+  command->add_option("--out", choice->directory,
+                      "Directory for the tables as they are now (default out/check)");
+  command->add_flag("--promote", choice->promote, "Make what is now the baseline; needs --why");
+  command->add_option("--why", choice->why, "Why the baseline may change, in a line");
+  command->callback([choice, &exit_status] { run_check(*choice, exit_status); });
+}
+
+}  // namespace
+
+Command check_command() { return add; }
+
+}  // namespace mss::cli

@@ -1,0 +1,155 @@
+// `mss timing` and the like: one command per registered experiment; `mss reproduce` runs all of them.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "core/error.hpp"
+#include "core/team.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/cli/number_list.hpp"
+#include "experiments/harness/report.hpp"
+#include "experiments/io/output.hpp"
+#include "experiments/simulation/model.hpp"
+
+namespace mss::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What the options of one command are read into.
+struct Choice {
+  ExperimentOptions options;
+  std::string cells;
+  std::string directory;
+};
+
+void check_count(const char* option, int count) {
+  constexpr int most = 1024;
+  if (count < 0 || count > most)
+    throw InputError(
+        fmt::format("{} is {}; give a number from 1 to {}, or 0 for all cores", option, count, most));
+}
+
+void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& accepts) {
+  command.add_flag("--quick", choice.options.quick, "Smaller and fewer samples: under a minute on two cores");
+  command.add_option("--out", choice.directory, "Directory for what is written")->capture_default_str();
+  if (accepts.cells)
+    command.add_option(
+        "--cells", choice.cells,
+        fmt::format("Cells per edge, up to {}: numbers and ranges, as in 2:4,8", accepts.largest_cells));
+  if (accepts.integrators)
+    command
+        .add_option("--integrators", choice.options.integrators,
+                    "Names from `mss list integrators`, as in rk4,cvode_bdf; all if left out")
+        ->delimiter(',');
+  if (accepts.model)
+    command
+        .add_option("--model", choice.options.model, "What fills the bodies: a name from `mss list models`")
+        ->capture_default_str();
+  if (accepts.threads)
+    command.add_option("--threads", choice.options.threads, "Most threads to measure; 0: all cores")
+        ->capture_default_str();
+  if (accepts.seed)
+    command.add_option("--seed", choice.options.seed, "Start of the random numbers")->capture_default_str();
+  if (accepts.processes)
+    command
+        .add_option("--processes", choice.options.processes,
+                    "Processes to split the work over; 0: all cores. Only times depend on it")
+        ->capture_default_str();
+}
+
+/// What a finished report leaves to say and to end with.
+int conclude(const Report& report) {
+  fmt::print("{}", report.summary);
+  for (const fs::path& file : report.files) fmt::print("wrote {}\n", file.string());
+  if (!report.chart_problem.empty()) fmt::print(stderr, "mss: {}; the rows are kept\n", report.chart_problem);
+  if (report.status == Status::interrupted) {
+    fmt::print(stderr, "mss: {} was interrupted; finished rows are kept{}\n", report.name,
+               report.resumable ? ", and the same command goes on from there" : "");
+    return exit_interrupted;
+  }
+  return report.chart_problem.empty() ? exit_ok : exit_bad_input;
+}
+
+/// What would spoil the results, said before the user waits for them.
+void warn_first() {
+  const double load = load_average()[0];
+  if (load > 0.5 * available_cores())
+    fmt::print(stderr, "mss: the machine is busy (load {:.1f} on {} cores): times will come out too long\n",
+               load, available_cores());
+  if (gnuplot_version().empty())
+    fmt::print(
+        stderr,
+        "mss: gnuplot is not installed, so there will be rows but no chart; its package is gnuplot-nox\n");
+}
+
+void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
+  check_count("--threads", choice.options.threads);
+  check_count("--processes", choice.options.processes);
+  constexpr std::uint64_t largest_seed = std::uint64_t(1) << 53U;
+  if (choice.options.seed > largest_seed)
+    throw InputError(fmt::format("--seed is not a whole number from 0 to {}", largest_seed));
+  if (!choice.cells.empty())
+    choice.options.cells = parse_number_list(choice.cells, "--cells", info.accepts.largest_cells);
+  if (info.accepts.integrators) info.accepts.integrators(choice.options.integrators);  // throws
+  check_model_name(choice.options.model);
+  prepare_directory(choice.directory);
+  warn_first();
+  exit_status = conclude(run_and_write(info, choice.options, choice.directory));
+}
+
+void run_all(const Choice& choice, int& exit_status) {
+  const fs::path directory = choice.directory;
+  prepare_directory(directory);
+  warn_first();
+  std::vector<Report> reports;
+  for (const ExperimentInfo& info : experiments()) {
+    fmt::print(stderr, "mss: {} ({} of {})\n", info.name, reports.size() + 1, experiments().size());
+    reports.push_back(run_and_write(info, choice.options, directory / info.name));
+    exit_status = std::max(exit_status, conclude(reports.back()));
+    if (interrupted()) break;
+  }
+  write_page(reports, directory / "index.html");
+  fmt::print("wrote {}\n", (directory / "index.html").string());
+}
+
+/// Of a command of two words, options belong behind the second. Throws InputError for others.
+void check_order(const CLI::App& command) {
+  const CLI::App& before = *command.get_parent();
+  if (before.get_parent() == nullptr) return;
+  for (const CLI::Option* option : before.get_options())
+    if (option->count() > 0)
+      throw InputError(fmt::format("{} stands before `{}`, whose option it cannot be there; put it behind",
+                                   option->get_name(), command.get_name()));
+}
+
+void add_experiment(CLI::App& app, const ExperimentInfo& info, int& exit_status) {
+  const auto choice = std::make_shared<Choice>();
+  choice->directory = "out/" + info.name;
+  CLI::App& parent = info.under.empty() ? app : *app.get_subcommand(info.under);
+  CLI::App* command = parent.add_subcommand(info.name, info.summary);
+  add_options(*command, *choice, info.accepts);
+  command->callback([&info, choice, command, &exit_status] {
+    if (!command->get_subcommands().empty()) return;  // another was asked for, under this one
+    check_order(*command);
+    run_one(info, *choice, exit_status);
+  });
+}
+
+void add(CLI::App& app, int& exit_status) {
+  for (const ExperimentInfo& info : experiments()) add_experiment(app, info, exit_status);
+  const auto choice = std::make_shared<Choice>();
+  choice->directory = "out/reproduce";
+  CLI::App* command =
+      app.add_subcommand("reproduce", "every experiment, and one page that shows every chart");
+  add_options(*command, *choice, {});
+  command->callback([choice, &exit_status] { run_all(*choice, exit_status); });
+}
+
+}  // namespace
+
+Command experiments_command() { return add; }
+
+}  // namespace mss::cli

@@ -1,0 +1,79 @@
+// `mss list`: what there is, one line each.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/suggest.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/harness/experiment.hpp"
+#include "experiments/simulation/model.hpp"
+#include "experiments/simulation/scene_files.hpp"
+#include "integrators/integrator.hpp"
+#include "integrators/linear/linear_solver.hpp"
+
+namespace mss::cli {
+
+namespace {
+
+using Lines = std::vector<std::pair<std::string, std::string>>;
+
+Lines integrator_lines() {
+  Lines lines;
+  for (const IntegratorInfo& info : integrators()) lines.emplace_back(info.name, info.summary);
+  return lines;
+}
+
+Lines linear_solver_lines() {
+  Lines lines;
+  for (const LinearSolverInfo& info : linear_solvers()) lines.emplace_back(info.name, info.summary);
+  return lines;
+}
+
+Lines experiment_lines() {
+  Lines lines;
+  for (const ExperimentInfo& info : experiments()) lines.emplace_back(info.command(), info.summary);
+  return lines;
+}
+
+void print(const Lines& lines, const char* indent) {
+  std::size_t width = 0;
+  for (const auto& [name, text] : lines) width = std::max(width, name.size());
+  for (const auto& [name, text] : lines) fmt::print("{}{:<{}}  {}\n", indent, name, width, text);
+}
+
+void list(const std::string& kind) {
+  const std::vector<std::pair<std::string, Lines (*)()>> kinds{{"integrators", integrator_lines},
+                                                               {"linear_solvers", linear_solver_lines},
+                                                               {"models", models},
+                                                               {"scenes", listed_scenes},
+                                                               {"experiments", experiment_lines}};
+  std::vector<std::string> names;
+  for (const auto& [name, lines] : kinds) {
+    names.push_back(name);
+    if (kind == name) return print(lines(), "");
+  }
+  if (!kind.empty())
+    throw InputError(fmt::format("there is no list of '{}'; did you mean '{}'?", kind, nearest(kind, names)));
+  for (const auto& [name, lines] : kinds) {
+    fmt::print("{}\n", name);
+    print(lines(), "  ");
+  }
+}
+
+void add(CLI::App& app, int&) {
+  CLI::App* command =
+      app.add_subcommand("list", "what there is: integrators, linear solvers, models, scenes, experiments");
+  const auto kind = std::make_shared<std::string>();
+  command->add_option("kind", *kind,
+                      "integrators, linear_solvers, models, scenes or experiments; all if left out");
+  command->callback([kind] { list(*kind); });
+}
+
+}  // namespace
+
+Command list_command() { return add; }
+
+}  // namespace mss::cli

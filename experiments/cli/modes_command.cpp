@@ -1,0 +1,146 @@
+// `mss modes`: how fast a scene's body vibrates, and what step that allows.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <csignal>
+#include <memory>
+
+#include "core/error.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/harness/provenance.hpp"
+#include "experiments/harness/table.hpp"
+#include "experiments/io/output.hpp"
+#include "experiments/simulation/model.hpp"
+#include "experiments/simulation/scene_files.hpp"
+#include "experiments/simulation/simulation.hpp"
+#include "integrators/modes.hpp"
+#include "integrators/stable_step.hpp"
+
+namespace mss::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+const double turn = 2 * std::acos(-1.0);
+
+struct ModesChoice {
+  std::string scene;
+  std::string directory;
+  std::vector<std::string> overrides;
+  int count = 10;
+};
+
+Table modes_table(const std::vector<Mode>& modes) {
+  Table table({{"mode"}, {"omega", "rad/s"}, {"frequency", "Hz"}});
+  for (std::size_t i = 0; i < modes.size(); ++i)
+    table.add({std::int64_t(i + 1), modes[i].omega, modes[i].omega / turn});
+  return table;
+}
+
+/// A step of a method without a limit is no number.
+Json step_or_null(double dt) { return std::isfinite(dt) ? Json(dt) : Json(nullptr); }
+
+Json summary(const Scene& scene, double omega_max, double bound, double crushed, double limit,
+             const Table& table) {
+  Json steps = Json::object();
+  for (const IntegratorInfo& method : integrators())
+    if (method.stepping == Stepping::fixed && method.limit) {
+      try {
+        steps[method.name] = safe_share * stable_step(method, {.omega = bound});
+      } catch (const InputError&) {
+        steps[method.name] = nullptr;  // no step is safe
+      }
+    }
+  return {{"scene", scene.name},
+          {"model", scene.model},
+          {"modes", table.size()},
+          {"omega_max", omega_max},
+          {"omega_bound", bound},
+          {"omega_bound_crushed", crushed},
+          {"safe_dt_undamped", steps},
+          {"integrator", scene.solve.integrator},
+          {"limit_dt", step_or_null(limit)},
+          {"configuration", Json::parse(scene.resolved)},
+          {"provenance", provenance()}};
+}
+
+/// The step that holds where a guard acts, beside the one of dt = "safe", for methods that have one.
+void print_guarded(const IntegratorInfo& method, const SpectralBound& bound, double crushed) {
+  fmt::print("  where its guard acts: at most {:.6g} rad/s", crushed);
+  if (method.stepping == Stepping::fixed && method.limit)
+    if (const double safe = sure_step(method, bound); safe > 0) {
+      const double there = sure_step(method, {.omega = crushed, .damping = bound.damping});
+      fmt::print("; there take dt = {:.6g} s, {:.3g} of the safe one", safe_share * there, there / safe);
+    }
+  fmt::print("\n");
+}
+
+void run_modes(const ModesChoice& choice, int& exit_status) {
+  constexpr int most = 200;
+  if (choice.count < 1 || choice.count > most)
+    throw InputError(fmt::format("--count is {}; give a number of modes from 1 to {}", choice.count, most));
+  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+  check_model(scene);
+  const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+  const fs::path directory =
+      choice.directory.empty() ? fs::path("out") / (scene.name + "_modes") : fs::path(choice.directory);
+  const Body body(scene.body);
+  const auto system = make_system<double>(scene.model, body, scene.environment, scene.solve.threads);
+  if (system->unknowns().empty())
+    throw InputError(fmt::format("{}: its holds leave nothing that could vibrate", scene.file.string()));
+  prepare_directory(directory);
+  std::signal(SIGINT, SIG_DFL);  // files are written last and whole: nothing is lost by ending at once
+  for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
+
+  const State<double> rest = system->undeformed_state();
+  Work work;
+  const Modes slow = slowest_modes(*system, rest, choice.count, work),
+              fast = fastest_mode(*system, rest, work);
+  const PredictedStep limit = predicted_step(method, *system, rest, work);
+  for (const Status status : {slow.status, fast.status, limit.status})
+    if (status != Status::ok) {
+      fmt::print(stderr, "mss: {}: the vibrations about rest were not found: {}\n", scene.name,
+                 to_string(status));
+      exit_status = exit_simulation_failed;
+      return;
+    }
+  const Table table = modes_table(slow.modes);
+  const double omega_max = fast.modes.front().omega, bound = system->spectral_bound().omega,
+               guarding =
+                   std::pow(crushed_spectral_bound(body).omega, 2) - std::pow(spectral_bound(body).omega, 2),
+               crushed = std::sqrt(bound * bound + guarding);
+  write_atomically(directory / "modes.csv", table.csv());
+  write_atomically(directory / "summary.json",
+                   summary(scene, omega_max, bound, crushed, limit.dt, table).dump(2) + "\n");
+
+  fmt::print("{}: vibrations about rest, {} model, {} unknowns\n", scene.name, scene.model,
+             system->unknowns().size());
+  for (std::size_t i = 0; i < slow.modes.size(); ++i)
+    fmt::print("  {:>4}  {:>12.6g} Hz  {:>12.6g} rad/s{}\n", i + 1, slow.modes[i].omega / turn,
+               slow.modes[i].omega, slow.modes[i].omega == 0 ? "  (moves as a whole)" : "");
+  fmt::print("   max  {:>12.6g} Hz  {:>12.6g} rad/s; the bound of dt = \"safe\": {:.6g} rad/s\n",
+             omega_max / turn, omega_max, bound);
+  if (std::isfinite(limit.dt))
+    fmt::print("  with {} small motions stay bounded up to dt = {:.6g} s\n", method.name, limit.dt);
+  if (crushed > bound) print_guarded(method, system->spectral_bound(), crushed);
+  fmt::print("see {}\n", directory.string());
+}
+
+void add(CLI::App& app, int& exit_status) {
+  CLI::App* command =
+      app.add_subcommand("modes", "vibrations of a scene about rest; writes modes.csv, summary.json");
+  const auto choice = std::make_shared<ModesChoice>();
+  command->add_option("scene", choice->scene, "Scene file (TOML), or a name from `mss list scenes`")
+      ->required();
+  command->add_option("--count", choice->count, "How many of the slowest")->capture_default_str();
+  command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>_modes)");
+  command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
+  command->callback([choice, &exit_status] { run_modes(*choice, exit_status); });
+}
+
+}  // namespace
+
+Command modes_command() { return add; }
+
+}  // namespace mss::cli

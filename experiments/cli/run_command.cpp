@@ -1,0 +1,134 @@
+// `mss run`: simulates one scene and writes what happened.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "core/error.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/harness/provenance.hpp"
+#include "experiments/io/output.hpp"
+#include "experiments/simulation/scene_files.hpp"
+#include "experiments/simulation/simulation.hpp"
+#include "experiments/simulation/vtk_series.hpp"
+
+namespace mss::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RunChoice {
+  std::string scene;
+  std::string directory;
+  std::vector<std::string> overrides;
+  std::optional<long> vtk;
+};
+
+Json final_row(const Table& series) {
+  Json row = Json::object();
+  for (const Column& column : series.columns())
+    row[column.name] = series.number(series.size() - 1, column.name);
+  return row;
+}
+
+/// Numbers that were not measured are null.
+Json to_json(const SleepReport& sleep) {
+  return {{"share", sleep.share},
+          {"seconds_per_step_asleep", sleep.seconds_asleep},
+          {"seconds_per_step_awake", sleep.seconds_awake},
+          {"most_apart", sleep.most_apart},
+          {"apart_at_end", sleep.apart_at_end}};
+}
+
+std::string tell(const SleepReport& sleep, double bound) {
+  const std::string cost = std::isfinite(sleep.seconds_asleep)
+                               ? fmt::format(", a step while all sleep takes {:.3g} % of one awake",
+                                             100 * sleep.seconds_asleep / sleep.seconds_awake)
+                               : std::string();
+  return fmt::format(
+      "{:.3g} % of the body slept{}; from a run that never sleeps it ends {:.3g} m away, and was at "
+      "most {:.3g} m away, {} {:.3g} m allowed",
+      100 * sleep.share, cost, sleep.apart_at_end, sleep.most_apart,
+      sleep.most_apart > bound ? "more than the" : "of", bound);
+}
+
+Json summary(const Scene& scene, const SimulationResult& result, const Table& series) {
+  return {{"status", to_string(result.status)},
+          {"sleep", result.sleep ? to_json(*result.sleep) : Json()},
+          {"scene", scene.name},
+          {"integrator", scene.solve.integrator},
+          {"precision", scene.solve.precision == Precision::single ? "single" : "double"},
+          {"dt", result.dt},
+          {"threads", result.threads},
+          {"kernel", result.kernel},
+          {"steps", result.work.steps},
+          {"simulated_seconds", result.simulated_seconds},
+          {"wall_seconds", result.wall_seconds},
+          {"work",
+           {{"steps", result.work.steps},
+            {"force_evaluations", result.work.force_evaluations},
+            {"jacobians", result.work.jacobians},
+            {"factorisations", result.work.factorisations},
+            {"linear_solves", result.work.linear_solves},
+            {"products", result.work.products}}},
+          {"final", final_row(series)},
+          {"warnings", scene.warnings},
+          {"configuration", Json::parse(scene.resolved)},
+          {"provenance", provenance()}};
+}
+
+void run_scene(const RunChoice& choice, int& exit_status) {
+  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+  check_solve(scene);
+  const fs::path directory =
+      choice.directory.empty() ? fs::path("out") / scene.name : fs::path(choice.directory);
+  if (choice.vtk && *choice.vtk < 1)
+    throw InputError(
+        fmt::format("--vtk is {}; give the number of steps from frame to frame, 1 or more", *choice.vtk));
+  prepare_directory(directory);  // before hours of work, not after
+  for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
+  remove_vtk_series(directory);
+  SimulationResult result;
+  {
+    TerminalProgress progress(scene.name);
+    result = simulate(scene, progress, {.every = choice.vtk.value_or(0), .directory = directory});
+  }
+  const Table series = series_table(result.series);
+  write_atomically(directory / "series.csv", series.csv());
+  write_atomically(directory / "particles.csv",
+                   [&](std::ostream& stream) { write_particles(stream, result.particles); });
+  write_atomically(directory / "summary.json", summary(scene, result, series).dump(2) + "\n");
+  const bool fixed = find_integrator(scene.solve.integrator).stepping == Stepping::fixed;
+  const std::string step = fixed ? fmt::format("of {:.4g} s", result.dt) : "of its own choice";
+  fmt::print("{}: {} after {} steps {}, {:.4g} s simulated in {:.3g} s; see {}\n", scene.name,
+             to_string(result.status), result.work.steps, step, result.simulated_seconds, result.wall_seconds,
+             directory.string());
+  if (result.sleep) fmt::print("{}: {}\n", scene.name, tell(*result.sleep, scene.solve.sleep.bound));
+  if (result.status == Status::interrupted)
+    exit_status = exit_interrupted;
+  else if (result.status != Status::ok)
+    exit_status = exit_simulation_failed;
+}
+
+void add(CLI::App& app, int& exit_status) {
+  CLI::App* command =
+      app.add_subcommand("run", "simulate a scene; writes series.csv, particles.csv, summary.json");
+  const auto choice = std::make_shared<RunChoice>();
+  command->add_option("scene", choice->scene, "Scene file (TOML), or a name from `mss list scenes`")
+      ->required();
+  command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>)");
+  command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
+  command->add_option(
+      "--vtk", choice->vtk,
+      "Also write every N-th step for ParaView; of methods that choose their steps, every N-th row");
+  command->callback([choice, &exit_status] { run_scene(*choice, exit_status); });
+}
+
+}  // namespace
+
+Command run_command() { return add; }
+
+}  // namespace mss::cli

@@ -1,0 +1,44 @@
+#include "experiments/harness/experiment.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/error.hpp"
+
+namespace mss {
+
+std::vector<std::string> moving_integrators(const std::vector<std::string>& named) {
+  for (const std::string& name : named) {
+    if (std::count(named.begin(), named.end(), name) > 1)
+      throw InputError(fmt::format("integrator '{}' is named twice in --integrators; name it once", name));
+    if (find_integrator(name).stepping == Stepping::equilibrium)
+      throw InputError(fmt::format(
+          "integrator '{}' finds an equilibrium, no motion; `mss list integrators` shows the others", name));
+  }
+  if (!named.empty()) return named;
+  std::vector<std::string> all;
+  for (const IntegratorInfo& info : integrators())
+    if (info.stepping != Stepping::equilibrium) all.push_back(info.name);
+  return all;
+}
+
+std::vector<std::string> limited_integrators(const std::vector<std::string>& named) {
+  std::vector<std::string> limited;
+  for (const std::string& name : moving_integrators(named))
+    if (find_integrator(name).limit)
+      limited.push_back(name);
+    else if (!named.empty())
+      throw InputError(fmt::format("{} has no largest step: it is stable at any, or chooses its own", name));
+  return limited;
+}
+
+Journal open_journal(const ExperimentOptions& options, const Json& configuration) {
+  if (options.journal.empty()) return {};
+  Journal journal(options.journal, configuration);
+  if (journal.size() > 0)
+    fmt::print(stderr, "mss: going on from {} answers in {}\n", journal.size(), options.journal.string());
+  return journal;
+}
+
+}  // namespace mss

@@ -1,0 +1,197 @@
+#include "experiments/harness/guard.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "core/error.hpp"
+#include "experiments/io/output.hpp"
+
+namespace mss {
+
+namespace {
+
+using Cells = std::vector<std::string>;
+
+struct Parsed {
+  Cells header;
+  std::vector<Cells> rows;
+  explicit Parsed(std::string_view csv) {
+    std::vector<Cells> all = parse_csv(csv);
+    if (all.empty()) return;
+    header = std::move(all.front());
+    rows.assign(std::make_move_iterator(all.begin() + 1), std::make_move_iterator(all.end()));
+  }
+};
+
+std::string joined(const Cells& cells) { return fmt::format("{}", fmt::join(cells, ",")); }
+
+/// The number a cell holds; empty if it holds something else.
+std::optional<double> number(const std::string& cell) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  if (error != std::errc() || end != cell.data() + cell.size()) return std::nullopt;
+  return value;
+}
+
+/// What one cell deviates by from its rule, in words; empty: by nothing.
+std::string broken(const std::string& before, const std::string& now, const ColumnRule* rule) {
+  if (const auto value = number(now); value && !std::isfinite(*value)) return "must be a finite number";
+  if (rule == nullptr) return before == now ? "" : "must be the same";
+  const auto a = number(before), b = number(now);
+  if (!a || !b) return before == now ? "" : "must be a number, or missing, as it was";
+  const double most = std::max(rule->relative * std::abs(*a), rule->absolute);
+  if (std::abs(*b - *a) <= most) return "";
+  return fmt::format("may move by {:.1g} of itself or {:.1g}", rule->relative, rule->absolute);
+}
+
+bool is_key(const std::string& column, const Guard& guard) {
+  return std::find(guard.keys.begin(), guard.keys.end(), column) != guard.keys.end();
+}
+
+/// What names a row: "cells = 4, model = x".
+std::string key_of(const Cells& header, const Cells& row, const Guard& guard) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(row.size(), header.size()); ++i)
+    if (is_key(header[i], guard))
+      text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", header[i], row[i]);
+  return text;
+}
+
+class Comparison {
+ public:
+  Comparison(std::string_view baseline, std::string_view now, const Guard& guard)
+      : guard_(guard), before_(baseline), now_(now) {}
+
+  std::vector<Deviation> run() {
+    if (before_.header != now_.header) {
+      add("", "", joined(before_.header), joined(now_.header), "columns must be the same, in the same order");
+      return std::move(deviations_);
+    }
+    const auto before = by_key(before_.rows), now = by_key(now_.rows);
+    for (const Cells& row : before_.rows)
+      if (!now.contains(key(row))) add(key(row), "", "a row", "none", "rows must not vanish");
+    std::vector<std::string> kept;  // keys in both tables, in the baseline's order
+    for (const Cells& row : before_.rows)
+      if (now.contains(key(row))) kept.push_back(key(row));
+    auto expected = kept.begin();
+    bool in_order = true;
+    for (const Cells& row : now_.rows) {
+      const auto found = before.find(key(row));
+      if (found == before.end()) {
+        add(key(row), "", "none", "a row", "rows must not appear");
+        continue;
+      }
+      if (in_order && expected != kept.end() && *expected++ != key(row)) {
+        add(key(row), "", "another place", "here", "rows must keep their order");
+        in_order = false;  // once is enough
+      }
+      compare_rows(*found->second, row);
+    }
+    return std::move(deviations_);
+  }
+
+ private:
+  void add(std::string row, std::string column, std::string before, std::string now, std::string rule) {
+    deviations_.push_back(
+        {std::move(row), std::move(column), std::move(before), std::move(now), std::move(rule)});
+  }
+
+  std::string key(const Cells& row) const { return key_of(before_.header, row, guard_); }
+
+  std::map<std::string, const Cells*> by_key(const std::vector<Cells>& rows) {
+    std::map<std::string, const Cells*> all;
+    for (const Cells& row : rows)
+      if (!all.emplace(key(row), &row).second)
+        add(key(row), "", "one row", "two", "rows must have names of their own");
+    return all;
+  }
+
+  void compare_rows(const Cells& before, const Cells& now) {
+    if (before.size() != now.size() || before.size() != before_.header.size()) {
+      add(key(now), "", fmt::format("{} cells", before.size()), fmt::format("{} cells", now.size()),
+          "rows must have a cell for every column");
+      return;
+    }
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      const std::string& column = before_.header[i];
+      if (is_key(column, guard_)) continue;
+      const auto rule = std::find_if(guard_.rules.begin(), guard_.rules.end(),
+                                     [&](const ColumnRule& r) { return r.column == column; });
+      const std::string why = broken(before[i], now[i], rule == guard_.rules.end() ? nullptr : &*rule);
+      if (!why.empty()) add(key(now), column, before[i], now[i], why);
+    }
+  }
+
+  const Guard& guard_;
+  Parsed before_, now_;
+  std::vector<Deviation> deviations_;
+};
+
+}  // namespace
+
+std::vector<Deviation> compare(std::string_view baseline, std::string_view now, const Guard& guard) {
+  return Comparison(baseline, now, guard).run();
+}
+
+std::vector<Truth> read_truths(const std::filesystem::path& file) {
+  const std::vector<Cells> rows = parse_csv(read_file(file));
+  const Cells header{"table", "row", "column", "value", "relative", "absolute", "source"};
+  if (rows.empty() || rows.front() != header)
+    throw InputError(fmt::format("{}: line 1: the columns are not {}", file.string(), joined(header)));
+  std::vector<Truth> truths;
+  for (std::size_t r = 1; r < rows.size(); ++r) {
+    const Cells& row = rows[r];
+    std::array<double, 3> numbers{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto value = row.size() == header.size() ? number(row[3 + i]) : std::nullopt;
+      if (!value || !std::isfinite(*value))
+        throw InputError(
+            fmt::format("{}: row {} has no finite number under {}; give table, row, column, three "
+                        "numbers and a source",
+                        file.string(), r, header[3 + i]));
+      numbers[i] = *value;
+    }
+    truths.push_back({row[0], row[1], row[2], numbers[0], numbers[1], numbers[2], row[6]});
+  }
+  return truths;
+}
+
+std::vector<Deviation> judge(const std::vector<Truth>& truths, const std::string& table, std::string_view now,
+                             const Guard& guard) {
+  const Parsed parsed(now);
+  std::vector<Deviation> wrong;
+  for (const Truth& truth : truths) {
+    if (truth.table != table) continue;
+    const auto row = std::find_if(parsed.rows.begin(), parsed.rows.end(), [&](const Cells& r) {
+      return key_of(parsed.header, r, guard) == truth.row;
+    });
+    const auto column = std::find(parsed.header.begin(), parsed.header.end(), truth.column);
+    const auto place = std::size_t(column - parsed.header.begin());
+    const std::string right = fmt::format("{}", truth.value);
+    if (row == parsed.rows.end() || column == parsed.header.end() || place >= row->size()) {
+      wrong.push_back({truth.row, truth.column, right, "nothing", "the truth, by " + truth.source});
+      continue;
+    }
+    const auto found = number((*row)[place]);
+    const double most = std::max(truth.relative * std::abs(truth.value), truth.absolute);
+    if (found && std::abs(*found - truth.value) <= most) continue;
+    wrong.push_back({truth.row, truth.column, right, (*row)[place],
+                     fmt::format("the truth, by {}; may be off by {:.2g}", truth.source, most)});
+  }
+  return wrong;
+}
+
+std::string to_string(const Deviation& d, std::string_view introduction) {
+  const auto shown = [](const std::string& cell) { return cell.empty() ? std::string("nothing") : cell; };
+  std::string place = d.row.empty() ? "the table" : d.row;
+  if (!d.column.empty()) place += ": " + d.column;
+  return fmt::format("{}: {} {}, is {}; {}", place, introduction, shown(d.before), shown(d.now), d.rule);
+}
+
+}  // namespace mss

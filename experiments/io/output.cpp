@@ -1,0 +1,75 @@
+#include "experiments/io/output.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "core/error.hpp"
+
+namespace mss {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& file, const std::string& why) {
+  throw InputError(fmt::format("{} cannot be written: {}; choose another place", file.string(), why));
+}
+
+}  // namespace
+
+void prepare_directory(const fs::path& directory) {
+  std::error_code error;
+  fs::create_directories(directory, error);
+  if (error) fail(directory, error.message());
+  if (!fs::is_directory(directory)) fail(directory, "it is not a directory");
+  if (access(directory.c_str(), W_OK | X_OK) != 0) fail(directory, std::strerror(errno));
+}
+
+void write_atomically(const fs::path& file, std::string_view content) {
+  write_atomically(file, [content](std::ostream& stream) {
+    stream.write(content.data(), std::streamsize(content.size()));
+  });
+}
+
+void write_atomically(const fs::path& file, const std::function<void(std::ostream&)>& write) {
+  replace_atomically(file, [&](const fs::path& beside) {
+    std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
+    write(stream);
+    stream.close();
+    if (!stream) throw InputError(std::strerror(errno));
+  });
+}
+
+void replace_atomically(const fs::path& file, const std::function<void(const fs::path& beside)>& write) {
+  if (file.has_parent_path()) prepare_directory(file.parent_path());
+  fs::path beside = file;
+  beside += fmt::format(".{}.tmp", getpid());
+  std::error_code error;
+  try {
+    write(beside);
+  } catch (const InputError& why) {
+    fs::remove(beside, error);
+    fail(file, why.what());
+  }
+  fs::rename(beside, file, error);
+  if (error) {
+    const std::string why = error.message();
+    fs::remove(beside, error);
+    fail(file, why);
+  }
+}
+
+std::string read_file(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream content;
+  content << stream.rdbuf();
+  if (!stream) throw InputError(fmt::format("{} cannot be read: {}", file.string(), std::strerror(errno)));
+  return std::move(content).str();
+}
+
+}  // namespace mss

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/plot/chart.hpp"
+
+namespace mss {
+
+/// A rectangle of a map, of the kind that fills it.
+struct MapCell {
+  double x_low, x_high, y_low, y_high;
+  int kind;  ///< index into MapChart::kinds
+};
+
+/// One map among several over the same axes, or at least the same y.
+struct MapPanel {
+  std::string title;
+  std::vector<MapCell> cells = {};
+  std::vector<ChartPoint> line = {};  ///< drawn over the cells
+  std::optional<ChartAxis> x = {};    ///< in place of the chart's
+};
+
+/// Maps side by side: what is found where. Kinds differ in lightness or hatching, so that a grey print still
+/// tells them apart; at most six.
+struct MapChart {
+  std::string title;
+  std::string subtitle;
+  std::string footer = {};
+  ChartAxis x;
+  ChartAxis y;
+  std::vector<std::string> kinds;
+  std::string line_label = {};  ///< of the panels' lines; empty: there are none
+  std::vector<MapPanel> panels = {};
+  double panel_height = 240;  ///< [px]; width is a quarter of the page, or more where there are few
+};
+
+/// A number for a narrow place: without the zero before its point.
+std::string short_number(double x);
+
+/// Whether there is anything to draw.
+bool has_cells(const MapChart& chart);
+
+/// Draws STEM.svg and STEM.png. Throws InputError if gnuplot is missing or refuses.
+void draw(const MapChart& chart, const std::filesystem::path& stem);
+
+}  // namespace mss

@@ -1,0 +1,131 @@
+#include "experiments/simulation/expectation.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "experiments/harness/provenance.hpp"
+#include "experiments/io/output.hpp"
+
+namespace mss {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Row = std::map<std::string, double>;
+
+Row row_of(const Measures& m) {
+  Row row;
+  for (const MeasureColumn& column : measure_columns) row[std::string(column.name)] = column.value(m);
+  return row;
+}
+
+/// The rows of a file of numbers, by column. NaN and infinities are read as what they are.
+std::vector<Row> read_numbers(const fs::path& file) {
+  const auto lines = parse_csv(read_file(file));
+  if (lines.size() < 2) throw InputError(fmt::format("{} has no rows", file.string()));
+  std::vector<Row> rows;
+  for (std::size_t r = 1; r < lines.size(); ++r) {
+    Row row;
+    for (std::size_t i = 0; i < lines.front().size(); ++i) {
+      const std::string cell = i < lines[r].size() ? lines[r][i] : "";
+      double value = 0;
+      const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+      if (error != std::errc() || end != cell.data() + cell.size())
+        throw InputError(
+            fmt::format("{}:{}: {} = '{}' is not a number", file.string(), r + 1, lines.front()[i], cell));
+      row[lines.front()[i]] = value;
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+Vec3 vector_of(const fs::path& file, const Row& row, const std::array<const char*, 3>& columns) {
+  Vec3 v;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto found = row.find(columns[a]);
+    if (found == row.end())
+      throw InputError(fmt::format("{}:1: column {} is missing", file.string(), columns[a]));
+    v[Eigen::Index(a)] = found->second;
+  }
+  return v;
+}
+
+std::string read_status(const fs::path& file) {
+  const Json summary = Json::parse(read_file(file), nullptr, false);
+  if (!summary.is_object() || !summary.contains("status") || !summary["status"].is_string())
+    throw InputError(fmt::format("{} is not JSON with a text \"status\"", file.string()));
+  return summary["status"].get<std::string>();
+}
+
+/// Mean displacement of the particles whose rest position lies in a box, widened by 1e-9 cell.
+std::vector<double> displacement(const Scene& scene, const Outcome& outcome, const Box& box) {
+  const double margin = 1e-9 * scene.body.cell_size;
+  Vec3 sum = Vec3::Zero();
+  int count = 0;
+  for (const ParticleRecord& p : outcome.particles) {
+    if (((p.rest - box.lower).array() < -margin).any() || ((p.rest - box.upper).array() > margin).any())
+      continue;
+    sum += p.x - p.rest;
+    ++count;
+  }
+  if (count == 0) return {};
+  return {sum[0] / count, sum[1] / count, sum[2] / count};
+}
+
+/// What came out; empty: nothing did.
+std::vector<double> found(const Scene& scene, const Outcome& outcome, const Expectation& e) {
+  if (e.quantity == mean_displacement) return displacement(scene, outcome, e.box);
+  const bool drift = e.quantity == energy_drift;
+  const std::string column = drift ? "total" : e.quantity;
+  const auto first = outcome.first.find(column), last = outcome.last.find(column);
+  if (first == outcome.first.end() || last == outcome.last.end()) return {};
+  return {drift ? last->second / first->second - 1 : last->second};
+}
+
+std::string shown(const std::vector<double>& numbers) {
+  if (numbers.size() == 1) return fmt::format("{:.8g}", numbers.front());
+  return fmt::format("[{:.8g}]", fmt::join(numbers, ", "));
+}
+
+}  // namespace
+
+Outcome outcome_of(const SimulationResult& result) {
+  return {.status = std::string(to_string(result.status)),
+          .first = row_of(result.series.front()),
+          .last = row_of(result.series.back()),
+          .particles = result.particles};
+}
+
+Outcome read_outcome(const fs::path& directory) {
+  Outcome outcome{.status = read_status(directory / "summary.json")};
+  const std::vector<Row> series = read_numbers(directory / "series.csv");
+  outcome.first = series.front();
+  outcome.last = series.back();
+  const fs::path particles = directory / "particles.csv";
+  for (const Row& row : read_numbers(particles))
+    outcome.particles.push_back({.rest = vector_of(particles, row, {"rest_x", "rest_y", "rest_z"}),
+                                 .x = vector_of(particles, row, {"x", "y", "z"}),
+                                 .v = Vec3::Zero()});
+  return outcome;
+}
+
+std::vector<Deviation> judge(const Scene& scene, const Outcome& outcome) {
+  std::vector<Deviation> wrong;
+  if (outcome.status != "ok")
+    wrong.push_back({scene.name, "status", "ok", outcome.status, "must be the same"});
+  for (const Expectation& e : scene.expectations) {
+    const std::vector<double> now = found(scene, outcome, e);
+    bool right = now.size() == e.value.size();
+    for (std::size_t i = 0; right && i < now.size(); ++i) right = std::abs(now[i] - e.value[i]) <= e.within;
+    if (!right)
+      wrong.push_back({scene.name, e.quantity, shown(e.value), now.empty() ? "" : shown(now),
+                       fmt::format("may be off by {:.4g}", e.within)});
+  }
+  return wrong;
+}
+
+}  // namespace mss

@@ -1,0 +1,102 @@
+#include "experiments/simulation/model.hpp"
+
+#include <fmt/format.h>
+
+#include <functional>
+
+#include "core/error.hpp"
+#include "core/spring_system.hpp"
+#include "core/suggest.hpp"
+#include "reference/fem/fem_system.hpp"
+#include "reference/mollemans.hpp"
+
+namespace mss {
+
+namespace {
+
+/// What may fill a body in double precision; springs compute in single precision too.
+struct Model {
+  std::string name;
+  std::string summary;
+  bool of_elastic_constants;  ///< springs alone do not say what it needs
+  std::function<std::unique_ptr<BodySystem<double>>(const Body&, const Environment&, const Execution&)> make;
+};
+
+std::vector<Model> make_models() {
+  std::vector<Model> all{
+      {spring_model, "the springs and volume force of each cell, through the structured sweep", false,
+       [](const Body& body, const Environment& environment, const Execution& execution) {
+         return std::make_unique<SpringSystem<double>>(body, environment, execution);
+       }},
+      {mollemans_model, "springs with Mollemans's volume force on tetrahedra (eq. 1-1, its sign turned)",
+       false, [](const Body& body, const Environment& environment, const Execution& execution) {
+         return std::make_unique<MollemansSystem>(body, environment, execution.threads);
+       }}};
+  for (const SolidLaw& law : solid_laws())
+    all.push_back({law.name, law.summary, true,
+                   [law](const Body& body, const Environment& environment, const Execution& execution) {
+                     return std::make_unique<FemSystem>(body, environment, law, execution.threads);
+                   }});
+  return all;
+}
+
+const std::vector<Model>& all_models() {
+  static const std::vector<Model> all = make_models();
+  return all;
+}
+
+const Model& find_model(const std::string& name) {
+  std::vector<std::string> names;
+  for (const Model& model : all_models()) {
+    if (model.name == name) return model;
+    names.push_back(model.name);
+  }
+  throw_unknown(name, names, "model", "models");
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> models() {
+  std::vector<std::pair<std::string, std::string>> lines;
+  for (const Model& model : all_models()) lines.emplace_back(model.name, model.summary);
+  return lines;
+}
+
+void check_model_name(const std::string& model) { find_model(model); }
+
+void check_model(const std::string& name, const BodyConfig& body, bool single_precision) {
+  const Model& model = find_model(name);
+  if (model.of_elastic_constants && !body.elastic)
+    throw InputError(fmt::format(
+        "model '{}' needs material.young and material.poisson, and material.springs are given", name));
+  if (body.fold_guard != 0 && !has_springs(name))
+    throw InputError(fmt::format(
+        "model '{}' has no guard against folding, and material.fold_guard is given; it is for springs",
+        name));
+  if (single_precision && name != spring_model)
+    throw InputError(
+        fmt::format("model '{}' computes in double precision only; give precision = \"double\"", name));
+}
+
+void tell_model(Chart& chart, const std::string& model) {
+  if (model != spring_model) chart.subtitle += "; model: " + model;
+}
+
+template <>
+std::unique_ptr<BodySystem<double>> make_system(const std::string& model, const Body& body,
+                                                const Environment& environment, int threads,
+                                                const SleepRule& sleep) {
+  check_model(model, body.config(), false);
+  return find_model(model).make(body, environment, {.threads = threads, .sleep = sleep});
+}
+
+template <>
+std::unique_ptr<BodySystem<float>> make_system(const std::string& model, const Body& body,
+                                               const Environment& environment, int threads,
+                                               const SleepRule& sleep) {
+  check_model(model, body.config(), true);
+  return std::make_unique<SpringSystem<float>>(body, environment,
+                                               Execution{.threads = threads, .sleep = sleep});
+}
+
+}  // namespace mss

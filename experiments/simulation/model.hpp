@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/body_system.hpp"
+#include "core/scene.hpp"
+#include "experiments/plot/chart.hpp"
+
+namespace mss {
+
+/// `fold_guard` of guarded bodies, k_g over the shear modulus: enough; at 10 one random state in some hundred
+/// stays trapped.
+inline constexpr double usual_fold_guard = 20;
+
+/// One line for each model: its name and summary.
+std::vector<std::pair<std::string, std::string>> models();
+
+/// A body filled with what a model says; `threads` 0: as many as pay. The body must outlive it. Only springs
+/// compute in single precision, and sleep. Throws InputError for an unknown model, and for finite elements
+/// without elastic constants.
+template <class Real>
+std::unique_ptr<BodySystem<Real>> make_system(const std::string& model, const Body& body,
+                                              const Environment& environment, int threads,
+                                              const SleepRule& sleep = {});
+
+/// Throws InputError for an unknown one.
+void check_model_name(const std::string& model);
+
+/// Throws InputError if make_system() would.
+void check_model(const std::string& model, const BodyConfig& body, bool single_precision);
+
+/// Adds to a chart's subtitle what fills the bodies, if not springs.
+void tell_model(Chart& chart, const std::string& model);
+
+}  // namespace mss

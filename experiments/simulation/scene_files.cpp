@@ -1,0 +1,63 @@
+#include "experiments/simulation/scene_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include "core/suggest.hpp"
+
+namespace mss {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The first comment line of a scene file, without its mark; empty if it starts with something else.
+std::string description(const fs::path& scene) {
+  std::ifstream stream(scene);
+  std::string line;
+  std::getline(stream, line);
+  if (line.empty() || line[0] != '#') return {};
+  line.erase(0, line.find_first_not_of("# "));
+  return line;
+}
+
+}  // namespace
+
+fs::path scenes_directory() {
+  std::error_code error;
+  const fs::path beside = fs::read_symlink("/proc/self/exe", error).parent_path() / "scenes";
+  for (const fs::path& candidate : {fs::path(MSS_SCENES_DIRECTORY), beside})
+    if (fs::is_directory(candidate, error)) return candidate;
+  return {};
+}
+
+std::vector<std::pair<std::string, std::string>> listed_scenes() {
+  const fs::path directory = scenes_directory();
+  if (directory.empty()) {
+    fmt::print(stderr,
+               "mss: the scenes that come with the program are neither in its source tree nor beside it\n");
+    return {};
+  }
+  std::vector<std::pair<std::string, std::string>> scenes;
+  for (const auto& entry : fs::directory_iterator(directory))
+    if (entry.path().extension() == ".toml")
+      scenes.emplace_back(entry.path().stem().string(), description(entry.path()));
+  std::sort(scenes.begin(), scenes.end());
+  return scenes;
+}
+
+fs::path scene_file(const std::string& given) {
+  if (fs::is_regular_file(given) || fs::path(given).has_parent_path() || fs::path(given).has_extension())
+    return given;
+  const fs::path listed = scenes_directory() / (given + ".toml");
+  if (fs::exists(listed)) return listed;  // whatever else has that name here, such as a run's directory
+  if (fs::exists(given)) return given;
+  std::vector<std::string> names;
+  for (const auto& [name, description] : listed_scenes()) names.push_back(name);
+  throw_unknown(given, names, "scene", "scenes");
+}
+
+}  // namespace mss

@@ -1,0 +1,103 @@
+#include "experiments/simulation/scene_run.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "experiments/simulation/model.hpp"
+#include "integrators/stable_step.hpp"
+
+namespace mss {
+
+namespace {
+
+double step_of(const Scene& scene, const IntegratorInfo& method, const SpectralBound& bound) {
+  if (method.stepping == Stepping::equilibrium) return 0;
+  if (scene.solve.dt) return *scene.solve.dt;
+  if (method.stepping == Stepping::adaptive) return 0;  // the method's own choice
+  const double safe = safe_share * stable_step(method, bound);
+  return scene.solve.duration > 0 ? std::min(safe, scene.solve.duration) : safe;
+}
+
+}  // namespace
+
+template <class Real>
+void scale_errors(IntegratorOptions& options, const BodySystem<Real>& system) {
+  options.length_scale = system.body().config().cell_size;
+  options.speed_scale = options.length_scale * system.spectral_bound().omega / 10;
+}
+
+template <class Real>
+IntegratorOptions method_options(const Scene& scene, const BodySystem<Real>& system) {
+  IntegratorOptions options{
+      .dt = step_of(scene, find_integrator(scene.solve.integrator), system.spectral_bound()),
+      .linear_solver = scene.solve.linear_solver,
+      .tangent = scene.solve.tangent,
+      .tolerance = scene.solve.tolerance};
+  scale_errors(options, system);
+  return options;
+}
+
+template <class Real>
+State<Real> start_state(const BodySystem<Real>& system, const Scene& scene) {
+  State<Real> state = system.rest_state();
+  const Body& body = system.body();
+  Vec3 centre = Vec3::Zero();
+  for (const std::ptrdiff_t site : body.sites())
+    centre += body.mass(site) / body.total_mass() * state.x.at(site);
+  for (const std::ptrdiff_t site : body.sites())
+    state.v.set(site, scene.start_velocity + scene.start_spin.cross(state.x.at(site) - centre));
+  system.constrain(0, state.x, state.v);
+  return state;
+}
+
+template <class Real>
+SceneRun<Real>::SceneRun(const Scene& scene, const Body& body, long most_steps)
+    : strikes_(scene.environment.strikes),
+      system_(
+          make_system<Real>(scene.model, body, scene.environment, scene.solve.threads, scene.solve.sleep)),
+      options_(method_options(scene, *system_)) {
+  options_.most_steps = most_steps;
+  method_ = find_integrator(scene.solve.integrator).template make<Real>(options_);
+  std::stable_sort(strikes_.begin(), strikes_.end(),
+                   [](const Strike& a, const Strike& b) { return a.at < b.at; });
+  go_on_from(start_state(*system_, scene));
+}
+
+template <class Real>
+void SceneRun<Real>::go_on_from(const State<Real>& state) {
+  for (next_ = 0; next_ < strikes_.size() && strikes_[next_].at < state.t;) ++next_;
+  state_ = state;
+  disturb();
+}
+
+template <class Real>
+void SceneRun<Real>::disturb() {
+  method_->reset();
+  system_->wake_all();
+}
+
+template <class Real>
+Status SceneRun<Real>::advance(System<Real>& driven, double t_end, Work& work) {
+  for (; next_ < strikes_.size() && strikes_[next_].at <= t_end; ++next_) {
+    const Strike& strike = strikes_[next_];
+    const Status status =
+        strike.at > state_.t ? method_->advance(driven, state_, strike.at, work) : Status::ok;
+    if (status != Status::ok) return status;
+    give(strike, system_->body(), state_.v);
+    system_->constrain(state_.t, state_.x, state_.v);
+    method_->reset();
+    system_->wake_moving(state_);
+  }
+  return method_->advance(driven, state_, t_end, work);
+}
+
+template void scale_errors(IntegratorOptions&, const BodySystem<float>&);
+template void scale_errors(IntegratorOptions&, const BodySystem<double>&);
+template IntegratorOptions method_options(const Scene&, const BodySystem<float>&);
+template IntegratorOptions method_options(const Scene&, const BodySystem<double>&);
+template State<float> start_state(const BodySystem<float>&, const Scene&);
+template State<double> start_state(const BodySystem<double>&, const Scene&);
+template class SceneRun<float>;
+template class SceneRun<double>;
+
+}  // namespace mss

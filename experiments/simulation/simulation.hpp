@@ -1,0 +1,68 @@
+#pragma once
+
+#include <filesystem>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/measures.hpp"
+#include "core/scene.hpp"
+#include "experiments/harness/progress.hpp"
+#include "experiments/harness/table.hpp"
+#include "experiments/simulation/scene_run.hpp"
+#include "experiments/simulation/wakeful_twin.hpp"
+#include "integrators/integrator.hpp"
+
+namespace mss {
+
+/// Position and velocity of one particle, in double precision.
+struct ParticleRecord {
+  Vec3 rest, x, v;
+  double mass = 0;
+};
+
+/// What came of simulating a scene. A failed run has the rows it finished, and the particles of the last one.
+struct SimulationResult {
+  Status status = Status::ok;
+  Work work;
+  double dt = 0;  ///< the step [s], "safe" resolved; of adaptive methods the first, 0 if that is their choice
+  double simulated_seconds = 0;
+  double wall_seconds = 0;  ///< of stepping; measuring and setting up not counted
+  int threads = 1;
+  std::string kernel;                ///< instruction set of the sweep
+  std::optional<SleepReport> sleep;  ///< where the scene lets particles sleep
+  std::vector<Measures> series;
+  std::vector<ParticleRecord> particles;
+};
+
+/// Whether and where ParaView shall see what happens.
+struct VtkChoice {
+  long every = 0;  ///< n-th step; of methods that choose their steps, row of series.csv. 0: never
+  std::filesystem::path directory;
+};
+
+/// True if all numbers are finite.
+bool is_finite(const Measures& measures);
+
+/// A body at rest, but stretched along z by a factor, about z = 0.
+template <class Real>
+State<Real> stretched_state(const BodySystem<Real>& system, double factor);
+
+/// Throws InputError if the scene's model cannot be made.
+void check_model(const Scene& scene);
+
+/// Throws InputError if the scene's model, method or step cannot be used.
+void check_solve(const Scene& scene);
+
+/// Simulates a scene from beginning to end, and writes the series if one is asked for. Throws as
+/// check_solve(), and InputError if a file cannot be written.
+SimulationResult simulate(const Scene& scene, Progress& progress, const VtkChoice& vtk = {});
+
+/// series.csv.
+Table series_table(const std::vector<Measures>& series);
+
+/// particles.csv, row by row: a body may have millions of particles, too many for a Table.
+void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& particles);
+
+}  // namespace mss

@@ -1,0 +1,240 @@
+#include "experiments/simulation/vtk_series.hpp"
+
+#include <fmt/format.h>
+#include <hdf5.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "core/error.hpp"
+#include "core/measures.hpp"
+#include "experiments/harness/provenance.hpp"
+#include "experiments/io/output.hpp"
+
+namespace mss {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kinds[] = {"cells", "springs"};
+
+/// VTK's numbers for shapes, and its order of a hexahedron's corners: around the bottom, around the top.
+constexpr std::uint8_t vtk_line = 3, vtk_hexahedron = 12;
+constexpr int vtk_corners[] = {0, 1, 3, 2, 4, 5, 7, 6};
+
+/// HDF5 says that it failed by a negative number; why may be known to the system.
+void check(std::int64_t result) {
+  if (result < 0) throw InputError(errno != 0 ? std::strerror(errno) : "HDF5 does not say why");
+}
+
+/// Something of HDF5's that must be closed. Throws if it could not be opened.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) { check(id); }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() { close_(id_); }
+  operator hid_t() const { return id_; }  // NOLINT(google-explicit-constructor): HDF5 takes numbers
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+hid_t type_of(double) { return H5T_NATIVE_DOUBLE; }
+hid_t type_of(std::int64_t) { return H5T_NATIVE_INT64; }
+hid_t type_of(std::uint8_t) { return H5T_NATIVE_UINT8; }
+
+/// A dataset of rows of `columns` numbers.
+template <class T>
+void write(hid_t group, const char* name, const std::vector<T>& values, hsize_t columns = 1) {
+  const hsize_t extent[] = {values.size() / columns, columns};
+  const Handle space(H5Screate_simple(columns == 1 ? 1 : 2, extent, nullptr), H5Sclose);
+  const Handle set(H5Dcreate2(group, name, type_of(T{}), space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                   H5Dclose);
+  check(H5Dwrite(set, type_of(T{}), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()));
+}
+
+void write_text(hid_t group, const char* name, const std::string& text) {
+  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate(H5S_SCALAR), H5Sclose);
+  check(H5Tset_size(type, text.size()));
+  const Handle attribute(H5Acreate2(group, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  check(H5Awrite(attribute, type, text.data()));
+}
+
+void write_version(hid_t group) {
+  const hsize_t two = 2;
+  const std::int64_t version[] = {1, 0};
+  const Handle space(H5Screate_simple(1, &two, nullptr), H5Sclose);
+  const Handle attribute(H5Acreate2(group, "Version", H5T_NATIVE_INT64, space, H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose);
+  check(H5Awrite(attribute, H5T_NATIVE_INT64, version));
+}
+
+Handle new_group(hid_t parent, const char* name) {
+  return {H5Gcreate2(parent, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
+}
+
+/// Lets a name stand for what another file of the directory holds.
+void link(hid_t group, const char* name, const fs::path& file, const std::string& object) {
+  check(H5Lcreate_external(file.filename().c_str(), object.c_str(), group, name, H5P_DEFAULT, H5P_DEFAULT));
+}
+
+/// Makes an HDF5 file beside its place, lets `fill` fill it, and puts it there.
+template <class Fill>
+void write_file(const fs::path& file, Fill&& fill) {
+  replace_atomically(file, [&](const fs::path& beside) {
+    errno = 0;
+    const Handle h5(H5Fcreate(beside.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
+    fill(h5);
+    check(H5Fflush(h5, H5F_SCOPE_LOCAL));
+  });
+}
+
+/// The shapes of an unstructured grid, all with the same number of corners.
+void write_shapes(hid_t group, std::uint8_t type, std::int64_t corners, std::int64_t points,
+                  const std::vector<std::int64_t>& connectivity) {
+  const std::int64_t count = std::int64_t(connectivity.size()) / corners;
+  std::vector<std::int64_t> offsets;
+  for (std::int64_t i = 0; i <= count; ++i) offsets.push_back(corners * i);
+  write(group, "NumberOfPoints", std::vector<std::int64_t>{points});
+  write(group, "NumberOfCells", std::vector<std::int64_t>{count});
+  write(group, "NumberOfConnectivityIds", std::vector<std::int64_t>{corners * count});
+  write(group, "Types", std::vector<std::uint8_t>(std::size_t(count), type));
+  write(group, "Offsets", offsets);
+  write(group, "Connectivity", connectivity);
+}
+
+/// Makes a group VTK's, with what `kind` has in common with all frames.
+void describe_grid(hid_t group, const char* kind, const fs::path& mesh) {
+  write_version(group);
+  write_text(group, "Type", "UnstructuredGrid");
+  for (const char* name :
+       {"NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds", "Types", "Offsets", "Connectivity"})
+    link(group, name, mesh, fmt::format("/{}/{}", kind, name));
+}
+
+template <class Real>
+std::vector<double> by_particle(const Body& body, const Field<Real>& field) {
+  std::vector<double> values;
+  values.reserve(3 * body.particle_count());
+  for (const std::ptrdiff_t site : body.sites())
+    for (int axis = 0; axis < 3; ++axis) values.push_back(double(field.axis(axis)[site]));
+  return values;
+}
+
+template <class Real>
+void write_cell_values(hid_t group, const Body& body, const Field<Real>& x) {
+  std::vector<double> volume_ratio, jacobian;
+  body.for_each_cell([&](std::ptrdiff_t site) {
+    const std::array<Vec3, 8> corners = corners_of(body, x, site);
+    double smallest = corner_volume(corners, 0);
+    for (int c = 1; c < 8; ++c) smallest = std::min(smallest, corner_volume(corners, c));
+    volume_ratio.push_back(trilinear_volume(corners) / body.cell_volume());
+    jacobian.push_back(smallest / body.cell_volume());
+  });
+  write(group, "volume_ratio", volume_ratio);
+  write(group, "jacobian", jacobian);
+}
+
+template <class Real>
+void write_spring_values(hid_t group, const Body& body, const Field<Real>& x) {
+  std::vector<double> stretch;
+  std::vector<std::uint8_t> classes;
+  body.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double, double) {
+    classes.push_back(std::uint8_t(slot.kind));
+    stretch.push_back((x.at(b) - x.at(a)).norm() / body.rest_length(slot.kind) - 1);
+  });
+  write(group, "stretch", stretch);
+  write(group, "class", classes);
+}
+
+/// Whether a file is one of ours: cells_000012.vtkhdf, springs_000012.vtkhdf, mesh.h5.
+bool is_part(const fs::path& file) {
+  const std::string name = file.filename();
+  return name == "mesh.h5" || (file.extension() == ".vtkhdf" &&
+                               std::any_of(std::begin(kinds), std::end(kinds), [&](const char* kind) {
+                                 return name.rfind(std::string(kind) + "_", 0) == 0;
+                               }));
+}
+
+}  // namespace
+
+void remove_vtk_series(const fs::path& directory) {
+  std::error_code ignored;  // what cannot be removed cannot be written either, which will be said
+  for (const char* kind : kinds) fs::remove(directory / fmt::format("{}.vtkhdf.series", kind), ignored);
+  std::vector<fs::path> parts;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory / "vtk", ignored))
+    if (is_part(entry.path())) parts.push_back(entry.path());
+  for (const fs::path& part : parts) fs::remove(part, ignored);
+  fs::remove(directory / "vtk", ignored);  // if nothing else is in it
+}
+
+VtkSeries::VtkSeries(fs::path directory, const Body& body)
+    : directory_(std::move(directory)), body_(body), particle_of_(std::size_t(body.lattice().size), -1) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // failures are exceptions, not pages on stderr
+  for (std::size_t id = 0; id < body.particle_count(); ++id)
+    particle_of_[std::size_t(body.sites()[id])] = std::int64_t(id);
+  remove_vtk_series(directory_);
+  prepare_directory(directory_ / "vtk");
+  write_mesh();
+}
+
+fs::path VtkSeries::frame_file(const std::string& kind, std::size_t frame) const {
+  return directory_ / "vtk" / fmt::format("{}_{:06}.vtkhdf", kind, frame);
+}
+
+void VtkSeries::write_mesh() const {
+  std::vector<std::int64_t> cells, springs;
+  body_.for_each_cell([&](std::ptrdiff_t site) {
+    for (const int c : vtk_corners)
+      cells.push_back(particle_of_[std::size_t(site + body_.lattice().corner(c))]);
+  });
+  body_.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot&, double, double) {
+    springs.push_back(particle_of_[std::size_t(a)]);
+    springs.push_back(particle_of_[std::size_t(b)]);
+  });
+  const auto points = std::int64_t(body_.particle_count());
+  write_file(directory_ / "vtk" / "mesh.h5", [&](hid_t file) {
+    write_text(file, "mss", program_version());
+    write_shapes(new_group(file, "cells"), vtk_hexahedron, 8, points, cells);
+    write_shapes(new_group(file, "springs"), vtk_line, 2, points, springs);
+  });
+}
+
+template <class Real>
+void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v) {
+  const std::size_t frame = times_.size();
+  const fs::path mesh = "mesh.h5", cells = frame_file("cells", frame);
+  write_file(cells, [&](hid_t file) {
+    const Handle grid = new_group(file, "VTKHDF");
+    describe_grid(grid, "cells", mesh);
+    write(grid, "Points", by_particle(body_, x), 3);
+    write(new_group(grid, "PointData"), "velocity", by_particle(body_, v), 3);
+    write_cell_values(new_group(grid, "CellData"), body_, x);
+  });
+  write_file(frame_file("springs", frame), [&](hid_t file) {
+    const Handle grid = new_group(file, "VTKHDF");
+    describe_grid(grid, "springs", mesh);
+    link(grid, "Points", cells, "/VTKHDF/Points");
+    write_spring_values(new_group(grid, "CellData"), body_, x);
+  });
+  times_.push_back(t);
+}
+
+void VtkSeries::finish() const {
+  for (const std::string kind : kinds) {
+    Json frames = Json::array();
+    for (std::size_t i = 0; i < times_.size(); ++i)
+      frames.push_back({{"name", "vtk/" + frame_file(kind, i).filename().string()}, {"time", times_[i]}});
+    write_atomically(directory_ / (kind + ".vtkhdf.series"),
+                     Json{{"file-series-version", "1.0"}, {"files", frames}}.dump(1) + "\n");
+  }
+}
+
+template void VtkSeries::add(double, const Field<float>&, const Field<float>&);
+template void VtkSeries::add(double, const Field<double>&, const Field<double>&);
+
+}  // namespace mss

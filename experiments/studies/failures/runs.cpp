@@ -1,0 +1,243 @@
+// The runs of `mss stability failures`: scenes that are hard on purpose, and random ones that should not be.
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "core/spring_system.hpp"
+#include "experiments/simulation/simulation.hpp"
+#include "experiments/studies/failures/failures.hpp"
+#include "integrators/stable_step.hpp"
+
+namespace mss::studies::failures {
+
+namespace {
+
+constexpr double young = 1e6, density = 1000;  // [Pa], [kg/m^3]
+constexpr double n = failure_cells;
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+void fill(Hardship& h, double poisson, double face_share) {
+  h.body.fill({.young = young, .poisson = poisson}, face_share);
+}
+
+void drop(Hardship& h, double height) {
+  constexpr double gravity = 9.81, above = 1e-3;  // [m/s^2], [m]
+  h.body.origin = above * Vec3::UnitZ();
+  h.environment.planes = {
+      {.point = Vec3::Zero(), .normal = Vec3::UnitZ(), .restitution = 0.3, .friction = 0.4}};
+  h.velocity = -std::sqrt(2 * gravity * height) * Vec3::UnitZ();
+}
+
+/// The first particles along an edge, put where it begins: springs of no length.
+void merge(Hardship& h, double particles) {
+  h.place = [particles](const Vec3& rest) -> Vec3 {
+    const bool on_edge = rest[1] < 0.5 && rest[2] < 0.5 && rest[0] < particles + 0.5;
+    return on_edge ? Vec3(0, rest[1], rest[2]) : rest;
+  };
+}
+
+void push_corner(Hardship& h, double cells) {
+  h.place = [cells](const Vec3& rest) -> Vec3 {
+    return (rest.array() > n - 0.5).all() ? Vec3(rest - cells * Vec3::Ones()) : rest;
+  };
+}
+
+void stretch(Hardship& h, double factor) {
+  h.place = [factor](const Vec3& rest) { return Vec3(n / 2 + factor * (rest[0] - n / 2), rest[1], rest[2]); };
+}
+
+/// The half beyond the middle, heavier than the particles of its inside by such a factor.
+void weigh_down(Hardship& h, double times) {
+  const Vec3 upper = Vec3::Ones(), lower(0.5, 0, 0);
+  constexpr double particles = (n + 1) * (n + 1) * (n + 1) / 2, each = density / (n * n * n);
+  h.body.weights = {{{lower, upper}, (times - 1) * particles * each}};
+}
+
+double speed_of_sound(const BodyConfig& body) { return std::sqrt(young / body.density); }
+
+/// The step or interval that a method is given: see try_scene().
+double step_for(const IntegratorInfo& method, BodySystem<double>& system) {
+  constexpr double longer = 10;
+  const SpectralBound bound = crushed_spectral_bound(system.body());
+  if (!method.limit) return longer * safe_share * sure_step(find_integrator("semi_implicit_euler"), bound);
+  if (const double sure = sure_step(method, bound); sure > 0) return safe_share * sure;
+  Work work;
+  return safe_share * predicted_step(method, system, system.rest_state(), work).dt;
+}
+
+State<double> start(BodySystem<double>& system, const Hardship& h) {
+  const BodyConfig& config = system.body().config();
+  State<double> state = system.rest_state();
+  const Vec3 middle = config.origin + config.cell_size * n / 2 * Vec3::Ones();
+  for (const std::ptrdiff_t site : system.particles()) {
+    const Vec3 rest = (state.x.at(site) - config.origin) / config.cell_size;
+    if (h.place) state.x.set(site, config.origin + config.cell_size * h.place(rest));
+    state.v.set(site, h.velocity + h.spin.cross(state.x.at(site) - middle));
+  }
+  return state;
+}
+
+/// Runs for a time, every other step shorter by `jump`.
+FailureRun run(BodySystem<double>& system, const IntegratorInfo& method, State<double> state, double dt,
+               double jump, double seconds) {
+  constexpr long most_looks = 200, most_steps = 500;
+  if (!(dt > 0)) return {.fate = Fate::stalls, .dt = dt, .seconds = none};  // no step was found
+  const bool adaptive = method.stepping == Stepping::adaptive;
+  IntegratorOptions whole{.dt = adaptive ? 0 : dt, .most_steps = most_steps};
+  scale_errors(whole, system);
+  IntegratorOptions part = whole;
+  part.dt = whole.dt / jump;
+  const auto long_steps = method.make<double>(whole), short_steps = method.make<double>(part);
+  const double pair = jump == 1 ? dt : dt + dt / jump;
+  const long steps = std::max(32L, long(std::ceil(seconds / pair))),
+             stride = std::max(1L, steps / most_looks);
+  Work work;
+  const auto one_pair = [&] {
+    Status status = long_steps->advance(system, state, state.t + dt, work);
+    if (status != Status::ok) return status;
+    short_steps->reset();
+    status = short_steps->advance(system, state, state.t + dt / jump, work);
+    long_steps->reset();
+    return status;
+  };
+  FailureRun result{.dt = dt};
+  result.fate = follow(
+      system, state, steps / stride,
+      [&](long look) {
+        if (jump == 1) return long_steps->advance(system, state, double(look * stride) * dt, work);
+        Status status = Status::ok;
+        for (long i = 0; i < stride && status == Status::ok; ++i) status = one_pair();
+        return status;
+      },
+      result.watch);
+  result.seconds = state.t;
+  result.steps = work.steps;
+  if (result.fate == Fate::holds && result.watch.last_jacobian <= 0) result.fate = Fate::folds;
+  return result;
+}
+
+}  // namespace
+
+Hardship at_ease() {
+  Hardship h{.body = {.voxels = VoxelGrid::box(failure_cells, failure_cells, failure_cells),
+                      .cell_size = 1.0 / failure_cells,
+                      .density = density,
+                      .damping = {.law = Damping::Law::ratio, .zeta = 0.1}}};
+  fill(h, 0.3, 0.5);
+  return h;
+}
+
+const std::vector<FailureScene>& failure_scenes() {
+  static const std::vector<FailureScene> all{
+      {"drop", "dropped from [m]", {0.1, 1, 10, 100, 1000}, drop},
+      {"spin",
+       "spins, times slowest",
+       {0.1, 0.3, 1, 3, 10},
+       [](Hardship& h, double times) {
+         h.spin = times * 2 * speed_of_sound(h.body) * Vec3(0.36, 0.48, 0.8);
+       }},
+      {"stretch", "stretched to", {1.2, 1.5, 2, 3, 4}, stretch},
+      {"compression", "compressed to", {0.8, 0.5, 0.3, 0.1, 0.05}, stretch},
+      {"merged", "merged particles", {1, 2, 3}, merge},
+      {"inside_out", "corner pushed [cells]", {0.5, 1, 1.5, 2, 2.5}, push_corner},
+      {"poisson",
+       "nu, from stretch 1.3",
+       {0.45, 0.49, 0.499, 0.4999},
+       [](Hardship& h, double poisson) {
+         fill(h, poisson, 0.5);
+         stretch(h, 1.3);
+       }},
+      {"negative_volume",
+       "nu, k_vol < 0",
+       {0.2, 0.1, 0, -0.2},
+       [](Hardship& h, double poisson) {
+         fill(h, poisson, 0.5);
+         stretch(h, 0.7);
+       }},
+      {"weights",
+       "half heavier, times",
+       {1e2, 1e4, 1e6},
+       [](Hardship& h, double times) {
+         weigh_down(h, times);
+         stretch(h, 1.3);
+       }},
+      {"jump", "dt jumps by", {2, 10, 100}, [](Hardship& h, double factor) {
+         h.jump = factor;
+         stretch(h, 1.3);
+       }}};
+  return all;
+}
+
+FailureRun try_scene(const Hardship& hardship, const IntegratorInfo& method) {
+  constexpr double periods = 20;
+  const Body body(hardship.body);
+  SpringSystem<double> system(body, hardship.environment, {.threads = 1});
+  const double slow = 2.0 / speed_of_sound(hardship.body);  // there and back through 1 m [s]
+  const double dt = step_for(method, system);
+  return run(system, method, start(system, hardship), dt, hardship.jump, periods * slow);
+}
+
+RandomScene random_scene(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const auto share = [&] { return std::uniform_real_distribution<>(0, 1)(random); };
+  const auto between = [&](double low, double high) { return low + (high - low) * share(); };
+  const auto power = [&](double low, double high) { return low * std::pow(high / low, share()); };
+  const auto whole = [&](int low, int high) { return std::min(high, low + int(share() * (high - low + 1))); };
+  const int nx = whole(1, 5), ny = whole(1, 5), nz = whole(1, 5);
+  RandomScene scene{.body = {.voxels = VoxelGrid::box(nx, ny, nz),
+                             .cell_size = power(0.01, 1),
+                             .density = power(1, 1e4),
+                             .damping = {.law = Damping::Law::ratio, .zeta = power(0.01, 1)}},
+                    .seed = seed};
+  for (int i = 0; i < nx; ++i)
+    for (int j = 0; j < ny; ++j)
+      for (int k = 0; k < nz; ++k)
+        if (i + j + k > 0 && share() < 0.2) scene.body.voxels.set(i, j, k, false);
+  const double stiffness = power(1e3, 1e9), poisson = between(0, 0.45), face_share = between(0.25, 1);
+  scene.body.fill({.young = stiffness, .poisson = poisson}, face_share);
+  std::vector<std::string> limited;
+  for (const IntegratorInfo& method : integrators())
+    if (method.limit && method.limit(1, 0) > 0)
+      limited.push_back(method.name);  // explicit Euler is never sure
+  scene.integrator = limited[std::size_t(whole(0, int(limited.size()) - 1))];
+  const double h = scene.body.cell_size;
+  if (share() < 0.3) scene.environment.holds = {{.box = {Vec3::Zero(), Vec3(0, 1e3 * h, 1e3 * h)}}};
+  scene.stretch = {between(1 - safe_strain, 1 + safe_strain), between(1 - safe_strain, 1 + safe_strain),
+                   between(1 - safe_strain, 1 + safe_strain)};
+  if (share() < 0.5) {
+    // Below the lowest particle, wherever the plane's slope has it.
+    const double lean_x = between(-0.5, 0.5), lean_y = between(-0.5, 0.5);
+    Plane plane{.normal = Vec3(lean_x, lean_y, 1).normalized(), .restitution = share(), .friction = share()};
+    const Vec3 far = h * Vec3(nx, ny, nz).cwiseProduct(scene.stretch);
+    plane.point = (plane.normal.cwiseMin(0).dot(far) - 0.01 * h) * plane.normal;
+    scene.environment.planes = {plane};
+  }
+  scene.rattle = share();
+  return scene;
+}
+
+FailureRun try_scene(const RandomScene& scene) {
+  constexpr long steps = 2000;
+  const Body body(scene.body);
+  SpringSystem<double> system(body, scene.environment, {.threads = 1});
+  const IntegratorInfo& method = find_integrator(scene.integrator);
+  const double dt = step_for(method, system);
+  std::mt19937_64 random(scene.seed);
+  std::uniform_real_distribution<> share(-1, 1);
+  const double speed =
+      scene.rattle * safe_strain * scene.body.cell_size * system.body_bound().omega / (2 * M_PI);
+  State<double> state = system.rest_state();
+  for (const std::ptrdiff_t site : system.particles()) {
+    state.x.set(site, state.x.at(site).cwiseProduct(scene.stretch));
+    const double a = share(random), b = share(random), c = share(random);
+    state.v.set(site, speed * Vec3(a, b, c));
+  }
+  system.constrain(0, state.x, state.v);
+  return run(system, method, std::move(state), dt, 1, double(steps) * dt);
+}
+
+}  // namespace mss::studies::failures

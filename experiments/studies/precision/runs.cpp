@@ -1,0 +1,261 @@
+// The runs of `mss precision`: references, errors, refinement.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "core/measures.hpp"
+#include "experiments/harness/statistics.hpp"
+#include "experiments/simulation/model.hpp"
+#include "experiments/simulation/simulation.hpp"
+#include "experiments/studies/precision/precision.hpp"
+
+namespace mss::studies::precision {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+/// One scene ready to run.
+struct Problem {
+  Problem(const PrecisionScene& s, const PrecisionConfig& config)
+      : scene(s),
+        body(s.body),
+        owned(make_system<double>(config.model, body, s.environment, config.threads)),
+        system(*owned),
+        start(system.rest_state()) {
+    if (scene.start)
+      for (const std::ptrdiff_t site : body.sites()) start.x.set(site, scene.start(start.x.at(site)));
+    system.constrain(0, start.x, start.v);
+    scale_errors(options, system);
+  }
+  const PrecisionScene& scene;
+  Body body;
+  std::unique_ptr<BodySystem<double>> owned;
+  BodySystem<double>& system;
+  State<double> start;
+  IntegratorOptions options;
+};
+
+/// Root mean square of the distances between particles at two times or of two runs [m].
+double distance(const Body& body, const Field<double>& a, const Field<double>& b) {
+  double sum = 0;
+  for (const std::ptrdiff_t site : body.sites()) sum += (a.at(site) - b.at(site)).squaredNorm();
+  return std::sqrt(sum / double(body.particle_count()));
+}
+
+struct Reference {
+  Status status = Status::ok;  ///< of both methods; the rest means nothing unless it is ok
+  Field<double> x{};           ///< at the end time
+  double displacement = 0;     ///< largest root mean square from the start until then [m]
+  Measures measures;
+  double uncertainty = 0;  ///< relative to the displacement
+  double energy = 0;       ///< largest of the energies that move [J]
+};
+
+Reference find_reference(Problem& p, double tolerance) {
+  IntegratorOptions options = p.options;
+  options.dt = 0;
+  options.tolerance = tolerance;
+  Work work;
+  State<double> state = p.start, other = p.start;
+  Reference r{.measures = measure(p.system, p.start)};
+  r.energy = r.measures.elastic;
+  const auto adams = find_integrator("cvode_adams").make<double>(options);
+  constexpr int looks = 32;
+  for (int look = 1; look <= looks; ++look) {
+    r.status = adams->advance(p.system, state, p.scene.duration * look / looks, work);
+    if (r.status != Status::ok) return r;
+    r.measures = measure(p.system, state);
+    r.displacement = std::max(r.displacement, distance(p.body, state.x, p.start.x));
+    r.energy = std::max({r.energy, r.measures.elastic, r.measures.kinetic});
+  }
+  r.status =
+      find_integrator("arkode_erk").make<double>(options)->advance(p.system, other, p.scene.duration, work);
+  r.uncertainty = distance(p.body, state.x, other.x) / r.displacement;
+  r.x = std::move(state.x);
+  return r;
+}
+
+/// What came of one run.
+struct Run {
+  Status status = Status::ok;
+  Work work{};
+  double seconds = 0;
+  State<double> end;
+};
+
+Run run_once(Problem& p, const IntegratorInfo& info, const IntegratorOptions& options) {
+  Run run{.end = p.start};
+  const auto method = info.make<double>(options);
+  const auto begin = Clock::now();
+  run.status = method->advance(p.system, run.end, p.scene.duration, run.work);
+  run.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  const bool finite =
+      std::isfinite(measure(p.system, run.end).total());  // squares overflow before coordinates
+  if (run.status == Status::ok && !finite) run.status = Status::non_finite;
+  return run;
+}
+
+/// Short runs are repeated, and the median time is kept.
+Run run_timed(Problem& p, const IntegratorInfo& info, const IntegratorOptions& options) {
+  Run run = run_once(p, info, options);
+  std::vector<double> seconds{run.seconds};
+  while (run.status == Status::ok && seconds.size() < 5 && run.seconds < 0.02)
+    seconds.push_back(run_once(p, info, options).seconds);
+  run.seconds = quantile(seconds, 0.5);
+  return run;
+}
+
+double error_of(const Problem& p, const Reference& reference, const Field<double>& x) {
+  return distance(p.body, x, reference.x) / reference.displacement;
+}
+
+std::string status_text(const Run& run, double error) {
+  return error > precision_worst ? precision_diverged : std::string(to_string(run.status));
+}
+
+/// Adds the row of a run and returns its error.
+double add_row(Table& rows, Problem& p, const Reference& reference, const IntegratorInfo& info,
+               const IntegratorOptions& o, const Run& run) {
+  const bool adaptive = info.stepping == Stepping::adaptive;
+  double error = none, energy_drift = none, volume_drift = none;
+  if (run.status == Status::ok) {
+    const Measures m = measure(p.system, run.end);
+    error = error_of(p, reference, run.end.x);
+    energy_drift = std::abs(m.total() - reference.measures.total()) / reference.energy;
+    volume_drift = std::abs(m.volume_ratio - reference.measures.volume_ratio);
+  }
+  rows.add({p.scene.name, info.name, std::string(adaptive ? "tolerance" : "dt"),
+            adaptive ? o.tolerance : o.dt, error, energy_drift, volume_drift, run.seconds, run.work.steps,
+            run.work.force_evaluations, run.work.jacobians, run.work.factorisations, run.work.linear_solves,
+            run.work.products, status_text(run, error)});
+  return error;
+}
+
+/// What runs of a method of that order with steps h, h/2, h/4 ... (finest last) tend to as h vanishes, by
+/// Neville's scheme on the last four: each column takes away one more power of h.
+Field<double> extrapolate(std::vector<Field<double>> runs, int order) {
+  runs.erase(runs.begin(), runs.end() - std::min<std::ptrdiff_t>(4, std::ssize(runs)));
+  for (std::size_t column = 1; column < runs.size(); ++column) {
+    const double weight = std::ldexp(1.0, order + int(column) - 1) - 1;
+    for (std::size_t i = runs.size() - 1; i >= column; --i)
+      runs[i].array() += (runs[i].array() - runs[i - 1].array()) / weight;
+  }
+  return runs.back();
+}
+
+/// How close a method's runs come to the reference, by themselves and extrapolated.
+struct Agreement {
+  std::vector<Field<double>> runs = {};
+  double tightest = none, extrapolated = none;
+
+  void add(const Problem& p, const Reference& reference, const IntegratorInfo& info, const Run& run) {
+    if (run.status != Status::ok) return;
+    const bool damped = p.scene.body.damping.law != Damping::Law::none;
+    runs.push_back(run.end.x);
+    tightest = extrapolated = error_of(p, reference, run.end.x);
+    if (info.stepping == Stepping::fixed)
+      extrapolated =
+          error_of(p, reference, extrapolate(runs, damped ? info.order_damped : info.order_undamped));
+  }
+  bool reached() const { return std::min(tightest, extrapolated) < precision_agreed; }
+  std::string status() const {
+    return runs.empty()                      ? "no run finished"
+           : tightest < precision_agreed     ? "ok"
+           : extrapolated < precision_agreed ? "ok when extrapolated"
+                                             : "above 1e-6";
+  }
+};
+
+/// One method from coarse to fine until it is as exact as the reference or its next run too long, and whether
+/// it tends to where the reference is; false if stopped. Methods of low order would need days to get there by
+/// small steps alone, so their runs are also extrapolated, and until that agrees runs may be longer.
+bool measure_method(Problem& p, const Reference& reference, const IntegratorInfo& info,
+                    const PrecisionConfig& config, PrecisionTables& tables, const Progress& progress) {
+  const bool adaptive = info.stepping == Stepping::adaptive;
+  IntegratorOptions options = p.options;
+  Agreement agreement;
+  const int most_runs = adaptive ? 11 : config.finest_halving;
+  double before = 0;
+  for (int i = 0; i < most_runs; ++i) {
+    if (progress.stopped()) return false;
+    options.dt = adaptive ? 0 : p.scene.duration / std::ldexp(8.0, i);
+    options.tolerance = std::pow(10.0, -1 - i);
+    const Run run = run_timed(p, info, options);
+    agreement.add(p, reference, info, run);
+    if (add_row(tables.rows, p, reference, info, options, run) < 10 * reference.uncertainty) break;
+    const double growth = before > 0 ? std::clamp(run.seconds / before, 1.0, 4.0) : 2.0;
+    if (run.seconds * growth > (agreement.reached() ? config.seconds_per_run : config.seconds_to_agree))
+      break;
+    before = run.seconds;
+  }
+  tables.agreement.add(
+      {p.scene.name, info.name, agreement.tightest, agreement.extrapolated, agreement.status()});
+  return true;
+}
+
+Table empty_rows() {
+  return Table({{"scene"},
+                {"integrator"},
+                {"parameter"},
+                {"value"},
+                {"error"},
+                {"energy_drift"},
+                {"volume_drift"},
+                {"seconds", "s"},
+                {"steps"},
+                {"force_evaluations"},
+                {"jacobians"},
+                {"factorisations"},
+                {"linear_solves"},
+                {"products"},
+                {"status"}});
+}
+
+Table empty_references() {
+  return Table({{"scene"},
+                {"description"},
+                {"particles"},
+                {"springs"},
+                {"duration", "s"},
+                {"displacement", "m"},
+                {"uncertainty"},
+                {"status"}});
+}
+
+Table empty_agreement() {
+  return Table({{"scene"}, {"integrator"}, {"tightest_error"}, {"extrapolated_error"}, {"status"}});
+}
+
+}  // namespace
+
+PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress) {
+  PrecisionTables tables{empty_rows(), empty_references(), empty_agreement()};
+  for (std::size_t i = 0; i < config.scenes.size(); ++i) {
+    Problem problem(config.scenes[i], config);
+    progress.report(double(i) / double(config.scenes.size()), config.scenes[i].name + ": reference");
+    const Reference reference = find_reference(problem, config.reference_tolerance);
+    const bool known = reference.status == Status::ok;
+    tables.references.add({problem.scene.name, problem.scene.description,
+                           std::int64_t(problem.body.particle_count()),
+                           std::int64_t(problem.body.spring_count()), problem.scene.duration,
+                           known ? reference.displacement : none, known ? reference.uncertainty : none,
+                           std::string(to_string(reference.status))});
+    if (!known) continue;  // errors against nothing
+    for (std::size_t m = 0; m < config.integrators.size(); ++m) {
+      progress.report(
+          (double(i) + double(m) / double(config.integrators.size())) / double(config.scenes.size()),
+          config.scenes[i].name + ": " + config.integrators[m]);
+      if (!measure_method(problem, reference, find_integrator(config.integrators[m]), config, tables,
+                          progress)) {
+        tables.status = Status::interrupted;
+        return tables;
+      }
+    }
+  }
+  return tables;
+}
+
+}  // namespace mss::studies::precision

@@ -1,0 +1,91 @@
+// The states that `mss recovery` traps a cube in.
+#include <fmt/format.h>
+
+#include "experiments/studies/recovery/recovery.hpp"
+
+namespace mss::studies::recovery {
+
+namespace {
+
+constexpr double n = recovery_cells;
+constexpr double shaken = 1e-3;  ///< cells, by which seeds of a state differ
+
+bool is_top(double place) { return place > n - 0.5; }
+
+Vec3 mirrored(const Vec3& p, const Vec3& u, double) { return Vec3(n - p[0], p[1], p[2]) + shaken * u; }
+
+Vec3 folded_layer(const Vec3& p, const Vec3& u, double) {
+  return Vec3(p[0], p[1], is_top(p[2]) ? n - 2 : p[2]) + shaken * u;
+}
+
+/// Pushes along the inner diagonal of what is on top along `axes` of them.
+template <int axes>
+Vec3 pushed(const Vec3& p, const Vec3& u, double cells) {
+  Vec3 put = p + shaken * u;
+  bool on_top = true;
+  for (int a = 3 - axes; a < 3; ++a) on_top = on_top && is_top(p[a]);
+  if (on_top)
+    for (int a = 3 - axes; a < 3; ++a) put[a] -= cells;
+  return put;
+}
+
+/// The four particles of the top that are on none of its edges.
+Vec3 patch(const Vec3& p, const Vec3& u, double cells) {
+  const bool inner = p[0] > 0.5 && p[0] < n - 0.5 && p[1] > 0.5 && p[1] < n - 0.5;
+  return p + shaken * u - (inner && is_top(p[2]) ? cells : 0) * Vec3::UnitZ();
+}
+
+Vec3 flat(const Vec3& p, const Vec3& u, double share) {
+  return {p[0] + shaken * u[0], p[1] + shaken * u[1], share * (p[2] + u[2])};
+}
+
+Vec3 crushed(const Vec3& p, const Vec3& u, double share) { return share * (p + u); }
+
+Vec3 random_places(const Vec3&, const Vec3& u, double) { return n / 2 * u; }
+
+}  // namespace
+
+const std::vector<TrappedState>& trapped_states() {
+  static const std::vector<TrappedState> all = [] {
+    std::vector<TrappedState> states{{"mirrored", 0, mirrored}, {"folded layer", 0, folded_layer}};
+    for (const double cells : {1.0, 1.5, 2.5}) {
+      states.push_back({"corner", cells, pushed<3>});
+      states.push_back({"edge", cells, pushed<2>});
+      states.push_back({"face", cells, pushed<1>});
+      states.push_back({"patch", cells, patch});
+    }
+    states.push_back({"flat", 0.01, flat});
+    states.push_back({"crushed", 0.001, crushed});
+    states.push_back({"random", 0, random_places});
+    return states;
+  }();
+  return all;
+}
+
+const std::vector<Landing>& landings() {
+  static const std::vector<Landing> all{
+      {"corner", Vec3(1, 1, 1).normalized()}, {"edge", Vec3(0, 1, 1).normalized()}, {"face", Vec3::UnitZ()}};
+  return all;
+}
+
+std::string to_string(const TrappedState& state) {
+  return state.amount == 0 ? state.name : fmt::format("{} {:g}", state.name, state.amount);
+}
+
+std::string_view to_string(Recovery outcome) {
+  switch (outcome) {
+    case Recovery::recovered:
+      return "recovered";
+    case Recovery::mirrored:
+      return "mirrored";
+    case Recovery::trapped:
+      return "trapped";
+    case Recovery::moving:
+      return "moving";
+    case Recovery::non_finite:
+      return "non_finite";
+  }
+  return "unknown";
+}
+
+}  // namespace mss::studies::recovery

@@ -1,0 +1,160 @@
+// The cube of `mss volume` falls, a little askew, and bounces: what happens to its volume on the way, by
+// model and by integrator.
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/measures.hpp"
+#include "experiments/simulation/simulation.hpp"
+#include "experiments/studies/volume/volume.hpp"
+#include "integrators/stable_step.hpp"
+
+namespace mss::studies::volume {
+
+namespace {
+
+constexpr int cells = 4;             ///< per edge
+constexpr int samples = 80;          ///< of a run
+constexpr double duration = 0.4;     ///< [s]
+constexpr double speed = 0.5;        ///< [m/s] at the start
+constexpr double density = 10;       ///< [kg/m^3]: waves cross the cube in a twelfth of a second
+constexpr double shown_share = 0.8;  ///< step of the runs whose volume is shown against time
+
+/// One model's cube above a plane without losses.
+struct Fall {
+  Fall(const VolumeConfig& config, const VolumeModel& m) : model(m), body(cube(m)) {
+    Environment environment{.gravity = Vec3(0, 0, -9.81)};
+    environment.planes.push_back({.contact = ContactLaw::penalty, .restitution = 1, .friction = 0});
+    system = config.make(m.model, body, environment, config.threads);
+    const SpectralBound bound = system->spectral_bound();
+    limit = central_limit(bound.omega, bound.damping);
+  }
+
+  static BodyConfig cube(const VolumeModel& model) {
+    BodyConfig body = volume_cube(model, cells);
+    body.density = density;
+    body.damping = {.law = Damping::Law::ratio, .zeta = 0.05};
+    return body;
+  }
+
+  /// Turned, its lowest corner a hundredth above the plane.
+  State<double> start() const {
+    State<double> state = system->rest_state();
+    const Eigen::AngleAxisd turn(0.1, Vec3(1, 0.6, 0.2).normalized());
+    double lowest = 1;
+    for (const std::ptrdiff_t site : body.sites()) {
+      state.x.set(site, turn * body.rest_position(site));
+      state.v.set(site, {0, 0, -speed});
+      lowest = std::min(lowest, state.x.at(site)[2]);
+    }
+    for (const std::ptrdiff_t site : body.sites())
+      state.x.set(site, state.x.at(site) + Vec3(0, 0, 0.01 - lowest));
+    return state;
+  }
+
+  const VolumeModel& model;
+  Body body;
+  std::unique_ptr<BodySystem<double>> system;
+  double limit;  ///< of central differences [s]
+};
+
+/// Volume against time.
+struct History {
+  Status status = Status::ok;
+  std::vector<double> t{}, drift{}, paper{}, worst{};
+};
+
+/// Of a run with steps of a share of the limit; of an adaptive method's own if that is 0.
+History follow(const Fall& fall, const std::string& integrator, double share) {
+  IntegratorOptions options{.dt = share * fall.limit, .tolerance = 1e-5};
+  scale_errors(options, *fall.system);
+  const auto method = find_integrator(integrator).make<double>(options);
+  State<double> state = fall.start();
+  History history;
+  Work work;
+  for (int i = 1; i <= samples; ++i) {
+    history.status = method->advance(*fall.system, state, i * duration / samples, work);
+    const Measures m = measure(*fall.system, state);
+    // Beyond a hundred times its volume nothing is left of a body.
+    if (history.status == Status::ok && !(std::abs(m.volume_ratio) < 100))
+      history.status = Status::non_finite;
+    if (history.status != Status::ok) break;
+    history.t.push_back(state.t);
+    history.drift.push_back(m.volume_ratio - 1);
+    history.paper.push_back(m.volume_ratio_paper - 1);
+    history.worst.push_back(worst_cell(fall.body, state.x));
+  }
+  return history;
+}
+
+/// Largest difference of two drifts, the exact one's interpolated where the other was seen.
+double difference(const History& a, const History& exact) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.t.size(); ++i) {
+    const auto next = std::size_t(std::upper_bound(exact.t.begin(), exact.t.end(), a.t[i]) - exact.t.begin());
+    const std::size_t right = std::clamp<std::size_t>(next, 1, exact.t.size() - 1), left = right - 1;
+    const double share = (a.t[i] - exact.t[left]) / (exact.t[right] - exact.t[left]);
+    const double drift = exact.drift[left] + share * (exact.drift[right] - exact.drift[left]);
+    largest = std::max(largest, std::abs(a.drift[i] - drift));
+  }
+  return largest;
+}
+
+void keep(const Fall& fall, const std::string& integrator, double share, const History& history,
+          Table& table) {
+  for (std::size_t i = 0; i < history.t.size(); ++i)
+    table.add({fall.model.name, integrator, share, history.t[i], history.drift[i], history.paper[i],
+               history.worst[i]});
+}
+
+/// The number furthest from zero.
+double largest(const std::vector<double>& values) {
+  return *std::max_element(values.begin(), values.end(),
+                           [](double a, double b) { return std::abs(a) < std::abs(b); });
+}
+
+VolumeRow row_of(const Fall& fall, const std::string& integrator, double share, const History& history,
+                 const History& exact) {
+  VolumeRow row{.study = "bounce",
+                .model = fall.model.name,
+                .integrator = integrator,
+                .cells = cells,
+                .step = share,
+                .springs = fall.body.config().springs,
+                .status = history.status};
+  if (row.status != Status::ok) return row;
+  row.drift = largest(history.drift);
+  row.drift_paper = largest(history.paper);
+  row.worst_cell = largest(history.worst);
+  row.difference = difference(history, exact);
+  return row;
+}
+
+}  // namespace
+
+bool measure_bounces(const VolumeConfig& config, VolumeTables& tables, Progress& progress) {
+  for (const VolumeModel& model : config.models) {
+    progress.report(1, "bounce: " + model.name);
+    if (progress.stopped()) return false;
+    const Fall fall(config, model);
+    const History exact = follow(fall, "rk4", exact_bounce_step);
+    keep(fall, "rk4", exact_bounce_step, exact, tables.bounce);
+    add_row(tables.rows, row_of(fall, "rk4", exact_bounce_step, exact, exact));
+    if (model.model != spring_model || model.poisson != 0.45 || exact.status != Status::ok) continue;
+    for (const std::string& integrator : config.integrators) {
+      const bool fixed = find_integrator(integrator).stepping == Stepping::fixed;
+      for (const double share : fixed ? config.step_shares : std::vector<double>{0}) {
+        progress.report(1, fmt::format("bounce: {}, step {:g}", integrator, share));
+        if (progress.stopped()) return false;
+        const History history = follow(fall, integrator, share);
+        add_row(tables.rows, row_of(fall, integrator, share, history, exact));
+        if (share == shown_share || !fixed) keep(fall, integrator, share, history, tables.bounce);
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace mss::studies::volume

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "core/spring_system.hpp"
+#include "experiments/simulation/cubes.hpp"
+
+namespace mss::testing {
+
+inline constexpr double gravity = 9.81;  ///< [m/s^2]
+
+inline Vec3 centre_of_mass(const Body& body, const State<double>& state) {
+  Vec3 sum = Vec3::Zero();
+  for (const std::ptrdiff_t site : body.sites())
+    sum += body.mass(site) / body.total_mass() * state.x.at(site);
+  return sum;
+}
+
+}  // namespace mss::testing

@@ -1,0 +1,248 @@
+// `mss advise`: scenes in other cells stay what they are, errors are what they say, and advice holds.
+#include "experiments/advise/advise.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "experiments/simulation/scene_files.hpp"
+
+namespace mss::advise {
+namespace {
+
+const double turn = 2 * std::acos(-1.0);
+
+SceneFamily family(const std::string& name, const std::vector<std::string>& overrides = {}) {
+  return {scene_file(name), overrides};
+}
+
+Candidate at_level(int level) {
+  Candidate c{.level = level};
+  c.integrator = "damped_verlet";
+  c.dt = 1e-4;
+  return c;
+}
+
+TEST(SceneFamily, KeepsTheMaterialInOtherCells) {
+  for (const char* name : {"cantilever", "fig5_2_throw", "voxel_creature"}) {
+    const SceneFamily scenes = family(name);
+    const BodyConfig coarse = scenes.scene(at_level(1)).body, fine = scenes.scene(at_level(2)).body;
+    EXPECT_DOUBLE_EQ(coarse.cell_size, 2 * fine.cell_size) << name;
+    EXPECT_EQ(8 * coarse.voxels.count(), fine.voxels.count()) << name;
+    EXPECT_NEAR(Body(coarse).total_mass(), Body(fine).total_mass(), 1e-12 * Body(fine).total_mass()) << name;
+    const CubicStiffness a = cubic_stiffness(coarse.springs, coarse.cell_size),
+                         b = cubic_stiffness(fine.springs, fine.cell_size);
+    EXPECT_NEAR(a.c11, b.c11, 1e-12 * b.c11) << name;
+    EXPECT_NEAR(a.c12, b.c12, 1e-12 * b.c11) << name;
+    EXPECT_NEAR(a.c44, b.c44, 1e-12 * b.c11) << name;
+    // Stress over rate of strain goes as a spring's damping over its length.
+    const auto viscosity = [](const BodyConfig& body) {
+      const double mass = body.density * std::pow(body.cell_size, 3);
+      return body.damping.coefficient(body.springs.edge, mass, mass, body.cell_size) / body.cell_size;
+    };
+    EXPECT_NEAR(viscosity(coarse), viscosity(fine), 1e-12 * viscosity(fine)) << name;
+  }
+  const SceneFamily cantilever = family("cantilever");
+  EXPECT_EQ(cantilever.asked_level(), 4);
+  EXPECT_DOUBLE_EQ(cantilever.cell_size(4), 0.25);
+}
+
+TEST(SceneFamily, LeavesOutWhatACandidateLeavesOut) {
+  const SceneFamily scenes = family("free_cube");
+  EXPECT_TRUE(scenes.is_calibrated());
+  EXPECT_TRUE(scenes.has_volume_force());
+  Candidate c = at_level(2);
+  c.face_share = 1;
+  c.volume_force = false;
+  c.precision = Precision::single;
+  const Scene scene = scenes.scene(c);
+  EXPECT_EQ(scene.body.springs.body, 0);
+  EXPECT_EQ(scene.body.springs.volume, 0);
+  EXPECT_EQ(scene.solve.precision, Precision::single);
+  EXPECT_EQ(scene.solve.integrator, "damped_verlet");
+  EXPECT_EQ(scene.solve.dt, 1e-4);
+  EXPECT_FALSE(family("fig5_2_throw").is_calibrated());
+}
+
+/// Springs given to a box that is split are those of its parts.
+TEST(SceneFamily, KnowsThatBoxesAreSplit) {
+  const char* springs = "material={density=1000, springs={edge=1000, face=500, body=250}}";
+  const SceneFamily split = family("free_cube", {"body.cells=[2, 2, 2]", "body.refine=2", springs});
+  Candidate same{.level = split.asked_level()};
+  same.integrator = "verlet";
+  const Scene scene = split.scene(same);
+  EXPECT_EQ(scene.body.voxels.size(), split.asked().body.voxels.size());
+  EXPECT_EQ(scene.body.cell_size, split.asked().body.cell_size);
+  EXPECT_EQ(scene.body.springs.edge, 1000);
+}
+
+TEST(SceneFamily, RefusesWhatCannotBeComputedOtherwise) {
+  EXPECT_THROW(family("cantilever", {"solve.integrator=static"}), InputError);
+  EXPECT_THROW(family("cantilever", {"damping={ paper = true }"}), InputError);
+  EXPECT_THROW(family("cantilever", {"solve.duration=0"}), InputError);
+}
+
+/// One point that swings along x about 1, on a volume that breathes.
+Trajectory swing(double amplitude, double periods, int looks = 128) {
+  Trajectory out;
+  for (int i = 0; i <= looks; ++i) {
+    const double phase = turn * periods * i / looks;
+    out.looks.push_back({.displacement = {Vec3(1 + amplitude * std::sin(phase), 0, 0)},
+                         .volume_ratio = 1 + 0.01 * amplitude * std::sin(phase),
+                         .energy = amplitude * std::sin(phase),
+                         .holding = 5});
+  }
+  return out;
+}
+
+TEST(Judge, MeasuresErrorsOverTheirScales) {
+  const Trajectory truth = swing(0.5, 4), wide = swing(0.6, 4);
+  EXPECT_NEAR(Judge(ErrorOf::displacement, truth).over_all(wide), 0.1 / 1.5, 1e-12);
+  EXPECT_NEAR(Judge(ErrorOf::volume, truth).over_all(wide), 0.001, 1e-12);
+  EXPECT_NEAR(Judge(ErrorOf::energy, truth).over_all(wide), 0.1 / 5, 1e-12);
+  EXPECT_NEAR(Judge(ErrorOf::frequency, truth).over_all(wide), 0, 1e-12);
+  EXPECT_NEAR(Judge(ErrorOf::frequency, truth).over_all(swing(0.6, 4.2)), 0.05, 2e-3);
+  EXPECT_TRUE(std::isnan(Judge(ErrorOf::frequency, truth).over_all(swing(0.5, 0.6))));
+  Trajectory half_seen = wide;
+  for (std::size_t i = 1; i < half_seen.looks.size(); i += 2) half_seen.looks[i].displacement.clear();
+  EXPECT_NEAR(Judge(ErrorOf::displacement, truth).over_all(half_seen), 0.1 / 1.5, 1e-3);
+}
+
+TEST(Trajectories, TendToWhereSquaresVanish) {
+  const double coarse = 0.2, factor = 1.5, fine = coarse / factor;
+  const Trajectory limit = extrapolate(swing(0.5 + coarse * coarse, 4), swing(0.5 + fine * fine, 4), factor);
+  EXPECT_LT(Judge(ErrorOf::displacement, swing(0.5, 4)).over_all(limit), 1e-14);
+  EXPECT_LT(Judge(ErrorOf::energy, swing(0.5, 4)).over_all(limit), 1e-14);
+}
+
+TEST(Looks, AreMetBySteps) {
+  const Looks looks{.points = {}, .interval = 0.1, .count = 10};
+  EXPECT_DOUBLE_EQ(step_between_looks(0.03, looks), 0.025);
+  EXPECT_DOUBLE_EQ(step_between_looks(0.1, looks), 0.1);
+  EXPECT_DOUBLE_EQ(step_between_looks(0.35, looks), 0.2) << "the tenth is met as well";
+  EXPECT_DOUBLE_EQ(step_between_looks(7, looks), 1);
+}
+
+/// Evenly strided through a lattice of 17 points a row they would all lie on one of its faces.
+TEST(Looks, AreAllOverTheBody) {
+  const Looks looks = looks_of(family("free_cube", {"body.cells=[16, 16, 16]"}).asked(), {});
+  ASSERT_EQ(looks.points.size(), 300U);
+  for (int axis = 0; axis < 3; ++axis) {
+    double low = 1e9, high = -1e9, sum = 0;
+    for (const Vec3& point : looks.points) {
+      low = std::min(low, point[axis]);
+      high = std::max(high, point[axis]);
+      sum += point[axis];
+    }
+    EXPECT_EQ(std::lround((high - low) / family("free_cube").asked().body.cell_size), 16);
+    EXPECT_NEAR((sum / 300 - low) / (high - low), 0.5, 0.1);
+  }
+}
+
+/// A step over eight looks is paid between the two that see its ends.
+TEST(Looks, ChargeLongStepsWhereTheyEnd) {
+  SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
+  const Looks looks = looks_of(cube.asked(), {});
+  Candidate candidate{.level = 2};
+  candidate.integrator = "backward_euler";
+  candidate.linear_solver = "cholmod";
+  candidate.dt = 8 * looks.interval;
+  const Followed run = follow_scene(cube.scene(candidate), looks, [](const Followed&) { return true; });
+  EXPECT_EQ(run.status, Status::ok);
+  EXPECT_EQ(run.seconds.size(), 16U);
+  EXPECT_NEAR(run.simulated, 0.1, 1e-12);
+}
+
+TEST(Looks, MeasureWhatIsAskedFor) {
+  SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
+  Candidate candidate{.level = 2};
+  candidate.integrator = "verlet";
+  candidate.dt = 0.1 / 256;
+  const auto last_of = [&](ErrorOf of) {
+    const Followed run =
+        follow_scene(cube.scene(candidate), looks_of(cube.asked(), of), [](const Followed&) { return true; });
+    EXPECT_EQ(run.status, Status::ok);
+    return run.trajectory.looks.back();
+  };
+  const Trajectory::Look moved = last_of(ErrorOf::displacement), swollen = last_of(ErrorOf::volume),
+                         held = last_of(ErrorOf::energy);
+  EXPECT_EQ(moved.displacement, swollen.displacement);
+  EXPECT_EQ(moved.displacement, held.displacement);
+  EXPECT_EQ(moved.volume_ratio, 1);
+  EXPECT_NE(swollen.volume_ratio, 1);
+  EXPECT_EQ(moved.holding, 0);
+  EXPECT_GT(held.holding, 0);
+  EXPECT_NE(held.energy, 0);
+}
+
+TEST(Advice, KeepsTheErrorAgainstAReferenceItDidNotUse) {
+  SceneFamily cube = family("free_cube", {"solve.duration=0.5"});
+  const Ask ask{.error = 0.05, .patience = 20};
+  Progress progress;
+  const Advice advice = advise(cube, ask, progress);
+  ASSERT_TRUE(advice.best.has_value()) << advice.explanation;
+  EXPECT_TRUE(advice.within_budget);
+  const Trial& best = advice.trials[*advice.best];
+  EXPECT_EQ(best.verdict, "advised");
+  EXPECT_LE(best.error, ask.error);
+  EXPECT_LE(advice.checked_error, ask.error);
+  EXPECT_GT(best.cost, 0);
+  for (const Trial& trial : advice.trials) EXPECT_FALSE(trial.verdict.empty());
+  for (const Trial& trial : advice.trials)
+    if (trial.meets) {
+      EXPECT_GE(trial.cost, best.cost);
+    }
+
+  const Looks looks = looks_of(cube.asked(), {});
+  Candidate finer = at_level(10);
+  finer.integrator = "rk4";
+  finer.dt = looks.interval / 8;
+  const auto go_on = [](const Followed&) { return true; };
+  const Followed truth = follow_scene(cube.scene(finer), looks, go_on),
+                 advised = follow_scene(cube.scene(best.candidate), looks, go_on);
+  ASSERT_EQ(truth.status, Status::ok);
+  EXPECT_LE(Judge(ask.of, truth.trajectory).over_all(advised.trajectory), ask.error);
+  EXPECT_EQ(advice_table(cube, advice).size(), advice.trials.size());
+}
+
+TEST(Advice, SaysWhenAskedTooMuch) {
+  Progress progress;
+  SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
+  const Advice unsure = advise(cube, {.error = 1e-9, .patience = 0.05}, progress);
+  EXPECT_FALSE(unsure.best.has_value());
+  EXPECT_NE(unsure.explanation.find("unsure"), std::string::npos) << unsure.explanation;
+  Ask hasty{.error = 0.1, .patience = 20};
+  hasty.budget = 1e-9;
+  const Advice none = advise(cube, hasty, progress);
+  ASSERT_TRUE(none.best.has_value()) << none.explanation;
+  EXPECT_FALSE(none.within_budget);
+  EXPECT_NE(none.explanation.find("nothing is that cheap"), std::string::npos) << none.explanation;
+}
+
+/// Its middle is a particle of every other lattice only.
+TEST(Advice, PassesOverLatticesThatCannotBe) {
+  SceneFamily cube =
+      family("free_cube", {"solve.duration=0.1", "body.cells=[4, 4, 4]",
+                           "strike=[{box=[[-0.1,-0.1,-0.1],[-0.1,-0.1,-0.1]],at=0.01,impulse=[0,0,1]}]"});
+  Progress progress;
+  const Advice advice = advise(cube, {.error = 0.5, .patience = 1}, progress);
+  const auto impossible = [](const Trial& trial) {
+    return trial.candidate.level == 1 && trial.verdict.find("impossible") == 0;
+  };
+  EXPECT_TRUE(std::any_of(advice.trials.begin(), advice.trials.end(), impossible));
+  EXPECT_TRUE(std::any_of(advice.trials.begin(), advice.trials.end(),
+                          [](const Trial& trial) { return trial.candidate.level == 2 && trial.share == 1; }));
+}
+
+TEST(Advice, NeedsSomethingThatMoves) {
+  Progress progress;
+  SceneFamily still = family("free_cube", {"start={ velocity = [0, 0, 0] }", "solve.duration=0.1"});
+  EXPECT_THROW(advise(still, {}, progress), InputError);
+  SceneFamily brief = family("free_cube", {"solve.duration=0.01"});
+  EXPECT_THROW(advise(brief, {.of = ErrorOf::frequency}, progress), InputError);
+}
+
+}  // namespace
+}  // namespace mss::advise

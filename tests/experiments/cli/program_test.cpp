@@ -1,0 +1,503 @@
+// The program from outside: exit statuses, sentences, and what its commands print and write.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "experiments/harness/provenance.hpp"
+#include "experiments/harness/table.hpp"
+#include "experiments/io/output.hpp"
+#include "experiments/io/process.hpp"
+#include "integrators/integrator.hpp"
+
+namespace mss::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+ProgramRun mss(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), MSS_PROGRAM);
+  return run_program(arguments);
+}
+
+/// Expects exit status 2 and a single line that starts like every message and holds `part`.
+void expect_refused(const std::vector<std::string>& arguments, const std::string& part) {
+  const ProgramRun run = mss(arguments);
+  EXPECT_EQ(run.exit_status, 2) << run.output;
+  EXPECT_EQ(run.output.rfind("mss: ", 0), 0U) << run.output;
+  EXPECT_EQ(std::count(run.output.begin(), run.output.end(), '\n'), 1) << run.output;
+  EXPECT_NE(run.output.find(part), std::string::npos) << run.output;
+}
+
+class Directory {
+ public:
+  Directory() : path_(fs::temp_directory_path() / ("mss-program-test-" + std::to_string(getpid()))) {}
+  Directory(const Directory&) = delete;
+  Directory& operator=(const Directory&) = delete;
+  ~Directory() { fs::remove_all(path_); }
+  fs::path operator/(const std::string& name) const { return path_ / name; }
+  std::string string() const { return path_.string(); }
+
+ private:
+  fs::path path_;
+};
+
+TEST(Program, ExplainsItself) {
+  const ProgramRun help = mss({"--help"});
+  EXPECT_EQ(help.exit_status, 0);
+  for (const std::string word : {"timing", "view", "reproduce", "material", "list", "Exit status", "130"})
+    EXPECT_NE(help.output.find(word), std::string::npos) << word;
+  const ProgramRun timing = mss({"timing", "--help"});
+  EXPECT_EQ(timing.exit_status, 0);
+  for (const std::string word : {"--quick", "--out", "--cells", "--threads"})
+    EXPECT_NE(timing.output.find(word), std::string::npos) << word;
+  const ProgramRun version = mss({"--version"});
+  EXPECT_EQ(version.exit_status, 0);
+  EXPECT_EQ(version.output, "mss " + program_version() + "\n");
+}
+
+TEST(Program, RefusesBadUsageInOneSentence) {
+  expect_refused({}, "give a command");
+  expect_refused({"timng"}, "did you mean 'timing'?");
+  expect_refused({"--versio"}, "did you mean '--version'?");
+  expect_refused({"timing", "--quik"}, "did you mean '--quick'?");
+  expect_refused({"timing", "more"}, "'more' is one argument too many");
+  expect_refused({"timing", "--cells", "2:x"}, "'2:x'");
+  expect_refused({"timing", "--cells", "201"}, "from 1 to 200");
+  expect_refused({"timing", "--cells"}, "--cells");
+  expect_refused({"timing", "--threads", "x"}, "--threads = x is not a number");
+  expect_refused({"timing", "--threads", "-2"}, "--threads is -2");
+  expect_refused({"timing", "--seed", "3"}, "'--seed' is unknown");  // it draws no random numbers
+  expect_refused({"stability", "--seed", "-1"}, "--seed is not a whole number from 0");
+  expect_refused({"stability", "--integrators", "cvode_bdf"}, "cvode_bdf has no largest step");
+  expect_refused({"timing", "--out", "/dev/null/here"}, "/dev/null/here cannot be written");
+  const Directory directory;
+  const std::string out = directory / "none";
+  for (const char* experiment : {"precision", "energy"}) {
+    expect_refused({experiment, "--out", out, "--integrators", "rk5"}, "did you mean 'rk4'?");
+    expect_refused({experiment, "--out", out, "--integrators", "rk4,static"},
+                   "'static' finds an equilibrium");
+    expect_refused({experiment, "--out", out, "--integrators", "rk4,rk4"}, "'rk4' is named twice");
+  }
+  expect_refused({"stiffness", "--out", out, "--cells", "0"}, "from 1 to 30");
+  for (const char* experiment : {"precision", "energy", "stiffness"})
+    expect_refused({experiment, "--out", out, "--model", "corotated"}, "did you mean 'corotational'?");
+  expect_refused({"timing", "--out", out, "--model", "linear"}, "'--model' is unknown");
+  expect_refused({"modes", "cantilever", "--out", out, "--count", "0"}, "--count is 0");
+  expect_refused({"validate", "contact", "--quik"}, "`mss validate contact --help` shows all");
+  expect_refused({"validate", "--quick", "contact", "--out", out}, "--quick stands before `contact`");
+  for (const char* every : {"0", "-3", "x"})
+    expect_refused({"run", "cantilever", "--out", out, "--vtk", every}, "--vtk");
+  EXPECT_FALSE(fs::exists(out));
+  expect_refused({"list", "scene"}, "did you mean 'scenes'?");
+}
+
+TEST(View, RefusesWhatItCannotShow) {
+  expect_refused({"view"}, "scene");
+  expect_refused({"view", "cantilver"}, "did you mean 'cantilever'?");
+  expect_refused({"view", "cantilever", "--set", "solve.integrator=rk5"}, "did you mean 'rk4'?");
+  for (const char* size : {"10x10", "1280", "1280x800x2", "wide", "9000x800"})
+    expect_refused({"view", "cantilever", "--size", size}, std::string("--size is ") + size);
+  expect_refused({"view", "cantilever", "--frames", "3"}, "--frames requires --shot");
+  expect_refused({"view", "cantilever", "--frames", "-3", "--shot", "a.png"}, "--frames is -3");
+}
+
+TEST(View, SaysWhyThereIsNoWindow) {
+  const ProgramRun run = run_program({"env", "-u", "DISPLAY", "-u", "WAYLAND_DISPLAY", MSS_PROGRAM, "view",
+                                      "cantilever", "--shot", "a.png"});
+  EXPECT_EQ(run.exit_status, 2) << run.output;
+  EXPECT_EQ(std::count(run.output.begin(), run.output.end(), '\n'), 1) << run.output;
+  const char* reason = MSS_HAS_WINDOW ? "no window with OpenGL 3.3 can be opened" : "install libglfw3-dev";
+  EXPECT_NE(run.output.find(reason), std::string::npos) << run.output;
+  EXPECT_FALSE(fs::exists("a.png"));
+}
+
+TEST(Modes, OfAScene) {
+  const Directory directory;
+  for (const char* model : {"springs", "linear"}) {
+    const std::string out = directory / model;
+    const ProgramRun run = mss({"modes", "cantilever", "--count", "4", "--out", out, "--set",
+                                std::string("material.model=") + model});
+    ASSERT_EQ(run.exit_status, 0) << run.output;
+    const auto rows = parse_csv(read_file(fs::path(out) / "modes.csv"));
+    ASSERT_EQ(rows.size(), 5U);
+    const double first = std::stod(rows[1][2]);
+    EXPECT_NEAR(std::stod(rows[2][2]) / first, 1, 1e-8);  // it bends alike either way
+    EXPECT_NEAR(first, 1, 0.05);
+    const auto summary = Json::parse(read_file(fs::path(out) / "summary.json"));
+    EXPECT_LT(summary["omega_max"], summary["omega_bound"]);
+    EXPECT_EQ(summary["omega_bound_crushed"], summary["omega_bound"]);
+    EXPECT_GT(summary["safe_dt_undamped"]["verlet"], 0);
+    EXPECT_EQ(summary["integrator"], "verlet");
+    const double undamped = 2 / summary["omega_max"].get<double>(), limit = summary["limit_dt"];
+    EXPECT_LT(limit, undamped);  // damping takes some of it
+    EXPECT_GT(limit, 0.8 * undamped);
+  }
+}
+
+TEST(Modes, TellTheStepThatHoldsWhereAGuardActs) {
+  const Directory directory;
+  const ProgramRun run = mss({"modes", "cantilever", "--count", "1", "--out", directory / "guarded", "--set",
+                              "material.fold_guard=20"});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  EXPECT_NE(run.output.find("where its guard acts"), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("of the safe one"), std::string::npos) << run.output;
+  const auto summary = Json::parse(read_file(fs::path(directory / "guarded") / "summary.json"));
+  EXPECT_GT(summary["omega_bound_crushed"], 2 * summary["omega_bound"].get<double>());
+  const ProgramRun unlimited =
+      mss({"modes", "cantilever", "--count", "1", "--out", directory / "unlimited", "--set",
+           "material.fold_guard=20", "--set", "solve.integrator=implicit_midpoint"});
+  EXPECT_EQ(unlimited.exit_status, 0) << unlimited.output;
+  EXPECT_NE(unlimited.output.find("where its guard acts"), std::string::npos) << unlimited.output;
+  EXPECT_EQ(unlimited.output.find("of the safe one"), std::string::npos) << unlimited.output;
+}
+
+TEST(Check, RefusesWhatItCannotDo) {
+  const Directory directory;
+  const std::string none = directory / "none", out = directory / "out";
+  expect_refused({"check", "--quick", "--against", none, "--out", out}, "no directory of baselines");
+  expect_refused({"check", "--quick", "--promote", "--against", none, "--out", out}, "--why");
+  EXPECT_FALSE(fs::exists(none));
+  EXPECT_FALSE(fs::exists(out));
+}
+
+// What is planted is all that moved: this is also the regression test of one thread, beside check_quick's of
+// two.
+TEST(Check, NamesTheRowThatMovedAndFails) {
+  const Directory directory;
+  const fs::path baselines = fs::path(MSS_SOURCE_DIR) / "results" / "check", planted = directory / "planted";
+  fs::create_directories(planted);
+  for (const auto& entry : fs::directory_iterator(baselines))
+    fs::copy(entry.path(), planted / entry.path().filename());
+  std::string csv = read_file(planted / "timing_quick.csv");
+  csv.replace(csv.find("\n7,512,"), 7, "\n7,513,");
+  write_atomically(planted / "timing_quick.csv", csv);
+  std::string truths = read_file(planted / "truth.csv");  // what is right does not follow a baseline
+  truths.replace(truths.find("springs,5068"), 12, "springs,5069");
+  write_atomically(planted / "truth.csv", truths);
+  const ProgramRun run = mss({"check", "--quick", "--against", planted.string(), "--out", directory / "out"});
+  EXPECT_EQ(run.exit_status, 1) << run.output;
+  EXPECT_NE(run.output.find("timing_quick.csv: cells = 7: particles: was 513, is 512; must be the same"),
+            std::string::npos)
+      << run.output;
+  EXPECT_NE(run.output.find("should be 5069, is 5068; the truth, by 3 n (n + 1)^2"), std::string::npos)
+      << run.output;
+  EXPECT_NE(run.output.find("2 deviations from"), std::string::npos) << run.output;
+}
+
+/// A beam clamped at one end, its free end pulled down to rest.
+std::string beam(const std::string& expect) {
+  return "# a beam\n[body]\ncells = [4, 2, 2]\ncell_size = 0.5\n"
+         "[material]\ndensity = 100\nyoung = 1e5\npoisson = 0.3\n"
+         "[[hold]]\nbox = [[0, 0, 0], [0, 1, 1]]\n"
+         "[[load]]\nbox = [[2, 0, 0], [2, 1, 1]]\nforce = [0, 0, -100]\n"
+         "[solve]\nintegrator = \"static\"\nduration = 1\n" +
+         expect;
+}
+
+std::string tip(const std::string& value) {
+  return "displacement = { box = [[2, 0, 0], [2, 1, 1]], value = " + value + ", within = 1e-3 }\n";
+}
+
+TEST(Check, JudgesScenesByWhatTheyExpect) {
+  const Directory directory;
+  const std::string right = directory / "right.toml", wrong = directory / "wrong.toml";
+  const std::string met = "[expect]\nvolume_ratio = { value = 1, within = 1e-3 }\n" + tip("[0, 0, -0.0282]");
+  write_atomically(right, beam(met));
+  const ProgramRun passed = mss({"check", right});
+  EXPECT_EQ(passed.exit_status, 0) << passed.output;
+  EXPECT_EQ(passed.output, "1 scene, 2 expectations: all met\n");
+
+  write_atomically(wrong, beam("[expect]\n" + tip("[0, 0, -0.04]")));
+  const ProgramRun failed = mss({"check", directory.string()});
+  EXPECT_EQ(failed.exit_status, 1) << failed.output;
+  EXPECT_NE(failed.output.find("wrong: displacement: should be [0, 0, -0.04], is ["), std::string::npos)
+      << failed.output;
+  EXPECT_NE(failed.output.find("2 scenes, 3 expectations: 1 deviation\n"), std::string::npos)
+      << failed.output;
+}
+
+// What another engine left in the files of `mss run` is judged the same.
+TEST(Check, JudgesResultsWithoutSimulating) {
+  const Directory directory;
+  const std::string scene = directory / "scene.toml", results = directory / "results";
+  write_atomically(scene, beam("[expect]\nmax_speed = { value = 0, within = 0 }\n" + tip("[0, 0, -0.0282]")));
+  ASSERT_EQ(mss({"run", scene, "--out", results}).exit_status, 0);
+  const auto judged = [&] { return mss({"check", scene, "--results", results}); };
+  EXPECT_EQ(judged().exit_status, 0) << judged().output;
+  const fs::path series = fs::path(results) / "series.csv";
+  const std::string kept = read_file(series);
+  std::string renamed = kept;
+  renamed.replace(renamed.find("max_speed"), 9, "top_speed");
+  write_atomically(series, renamed);
+  EXPECT_EQ(judged().exit_status, 1);
+  EXPECT_NE(judged().output.find("max_speed: should be 0, is nothing"), std::string::npos) << judged().output;
+  write_atomically(series, kept + "x\n");
+  expect_refused({"check", scene, "--results", results}, "t = 'x' is not a number");
+  write_atomically(series, kept);
+  const fs::path summary = fs::path(results) / "summary.json";
+  write_atomically(summary, "{\"status\": \"non_finite\"}");
+  EXPECT_NE(judged().output.find("status: should be ok, is non_finite"), std::string::npos)
+      << judged().output;
+  write_atomically(summary, "{");
+  expect_refused({"check", scene, "--results", results}, "is not JSON");
+}
+
+TEST(Check, RefusesScenesThatExpectNothing) {
+  const Directory directory;
+  const std::string scene = directory / "scene.toml";
+  write_atomically(scene, beam(""));
+  expect_refused({"check", scene}, "expects nothing");
+  expect_refused({"check", directory.string()}, "no scene");
+  expect_refused({"check", scene, "--quick"}, "--quick");
+  expect_refused({"check", "--results", directory.string()}, "--results needs the scene");
+  write_atomically(scene, beam("[expect]\nvolume_rato = { value = 1, within = 1 }\n"));
+  expect_refused({"check", scene}, "did you mean expect.volume_ratio");
+  write_atomically(scene, beam("[expect]\nvolume_ratio = { value = 1, within = -1 }\n"));
+  expect_refused({"check", scene}, "expect.volume_ratio.within = -1 is not a margin");
+}
+
+TEST(Advise, RefusesImpossibleAsks) {
+  for (const std::string error : {"0", "0%", "-1%", "100%", "much", "1 %"})
+    expect_refused({"advise", "free_cube", "--error", error}, "--error " + error);
+  for (const std::string budget : {"0ms/frame", "16", "fast", "16ms"})
+    expect_refused({"advise", "free_cube", "--budget", budget}, "--budget " + budget);
+  expect_refused({"advise", "free_cube", "--of", "volumes"}, "did you mean 'volume'");
+  expect_refused({"advise", "free_cube", "--patience", "0"}, "--patience");
+  expect_refused({"advise", "free_cube", "--grid", "0"}, "--grid is 0");
+}
+
+// One reference is a row of the table, not yet a judge.
+TEST(Advise, SaysThatPatienceIsTooShort) {
+  const Directory out;
+  const ProgramRun run = mss({"advise", "free_cube", "--patience", "1e-9", "--out", out / "advice"});
+  EXPECT_EQ(run.exit_status, 1) << run.output;
+  EXPECT_NE(run.output.find("one reference says nothing"), std::string::npos) << run.output;
+  EXPECT_NE(read_file(fs::path(out / "advice") / "advise.csv").find("a reference"), std::string::npos);
+}
+
+TEST(Advise, SaysThatAGridsReferencesAreUnsure) {
+  const Directory out;
+  const ProgramRun run =
+      mss({"advise", "free_cube", "--grid", "1", "--error", "0.01%", "--out", out / "grid"});
+  EXPECT_EQ(run.exit_status, 1) << run.output;
+  EXPECT_NE(run.output.find("is itself unsure by"), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("a larger --grid"), std::string::npos) << run.output;
+}
+
+TEST(Advise, WritesTheSceneThatItAdvises) {
+  const Directory out;
+  write_atomically(out / "ell.txt", "#.\n##\n");
+  write_atomically(out / "ell.toml",
+                   "[body]\nvoxels = 'ell.txt'\ncell_size = 0.1\n"
+                   "[material]\ndensity = 1000\nyoung = 1e5\npoisson = 0.3\n"
+                   "[start]\nspin = [3, 2, 1]\n[solve]\nduration = 0.1\n");
+  const std::string scene = (out / "ell.toml").string(), advice = (out / "advice").string();
+  const ProgramRun run = mss({"advise", scene, "--error", "10%", "--patience", "5", "--out", advice});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  for (const char* file : {"advise.csv", "advise.svg", "advise.png", "meta.json", "advised.toml"})
+    EXPECT_TRUE(fs::exists(fs::path(advice) / file)) << file;
+  const ProgramRun again = mss({"run", advice + "/advised.toml", "--out", (out / "run").string()});
+  EXPECT_EQ(again.exit_status, 0) << again.output;
+  const ProgramRun hasty =
+      mss({"advise", scene, "--error", "10%", "--patience", "5", "--budget", "1ns/frame", "--out", advice});
+  EXPECT_EQ(hasty.exit_status, 1) << hasty.output;
+  EXPECT_NE(hasty.output.find("nothing is that cheap"), std::string::npos) << hasty.output;
+  EXPECT_FALSE(fs::exists(fs::path(advice) / "advised.toml"));
+}
+
+TEST(Model, FillsEveryExperimentsBodies) {
+  const Directory directory;
+  const std::string out = directory / "energy";
+  const ProgramRun run =
+      mss({"energy", "--quick", "--integrators", "verlet", "--model", "corotational", "--out", out});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  EXPECT_EQ(Json::parse(read_file(fs::path(out) / "meta.json"))["configuration"]["model"], "corotational");
+  EXPECT_NE(read_file(fs::path(out) / "energy.svg").find("corotational"), std::string::npos);
+  EXPECT_NE(run.output.find("bounded"), std::string::npos) << run.output;
+}
+
+TEST(Material, RefusesWhatIsNoMaterial) {
+  expect_refused({"material"}, "not given");
+  expect_refused({"material", "--young", "1", "--edge", "1"}, "given in two ways");
+  expect_refused({"material", "--young", "1", "--poisson", "0.3"}, "--cell-size is missing");
+  expect_refused({"material", "--young", "1", "--cell-size", "1"}, "--poisson is missing");
+  expect_refused({"material", "--young", "1", "--poisson", "0.5", "--cell-size", "1"}, "poisson = 0.5");
+  expect_refused({"material", "--young", "1", "--poisson", "nan", "--cell-size", "1"}, "poisson = nan");
+  expect_refused({"material", "--young", "0", "--poisson", "0", "--cell-size", "1"}, "young = 0");
+  expect_refused({"material", "--young", "inf", "--poisson", "0", "--cell-size", "1"}, "young = inf");
+  expect_refused({"material", "--young", "1", "--poisson", "0", "--cell-size", "0"}, "--cell-size is 0");
+  expect_refused({"material", "--young", "1", "--poisson", "0", "--cell-size", "1", "--face-share", "2"},
+                 "face_share = 2");
+  const std::vector<std::string> springs{"material", "--cell-size", "1",      "--volume", "0",
+                                         "--face",   "0",           "--body", "0"};
+  const auto with_edge = [&](const std::string& edge) {
+    std::vector<std::string> all = springs;
+    all.insert(all.end(), {"--edge", edge});
+    return all;
+  };
+  expect_refused(springs, "--edge is missing");
+  expect_refused(with_edge("-1"), "--edge is -1");
+  expect_refused(with_edge("nan"), "--edge is nan");
+  expect_refused(with_edge("0"), "all 0");
+}
+
+/// The number after `name` on its line.
+double value_after(const std::string& text, const std::string& name) {
+  const std::size_t at = text.find(name);
+  if (at == std::string::npos) return -1;
+  return std::strtod(text.c_str() + at + name.size(), nullptr);
+}
+
+TEST(Material, CardOfTheThesissConstants) {
+  const ProgramRun run = mss({"material", "--edge", "100", "--face", "100", "--body", "300", "--volume",
+                              "0.1", "--cell-size", "0.2"});
+  EXPECT_EQ(run.exit_status, 0);
+  EXPECT_NEAR(value_after(run.output, "Zener ratio"), 5, 1e-5);
+  EXPECT_NEAR(value_after(run.output, "[100]"), 1416.67, 0.01);
+  EXPECT_NEAR(value_after(run.output, "C11"), 3500.1, 1e-2);
+  EXPECT_NEAR(value_after(run.output, "C12"), 2500.1, 1e-2);
+  EXPECT_NEAR(value_after(run.output, "C44"), 2500, 1e-2);
+  // 1/E[111] = (C11 + 2 C12 + C44) / (3 C44 (C11 + 2 C12)).
+  EXPECT_NEAR(value_after(run.output, "[111]"), 3 * 2500 * 8500.3 / (8500.3 + 2500), 0.1);
+  EXPECT_NE(run.output.find("depends on direction"), std::string::npos);
+}
+
+/// How far the polar plot reaches from its middle along the axis, and anywhere, in widths of a letter.
+std::pair<double, double> reach(const std::string& card) {
+  std::vector<std::string> lines;
+  std::size_t middle = 0, centre = 0;
+  for (std::size_t at = 0; at < card.size(); at = card.find('\n', at) + 1) {
+    lines.push_back(card.substr(at, card.find('\n', at) - at));
+    const std::size_t cross = lines.back().find('+');
+    if (cross == std::string::npos || lines.back().find("--") == std::string::npos) continue;
+    middle = lines.size() - 1;
+    centre = cross;
+  }
+  double furthest = 0;
+  for (std::size_t row = middle - 8; row <= middle + 8; ++row)
+    for (std::size_t column = 0; column < lines[row].size(); ++column)
+      if (lines[row][column] == '*')
+        furthest = std::max(furthest,
+                            std::hypot(double(column) - double(centre), 2 * (double(row) - double(middle))));
+  return {double(lines[middle].find_last_of('*') - centre), furthest};
+}
+
+TEST(Material, PolarPlotShowsAnisotropy) {
+  const ProgramRun thesis = mss({"material", "--edge", "100", "--face", "100", "--body", "300", "--volume",
+                                 "0.1", "--cell-size", "0.2"});
+  const ProgramRun round = mss({"material", "--young", "1e5", "--poisson", "0.3", "--cell-size", "0.2"});
+  const auto [edge, furthest] = reach(thesis.output);
+  EXPECT_NEAR(furthest / edge, value_after(thesis.output, "[110]") / value_after(thesis.output, "[100]"),
+              0.6);
+  const auto [radius, anywhere] = reach(round.output);
+  EXPECT_EQ(radius, 16);
+  EXPECT_NEAR(anywhere, 16, 1);
+}
+
+TEST(Material, CardOfAnIsotropicMaterial) {
+  const ProgramRun run =
+      mss({"material", "--young", "1e5", "--poisson", "0.3", "--cell-size", "0.2", "--face-share", "1"});
+  EXPECT_EQ(run.exit_status, 0);
+  const double mu_h = 1e5 / 2.6 * 0.2;
+  EXPECT_NEAR(value_after(run.output, "edge k_e"), mu_h, 0.01);
+  EXPECT_NEAR(value_after(run.output, "face diagonal k_f"), mu_h, 0.01);
+  EXPECT_EQ(value_after(run.output, "body diagonal k_c"), 0);
+  for (const std::string direction : {"[100]", "[110]", "[111]"})
+    EXPECT_NEAR(value_after(run.output, direction), 1e5, 0.1) << direction;
+  EXPECT_NE(run.output.find("Warnings\n  none"), std::string::npos);
+}
+
+TEST(List, NamesEverythingThereIs) {
+  const ProgramRun all = mss({"list"});
+  EXPECT_EQ(all.exit_status, 0);
+  for (const std::string word : {"integrators\n", "scenes\n", "experiments\n", "timing"})
+    EXPECT_NE(all.output.find(word), std::string::npos) << word;
+  const ProgramRun methods = mss({"list", "integrators"});
+  EXPECT_EQ(std::size_t(std::count(methods.output.begin(), methods.output.end(), '\n')),
+            integrators().size());
+  for (const IntegratorInfo& info : integrators())
+    EXPECT_NE(methods.output.find(info.name), std::string::npos);
+  const ProgramRun scenes = mss({"list", "scenes"});
+  int described = 0;
+  for (const auto& entry : fs::directory_iterator(MSS_SOURCE_DIR "/experiments/scenes")) {
+    if (entry.path().extension() != ".toml") continue;
+    ++described;
+    const std::string name = entry.path().stem().string();
+    const std::size_t text =
+        scenes.output.find_first_not_of(' ', scenes.output.find(name + " ") + name.size());
+    ASSERT_NE(text, std::string::npos) << name;
+    EXPECT_TRUE(std::isupper(static_cast<unsigned char>(scenes.output[text])))
+        << name << " should open with a comment that describes it";
+  }
+  EXPECT_EQ(std::count(scenes.output.begin(), scenes.output.end(), '\n'), described);
+}
+
+TEST(TimingCommand, WritesRowsMetaAndChart) {
+  const Directory out;
+  const ProgramRun run =
+      mss({"timing", "--cells", "2,3", "--threads", "1", "--quick", "--out", out.string()});
+  EXPECT_EQ(run.exit_status, 0) << run.output;
+  const auto rows = parse_csv(read_file(out / "timing.csv"));
+  EXPECT_EQ(rows.size(), 1U + 2 * 6);
+  const Json meta = Json::parse(read_file(out / "meta.json"));
+  EXPECT_EQ(meta["experiment"], "timing");
+  EXPECT_EQ(meta["status"], "ok");
+  EXPECT_EQ(meta["configuration"]["cells"], (std::vector{2, 3}));
+  EXPECT_EQ(meta["tables"]["timing.csv"]["rows"], 12);
+  EXPECT_EQ(meta["tables"]["timing.csv"]["units"]["seconds_per_step"], "s");
+  for (const std::string key : {"commit", "modified", "compiler", "flags", "build_type", "dependencies",
+                                "cpu", "cores_available", "os", "sweep_kernels", "date", "load_average"})
+    EXPECT_TRUE(meta["provenance"].contains(key)) << key;
+  const auto date = meta["provenance"]["date"].get<std::string>();
+  int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0;
+  EXPECT_EQ(
+      std::sscanf(date.c_str(), "%4d-%2d-%2dT%2d:%2d:%2dZ", &year, &month, &day, &hour, &minute, &second), 6);
+  EXPECT_EQ(date.size(), 20U);
+  for (const std::string name : {"timing_summary.csv", "timing_raw.csv", "timing.svg", "timing.png"})
+    EXPECT_GT(fs::file_size(out / name), 0U) << name;
+}
+
+TEST(TimingCommand, KeepsItsRowsWithoutGnuplot) {
+  const Directory out;
+  const ProgramRun run = run_program({"env", "PATH=/nowhere", MSS_PROGRAM, "timing", "--cells", "2",
+                                      "--threads", "1", "--quick", "--out", out.string()});
+  EXPECT_EQ(run.exit_status, 2) << run.output;
+  EXPECT_NE(run.output.find("gnuplot-nox"), std::string::npos) << run.output;
+  EXPECT_EQ(parse_csv(read_file(out / "timing.csv")).size(), 1U + 6);
+  EXPECT_FALSE(fs::exists(out / "timing.svg"));
+}
+
+TEST(TimingCommand, KeepsFinishedRowsOnInterrupt) {
+  const Directory out;
+  const ProgramRun run =
+      run_program({"timeout", "--foreground", "--preserve-status", "--signal=INT", "2", MSS_PROGRAM, "timing",
+                   "--cells", "2:60", "--threads", "1", "--out", out.string()});
+  EXPECT_EQ(run.exit_status, 130) << run.output;
+  EXPECT_EQ(Json::parse(read_file(out / "meta.json"))["status"], "interrupted");
+  const auto rows = parse_csv(read_file(out / "timing.csv"));
+  EXPECT_EQ(rows[0][0], "method");
+  EXPECT_EQ((rows.size() - 1) % 6, 0U);  // whole sizes only
+  EXPECT_LT(rows.size(), 1U + 59 * 6);
+}
+
+TEST(Reproduce, ShowsEveryChartOnOnePage) {
+  const Directory out;
+  // Interrupted early: the page must be there all the same, and one experiment suffices to see that it is
+  // filled.
+  const ProgramRun run = run_program({"timeout", "--foreground", "--preserve-status", "--signal=INT", "3",
+                                      MSS_PROGRAM, "reproduce", "--quick", "--out", out.string()});
+  EXPECT_EQ(run.exit_status, 130) << run.output;
+  const std::string page = read_file(out / "index.html");
+  EXPECT_NE(page.find("<h2>timing</h2>"), std::string::npos);
+  EXPECT_NE(page.find("href=\"timing/timing.csv\""), std::string::npos);
+  EXPECT_NE(page.find("href=\"timing/meta.json\""), std::string::npos);
+  EXPECT_NE(page.find("Status: interrupted"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mss::cli

@@ -1,0 +1,123 @@
+// Cases over processes, and the journal that keeps their answers.
+#include "experiments/harness/workers.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "core/error.hpp"
+#include "experiments/io/output.hpp"
+#include "tests/experiments/stop_after.hpp"
+
+namespace mss {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A file that does not outlive the test.
+struct File {
+  fs::path path = fs::temp_directory_path() / ("mss-journal-test-" + std::to_string(getpid()));
+  File() = default;
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+  ~File() { fs::remove(path); }
+};
+
+Json square(std::size_t i) { return {{"square", i * i}, {"text", std::string(i * 100, 'x')}}; }
+
+std::string name(std::size_t i) { return "case " + std::to_string(i); }
+
+std::vector<Case> numbers(std::size_t count, Json (*answer)(std::size_t) = square) {
+  std::vector<Case> cases;
+  for (std::size_t i = 0; i < count; ++i) cases.push_back({name(i), [i, answer] { return answer(i); }});
+  return cases;
+}
+
+TEST(Workers, AnswerEveryCaseOnce) {
+  for (const int processes : {1, 2, 4, 100}) {
+    Journal journal;
+    Progress progress;
+    ASSERT_TRUE(find_answers(numbers(60), processes, journal, progress));
+    ASSERT_EQ(journal.size(), 60U);
+    for (std::size_t i = 0; i < 60; ++i) EXPECT_EQ(*journal.find(name(i)), square(i)) << processes;
+  }
+}
+
+TEST(Workers, ReportWhatGoesWrong) {
+  Journal journal;
+  Progress progress;
+  const auto throws = [](std::size_t i) -> Json {
+    if (i == 3) throw InputError("no such thing");
+    return square(i);
+  };
+  try {
+    find_answers(numbers(5, throws), 2, journal, progress);
+    FAIL() << "nothing was thrown";
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "case 3: no such thing");
+  }
+  const auto dies = [](std::size_t i) {
+    if (i == 2) std::raise(SIGKILL);
+    return square(i);
+  };
+  const auto leaves = [](std::size_t i) {
+    if (i == 2) std::_Exit(0);
+    return square(i);
+  };
+  Journal other;
+  EXPECT_THROW(find_answers(numbers(5, dies), 2, other, progress), std::runtime_error);
+  Journal third;
+  EXPECT_THROW(find_answers(numbers(5, leaves), 2, third, progress), std::runtime_error);
+}
+
+TEST(Workers, NumbersThatAreNotFiniteBecomeNull) {
+  Journal journal;
+  Progress progress;
+  const auto nothing = [] { return Json{{"x", std::numeric_limits<double>::quiet_NaN()}}; };
+  ASSERT_TRUE(find_answers({{"one", nothing}}, 1, journal, progress));
+  EXPECT_TRUE((*journal.find("one"))["x"].is_null());
+}
+
+TEST(Workers, InterruptedTheyGoOnFromTheJournal) {
+  const File file;
+  const Json what{{"what", "squares"}};
+  {
+    Journal journal(file.path, what);
+    StopAfter progress(7);
+    EXPECT_FALSE(find_answers(numbers(40), 2, journal, progress));
+  }
+  std::ofstream(file.path, std::ios::app) << R"({"case":"case 39","ans)";  // as a crash would leave it
+  Journal journal(file.path, what);
+  const std::size_t kept = journal.size();
+  EXPECT_GE(kept, 7U);
+  EXPECT_LT(kept, 40U);
+  std::vector<Case> known;
+  for (const Case& c : numbers(40, [](std::size_t) -> Json { throw InputError("asked again"); }))
+    if (journal.find(c.name) != nullptr) known.push_back(c);
+  Progress progress;
+  EXPECT_TRUE(find_answers(known, 2, journal, progress));
+  ASSERT_TRUE(find_answers(numbers(40), 2, journal, progress));
+  const Journal read_again(file.path, what);
+  EXPECT_EQ(read_again.size(), 40U);
+  for (std::size_t i = 0; i < 40; ++i) EXPECT_EQ(*read_again.find(name(i)), square(i));
+}
+
+TEST(Journal, BelongsToWhatBeganIt) {
+  const File file;
+  { Journal journal(file.path, {{"cells", 3}}); }
+  EXPECT_THROW(Journal(file.path, {{"cells", 4}}), InputError);
+  EXPECT_NO_THROW(Journal(file.path, {{"cells", 3}}));
+  std::ofstream(file.path, std::ios::app) << "{}\n";  // JSON, but no answer
+  EXPECT_EQ(Journal(file.path, {{"cells", 3}}).size(), 0U);
+  write_atomically(file.path, "something else\n");
+  EXPECT_THROW(Journal(file.path, {{"cells", 3}}), InputError);
+  EXPECT_EQ(read_file(file.path), "something else\n");
+}
+
+}  // namespace
+}  // namespace mss

@@ -1,0 +1,124 @@
+// Charts.
+#include "experiments/plot/chart.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <set>
+
+#include "core/error.hpp"
+#include "experiments/harness/report.hpp"
+#include "experiments/io/output.hpp"
+#include "experiments/plot/map_chart.hpp"
+
+namespace mss {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(ChartText, EscapesEverythingGnuplotReadsAsMarkup) {
+  EXPECT_EQ(gnuplot_text("time per update"), "'time per update'");
+  EXPECT_EQ(gnuplot_text("k_e^2 {a} @b & c~d"), "'k\\_e\\^2 \\{a\\} \\@b \\& c\\~d'");
+  EXPECT_EQ(gnuplot_text("the thesis's \\n"), "'the thesis''s \\\\n'");
+  EXPECT_EQ(gnuplot_text("two\nlines"), "'two'.\"\\n\".'lines'");
+  EXPECT_EQ(gnuplot_text("`date` $x"), "'`date` $x'");  // not substituted between single quotes
+}
+
+Chart small_chart() {
+  Chart chart{.title = "title of k_e {x}^2 @home & it's `date`",
+              .subtitle = "subtitle",
+              .x = {.label = "n_x", .logarithmic = true},
+              .y = {.label = "time", .logarithmic = true, .unit = "s"}};
+  chart.series = {
+      {.label = "first_series", .points = {{2, 1e-6, 0.9e-6, 1.2e-6}, {20, 1e-3, 0.9e-3, 1.1e-3}}},
+      {.label = "second", .points = {{2, 3e-6}, {7, std::nan("")}, {20, 2e-3}}}};
+  chart.lines = {{ReferenceLine::Direction::horizontal, 1e-4, "limit_1"},
+                 {ReferenceLine::Direction::vertical, 5, "limit_2"}};
+  chart.marks = {{{7, 1e-5}, "mark_1"}, {{7, std::nan(""), 1e-4, 2e-4}, "mark_2"}};
+  return chart;
+}
+
+TEST(ChartScript, LeavesGapsWhereThereIsNoNumber) {
+  const std::string script = gnuplot_script(small_chart(), "a.svg", "it's.png");
+  EXPECT_NE(script.find("$series1 << END\n2 3e-06\n20 0.002\nEND\n"), std::string::npos);
+  EXPECT_NE(script.find("$bars0 << END\n2 1e-06 9e-07 1.2e-06\n"), std::string::npos);
+  EXPECT_EQ(script.find("$bars1"), std::string::npos);
+  EXPECT_EQ(script.find("nan"), std::string::npos);
+  EXPECT_NE(script.find("set output 'it''s.png'"), std::string::npos);
+}
+
+TEST(MapChart, ShowsItsPanelsAndTheKindsThatAreThere) {
+  MapChart chart{.title = "maps",
+                 .subtitle = "of two methods",
+                 .x = {.label = "dt", .logarithmic = true, .low = 0.1, .high = 10},
+                 .y = named_rows({"upper", "lower"}),
+                 .kinds = {"holds", "never seen", "blows up"},
+                 .panels = {{.title = "first_method", .cells = {{0.1, 1, 0.5, 1.5, 0}, {1, 10, 0.5, 1.5, 2}}},
+                            {.title = "second", .line = {{1, 1}, {2, 2}}}}};
+  EXPECT_TRUE(has_cells(chart));
+  const fs::path stem = fs::temp_directory_path() / ("mss-map-test-" + std::to_string(getpid()));
+  draw(chart, stem);
+  const std::string svg = read_file(stem.string() + ".svg");
+  for (const std::string word : {"first", "second", "upper", "lower", "holds", "blows up"})
+    EXPECT_NE(svg.find(word), std::string::npos) << word;
+  EXPECT_EQ(svg.find("never seen"), std::string::npos);
+  for (const std::string extension : {".svg", ".png"}) EXPECT_TRUE(fs::remove(stem.string() + extension));
+  chart.panels[0].cells.clear();
+  EXPECT_FALSE(has_cells(chart));
+}
+
+TEST(MapChart, WritesShortNumbers) {
+  EXPECT_EQ(short_number(0.25), ".25");
+  EXPECT_EQ(short_number(-0.2), "-.2");
+  EXPECT_EQ(short_number(10.5), "10.5");
+  EXPECT_EQ(short_number(0), "0");
+  EXPECT_EQ(short_number(100), "100");
+  EXPECT_EQ(short_number(1000), "1e3");
+  EXPECT_EQ(short_number(1e6), "1e6");
+  EXPECT_EQ(short_number(1500), "1500");
+}
+
+TEST(ChartScript, GivesEverySeriesItsOwnMarkerAndDash) {
+  Chart chart = small_chart();
+  chart.series.clear();
+  for (int i = 0; i < 10; ++i) chart.series.push_back({.label = "s", .points = {{1, 1}}});
+  const std::string script = gnuplot_script(chart, "a", "b");
+  std::set<std::string> styles;
+  for (std::size_t at = script.find(" with linespoints"); at < script.rfind("set output 'b'");
+       at = script.find(" with linespoints", at + 1)) {
+    const std::size_t from = script.find(" dt ", at), to = script.find(" ps ", at);
+    styles.insert(script.substr(from, to - from));
+  }
+  EXPECT_EQ(styles.size(), 10U);
+}
+
+TEST(Chart, ShowsItsTextUnchanged) {
+  if (gnuplot_version().empty()) GTEST_SKIP() << "gnuplot is not installed";
+  const fs::path directory = fs::temp_directory_path() / ("mss-chart-test-" + std::to_string(getpid()));
+  draw(small_chart(), directory / "it's a chart");
+  const std::string svg = read_file(directory / "it's a chart.svg"),
+                    png = read_file(directory / "it's a chart.png");
+  fs::remove_all(directory);
+  EXPECT_EQ(png.substr(1, 3), "PNG");
+  for (const std::string text :
+       {"title of k_e {x}^2 @home &amp; it's `date`", "first_series", "n_x", "limit_1", "mark_2"})
+    EXPECT_NE(svg.find(text), std::string::npos) << text;
+}
+
+TEST(Chart, NamesSeriesWithoutPointsInItsLegend) {
+  if (gnuplot_version().empty()) GTEST_SKIP() << "gnuplot is not installed";
+  Chart chart = small_chart();
+  chart.series.push_back({.label = "all of it failed", .points = {{2, std::nan("")}}});
+  chart.series.push_back({.label = "crosses for nothing", .lines = false});
+  const fs::path directory = fs::path(::testing::TempDir()) / fmt::format("mss_empty_{}", getpid());
+  draw(chart, directory / "empty");
+  const std::string svg = read_file(directory / "empty.svg");
+  EXPECT_NE(svg.find("all of it failed"), std::string::npos);
+  EXPECT_NE(svg.find("crosses for nothing"), std::string::npos);
+  fs::remove_all(directory);
+}
+
+}  // namespace
+}  // namespace mss

@@ -1,0 +1,322 @@
+// `mss run` from outside: what it writes, how it fails, and that bad scenes leave nothing behind.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "experiments/harness/table.hpp"
+#include "experiments/io/output.hpp"
+#include "experiments/io/process.hpp"
+
+namespace mss {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// A directory of this test's own, removed at its end.
+class RunCommand : public ::testing::Test {
+ protected:
+  RunCommand() {
+    fs::remove_all(root_);
+    fs::create_directories(root_);
+  }
+  ~RunCommand() override { fs::remove_all(root_); }
+  RunCommand(const RunCommand&) = delete;
+  RunCommand& operator=(const RunCommand&) = delete;
+
+  fs::path out() const { return root_ / "out"; }
+  fs::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(root_ / name) << text;
+    return root_ / name;
+  }
+  ProgramRun run(const fs::path& scene, std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments{MSS_PROGRAM, "run", scene.string(), "--out", out().string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_program(arguments);
+  }
+  Json summary() const { return Json::parse(read_file(out() / "summary.json")); }
+
+ private:
+  fs::path root_ =
+      fs::path(::testing::TempDir()) /
+      ("mss_run_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+};
+
+constexpr const char* cube = R"([body]
+cells = [2, 2, 2]
+cell_size = 0.1
+[material]
+density = 1000
+young = 1e5
+poisson = 0.3
+[start]
+spin = [0, 0, 5]
+[solve]
+integrator = "velocity_verlet"
+dt = 1e-4
+duration = 0.05
+every = 0.01
+)";
+
+// Overdamped and spinning fast: symmetric tangents leave out how dampers turn.
+TEST_F(RunCommand, AStalledNewtonReachesTheSummary) {
+  const ProgramRun result =
+      run(write("cube.toml", cube), {"--set", "solve.integrator=implicit_midpoint", "--set", "solve.dt=0.02",
+                                     "--set", "damping.ratio=20", "--set", "start.spin=[0,0,300]"});
+  EXPECT_EQ(result.exit_status, 3) << result.output;
+  EXPECT_EQ(summary()["status"], "newton_stalled");
+  EXPECT_EQ(summary()["steps"], 0);
+  EXPECT_TRUE(fs::exists(out() / "series.csv"));
+}
+
+TEST_F(RunCommand, WritesSeriesParticlesAndSummary) {
+  const ProgramRun result = run(write("cube.toml", cube));
+  ASSERT_EQ(result.exit_status, 0) << result.output;
+  const auto series = parse_csv(read_file(out() / "series.csv"));
+  ASSERT_EQ(series.size(), 1U + 6);
+  EXPECT_EQ(series[0], (std::vector<std::string>{"t", "kinetic", "elastic", "volume_energy", "gravitational",
+                                                 "total", "volume_ratio", "volume_ratio_paper", "momentum_x",
+                                                 "momentum_y", "momentum_z", "spin_x", "spin_y", "spin_z",
+                                                 "max_speed", "max_stretch", "min_jacobian"}));
+  EXPECT_EQ(series[6][0], "0.05");
+  const auto particles = parse_csv(read_file(out() / "particles.csv"));
+  ASSERT_EQ(particles.size(), 1U + 27);
+  EXPECT_EQ(particles[0], (std::vector<std::string>{"id", "rest_x", "rest_y", "rest_z", "x", "y", "z", "vx",
+                                                    "vy", "vz", "mass"}));
+  double mass = 0;
+  for (std::size_t row = 1; row < particles.size(); ++row) mass += std::stod(particles[row][10]);
+  EXPECT_NEAR(mass, 8, 1e-12);
+  const Json s = summary();
+  EXPECT_EQ(s["status"], "ok");
+  EXPECT_EQ(s["steps"], 500);
+  EXPECT_EQ(s["integrator"], "velocity_verlet");
+  EXPECT_EQ(s["simulated_seconds"], 0.05);
+  EXPECT_EQ(s["work"]["force_evaluations"], 501);
+  EXPECT_EQ(s["final"]["t"], 0.05);
+  EXPECT_TRUE(s["provenance"].contains("commit"));
+  EXPECT_EQ(s["configuration"]["body"]["cell_size"], 0.1);
+}
+
+TEST_F(RunCommand, ResultsDoNotDependOnThreads) {
+  const fs::path scene = write("cube.toml", cube);
+  ASSERT_EQ(run(scene, {"--set", "solve.threads=1"}).exit_status, 0);
+  const std::string one = read_file(out() / "particles.csv");
+  ASSERT_EQ(run(scene, {"--set", "solve.threads=3"}).exit_status, 0);
+  EXPECT_EQ(one, read_file(out() / "particles.csv"));
+}
+
+TEST_F(RunCommand, DivergenceIsAResultWithItsRows) {
+  const ProgramRun result = run(
+      write("cube.toml", cube),
+      {"--set", "solve.integrator=explicit_euler", "--set", "solve.dt=1e-2", "--set", "solve.duration=9"});
+  EXPECT_EQ(result.exit_status, 3) << result.output;
+  EXPECT_EQ(summary()["status"], "non_finite");
+  const std::string series = read_file(out() / "series.csv");
+  EXPECT_GT(parse_csv(series).size(), 2U);
+  EXPECT_LT(parse_csv(series).size(), 900U);
+  for (const std::string& text : {series, read_file(out() / "particles.csv")}) {
+    EXPECT_EQ(text.find("nan"), std::string::npos);
+    EXPECT_EQ(text.find("inf"), std::string::npos);
+  }
+}
+
+/// A hundredth of its weight at 0.02 s: 8 kg get 0.8 N s, which shows as momentum.
+TEST_F(RunCommand, StrikesAreGivenOnceUnderEveryKindOfMethod) {
+  for (const char* method : {"velocity_verlet", "backward_euler", "cvode_adams"}) {
+    const ProgramRun result = run(write("cube.toml", cube),
+                                  {"--set", "strike=[{box=[[0,0,0],[1,1,0]],at=0.02,impulse=[0.8,0,-0.4]}]",
+                                   "--set", std::string("solve.integrator=") + method});
+    ASSERT_EQ(result.exit_status, 0) << result.output;
+    const auto series = parse_csv(read_file(out() / "series.csv"));
+    EXPECT_NEAR(std::stod(series[2][8]), 0, 1e-6) << method;  // t = 0.01
+    EXPECT_NEAR(std::stod(series[5][8]), 0.8, 1e-6) << method;
+    EXPECT_NEAR(std::stod(series[6][10]), -0.4, 1e-6) << method;
+  }
+}
+
+TEST_F(RunCommand, TellsWhatSleepSavedAndWhatItCost) {
+  const ProgramRun result = run("soft_blocks");
+  ASSERT_EQ(result.exit_status, 0) << result.output;
+  EXPECT_NE(result.output.find("% of the body slept"), std::string::npos) << result.output;
+  const Json sleep = summary()["sleep"];
+  EXPECT_GT(sleep["share"], 0.3);
+  EXPECT_LT(sleep["share"], 0.9);
+  EXPECT_LT(sleep["most_apart"], 1e-3);
+  EXPECT_LT(sleep["apart_at_end"], 1e-3);
+  EXPECT_GT(sleep["apart_at_end"], 0);
+  EXPECT_GT(sleep["seconds_per_step_asleep"], 0);
+  EXPECT_GT(sleep["seconds_per_step_awake"], 0);
+  ASSERT_EQ(run("soft_blocks", {"--set", "solve.sleep=0"}).exit_status, 0);
+  EXPECT_TRUE(summary()["sleep"].is_null());
+}
+
+TEST_F(RunCommand, SleepIsForExplicitMethodsOfSprings) {
+  for (const char* setting :
+       {"solve.integrator=backward_euler", "solve.integrator=cvode_bdf", "material.model=corotational"}) {
+    const ProgramRun result = run(write("cube.toml", cube), {"--set", "solve.sleep=1e-3", "--set", setting});
+    EXPECT_EQ(result.exit_status, 2) << setting;
+    EXPECT_NE(result.output.find("solve: sleep is for"), std::string::npos) << result.output;
+    EXPECT_FALSE(fs::exists(out()));
+  }
+}
+
+TEST_F(RunCommand, SafeStepHolds) {
+  ASSERT_EQ(
+      run(write("cube.toml", cube), {"--set", "solve.dt=safe", "--set", "solve.duration=2"}).exit_status, 0);
+  EXPECT_GT(summary()["dt"], 1e-4);
+  EXPECT_LT(summary()["final"]["max_stretch"], 0.5);
+}
+
+TEST_F(RunCommand, InterruptKeepsRows) {
+  const fs::path scene = write("cube.toml", cube);
+  const ProgramRun result =
+      run_program({"timeout", "--foreground", "--preserve-status", "--signal=INT", "1", MSS_PROGRAM, "run",
+                   scene.string(), "--out", out().string(), "--set", "solve.duration=1e5"});
+  EXPECT_EQ(result.exit_status, 130) << result.output;
+  EXPECT_EQ(summary()["status"], "interrupted");
+  EXPECT_GT(parse_csv(read_file(out() / "series.csv")).size(), 2U);
+}
+
+/// What becomes of a scene that comes with the program.
+TEST_F(RunCommand, TheThesissCubeComesToRest) {
+  const fs::path scenes = fs::path(MSS_SOURCE_DIR) / "experiments" / "scenes";
+  ASSERT_EQ(run(scenes / "fig5_2_bounce.toml").exit_status, 0);
+  const auto series = parse_csv(read_file(out() / "series.csv"));
+  double peak = 0;
+  for (std::size_t row = 1; row < series.size(); ++row) peak = std::max(peak, std::stod(series[row][1]));
+  EXPECT_LT(summary()["final"]["kinetic"], 1e-6 * peak);
+  EXPECT_LT(summary()["final"]["max_stretch"], 0.01);
+}
+
+/// Largest memory that any program run so far has held [MB].
+double peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_CHILDREN, &usage);
+  return double(usage.ru_maxrss) / 1024;
+}
+
+// A million steps, of which the last 980,000 are at rest; and as many undamped ones, which never are.
+TEST_F(RunCommand, AMillionStepsNeitherLeakNorDrift) {
+  const fs::path scene = fs::path(MSS_SOURCE_DIR) / "experiments" / "scenes" / "fig5_2_bounce.toml";
+  const std::string duration = MSS_SANITIZED ? "30" : "1000";
+  ASSERT_EQ(run(scene, {"--set", "solve.duration=1"}).exit_status, 0);
+  const double before = peak_memory();
+  for (const std::string damping : {"0.3", "0"}) {
+    ASSERT_EQ(run(scene, {"--set", "solve.duration=" + duration, "--set", "solve.every=1", "--set",
+                          "solve.threads=1", "--set", "damping.ratio=" + damping})
+                  .exit_status,
+              0);
+    const auto series = parse_csv(read_file(out() / "series.csv"));
+    ASSERT_GE(series.size(), 30U);
+    for (std::size_t row = 21; row < series.size(); ++row)
+      EXPECT_NEAR(std::stod(series[row][6]), std::stod(series[21][6]), damping == "0" ? 2e-3 : 1e-9) << row;
+  }
+  if (!MSS_SANITIZED) {
+    EXPECT_LT(peak_memory() - before, 4);
+  }
+}
+
+TEST_F(RunCommand, AHardLandingFoldsCells) {
+  const fs::path scenes = fs::path(MSS_SOURCE_DIR) / "experiments" / "scenes";
+  ASSERT_EQ(run(scenes / "fig5_4_landing.toml").exit_status, 0);
+  EXPECT_LT(summary()["final"]["min_jacobian"], -0.5);
+  ASSERT_EQ(run(scenes / "fig5_4_landing.toml", {"--set", "start.velocity=[-14,-14,-14]"}).exit_status, 0);
+  EXPECT_GT(summary()["final"]["min_jacobian"], 0.5);  // a softer one does not
+  ASSERT_EQ(run(scenes / "fig5_4_landing.toml",
+                {"--set", "start.velocity=[-30,-30,-30]", "--set", "material.fold_guard=20"})
+                .exit_status,
+            0);
+  EXPECT_LT(summary()["final"]["max_stretch"], 1e-6);  // with the guard it lands harder and recovers
+  EXPECT_GT(summary()["final"]["min_jacobian"], 0.999);
+}
+
+TEST_F(RunCommand, TheFoldGuardDoesNotChangeABitWhereNothingFolds) {
+  const fs::path scenes = fs::path(MSS_SOURCE_DIR) / "experiments" / "scenes";
+  for (const char* scene : {"cantilever.toml", "fig5_2_bounce.toml", "free_cube.toml"}) {
+    ASSERT_EQ(run(scenes / scene, {"--set", "solve.duration=0.5"}).exit_status, 0);
+    const std::string without = read_file(out() / "particles.csv");
+    ASSERT_EQ(
+        run(scenes / scene, {"--set", "solve.duration=0.5", "--set", "material.fold_guard=20"}).exit_status,
+        0);
+    EXPECT_EQ(without, read_file(out() / "particles.csv")) << scene;
+  }
+}
+
+TEST_F(RunCommand, JellySlidesAndTablesStand) {
+  const fs::path scenes = fs::path(MSS_SOURCE_DIR) / "experiments" / "scenes";
+  ASSERT_EQ(run(scenes / "jelly_slope.toml").exit_status, 0);
+  EXPECT_LT(summary()["final"]["max_speed"], 0.01);
+  EXPECT_LT(summary()["final"]["gravitational"].get<double>(), 0);  // it is down on the level ground
+  ASSERT_EQ(run(scenes / "soft_table.toml").exit_status, 0);
+  EXPECT_LT(summary()["final"]["max_speed"], 0.05);
+  EXPECT_NEAR(summary()["final"]["volume_ratio"].get<double>(), 1, 0.02);
+}
+
+/// Bad input from outside: status 2, one line that names the file and what to do, and no output.
+TEST_F(RunCommand, BadScenesLeaveNothing) {
+  const auto with = [](std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+  };
+  const std::string good = cube;
+  write("ragged.txt", "##\n#\n");
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"[body\n", "TOML"},
+      {good + "[wheels]\n", "wheels"},
+      {with(good, "density = 1000", "densty = 1000"), "density"},
+      {with(good, "density = 1000", "density = \"heavy\""), "material.density"},
+      {with(good, "density = 1000", "density = -5"), "material.density"},
+      {with(good, "density = 1000", "density = nan"), "material.density"},
+      {with(good, "density = 1000", "density = inf"), "material.density"},
+      {with(good, "poisson = 0.3", "poisson = 0.5"), "material.poisson"},
+      {with(good, "young = 1e5", "young = 0"), "material.young"},
+      {with(good, "young = 1e5\n", ""), "young"},
+      {with(good, "dt = 1e-4", "dt = 0"), "solve.dt"},
+      {with(good, "dt = 1e-4", "dt = 1"), "solve.dt"},
+      {with(good, "duration = 0.05", "duration = -1"), "solve.duration"},
+      {with(good, "cells = [2, 2, 2]", "cells = [0, 2, 2]"), "body.cells"},
+      {with(good, "cells = [2, 2, 2]", "cells = [2, 2]"), "body.cells"},
+      {with(good, "cells = [2, 2, 2]", "voxels = \"ragged.txt\""), "ragged.txt"},
+      {with(good, "cells = [2, 2, 2]", "voxels = \"none.txt\""), "none.txt"},
+      {with(good, "cell_size = 0.1", "cell_size = 0"), "body.cell_size"},
+      {with(good, "velocity_verlet", "velocity_verle"), "velocity_verlet"},
+      {with(good, "velocity_verlet\"\ndt = 1e-4", "explicit_euler\"\ndt = \"safe\""), "explicit_euler"},
+      {with(good, "velocity_verlet\"\ndt = 1e-4", "tr_bdf2\"\ndt = \"safe\""), "any step"},
+      {with(good, "velocity_verlet\"", "cvode_bdf\"\nprecision = \"single\""), "double precision only"},
+      {with(good, "velocity_verlet\"", "backward_euler\"\nlinear_solver = \"cholmid\""), "'cholmod'"},
+      {with(good, "density = 1000", "density = 1000\nmodel = \"corotated\""), "'corotational'"},
+      {with(with(good, "density = 1000", "density = 1000\nmodel = \"linear\""), "dt = 1e-4",
+            "dt = 1e-4\nprecision = \"single\""),
+       "double precision only"},
+      {with(with(with(good, "density = 1000", "density = 1000\nmodel = \"linear\""), "young = 1e5\n", ""),
+            "poisson = 0.3", "springs = { edge = 1, face = 1, body = 1 }"),
+       "material.young"},
+      {good + "[[hold]]\nbox = [[5, 5, 5], [6, 6, 6]]\n", "hold"},
+      {good + "[[hold]]\nbox = [[1, 0, 0], [0, 1, 1]]\n", "box"},
+      {good + "[[load]]\nbox = [[5, 5, 5], [6, 6, 6]]\nforce = [0, 0, 1]\n", "load"},
+      {good + "[damping]\nratio = -1\n", "damping.ratio"},
+      {good + "[[plane]]\npoint = [0, 0, -1]\n", "plane.0.normal"},
+      {with(good, "velocity_verlet\"", "cvode_bdf\"") + "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n",
+       "contact = \"impulse\" acts at the end of fixed steps, and cvode_bdf does not take any"},
+      {with(good, "velocity_verlet\"", "static\"") +
+           "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\ncontact = \"paper\"\n",
+       "give contact = \"penalty\", or another solve.integrator"}};
+  for (const auto& [text, named] : cases) {
+    const ProgramRun result = run(write("bad.toml", text));
+    EXPECT_EQ(result.exit_status, 2) << text << result.output;
+    EXPECT_EQ(std::count(result.output.begin(), result.output.end(), '\n'), 1) << result.output;
+    EXPECT_NE(result.output.find(named), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find("bad"), std::string::npos)
+        << result.output;  // the file, or the scene's name
+    EXPECT_FALSE(fs::exists(out())) << text;
+  }
+  const ProgramRun missing = run("nowhere.toml");
+  EXPECT_EQ(missing.exit_status, 2);
+  EXPECT_NE(missing.output.find("nowhere.toml"), std::string::npos);
+  EXPECT_FALSE(fs::exists(out()));
+}
+
+}  // namespace
+}  // namespace mss

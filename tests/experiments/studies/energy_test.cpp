@@ -1,0 +1,66 @@
+// `mss energy`: symplectic methods are bounded, the others are not, failures are rows.
+#include "experiments/studies/energy/energy.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace mss::studies::energy {
+namespace {
+
+TEST(Energy, IsBoundedForSymplecticMethodsOnly) {
+  EnergyConfig config = energy_config({});
+  config.steps = 5000;
+  config.stretch = 1.02;  // so little that vibrations have not begun to mix when the count ends
+  config.integrators = {"explicit_euler", "rk4", "backward_euler", "backward_euler_linear"};
+  std::size_t symplectic = 0;
+  for (const IntegratorInfo& info : integrators())
+    if (info.symplectic) {
+      config.integrators.push_back(info.name);
+      ++symplectic;
+    }
+  EXPECT_GE(symplectic, 4U);
+  Progress progress;
+  const EnergyTables tables = measure_energy(config, progress);
+  ASSERT_EQ(tables.status, Status::ok);
+  const Table summary = energy_summary(tables.rows, config.steps);
+  ASSERT_EQ(summary.size(), config.integrators.size());
+  for (std::size_t r = 0; r < summary.size(); ++r) {
+    const std::string& name = summary.text(r, "integrator");
+    if (find_integrator(name).symplectic)
+      EXPECT_EQ(summary.text(r, "energy"), "bounded") << name;
+    else
+      EXPECT_NE(summary.text(r, "energy"), "bounded") << name;
+  }
+  EXPECT_EQ(summary.text(0, "status"), "non_finite");
+}
+
+TEST(Energy, KeepsFinishedRowsWhenStopped) {
+  struct Stopper final : Progress {
+    bool stopped() const override { return ++asked > 12; }
+    mutable int asked = 0;
+  } progress;
+  EnergyConfig config = energy_config({.quick = true, .integrators = {"verlet", "rk4"}});
+  const EnergyTables tables = measure_energy(config, progress);
+  EXPECT_EQ(tables.status, Status::interrupted);
+  EXPECT_EQ(tables.rows.size(), 12U);
+  EXPECT_EQ(energy_summary(tables.rows, config.steps).size(), 0U);
+}
+
+/// Rows of one method whose error grows as a power of time.
+Table planted(double power) {
+  Table rows({{"integrator"}, {"step"}, {"energy_error"}, {"status"}});
+  for (const int step : {1, 10, 100, 1000})
+    rows.add({std::string("a"), step, 1e-4 * std::pow(step, power), std::string("ok")});
+  return rows;
+}
+
+TEST(EnergySummary, TellsDriftsFromPlateaus) {
+  EXPECT_EQ(energy_summary(planted(0), 1000).text(0, "energy"), "bounded");
+  EXPECT_EQ(energy_summary(planted(0.5), 1000).text(0, "energy"), "drifts");
+  EXPECT_EQ(energy_summary(planted(1), 1000).text(0, "energy"), "drifts");
+  EXPECT_EQ(energy_summary(planted(1.5), 1000).text(0, "energy"), "lost");
+}
+
+}  // namespace
+}  // namespace mss::studies::energy

@@ -1,0 +1,124 @@
+// `mss precision`: its numbers mean what they say, failures are rows, summaries name the cheapest.
+#include "experiments/studies/precision/precision.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace mss::studies::precision {
+namespace {
+
+/// The quick configuration's first scene, with a few methods.
+PrecisionConfig small_config() {
+  PrecisionConfig config = precision_config({.quick = true});
+  config.scenes.resize(1);
+  config.integrators = {"semi_implicit_euler", "velocity_verlet", "rk4", "backward_euler", "cvode_bdf"};
+  config.seconds_per_run = config.seconds_to_agree =
+      60;  // the number of runs is the limit, however busy the machine
+  config.finest_halving = 7;
+  return config;
+}
+
+struct Stopper final : Progress {
+  explicit Stopper(int reports) : left(reports) {}
+  void report(double, std::string_view) override { --left; }
+  bool stopped() const override { return left <= 0; }
+  int left;
+};
+
+std::vector<double> errors_of(const Table& rows, const std::string& integrator) {
+  std::vector<double> errors;
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    if (rows.text(r, "integrator") == integrator && rows.text(r, "status") == "ok")
+      errors.push_back(rows.number(r, "error"));
+  return errors;
+}
+
+TEST(Precision, ErrorsFallAsTheOrdersSay) {
+  Progress progress;
+  const PrecisionTables tables = measure_precision(small_config(), progress);
+  ASSERT_EQ(tables.status, Status::ok);
+  ASSERT_EQ(tables.references.size(), 1U);
+  EXPECT_LT(tables.references.number(0, "uncertainty"), 1e-9);
+  EXPECT_GT(tables.references.number(0, "uncertainty"), 0);  // two methods, not one
+  const auto last_order = [&](const std::string& integrator) {
+    const auto errors = errors_of(tables.rows, integrator);
+    EXPECT_GE(errors.size(), 3U) << integrator;
+    return std::log2(errors[errors.size() - 2] / errors.back());
+  };
+  EXPECT_NEAR(last_order("semi_implicit_euler"), 1, 0.1);
+  EXPECT_NEAR(last_order("velocity_verlet"), 2, 0.1);
+  EXPECT_NEAR(last_order("rk4"), 4, 0.2);
+  EXPECT_NEAR(last_order("backward_euler"), 1, 0.1);
+  EXPECT_LT(errors_of(tables.rows, "cvode_bdf").back(), 1e-7);
+  ASSERT_EQ(tables.agreement.size(), 5U);
+  for (std::size_t i = 0; i < 5; ++i)
+    EXPECT_EQ(tables.agreement.text(i, "status").substr(0, 2), "ok")
+        << tables.agreement.text(i, "integrator");
+}
+
+TEST(Precision, FailuresAreRowsWithAReason) {
+  PrecisionConfig config = small_config();
+  config.scenes[0].body.springs =
+      calibrate({.young = 1e8, .poisson = 0.3}, config.scenes[0].body.cell_size, 0.5);
+  config.integrators = {"velocity_verlet"};
+  Progress progress;
+  const PrecisionTables tables = measure_precision(config, progress);
+  ASSERT_GT(tables.rows.size(), 3U);
+  EXPECT_EQ(tables.rows.text(0, "status"), "non_finite");
+  EXPECT_TRUE(std::isnan(tables.rows.number(0, "error")));
+  const Chart chart = precision_chart(tables.rows, tables.references, config.scenes[0], "seconds");
+  EXPECT_EQ(chart.series.back().label, "failed: non_finite");
+  EXPECT_FALSE(chart.series.back().points.empty());
+}
+
+TEST(Precision, KeepsFinishedRunsWhenStopped) {
+  Stopper progress(3);
+  const PrecisionTables tables = measure_precision(small_config(), progress);
+  EXPECT_EQ(tables.status, Status::interrupted);
+  EXPECT_FALSE(errors_of(tables.rows, "semi_implicit_euler").empty());
+  EXPECT_TRUE(errors_of(tables.rows, "cvode_bdf").empty());
+}
+
+/// Runs as (integrator, error, seconds) on one scene.
+Table planted(const std::vector<std::tuple<std::string, double, double>>& runs) {
+  Table rows({{"scene"}, {"integrator"}, {"value"}, {"error"}, {"seconds"}, {"status"}});
+  for (const auto& [integrator, error, seconds] : runs)
+    rows.add({std::string("s"), integrator, 1e-3, error, seconds, std::string("ok")});
+  return rows;
+}
+
+TEST(PrecisionSummary, NamesTheCheapestAndTheNext) {
+  const Table summary = precision_summary(
+      planted({{"a", 5e-3, 1.0}, {"a", 5e-4, 10.0}, {"b", 1e-2, 3.0}, {"b", 1e-7, 8.0}, {"c", 0.5, 0.1}}));
+  ASSERT_EQ(summary.size(), 3U);
+  EXPECT_EQ(summary.text(0, "integrator"), "a");  // 1 %
+  EXPECT_EQ(summary.text(0, "runner_up"), "b");
+  EXPECT_DOUBLE_EQ(summary.number(0, "times_dearer"), 3);
+  EXPECT_EQ(summary.text(1, "integrator"), "b");  // 0.1 %: b's finer run is cheaper than a's
+  EXPECT_DOUBLE_EQ(summary.number(1, "times_dearer"), 1.25);
+  EXPECT_EQ(summary.text(2, "integrator"), "b");  // 1e-6: nobody else
+  EXPECT_EQ(summary.text(2, "status"), "no runner-up");
+}
+
+TEST(PrecisionSummary, SaysWhatNobodyReached) {
+  const Table summary = precision_summary(planted({{"a", 5e-3, 1.0}}));
+  EXPECT_EQ(summary.text(2, "status"), "not reached");
+  EXPECT_EQ(summary.text(2, "integrator"), "none");
+}
+
+TEST(PrecisionConfigTest, TakesEveryMethodOfTheRegistry) {
+  const auto taken = precision_config({.quick = true}).integrators;
+  for (const IntegratorInfo& info : integrators())
+    EXPECT_EQ(std::count(taken.begin(), taken.end(), info.name), info.stepping != Stepping::equilibrium)
+        << info.name;
+  EXPECT_THROW(precision_config({.integrators = {"static"}}), InputError);
+  EXPECT_EQ(precision_config({.integrators = {"rk4"}}).integrators, std::vector<std::string>{"rk4"});
+  EXPECT_EQ(precision_config({}).scenes.size(), 12U);
+}
+
+}  // namespace
+}  // namespace mss::studies::precision

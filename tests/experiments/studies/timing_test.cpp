@@ -1,0 +1,253 @@
+// The timing experiment on bodies too small to time: its rows, not its numbers.
+#include "experiments/studies/timing/timing.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "core/spring_system.hpp"
+#include "experiments/simulation/simulation.hpp"
+
+namespace mss::studies::timing {
+namespace {
+
+TimingConfig tiny() {
+  TimingConfig config;
+  config.cells = {2, 3};
+  config.algorithm1_threads = {1, 2};
+  config.core_threads = {1, 2};
+  config.passes = 1;
+  config.repetitions = 3;
+  config.fewest_repetitions = 2;
+  config.sample_seconds = 1e-5;
+  return config;
+}
+
+std::vector<std::string> names(const Table& table) {
+  std::vector<std::string> all;
+  for (const Column& column : table.columns()) all.push_back(column.name);
+  return all;
+}
+
+TEST(Timing, ColumnsBeginAsScriptsExpectThem) {
+  Progress silent;
+  const std::vector<std::string> columns = names(measure_timing(tiny(), silent).rows);
+  const std::vector<std::string> contract{"method", "integrator", "precision", "threads",
+                                          "cells",  "particles",  "springs",   "seconds_per_step",
+                                          "q1",     "q3",         "repeats",   "status"};
+  ASSERT_GE(columns.size(), contract.size());
+  EXPECT_TRUE(std::equal(contract.begin(), contract.end(), columns.begin()));
+}
+
+TEST(Timing, HasARowForEveryMethodAndSize) {
+  Progress silent;
+  const TimingTables tables = measure_timing(tiny(), silent);
+  EXPECT_EQ(tables.status, Status::ok);
+  ASSERT_EQ(tables.rows.size(), 2U * 7);
+  EXPECT_EQ(tables.raw.size(), 2U * 7 * 3);
+  std::vector<std::string> methods;
+  for (std::size_t r = 0; r < tables.rows.size(); ++r) {
+    const Table& t = tables.rows;
+    if (r < 7)
+      methods.push_back(t.text(r, "method") + " " + t.text(r, "precision") + " " +
+                        std::to_string(int(t.number(r, "threads"))));
+    EXPECT_EQ(t.text(r, "status"), "ok");
+    EXPECT_EQ(t.text(r, "integrator"), "semi_implicit_euler");
+    EXPECT_EQ(t.number(r, "cells"), r < 7 ? 2 : 3);
+    EXPECT_EQ(t.number(r, "particles"), r < 7 ? 27 : 64);
+    EXPECT_EQ(t.number(r, "springs"), r < 7 ? 158 : 468);  // 3n(n+1)^2 + 6n^2(n+1) + 4n^3
+    EXPECT_EQ(t.number(r, "repeats"), 3);
+    EXPECT_GT(t.number(r, "seconds_per_step"), 0);
+    EXPECT_LE(t.number(r, "q1"), t.number(r, "seconds_per_step"));
+    EXPECT_GE(t.number(r, "q3"), t.number(r, "seconds_per_step"));
+  }
+  EXPECT_EQ(methods,
+            (std::vector<std::string>{"algorithm_1 double 1", "algorithm_1 double 2", "plain_loop double 1",
+                                      "structured_sweep double 1", "structured_sweep double 2",
+                                      "structured_sweep single 1", "structured_sweep single 2"}));
+}
+
+TEST(Timing, SaysWhyAMethodWasSkipped) {
+  Progress silent;
+  TimingConfig config = tiny();
+  config.largest_oracle = 2;
+  const Table rows = measure_timing(config, silent).rows;
+  int skipped = 0;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    if (rows.text(r, "status") == "ok") continue;
+    EXPECT_EQ(rows.text(r, "status"), "skipped: too large");
+    EXPECT_EQ(rows.number(r, "cells"), 3);
+    EXPECT_EQ(rows.number(r, "repeats"), 0);
+    EXPECT_TRUE(std::isnan(rows.number(r, "seconds_per_step")));
+    ++skipped;
+  }
+  EXPECT_EQ(skipped, 3);
+}
+
+/// Says stop from the given question on.
+class StopAt final : public Progress {
+ public:
+  explicit StopAt(int question) : left_(question) {}
+  bool stopped() const override { return --left_ < 0; }
+
+ private:
+  mutable int left_;
+};
+
+TEST(Timing, KeepsFinishedSizesWhenStopped) {
+  // One question before each size, one before each of 7 calibrations and 3 x 7 samples: 29 for the first
+  // size.
+  StopAt in_second(35);
+  const TimingTables tables = measure_timing(tiny(), in_second);
+  EXPECT_EQ(tables.status, Status::interrupted);
+  ASSERT_EQ(tables.rows.size(), 7U);
+  EXPECT_EQ(tables.raw.size(), 21U);
+  for (std::size_t r = 0; r < tables.rows.size(); ++r) EXPECT_EQ(tables.rows.number(r, "cells"), 2);
+  StopAt at_once(0);
+  EXPECT_EQ(measure_timing(tiny(), at_once).rows.size(), 0U);
+}
+
+TEST(Timing, PoolsPassesOverAllSizes) {
+  TimingConfig config = tiny();
+  config.passes = 3;
+  config.repetitions = 6;
+  Progress silent;
+  const TimingTables tables = measure_timing(config, silent);
+  ASSERT_EQ(tables.rows.size(), 14U);
+  for (std::size_t r = 0; r < tables.rows.size(); ++r) {
+    EXPECT_EQ(tables.rows.number(r, "cells"), r < 7 ? 2 : 3);
+    EXPECT_EQ(tables.rows.number(r, "repeats"), 6);
+  }
+  EXPECT_EQ(tables.raw.size(), 14U * 6);
+  std::vector<double> order;  // of (pass, size)
+  for (std::size_t r = 0; r < tables.raw.size(); r += 14) order.push_back(tables.raw.number(r, "cells"));
+  EXPECT_EQ(order, (std::vector<double>{2, 3, 3, 2, 2, 3}));
+}
+
+/// Rows of one method with seconds = a n^p.
+Table synthetic(const std::vector<int>& cells, double a, double p) {
+  Table rows({{"method"},
+              {"integrator"},
+              {"precision"},
+              {"threads"},
+              {"cells"},
+              {"seconds_per_step"},
+              {"q1"},
+              {"q3"},
+              {"status"},
+              {"ns_per_spring"}});
+  for (const int n : cells) {
+    const double s = a * std::pow(n, p);
+    rows.add({"plain_loop", "semi_implicit_euler", "double", std::int64_t{1}, std::int64_t{n}, s, s, s, "ok",
+              1.0});
+  }
+  return rows;
+}
+
+TEST(TimingSummary, FitsTheSizesFromTwentyOn) {
+  const Table summary = timing_summary(synthetic({5, 20, 30, 50}, 1e-7, 3.05));
+  ASSERT_EQ(summary.size(), 1U);
+  EXPECT_NEAR(summary.number(0, "exponent"), 3.05, 1e-12);
+  EXPECT_EQ(summary.number(0, "fit_from"), 20);
+  EXPECT_EQ(summary.number(0, "fit_to"), 50);
+  EXPECT_EQ(summary.number(0, "fit_points"), 3);
+  EXPECT_EQ(summary.text(0, "status"), "ok");
+}
+
+TEST(TimingSummary, FindsTheLargestBodyUnderForty) {
+  // 1e-6 n^3 = 0.04 at n = 34.2: between 30 and 50.
+  const Table between = timing_summary(synthetic({20, 30, 50}, 1e-6, 3));
+  EXPECT_EQ(between.number(0, "largest_cells_40ms"), 34);
+  EXPECT_EQ(between.text(0, "how"), "interpolated");
+  // 1e-7 n^3 = 0.04 at n = 73.7: beyond 50.
+  const Table beyond = timing_summary(synthetic({20, 30, 50}, 1e-7, 3));
+  EXPECT_EQ(beyond.number(0, "largest_cells_40ms"), 73);
+  EXPECT_EQ(beyond.text(0, "how"), "extrapolated");
+  // 1e-10 n^3 = 0.04 at n = 737: too far to say.
+  const Table far = timing_summary(synthetic({20, 30, 50}, 1e-10, 3));
+  EXPECT_TRUE(std::isnan(far.number(0, "largest_cells_40ms")));
+  EXPECT_NE(far.text(0, "status"), "ok");
+}
+
+TEST(TimingSummary, SaysWhyThereIsNoFit) {
+  const Table summary = timing_summary(synthetic({5, 7, 20}, 1e-7, 3));
+  EXPECT_TRUE(std::isnan(summary.number(0, "exponent")));
+  EXPECT_EQ(summary.text(0, "status"), "no fit: fewer than two sizes of 20 or more");
+}
+
+/// Lean sweeps leave out what is not there, and nothing else: the general sweep computes the same.
+TEST(TimingFeatures, ComparesWithSweepsThatComputeTheSame) {
+  const auto refill = [](BodyConfig& body, double face_share) {
+    body.springs = calibrate(TimingWorkload::material, body.cell_size, face_share);
+  };
+  const std::vector<std::function<void(BodyConfig&)>> variants{
+      [](BodyConfig& body) { body.damping = {}; }, [](BodyConfig& body) { body.springs.volume = 0; },
+      [&](BodyConfig& body) { refill(body, 1); }, [&](BodyConfig& body) { refill(body, 0); },
+      [&](BodyConfig& body) {
+        refill(body, 1);
+        body.springs.volume = 0;
+        body.damping = {};
+      }};
+  for (const auto& change : variants) {
+    BodyConfig config = timing_cube(4);
+    change(config);
+    const Body body(config);
+    SpringSystem<double> chosen(body, {}), general(body, {}, general_kernel<double>(), {});
+    const State<double> state = stretched_state(chosen, 1.2);
+    Field<double> expected(body.lattice().size), force(body.lattice().size);
+    general.force(0, state.x, state.v, expected);
+    chosen.force(0, state.x, state.v, force);
+    const double largest = expected.array().abs().maxCoeff();
+    EXPECT_GT(largest, 0);
+    EXPECT_LT((force.array() - expected.array()).abs().maxCoeff(), 1e-12 * largest) << &change - &variants[0];
+  }
+}
+
+TEST(TimingFeatures, HasARowForEveryVariant) {
+  Progress progress;
+  const FeatureTables tables =
+      measure_features({.cells = {2, 3}, .repetitions = 3, .sample_seconds = 1e-4}, progress);
+  const Table& table = tables.features;
+  EXPECT_EQ(table.size(), 9U * 2 * 2);
+  for (std::size_t r = 0; r < table.size(); ++r) {
+    EXPECT_EQ(table.text(r, "status"), "ok");
+    EXPECT_GT(table.number(r, "seconds_per_step"), 0);
+    if (table.text(r, "variant") == "workload") {
+      EXPECT_EQ(table.number(r, "share"), 1);
+    }
+  }
+  EXPECT_EQ(tables.lean.size(), 5U * 2 * 2);  // the workload's own sweep is the general one
+  for (std::size_t r = 0; r < tables.lean.size(); ++r) EXPECT_GT(tables.lean.number(r, "over_general"), 0);
+  const Chart chart = features_chart(table);
+  EXPECT_EQ(chart.series.size(), 4U);
+  EXPECT_EQ(chart.y.names.size(), 9U);
+}
+
+/// A step costs 1 us, but now and then something holds all up.
+TEST(SampleLength, IsNotFooledByAMoment) {
+  int calls = 0;
+  const SampleLength length = sample_length(1e-3, [&](long steps) {
+    ++calls;
+    return 1e-6 * double(steps) + (calls % 5 == 1 ? 4e-3 : 0);
+  });
+  EXPECT_EQ(length.steps, 1000);
+  EXPECT_NEAR(length.seconds_per_step, 1e-6, 1e-12);
+  EXPECT_EQ(sample_length(1e-3, [](long steps) { return 0.5 * double(steps); }).steps, 1);
+}
+
+TEST(TimingConfig, QuickLeavesOutTheLargestOnly) {
+  ExperimentOptions options;
+  const std::vector<int> full = timing_config(options).cells;
+  options.quick = true;
+  const std::vector<int> quick = timing_config(options).cells;
+  EXPECT_EQ(full, (std::vector{2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 20, 30, 50, 100}));
+  EXPECT_EQ(quick, std::vector<int>(full.begin(), full.end() - 1));
+  options.cells = {4, 9};
+  options.threads = 1;
+  EXPECT_EQ(timing_config(options).cells, (std::vector{4, 9}));
+  EXPECT_EQ(timing_config(options).core_threads, std::vector{1});
+}
+
+}  // namespace
+}  // namespace mss::studies::timing
