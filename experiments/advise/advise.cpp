@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "experiments/advise/search.hpp"
+#include "experiments/harness/measure.hpp"
 #include "experiments/harness/statistics.hpp"
 #include "experiments/simulation/simulation.hpp"
 
@@ -279,7 +280,7 @@ void Search::time_again(double worth) {
   for (std::size_t i = 0; i < advice_.trials.size(); ++i)
     if (advice_.trials[i].meets && advice_.trials[i].cost <= worth * best_cost()) close.push_back(i);
   std::vector<std::vector<double>> costs(close.size());
-  take_turns(rounds, close.size(), progress_, [&](std::size_t i) {
+  interleave(rounds, close.size(), progress_, [&](std::size_t i) {
     const Followed run = follow_scene(family_.scene(advice_.trials[close[i]].candidate), looks_,
                                       [](const Followed&) { return true; });
     costs[i].push_back(run.cost());

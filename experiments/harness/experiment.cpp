@@ -8,6 +8,12 @@
 
 namespace mss {
 
+const Table& find_table(const std::vector<NamedTable>& tables, std::string_view name) {
+  for (const NamedTable& named : tables)
+    if (named.name == name) return named.table;
+  throw InputError(fmt::format("there is no table {}.csv, from which charts are drawn", name));
+}
+
 std::vector<std::string> moving_integrators(const std::vector<std::string>& named) {
   for (const std::string& name : named) {
     if (std::count(named.begin(), named.end(), name) > 1)

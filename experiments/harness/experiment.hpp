@@ -48,6 +48,9 @@ struct NamedTable {
   Table table;
 };
 
+/// The table of a name. Throws InputError if there is none, as where a folder of results is not complete.
+const Table& find_table(const std::vector<NamedTable>& tables, std::string_view name);
+
 struct NamedChart {
   std::string name;  ///< of the files, without extension
   Chart chart;
@@ -56,6 +59,13 @@ struct NamedChart {
 struct NamedMap {
   std::string name;  ///< of the files, without extension
   MapChart chart;
+};
+
+/// The charts of an experiment: the first has the experiment's name, if there is only one or there are no
+/// maps.
+struct Drawings {
+  std::vector<NamedChart> charts = {};
+  std::vector<NamedMap> maps = {};
 };
 
 /// What an experiment hands back; report.hpp turns it into files. An interrupted one hands back what it
@@ -80,6 +90,8 @@ struct ExperimentInfo {
   std::string summary;     ///< one line for `mss list` and --help
   ExperimentAccepts accepts;
   std::function<ExperimentResult(const ExperimentOptions&, Progress&)> run;
+  /// The charts, from the tables alone, as run() returned them or as they were read from its files again.
+  std::function<Drawings(const std::vector<NamedTable>&)> draw;
   Guard guard;
 
   /// How `mss` is asked for it.

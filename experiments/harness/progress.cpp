@@ -29,16 +29,6 @@ bool interrupted() { return interrupt_seen != 0; }
 
 void Progress::report(double, std::string_view) {}
 
-bool take_turns(int repetitions, std::size_t count, const Progress& progress,
-                const std::function<void(std::size_t)>& task) {
-  for (int repetition = 0; repetition < repetitions; ++repetition)
-    for (std::size_t i = 0; i < count; ++i) {
-      if (progress.stopped()) return false;
-      task((i + std::size_t(repetition)) % count);
-    }
-  return true;
-}
-
 TerminalProgress::TerminalProgress(std::string task)
     : task_(std::move(task)), shown_(isatty(STDERR_FILENO) == 1) {}
 

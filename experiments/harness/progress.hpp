@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstddef>
-#include <functional>
 #include <string>
 #include <string_view>
 
@@ -21,11 +19,6 @@ class Progress {
   /// True if the computation should return early with what it has.
   virtual bool stopped() const { return false; }
 };
-
-/// Runs task(0) ... task(count - 1) in turn, `repetitions` times, the first one changing, so that whatever
-/// disturbs the machine meets all of them. False if stopped on the way.
-bool take_turns(int repetitions, std::size_t count, const Progress& progress,
-                const std::function<void(std::size_t)>& task);
 
 /// One line on stderr, rewritten in place, and only if that is a terminal; stopped() after Ctrl-C.
 class TerminalProgress final : public Progress {

@@ -71,6 +71,11 @@ Report run_and_write(const ExperimentInfo& info, ExperimentOptions options, cons
     write_atomically(directory / name, content);
     report.files.push_back(directory / name);
   };
+  if (info.draw) {
+    Drawings drawings = info.draw(result.tables);
+    result.charts = std::move(drawings.charts);
+    result.maps = std::move(drawings.maps);
+  }
   for (const NamedTable& t : result.tables) write(t.name + ".csv", t.table.csv());
   write("meta.json", meta(info, result, report.provenance, seconds).dump(2) + "\n");
   if (result.status == Status::ok && !options.journal.empty()) fs::remove(options.journal);

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <iterator>
+#include <limits>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -41,6 +44,34 @@ void append_cell(std::string& out, const Cell& cell) {
     fmt::format_to(std::back_inserter(out), "{}", std::get<double>(cell));
 }
 
+/// A number as it would be written again, or a missing one; nothing for other text.
+std::optional<Cell> number_cell(const std::string& text) {
+  const char *begin = text.data(), *end = begin + text.size();
+  if (text.empty()) return std::numeric_limits<double>::quiet_NaN();
+  std::int64_t integer = 0;
+  double real = 0;
+  Cell cell = text;
+  if (const auto [at, error] = std::from_chars(begin, end, integer); error == std::errc() && at == end)
+    cell = integer;
+  else if (const auto [place, problem] = std::from_chars(begin, end, real);
+           problem == std::errc() && place == end)
+    cell = real;
+  std::string again;
+  append_cell(again, cell);
+  if (std::holds_alternative<std::string>(cell) || again != text) return {};
+  return cell;
+}
+
+/// Whether a column of read cells, header first, is of numbers. One that is empty throughout is not.
+bool is_numeric(const std::vector<std::vector<std::string>>& rows, std::size_t column) {
+  bool any = false;
+  for (std::size_t r = 1; r < rows.size(); ++r) {
+    any = any || !rows[r][column].empty();
+    if (!number_cell(rows[r][column])) return false;
+  }
+  return any;
+}
+
 }  // namespace
 
 Table::Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
@@ -72,6 +103,7 @@ double Table::number(std::size_t row, std::string_view column) const {
   const Cell& cell = rows_.at(row)[index(column)];
   if (const auto* integer = std::get_if<std::int64_t>(&cell)) return double(*integer);
   if (const auto* real = std::get_if<double>(&cell)) return *real;
+  if (std::get<std::string>(cell).empty()) return std::numeric_limits<double>::quiet_NaN();
   throw std::logic_error(fmt::format("column '{}' holds text", column));
 }
 
@@ -88,6 +120,20 @@ Table Table::select(const std::vector<std::string>& columns) const {
     for (const std::size_t place : places) cells.push_back(row[place]);
     table.add(std::move(cells));
   }
+  return table;
+}
+
+Table Table::where(std::string_view column, std::string_view value) const {
+  Table table(columns_);
+  for (std::size_t r = 0; r < rows_.size(); ++r)
+    if (text(r, column) == value) table.rows_.push_back(rows_[r]);
+  return table;
+}
+
+Table Table::where(std::string_view column, double value) const {
+  Table table(columns_);
+  for (std::size_t r = 0; r < rows_.size(); ++r)
+    if (number(r, column) == value) table.rows_.push_back(rows_[r]);
   return table;
 }
 
@@ -114,6 +160,31 @@ std::string Table::csv() const {
     out += '\n';
   }
   return out;
+}
+
+Table Table::read(std::string_view csv, const std::string& name) {
+  const auto rows = parse_csv(csv);
+  if (rows.empty()) throw InputError(fmt::format("{} has no header", name));
+  const std::size_t width = rows[0].size();
+  std::vector<Column> columns;
+  for (const std::string& column : rows[0]) columns.push_back({column});
+  for (std::size_t r = 1; r < rows.size(); ++r)
+    if (rows[r].size() != width)
+      throw InputError(
+          fmt::format("{}:{}: {} cells for {} columns", name, r + 1, rows[r].size(), columns.size()));
+  Table table(std::move(columns));
+  std::vector<std::vector<Cell>> cells(rows.size() - 1);
+  for (std::size_t c = 0; c < width; ++c) {
+    const bool numeric = is_numeric(rows, c);
+    for (std::size_t r = 1; r < rows.size(); ++r)
+      cells[r - 1].push_back(numeric ? *number_cell(rows[r][c]) : Cell(rows[r][c]));
+  }
+  for (std::size_t r = 0; r < cells.size(); ++r) try {
+      table.add(std::move(cells[r]));
+    } catch (const std::logic_error& problem) {
+      throw InputError(fmt::format("{}:{}: {}", name, r + 2, problem.what()));
+    }
+  return table;
 }
 
 std::vector<std::vector<std::string>> parse_csv(std::string_view text) {

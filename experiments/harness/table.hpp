@@ -34,7 +34,7 @@ class Table {
   const std::vector<std::vector<Cell>>& rows() const { return rows_; }
 
   /// Throw std::logic_error for a column that does not exist or holds another type; number() takes integers
-  /// too.
+  /// too. Of a column that was read and is empty throughout, text() is empty and number() NaN.
   const std::string& text(std::size_t row, std::string_view column) const;
   double number(std::size_t row, std::string_view column) const;
 
@@ -42,12 +42,23 @@ class Table {
   /// exist.
   Table select(const std::vector<std::string>& columns) const;
 
+  /// The rows in which a column of text has a value.
+  Table where(std::string_view column, std::string_view value) const;
+  /// The same for a column of numbers.
+  Table where(std::string_view column, double value) const;
+
   /// Values of a column of text, in order of first appearance.
   std::vector<std::string> distinct(std::string_view column) const;
 
   /// The table as CSV: a header of column names, then the rows. Numbers read back exactly (shortest
   /// round-trip form); text is quoted as RFC 4180 says where it has to be; lines end with a line feed.
   std::string csv() const;
+
+  /// A table from what csv() made, so that its csv() is the same again. A column is of numbers if every cell
+  /// of it that is not empty is one, and of text otherwise; units are not in the text. Throws InputError that
+  /// names `name` and the line if a row has another number of cells than the header, or misses a number
+  /// unexplained.
+  static Table read(std::string_view csv, const std::string& name);
 
  private:
   std::size_t index(std::string_view column) const;

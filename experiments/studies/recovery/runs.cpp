@@ -12,6 +12,7 @@
 #include <random>
 
 #include "core/measures.hpp"
+#include "experiments/harness/measure.hpp"
 #include "experiments/harness/statistics.hpp"
 #include "experiments/harness/workers.hpp"
 #include "experiments/simulation/model.hpp"
@@ -259,7 +260,7 @@ Table measure_costs(const RecoveryConfig& config, const Progress& progress) {
   std::vector<std::unique_ptr<Ordinary>> cubes;
   for (const RecoveryModel& model : config.models) cubes.push_back(std::make_unique<Ordinary>(model));
   std::vector<std::vector<double>> seconds(cubes.size());
-  take_turns(repetitions, cubes.size(), progress, [&](std::size_t i) {
+  interleave(repetitions, cubes.size(), progress, [&](std::size_t i) {
     const auto begin = Clock::now();
     cubes[i]->advance(steps);
     seconds[i].push_back(std::chrono::duration<double>(Clock::now() - begin).count() / double(steps));

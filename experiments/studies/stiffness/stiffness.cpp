@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/harness/measure.hpp"
 #include "experiments/harness/statistics.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
@@ -106,7 +107,7 @@ bool measure_body(const StiffnessConfig& config, int n, double young, Table& row
   for (const StiffMethod& m : config.methods)
     if (n <= m.largest_cells) methods.push_back(m);
   std::vector<Result> results(methods.size());
-  if (!take_turns(config.repetitions, methods.size(), progress,
+  if (!interleave(config.repetitions, methods.size(), progress,
                   [&](std::size_t i) { run(p, methods[i], results[i]); }))
     return false;
   add_rows(rows, p, n, young, methods, results);

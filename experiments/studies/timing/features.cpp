@@ -134,7 +134,7 @@ bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress
       samples[i].add(contestant.take(steps[i]) / count, general);
     }
   };
-  if (!take_turns(config.repetitions, all.size(), progress, take_both)) return false;
+  if (!interleave(config.repetitions, all.size(), progress, take_both)) return false;
   double workload = 0;
   for (std::size_t i = 0; i < all.size(); ++i)
     if (variants[i].name == std::string(workload_name)) workload = quantile(samples[i].own, 0.5);

@@ -305,18 +305,6 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
 
 }  // namespace
 
-SampleLength sample_length(double seconds, const std::function<double(long)>& seconds_for) {
-  const auto quickest_of_two = [&](long steps) { return std::min(seconds_for(steps), seconds_for(steps)); };
-  long steps = 1;
-  double elapsed = quickest_of_two(steps);
-  while (elapsed < seconds / 2) {
-    steps *= 2;
-    elapsed = quickest_of_two(steps);
-  }
-  const double each = elapsed / double(steps);
-  return {std::max(1L, std::lround(seconds / each)), each};
-}
-
 BodyConfig timing_cube(int n) {
   const double h = Workload::edge / n;
   return {.voxels = VoxelGrid::box(n, n, n),

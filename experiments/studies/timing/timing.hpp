@@ -7,6 +7,7 @@
 #include "core/body.hpp"
 #include "core/sweep.hpp"
 #include "experiments/harness/experiment.hpp"
+#include "experiments/harness/measure.hpp"
 
 namespace mss::studies::timing {
 
@@ -52,15 +53,6 @@ inline constexpr double frame_rate = 24;
 BodyConfig timing_cube(int n);
 
 TimingConfig timing_config(const ExperimentOptions& options);
-
-/// How many steps last about `seconds`, at least one, and what each of them takes.
-struct SampleLength {
-  long steps;
-  double seconds_per_step;
-};
-/// `seconds_for` takes that many steps and says how long they took. The number is doubled until the
-/// quicker of two takes half of `seconds`: one disturbed moment does not make a sample of a single step.
-SampleLength sample_length(double seconds, const std::function<double(long)>& seconds_for);
 
 /// Measures method by method in turn, again and again, so that whatever disturbs the machine meets all of
 /// them. A pass over a size that was not finished when `progress` said stop is left out.

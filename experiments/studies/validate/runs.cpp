@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/spring_system.hpp"
+#include "experiments/harness/measure.hpp"
 #include "experiments/harness/statistics.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/studies/validate/validate.hpp"
@@ -52,7 +53,7 @@ bool measure_case(const ValidationConfig& config, const ValidationCase& c, int m
     if (c.large || !model.for_large_only) models.push_back(&model);
   std::vector<Result> results(models.size());
   const auto ask_all = [&](int times) {
-    return take_turns(times, results.size(), progress,
+    return interleave(times, results.size(), progress,
                       [&](std::size_t i) { ask(config, c, *models[i], m, results[i]); });
   };
   if (!ask_all(1)) return false;

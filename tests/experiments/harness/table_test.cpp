@@ -119,5 +119,39 @@ TEST_F(WriteAtomically, FailureNamesTheFileAndKeepsWhatWasThere) {
   EXPECT_THROW(write_atomically("/dev/null/rows.csv", "new"), InputError);
 }
 
+TEST(Table, ReadsBackWhatItWrote) {
+  Table table({{"name"}, {"count"}, {"size", "m"}, {"empty"}, {"status"}});
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  table.add({std::string("a, \"b\""), std::int64_t(3), 0.1, std::string(), std::string("ok")});
+  table.add({std::string("007"), std::int64_t(-2), none, std::string(), std::string("too large")});
+  table.add({std::string("c"), std::int64_t(1) << 60, 1e300, std::string(), std::string("ok")});
+  const Table again = Table::read(table.csv(), "x.csv");
+  EXPECT_EQ(again.csv(), table.csv());
+  EXPECT_EQ(again.text(0, "name"), "a, \"b\"");
+  EXPECT_EQ(again.text(1, "name"), "007");
+  EXPECT_EQ(again.number(0, "count"), 3);
+  EXPECT_EQ(again.number(0, "size"), 0.1);
+  EXPECT_TRUE(std::isnan(again.number(1, "size")));
+  EXPECT_EQ(again.text(2, "empty"), "");
+  EXPECT_TRUE(std::isnan(again.number(2, "empty")));
+  EXPECT_EQ(again.where("status", "ok").size(), 2U);
+  EXPECT_EQ(again.where("count", -2.0).text(0, "name"), "007");
+}
+
+TEST(Table, SaysWhatIsWrongWithAFile) {
+  const auto problem = [](const std::string& csv) -> std::string {
+    try {
+      Table::read(csv, "x.csv");
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  EXPECT_EQ(problem(""), "x.csv has no header");
+  EXPECT_EQ(problem("a,b\n1,2\n3\n"), "x.csv:3: 1 cells for 2 columns");
+  EXPECT_EQ(problem("a,status\n1,ok\n,ok\n"),
+            "x.csv:3: a number is missing and the row's status does not say why");
+}
+
 }  // namespace
 }  // namespace mss
