@@ -47,8 +47,9 @@ install_packages() {
     apt-get install --quiet --yes --no-install-recommends "${missing[@]}"
 }
 
+# Builds what is named: the program is enough to reproduce, and tests wait for nothing they do not use.
 build() {
-  (cd "$root" && cmake --preset release && cmake --build --preset release --parallel "$(nproc)")
+  (cd "$root" && cmake --preset release && cmake --build --preset release --parallel "$(nproc)" --target "$1")
 }
 
 # The directory that mss will write to: what --out says, else one in this repository.
@@ -76,12 +77,12 @@ reproduce() {
 case ${1:-} in
   reproduce)
     install_packages
-    build
+    build mss
     reproduce "${@:2}"
     ;;
   test)
     install_packages
-    build
+    build mss_all_tests
     (cd "$root" && ctest --preset release "${@:2}")
     ;;
   *) usage ;;

@@ -1,0 +1,17 @@
+# mss_example(FILE N OUTPUT) writes the N-th block of C++ (from 0) that a Markdown file shows to OUTPUT, so that what is
+# printed is compiled.
+function(mss_example file n output)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+  file(READ ${file} text)
+  foreach(i RANGE ${n})
+    string(FIND "${text}" "```cpp\n" begin)
+    if(begin LESS 0)
+      message(FATAL_ERROR "${file} shows fewer than ${n} + 1 blocks of C++")
+    endif()
+    math(EXPR begin "${begin} + 7")
+    string(SUBSTRING "${text}" ${begin} -1 text)
+  endforeach()
+  string(FIND "${text}" "```" end)
+  string(SUBSTRING "${text}" 0 ${end} code)
+  file(CONFIGURE OUTPUT ${output} @ONLY CONTENT "@code@")
+endfunction()
