@@ -15,7 +15,7 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
-#include "experiments/plot/chart.hpp"
+#include "experiments/plot/gnuplot.hpp"
 #include "experiments/simulation/scene_files.hpp"
 
 namespace mss::cli {

@@ -1,5 +1,5 @@
-// `mss check`: reruns what every experiment guards and compares it with the baselines in results/check, or
-// simulates scenes and judges them by their [expect].
+// `mss check`: reruns a small table of every experiment and compares it with its baseline in results/check,
+// or simulates scenes and compares their ends with their [expect].
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -43,13 +43,13 @@ std::string table_name(const ExperimentInfo& info, bool quick) {
   return info.name + (quick ? "_quick.csv" : ".csv");
 }
 
-/// The guarded table of every experiment, written to a directory; false if interrupted.
+/// The checked table of every experiment, written to a directory; false if interrupted.
 bool rerun(const CheckChoice& choice) {
   for (const ExperimentInfo& info : experiments()) {
     std::string csv;
     {
       TerminalProgress progress("check " + info.name);
-      csv = info.guard
+      csv = info.baseline
                 .table({.quick = choice.quick, .threads = choice.threads.value_or(default_threads)}, progress)
                 .csv();
     }
@@ -84,8 +84,8 @@ std::size_t report_deviations(const CheckChoice& choice, const fs::path& baselin
     const std::string name = table_name(info, choice.quick);
     const std::string now = read_file(fs::path(choice.directory) / name);
     const std::string table = fs::path(name).stem().string();
-    const auto moved = compare(read_file(baselines / name), now, info.guard);
-    const auto wrong = judge(truths, table, now, info.guard);
+    const auto moved = compare(read_file(baselines / name), now, info.baseline);
+    const auto wrong = judge(truths, table, now, info.baseline);
     for (const Deviation& d : moved) fmt::print("{}: {}\n", name, to_string(d));
     for (const Deviation& d : wrong) fmt::print("{}: {}\n", name, to_string(d, "should be"));
     total += moved.size() + wrong.size();
@@ -234,7 +234,7 @@ void run_check(CheckChoice choice, int& exit_status) {
 
 void add(CLI::App& app, int& exit_status) {
   CLI::App* command =
-      app.add_subcommand("check", "rerun what the baselines guard and name every row that moved");
+      app.add_subcommand("check", "rerun the tables that have a baseline and list every row that moved");
   const auto choice = std::make_shared<CheckChoice>();
   command->add_option("scenes", choice->scenes,
                       "Scenes with a table [expect], or directories of such: simulated and judged by it, "

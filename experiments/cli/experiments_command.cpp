@@ -8,8 +8,10 @@
 #include "core/team.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/number_list.hpp"
+#include "experiments/harness/provenance.hpp"
 #include "experiments/harness/report.hpp"
 #include "experiments/io/output.hpp"
+#include "experiments/plot/gnuplot.hpp"
 #include "experiments/simulation/model.hpp"
 
 namespace mss::cli {

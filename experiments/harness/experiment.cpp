@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "core/suggest.hpp"
 
 namespace mss {
 
@@ -12,6 +13,10 @@ const Table& find_table(const std::vector<NamedTable>& tables, std::string_view 
   for (const NamedTable& named : tables)
     if (named.name == name) return named.table;
   throw InputError(fmt::format("there is no table {}.csv, from which charts are drawn", name));
+}
+
+const ExperimentInfo& find_experiment(std::string_view name) {
+  return find_named(experiments(), name, "experiment", "experiments");
 }
 
 std::vector<std::string> moving_integrators(const std::vector<std::string>& named) {

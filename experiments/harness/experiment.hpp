@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "core/scene.hpp"
-#include "experiments/harness/guard.hpp"
+#include "experiments/harness/baseline.hpp"
 #include "experiments/harness/journal.hpp"
+#include "experiments/harness/json.hpp"
 #include "experiments/harness/progress.hpp"
-#include "experiments/harness/provenance.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/plot/chart.hpp"
 #include "experiments/plot/map_chart.hpp"
@@ -31,7 +31,7 @@ struct ExperimentOptions {
   std::filesystem::path journal = {};  ///< of answers found so far; empty: none is kept
 };
 
-/// Which of these mean something to an experiment; the others are usage errors. All take --quick and --out.
+/// Which of these apply to an experiment; the others are usage errors. All take --quick and --out.
 struct ExperimentAccepts {
   bool cells = false;
   int largest_cells = 0;  ///< of any item of --cells
@@ -91,8 +91,8 @@ struct ExperimentInfo {
   ExperimentAccepts accepts;
   std::function<ExperimentResult(const ExperimentOptions&, Progress&)> run;
   /// The charts, from the tables alone, as run() returned them or as they were read from its files again.
-  std::function<Drawings(const std::vector<NamedTable>&)> draw;
-  Guard guard;
+  std::function<Drawings(const std::vector<NamedTable>&)> draw = {};
+  Baseline baseline;  ///< what `mss check` compares
 
   /// How `mss` is asked for it.
   std::string command() const { return under.empty() ? name : under + " " + name; }
@@ -109,5 +109,8 @@ Journal open_journal(const ExperimentOptions& options, const Json& configuration
 
 /// All experiments, in the order they are listed and reproduced.
 const std::vector<ExperimentInfo>& experiments();
+
+/// The experiment of a name. Throws InputError that suggests the nearest one if there is none.
+const ExperimentInfo& find_experiment(std::string_view name);
 
 }  // namespace mss

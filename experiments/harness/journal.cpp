@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
+#include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
 
 namespace mss {

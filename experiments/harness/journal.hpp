@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "experiments/harness/provenance.hpp"
+#include "experiments/harness/json.hpp"
 
 namespace mss {
 

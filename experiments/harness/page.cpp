@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "experiments/harness/provenance.hpp"
 #include "experiments/harness/report.hpp"
 #include "experiments/io/output.hpp"
 

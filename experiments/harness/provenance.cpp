@@ -15,7 +15,7 @@
 #include "core/team.hpp"
 #include "experiments/harness/build_info.hpp"
 #include "experiments/harness/revision.hpp"
-#include "experiments/plot/chart.hpp"
+#include "experiments/plot/gnuplot.hpp"
 #include "integrators/linear/cholmod.hpp"
 #include "integrators/sundials/version.hpp"
 

@@ -1,12 +1,11 @@
 #pragma once
 
 #include <array>
-#include <nlohmann/json.hpp>
 #include <string>
 
-namespace mss {
+#include "experiments/harness/json.hpp"
 
-using Json = nlohmann::ordered_json;
+namespace mss {
 
 /// Where a result comes from: program and commit, compiler and flags, versions of what it is built on,
 /// processor, cores, operating system, sweep kernels, OpenMP settings, and what the machine is doing at this

@@ -5,7 +5,9 @@
 #include <chrono>
 
 #include "core/error.hpp"
+#include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
+#include "experiments/plot/gnuplot.hpp"
 
 namespace mss {
 

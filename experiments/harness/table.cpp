@@ -145,6 +145,14 @@ std::vector<std::string> Table::distinct(std::string_view column) const {
   return values;
 }
 
+std::vector<double> Table::distinct_numbers(std::string_view column) const {
+  std::vector<double> values;
+  for (std::size_t r = 0; r < rows_.size(); ++r)
+    if (std::find(values.begin(), values.end(), number(r, column)) == values.end())
+      values.push_back(number(r, column));
+  return values;
+}
+
 std::string Table::csv() const {
   std::string out;
   for (std::size_t c = 0; c < columns_.size(); ++c) {

@@ -49,6 +49,8 @@ class Table {
 
   /// Values of a column of text, in order of first appearance.
   std::vector<std::string> distinct(std::string_view column) const;
+  /// The same of a column of numbers.
+  std::vector<double> distinct_numbers(std::string_view column) const;
 
   /// The table as CSV: a header of column names, then the rows. Numbers read back exactly (shortest
   /// round-trip form); text is quoted as RFC 4180 says where it has to be; lines end with a line feed.

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <filesystem>
 #include <limits>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace mss {
@@ -17,8 +15,8 @@ struct ChartPoint {
   double high = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// A line with markers. Series differ by colour, dash pattern and marker, so that a grey print still tells
-/// them apart.
+/// A line with markers. Series differ by colour, dash pattern and marker, so that they can be told apart in a
+/// grey print too.
 struct ChartSeries {
   std::string label;  ///< as the legend shows it
   std::vector<ChartPoint> points = {};
@@ -72,19 +70,7 @@ struct Chart {
   std::string legend_title = {};
 };
 
-/// Whether there is anything to draw. Without, gnuplot refuses.
+/// Whether there is anything to draw; gnuplot fails on an empty chart.
 bool has_points(const Chart& chart);
-
-/// Text as a gnuplot string expression that shows exactly these characters in enhanced mode.
-std::string gnuplot_text(std::string_view text);
-
-/// The gnuplot program that draws the chart to the files named.
-std::string gnuplot_script(const Chart& chart, const std::string& svg_file, const std::string& png_file);
-
-/// Draws STEM.svg and STEM.png. Throws InputError if gnuplot is missing or refuses.
-void draw(const Chart& chart, const std::filesystem::path& stem);
-
-/// Version of the gnuplot that draws, as in "5.4.4"; empty if there is none.
-std::string gnuplot_version();
 
 }  // namespace mss

@@ -1,29 +1,25 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <string>
-#include <string_view>
 
 #include "experiments/plot/chart.hpp"
+#include "experiments/plot/map_chart.hpp"
+
+// What draws charts.
 
 namespace mss {
 
-inline constexpr const char* chart_font = "DejaVu Sans";
+/// The gnuplot program that draws a chart to the files named.
+std::string gnuplot_script(const Chart& chart, const std::string& svg_file, const std::string& png_file);
+std::string gnuplot_script(const MapChart& chart, const std::string& svg_file, const std::string& png_file);
 
-/// A gnuplot string expression for text of another size than the rest.
-std::string scaled_text(std::string_view text, double scale, bool bold = false);
+/// Draws STEM.svg and STEM.png. Throws InputError if gnuplot is missing or fails; both files are then as
+/// before.
+void draw(const Chart& chart, const std::filesystem::path& stem);
+void draw(const MapChart& chart, const std::filesystem::path& stem);
 
-/// A quoted file name: unlike shown text it has no markup to escape.
-std::string file_name(const std::string& file);
-
-/// Label, range, scale and ticks of the axis 'x' or 'y'.
-std::string axis_commands(char name, const ChartAxis& axis);
-
-/// Runs the program that `script` makes for two file names, and moves what it draws to STEM.svg and STEM.png.
-/// Throws InputError if gnuplot is missing or refuses.
-void draw_with_gnuplot(
-    const std::function<std::string(const std::string& svg, const std::string& png)>& script,
-    const std::filesystem::path& stem);
+/// Version of the gnuplot that draws, as in "5.4.4"; empty if there is none.
+std::string gnuplot_version();
 
 }  // namespace mss

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,8 +22,8 @@ struct MapPanel {
   std::optional<ChartAxis> x = {};    ///< in place of the chart's
 };
 
-/// Maps side by side: what is found where. Kinds differ in lightness or hatching, so that a grey print still
-/// tells them apart; at most six.
+/// Maps side by side: what is found where. Kinds differ in lightness or hatching, so that
+/// they can be told apart in a grey print too; at most six.
 struct MapChart {
   std::string title;
   std::string subtitle;
@@ -42,8 +41,5 @@ std::string short_number(double x);
 
 /// Whether there is anything to draw.
 bool has_cells(const MapChart& chart);
-
-/// Draws STEM.svg and STEM.png. Throws InputError if gnuplot is missing or refuses.
-void draw(const MapChart& chart, const std::filesystem::path& stem);
 
 }  // namespace mss

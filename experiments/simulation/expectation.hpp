@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/harness/guard.hpp"
+#include "experiments/harness/baseline.hpp"
 #include "experiments/simulation/simulation.hpp"
 
 namespace mss {

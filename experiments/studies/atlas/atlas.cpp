@@ -385,7 +385,7 @@ ExperimentResult run_atlas(const ExperimentOptions& options, Progress& progress)
 }
 
 /// A few rows whose fates are far from where they change.
-Table guarded(const GuardOptions&, Progress& progress) {
+Table baseline_table(const BaselineOptions&, Progress& progress) {
   AtlasConfig config =
       atlas_config({.quick = true, .integrators = {"semi_implicit_euler", "rk4", "backward_euler"}});
   std::erase_if(config.planes, [](const AtlasPlane& plane) { return plane.name != "ratio"; });
@@ -438,7 +438,7 @@ ExperimentInfo experiment() {
               "maps of what becomes of a cube, per integrator: step against damping, nu, stretch, resolution",
           .accepts = {.integrators = moving_integrators, .processes = true},
           .run = run_atlas,
-          .guard = {.keys = {"integrator", "ratio", "dt_omega"}, .rules = {}, .table = guarded}};
+          .baseline = {.keys = {"integrator", "ratio", "dt_omega"}, .rules = {}, .table = baseline_table}};
 }
 
 }  // namespace mss::studies::atlas

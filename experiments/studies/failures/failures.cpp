@@ -193,7 +193,7 @@ ExperimentResult run_failures(const ExperimentOptions& options, Progress& progre
 }
 
 /// The step that is called safe is.
-Table guarded(const GuardOptions& options, Progress& progress) {
+Table baseline_table(const BaselineOptions& options, Progress& progress) {
   FailureConfig config = failure_config({.quick = options.quick});
   config.scenes.clear();
   config.random_scenes = options.quick ? 100 : 400;
@@ -230,7 +230,7 @@ ExperimentInfo experiment() {
               "cubes dropped, spun, torn, crushed and folded, per integrator; random scenes at the safe step",
           .accepts = {.integrators = moving_integrators, .seed = true, .processes = true},
           .run = run_failures,
-          .guard = {.keys = {"seed"}, .rules = {{"dt", 1e-9}}, .table = guarded}};
+          .baseline = {.keys = {"seed"}, .rules = {{"dt", 1e-9}}, .table = baseline_table}};
 }
 
 }  // namespace mss::studies::failures

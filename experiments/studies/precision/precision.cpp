@@ -142,7 +142,7 @@ PrecisionConfig precision_config(const ExperimentOptions& options) {
 namespace {
 
 /// Methods of fixed step at steps where they are not about to blow up: these errors are the same everywhere.
-Table guarded(const GuardOptions& options, Progress& progress) {
+Table baseline_table(const BaselineOptions& options, Progress& progress) {
   PrecisionConfig config = precision_config({.quick = options.quick});
   config.seconds_per_run = config.seconds_to_agree = 3600;
   config.finest_halving = options.quick ? 7 : 9;
@@ -169,14 +169,14 @@ Table guarded(const GuardOptions& options, Progress& progress) {
 }  // namespace
 
 ExperimentInfo experiment() {
-  return {
-      .name = "precision",
-      .summary = "error against cost for every integrator, on scenes with smooth solutions",
-      .accepts = {.integrators = moving_integrators, .model = true},
-      .run = run_precision,
-      .guard = {.keys = {"scene", "integrator", "value"},
-                .rules = {{"error", 1e-4, 1e-9}, {"energy_drift", 1e-4, 1e-9}, {"volume_drift", 1e-4, 1e-9}},
-                .table = guarded}};
+  return {.name = "precision",
+          .summary = "error against cost for every integrator, on scenes with smooth solutions",
+          .accepts = {.integrators = moving_integrators, .model = true},
+          .run = run_precision,
+          .baseline = {
+              .keys = {"scene", "integrator", "value"},
+              .rules = {{"error", 1e-4, 1e-9}, {"energy_drift", 1e-4, 1e-9}, {"volume_drift", 1e-4, 1e-9}},
+              .table = baseline_table}};
 }
 
 }  // namespace mss::studies::precision

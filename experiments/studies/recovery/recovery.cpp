@@ -206,7 +206,7 @@ ExperimentResult run_recovery(const ExperimentOptions& options, Progress& progre
 }
 
 /// What the guard was made for, from states so far from any ridge that rounding decides nothing.
-Table guarded(const GuardOptions& options, Progress& progress) {
+Table baseline_table(const BaselineOptions& options, Progress& progress) {
   RecoveryConfig config = recovery_config({.quick = true});
   std::erase_if(config.models, [](const RecoveryModel& m) { return !m.guarded || m.face_share == 0; });
   std::erase_if(config.states,
@@ -279,15 +279,15 @@ RecoveryConfig recovery_config(const ExperimentOptions& options) {
 }
 
 ExperimentInfo experiment() {
-  return {
-      .name = "recovery",
-      .summary =
-          "how often and how fast bodies find back from folded, crushed and mirrored states, with and "
-          "without the guard",
-      .accepts = {.seed = true, .processes = true},
-      .run = run_recovery,
-      .guard = {
-          .keys = {"model", "state"}, .rules = {{"trials", 1e-12}, {"recovered", 1e-12}}, .table = guarded}};
+  return {.name = "recovery",
+          .summary =
+              "how often and how fast bodies find back from folded, crushed and mirrored states, with and "
+              "without the guard",
+          .accepts = {.seed = true, .processes = true},
+          .run = run_recovery,
+          .baseline = {.keys = {"model", "state"},
+                       .rules = {{"trials", 1e-12}, {"recovered", 1e-12}},
+                       .table = baseline_table}};
 }
 
 }  // namespace mss::studies::recovery

@@ -181,7 +181,7 @@ StabilityConfig stability_config(const ExperimentOptions& options) {
 
 namespace {
 
-Table guarded(const GuardOptions& options, Progress& progress) {
+Table baseline_table(const BaselineOptions& options, Progress& progress) {
   StabilityConfig config = stability_config({.quick = options.quick});
   config.cells = options.quick ? std::vector<int>{2, 3} : std::vector<int>{2, 3, 4, 5};
   config.threads = options.threads;
@@ -192,15 +192,16 @@ Table guarded(const GuardOptions& options, Progress& progress) {
 }  // namespace
 
 ExperimentInfo experiment() {
-  return {.name = "stability",
-          .summary =
-              "the largest step that holds, per integrator, against resolution and damping; and what was "
-              "predicted",
-          .accepts = {.cells = true, .largest_cells = 20, .integrators = limited_integrators, .seed = true},
-          .run = run_stability,
-          .guard = {.keys = {"integrator", "cells", "ratio"},
-                    .rules = {{"omega_max", 1e-7}, {"sure", 1e-9}, {"predicted", 1e-5}, {"measured", 0.008}},
-                    .table = guarded}};
+  return {
+      .name = "stability",
+      .summary =
+          "the largest step that holds, per integrator, against resolution and damping; and what was "
+          "predicted",
+      .accepts = {.cells = true, .largest_cells = 20, .integrators = limited_integrators, .seed = true},
+      .run = run_stability,
+      .baseline = {.keys = {"integrator", "cells", "ratio"},
+                   .rules = {{"omega_max", 1e-7}, {"sure", 1e-9}, {"predicted", 1e-5}, {"measured", 0.008}},
+                   .table = baseline_table}};
 }
 
 }  // namespace mss::studies::stability

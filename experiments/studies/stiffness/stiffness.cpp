@@ -315,7 +315,7 @@ Chart stiffness_overview(const Table& rows) {
 namespace {
 
 /// Ends agree within the tolerance whatever the machine; counts and times need not.
-Table guarded(const GuardOptions& options, Progress& progress) {
+Table baseline_table(const BaselineOptions& options, Progress& progress) {
   StiffnessConfig config =
       stiffness_config({.cells = options.quick ? std::vector<int>{3} : std::vector<int>{3, 7}});
   config.young = options.quick ? std::vector<double>{1e4, 1e7} : std::vector<double>{1e4, 1e6, 1e8};
@@ -332,9 +332,9 @@ ExperimentInfo experiment() {
           .summary = "what stiff bodies cost CVODE's BDF with each linear solver",
           .accepts = {.cells = true, .largest_cells = 30, .model = true},
           .run = run_stiffness,
-          .guard = {.keys = {"method", "cells", "young"},
-                    .rules = {{"omega_duration", 1e-10}, {"difference", 0, 2e-4}},
-                    .table = guarded}};
+          .baseline = {.keys = {"method", "cells", "young"},
+                       .rules = {{"omega_duration", 1e-10}, {"difference", 0, 2e-4}},
+                       .table = baseline_table}};
 }
 
 }  // namespace mss::studies::stiffness

@@ -88,7 +88,7 @@ ValidationConfig validation_config(const ExperimentOptions& options) {
 
 namespace {
 
-Table guarded(const GuardOptions& options, Progress& progress) {
+Table baseline_table(const BaselineOptions& options, Progress& progress) {
   ValidationConfig config =
       validation_config({.cells = options.quick ? std::vector<int>{1, 2} : std::vector<int>{1, 2, 4, 8}});
   config.repetitions = 1;
@@ -105,9 +105,9 @@ ExperimentInfo experiment() {
           .summary = "error of springs and of finite elements against closed forms, and its cost",
           .accepts = {.cells = true, .largest_cells = 16},
           .run = run_validate,
-          .guard = {.keys = {"case", "model", "cells"},
-                    .rules = {{"value", 1e-7}, {"reference", 1e-12}, {"error", 0, 1e-6}},
-                    .table = guarded}};
+          .baseline = {.keys = {"case", "model", "cells"},
+                       .rules = {{"value", 1e-7}, {"reference", 1e-12}, {"error", 0, 1e-6}},
+                       .table = baseline_table}};
 }
 
 }  // namespace mss::studies::validate

@@ -1,4 +1,4 @@
-// What experiments guard notices a change of the physics: planted ones are named by the right rows.
+// The baselines detect changes of the physics: planted ones are reported in the right rows.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -15,16 +15,16 @@
 namespace mss::cli {
 namespace {
 
-const Guard& guard_of(const std::string& name) {
+const Baseline& baseline_of(const std::string& name) {
   for (const ExperimentInfo& info : experiments())
-    if (info.name == name) return info.guard;
+    if (info.name == name) return info.baseline;
   throw std::logic_error("no such experiment");
 }
 
-TEST(Guards, OfEveryExperimentNameTheirRows) {
+TEST(Baselines, OfEveryExperimentHaveKeys) {
   for (const ExperimentInfo& info : experiments()) {
-    EXPECT_FALSE(info.guard.keys.empty()) << info.name;
-    EXPECT_TRUE(info.guard.table) << info.name;
+    EXPECT_FALSE(info.baseline.keys.empty()) << info.name;
+    EXPECT_TRUE(info.baseline.table) << info.name;
   }
 }
 
@@ -94,13 +94,13 @@ class FlippedSign final : public BodySystem<double> {
   SpringSystem<double> springs_;
 };
 
-TEST(Guards, SeeASignFlippedInOneCornerOfEquation_3_7) {
+TEST(Baselines, DetectASignFlippedInOneCornerOfEquation_3_7) {
   studies::volume::VolumeConfig config = small_volume_config();
   const std::string before = volume_rows(config);
   config.make = [](const std::string&, const Body& body, const Environment& environment, int) {
     return std::make_unique<FlippedSign>(body, environment);
   };
-  const auto moved = compare(before, volume_rows(config), guard_of("volume"));
+  const auto moved = compare(before, volume_rows(config), baseline_of("volume"));
   std::set<std::string> studies;
   for (const Deviation& d : moved) {
     EXPECT_NE(d.row.find("model = springs, nu = 0.45"), std::string::npos) << to_string(d);
@@ -110,10 +110,10 @@ TEST(Guards, SeeASignFlippedInOneCornerOfEquation_3_7) {
                                             "study = free", "study = bounce"}));
 }
 
-TEST(Guards, SeeAVolumeForceOfHalfTheStrength) {
+TEST(Baselines, DetectAVolumeForceOfHalfTheStrength) {
   studies::volume::VolumeConfig config = small_volume_config();
   const std::string before = volume_rows(config);
-  EXPECT_TRUE(compare(before, volume_rows(config), guard_of("volume")).empty());
+  EXPECT_TRUE(compare(before, volume_rows(config), baseline_of("volume")).empty());
   // Inside the body, so that the table still says the whole of it.
   std::vector<std::unique_ptr<Body>> bodies;
   config.make = [&](const std::string&, const Body& body, const Environment& environment, int) {
@@ -122,13 +122,13 @@ TEST(Guards, SeeAVolumeForceOfHalfTheStrength) {
     bodies.push_back(std::make_unique<Body>(halved));
     return std::make_unique<SpringSystem<double>>(*bodies.back(), environment, Execution{.threads = 1});
   };
-  const auto moved = compare(before, volume_rows(config), guard_of("volume"));
+  const auto moved = compare(before, volume_rows(config), baseline_of("volume"));
   ASSERT_FALSE(moved.empty());
   for (const Deviation& d : moved)
     EXPECT_NE(d.row.find("model = springs, nu = 0.45"), std::string::npos) << to_string(d);
 }
 
-TEST(Guards, SeeAnotherStep) {
+TEST(Baselines, DetectAnotherStep) {
   const auto rows = [](double share) {
     studies::energy::EnergyConfig config = studies::energy::energy_config({});
     config.steps = 40;
@@ -137,7 +137,7 @@ TEST(Guards, SeeAnotherStep) {
     Progress progress;
     return studies::energy::measure_energy(config, progress).rows.csv();
   };
-  const auto moved = compare(rows(0.25), rows(0.26), guard_of("energy"));
+  const auto moved = compare(rows(0.25), rows(0.26), baseline_of("energy"));
   ASSERT_FALSE(moved.empty());
   EXPECT_EQ(moved.front().row, "integrator = velocity_verlet, step = 1");
   EXPECT_TRUE(

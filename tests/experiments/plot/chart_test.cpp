@@ -1,6 +1,4 @@
 // Charts.
-#include "experiments/plot/chart.hpp"
-
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -11,7 +9,8 @@
 #include "core/error.hpp"
 #include "experiments/harness/report.hpp"
 #include "experiments/io/output.hpp"
-#include "experiments/plot/map_chart.hpp"
+#include "experiments/plot/gnuplot.hpp"
+#include "experiments/plot/gnuplot_commands.hpp"
 
 namespace mss {
 namespace {

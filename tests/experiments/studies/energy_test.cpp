@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "tests/read_back.hpp"
+
 namespace mss::studies::energy {
 namespace {
 
@@ -37,14 +39,23 @@ TEST(Energy, IsBoundedForSymplecticMethodsOnly) {
 
 TEST(Energy, KeepsFinishedRowsWhenStopped) {
   struct Stopper final : Progress {
-    bool stopped() const override { return ++asked > 12; }
-    mutable int asked = 0;
+    bool stopped() const override { return ++calls > 12; }
+    mutable int calls = 0;
   } progress;
   EnergyConfig config = energy_config({.quick = true, .integrators = {"verlet", "rk4"}});
   const EnergyTables tables = measure_energy(config, progress);
   EXPECT_EQ(tables.status, Status::interrupted);
   EXPECT_EQ(tables.rows.size(), 12U);
   EXPECT_EQ(energy_summary(tables.rows, config.steps).size(), 0U);
+}
+
+TEST(Energy, DrawsFromItsFiles) {
+  EnergyConfig config =
+      energy_config({.integrators = {"explicit_euler", "verlet", "rk4"}, .model = "corotational"});
+  config.steps = 300;
+  Progress progress;
+  const EnergyTables tables = measure_energy(config, progress);
+  expect_same_drawings(find_experiment("energy"), energy_files(config, tables.rows));
 }
 
 /// Rows of one method whose error grows as a power of time.
@@ -55,7 +66,7 @@ Table planted(double power) {
   return rows;
 }
 
-TEST(EnergySummary, TellsDriftsFromPlateaus) {
+TEST(EnergySummary, DistinguishesDriftsFromPlateaus) {
   EXPECT_EQ(energy_summary(planted(0), 1000).text(0, "energy"), "bounded");
   EXPECT_EQ(energy_summary(planted(0.5), 1000).text(0, "energy"), "drifts");
   EXPECT_EQ(energy_summary(planted(1), 1000).text(0, "energy"), "drifts");

@@ -1,4 +1,4 @@
-#include "experiments/harness/guard.hpp"
+#include "experiments/harness/baseline.hpp"
 
 #include <fmt/format.h>
 
@@ -31,7 +31,7 @@ struct Parsed {
 
 std::string joined(const Cells& cells) { return fmt::format("{}", fmt::join(cells, ",")); }
 
-/// The number a cell holds; empty if it holds something else.
+/// The number in a cell; empty if there is none.
 std::optional<double> number(const std::string& cell) {
   double value = 0;
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
@@ -39,8 +39,8 @@ std::optional<double> number(const std::string& cell) {
   return value;
 }
 
-/// What one cell deviates by from its rule, in words; empty: by nothing.
-std::string broken(const std::string& before, const std::string& now, const ColumnRule* rule) {
+/// The condition that a cell does not meet, in words; empty if it meets all.
+std::string violation(const std::string& before, const std::string& now, const ColumnRule* rule) {
   if (const auto value = number(now); value && !std::isfinite(*value)) return "must be a finite number";
   if (rule == nullptr) return before == now ? "" : "must be the same";
   const auto a = number(before), b = number(now);
@@ -50,23 +50,23 @@ std::string broken(const std::string& before, const std::string& now, const Colu
   return fmt::format("may move by {:.1g} of itself or {:.1g}", rule->relative, rule->absolute);
 }
 
-bool is_key(const std::string& column, const Guard& guard) {
-  return std::find(guard.keys.begin(), guard.keys.end(), column) != guard.keys.end();
+bool is_key(const std::string& column, const Baseline& baseline) {
+  return std::find(baseline.keys.begin(), baseline.keys.end(), column) != baseline.keys.end();
 }
 
-/// What names a row: "cells = 4, model = x".
-std::string key_of(const Cells& header, const Cells& row, const Guard& guard) {
+/// What identifies a row: "cells = 4, model = x".
+std::string key_of(const Cells& header, const Cells& row, const Baseline& baseline) {
   std::string text;
   for (std::size_t i = 0; i < std::min(row.size(), header.size()); ++i)
-    if (is_key(header[i], guard))
+    if (is_key(header[i], baseline))
       text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", header[i], row[i]);
   return text;
 }
 
 class Comparison {
  public:
-  Comparison(std::string_view baseline, std::string_view now, const Guard& guard)
-      : guard_(guard), before_(baseline), now_(now) {}
+  Comparison(std::string_view before, std::string_view now, const Baseline& baseline)
+      : baseline_(baseline), before_(before), now_(now) {}
 
   std::vector<Deviation> run() {
     if (before_.header != now_.header) {
@@ -102,13 +102,12 @@ class Comparison {
         {std::move(row), std::move(column), std::move(before), std::move(now), std::move(rule)});
   }
 
-  std::string key(const Cells& row) const { return key_of(before_.header, row, guard_); }
+  std::string key(const Cells& row) const { return key_of(before_.header, row, baseline_); }
 
   std::map<std::string, const Cells*> by_key(const std::vector<Cells>& rows) {
     std::map<std::string, const Cells*> all;
     for (const Cells& row : rows)
-      if (!all.emplace(key(row), &row).second)
-        add(key(row), "", "one row", "two", "rows must have names of their own");
+      if (!all.emplace(key(row), &row).second) add(key(row), "", "one row", "two", "keys must be unique");
     return all;
   }
 
@@ -120,23 +119,23 @@ class Comparison {
     }
     for (std::size_t i = 0; i < before.size(); ++i) {
       const std::string& column = before_.header[i];
-      if (is_key(column, guard_)) continue;
-      const auto rule = std::find_if(guard_.rules.begin(), guard_.rules.end(),
+      if (is_key(column, baseline_)) continue;
+      const auto rule = std::find_if(baseline_.rules.begin(), baseline_.rules.end(),
                                      [&](const ColumnRule& r) { return r.column == column; });
-      const std::string why = broken(before[i], now[i], rule == guard_.rules.end() ? nullptr : &*rule);
+      const std::string why = violation(before[i], now[i], rule == baseline_.rules.end() ? nullptr : &*rule);
       if (!why.empty()) add(key(now), column, before[i], now[i], why);
     }
   }
 
-  const Guard& guard_;
+  const Baseline& baseline_;
   Parsed before_, now_;
   std::vector<Deviation> deviations_;
 };
 
 }  // namespace
 
-std::vector<Deviation> compare(std::string_view baseline, std::string_view now, const Guard& guard) {
-  return Comparison(baseline, now, guard).run();
+std::vector<Deviation> compare(std::string_view before, std::string_view now, const Baseline& baseline) {
+  return Comparison(before, now, baseline).run();
 }
 
 std::vector<Truth> read_truths(const std::filesystem::path& file) {
@@ -163,13 +162,13 @@ std::vector<Truth> read_truths(const std::filesystem::path& file) {
 }
 
 std::vector<Deviation> judge(const std::vector<Truth>& truths, const std::string& table, std::string_view now,
-                             const Guard& guard) {
+                             const Baseline& baseline) {
   const Parsed parsed(now);
   std::vector<Deviation> wrong;
   for (const Truth& truth : truths) {
     if (truth.table != table) continue;
     const auto row = std::find_if(parsed.rows.begin(), parsed.rows.end(), [&](const Cells& r) {
-      return key_of(parsed.header, r, guard) == truth.row;
+      return key_of(parsed.header, r, baseline) == truth.row;
     });
     const auto column = std::find(parsed.header.begin(), parsed.header.end(), truth.column);
     const auto place = std::size_t(column - parsed.header.begin());

@@ -1,22 +1,22 @@
 // What `mss check` compares tables with: every way in which a table can go wrong is planted, and named.
-#include "experiments/harness/guard.hpp"
+#include "experiments/harness/baseline.hpp"
 
 #include <gtest/gtest.h>
 
 namespace mss {
 namespace {
 
-const Guard guard{
+const Baseline rules{
     .keys = {"model", "cells"}, .rules = {{"drift", 1e-6, 1e-12}, {"error", 0.1, 0}}, .table = {}};
 
-const std::string baseline =
+const std::string table =
     "model,cells,drift,error,status\n"
     "thesis,2,0.5,0.01,ok\n"
     "thesis,4,0.25,0.0025,ok\n"
     "other,2,,,newton_stalled\n";
 
 std::string planted(const std::string& from, const std::string& to) {
-  std::string text = baseline;
+  std::string text = table;
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos);
   return text.replace(at, from.size(), to);
@@ -24,16 +24,16 @@ std::string planted(const std::string& from, const std::string& to) {
 
 /// The only deviation of a planted table.
 Deviation only(const std::string& now) {
-  const std::vector<Deviation> all = compare(baseline, now, guard);
+  const std::vector<Deviation> all = compare(table, now, rules);
   EXPECT_EQ(all.size(), 1U);
   return all.empty() ? Deviation{} : all.front();
 }
 
-TEST(Guard, PassesTheSameTable) { EXPECT_TRUE(compare(baseline, baseline, guard).empty()); }
+TEST(Baseline, PassesTheSameTable) { EXPECT_TRUE(compare(table, table, rules).empty()); }
 
-TEST(Guard, LetsNumbersMoveAsFarAsTheirRule) {
-  EXPECT_TRUE(compare(baseline, planted("0.25,", "0.2500002,"), guard).empty());
-  EXPECT_TRUE(compare(baseline, planted("0.0025", "0.0027"), guard).empty());
+TEST(Baseline, LetsNumbersMoveAsFarAsTheirRule) {
+  EXPECT_TRUE(compare(table, planted("0.25,", "0.2500002,"), rules).empty());
+  EXPECT_TRUE(compare(table, planted("0.0025", "0.0027"), rules).empty());
   const Deviation moved = only(planted("0.25,", "0.250001,"));
   EXPECT_EQ(moved.row, "model = thesis, cells = 4");
   EXPECT_EQ(moved.column, "drift");
@@ -41,29 +41,29 @@ TEST(Guard, LetsNumbersMoveAsFarAsTheirRule) {
             "model = thesis, cells = 4: drift: was 0.25, is 0.250001; may move by 1e-06 of itself or 1e-12");
 }
 
-TEST(Guard, NamesARowThatVanishedOrAppeared) {
+TEST(Baseline, NamesARowThatVanishedOrAppeared) {
   EXPECT_EQ(only(planted("thesis,4,0.25,0.0025,ok\n", "")).row, "model = thesis, cells = 4");
   EXPECT_EQ(only(planted("thesis,4,0.25,0.0025,ok\n", "")).rule, "rows must not vanish");
-  EXPECT_EQ(only(baseline + "thesis,8,0.1,0.001,ok\n").row, "model = thesis, cells = 8");
-  EXPECT_EQ(only(baseline + "thesis,8,0.1,0.001,ok\n").rule, "rows must not appear");
+  EXPECT_EQ(only(table + "thesis,8,0.1,0.001,ok\n").row, "model = thesis, cells = 8");
+  EXPECT_EQ(only(table + "thesis,8,0.1,0.001,ok\n").rule, "rows must not appear");
 }
 
-TEST(Guard, SeesRowsOutOfOrderAndTwice) {
+TEST(Baseline, FindsRowsOutOfOrderAndTwice) {
   EXPECT_EQ(only("model,cells,drift,error,status\nthesis,4,0.25,0.0025,ok\nthesis,2,0.5,0.01,ok\nother,2,,,"
                  "newton_stalled\n")
                 .rule,
             "rows must keep their order");
-  EXPECT_EQ(only(baseline + "thesis,2,0.5,0.01,ok\n").rule, "rows must have names of their own");
+  EXPECT_EQ(only(table + "thesis,2,0.5,0.01,ok\n").rule, "keys must be unique");
 }
 
-TEST(Guard, SeesColumnsRenamedReorderedOrGone) {
+TEST(Baseline, FindsColumnsRenamedReorderedOrGone) {
   for (const char* header :
        {"model,cells,error,drift,status", "model,cells,drift,error", "model,cells,drft,error,status"})
     EXPECT_EQ(only(planted("model,cells,drift,error,status", header)).rule,
               "columns must be the same, in the same order");
 }
 
-TEST(Guard, AcceptsNoNumberThatIsNotFinite) {
+TEST(Baseline, AcceptsNoNumberThatIsNotFinite) {
   for (const char* value : {"nan", "inf", "-inf"}) {
     const Deviation d = only(planted("0.25,", std::string(value) + ","));
     EXPECT_EQ(d.row, "model = thesis, cells = 4");
@@ -73,14 +73,14 @@ TEST(Guard, AcceptsNoNumberThatIsNotFinite) {
   EXPECT_EQ(only(planted("other,2,,,", "other,2,0.5,,")).rule, "must be a number, or missing, as it was");
 }
 
-TEST(Guard, SeesAStatusThatTurned) {
+TEST(Baseline, FindsAStatusThatChanged) {
   const Deviation d = only(planted("0.0025,ok", "0.0025,non_finite"));
   EXPECT_EQ(d.column, "status");
   EXPECT_EQ(d.before, "ok");
   EXPECT_EQ(d.now, "non_finite");
 }
 
-TEST(Guard, SeesARowCutShort) {
+TEST(Baseline, FindsARowCutShort) {
   EXPECT_EQ(only(planted("0.5,0.01,ok", "0.5,0.01")).rule, "rows must have a cell for every column");
 }
 
@@ -95,30 +95,30 @@ Truth truth() {
 }
 
 TEST(Truths, AreJudgedApartFromBaselines) {
-  EXPECT_TRUE(judge({truth()}, "t", baseline, guard).empty());
-  EXPECT_TRUE(judge({truth()}, "another", baseline, guard).empty());
+  EXPECT_TRUE(judge({truth()}, "t", table, rules).empty());
+  EXPECT_TRUE(judge({truth()}, "another", table, rules).empty());
   Truth wrong = truth();
   wrong.value = 0.26;
-  EXPECT_TRUE(judge({wrong}, "another", baseline, guard).empty());
-  const auto found = judge({wrong}, "t", baseline, guard);
+  EXPECT_TRUE(judge({wrong}, "another", table, rules).empty());
+  const auto found = judge({wrong}, "t", table, rules);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(
       to_string(found.front(), "should be"),
       "model = thesis, cells = 4: drift: should be 0.26, is 0.25; the truth, by a closed form; may be off "
       "by 0.001");
   wrong.absolute = 0.011;
-  EXPECT_TRUE(judge({wrong}, "t", baseline, guard).empty());
+  EXPECT_TRUE(judge({wrong}, "t", table, rules).empty());
 }
 
 TEST(Truths, WithoutTheirRowOrNumberAreNotMet) {
   Truth gone = truth();
   gone.row = "model = thesis, cells = 5";
-  EXPECT_EQ(judge({gone}, "t", baseline, guard).size(), 1U);
+  EXPECT_EQ(judge({gone}, "t", table, rules).size(), 1U);
   gone = truth();
   gone.column = "drfit";
-  EXPECT_EQ(judge({gone}, "t", baseline, guard).size(), 1U);
-  EXPECT_EQ(judge({truth()}, "t", planted("0.25,", "nan,"), guard).size(), 1U);
-  EXPECT_EQ(judge({truth()}, "t", planted("0.25,", ","), guard).size(), 1U);
+  EXPECT_EQ(judge({gone}, "t", table, rules).size(), 1U);
+  EXPECT_EQ(judge({truth()}, "t", planted("0.25,", "nan,"), rules).size(), 1U);
+  EXPECT_EQ(judge({truth()}, "t", planted("0.25,", ","), rules).size(), 1U);
 }
 
 }  // namespace
