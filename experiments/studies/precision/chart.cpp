@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "experiments/simulation/model.hpp"
 #include "experiments/studies/precision/precision.hpp"
 
 namespace mss::studies::precision {
@@ -14,27 +15,26 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-/// The cheapest run of a method on a scene with at most that error.
+/// The cheapest run of a method that meets an error.
 struct Cheapest {
   std::string integrator;
   double seconds = infinity;
-  double value = none;
+  double value = none;  ///< its step [s] or tolerance
 };
-Cheapest cheapest(const Table& rows, const std::string& scene, const std::string& integrator, double error) {
+Cheapest cheapest(const Table& runs, const std::string& integrator, double error) {
   Cheapest best{integrator};
-  for (std::size_t r = 0; r < rows.size(); ++r)
-    if (rows.text(r, "scene") == scene && rows.text(r, "integrator") == integrator &&
-        rows.number(r, "error") <= error && rows.number(r, "seconds") < best.seconds)
-      best = {integrator, rows.number(r, "seconds"), rows.number(r, "value")};
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    if (runs.text(r, "integrator") == integrator && runs.number(r, "error") <= error &&
+        runs.number(r, "seconds") < best.seconds)
+      best = {integrator, runs.number(r, "seconds"), runs.number(r, "value")};
   return best;
 }
 
-/// All methods that reach an error on a scene, cheapest first.
-std::vector<Cheapest> ranking(const Table& rows, const std::string& scene, double error) {
+/// Of all methods that meet an error in the runs of one scene, cheapest first.
+std::vector<Cheapest> ranking(const Table& runs, double error) {
   std::vector<Cheapest> all;
-  for (const std::string& integrator : rows.distinct("integrator"))
-    if (const Cheapest c = cheapest(rows, scene, integrator, error); std::isfinite(c.seconds))
-      all.push_back(c);
+  for (const std::string& integrator : runs.distinct("integrator"))
+    if (const Cheapest c = cheapest(runs, integrator, error); std::isfinite(c.seconds)) all.push_back(c);
   std::sort(all.begin(), all.end(),
             [](const Cheapest& a, const Cheapest& b) { return a.seconds < b.seconds; });
   return all;
@@ -51,6 +51,32 @@ double power_of_ten(double value, bool up) {
   return std::pow(10, up ? std::ceil(exponent + 1e-9) : std::floor(exponent - 1e-9));
 }
 
+const char* column_of(Cost cost) { return cost == Cost::wall_time ? "seconds" : "force_evaluations"; }
+
+/// A line at ten uncertainties of the reference: smaller errors are not significant. Returns its place, or
+/// infinity if there is no reference.
+double add_uncertainty(Chart& chart, const Table& reference) {
+  if (reference.size() == 0 || reference.text(0, "status") != "ok") return infinity;
+  const double floor = 10 * reference.number(0, "uncertainty");
+  chart.lines.push_back(
+      {ReferenceLine::Direction::horizontal, floor, "ten times the uncertainty of the reference"});
+  return floor;
+}
+
+/// A series for each reason of failure, its markers on the upper edge.
+void add_failures(Chart& chart, const Table& runs, Cost cost) {
+  std::map<std::string, ChartSeries> failed;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const std::string& status = runs.text(r, "status");
+    if (status == "ok") continue;
+    ChartSeries& series = failed[status];
+    series.label = "failed: " + status;
+    series.lines = false;
+    series.points.push_back({runs.number(r, column_of(cost)), precision_worst});
+  }
+  for (auto& [status, series] : failed) chart.series.push_back(std::move(series));
+}
+
 }  // namespace
 
 Table precision_summary(const Table& rows) {
@@ -60,12 +86,12 @@ Table precision_summary(const Table& rows) {
                  {"value"},
                  {"seconds", "s"},
                  {"runner_up"},
-                 {"times_dearer"},
+                 {"cost_ratio"},
                  {"comparison"},
                  {"status"}});
   for (const std::string& scene : rows.distinct("scene"))
     for (const double error : {1e-2, 1e-3, 1e-6}) {
-      const std::vector<Cheapest> all = ranking(rows, scene, error);
+      const std::vector<Cheapest> all = ranking(rows.where("scene", scene), error);
       if (all.empty()) {
         summary.add({scene, error, std::string("none"), none, none, std::string(), none,
                      std::string("no method reached it in the time allowed"), std::string("not reached")});
@@ -76,50 +102,36 @@ Table precision_summary(const Table& rows) {
       summary.add({scene, error, all[0].integrator, all[0].value, all[0].seconds,
                    alone ? std::string() : all[1].integrator, ratio,
                    alone ? std::string("no other reached it")
-                         : fmt::format("then {}, {:.2g} times", all[1].integrator, ratio),
+                         : fmt::format("next: {}, {:.2g} times the cost", all[1].integrator, ratio),
                    std::string(alone ? "no runner-up" : "ok")});
     }
   return summary;
 }
 
-Chart precision_chart(const Table& rows, const Table& references, const PrecisionScene& scene,
-                      const std::string& cost) {
-  const bool time = cost == "seconds";
+Chart precision_chart(const Table& rows, const Table& references, const std::string& scene, Cost cost) {
+  const bool time = cost == Cost::wall_time;
+  const Table reference = references.where("scene", scene), runs = rows.where("scene", scene);
   Chart chart{.title = time ? "Error against wall time" : "Error against force evaluations",
-              .subtitle = scene.description,
+              .subtitle = reference.size() > 0 ? reference.text(0, "description") : scene,
               .x = {.label = time ? "wall time of the run" : "force evaluations of the run",
                     .logarithmic = true,
                     .unit = time ? "s" : ""},
               .y = {.label = "error of positions / displacement", .logarithmic = true}};
   double left = infinity, right = 0, lowest = 1;
-  std::map<std::string, std::vector<double>> failed;
   for (const std::string& integrator : rows.distinct("integrator")) {
     ChartSeries series{.label = integrator};
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      if (rows.text(r, "scene") != scene.name || rows.text(r, "integrator") != integrator) continue;
-      const double x = rows.number(r, cost), error = rows.number(r, "error");
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      if (runs.text(r, "integrator") != integrator) continue;
+      const double x = runs.number(r, column_of(cost)), error = runs.number(r, "error");
       left = std::min(left, x);
       right = std::max(right, x);
-      if (rows.text(r, "status") != "ok")
-        failed[rows.text(r, "status")].push_back(x);
-      else
-        series.points.push_back({x, error});
+      if (runs.text(r, "status") == "ok") series.points.push_back({x, error});
       if (std::isfinite(error)) lowest = std::min(lowest, error);
     }
     chart.series.push_back(std::move(series));
   }
-  for (const auto& [reason, xs] : failed) {
-    ChartSeries series{.label = "failed: " + reason, .lines = false};
-    for (const double x : xs) series.points.push_back({x, precision_worst});
-    chart.series.push_back(std::move(series));
-  }
-  for (std::size_t r = 0; r < references.size(); ++r)
-    if (references.text(r, "scene") == scene.name && references.text(r, "status") == "ok") {
-      const double floor = 10 * references.number(r, "uncertainty");
-      chart.lines.push_back(
-          {ReferenceLine::Direction::horizontal, floor, "ten times the reference's uncertainty"});
-      lowest = std::min(lowest, floor);
-    }
+  add_failures(chart, runs, cost);
+  lowest = std::min(lowest, add_uncertainty(chart, reference));
   chart.x.low = power_of_ten(left, false);
   chart.x.high = power_of_ten(right, true);
   chart.y.low = power_of_ten(lowest, false);
@@ -128,35 +140,50 @@ Chart precision_chart(const Table& rows, const Table& references, const Precisio
 }
 
 Chart precision_overview(const Table& rows) {
-  Chart chart{
-      .title = "Which method is cheapest for the accuracy asked",
-      .subtitle =
-          "wall time over that of the cheapest method; geometric mean over scenes, if all reach the error",
-      .x = {.label = "error asked for: of positions / displacement", .logarithmic = true},
-      .y = {.label = "times dearer than the cheapest", .logarithmic = true}};
-  const std::vector<std::string> scenes = rows.distinct("scene");
+  Chart chart{.title = "Cost of each method for a required accuracy",
+              .subtitle =
+                  "wall time over that of the cheapest method; geometric mean over scenes, where all "
+                  "are solved to that error",
+              .x = {.label = "required error of positions / displacement", .logarithmic = true},
+              .y = {.label = "wall time / that of the cheapest method", .logarithmic = true}};
+  std::vector<Table> scenes;
+  for (const std::string& scene : rows.distinct("scene")) scenes.push_back(rows.where("scene", scene));
   for (const std::string& integrator : rows.distinct("integrator"))
     chart.series.push_back({.label = integrator});
-  double dearest = 10;
+  double highest = 10;
   for (int half_decade = -18; half_decade <= -2; ++half_decade) {
     const double error = std::pow(10, half_decade / 2.0);
     std::map<std::string, std::vector<double>> ratios;  // by method, of the scenes where it reaches the error
-    for (const std::string& scene : scenes) {
-      const std::vector<Cheapest> all = ranking(rows, scene, error);
+    for (const Table& runs : scenes) {
+      const std::vector<Cheapest> all = ranking(runs, error);
       for (const Cheapest& c : all) ratios[c.integrator].push_back(c.seconds / all.front().seconds);
     }
     for (ChartSeries& series : chart.series) {
       if (ratios[series.label].size() < scenes.size()) continue;
       const double ratio = geometric_mean(ratios[series.label]);
       series.points.push_back({error, ratio});
-      dearest = std::max(dearest, ratio);
+      highest = std::max(highest, ratio);
     }
   }
   chart.x.low = 5e-10;
   chart.x.high = 0.2;
   chart.y.low = 0.9;
-  chart.y.high = power_of_ten(dearest, true);
+  chart.y.high = power_of_ten(highest, true);
   return chart;
+}
+
+Drawings draw_precision(const std::vector<NamedTable>& tables) {
+  const Table& rows = find_table(tables, "precision");
+  const Table& references = find_table(tables, "precision_references");
+  Drawings drawings;
+  if (rows.size() == 0) return drawings;
+  drawings.charts.push_back({"precision", precision_overview(rows)});
+  for (const std::string& scene : rows.distinct("scene"))
+    for (const Cost cost : {Cost::wall_time, Cost::force_evaluations})
+      drawings.charts.push_back({fmt::format("precision_{}_{}", scene, column_of(cost)),
+                                 precision_chart(rows, references, scene, cost)});
+  for (NamedChart& chart : drawings.charts) tell_model(chart.chart, references.text(0, "model"));
+  return drawings;
 }
 
 }  // namespace mss::studies::precision

@@ -8,38 +8,37 @@
 
 namespace mss::studies::precision {
 
-/// A body set moving from a known state, whose later states are compared.
+/// An initial value problem: a body that starts at rest from a given deformation.
 struct PrecisionScene {
   std::string name;
   std::string description;
   BodyConfig body;
   Environment environment{};
-  Vec3 (*start)(const Vec3& rest) =
-      nullptr;          ///< where a particle starts, at rest; nullptr: at its rest place
-  double duration = 1;  ///< [s]
+  Vec3 (*start)(const Vec3& rest) = nullptr;  ///< initial position [m]; nullptr: the rest position
+  double duration = 1;                        ///< [s]
 };
 
-/// What `mss precision` does.
+/// What `mss precision` computes.
 struct PrecisionConfig {
   std::vector<PrecisionScene> scenes;
   std::vector<std::string> integrators;
   std::string model = spring_model;
   double seconds_per_run = 1;          ///< a method's next run is left out if it would take longer,
-  double seconds_to_agree = 60;        ///< or longer than this while it does not agree with the reference
+  double seconds_to_agree = 60;        ///< or, as long as it does not agree with the reference, this long
   double reference_tolerance = 1e-12;  ///< of both reference methods
-  int finest_halving = 22;             ///< steps go from duration / 8 down by halves
+  int finest_halving = 22;             ///< most runs with steps of duration / 8, / 16, / 32 ...
   int threads = 1;
 };
 PrecisionConfig precision_config(const ExperimentOptions& options);
 
-/// Errors above say no more, and are a status of their own.
+/// A run whose error is above this has a status of its own.
 inline constexpr double precision_worst = 10;
 inline constexpr const char* precision_diverged = "error above 10";
 
-/// Errors below mean that a method agrees with the reference.
+/// A method whose error is below this agrees with the reference.
 inline constexpr double precision_agreed = 1e-6;
 
-/// Rows of all runs, the references' uncertainties, and how close every method comes to them.
+/// One row a run; the references with their uncertainties; and how close each method comes to them.
 struct PrecisionTables {
   Table rows;
   Table references;
@@ -48,14 +47,22 @@ struct PrecisionTables {
 };
 PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress);
 
-/// For every scene and accuracy asked: the cheapest method, and by how much.
+/// For each scene and several accuracies: the cheapest method, and what the next one costs beside it.
 Table precision_summary(const Table& rows);
 
-/// Error against cost for one scene; cost is a column of the rows.
-Chart precision_chart(const Table& rows, const Table& references, const PrecisionScene& scene,
-                      const std::string& cost);
+/// All tables under the names of their files.
+std::vector<NamedTable> precision_files(PrecisionTables tables);
 
-/// Over all scenes: how many times dearer than the cheapest each method is, against the accuracy asked.
+/// What the error is drawn against.
+enum class Cost { wall_time, force_evaluations };
+
+/// Error against cost for one scene.
+Chart precision_chart(const Table& rows, const Table& references, const std::string& scene, Cost cost);
+
+/// Over all scenes: the cost of each method relative to that of the cheapest one, against the accuracy.
 Chart precision_overview(const Table& rows);
+
+/// The overview and two charts a scene.
+Drawings draw_precision(const std::vector<NamedTable>& tables);
 
 }  // namespace mss::studies::precision

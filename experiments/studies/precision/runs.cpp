@@ -1,11 +1,10 @@
 // The runs of `mss precision`: references, errors, refinement.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "core/measures.hpp"
-#include "experiments/harness/statistics.hpp"
+#include "experiments/harness/measure.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/precision/precision.hpp"
@@ -14,10 +13,9 @@ namespace mss::studies::precision {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-/// One scene ready to run.
+/// One scene with the system and the initial state that all of its runs share.
 struct Problem {
   Problem(const PrecisionScene& s, const PrecisionConfig& config)
       : scene(s),
@@ -38,7 +36,7 @@ struct Problem {
   IntegratorOptions options;
 };
 
-/// Root mean square of the distances between particles at two times or of two runs [m].
+/// Root mean square over particles of the distance between two sets of positions [m].
 double distance(const Body& body, const Field<double>& a, const Field<double>& b) {
   double sum = 0;
   for (const std::ptrdiff_t site : body.sites()) sum += (a.at(site) - b.at(site)).squaredNorm();
@@ -46,12 +44,12 @@ double distance(const Body& body, const Field<double>& a, const Field<double>& b
 }
 
 struct Reference {
-  Status status = Status::ok;  ///< of both methods; the rest means nothing unless it is ok
+  Status status = Status::ok;  ///< of both methods; if not ok, the rest is undefined
   Field<double> x{};           ///< at the end time
   double displacement = 0;     ///< largest root mean square from the start until then [m]
   Measures measures;
   double uncertainty = 0;  ///< relative to the displacement
-  double energy = 0;       ///< largest of the energies that move [J]
+  double energy = 0;       ///< largest of the elastic and kinetic energies [J]
 };
 
 Reference find_reference(Problem& p, double tolerance) {
@@ -63,9 +61,9 @@ Reference find_reference(Problem& p, double tolerance) {
   Reference r{.measures = measure(p.system, p.start)};
   r.energy = r.measures.elastic;
   const auto adams = find_integrator("cvode_adams").make<double>(options);
-  constexpr int looks = 32;
-  for (int look = 1; look <= looks; ++look) {
-    r.status = adams->advance(p.system, state, p.scene.duration * look / looks, work);
+  constexpr int samples = 32;
+  for (int i = 1; i <= samples; ++i) {
+    r.status = adams->advance(p.system, state, p.scene.duration * i / samples, work);
     if (r.status != Status::ok) return r;
     r.measures = measure(p.system, state);
     r.displacement = std::max(r.displacement, distance(p.body, state.x, p.start.x));
@@ -78,7 +76,7 @@ Reference find_reference(Problem& p, double tolerance) {
   return r;
 }
 
-/// What came of one run.
+/// The result of one run.
 struct Run {
   Status status = Status::ok;
   Work work{};
@@ -89,22 +87,21 @@ struct Run {
 Run run_once(Problem& p, const IntegratorInfo& info, const IntegratorOptions& options) {
   Run run{.end = p.start};
   const auto method = info.make<double>(options);
-  const auto begin = Clock::now();
-  run.status = method->advance(p.system, run.end, p.scene.duration, run.work);
-  run.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  run.seconds =
+      seconds_of([&] { run.status = method->advance(p.system, run.end, p.scene.duration, run.work); });
   const bool finite =
       std::isfinite(measure(p.system, run.end).total());  // squares overflow before coordinates
   if (run.status == Status::ok && !finite) run.status = Status::non_finite;
   return run;
 }
 
-/// Short runs are repeated, and the median time is kept.
+/// Short runs are repeated; their time is the median.
 Run run_timed(Problem& p, const IntegratorInfo& info, const IntegratorOptions& options) {
   Run run = run_once(p, info, options);
   std::vector<double> seconds{run.seconds};
   while (run.status == Status::ok && seconds.size() < 5 && run.seconds < 0.02)
     seconds.push_back(run_once(p, info, options).seconds);
-  run.seconds = quantile(seconds, 0.5);
+  run.seconds = quartiles(seconds).median;
   return run;
 }
 
@@ -127,15 +124,22 @@ double add_row(Table& rows, Problem& p, const Reference& reference, const Integr
     energy_drift = std::abs(m.total() - reference.measures.total()) / reference.energy;
     volume_drift = std::abs(m.volume_ratio - reference.measures.volume_ratio);
   }
-  rows.add({p.scene.name, info.name, std::string(adaptive ? "tolerance" : "dt"),
-            adaptive ? o.tolerance : o.dt, error, energy_drift, volume_drift, run.seconds, run.work.steps,
-            run.work.force_evaluations, run.work.jacobians, run.work.factorisations, run.work.linear_solves,
-            run.work.products, status_text(run, error)});
+  std::vector<Cell> row{p.scene.name,
+                        info.name,
+                        std::string(adaptive ? "tolerance" : "dt"),
+                        adaptive ? o.tolerance : o.dt,
+                        error,
+                        energy_drift,
+                        volume_drift,
+                        run.seconds};
+  for (Cell& cell : work_cells(run.work)) row.push_back(std::move(cell));
+  row.emplace_back(status_text(run, error));
+  rows.add(std::move(row));
   return error;
 }
 
-/// What runs of a method of that order with steps h, h/2, h/4 ... (finest last) tend to as h vanishes, by
-/// Neville's scheme on the last four: each column takes away one more power of h.
+/// Richardson extrapolation to h = 0 of runs of a method of that order with steps h, h/2, h/4 ... (finest
+/// last), by Neville's scheme on the last four: each column eliminates one more power of h.
 Field<double> extrapolate(std::vector<Field<double>> runs, int order) {
   runs.erase(runs.begin(), runs.end() - std::min<std::ptrdiff_t>(4, std::ssize(runs)));
   for (std::size_t column = 1; column < runs.size(); ++column) {
@@ -146,7 +150,7 @@ Field<double> extrapolate(std::vector<Field<double>> runs, int order) {
   return runs.back();
 }
 
-/// How close a method's runs come to the reference, by themselves and extrapolated.
+/// How close a method's runs come to the reference: the finest one, and the extrapolation of the last four.
 struct Agreement {
   std::vector<Field<double>> runs = {};
   double tightest = none, extrapolated = none;
@@ -169,9 +173,9 @@ struct Agreement {
   }
 };
 
-/// One method from coarse to fine until it is as exact as the reference or its next run too long, and whether
-/// it tends to where the reference is; false if stopped. Methods of low order would need days to get there by
-/// small steps alone, so their runs are also extrapolated, and until that agrees runs may be longer.
+/// Refines one method until its error is no longer significant or its next run would take too long; false if
+/// stopped. Whether it converges to the reference is judged by the extrapolation too, because methods of low
+/// order would need days of small steps to agree; until they agree, runs may take longer.
 bool measure_method(Problem& p, const Reference& reference, const IntegratorInfo& info,
                     const PrecisionConfig& config, PrecisionTables& tables, const Progress& progress) {
   const bool adaptive = info.stepping == Stepping::adaptive;
@@ -197,26 +201,17 @@ bool measure_method(Problem& p, const Reference& reference, const IntegratorInfo
 }
 
 Table empty_rows() {
-  return Table({{"scene"},
-                {"integrator"},
-                {"parameter"},
-                {"value"},
-                {"error"},
-                {"energy_drift"},
-                {"volume_drift"},
-                {"seconds", "s"},
-                {"steps"},
-                {"force_evaluations"},
-                {"jacobians"},
-                {"factorisations"},
-                {"linear_solves"},
-                {"products"},
-                {"status"}});
+  std::vector<Column> columns{{"scene"}, {"integrator"},   {"parameter"},    {"value"},
+                              {"error"}, {"energy_drift"}, {"volume_drift"}, {"seconds", "s"}};
+  for (Column& column : work_columns()) columns.push_back(std::move(column));
+  columns.push_back({"status"});
+  return Table(std::move(columns));
 }
 
 Table empty_references() {
   return Table({{"scene"},
                 {"description"},
+                {"model"},
                 {"particles"},
                 {"springs"},
                 {"duration", "s"},
@@ -238,12 +233,12 @@ PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progr
     progress.report(double(i) / double(config.scenes.size()), config.scenes[i].name + ": reference");
     const Reference reference = find_reference(problem, config.reference_tolerance);
     const bool known = reference.status == Status::ok;
-    tables.references.add({problem.scene.name, problem.scene.description,
+    tables.references.add({problem.scene.name, problem.scene.description, config.model,
                            std::int64_t(problem.body.particle_count()),
                            std::int64_t(problem.body.spring_count()), problem.scene.duration,
                            known ? reference.displacement : none, known ? reference.uncertainty : none,
                            std::string(to_string(reference.status))});
-    if (!known) continue;  // errors against nothing
+    if (!known) continue;  // nothing to compare with
     for (std::size_t m = 0; m < config.integrators.size(); ++m) {
       progress.report(
           (double(i) + double(m) / double(config.integrators.size())) / double(config.scenes.size()),

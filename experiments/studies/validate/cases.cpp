@@ -1,10 +1,11 @@
-// What `mss validate` asks, and of which models.
+// Cases and models of `mss validate`.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "experiments/simulation/equilibrium.hpp"
 #include "experiments/simulation/model.hpp"
@@ -18,14 +19,14 @@ namespace mss::studies::validate {
 
 namespace {
 
-const double pi = std::acos(-1.0);
+using std::numbers::pi;
 
-/// Loads are linear: any does, and one that dwarfs the rounding of springs at rest is best [N].
+/// [N]; the response is linear, so any load does: one that makes the rounding of springs at rest negligible.
 constexpr double total_load = 1e5;
 
 Box whole(const Vec3& upper) { return {Vec3::Zero(), upper}; }
 
-/// The face of a box [0, upper] where `axis` is 0, or where it is greatest.
+/// The face of a box [0, upper] where the coordinate is 0, or where it is largest.
 Box face(const Vec3& upper, int axis, bool far) {
   Box box = whole(upper);
   box.lower[axis] = box.upper[axis] = far ? upper[axis] : 0;
@@ -38,15 +39,15 @@ Hold hold(const Box& box, const char* axes) {
   return {.box = box, .axes = {has('x'), has('y'), has('z')}};
 }
 
-/// Work of the loads over the square of what they amount to: how far the body gives way, for one newton.
-Answer compliance(BodySystem<double>& system) {
+/// Work of the loads over the square of the total load [m/N].
+Solution compliance(BodySystem<double>& system) {
   Work work;
   const LinearResponse r = linear_response(system, {}, work);
   return {r.status, inner(system, r.load, r.displacement) / (total_load * total_load)};
 }
 
-/// A unit cube under the tractions of a uniform stress s (s_ab, times total_load), held as a rigid body only.
-/// Its compliance is s : S : s with S the material's.
+/// A unit cube under the tractions of a uniform stress s (s_ab, times total_load), only its rigid motions
+/// fixed. Its compliance is s : C : s with C the material's compliance tensor.
 Environment uniform_stress(const Eigen::Matrix3d& s) {
   const Vec3 one = Vec3::Ones();
   Environment e{.holds = {hold({Vec3::Zero(), Vec3::Zero()}, "xyz"),
@@ -59,38 +60,32 @@ Environment uniform_stress(const Eigen::Matrix3d& s) {
   return e;
 }
 
-std::vector<ValidationCase> uniform_cases(double young) {
-  std::vector<ValidationCase> cases;
-  const auto add = [&](const std::string& name, const std::string& what, const Eigen::Matrix3d& stress,
-                       double reference, const std::string& source) {
-    cases.push_back({.name = name,
-                     .description = "cube of 1 m, " + what,
-                     .quantity = "compliance",
-                     .unit = "m/N",
-                     .proportions = {1, 1, 1},
-                     .environment = uniform_stress(stress),
-                     .answer = compliance,
-                     .reference = reference,
-                     .source = source,
-                     .charted = false,
-                     .most_cells = 4});
-  };
-  for (const auto& [name, direction] :
-       {std::pair{"100", Vec3(1, 0, 0)}, {"110", Vec3(1, 1, 0)}, {"111", Vec3(1, 1, 1)}}) {
-    const Vec3 d = direction.normalized();
-    add(std::string("stretch_") + name, std::string("pulled along [") + name + "]", d * d.transpose(),
-        1 / young, "1 / E");
-  }
+/// A cube under a uniform stress; `reference` is its compliance.
+ValidationCase uniform_case(const std::string& name, const std::string& load, const Eigen::Matrix3d& stress,
+                            double reference, const std::string& source) {
+  return {.name = name,
+          .description = "cube of 1 m, " + load,
+          .quantity = "compliance",
+          .unit = "m/N",
+          .proportions = {1, 1, 1},
+          .environment = uniform_stress(stress),
+          .solve = compliance,
+          .reference = reference,
+          .source = source,
+          .charted = false,
+          .most_cells = 4};
+}
+
+ValidationCase shear_case(double young) {
   Eigen::Matrix3d shear = Eigen::Matrix3d::Zero();
   shear(0, 1) = shear(1, 0) = 1;
-  add("shear", "sheared in the plane of two edges", shear, 2 * (1 + 0.3) / young, "1 / G");
-  return cases;
+  return uniform_case("shear", "sheared in the plane of two edges", shear, 2 * (1 + 0.3) / young, "1 / G");
 }
 
 /// Clamped at x = 0, sheared at the other end.
 ValidationCase cantilever(double poisson) {
   const Vec3 size(4, 1, 1);
-  const auto [value, doubt] = reference::calculix_value("cantilever", poisson, "deflection");
+  const auto [value, uncertainty] = reference::calculix_value("cantilever", poisson, "deflection");
   return {.name = poisson == 0.3 ? "cantilever" : "cantilever_45",
           .description = "cantilever 4 x 1 x 1 m, its end clamped, sheared at its tip",
           .quantity = "deflection",
@@ -98,29 +93,29 @@ ValidationCase cantilever(double poisson) {
           .poisson = poisson,
           .environment = {.holds = {hold(face(size, 0, false), "xyz")},
                           .loads = {{.box = face(size, 0, true), .force = {0, 0, total_load}}}},
-          .answer = compliance,
+          .solve = compliance,
           .reference = value,
-          .doubt = doubt,
+          .uncertainty = uncertainty,
           .source = "CalculiX C3D20"};
 }
 
-/// One end turned about the axis by one radian, to first order; both may warp.
+/// One end rotated about the axis by one radian, to first order; both ends are free to warp.
 ValidationCase torsion(double young) {
   const Vec3 size(4, 1, 1);
   return {.name = "torsion",
           .description = "bar 4 x 1 x 1 m, twisted, its ends free to warp",
-          .quantity = "torque of a radian",
+          .quantity = "torque per radian",
           .unit = "N m",
           .environment = {.holds = {hold(face(size, 0, false), "yz"), hold(face(size, 0, true), "yz"),
                                     hold({Vec3::Zero(), Vec3::Zero()}, "x")}},
-          .answer =
+          .solve =
               [](BodySystem<double>& system) {
                 const auto turned = [](const Vec3& rest) -> Vec3 {
                   return rest[0] < 2 ? Vec3::Zero() : Vec3::UnitX().cross(rest - Vec3(0, 0.5, 0.5));
                 };
                 Work work;
                 const LinearResponse r = linear_response(system, turned, work);
-                return Answer{r.status, inner(system, r.reaction, r.displacement)};
+                return Solution{r.status, inner(system, r.reaction, r.displacement)};
               },
           .reference = reference::torsion_stiffness({young, 0.3, 1, 4}),
           .source = "Saint-Venant"};
@@ -139,7 +134,7 @@ ValidationCase hanging(double young, double density) {
           .environment = {.gravity = {0, 0, -gravity},
                           .holds = {hold(face(size, 0, false), "x"), hold(face(size, 1, false), "y"),
                                     hold(face(size, 2, true), "z")}},
-          .answer =
+          .solve =
               [=](BodySystem<double>& system) {
                 const auto paraboloid = [=](const Vec3& rest) -> Vec3 {
                   const double squared = rest[0] * rest[0] + rest[1] * rest[1];
@@ -148,15 +143,15 @@ ValidationCase hanging(double young, double density) {
                 };
                 Work work;
                 const LinearResponse r = linear_response(system, paraboloid, work);
-                return Answer{r.status,
-                              -r.displacement.at(system.body().select(Vec3::Zero(), Vec3::Zero())[0])[2]};
+                return Solution{r.status,
+                                -r.displacement.at(system.body().select(Vec3::Zero(), Vec3::Zero())[0])[2]};
               },
           .reference = reference::hanging_sag({young, poisson, 2, 4}, density, gravity),
           .source = "rho g L^2 / (2 E)"};
 }
 
-/// The slowest vibrations of a bar along x, with how much each moves it to the side and turns it about its
-/// axis: parts of the mass that move alike, so that a mode is known by its shape, not by its place in line.
+/// A vibration of a bar along x [Hz], with its modal momentum to the side and about the axis: a mode is
+/// identified by its shape, not by its number.
 struct Vibration {
   double frequency, sideways, turning;
 };
@@ -175,8 +170,8 @@ std::vector<Vibration> vibrations(const BodySystem<double>& system, const Modes&
   return all;
 }
 
-/// Frequency of the mode that turns most, or of the n-th pair that bends: those that move the bar to the side
-/// by a fifth at least of what the first does.
+/// Frequency of the mode with the largest momentum about the axis, or of the n-th pair of bending modes:
+/// those whose momentum to the side is at least a fifth of the largest.
 double torsion_frequency(const std::vector<Vibration>& all) {
   return std::max_element(all.begin(), all.end(),
                           [](const Vibration& a, const Vibration& b) { return a.turning < b.turning; })
@@ -191,33 +186,33 @@ double bending_frequency(const std::vector<Vibration>& all, int pair) {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-/// One of the slowest vibrations of a clamped bar; `mode` is its place among CalculiX's.
+/// One of the slowest vibrations of a clamped bar; `mode` is its number in CalculiX's tables.
 ValidationCase vibration(const std::string& name, const std::string& what, int mode,
                          double (*pick)(const std::vector<Vibration>&)) {
-  const auto [value, doubt] =
+  const auto [value, uncertainty] =
       reference::calculix_value("vibration", 0.3, "frequency_" + std::to_string(mode));
   return {.name = "vibration_" + name,
           .description = "cantilever 4 x 1 x 1 m, " + what,
           .quantity = "frequency",
           .unit = "Hz",
           .environment = {.holds = {hold(face({4, 1, 1}, 0, false), "xyz")}},
-          .answer =
+          .solve =
               [pick](BodySystem<double>& system) {
-                constexpr int enough = 12;  // anisotropic springs reorder them
+                constexpr int modes = 12;  // more than needed: anisotropic springs change their order
                 Work work;
-                const Modes found = slowest_modes(system, system.undeformed_state(), enough, work);
-                if (found.status != Status::ok) return Answer{found.status, 0};
-                return Answer{Status::ok, pick(vibrations(system, found))};
+                const Modes found = slowest_modes(system, system.undeformed_state(), modes, work);
+                if (found.status != Status::ok) return Solution{found.status, 0};
+                return Solution{Status::ok, pick(vibrations(system, found))};
               },
           .reference = value,
-          .doubt = doubt,
+          .uncertainty = uncertainty,
           .source = "CalculiX C3D20",
           .most_cells = 8};
 }
 
-/// At equilibrium, the sum of what `of` says of the forces that the far end x = 2 is held with.
-Answer held_with(BodySystem<double>& system, const std::function<Vec3(const Vec3& rest)>& guess,
-                 const std::function<double(const Vec3& x, const Vec3& force)>& of) {
+/// At equilibrium, the sum over the particles of the fixed end x = 2 of `of(position, reaction force)`.
+Solution sum_of_reactions(BodySystem<double>& system, const std::function<Vec3(const Vec3& rest)>& guess,
+                          const std::function<double(const Vec3& x, const Vec3& force)>& of) {
   const auto [status, state] = find_equilibrium(system, guess);
   if (status != Status::ok) return {status, 0};
   Field<double> force(system.size());
@@ -234,26 +229,26 @@ ValidationCase large_twist() {
   const Vec3 size(2, 1, 1), centre(0, 0.5, 0.5);
   Hold turning = hold(face(size, 0, true), "xyz");
   turning.turn = Turn{.axis = Vec3::UnitX(), .centre = centre, .rate = rate};
-  const auto [value, doubt] = reference::calculix_value("twist", 0.3, "torque");
+  const auto [value, uncertainty] = reference::calculix_value("twist", 0.3, "torque");
   return {.name = "large_twist",
-          .description = "bar 2 x 1 x 1 m, both ends glued, one turned by 60 degrees",
+          .description = "bar 2 x 1 x 1 m, both ends clamped, one rotated by 60 degrees",
           .quantity = "torque",
           .unit = "N m",
           .proportions = {2, 1, 1},
           .environment = {.holds = {hold(face(size, 0, false), "xyz"), turning}},
-          .answer =
+          .solve =
               [=](BodySystem<double>& system) {
                 const auto guess = [=](const Vec3& rest) -> Vec3 {
                   return centre + Eigen::AngleAxisd(rate * rest[0] / 2, Vec3::UnitX()) * (rest - centre);
                 };
-                return held_with(system, guess, [=](const Vec3& x, const Vec3& force) {
+                return sum_of_reactions(system, guess, [=](const Vec3& x, const Vec3& force) {
                   return (x - centre).cross(force)[0];
                 });
               },
           .reference = value,
-          .doubt = doubt,
+          .uncertainty = uncertainty,
           .source = "CalculiX C3D20, linear in Green's strain",
-          .large = true,
+          .deformations = Deformations::large,
           .most_cells = 8};
 }
 
@@ -262,29 +257,30 @@ ValidationCase large_compression() {
   const Vec3 size(2, 1, 1);
   Hold pushed = hold(face(size, 0, true), "xyz");
   pushed.displacement = {-share * size[0], 0, 0};
-  const auto [value, doubt] = reference::calculix_value("compression", 0.3, "force");
+  const auto [value, uncertainty] = reference::calculix_value("compression", 0.3, "force");
   return {.name = "large_compression",
-          .description = "bar 2 x 1 x 1 m, both ends glued, shortened by 20 %",
+          .description = "bar 2 x 1 x 1 m, both ends clamped, shortened by 20 %",
           .quantity = "force",
           .unit = "N",
           .proportions = {2, 1, 1},
           .environment = {.holds = {hold(face(size, 0, false), "xyz"), pushed}},
-          .answer =
+          .solve =
               [=](BodySystem<double>& system) {
                 const auto guess = [=](const Vec3& rest) -> Vec3 {
                   return {(1 - share) * rest[0], rest[1], rest[2]};
                 };
-                return held_with(system, guess, [](const Vec3&, const Vec3& force) { return -force[0]; });
+                return sum_of_reactions(system, guess,
+                                        [](const Vec3&, const Vec3& force) { return -force[0]; });
               },
           .reference = value,
-          .doubt = doubt,
+          .uncertainty = uncertainty,
           .source = "CalculiX C3D20, linear in Green's strain",
-          .large = true,
+          .deformations = Deformations::large,
           .most_cells = 8};
 }
 
 /// Springs in the thesis's proportions (k_e : k_f : k_c = 1 : 1 : 3, no volume force), scaled to have the
-/// Young's modulus asked for along their edges; Poisson's ratio and anisotropy are what they are.
+/// given Young's modulus along their edges; Poisson's ratio and anisotropy are what they are.
 SpringConstants thesis_springs(const ElasticConstants& material, double cell_size) {
   const SpringConstants unit{.edge = 1, .face = 1, .body = 3, .volume = 0};
   const double scale = material.young / cubic_stiffness(unit, cell_size).young({1, 0, 0});
@@ -292,6 +288,13 @@ SpringConstants thesis_springs(const ElasticConstants& material, double cell_siz
 }
 
 }  // namespace
+
+ValidationCase tension_case(double young, const std::string& name, const Vec3& direction) {
+  const Vec3 d = direction.normalized();
+  return uniform_case(
+      name, fmt::format("in tension along [{:g}{:g}{:g}]", direction[0], direction[1], direction[2]),
+      d * d.transpose(), 1 / young, "1 / E");
+}
 
 std::vector<ValidationCase> validation_cases(double young, double density) {
   std::vector<ValidationCase> cases{
@@ -306,19 +309,22 @@ std::vector<ValidationCase> validation_cases(double young, double density) {
                 [](const auto& all) { return bending_frequency(all, 2); }),
       large_twist(),
       large_compression()};
-  for (ValidationCase& c : uniform_cases(young)) cases.push_back(std::move(c));
+  cases.push_back(tension_case(young, "stretch_100", {1, 0, 0}));
+  cases.push_back(tension_case(young, "stretch_110", {1, 1, 0}));
+  cases.push_back(tension_case(young, "stretch_111", {1, 1, 1}));
+  cases.push_back(shear_case(young));
   return cases;
 }
 
 std::vector<ValidationModel> validation_models() {
-  std::vector<ValidationModel> models{{"thesis's springs", spring_model, false, thesis_springs}};
+  std::vector<ValidationModel> models{{"thesis's springs", spring_model, thesis_springs}};
   for (const double share : {0.25, 0.5, 1.0})
-    models.push_back({fmt::format("springs, t = {:g}", share), spring_model, false,
+    models.push_back({fmt::format("springs, t = {:g}", share), spring_model,
                       [share](const ElasticConstants& m, double h) { return calibrate(m, h, share); }});
-  const auto any = [](const ElasticConstants& m, double h) { return calibrate(m, h, 0.5); };
-  models.push_back({"elements, linear", "linear", false, any});
-  models.push_back({"elements, corotational", "corotational", true, any});
-  models.push_back({"elements, St. V.-Kirchhoff", "st_venant_kirchhoff", true, any});
+  const auto unused = [](const ElasticConstants& m, double h) { return calibrate(m, h, 0.5); };
+  models.push_back({"elements, linear", "linear", unused});
+  models.push_back({"elements, corotational", "corotational", unused, true});
+  models.push_back({"elements, St. V.-Kirchhoff", "st_venant_kirchhoff", unused, true, true});
   return models;
 }
 

@@ -9,39 +9,43 @@
 
 namespace mss::studies::validate {
 
-/// A number asked of a body, and how it ended.
-struct Answer {
+/// The computed quantity of a case.
+struct Solution {
   Status status = Status::ok;
-  double value = 0;  ///< not finite: there is nothing of the kind
+  double value = 0;  ///< in the case's unit; not finite: the body has no such quantity
 };
 
-/// A body in a situation where the right answer is known.
+/// Where deformations are large, laws of elasticity differ, and only one is that of the reference.
+enum class Deformations { small, large };
+
+/// A static or modal problem whose solution is known.
 struct ValidationCase {
   std::string name;
   std::string description;
-  std::string quantity;  ///< what `answer` gives
+  std::string quantity;  ///< what `solve` computes
   std::string unit;
   double poisson = 0.3;
-  Eigen::Vector3i proportions{4, 1, 1};  ///< edges, in units of the width
+  Eigen::Vector3i proportions{4, 1, 1};  ///< edge lengths over the width, which is 1 m
   Environment environment{};
-  std::function<Answer(BodySystem<double>&)> answer{};
-  double reference = 0;  ///< in that unit
-  double doubt = 0;      ///< share by which the reference was extrapolated; 0: a closed form
+  std::function<Solution(BodySystem<double>&)> solve{};
+  double reference = 0;    ///< in that unit
+  double uncertainty = 0;  ///< of the reference, relative: the effect of its extrapolation; 0: a closed form
   std::string source;
-  bool large = false;  ///< deformations are: laws of finite elements differ
+  Deformations deformations = Deformations::small;
   bool charted = true;
   int most_cells = 16;  ///< across the width; more would take minutes
 };
 
-/// A way to fill a body with a material: springs, or a law of finite elements.
+/// A way to fill a body with a material: springs, or finite elements.
 struct ValidationModel {
   std::string name;
   std::string model;  ///< for make_system()
-  bool for_large_only = false;
   std::function<SpringConstants(const ElasticConstants&, double cell_size)> springs;
+  bool for_large_only = false;          ///< to first order it equals another model
+  bool linear_in_green_strain = false;  ///< the law of the references of large deformations
 };
 
-/// What `mss validate` does.
+/// What `mss validate` computes.
 struct ValidationConfig {
   double young = 1e5;     ///< [Pa]
   double density = 1000;  ///< [kg/m^3]
@@ -49,32 +53,43 @@ struct ValidationConfig {
   std::vector<ValidationModel> models;
   std::vector<int> cells;       ///< across the width
   std::vector<int> refinement;  ///< cells per edge of the thesis's cube
-  int repetitions = 3;          ///< of answers that take less than two seconds
+  int repetitions = 3;          ///< of solutions that take less than two seconds
   int threads = 1;
 };
 ValidationConfig validation_config(const ExperimentOptions& options);
 std::vector<ValidationCase> validation_cases(double young, double density);
 std::vector<ValidationModel> validation_models();
 
+/// A cube of 1 m in uniaxial tension along a direction: its compliance is 1 / (E x 1 m).
+ValidationCase tension_case(double young, const std::string& name, const Vec3& direction);
+
 struct ValidationTables {
   Table rows;
-  Table refinement;
+  Table refinement;  ///< Young's modulus of the thesis's cube at several resolutions
   Status status = Status::ok;
 };
 ValidationTables measure_validation(const ValidationConfig& config, Progress& progress);
 
-/// For every case and model: its error at the finest resolution and its order of convergence there.
-/// Where deformations are large only the reference's own law has an order.
+/// For each case and model: the error at the finest resolution and the order of convergence there. Where
+/// deformations are large only models with the reference's law have an order.
 Table validation_summary(const Table& rows, const ValidationConfig& config);
 
-/// Errors below are rounding: no order can be read from them, and they are not drawn.
+/// All tables under the names of their files; `validate_cases` describes the cases to readers and charts.
+std::vector<NamedTable> validation_files(const ValidationConfig& config, ValidationTables tables);
+
+/// Errors below are rounding: they are not drawn, and no order is computed from them.
 inline constexpr double validation_rounding = 1e-9;
 
-/// Error against a column of the rows, for one case and all models.
-Chart validation_chart(const Table& rows, const ValidationConfig& config, const ValidationCase& c,
-                       const std::string& against);
+/// What the error is drawn against.
+enum class Abscissa { seconds, cells };
 
-/// What refining does to the thesis's cube: Young's modulus against cells per edge.
+/// Error of all models of one case; `description` is the case's row of `validate_cases`.
+Chart validation_chart(const Table& rows, const Table& description, Abscissa abscissa);
+
+/// Young's modulus of the thesis's cube against cells per edge.
 Chart refinement_chart(const Table& refinement);
+
+/// Two charts for each case, and one of the refinement.
+Drawings draw_validation(const std::vector<NamedTable>& tables);
 
 }  // namespace mss::studies::validate

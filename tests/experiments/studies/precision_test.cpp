@@ -1,4 +1,5 @@
-// `mss precision`: its numbers mean what they say, failures are rows, summaries name the cheapest.
+// `mss precision`: errors fall with the order of the method, failed runs are rows, summaries name the
+// cheapest method, and charts need nothing but the tables.
 #include "experiments/studies/precision/precision.hpp"
 
 #include <gtest/gtest.h>
@@ -7,6 +8,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "tests/read_back.hpp"
 
 namespace mss::studies::precision {
 namespace {
@@ -17,7 +19,7 @@ PrecisionConfig small_config() {
   config.scenes.resize(1);
   config.integrators = {"semi_implicit_euler", "velocity_verlet", "rk4", "backward_euler", "cvode_bdf"};
   config.seconds_per_run = config.seconds_to_agree =
-      60;  // the number of runs is the limit, however busy the machine
+      60;  // never reached: the number of runs is the limit, however busy the machine
   config.finest_halving = 7;
   return config;
 }
@@ -70,9 +72,22 @@ TEST(Precision, FailuresAreRowsWithAReason) {
   ASSERT_GT(tables.rows.size(), 3U);
   EXPECT_EQ(tables.rows.text(0, "status"), "non_finite");
   EXPECT_TRUE(std::isnan(tables.rows.number(0, "error")));
-  const Chart chart = precision_chart(tables.rows, tables.references, config.scenes[0], "seconds");
+  const Chart chart = precision_chart(tables.rows, tables.references, config.scenes[0].name, Cost::wall_time);
   EXPECT_EQ(chart.series.back().label, "failed: non_finite");
   EXPECT_FALSE(chart.series.back().points.empty());
+}
+
+TEST(Precision, DrawsFromItsFiles) {
+  PrecisionConfig config = small_config();
+  config.model = "corotational";
+  config.integrators = {"velocity_verlet", "rk4", "cvode_adams"};
+  config.finest_halving = 4;
+  Progress progress;
+  const std::vector<NamedTable> tables = precision_files(measure_precision(config, progress));
+  expect_same_drawings(find_experiment("precision"), tables);
+  const Drawings drawings = draw_precision(tables);
+  ASSERT_EQ(drawings.charts.size(), 3U);  // the overview, and two of the scene
+  EXPECT_NE(drawings.charts[1].chart.subtitle.find("; model: corotational"), std::string::npos);
 }
 
 TEST(Precision, KeepsFinishedRunsWhenStopped) {
@@ -97,10 +112,10 @@ TEST(PrecisionSummary, NamesTheCheapestAndTheNext) {
   ASSERT_EQ(summary.size(), 3U);
   EXPECT_EQ(summary.text(0, "integrator"), "a");  // 1 %
   EXPECT_EQ(summary.text(0, "runner_up"), "b");
-  EXPECT_DOUBLE_EQ(summary.number(0, "times_dearer"), 3);
+  EXPECT_DOUBLE_EQ(summary.number(0, "cost_ratio"), 3);
   EXPECT_EQ(summary.text(1, "integrator"), "b");  // 0.1 %: b's finer run is cheaper than a's
-  EXPECT_DOUBLE_EQ(summary.number(1, "times_dearer"), 1.25);
-  EXPECT_EQ(summary.text(2, "integrator"), "b");  // 1e-6: nobody else
+  EXPECT_DOUBLE_EQ(summary.number(1, "cost_ratio"), 1.25);
+  EXPECT_EQ(summary.text(2, "integrator"), "b");  // 1e-6: no other method
   EXPECT_EQ(summary.text(2, "status"), "no runner-up");
 }
 

@@ -1,4 +1,4 @@
-// Springs mean what their calibration says, and `mss validate` measures it.
+// Calibrated springs have the material they are calibrated for, and `mss validate` measures it.
 #include "experiments/studies/validate/validate.hpp"
 
 #include <gtest/gtest.h>
@@ -10,11 +10,12 @@
 #include "integrators/linear_response.hpp"
 #include "reference/calculix/calculix.hpp"
 #include "reference/closed_forms.hpp"
+#include "tests/read_back.hpp"
 
 namespace mss::studies::validate {
 namespace {
 
-/// E and nu of a cube of n^3 cells, from a pull along x that lets it narrow.
+/// E and nu of a cube of n^3 cells, from uniaxial tension along x.
 ElasticConstants measured(const SpringConstants& springs, int n, double h) {
   const Body body({.voxels = VoxelGrid::box(n, n, n), .cell_size = h, .density = 1, .springs = springs});
   const double edge = n * h, force = 1e6;
@@ -54,14 +55,14 @@ TEST(Calibration, TheThesissConstantsAreWhatTheSpecificationSays) {
   EXPECT_NEAR(cubic_stiffness(springs, 0.2).zener_ratio(), 5, 1e-12);
 }
 
-/// Rows of some cases, each answered once.
-Table answers(const std::vector<std::string>& cases, std::vector<int> cells) {
+/// Rows of some cases, each solved once.
+Table solved(const std::vector<std::string>& cases, std::vector<int> cells) {
   ValidationConfig config = validation_config({.cells = std::move(cells)});
   std::erase_if(config.cases, [&](const ValidationCase& c) {
     return std::find(cases.begin(), cases.end(), c.name) == cases.end();
   });
   config.repetitions = 1;
-  config.refinement = {1, 2, 5};
+  config.refinement.clear();
   Progress progress;
   ValidationTables tables = measure_validation(config, progress);
   EXPECT_EQ(tables.status, Status::ok);
@@ -78,12 +79,12 @@ double number(const Table& rows, const std::string& column, const std::string& n
   return 0;
 }
 
-// The specification's 2.632e-3 is what quadratic elements say at four cells across; from eight on they say
-// 2.638e-3 to 2.640e-3, because the clamp's edge is singular. Ratios and order are therefore tested as the
+// The specification's 2.632e-3 is the deflection by quadratic elements at four cells across; from eight on it
+// is 2.638e-3 to 2.640e-3, because the clamp's edge is singular. Ratios and order are therefore tested as the
 // specification gives them, and the experiment itself takes the finest mesh.
 TEST(Validate, MeetsTheSpecificationsCantilevers) {
   constexpr double specified = 2.632e-3;
-  const Table rows = answers({"cantilever", "cantilever_45"}, {1, 2, 4, 8});
+  const Table rows = solved({"cantilever", "cantilever_45"}, {1, 2, 4, 8});
   const auto ratio = [&](const std::string& model, int cells) {
     return number(rows, "value", "cantilever", model, cells) / specified;
   };
@@ -112,14 +113,14 @@ TEST(Validate, MeetsTheSpecificationsCantilevers) {
 }
 
 TEST(Validate, FrequenciesAreCalculixs) {
-  const Table rows = answers({"vibration_bending", "vibration_torsion", "vibration_bending_2"}, {8});
+  const Table rows = solved({"vibration_bending", "vibration_torsion", "vibration_bending_2"}, {8});
   for (const char* name : {"vibration_bending", "vibration_torsion", "vibration_bending_2"})
     EXPECT_LT(number(rows, "error", name, "springs, t = 1", 8), 0.015) << name;
 }
 
-// The thesis's springs twist late: their torsion comes after the second bending, and is told apart by shape.
-TEST(Validate, KnowsVibrationsByTheirShape) {
-  const Table rows = answers({"vibration_torsion", "vibration_bending_2"}, {4});
+// With the thesis's springs the torsional mode follows the second bending mode: only its shape identifies it.
+TEST(Validate, IdentifiesVibrationsByTheirShape) {
+  const Table rows = solved({"vibration_torsion", "vibration_bending_2"}, {4});
   const auto frequency = [&](const char* name, const char* model) {
     return number(rows, "value", name, model, 4);
   };
@@ -130,7 +131,7 @@ TEST(Validate, KnowsVibrationsByTheirShape) {
 }
 
 TEST(Validate, OrdersAreTwoWhereTheSolutionIsSmooth) {
-  const Table rows = answers({"torsion", "hanging"}, {4, 8});
+  const Table rows = solved({"torsion", "hanging"}, {4, 8});
   for (const char* name : {"torsion", "hanging"})
     for (const char* model : {"springs, t = 0.25", "springs, t = 0.5", "springs, t = 1", "elements, linear"})
       EXPECT_NEAR(std::log2(number(rows, "error", name, model, 4) / number(rows, "error", name, model, 8)), 2,
@@ -138,19 +139,19 @@ TEST(Validate, OrdersAreTwoWhereTheSolutionIsSmooth) {
           << name << ", " << model;
 }
 
-TEST(Validate, AnswersUniformStressExactly) {
-  const Table rows = answers({"stretch_100", "stretch_110", "stretch_111", "shear"}, {1, 2});
+TEST(Validate, IsExactForUniformStress) {
+  const Table rows = solved({"stretch_100", "stretch_110", "stretch_111", "shear"}, {1, 2});
   for (const char* name : {"stretch_100", "stretch_110", "stretch_111", "shear"})
     for (const char* model : {"springs, t = 1", "elements, linear"})
       EXPECT_LT(number(rows, "error", name, model, 2), 1e-10) << name << ", " << model;
-  // Body diagonals pull at a free surface as no uniform traction does.
+  // Body diagonals load a free surface by no uniform traction.
   EXPECT_LT(number(rows, "error", "stretch_100", "springs, t = 0.5", 2), 1e-10);
   EXPECT_GT(number(rows, "error", "shear", "springs, t = 0.5", 2), 1e-3);
 }
 
-// Trilinear elements of ours and of CalculiX, whose files have seven digits.
+// Our trilinear elements against those of CalculiX, whose files have seven digits.
 TEST(Validate, ElementsAreCalculixs) {
-  const Table rows = answers({"cantilever", "cantilever_45", "large_twist", "large_compression"}, {1, 2, 4});
+  const Table rows = solved({"cantilever", "cantilever_45", "large_twist", "large_compression"}, {1, 2, 4});
   int compared = 0;
   for (const reference::CalculixRow& row : reference::calculix_rows()) {
     if (row.element != "C3D8") continue;
@@ -166,7 +167,7 @@ TEST(Validate, ElementsAreCalculixs) {
   EXPECT_EQ(compared, 3 + 3 + 2 + 2);
 }
 
-// Stiffness falls as 1 / h where spring constants are held, and stays where the material is.
+// E grows as the cells per edge where spring constants are kept, and does not where the material is.
 TEST(Validate, RefiningTheThesissCubeChangesItsMaterial) {
   ValidationConfig config = validation_config({.cells = {1}});
   std::erase_if(config.cases, [](const ValidationCase& c) { return c.name != "stretch_100"; });
@@ -177,30 +178,46 @@ TEST(Validate, RefiningTheThesissCubeChangesItsMaterial) {
   ASSERT_EQ(table.size(), 3U * 4);
   for (std::size_t r = 0; r < table.size(); ++r) {
     if (table.text(r, "sharing") != "weighted") {
-      // Surfaces count in full: stiffer, and at five cells the same whatever is held.
+      // Springs of the surface have their full stiffness; at five cells both cubes are the same.
       if (table.number(r, "cells") == 5) {
         EXPECT_NEAR(table.number(r, "young"), 1725.76, 0.01);
       }
       continue;
     }
-    const double n = table.text(r, "held") == "k" ? table.number(r, "cells") : 5;
+    const double n = table.text(r, "constant") == "k" ? table.number(r, "cells") : 5;
     EXPECT_NEAR(table.number(r, "young"), n / 5 * 1416.67, 0.01);
   }
 }
 
-// Beam theory knows nothing of how a clamp stops the end from narrowing: it lies 1.6 percent above.
+// Beam theory neglects that a clamp prevents lateral contraction: its deflection is 1.6 percent larger.
 TEST(Validate, ReferencesAgreeWithEachOther) {
   const reference::SquareBar bar{.young = 1e5, .poisson = 0.3, .width = 1, .length = 4};
-  const auto [deflection, doubt] = reference::calculix_value("cantilever", 0.3, "deflection");
+  const auto [deflection, uncertainty] = reference::calculix_value("cantilever", 0.3, "deflection");
   EXPECT_NEAR(reference::cantilever_deflection(bar, 1) / deflection, 1.0155, 0.001);
-  EXPECT_NEAR(doubt, 5.4e-4, 1e-4);
+  EXPECT_NEAR(uncertainty, 5.4e-4, 1e-4);
   EXPECT_NEAR(reference::torsion_stiffness(bar), 1e5 / 2.6 * 0.140577 / 4, 1e-2);
+}
+
+TEST(Validate, DrawsFromItsFiles) {
+  ValidationConfig config = validation_config({.cells = {1, 2}});
+  std::erase_if(config.cases, [](const ValidationCase& c) {
+    return c.name != "torsion" && c.name != "large_compression" && c.name != "shear";
+  });
+  config.repetitions = 1;
+  config.refinement = {1, 2};
+  Progress progress;
+  const std::vector<NamedTable> tables = validation_files(config, measure_validation(config, progress));
+  expect_same_drawings(find_experiment("validate"), tables);
+  const std::vector<NamedChart> charts = draw_validation(tables).charts;
+  ASSERT_EQ(charts.size(), 5U);  // two of torsion, two of compression, none of shear, the refinement
+  EXPECT_EQ(charts[0].name, "validate");
+  EXPECT_EQ(charts[3].name, "validate_large_compression_cells");
 }
 
 TEST(Validate, KeepsFinishedRowsWhenStopped) {
   struct Stopper final : Progress {
-    bool stopped() const override { return ++asked > 7; }
-    mutable int asked = 0;
+    bool stopped() const override { return ++calls > 7; }
+    mutable int calls = 0;
   } progress;
   ValidationConfig config = validation_config({.cells = {1, 2}});
   config.repetitions = 1;
