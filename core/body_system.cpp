@@ -156,8 +156,8 @@ bool BodySystem<Real>::collide_particle(std::ptrdiff_t site, const State<Real>& 
   const Motion start{before.x.at(site), before.v.at(site)};
   Motion end{x, state.v.at(site)};
   const auto ask = [&](const Plane& plane) {
-    return plane.contact == ContactLaw::paper ? collide_paper(plane, start, end)
-                                              : collide_impulse(plane, start, dt, end);
+    return plane.contact == ContactLaw::thesis ? collide_thesis(plane, start, end)
+                                               : collide_impulse(plane, start, dt, end);
   };
   const double close = 1e-9 * body_.config().cell_size;
   const auto is_done = [&](const Plane& plane) {

@@ -57,7 +57,7 @@ bool sticks(const Plane& plane, const Motion& motion, const Vec3& acceleration, 
   return lift < 0 && (acceleration - lift * plane.normal).norm() <= -plane.friction * lift;
 }
 
-bool collide_paper(const Plane& plane, const Motion& before, Motion& after) {
+bool collide_thesis(const Plane& plane, const Motion& before, Motion& after) {
   const double start = plane.gap(before.x), end = plane.gap(after.x);
   const bool behind = start < -0.01 * (start - end);  // by more than rounding
   if (end > 0 || end >= start || behind) return false;

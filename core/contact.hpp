@@ -26,13 +26,13 @@ bool collide_impulse(const Plane& plane, const Motion& before, double dt, Motion
 /// acceleration it would have without the plane presses it on and is inside Coulomb's cone.
 bool sticks(const Plane& plane, const Motion& motion, const Vec3& acceleration, double close);
 
-/// The contact law `paper`, Algorithm 2, with x + v dt for x + v and the step's own end for that: a particle
+/// The contact law `thesis`, Algorithm 2, with x + v dt for x + v and the step's own end for that: a particle
 /// that crosses the plane is mirrored, and all of its velocity reflected and multiplied by the restitution.
 /// If it is slow, no faster than two steps of its acceleration would make it, it is put where it crossed, its
 /// velocity is zeroed, and the support N and the friction mu N, against what pulls it along the plane, act on
 /// it for a step. Products f(x) f(x') of zero count only on the way down: else what lies on the plane and
 /// leaves it were thrown back under it. What has once come through is left there, as printed.
-bool collide_paper(const Plane& plane, const Motion& before, Motion& after);
+bool collide_thesis(const Plane& plane, const Motion& before, Motion& after);
 
 /// The contact law `penalty`: a smooth force, per unit of mass, on what has come through a plane by d = -gap,
 ///   p n + t,  p = N(d) + D(n.v, r N),  t = D(tangential v, mu p),

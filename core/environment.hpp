@@ -53,7 +53,7 @@ void give(const Strike& strike, const Body& body, Field<Real>& v);
 
 /// How particles and a plane touch; the laws are in contact.hpp.
 enum class ContactLaw {
-  paper,    ///< the thesis's Algorithm 2, at the end of steps
+  thesis,   ///< the thesis's Algorithm 2, at the end of steps
   impulse,  ///< restitution, Coulomb's cone and rest, at the end of steps
   penalty   ///< a smooth force
 };

@@ -50,7 +50,7 @@ double Damping::coefficient(double k, double m1, double m2, double rest_length) 
       return 0;
     case Law::ratio:
       return 2 * zeta * std::sqrt(k * m1 * m2 / (m1 + m2));
-    case Law::paper:
+    case Law::thesis:
       return 2 * std::sqrt(k * (m1 + m2)) / rest_length;
   }
   return 0;

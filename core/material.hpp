@@ -54,7 +54,7 @@ struct Damping {
   enum class Law {
     none,
     ratio,  ///< c = 2 zeta sqrt(k m1 m2 / (m1 + m2)): zeta of critical for the two-mass spring
-    paper   ///< eq. 2-4 as printed, d = 2 sqrt(k (m1 + m2)) / l0: its units are not kg/s
+    thesis  ///< eq. 2-4 as printed, d = 2 sqrt(k (m1 + m2)) / l0: its units are not kg/s
   };
   Law law = Law::none;
   double zeta = 0;

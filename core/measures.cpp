@@ -65,14 +65,14 @@ template <class Real>
 void measure_cells(const BodySystem<Real>& system, const State<Real>& state, Measures& m) {
   const Body& body = system.body();
   const double rest = body.cell_volume();
-  double paper = 0, smallest = std::numeric_limits<double>::infinity();
+  double thesis = 0, smallest = std::numeric_limits<double>::infinity();
   body.for_each_cell([&](std::ptrdiff_t site) {
     const std::array<Vec3, 8> corners = corners_of(body, state.x, site);
-    paper += paper_volume(corners);
+    thesis += thesis_volume(corners);
     for (int c = 0; c < 8; ++c) smallest = std::min(smallest, corner_volume(corners, c));
   });
   m.volume_ratio = volume_ratio(body, state.x);
-  m.volume_ratio_paper = paper / (rest * double(body.cell_count()));
+  m.volume_ratio_paper = thesis / (rest * double(body.cell_count()));
   m.min_jacobian = smallest / rest;
 }
 
@@ -87,7 +87,7 @@ double trilinear_volume(const std::array<Vec3, 8>& corners) {
               (triple(m.x1, m.xy, m.zx) + triple(m.xy, m.y1, m.yz) + triple(m.zx, m.yz, m.z1)) / 3);
 }
 
-double paper_volume(const std::array<Vec3, 8>& corners) {
+double thesis_volume(const std::array<Vec3, 8>& corners) {
   const TrilinearMap m(corners);
   return 8 * triple(m.x1, m.y1, m.z1);
 }

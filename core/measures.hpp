@@ -65,7 +65,7 @@ double volume_ratio(const Body& body, const Field<Real>& x);
 double trilinear_volume(const std::array<Vec3, 8>& corners);
 
 /// The thesis's estimate of the same, eq. 3-5 and 3-6: one-point quadrature.
-double paper_volume(const std::array<Vec3, 8>& corners);
+double thesis_volume(const std::array<Vec3, 8>& corners);
 
 /// Signed volume that the three edges at a corner span [m^3]; h^3 at rest, negative where the cell is inside
 /// out.

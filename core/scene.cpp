@@ -28,7 +28,7 @@ KnownKeys make_known_keys() {
        {"model", "density", "young", "poisson", "face_share", "springs", "volume", "volume_force",
         "fold_guard"}},
       {"material.springs", {"edge", "face", "body"}},
-      {"damping", {"ratio", "paper"}},
+      {"damping", {"ratio", "thesis"}},
       {"weight", {"box", "mass"}},
       {"environment", {"gravity"}},
       {"hold", {"box", "axes", "velocity", "displacement", "turn"}},
@@ -53,6 +53,9 @@ const KnownKeys& known_keys() {
   return keys;
 }
 
+/// Names that keys had before.
+const KnownKeys old_keys{{"damping", {"paper"}}};
+
 constexpr auto any = [](double) { return true; };
 constexpr auto positive = [](double value) { return value > 0; };
 constexpr auto not_negative = [](double value) { return value >= 0; };
@@ -74,7 +77,7 @@ constexpr Quantity spring{"a spring constant", "a number of N/m that is not nega
 constexpr Quantity volume{"a volume stiffness", "a finite number of pascals", any};
 constexpr Quantity guard{"a stiffness of the guard against folding",
                          "a number of shear moduli that is not negative", not_negative};
-constexpr Quantity damping_ratio{"a damping ratio", "a number that is not negative, or paper = true",
+constexpr Quantity damping_ratio{"a damping ratio", "a number that is not negative, or thesis = true",
                                  not_negative};
 constexpr Quantity acceleration{"an acceleration", "three finite numbers of m/s^2", any};
 constexpr Quantity velocity{"a velocity", "three finite numbers of m/s", any};
@@ -107,7 +110,7 @@ const std::vector<std::pair<std::string, Topology>> topologies{
 const std::vector<std::pair<std::string, Sharing>> sharings{{"weighted", Sharing::weighted},
                                                             {"uniform", Sharing::uniform}};
 const std::vector<std::pair<std::string, ContactLaw>> contact_laws{
-    {"impulse", ContactLaw::impulse}, {"paper", ContactLaw::paper}, {"penalty", ContactLaw::penalty}};
+    {"impulse", ContactLaw::impulse}, {"thesis", ContactLaw::thesis}, {"penalty", ContactLaw::penalty}};
 const std::vector<std::pair<std::string, Tangent>> tangents{{"elastic", Tangent::elastic},
                                                             {"projected", Tangent::projected}};
 const std::vector<std::pair<std::string, Precision>> precisions{{"double", Precision::dbl},
@@ -197,11 +200,12 @@ SpringConstants read_springs(const TomlTable& material, double cell_size,
 }
 
 Damping read_damping(const TomlTable& damping) {
-  const bool paper = damping.boolean("paper", false);
-  if (paper && damping.has("ratio"))
-    damping.reject("ratio", "stands beside damping.paper = true; give one of the two");
+  const char* key = damping.has("thesis") ? "thesis" : "paper";
+  const bool thesis = damping.boolean(key, false);
+  if (thesis && damping.has("ratio"))
+    damping.reject("ratio", fmt::format("stands beside damping.{} = true; give one of the two", key));
   const double zeta = damping.number("ratio", damping_ratio, 0);
-  if (paper) return {.law = Damping::Law::paper};
+  if (thesis) return {.law = Damping::Law::thesis};
   return {.law = zeta > 0 ? Damping::Law::ratio : Damping::Law::none, .zeta = zeta};
 }
 
@@ -264,9 +268,16 @@ Turn read_turn(const TomlTable& turn) {
   return read;
 }
 
+/// "paper" is what "thesis" was called before.
+ContactLaw read_contact_law(const TomlTable& plane, ContactLaw fallback) {
+  if (plane.is_text("contact") && plane.text("contact", "a law of contact", "a name") == "paper")
+    return ContactLaw::thesis;
+  return plane.choice("contact", "a law of contact", contact_laws, fallback);
+}
+
 Plane read_plane(const TomlTable& table) {
   Plane plane{.point = table.vector("point", position), .normal = read_direction(table, "normal", normal)};
-  plane.contact = table.choice("contact", "a law of contact", contact_laws, plane.contact);
+  plane.contact = read_contact_law(table, plane.contact);
   plane.restitution = table.number("restitution", restitution, plane.restitution);
   plane.friction = table.number("friction", friction, plane.friction);
   return plane;
@@ -416,7 +427,7 @@ Json material_to_json(const Scene& scene, const Asked& asked) {
 }
 
 Json to_json(const Damping& damping) {
-  return {{"ratio", damping.zeta}, {"paper", damping.law == Damping::Law::paper}};
+  return {{"ratio", damping.zeta}, {"thesis", damping.law == Damping::Law::thesis}};
 }
 
 Json to_json(const Hold& hold) {
@@ -502,14 +513,14 @@ std::string to_json(const Scene& scene, const Asked& asked) {
 const std::string& to_string(ContactLaw law) { return name_of(law, contact_laws); }
 
 std::string scene_text(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  const TomlFile toml(file, overrides, known_keys());
+  const TomlFile toml(file, overrides, known_keys(), old_keys);
   std::ostringstream text;
   text << toml::toml_formatter(toml.root()) << "\n";
   return text.str();
 }
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  const TomlFile toml(file, overrides, known_keys());
+  const TomlFile toml(file, overrides, known_keys(), old_keys);
   const TomlTable root(toml);
   Asked asked;
   Scene scene;

@@ -175,7 +175,7 @@ StoredEnergy SpringSystem<Real>::stored_energy(const Field<Real>& x) const {
   const double rest = this->body().cell_volume(), stiffness = this->body().config().springs.volume;
   const double size = this->body().config().cell_size;
   this->body().for_each_cell([&](std::ptrdiff_t site) {
-    const double change = paper_volume(corners_of(this->body(), x, site)) - rest;
+    const double change = thesis_volume(corners_of(this->body(), x, site)) - rest;
     energy.volume += 0.5 * stiffness * change * change / rest;
     if (const double guard = this->body().elements_at(site).fold_guard; guard != 0)
       energy.elastic += fold_guard_energy(guarded_corner_stiffness(guard, size), guarded_length(size),

@@ -93,6 +93,12 @@ std::string suggestion(const std::string& pattern, const std::string& key, const
   return join(pattern, nearest(key, known.at(pattern)));
 }
 
+bool contains(const KnownKeys& keys, const std::string& table, const std::string& key) {
+  const auto entry = keys.find(table);
+  return entry != keys.end() &&
+         std::find(entry->second.begin(), entry->second.end(), key) != entry->second.end();
+}
+
 /// What a table holds, as the user wrote it; toml++ itself sorts by name.
 std::vector<std::pair<std::string, const toml::node*>> in_order_of_lines(const toml::table& table) {
   std::vector<std::pair<std::string, const toml::node*>> entries;
@@ -106,7 +112,7 @@ std::vector<std::pair<std::string, const toml::node*>> in_order_of_lines(const t
 }  // namespace
 
 TomlFile::TomlFile(const std::filesystem::path& file, const std::vector<std::string>& overrides,
-                   const KnownKeys& known)
+                   const KnownKeys& known, const KnownKeys& old)
     : file_(file), root_(parse_file(file)) {
   for (const std::string& text : overrides) {
     const auto equals = text.find('=');
@@ -117,7 +123,7 @@ TomlFile::TomlFile(const std::filesystem::path& file, const std::vector<std::str
     overrides_.push_back({path, text});
     apply(overrides_.back(), trimmed(text.substr(equals + 1)));
   }
-  check_keys(root_, "", "", known);
+  check_keys(root_, "", "", known, old);
 }
 
 void TomlFile::apply(const Override& setting, const std::string& value) {
@@ -157,21 +163,21 @@ toml::node* TomlFile::descend(toml::node& from, const std::string& key, const Ov
 }
 
 void TomlFile::check_keys(const toml::table& table, const std::string& path, const std::string& pattern,
-                          const KnownKeys& known) const {
+                          const KnownKeys& known, const KnownKeys& old) const {
   const auto entry = known.find(pattern);
   if (entry == known.end()) return;  // a table where a plain value belongs: its reader says so
   for (const auto& [name, node] : in_order_of_lines(table)) {
     const std::string full = join(path, name), inner = join(pattern, name);
-    if (std::find(entry->second.begin(), entry->second.end(), name) == entry->second.end())
+    if (!contains(known, pattern, name) && !contains(old, pattern, name))
       reject(full, node,
              fmt::format("{} is not a known {} (known: {}); did you mean {}?", full,
                          node->is_table() ? "table" : "key", fmt::join(entry->second, ", "),
                          suggestion(pattern, name, known)));
-    if (const toml::table* child = node->as_table()) check_keys(*child, full, inner, known);
+    if (const toml::table* child = node->as_table()) check_keys(*child, full, inner, known, old);
     if (const toml::array* children = node->as_array())
       for (std::size_t i = 0; i < children->size(); ++i)
         if (const toml::table* child = children->get(i)->as_table())
-          check_keys(*child, fmt::format("{}.{}", full, i), inner, known);
+          check_keys(*child, fmt::format("{}.{}", full, i), inner, known, old);
   }
 }
 

@@ -30,9 +30,10 @@ using KnownKeys = std::map<std::string, std::vector<std::string>, std::less<>>;
 class TomlFile {
  public:
   /// Reads `file`, then applies `overrides` in order, each "table.key=value"; 0, 1, ... count the tables of
-  /// an array. Throws InputError for what is not TOML, and for every key that is not known.
+  /// an array. Throws InputError for what is not TOML, and for every key that is neither known nor `old`: the
+  /// names that keys had before, accepted but not suggested.
   TomlFile(const std::filesystem::path& file, const std::vector<std::string>& overrides,
-           const KnownKeys& known);
+           const KnownKeys& known, const KnownKeys& old = {});
 
   const toml::table& root() const { return root_; }
   const std::filesystem::path& file() const { return file_; }
@@ -50,7 +51,7 @@ class TomlFile {
   void apply(const Override& setting, const std::string& value);
   toml::node* descend(toml::node& from, const std::string& key, const Override& setting);
   void check_keys(const toml::table& table, const std::string& path, const std::string& pattern,
-                  const KnownKeys& known) const;
+                  const KnownKeys& known, const KnownKeys& old) const;
   std::string place(const std::string& path, const toml::node* node) const;
 
   std::filesystem::path file_;

@@ -140,7 +140,7 @@ void Algorithm1::connect(const BodyConfig& config) {
     const double m1 = particles_[s.p1].mass, m2 = particles_[s.p2].mass;
     if (config.damping.law == Damping::Law::ratio)  // critical for two masses on a spring, times zeta
       s.damping = config.damping.zeta * 2 * std::sqrt(s.stiffness * (m1 * m2 / (m1 + m2)));
-    if (config.damping.law == Damping::Law::paper)  // eq. 2-4
+    if (config.damping.law == Damping::Law::thesis)  // eq. 2-4
       s.damping = 2 * std::sqrt(s.stiffness * (m1 + m2)) / s.rest_length;
   }
   for (const Weight& weight : config.weights) add_weight(weight, 1e-9 * config.cell_size);

@@ -18,8 +18,8 @@ SceneFamily::SceneFamily(std::filesystem::path file, std::vector<std::string> ov
     throw InputError(fmt::format("{}: {}", file_.string(), problem));
   };
   check_model(asked_);
-  if (asked_.body.damping.law == Damping::Law::paper)
-    refuse("damping.paper has no viscosity that other cells could keep; give damping.ratio");
+  if (asked_.body.damping.law == Damping::Law::thesis)
+    refuse("damping.thesis has no viscosity that other cells could keep; give damping.ratio");
   if (find_integrator(asked_.solve.integrator).stepping == Stepping::equilibrium)
     refuse("solve.integrator = \"static\" is for rest, and advice for motion; give another one");
   if (!(asked_.solve.duration > 0)) refuse("solve.duration = 0 leaves nothing to advise about");

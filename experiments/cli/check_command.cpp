@@ -159,10 +159,10 @@ std::vector<Scene> scenes_to_judge(const std::vector<std::string>& names) {
   return scenes;
 }
 
-Outcome simulated(Scene scene, int threads) {
+SceneEnd simulated(Scene scene, int threads) {
   scene.solve.threads = threads;
   TerminalProgress progress("check " + scene.name);
-  return outcome_of(simulate(scene, progress));
+  return scene_end_of(simulate(scene, progress));
 }
 
 void check_scenes(const CheckChoice& choice, int& exit_status) {
@@ -171,14 +171,13 @@ void check_scenes(const CheckChoice& choice, int& exit_status) {
     throw InputError(fmt::format("--results judges one scene, and {} are given", scenes.size()));
   std::size_t expectations = 0, total = 0;
   for (const Scene& scene : scenes) {
-    const Outcome outcome = choice.results.empty()
-                                ? simulated(scene, choice.threads.value_or(default_threads))
-                                : read_outcome(choice.results);
+    const SceneEnd end = choice.results.empty() ? simulated(scene, choice.threads.value_or(default_threads))
+                                                : read_scene_end(choice.results);
     if (interrupted()) {
       exit_status = exit_interrupted;
       return;
     }
-    const std::vector<Deviation> wrong = judge(scene, outcome);
+    const std::vector<Deviation> wrong = judge(scene, end);
     for (const Deviation& d : wrong) fmt::print("{}\n", to_string(d, "should be"));
     expectations += scene.expectations.size();
     total += wrong.size();

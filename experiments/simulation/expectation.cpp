@@ -62,11 +62,11 @@ std::string read_status(const fs::path& file) {
 }
 
 /// Mean displacement of the particles whose rest position lies in a box, widened by 1e-9 cell.
-std::vector<double> displacement(const Scene& scene, const Outcome& outcome, const Box& box) {
+std::vector<double> displacement(const Scene& scene, const SceneEnd& end, const Box& box) {
   const double margin = 1e-9 * scene.body.cell_size;
   Vec3 sum = Vec3::Zero();
   int count = 0;
-  for (const ParticleRecord& p : outcome.particles) {
+  for (const ParticleRecord& p : end.particles) {
     if (((p.rest - box.lower).array() < -margin).any() || ((p.rest - box.upper).array() > margin).any())
       continue;
     sum += p.x - p.rest;
@@ -77,12 +77,12 @@ std::vector<double> displacement(const Scene& scene, const Outcome& outcome, con
 }
 
 /// What came out; empty: nothing did.
-std::vector<double> found(const Scene& scene, const Outcome& outcome, const Expectation& e) {
-  if (e.quantity == mean_displacement) return displacement(scene, outcome, e.box);
+std::vector<double> found(const Scene& scene, const SceneEnd& end, const Expectation& e) {
+  if (e.quantity == mean_displacement) return displacement(scene, end, e.box);
   const bool drift = e.quantity == energy_drift;
   const std::string column = drift ? "total" : e.quantity;
-  const auto first = outcome.first.find(column), last = outcome.last.find(column);
-  if (first == outcome.first.end() || last == outcome.last.end()) return {};
+  const auto first = end.first.find(column), last = end.last.find(column);
+  if (first == end.first.end() || last == end.last.end()) return {};
   return {drift ? last->second / first->second - 1 : last->second};
 }
 
@@ -93,32 +93,31 @@ std::string shown(const std::vector<double>& numbers) {
 
 }  // namespace
 
-Outcome outcome_of(const SimulationResult& result) {
+SceneEnd scene_end_of(const SimulationResult& result) {
   return {.status = std::string(to_string(result.status)),
           .first = row_of(result.series.front()),
           .last = row_of(result.series.back()),
           .particles = result.particles};
 }
 
-Outcome read_outcome(const fs::path& directory) {
-  Outcome outcome{.status = read_status(directory / "summary.json")};
+SceneEnd read_scene_end(const fs::path& directory) {
+  SceneEnd end{.status = read_status(directory / "summary.json")};
   const std::vector<Row> series = read_numbers(directory / "series.csv");
-  outcome.first = series.front();
-  outcome.last = series.back();
+  end.first = series.front();
+  end.last = series.back();
   const fs::path particles = directory / "particles.csv";
   for (const Row& row : read_numbers(particles))
-    outcome.particles.push_back({.rest = vector_of(particles, row, {"rest_x", "rest_y", "rest_z"}),
-                                 .x = vector_of(particles, row, {"x", "y", "z"}),
-                                 .v = Vec3::Zero()});
-  return outcome;
+    end.particles.push_back({.rest = vector_of(particles, row, {"rest_x", "rest_y", "rest_z"}),
+                             .x = vector_of(particles, row, {"x", "y", "z"}),
+                             .v = Vec3::Zero()});
+  return end;
 }
 
-std::vector<Deviation> judge(const Scene& scene, const Outcome& outcome) {
+std::vector<Deviation> judge(const Scene& scene, const SceneEnd& end) {
   std::vector<Deviation> wrong;
-  if (outcome.status != "ok")
-    wrong.push_back({scene.name, "status", "ok", outcome.status, "must be the same"});
+  if (end.status != "ok") wrong.push_back({scene.name, "status", "ok", end.status, "must be the same"});
   for (const Expectation& e : scene.expectations) {
-    const std::vector<double> now = found(scene, outcome, e);
+    const std::vector<double> now = found(scene, end, e);
     bool right = now.size() == e.value.size();
     for (std::size_t i = 0; right && i < now.size(); ++i) right = std::abs(now[i] - e.value[i]) <= e.within;
     if (!right)

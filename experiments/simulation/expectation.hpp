@@ -11,18 +11,18 @@
 namespace mss {
 
 /// How a scene ended, whoever simulated it.
-struct Outcome {
+struct SceneEnd {
   std::string status;
   std::map<std::string, double> first{}, last{};  ///< rows of series.csv, by column
   std::vector<ParticleRecord> particles{};
 };
-Outcome outcome_of(const SimulationResult& result);
+SceneEnd scene_end_of(const SimulationResult& result);
 
 /// Reads summary.json, series.csv and particles.csv from a directory: what `mss run` left there, or another
 /// program that writes the same files. Throws InputError naming file and line.
-Outcome read_outcome(const std::filesystem::path& directory);
+SceneEnd read_scene_end(const std::filesystem::path& directory);
 
-/// Judges an outcome by the scene's [expect]. A status other than ok deviates too.
-std::vector<Deviation> judge(const Scene& scene, const Outcome& outcome);
+/// Compares a scene's end with the scene's [expect]. A status other than ok deviates too.
+std::vector<Deviation> judge(const Scene& scene, const SceneEnd& end);
 
 }  // namespace mss

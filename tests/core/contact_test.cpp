@@ -88,27 +88,27 @@ TEST(Impulse, SticksWithinTheConeOnly) {
   EXPECT_FALSE(sticks(plane, {Vec3::Zero(), Vec3(1e-9, 0, 0)}, Vec3(0, 0, -g), 1e-9));  // it moves
 }
 
-TEST(Paper, ReflectsAllOfTheVelocity) {
+TEST(ThesisLaw, ReflectsAllOfTheVelocity) {
   const Plane plane{.restitution = 0.5, .friction = 0.4};
   const Motion start{Vec3(0, 0, 0.01), Vec3(3, 0, -2)};
   Motion end{Vec3(0.03, 0, -0.01), Vec3(3, 0, -2)};
-  ASSERT_TRUE(collide_paper(plane, start, end));
+  ASSERT_TRUE(collide_thesis(plane, start, end));
   EXPECT_LT((end.x - Vec3(0.03, 0, 0.01)).norm(), 1e-15);
   EXPECT_LT((end.v - Vec3(1.5, 0, 1)).norm(), 1e-15);  // sliding is lost too
 }
 
-TEST(Paper, ForgetsWhatCameThrough) {
+TEST(ThesisLaw, ForgetsWhatCameThrough) {
   const Motion start{Vec3(0, 0, -0.1), Vec3(0, 0, -1)};
   Motion end{Vec3(0, 0, -0.2), Vec3(0, 0, -1)};
-  EXPECT_FALSE(collide_paper({}, start, end));
+  EXPECT_FALSE(collide_thesis({}, start, end));
 }
 
-TEST(Paper, SupportsWhatIsSlow) {
+TEST(ThesisLaw, SupportsWhatIsSlow) {
   const Plane plane{.friction = 0.2};
   const double dt = 1e-2;
   const Motion rest{Vec3(0, 0, 0), Vec3::Zero()};
   Motion end{dt * dt * Vec3(1, 0, -g), dt * Vec3(1, 0, -g)};
-  ASSERT_TRUE(collide_paper(plane, rest, end));
+  ASSERT_TRUE(collide_thesis(plane, rest, end));
   EXPECT_EQ(end.x, rest.x);
   EXPECT_LT((end.v - dt * g * Vec3(-0.2, 0, 1)).norm(), 1e-15);  // mu N, though the pull is only half of it
 }

@@ -177,14 +177,14 @@ TEST(Volume, EstimateIsExactForAffineMapsOnly) {
   Eigen::Matrix3d map;
   map << 1.2, 0.3, -0.1, 0.2, 0.9, 0.4, 0, -0.2, 1.1;
   for (int c = 0; c < 8; ++c) p[std::size_t(c)] = map * Vec3(c & 1, (c >> 1) & 1, (c >> 2) & 1);
-  EXPECT_NEAR(paper_volume(p), map.determinant(), 1e-14);
+  EXPECT_NEAR(thesis_volume(p), map.determinant(), 1e-14);
   EXPECT_NEAR(trilinear_volume(p), map.determinant(), 1e-14);
   for (int c = 4; c < 8;
        ++c) {  // turn the upper face: X x Y shrinks, what is enclosed does too, but not as much
     const Vec3 centre = map * Vec3(0.5, 0.5, 1);
     p[std::size_t(c)] = centre + Eigen::AngleAxisd(0.6, Vec3::UnitZ()) * (p[std::size_t(c)] - centre);
   }
-  EXPECT_GT(std::abs(paper_volume(p) - trilinear_volume(p)), 1e-4);
+  EXPECT_GT(std::abs(thesis_volume(p) - trilinear_volume(p)), 1e-4);
 }
 
 /// Boundary of a body's cells, as triangles seen from the origin: each face as the mean of both ways to cut
@@ -273,8 +273,8 @@ TEST(Volume, EstimateLeavesOutTheProductsOfWarps) {
       const double a = c & 1 ? 1 : -1, b = c & 2 ? 1 : -1, d = c & 4 ? 1 : -1;
       p[std::size_t(c)] = a * x1 + b * y1 + d * z1 + b * d * yz + d * a * zx + a * b * xy + a * b * d * xyz;
     }
-    EXPECT_NEAR(paper_volume(p), 8 * det(x1, y1, z1), 1e-12);
-    EXPECT_NEAR(trilinear_volume(p) - paper_volume(p),
+    EXPECT_NEAR(thesis_volume(p), 8 * det(x1, y1, z1), 1e-12);
+    EXPECT_NEAR(trilinear_volume(p) - thesis_volume(p),
                 8.0 / 3 * (det(x1, xy, zx) + det(xy, y1, yz) + det(zx, yz, z1)), 1e-12);
   }
 }

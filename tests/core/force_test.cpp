@@ -40,7 +40,7 @@ void check_all_forces(double tolerance) {
   for (const auto& shape : testing::test_shapes())
     for (const auto topology : {Topology::full, Topology::edges_body, Topology::one_diagonal})
       for (const auto sharing : {Sharing::weighted, Sharing::uniform})
-        for (const auto law : {Damping::Law::none, Damping::Law::ratio, Damping::Law::paper})
+        for (const auto law : {Damping::Law::none, Damping::Law::ratio, Damping::Law::thesis})
           for (const auto& kernel : sweep_kernels<Real>())
             for (const int threads : {1, 2}) {
               BodyConfig config = testing::test_config(shape.voxels);

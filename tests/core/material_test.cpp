@@ -51,8 +51,8 @@ TEST(Damping, RatioOneIsCriticalForTwoMasses) {
   const Damping critical{.law = Damping::Law::ratio, .zeta = 1};
   const double c = critical.coefficient(k, m1, m2, 0.2);
   EXPECT_NEAR(c * c, 4 * k * reduced, 1e-12);  // equal roots of reduced x'' + c x' + k x
-  const Damping paper{.law = Damping::Law::paper};
-  EXPECT_NEAR(paper.coefficient(k, m1, m2, 0.2), 2 * std::sqrt(k * (m1 + m2)) / 0.2, 1e-12);
+  const Damping thesis{.law = Damping::Law::thesis};
+  EXPECT_NEAR(thesis.coefficient(k, m1, m2, 0.2), 2 * std::sqrt(k * (m1 + m2)) / 0.2, 1e-12);
 }
 
 /// Largest frequency by power iteration on M^-1 K, the force differentiated along the iterate.

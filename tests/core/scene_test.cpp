@@ -81,8 +81,10 @@ TEST(Scene, ReadsPlanes) {
   EXPECT_EQ(planes[1].contact, ContactLaw::impulse);
   EXPECT_EQ(planes[1].restitution, 0.5);
   EXPECT_EQ(planes[1].friction, 0.4);
+  EXPECT_EQ(load_text(full_scene, {"plane.1.contact=thesis"}).environment.planes[1].contact,
+            ContactLaw::thesis);
   EXPECT_EQ(load_text(full_scene, {"plane.1.contact=paper"}).environment.planes[1].contact,
-            ContactLaw::paper);
+            ContactLaw::thesis);  // its name before
 }
 
 TEST(Scene, ReadsStartAndSolve) {
@@ -178,7 +180,8 @@ TEST(Scene, IsTextAgain) {
 }
 
 TEST(Scene, KnowsThreeKindsOfDampingAndSafeSteps) {
-  EXPECT_EQ(load_text(plain_scene + "[damping]\npaper = true").body.damping.law, Damping::Law::paper);
+  EXPECT_EQ(load_text(plain_scene + "[damping]\nthesis = true").body.damping.law, Damping::Law::thesis);
+  EXPECT_EQ(load_text(plain_scene + "[damping]\npaper = true").body.damping.law, Damping::Law::thesis);
   EXPECT_EQ(load_text(plain_scene + "[damping]\npaper = false\nratio = 1").body.damping.law,
             Damping::Law::ratio);
   EXPECT_EQ(load_text(plain_scene + "[damping]\nratio = 0").body.damping.law, Damping::Law::none);

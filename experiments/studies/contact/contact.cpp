@@ -32,7 +32,7 @@ constexpr const char* caption =
     "What contact makes of the coefficients it is given, for its three laws. A bounce should come back to "
     "e^2 of its height, a push v should end after v^2 / (2 mu g) whatever its direction, a slope should hold "
     "a body iff its tangent is at most mu and else let it slide 1/2 g (sin - mu cos) t^2. The thesis's law "
-    "`paper` multiplies all of a velocity by its loss factor at every touch and has friction without a "
+    "`thesis` multiplies all of a velocity by its loss factor at every touch and has friction without a "
     "direction; its misses are its own. `penalty` is smooth: it sinks a little, creeps on slopes, and what "
     "it gives back of a bounce depends on how fast and how stiff that is. Charts show one method; the table "
     "has them all. Left out: edges against each other, contact of bodies with bodies, other speeds.";
@@ -107,7 +107,7 @@ namespace {
 /// Whether a row is the same on every machine. Under the thesis's law rounding decides whether what lies on a
 /// plane is reflected or put down, and a particle that loses nothing returns to just its height, or just not.
 bool is_steady(const Table& rows, std::size_t r) {
-  return rows.text(r, "law") != "paper" ||
+  return rows.text(r, "law") != "thesis" ||
          (rows.text(r, "study") == "bounce" && rows.number(r, "asked") != 1);
 }
 

@@ -10,7 +10,7 @@ namespace mss::studies::contact {
 
 /// What `mss validate contact` asks of contact: that it obeys the laws it is given coefficients of.
 struct ContactConfig {
-  std::vector<ContactLaw> laws{ContactLaw::impulse, ContactLaw::penalty, ContactLaw::paper};
+  std::vector<ContactLaw> laws{ContactLaw::impulse, ContactLaw::penalty, ContactLaw::thesis};
   std::vector<std::string> integrators;        ///< of particles
   std::vector<std::string> block_integrators;  ///< of bodies, which take longer
   std::vector<double> restitutions;            ///< of bounces

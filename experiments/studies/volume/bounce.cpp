@@ -63,7 +63,7 @@ struct Fall {
 /// Volume against time.
 struct History {
   Status status = Status::ok;
-  std::vector<double> t{}, drift{}, paper{}, worst{};
+  std::vector<double> t{}, drift{}, thesis{}, worst{};
 };
 
 /// Of a run with steps of a share of the limit; of an adaptive method's own if that is 0.
@@ -83,7 +83,7 @@ History follow(const Fall& fall, const std::string& integrator, double share) {
     if (history.status != Status::ok) break;
     history.t.push_back(state.t);
     history.drift.push_back(m.volume_ratio - 1);
-    history.paper.push_back(m.volume_ratio_paper - 1);
+    history.thesis.push_back(m.volume_ratio_paper - 1);
     history.worst.push_back(worst_cell(fall.body, state.x));
   }
   return history;
@@ -105,7 +105,7 @@ double difference(const History& a, const History& exact) {
 void keep(const Fall& fall, const std::string& integrator, double share, const History& history,
           Table& table) {
   for (std::size_t i = 0; i < history.t.size(); ++i)
-    table.add({fall.model.name, integrator, share, history.t[i], history.drift[i], history.paper[i],
+    table.add({fall.model.name, integrator, share, history.t[i], history.drift[i], history.thesis[i],
                history.worst[i]});
 }
 
@@ -126,7 +126,7 @@ VolumeRow row_of(const Fall& fall, const std::string& integrator, double share, 
                 .status = history.status};
   if (row.status != Status::ok) return row;
   row.drift = largest(history.drift);
-  row.drift_paper = largest(history.paper);
+  row.drift_thesis = largest(history.thesis);
   row.worst_cell = largest(history.worst);
   row.difference = difference(history, exact);
   return row;

@@ -96,7 +96,7 @@ Chart local_chart(const Table& rows, const VolumeConfig& config, const VolumeMod
     chart.series.push_back(std::move(series));
   };
   add("drift", "exact volume");
-  add("drift_paper", "the thesis's estimate (3-5, 3-6)");
+  add("drift_thesis", "the thesis's estimate (3-5, 3-6)");
   add("worst_cell", "the worst cell, exact");
   return chart;
 }

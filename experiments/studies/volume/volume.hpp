@@ -63,7 +63,7 @@ struct VolumeRow {
   double angle = 0;  ///< [degrees]
   double step = 0;   ///< over the limit of central differences; 0: the method's own, or none
   SpringConstants springs{};
-  double drift = 0, drift_paper = 0, worst_cell = 0;
+  double drift = 0, drift_thesis = 0, worst_cell = 0;
   double predicted = 0;   ///< by elasticity, to first order; 0 too where nothing is
   double difference = 0;  ///< of the drift of a bounce, to an exact run's
   Status status = Status::ok;

@@ -80,7 +80,7 @@ TEST(SceneFamily, KnowsThatBoxesAreSplit) {
 
 TEST(SceneFamily, RefusesWhatCannotBeComputedOtherwise) {
   EXPECT_THROW(family("cantilever", {"solve.integrator=static"}), InputError);
-  EXPECT_THROW(family("cantilever", {"damping={ paper = true }"}), InputError);
+  EXPECT_THROW(family("cantilever", {"damping={ thesis = true }"}), InputError);
   EXPECT_THROW(family("cantilever", {"solve.duration=0"}), InputError);
 }
 

@@ -69,7 +69,7 @@ class FlippedSign final : public BodySystem<double> {
         along_x += ((c & 1) != 0 ? 0.25 : -0.25) * p[c];
         along_z += ((c & 4) != 0 ? 0.25 : -0.25) * p[c];
       }
-      const double excess = paper_volume(p) / body().cell_volume() - 1;
+      const double excess = thesis_volume(p) / body().cell_volume() - 1;
       const std::ptrdiff_t at = site + body().lattice().corner(corner);
       f.set(at, f.at(at) - body().config().springs.volume * excess / 2 * along_z.cross(along_x));
     });

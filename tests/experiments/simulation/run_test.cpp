@@ -301,7 +301,7 @@ TEST_F(RunCommand, BadScenesLeaveNothing) {
       {with(good, "velocity_verlet\"", "cvode_bdf\"") + "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n",
        "contact = \"impulse\" acts at the end of fixed steps, and cvode_bdf does not take any"},
       {with(good, "velocity_verlet\"", "static\"") +
-           "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\ncontact = \"paper\"\n",
+           "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\ncontact = \"thesis\"\n",
        "give contact = \"penalty\", or another solve.integrator"}};
   for (const auto& [text, named] : cases) {
     const ProgramRun result = run(write("bad.toml", text));
