@@ -15,14 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Which program this is: other builds of a commit may round otherwise.
+/// Identifies the build: another one of the same commit may round differently.
 Json program() {
   return {{"version", program_version()},
           {"built", fs::last_write_time("/proc/self/exe").time_since_epoch().count()}};
 }
 
-std::string line(const std::string& name, const Json& answer) {
-  return Json{{"case", name}, {"answer", answer}}.dump() + "\n";
+std::string line(const std::string& name, const Json& result) {
+  return Json{{"case", name}, {"result", result}}.dump() + "\n";
 }
 
 }  // namespace
@@ -36,16 +36,16 @@ Journal::Journal(const fs::path& file, const Json& belongs_to) {
     std::getline(lines, text);
     if (text != head)
       throw InputError(fmt::format(
-          "{} is the journal of an interrupted run with other options or another build; remove it "
-          "to begin anew, or give another --out",
+          "{} is the journal of an interrupted run with other options or another build; delete it "
+          "to start again, or choose another --out",
           file.string()));
     while (std::getline(lines, text)) {
       Json entry = Json::parse(text, nullptr, false);
-      if (!entry.is_object() || !entry.contains("answer") || !entry.contains("case") ||
+      if (!entry.is_object() || !entry.contains("result") || !entry.contains("case") ||
           !entry["case"].is_string())
         break;
       kept += text + "\n";
-      answers_[entry["case"].get<std::string>()] = std::move(entry["answer"]);
+      results_[entry["case"].get<std::string>()] = std::move(entry["result"]);
     }
   }
   write_atomically(file, kept);
@@ -58,14 +58,14 @@ double number(const Json& value) {
 }
 
 const Json* Journal::find(const std::string& name) const {
-  const auto found = answers_.find(name);
-  return found == answers_.end() ? nullptr : &found->second;
+  const auto found = results_.find(name);
+  return found == results_.end() ? nullptr : &found->second;
 }
 
-void Journal::add(const std::string& name, Json answer) {
-  if (stream_.is_open() && !(stream_ << line(name, answer) << std::flush))
-    throw InputError("the journal cannot be written any further; make room and ask again");
-  answers_[name] = std::move(answer);
+void Journal::add(const std::string& name, Json result) {
+  if (stream_.is_open() && !(stream_ << line(name, result) << std::flush))
+    throw InputError("the journal cannot be written; free disk space and run the same command again");
+  results_[name] = std::move(result);
 }
 
 }  // namespace mss

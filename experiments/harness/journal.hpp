@@ -9,27 +9,29 @@
 
 namespace mss {
 
-/// A number of an answer; what is not finite is null there, and NaN here.
+/// A number in a result: NaN for null, which is how JSON writes what is not finite.
 double number(const Json& value);
 
-/// Answers found so far, by the name of their case, in a file that survives an interruption: a first line
-/// that says what they belong to, then a line of JSON each. A line that was cut short is dropped.
+/// Results of finished cases by name, in a file that survives an interruption: a first line that identifies
+/// the program and configuration they belong to, then one line of JSON per case. A line that was cut short is
+/// dropped.
 class Journal {
  public:
-  /// Of nothing on disk.
+  /// In memory only.
   Journal() = default;
 
-  /// Goes on with a file, or begins it. `belongs_to` is what answers depend on; the program's build is
-  /// added. Throws InputError if the file belongs to something else or cannot be written.
+  /// Continues a file, or begins it. `belongs_to` holds everything that results depend on; the program's
+  /// build is added. Throws InputError if the file belongs to something else or cannot be written.
   Journal(const std::filesystem::path& file, const Json& belongs_to);
 
-  /// nullptr: not known yet.
+  /// nullptr if there is none yet.
   const Json* find(const std::string& name) const;
-  void add(const std::string& name, Json answer);
-  std::size_t size() const { return answers_.size(); }
+  /// Throws InputError if the file cannot be written.
+  void add(const std::string& name, Json result);
+  std::size_t size() const { return results_.size(); }
 
  private:
-  std::map<std::string, Json> answers_;
+  std::map<std::string, Json> results_;
   std::ofstream stream_;
 };
 

@@ -1,4 +1,4 @@
-// Cases over processes: workers are forked, take the next case from a counter they share, and write a line of
+// Cases over processes: workers are forked, take the next case from a shared counter, and write a line of
 // JSON for each to a pipe of their own; only the caller writes the journal.
 #include "experiments/harness/workers.hpp"
 
@@ -25,7 +25,7 @@ namespace mss {
 
 namespace {
 
-/// A number that all processes forked from here on count up together.
+/// A counter shared with all processes that are forked while it exists.
 class SharedCounter {
  public:
   SharedCounter() {
@@ -46,7 +46,7 @@ class SharedCounter {
 /// A forked process and what has been read from it.
 struct Worker {
   pid_t process = 0;
-  int pipe = -1;  ///< -1: it has said all it had to
+  int pipe = -1;  ///< -1: closed, all has been read
   std::string unread{};
 };
 
@@ -60,13 +60,13 @@ bool write_all(int pipe, std::string_view text) {
   return true;
 }
 
-/// What a worker does with its life. An exception that escapes ends the process, which its parent sees.
-// NOLINTNEXTLINE(bugprone-exception-escape): meant, see above
-void serve(int pipe, const std::vector<const Case*>& cases, SharedCounter& counter) noexcept {
+/// The main loop of a worker. An exception that escapes ends the process, which its parent detects.
+// NOLINTNEXTLINE(bugprone-exception-escape): intended, see above
+void work_through(int pipe, const std::vector<const Case*>& cases, SharedCounter& counter) noexcept {
   for (std::size_t i = counter.next(); i < cases.size(); i = counter.next()) {
     Json line{{"case", i}};
     try {
-      line["answer"] = cases[i]->answer();
+      line["result"] = cases[i]->compute();
     } catch (const std::exception& error) {
       line["error"] = error.what();
     }
@@ -74,7 +74,7 @@ void serve(int pipe, const std::vector<const Case*>& cases, SharedCounter& count
   }
 }
 
-/// Forked processes; those that still run when this ends are killed.
+/// Forked processes; the destructor kills those that still run.
 class Workers {
  public:
   Workers(int processes, const std::vector<const Case*>& cases) {
@@ -89,15 +89,15 @@ class Workers {
   Workers& operator=(const Workers&) = delete;
   ~Workers() { kill_all(); }
 
-  /// Waits a little for lines and hands them on. False once all workers are done.
+  /// Waits at most 200 ms for lines and passes them to `take`. False once all workers have finished.
   template <class Take>
   bool read_lines(Take&& take) {
-    constexpr int patience = 200;  // [ms], to look whether to stop
+    constexpr int timeout = 200;  // [ms], so that the caller can check for an interruption
     std::vector<pollfd> open;
     for (const Worker& worker : workers_)
       if (worker.pipe >= 0) open.push_back({.fd = worker.pipe, .events = POLLIN, .revents = 0});
     if (open.empty()) return false;
-    if (poll(open.data(), open.size(), patience) <= 0) return true;
+    if (poll(open.data(), open.size(), timeout) <= 0) return true;
     for (const pollfd& ready : open)
       if (ready.revents != 0)
         read_from(*std::find_if(workers_.begin(), workers_.end(),
@@ -116,24 +116,24 @@ class Workers {
     }
   }
 
-  [[noreturn]] static void refuse() {
-    throw InputError(fmt::format("so many processes cannot be started ({}); choose fewer with --processes",
+  [[noreturn]] static void throw_no_process() {
+    throw InputError(fmt::format("not all processes can be started ({}); choose fewer with --processes",
                                  std::strerror(errno)));
   }
 
   void start(const std::vector<const Case*>& cases) {
     std::array<int, 2> ends{};
-    if (pipe(ends.data()) != 0) refuse();
+    if (pipe(ends.data()) != 0) throw_no_process();
     const pid_t process = fork();
     if (process < 0) {
       close(ends[0]);
       close(ends[1]);
-      refuse();
+      throw_no_process();
     }
     if (process == 0) {
       for (const Worker& other : workers_) close(other.pipe);
       close(ends[0]);
-      serve(ends[1], cases, counter_);
+      work_through(ends[1], cases, counter_);
       _exit(0);
     }
     close(ends[1]);
@@ -160,8 +160,8 @@ class Workers {
     waitpid(worker.process, &status, 0);
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
       throw std::runtime_error(WIFSIGNALED(status)
-                                   ? fmt::format("a process ended by signal {}", WTERMSIG(status))
-                                   : "a process ended early");
+                                   ? fmt::format("a worker process was ended by signal {}", WTERMSIG(status))
+                                   : "a worker process ended early");
   }
 
   SharedCounter counter_;
@@ -170,7 +170,7 @@ class Workers {
 
 }  // namespace
 
-bool find_answers(const std::vector<Case>& cases, int processes, Journal& journal, Progress& progress) {
+bool compute_cases(const std::vector<Case>& cases, int processes, Journal& journal, Progress& progress) {
   std::vector<const Case*> open;
   for (const Case& c : cases)
     if (journal.find(c.name) == nullptr) open.push_back(&c);
@@ -180,14 +180,14 @@ bool find_answers(const std::vector<Case>& cases, int processes, Journal& journa
     const std::string& name = open[line["case"].get<std::size_t>()]->name;
     if (line.contains("error"))
       throw std::runtime_error(fmt::format("{}: {}", name, line["error"].get<std::string>()));
-    journal.add(name, line["answer"]);
+    journal.add(name, line["result"]);
     progress.report(double(++done) / double(open.size()), name);
   };
-  const int wanted = processes > 0 ? processes : available_cores();
-  Workers workers(std::min(wanted, int(open.size())), open);
+  const int requested = processes > 0 ? processes : available_cores();
+  Workers workers(std::min(requested, int(open.size())), open);
   while (!progress.stopped())
     if (!workers.read_lines(take)) {
-      if (done < open.size()) throw std::runtime_error("processes ended before all cases were answered");
+      if (done < open.size()) throw std::runtime_error("processes ended before all cases were computed");
       return true;
     }
   return false;

@@ -9,20 +9,19 @@
 
 namespace mss {
 
-/// A question with a name, and what answers it.
+/// A computation with the name that its result has in the journal.
 struct Case {
   std::string name;
-  std::function<Json()> answer;
+  std::function<Json()> compute;
 };
 
-/// Finds the answers to all cases that the journal does not have yet, over so many processes, and adds
-/// them to it in the order they are found; an answer depends on its case alone, so that how many processes
-/// there are changes nothing. Numbers that are not finite become null; `processes` 0 means as many as cores.
-/// False if stopped before the end: what has been found is kept. Throws std::runtime_error if a case does, or
-/// if its process dies.
+/// Computes all cases that the journal has no result of, over so many processes (0: one per core), and adds
+/// the results in the order in which they finish. A result must depend on its case alone; then it is the same
+/// for any number of processes. Numbers that are not finite become null. False if `progress` stopped it
+/// before the end: results so far are kept. Throws std::runtime_error if a case throws or its process dies.
 ///
-/// Processes are forked: systems belong inside `answer`, and have one thread, because threads of the caller
-/// do not come along.
-bool find_answers(const std::vector<Case>& cases, int processes, Journal& journal, Progress& progress);
+/// Processes are forked, and a fork has none of its parent's threads: create systems inside `compute`, with
+/// one thread.
+bool compute_cases(const std::vector<Case>& cases, int processes, Journal& journal, Progress& progress);
 
 }  // namespace mss

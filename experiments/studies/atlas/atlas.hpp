@@ -6,60 +6,68 @@
 #include "core/body_system.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/journal.hpp"
-#include "experiments/simulation/fate.hpp"
+#include "experiments/simulation/outcome.hpp"
 
 namespace mss::studies::atlas {
 
-/// The cube of 1 m and what is done to it.
+/// A cube of 1 m and how far it is stretched before it is released.
 struct AtlasBody {
   int cells = 3;        ///< per edge
-  double ratio = 0.05;  ///< of damping to critical, of every spring
+  double ratio = 0.05;  ///< damping ratio of every spring
   double poisson = 0.3;
-  double strain = 0.01;  ///< stretched by, along x; negative: compressed
+  double strain = 0.01;  ///< initial, along x; negative: compressed
   std::string name() const;
 };
 
-/// A direction in which the atlas is spread out; the other things are as in AtlasBody.
-struct AtlasPlane {
-  std::string name;            ///< of a column
-  std::string label;           ///< of an axis
-  std::vector<double> values;  ///< rows; between them, others where fates change
-  int halvings = 0;            ///< of what lies between two rows, at most
+/// A parameter that is mapped against the step; all others are as in AtlasBody.
+struct AtlasParameter {
+  std::string name;            ///< of its column
+  std::string label;           ///< of its axis
+  std::vector<double> values;  ///< rows of the map; further rows between them where the outcome changes
+  int halvings = 0;            ///< of the interval between two values, at most
   void (*set)(AtlasBody& body, double value) = nullptr;
 
   int levels() const { return (int(values.size()) - 1) << halvings; }
   double value(int level) const;  ///< level 0 to levels(); whole multiples of 2^halvings are `values`
 };
 
-/// Steps of the atlas are dt omega_max = 2^(octaves / octave_parts).
+/// Steps of the atlas are dt omega_max = 2^(step / octave_parts), `step` an integer.
 inline constexpr int octave_parts = 8;
+double dt_omega(double step);
+
 struct AtlasConfig {
-  std::vector<AtlasPlane> planes;
+  std::vector<AtlasParameter> parameters;
   std::vector<std::string> integrators;
-  int finest = 1;      ///< of octave_parts: neighbours of different fate are not closer
+  int finest = 1;      ///< least difference between two steps of different outcome, in parts of an octave
   bool quick = false;  ///< shorter ranges
 };
 AtlasConfig atlas_config(const ExperimentOptions& options);
 
-/// What the journal is asked: of a body, its spectrum and how fast it loses energy; of a method and a body,
-/// its largest step; of these at a step, the fate.
-struct AtlasQuestion {
-  enum class Kind { body, limit, fate };
-  Kind kind = Kind::fate;
+/// One computation: of a body, its spectrum and a reference of its energy; of a method and a body, the
+/// predicted largest step; of a method, a body and a step, the outcome.
+struct AtlasCase {
+  enum class Kind { body, limit, outcome };
+  Kind kind = Kind::outcome;
   AtlasBody body;
   std::string integrator = {};
   int step = 0;  ///< of dt omega_max, in parts of an octave
   std::string name() const;
 };
 
-/// Answers one; the journal must know those before it.
-Json answer(const AtlasQuestion& question, const Journal& journal);
+/// Computes a case. The journal must have the result of its body, unless that is the case.
+Json compute(const AtlasCase& atlas_case, const Journal& journal);
 
 struct AtlasTables {
-  Table points;  ///< every run
-  Table limits;  ///< per row: omega_max, largest step that holds and what comes behind it
+  Table points;      ///< per run
+  Table limits;      ///< per row of a map: omega_max, largest stable step, next outcome
+  Table parameters;  ///< every row that a map may have: its value and position on the map's axis
   Status status = Status::ok;
 };
 AtlasTables measure_atlas(const AtlasConfig& config, int processes, Journal& journal, Progress& progress);
+/// By the names of their files.
+std::vector<NamedTable> named(AtlasTables tables);
+
+/// A map per parameter.
+Drawings draw_atlas(const std::vector<NamedTable>& tables);
 
 }  // namespace mss::studies::atlas

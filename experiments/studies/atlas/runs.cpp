@@ -1,9 +1,10 @@
-// What `mss stability atlas` asks, and its answers.
+// The single runs of `mss stability atlas`.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/measures.hpp"
 #include "core/spring_system.hpp"
@@ -24,7 +25,7 @@ BodyConfig cube(const AtlasBody& body) {
   return unit_cube({.young = 1e4, .poisson = body.poisson}, 1000, body.cells, body.ratio);
 }
 
-/// Stretched along x about its middle, with a hundredth as much of fast motions.
+/// Stretched along x about its middle, with superposed fast motions a hundredth as large.
 State<double> stretched(BodySystem<double>& system, double strain) {
   constexpr double fast_share = 0.01;
   State<double> state = system.rest_state();
@@ -38,7 +39,7 @@ State<double> stretched(BodySystem<double>& system, double strain) {
   return state;
 }
 
-/// The energy left after whole samples of the slowest period, by small steps; shorter if they fail.
+/// The energy at samples over several slowest periods, by a method of small steps; shorter if it fails.
 Json reference_energies(BodySystem<double>& system, double strain, double omega, double period) {
   constexpr double small = 0.05;  // dt omega_max
   const auto method = find_integrator("damped_verlet").make<double>({.dt = small / omega});
@@ -52,32 +53,32 @@ Json reference_energies(BodySystem<double>& system, double strain, double omega,
   return energies;
 }
 
-Json answer_body(const AtlasBody& asked) {
+Json compute_body(const AtlasBody& config) {
   constexpr int rigid = 6;
-  const Body body(cube(asked));
+  const Body body(cube(config));
   SpringSystem<double> system(body, {}, {.threads = 1});
   Work work;
   const State<double> rest = system.rest_state();
   const Modes fast = fastest_mode(system, rest, work), slow = slowest_modes(system, rest, rigid + 1, work);
   for (const Status status : {fast.status, slow.status})
     if (status != Status::ok) return {{"status", to_string(status)}};
-  const double omega = fast.modes.front().omega, period = 2 * M_PI / slow.modes.back().omega;
+  const double omega = fast.modes.front().omega, period = 2 * std::numbers::pi / slow.modes.back().omega;
   return {{"status", "ok"},
           {"omega", omega},
           {"period", period},
-          {"energies", reference_energies(system, asked.strain, omega, period)}};
+          {"energies", reference_energies(system, config.strain, omega, period)}};
 }
 
-Json answer_limit(const AtlasQuestion& question, double omega) {
-  const IntegratorInfo& method = find_integrator(question.integrator);
-  const Body body(cube(question.body));
+Json compute_limit(const AtlasCase& run, double omega) {
+  const IntegratorInfo& method = find_integrator(run.integrator);
+  const Body body(cube(run.body));
   SpringSystem<double> system(body, {}, {.threads = 1});
   Work work;
   const PredictedStep step = predicted_step(method, system, system.rest_state(), work);
   return {{"status", to_string(step.status)}, {"dt_omega", step.dt * omega}};
 }
 
-/// The reference's energy at a time; the last one known from then on.
+/// The reference's energy at a time; after its end the last one.
 double reference_at(const Json& body, double t) {
   const double sample = t / body["period"].get<double>() * samples_per_period;
   const auto& energies = body["energies"];
@@ -87,76 +88,80 @@ double reference_at(const Json& body, double t) {
   return (1 - share) * energies[i].get<double>() + share * energies[std::min(i + 1, last)].get<double>();
 }
 
-/// Steps, or intervals, of a run: two slow periods, of implicit methods one and an eighth; and enough to see
-/// growth.
+/// Steps, or intervals, of a run: two slowest periods, with implicit methods 1.125; and enough for growth to
+/// show.
 long steps_of(const IntegratorInfo& method, double dt, double period) {
   const long least = method.stepping == Stepping::adaptive ? 4 : method.implicit ? 48 : 512;
   const double periods = method.stepping == Stepping::fixed && method.implicit ? 1.125 : 2;
   return std::max(least, long(std::ceil(periods * period / dt)));
 }
 
-/// Energy after a slow period, of that before.
-struct Left {
+/// Energy after one slowest period, over the initial one.
+struct RemainingEnergy {
   double energy = none, reference = none;
-  bool lost() const { return reference - energy > std::max(0.5 * reference, 0.05); }
+  bool is_too_low() const { return reference - energy > std::max(0.5 * reference, 0.05); }
 };
 
-Json answer_fate(const AtlasQuestion& question, const Json& body) {
-  constexpr long most_steps = 500;  // of one interval
-  constexpr long most_looks = 128;
-  const IntegratorInfo& method = find_integrator(question.integrator);
+Json compute_outcome(const AtlasCase& run, const Json& body) {
+  constexpr long most_steps = 500;  // in one interval
+  constexpr long most_samples = 128;
+  const IntegratorInfo& method = find_integrator(run.integrator);
   const double omega = body["omega"], period = body["period"];
-  const double dt = std::exp2(double(question.step) / octave_parts) / omega;
-  const Body cells(cube(question.body));
+  const double dt = std::exp2(double(run.step) / octave_parts) / omega;
+  const Body cells(cube(run.body));
   SpringSystem<double> system(cells, {}, {.threads = 1});
-  const double amplitude = std::abs(question.body.strain);
+  const double amplitude = std::abs(run.body.strain);
   const bool adaptive = method.stepping == Stepping::adaptive;
   const auto integrator = method.make<double>({.dt = adaptive ? 0 : dt,
                                                .length_scale = amplitude,
-                                               .speed_scale = amplitude * 2 * M_PI / period,
+                                               .speed_scale = amplitude * 2 * std::numbers::pi / period,
                                                .most_steps = most_steps});
-  State<double> state = stretched(system, question.body.strain);
-  const long steps = steps_of(method, dt, period), stride = std::max(1L, steps / most_looks);
+  State<double> state = stretched(system, run.body.strain);
+  const long steps = steps_of(method, dt, period), stride = std::max(1L, steps / most_samples);
   Work work;
-  Watch watch;
-  Left left;
-  Fate fate = follow(
+  RunExtremes extremes;
+  RemainingEnergy remaining;
+  Outcome outcome = run_sampled(
       system, state, steps / stride,
-      [&](long look) { return integrator->advance(system, state, double(look * stride) * dt, work); }, watch,
+      [&](long sample) { return integrator->advance(system, state, double(sample * stride) * dt, work); },
+      extremes,
       [&](const Measures& m) {
-        if (state.t < period || !std::isnan(left.energy)) return;
-        left = {m.mechanical() / watch.energy_before, reference_at(body, state.t) / watch.energy_before};
+        if (state.t < period || !std::isnan(remaining.energy)) return;
+        remaining = {m.mechanical() / extremes.initial_energy,
+                     reference_at(body, state.t) / extremes.initial_energy};
       });
-  if (fate == Fate::holds)
-    fate = watch.least_jacobian <= 0 ? Fate::folds : left.lost() ? Fate::loses_energy : Fate::holds;
-  return {{"fate", int(fate)},
+  if (outcome == Outcome::stable)
+    outcome = extremes.min_jacobian <= 0 ? Outcome::folds
+              : remaining.is_too_low()   ? Outcome::loses_energy
+                                         : Outcome::stable;
+  return {{"outcome", int(outcome)},
           {"seconds", state.t},
-          {"most_energy", watch.most_energy / watch.energy_before},
-          {"energy_left", left.energy},
-          {"reference_left", left.reference},
-          {"min_jacobian", watch.least_jacobian}};
+          {"max_energy", extremes.max_energy / extremes.initial_energy},
+          {"energy_left", remaining.energy},
+          {"reference_left", remaining.reference},
+          {"min_jacobian", extremes.min_jacobian}};
 }
 
 }  // namespace
 
-Json answer(const AtlasQuestion& question, const Journal& journal) {
-  if (question.kind == AtlasQuestion::Kind::body) return answer_body(question.body);
-  const Json& body = *journal.find(AtlasQuestion{AtlasQuestion::Kind::body, question.body}.name());
-  return question.kind == AtlasQuestion::Kind::limit ? answer_limit(question, body["omega"])
-                                                     : answer_fate(question, body);
+Json compute(const AtlasCase& atlas_case, const Journal& journal) {
+  if (atlas_case.kind == AtlasCase::Kind::body) return compute_body(atlas_case.body);
+  const Json& body = *journal.find(AtlasCase{AtlasCase::Kind::body, atlas_case.body}.name());
+  return atlas_case.kind == AtlasCase::Kind::limit ? compute_limit(atlas_case, body["omega"])
+                                                   : compute_outcome(atlas_case, body);
 }
 
 std::string AtlasBody::name() const {
   return fmt::format("{} cells, ratio {}, nu {}, strain {}", cells, ratio, poisson, strain);
 }
 
-std::string AtlasQuestion::name() const {
+std::string AtlasCase::name() const {
   switch (kind) {
     case Kind::body:
       return body.name();
     case Kind::limit:
       return fmt::format("{}, limit, {}", integrator, body.name());
-    case Kind::fate:
+    case Kind::outcome:
       break;
   }
   return fmt::format("{}, {}, step {}", integrator, body.name(), step);

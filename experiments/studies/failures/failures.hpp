@@ -8,66 +8,68 @@
 #include "core/body_system.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/journal.hpp"
-#include "experiments/simulation/fate.hpp"
+#include "experiments/simulation/outcome.hpp"
 
 namespace mss::studies::failures {
 
-/// A cube, and what is done to it before it is let go.
-struct Hardship {
+/// A cube and its initial state, to which a stress is added before it is released.
+struct StressCase {
   BodyConfig body;
   Environment environment = {};
-  /// Where a particle is put that rests at `rest`, both in cells from the lower corner; empty: there.
+  /// Initial place of the particle whose rest position is `rest`, both in cells from the lower corner; empty:
+  /// the rest position.
   std::function<Vec3(const Vec3& rest)> place = {};
   Vec3 velocity = Vec3::Zero();  ///< [m/s]
   Vec3 spin = Vec3::Zero();      ///< about its middle [rad/s]
-  double jump = 1;               ///< every other step is so much shorter
+  double step_ratio = 1;         ///< every other step is shorter by this factor
 };
 
-/// A way to bring methods to their limits, ever harder.
+/// A kind of stress and its severities, from mild to severe.
 struct FailureScene {
-  std::string name;   ///< of rows
-  std::string label;  ///< with what is counted and its unit
+  std::string name;   ///< in tables
+  std::string label;  ///< on charts, with the severity's quantity and unit
   std::vector<double> severities;
-  void (*set)(Hardship& hardship, double severity);
+  void (*set)(StressCase& stress_case, double severity);
 };
 const std::vector<FailureScene>& failure_scenes();
 
-/// The cube of 3 x 3 x 3 cells, 1 m, that all scenes begin with.
-Hardship at_ease();
+/// The cube of 3 x 3 x 3 cells, 1 m, at rest: what all scenes are made from.
+StressCase unloaded_cube();
 inline constexpr int failure_cells = 3;
 
 struct FailureConfig {
   std::vector<FailureScene> scenes;
   std::vector<std::string> integrators;
-  int random_scenes = 2100;  ///< at the step dt = "safe" stands for
+  int random_scenes = 2100;  ///< at the step dt = "safe" selects
   std::uint64_t seed = 1;    ///< of the first
 };
 FailureConfig failure_config(const ExperimentOptions& options);
 
 struct FailureRun {
-  Fate fate = Fate::holds;
+  Outcome outcome = Outcome::stable;
   double dt = 0;           ///< [s]
   double seconds = 0;      ///< simulated [s]
   std::int64_t steps = 0;  ///< taken
-  Watch watch{};
+  RunExtremes extremes{};
 };
 
-/// Twenty slow periods of a cube. Methods with a largest step take their safe one (guarded, that of
-/// crushed_spectral_bound()), explicit Euler, which has no safe one, what is predicted about rest, guarded or
-/// not; the others take ten times that of symplectic Euler, or are asked for such intervals.
-FailureRun try_scene(const Hardship& hardship, const IntegratorInfo& method);
+/// Runs a case for twenty times as long as sound takes through the cube and back. Methods with a guaranteed
+/// step take the safe one (guarded, that of crushed_spectral_bound()); explicit Euler, which has none, takes
+/// 0.9 of the one predicted about rest, guarded or not; the others take ten times the safe step of
+/// semi_implicit_euler, or intervals of that length if they choose their own steps.
+FailureRun try_scene(const StressCase& stress_case, const IntegratorInfo& method);
 
-/// Strains up to which dt = "safe" is meant to hold: it is sure of small motions and leaves a tenth for what
-/// deformation adds.
+/// Strains up to which dt = "safe" is meant to be stable: it is guaranteed for small motions and keeps a
+/// tenth in reserve for what deformation adds.
 inline constexpr double safe_strain = 0.05;
 
-/// A body, a method and what is done to both, within the range that dt = "safe" is meant for.
+/// A random body and initial state within the range that dt = "safe" is meant for, and a method.
 struct RandomScene {
   BodyConfig body;
   Environment environment{};
   std::string integrator{};
-  Vec3 stretch = Vec3::Ones();  ///< along each axis before it is let go
-  double rattle = 0;  ///< speed of random motions, over that of the fastest mode at safe_strain of a cell
+  Vec3 stretch = Vec3::Ones();  ///< initial, along each axis
+  double random_speed = 0;      ///< of particles, over that of the fastest mode at safe_strain of a cell
   std::uint64_t seed = 0;
 };
 RandomScene random_scene(std::uint64_t seed);
@@ -76,9 +78,15 @@ FailureRun try_scene(const RandomScene& scene);
 struct FailureTables {
   Table rows;    ///< per scene, severity, guard and method
   Table random;  ///< per random scene
+  Table scenes;  ///< the scenes with their labels
   Status status = Status::ok;
 };
 FailureTables measure_failures(const FailureConfig& config, int processes, Journal& journal,
                                Progress& progress);
+/// By the names of their files.
+std::vector<NamedTable> named(FailureTables tables);
+
+/// The map of outcomes, a panel per scene.
+Drawings draw_failures(const std::vector<NamedTable>& tables);
 
 }  // namespace mss::studies::failures

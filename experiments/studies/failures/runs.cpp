@@ -1,10 +1,12 @@
-// The runs of `mss stability failures`: scenes that are hard on purpose, and random ones that should not be.
+// The single runs of `mss stability failures`: stress cases, and random scenes within the range of the safe
+// step.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include "core/spring_system.hpp"
@@ -20,41 +22,41 @@ constexpr double young = 1e6, density = 1000;  // [Pa], [kg/m^3]
 constexpr double n = failure_cells;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-void fill(Hardship& h, double poisson, double face_share) {
-  h.body.fill({.young = young, .poisson = poisson}, face_share);
+void fill(StressCase& c, double poisson, double face_share) {
+  c.body.fill({.young = young, .poisson = poisson}, face_share);
 }
 
-void drop(Hardship& h, double height) {
+void drop(StressCase& c, double height) {
   constexpr double gravity = 9.81, above = 1e-3;  // [m/s^2], [m]
-  h.body.origin = above * Vec3::UnitZ();
-  h.environment.planes = {
+  c.body.origin = above * Vec3::UnitZ();
+  c.environment.planes = {
       {.point = Vec3::Zero(), .normal = Vec3::UnitZ(), .restitution = 0.3, .friction = 0.4}};
-  h.velocity = -std::sqrt(2 * gravity * height) * Vec3::UnitZ();
+  c.velocity = -std::sqrt(2 * gravity * height) * Vec3::UnitZ();
 }
 
-/// The first particles along an edge, put where it begins: springs of no length.
-void merge(Hardship& h, double particles) {
-  h.place = [particles](const Vec3& rest) -> Vec3 {
+/// Places the first particles along an edge where it begins: springs of no length.
+void merge(StressCase& c, double particles) {
+  c.place = [particles](const Vec3& rest) -> Vec3 {
     const bool on_edge = rest[1] < 0.5 && rest[2] < 0.5 && rest[0] < particles + 0.5;
     return on_edge ? Vec3(0, rest[1], rest[2]) : rest;
   };
 }
 
-void push_corner(Hardship& h, double cells) {
-  h.place = [cells](const Vec3& rest) -> Vec3 {
+void push_corner(StressCase& c, double cells) {
+  c.place = [cells](const Vec3& rest) -> Vec3 {
     return (rest.array() > n - 0.5).all() ? Vec3(rest - cells * Vec3::Ones()) : rest;
   };
 }
 
-void stretch(Hardship& h, double factor) {
-  h.place = [factor](const Vec3& rest) { return Vec3(n / 2 + factor * (rest[0] - n / 2), rest[1], rest[2]); };
+void stretch(StressCase& c, double factor) {
+  c.place = [factor](const Vec3& rest) { return Vec3(n / 2 + factor * (rest[0] - n / 2), rest[1], rest[2]); };
 }
 
-/// The half beyond the middle, heavier than the particles of its inside by such a factor.
-void weigh_down(Hardship& h, double times) {
+/// Makes each particle of the half beyond the middle heavier than an inner particle by a factor.
+void weight_half(StressCase& c, double times) {
   const Vec3 upper = Vec3::Ones(), lower(0.5, 0, 0);
   constexpr double particles = (n + 1) * (n + 1) * (n + 1) / 2, each = density / (n * n * n);
-  h.body.weights = {{{lower, upper}, (times - 1) * particles * each}};
+  c.body.weights = {{{lower, upper}, (times - 1) * particles * each}};
 }
 
 double speed_of_sound(const BodyConfig& body) { return std::sqrt(young / body.density); }
@@ -69,116 +71,117 @@ double step_for(const IntegratorInfo& method, BodySystem<double>& system) {
   return safe_share * predicted_step(method, system, system.rest_state(), work).dt;
 }
 
-State<double> start(BodySystem<double>& system, const Hardship& h) {
+State<double> start(BodySystem<double>& system, const StressCase& c) {
   const BodyConfig& config = system.body().config();
   State<double> state = system.rest_state();
   const Vec3 middle = config.origin + config.cell_size * n / 2 * Vec3::Ones();
   for (const std::ptrdiff_t site : system.particles()) {
     const Vec3 rest = (state.x.at(site) - config.origin) / config.cell_size;
-    if (h.place) state.x.set(site, config.origin + config.cell_size * h.place(rest));
-    state.v.set(site, h.velocity + h.spin.cross(state.x.at(site) - middle));
+    if (c.place) state.x.set(site, config.origin + config.cell_size * c.place(rest));
+    state.v.set(site, c.velocity + c.spin.cross(state.x.at(site) - middle));
   }
   return state;
 }
 
-/// Runs for a time, every other step shorter by `jump`.
+/// Runs for a time, every other step shorter by `step_ratio`.
 FailureRun run(BodySystem<double>& system, const IntegratorInfo& method, State<double> state, double dt,
-               double jump, double seconds) {
-  constexpr long most_looks = 200, most_steps = 500;
-  if (!(dt > 0)) return {.fate = Fate::stalls, .dt = dt, .seconds = none};  // no step was found
+               double step_ratio, double seconds) {
+  constexpr long most_samples = 200, most_steps = 500;
+  if (!(dt > 0)) return {.outcome = Outcome::stalls, .dt = dt, .seconds = none};  // no step was found
   const bool adaptive = method.stepping == Stepping::adaptive;
   IntegratorOptions whole{.dt = adaptive ? 0 : dt, .most_steps = most_steps};
   scale_errors(whole, system);
   IntegratorOptions part = whole;
-  part.dt = whole.dt / jump;
+  part.dt = whole.dt / step_ratio;
   const auto long_steps = method.make<double>(whole), short_steps = method.make<double>(part);
-  const double pair = jump == 1 ? dt : dt + dt / jump;
+  const double pair = step_ratio == 1 ? dt : dt + dt / step_ratio;
   const long steps = std::max(32L, long(std::ceil(seconds / pair))),
-             stride = std::max(1L, steps / most_looks);
+             stride = std::max(1L, steps / most_samples);
   Work work;
   const auto one_pair = [&] {
     Status status = long_steps->advance(system, state, state.t + dt, work);
     if (status != Status::ok) return status;
     short_steps->reset();
-    status = short_steps->advance(system, state, state.t + dt / jump, work);
+    status = short_steps->advance(system, state, state.t + dt / step_ratio, work);
     long_steps->reset();
     return status;
   };
   FailureRun result{.dt = dt};
-  result.fate = follow(
+  result.outcome = run_sampled(
       system, state, steps / stride,
-      [&](long look) {
-        if (jump == 1) return long_steps->advance(system, state, double(look * stride) * dt, work);
+      [&](long sample) {
+        if (step_ratio == 1) return long_steps->advance(system, state, double(sample * stride) * dt, work);
         Status status = Status::ok;
         for (long i = 0; i < stride && status == Status::ok; ++i) status = one_pair();
         return status;
       },
-      result.watch);
+      result.extremes);
   result.seconds = state.t;
   result.steps = work.steps;
-  if (result.fate == Fate::holds && result.watch.last_jacobian <= 0) result.fate = Fate::folds;
+  if (result.outcome == Outcome::stable && result.extremes.final_jacobian <= 0)
+    result.outcome = Outcome::folds;
   return result;
 }
 
 }  // namespace
 
-Hardship at_ease() {
-  Hardship h{.body = {.voxels = VoxelGrid::box(failure_cells, failure_cells, failure_cells),
-                      .cell_size = 1.0 / failure_cells,
-                      .density = density,
-                      .damping = {.law = Damping::Law::ratio, .zeta = 0.1}}};
-  fill(h, 0.3, 0.5);
-  return h;
+StressCase unloaded_cube() {
+  StressCase c{.body = {.voxels = VoxelGrid::box(failure_cells, failure_cells, failure_cells),
+                        .cell_size = 1.0 / failure_cells,
+                        .density = density,
+                        .damping = {.law = Damping::Law::ratio, .zeta = 0.1}}};
+  fill(c, 0.3, 0.5);
+  return c;
 }
 
 const std::vector<FailureScene>& failure_scenes() {
   static const std::vector<FailureScene> all{
-      {"drop", "dropped from [m]", {0.1, 1, 10, 100, 1000}, drop},
+      {"drop", "drop height [m]", {0.1, 1, 10, 100, 1000}, drop},
       {"spin",
-       "spins, times slowest",
+       "spin [2 c / L]",
        {0.1, 0.3, 1, 3, 10},
-       [](Hardship& h, double times) {
-         h.spin = times * 2 * speed_of_sound(h.body) * Vec3(0.36, 0.48, 0.8);
+       [](StressCase& c, double times) {
+         c.spin = times * 2 * speed_of_sound(c.body) * Vec3(0.36, 0.48, 0.8);
        }},
-      {"stretch", "stretched to", {1.2, 1.5, 2, 3, 4}, stretch},
-      {"compression", "compressed to", {0.8, 0.5, 0.3, 0.1, 0.05}, stretch},
+      {"stretch", "stretched to [m]", {1.2, 1.5, 2, 3, 4}, stretch},
+      {"compression", "compressed to [m]", {0.8, 0.5, 0.3, 0.1, 0.05}, stretch},
       {"merged", "merged particles", {1, 2, 3}, merge},
       {"inside_out", "corner pushed [cells]", {0.5, 1, 1.5, 2, 2.5}, push_corner},
       {"poisson",
-       "nu, from stretch 1.3",
+       "nu, stretched to 1.3 m",
        {0.45, 0.49, 0.499, 0.4999},
-       [](Hardship& h, double poisson) {
-         fill(h, poisson, 0.5);
-         stretch(h, 1.3);
+       [](StressCase& c, double poisson) {
+         fill(c, poisson, 0.5);
+         stretch(c, 1.3);
        }},
       {"negative_volume",
-       "nu, k_vol < 0",
+       "nu with k_vol < 0",
        {0.2, 0.1, 0, -0.2},
-       [](Hardship& h, double poisson) {
-         fill(h, poisson, 0.5);
-         stretch(h, 0.7);
+       [](StressCase& c, double poisson) {
+         fill(c, poisson, 0.5);
+         stretch(c, 0.7);
        }},
       {"weights",
-       "half heavier, times",
+       "half heavier by factor",
        {1e2, 1e4, 1e6},
-       [](Hardship& h, double times) {
-         weigh_down(h, times);
-         stretch(h, 1.3);
+       [](StressCase& c, double times) {
+         weight_half(c, times);
+         stretch(c, 1.3);
        }},
-      {"jump", "dt jumps by", {2, 10, 100}, [](Hardship& h, double factor) {
-         h.jump = factor;
-         stretch(h, 1.3);
+      {"jump", "step ratio", {2, 10, 100}, [](StressCase& c, double factor) {
+         c.step_ratio = factor;
+         stretch(c, 1.3);
        }}};
   return all;
 }
 
-FailureRun try_scene(const Hardship& hardship, const IntegratorInfo& method) {
+FailureRun try_scene(const StressCase& stress_case, const IntegratorInfo& method) {
   constexpr double periods = 20;
-  const Body body(hardship.body);
-  SpringSystem<double> system(body, hardship.environment, {.threads = 1});
-  const double slow = 2.0 / speed_of_sound(hardship.body);  // there and back through 1 m [s]
+  const Body body(stress_case.body);
+  SpringSystem<double> system(body, stress_case.environment, {.threads = 1});
+  const double slow = 2.0 / speed_of_sound(stress_case.body);  // there and back through 1 m [s]
   const double dt = step_for(method, system);
-  return run(system, method, start(system, hardship), dt, hardship.jump, periods * slow);
+  return run(system, method, start(system, stress_case), dt, stress_case.step_ratio, periods * slow);
 }
 
 RandomScene random_scene(std::uint64_t seed) {
@@ -202,7 +205,7 @@ RandomScene random_scene(std::uint64_t seed) {
   std::vector<std::string> limited;
   for (const IntegratorInfo& method : integrators())
     if (method.limit && method.limit(1, 0) > 0)
-      limited.push_back(method.name);  // explicit Euler is never sure
+      limited.push_back(method.name);  // not explicit Euler: no step of it is guaranteed
   scene.integrator = limited[std::size_t(whole(0, int(limited.size()) - 1))];
   const double h = scene.body.cell_size;
   if (share() < 0.3) scene.environment.holds = {{.box = {Vec3::Zero(), Vec3(0, 1e3 * h, 1e3 * h)}}};
@@ -216,7 +219,7 @@ RandomScene random_scene(std::uint64_t seed) {
     plane.point = (plane.normal.cwiseMin(0).dot(far) - 0.01 * h) * plane.normal;
     scene.environment.planes = {plane};
   }
-  scene.rattle = share();
+  scene.random_speed = share();
   return scene;
 }
 
@@ -228,8 +231,8 @@ FailureRun try_scene(const RandomScene& scene) {
   const double dt = step_for(method, system);
   std::mt19937_64 random(scene.seed);
   std::uniform_real_distribution<> share(-1, 1);
-  const double speed =
-      scene.rattle * safe_strain * scene.body.cell_size * system.body_bound().omega / (2 * M_PI);
+  const double speed = scene.random_speed * safe_strain * scene.body.cell_size * system.body_bound().omega /
+                       (2 * std::numbers::pi);
   State<double> state = system.rest_state();
   for (const std::ptrdiff_t site : system.particles()) {
     state.x.set(site, state.x.at(site).cwiseProduct(scene.stretch));

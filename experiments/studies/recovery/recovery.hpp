@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/body_system.hpp"
@@ -10,37 +12,44 @@
 
 namespace mss::studies::recovery {
 
-/// What fills the cube that is to recover.
+/// Where the stiffness of a cube comes from.
+enum class Stiffness { thesis_springs, calibrated_springs, corotational_elements };
+std::string_view to_string(Stiffness stiffness);
+
+/// A cube as it is modelled, with or without the fold guard.
 struct RecoveryModel {
   std::string name;
-  std::string model;      ///< for make_system()
+  std::string unguarded;  ///< name of the same model without the fold guard; its own if it has none
+  Stiffness stiffness = Stiffness::thesis_springs;
   BodyConfig body;        ///< 3 x 3 x 3 cells
-  int seeds = 1;          ///< of every state
-  bool lands = false;     ///< and not only recovers from the zoo
-  bool guarded = false;   ///< against folding
+  int seeds = 1;          ///< of every trapped state
+  bool lands = false;     ///< landings are tried too
   double face_share = 0;  ///< t of calibrated springs
-  double poisson = 0;     ///< 0: not a material's
+  double poisson = 0;     ///< not of the thesis's springs, which have no material
+
+  bool guarded() const { return body.fold_guard > 0; }
+  std::unique_ptr<BodySystem<double>> system(const Body& of, const Environment& environment) const;
 };
 
-/// A way to trap a body, by name; `amount` [cells] where there are several.
+/// A state that may trap a body, by name; `amount` [cells] where there are several of that name.
 struct TrappedState {
   std::string name;
   double amount = 0;
-  /// Where a particle is put whose place in the body at rest is `rest`, in cells from its lower corner;
-  /// `random` in [-1, 1]^3.
+  /// Place of a particle whose rest position is `rest`, both in cells from the body's lower corner; `random`
+  /// in [-1, 1]^3.
   Vec3 (*put)(const Vec3& rest, const Vec3& random, double amount);
 };
 
-/// What `mss recovery` does to cubes: every trapped state with as many seeds, and landings.
+/// The trials of `mss recovery`: every trapped state with so many seeds, and landings.
 struct RecoveryConfig {
   std::vector<RecoveryModel> models;
   std::vector<TrappedState> states;
   std::uint64_t seed = 1;                ///< the first
-  std::vector<double> landing_speeds{};  ///< tried in turn until a cube stays folded [m/s]
+  std::vector<double> landing_speeds{};  ///< ascending; tried until a cube does not recover [m/s]
 };
 RecoveryConfig recovery_config(const ExperimentOptions& options);
 
-/// The zoo: mirrored, a folded layer, corner, edge, face and patch pushed through, flat, crushed, random.
+/// Mirrored, a folded layer, a corner, edge, face and patch pushed in, flat, shrunk, random.
 const std::vector<TrappedState>& trapped_states();
 /// As charts and tables name it.
 std::string to_string(const TrappedState& state);
@@ -48,18 +57,19 @@ std::string to_string(const TrappedState& state);
 /// Edges of the cubes in cells.
 inline constexpr int recovery_cells = 3;
 
-/// How a trial ended.
+/// How a trial ends: at rest in its shape, at rest in its mirror image, at rest with stored energy, not at
+/// rest, or with numbers that are not finite.
 enum class Recovery { recovered, mirrored, trapped, moving, non_finite };
 std::string_view to_string(Recovery outcome);
 
 struct RecoveryTrial {
   Recovery outcome = Recovery::recovered;
-  double seconds = 0;       ///< simulated, until then [s]
+  double seconds = 0;       ///< simulated until the end [s]
   double max_stretch = 0;   ///< at the end
   double min_jacobian = 1;  ///< at the end
 };
 
-/// Puts the body of a system into a state and lets go.
+/// Puts the body of a system into a state and releases it.
 RecoveryTrial try_recovery(BodySystem<double>& system, const TrappedState& trap, std::uint64_t seed);
 
 /// What a cube lands on: a corner, an edge or a face.
@@ -69,20 +79,30 @@ struct Landing {
 };
 const std::vector<Landing>& landings();
 
-/// Lands a cube at a speed [m/s], lets it bounce and come to rest in the air: recovered if nothing is inside
-/// out then, however fast it turns.
+/// Lands a cube at a speed [m/s] and lets it bounce and come to rest in the air: recovered if no cell is
+/// inverted then, however fast it rotates.
 RecoveryTrial try_landing(const RecoveryModel& model, const Landing& landing, double speed);
 
-/// What a step costs, models taking turns, and how far the guard moves anything where nothing is near
-/// folding.
+/// Wall time of a step, models interleaved, and the largest displacement that the fold guard causes where no
+/// cell is near folding.
 Table measure_costs(const RecoveryConfig& config, const Progress& progress);
 
 struct RecoveryTables {
   Table rows;      ///< per model and state
   Table landings;  ///< per model and landing: the first speed from which it does not recover
+  Table models;    ///< what charts name the models by, and which differ by the fold guard alone
+  Table speeds;    ///< landing speeds, in the order tried
   Status status = Status::ok;
 };
 RecoveryTables measure_recovery(const RecoveryConfig& config, int processes, Journal& journal,
                                 Progress& progress);
+/// By the names of their files; `costs` from measure_costs().
+std::vector<NamedTable> named(RecoveryTables tables, Table costs);
+
+/// Recovery per model, landing speeds, and a map of recovery per state and model.
+Drawings draw_recovery(const std::vector<NamedTable>& tables);
+
+/// Share of the trials in these rows that recovered; NaN if there are none.
+double recovered_share(const Table& rows);
 
 }  // namespace mss::studies::recovery

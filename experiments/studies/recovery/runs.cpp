@@ -1,9 +1,8 @@
-// The runs of `mss recovery`.
+// The trials of `mss recovery`, and what a step costs.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -28,29 +27,29 @@ namespace {
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array outcomes{Recovery::recovered, Recovery::mirrored, Recovery::trapped, Recovery::moving,
                               Recovery::non_finite};
-constexpr double at_rest = 1e-6;  ///< largest stretch of what has recovered
+constexpr double at_rest = 1e-6;  ///< largest stretch of a recovered body
 
 const IntegratorInfo& method() { return find_integrator("verlet"); }
 
-/// A tenth of what holds about rest, without a guard: trials begin far from any rest, and a guard that acts
-/// makes motions up to three times as fast.
+/// A tenth of the stable step about rest without guard: trials begin far from rest, and a guard that acts
+/// raises the highest frequency up to threefold.
 double trial_step(const BodySystem<double>& system) {
   return 0.1 * stable_step(method(), system.spectral_bound());
 }
 
-/// Lets go of a body until it is at rest, trapped (its stored energy stays what it is), or the time is over.
+/// Runs until the body is at rest, trapped (its stored energy remains constant), or the time is over.
 RecoveryTrial settle(BodySystem<double>& system, State<double>& state) {
-  constexpr long look = 128, most_looks = 500;
-  constexpr int same_looks = 50;
-  constexpr double same = 1e-9;
+  constexpr long sample_steps = 128, most_samples = 500;
+  constexpr int samples_to_trapped = 50;
+  constexpr double energy_tolerance = 1e-9;
   const double dt = trial_step(system);
   const auto integrator = method().make<double>({.dt = dt});
   Work work;
   double before = none;
   int unchanged = 0;
   RecoveryTrial trial{.outcome = Recovery::moving};
-  for (long i = 1; i <= most_looks; ++i) {
-    const Status status = integrator->advance(system, state, double(i * look) * dt, work);
+  for (long i = 1; i <= most_samples; ++i) {
+    const Status status = integrator->advance(system, state, double(i * sample_steps) * dt, work);
     const Measures m = measure(system, state);
     const double stored = m.elastic + m.volume_energy;
     trial.seconds = state.t;
@@ -58,21 +57,21 @@ RecoveryTrial settle(BodySystem<double>& system, State<double>& state) {
       return {.outcome = Recovery::non_finite, .seconds = state.t, .max_stretch = none, .min_jacobian = none};
     trial.max_stretch = m.max_stretch;
     trial.min_jacobian = m.min_jacobian;
-    unchanged = std::abs(stored - before) <= same * stored ? unchanged + 1 : 0;
+    unchanged = std::abs(stored - before) <= energy_tolerance * stored ? unchanged + 1 : 0;
     before = stored;
     if (m.max_stretch < at_rest)
       trial.outcome = m.min_jacobian > 0 ? Recovery::recovered : Recovery::mirrored;
-    if (unchanged == same_looks) trial.outcome = Recovery::trapped;
+    if (unchanged == samples_to_trapped) trial.outcome = Recovery::trapped;
     if (trial.outcome != Recovery::moving) break;
   }
   return trial;
 }
 
-/// Of one model and state.
+/// Counts over the seeds of one model and state.
 struct Tally {
   std::map<Recovery, int> outcomes;
-  std::vector<double> seconds;  ///< of those that recovered
-  double worst_stretch = 0;     ///< of all that are finite
+  std::vector<double> seconds;  ///< until recovery
+  double worst_stretch = 0;     ///< of all trials that stayed finite
 
   void add(const RecoveryTrial& trial) {
     ++outcomes[trial.outcome];
@@ -82,41 +81,44 @@ struct Tally {
 };
 
 /// All seeds of a model in a state.
-Json answer_of(const RecoveryModel& model, const TrappedState& trap, std::uint64_t first_seed) {
+Json compute_states(const RecoveryModel& model, const TrappedState& trap, std::uint64_t first_seed) {
   const Body body(model.body);
-  const auto system = make_system<double>(model.model, body, {}, 1);
+  const auto system = model.system(body, {});
   Tally tally;
   for (int i = 0; i < model.seeds; ++i) tally.add(try_recovery(*system, trap, first_seed + std::uint64_t(i)));
-  Json answer{{"seconds", tally.seconds.empty() ? none : quantile(tally.seconds, 0.5)},
+  Json result{{"seconds", tally.seconds.empty() ? none : quantile(tally.seconds, 0.5)},
               {"worst", tally.worst_stretch}};
-  for (const Recovery outcome : outcomes) answer[to_string(outcome)] = tally.outcomes[outcome];
-  return answer;
+  for (const Recovery outcome : outcomes) result[to_string(outcome)] = tally.outcomes[outcome];
+  return result;
 }
 
-/// Harder and harder, until it does not recover.
-Json answer_of(const RecoveryModel& model, const Landing& landing, const std::vector<double>& speeds) {
-  Json answer{{"recovers_to", none}, {"folds_at", none}, {"max_stretch", none}, {"min_jacobian", none}};
+/// Ascending speeds, until one from which it does not recover.
+Json compute_landing(const RecoveryModel& model, const Landing& landing, const std::vector<double>& speeds) {
+  Json result{{"highest_recovered", none},
+              {"lowest_unrecovered", none},
+              {"max_stretch", none},
+              {"min_jacobian", none}};
   for (const double speed : speeds) {
     const RecoveryTrial trial = try_landing(model, landing, speed);
-    answer["outcome"] = to_string(trial.outcome);
+    result["outcome"] = to_string(trial.outcome);
     if (trial.outcome == Recovery::recovered) {
-      answer["recovers_to"] = speed;
+      result["highest_recovered"] = speed;
       continue;
     }
-    answer["folds_at"] = speed;
-    answer["max_stretch"] = trial.max_stretch;
-    answer["min_jacobian"] = trial.min_jacobian;
+    result["lowest_unrecovered"] = speed;
+    result["max_stretch"] = trial.max_stretch;
+    result["min_jacobian"] = trial.min_jacobian;
     break;
   }
-  return answer;
+  return result;
 }
 
-/// The outcome of most that did not recover, or that they all did.
-std::string usual(const Json& answer) {
+/// The most frequent outcome of those that did not recover; "ok" if all did.
+std::string most_frequent_failure(const Json& result) {
   std::string most = "ok";
   int count = 0;
   for (const Recovery outcome : outcomes)
-    if (const int times = answer[to_string(outcome)]; outcome != Recovery::recovered && times > count) {
+    if (const int times = result[to_string(outcome)]; outcome != Recovery::recovered && times > count) {
       most = to_string(outcome);
       count = times;
     }
@@ -134,66 +136,79 @@ std::vector<Case> cases_of(const RecoveryConfig& config) {
   std::vector<Case> cases;
   for (const RecoveryModel& model : config.models) {
     for (const TrappedState& trap : config.states)
-      cases.push_back(
-          {name_of(model, trap), [&model, &trap, &config] { return answer_of(model, trap, config.seed); }});
+      cases.push_back({name_of(model, trap),
+                       [&model, &trap, &config] { return compute_states(model, trap, config.seed); }});
     if (model.lands && !config.landing_speeds.empty())
       for (const Landing& landing : landings())
         cases.push_back({name_of(model, landing), [&model, &landing, &config] {
-                           return answer_of(model, landing, config.landing_speeds);
+                           return compute_landing(model, landing, config.landing_speeds);
                          }});
   }
   return cases;
 }
 
-void add_rows(const RecoveryConfig& config, const Journal& journal, RecoveryTables& tables) {
-  for (const RecoveryModel& m : config.models) {
-    for (const TrappedState& trap : config.states)
-      if (const Json* found = journal.find(name_of(m, trap))) {
-        const Json& a = *found;
-        std::vector<Cell> row{m.name, m.guarded ? 1 : 0, m.face_share, m.poisson, to_string(trap), m.seeds};
-        for (const Recovery outcome : outcomes) row.emplace_back(a[to_string(outcome)].get<std::int64_t>());
-        row.insert(row.end(), {a["recovered"].get<double>() / m.seeds, number(a["seconds"]),
-                               number(a["worst"]), usual(a)});
-        tables.rows.add(std::move(row));
-      }
-    for (const Landing& landing : landings())
-      if (const Json* found = journal.find(name_of(m, landing))) {
-        const Json& a = *found;
-        const std::string outcome = a["outcome"];
-        tables.landings.add({m.name, m.guarded ? 1 : 0, landing.name, number(a["recovers_to"]),
-                             number(a["folds_at"]), number(a["max_stretch"]), number(a["min_jacobian"]),
-                             outcome == "recovered" ? "recovers at any tried" : outcome});
-      }
-  }
+/// The rows of one model that have results.
+void add_rows(const RecoveryConfig& config, const RecoveryModel& m, const Journal& journal,
+              RecoveryTables& tables) {
+  const int guarded = m.guarded() ? 1 : 0;
+  for (const TrappedState& trap : config.states)
+    if (const Json* found = journal.find(name_of(m, trap))) {
+      const Json& result = *found;
+      std::vector<Cell> row{m.name, guarded, m.face_share, m.poisson, to_string(trap), m.seeds};
+      for (const Recovery outcome : outcomes)
+        row.emplace_back(result[to_string(outcome)].get<std::int64_t>());
+      row.insert(row.end(), {result["recovered"].get<double>() / m.seeds, number(result["seconds"]),
+                             number(result["worst"]), most_frequent_failure(result)});
+      tables.rows.add(std::move(row));
+    }
+  for (const Landing& landing : landings())
+    if (const Json* found = journal.find(name_of(m, landing))) {
+      const Json& result = *found;
+      const std::string outcome = result["outcome"];
+      tables.landings.add(
+          {m.name, guarded, landing.name, number(result["highest_recovered"]),
+           number(result["lowest_unrecovered"]), number(result["max_stretch"]),
+           number(result["min_jacobian"]),
+           outcome == to_string(Recovery::recovered) ? "recovered at every speed tried" : outcome});
+    }
 }
 
 RecoveryTables empty_tables() {
-  return {.rows = Table({{"model"},
+  return {
+      .rows = Table({{"model"},
+                     {"guarded"},
+                     {"face_share"},
+                     {"poisson"},
+                     {"state"},
+                     {"trials"},
+                     {"recovered"},
+                     {"mirrored"},
+                     {"trapped"},
+                     {"moving"},
+                     {"non_finite"},
+                     {"rate"},
+                     {"median_seconds", "s"},
+                     {"worst_stretch"},
+                     {"status"}}),
+      .landings = Table({{"model"},
                          {"guarded"},
-                         {"face_share"},
-                         {"poisson"},
-                         {"state"},
-                         {"trials"},
-                         {"recovered"},
-                         {"mirrored"},
-                         {"trapped"},
-                         {"moving"},
-                         {"non_finite"},
-                         {"rate"},
-                         {"median_seconds", "s"},
-                         {"worst_stretch"},
+                         {"landing"},
+                         {"highest_recovered", "m/s"},
+                         {"lowest_unrecovered", "m/s"},
+                         {"max_stretch"},
+                         {"min_jacobian"},
                          {"status"}}),
-          .landings = Table({{"model"},
-                             {"guarded"},
-                             {"landing"},
-                             {"recovers_to", "m/s"},
-                             {"folds_at", "m/s"},
-                             {"max_stretch"},
-                             {"min_jacobian"},
-                             {"status"}})};
+      .models = Table({{"model"}, {"unguarded"}, {"stiffness"}, {"guarded"}, {"face_share"}, {"poisson"}}),
+      .speeds = Table(std::vector<Column>{{"speed", "m/s"}})};
 }
 
 }  // namespace
+
+std::unique_ptr<BodySystem<double>> RecoveryModel::system(const Body& of,
+                                                          const Environment& environment) const {
+  const bool elements = stiffness == Stiffness::corotational_elements;
+  return make_system<double>(elements ? "corotational" : spring_model, of, environment, 1);
+}
 
 RecoveryTrial try_recovery(BodySystem<double>& system, const TrappedState& trap, std::uint64_t seed) {
   const BodyConfig& config = system.body().config();
@@ -214,24 +229,22 @@ RecoveryTrial try_landing(const RecoveryModel& model, const Landing& landing, do
   config.origin = above * config.cell_size * Vec3::Ones();
   const Environment ground{.planes = {{.point = Vec3::Zero(), .normal = landing.up, .restitution = 0.5}}};
   const Body body(config);
-  const auto system = make_system<double>(model.model, body, ground, 1);
+  const auto system = model.system(body, ground);
   State<double> state = system->rest_state();
   for (const std::ptrdiff_t site : system->particles()) state.v.set(site, -speed * landing.up);
   RecoveryTrial trial = settle(*system, state);
-  const bool unfolded = trial.min_jacobian > 0;
-  if (unfolded && (trial.outcome == Recovery::trapped || trial.outcome == Recovery::moving))
+  const bool inverted = !(trial.min_jacobian > 0);
+  if (!inverted && (trial.outcome == Recovery::trapped || trial.outcome == Recovery::moving))
     trial.outcome = Recovery::recovered;
   return trial;
 }
 
 namespace {
 
-/// A cube that is stretched by a twentieth and let go, as in ordinary scenes.
-struct Ordinary {
-  explicit Ordinary(const RecoveryModel& model)
-      : body(model.body),
-        system(make_system<double>(model.model, body, {}, 1)),
-        state(stretched_state(*system, 1.05)) {
+/// A cube in motion far from folding: stretched by a twentieth and released.
+struct OrdinaryMotion {
+  explicit OrdinaryMotion(const RecoveryModel& model)
+      : body(model.body), system(model.system(body, {})), state(stretched_state(*system, 1.05)) {
     dt = safe_share * stable_step(method(), system->spectral_bound());
     integrator = method().make<double>({.dt = dt});
   }
@@ -246,9 +259,16 @@ struct Ordinary {
   std::unique_ptr<Integrator<double>> integrator;
 };
 
-/// The largest difference of a coordinate of two such cubes [m].
-double difference(const Ordinary& a, const Ordinary& b) {
+/// The largest difference of a coordinate between two cubes [m].
+double difference(const OrdinaryMotion& a, const OrdinaryMotion& b) {
   return (a.state.x.array() - b.state.x.array()).abs().maxCoeff();
+}
+
+/// The model of that name; config.models.size() if there is none.
+std::size_t index_of(const RecoveryConfig& config, const std::string& name) {
+  const auto found = std::find_if(config.models.begin(), config.models.end(),
+                                  [&](const RecoveryModel& model) { return model.name == name; });
+  return std::size_t(found - config.models.begin());
 }
 
 }  // namespace
@@ -256,26 +276,24 @@ double difference(const Ordinary& a, const Ordinary& b) {
 Table measure_costs(const RecoveryConfig& config, const Progress& progress) {
   constexpr int repetitions = 15;
   constexpr long steps = 500;
-  using Clock = std::chrono::steady_clock;
-  std::vector<std::unique_ptr<Ordinary>> cubes;
-  for (const RecoveryModel& model : config.models) cubes.push_back(std::make_unique<Ordinary>(model));
-  std::vector<std::vector<double>> seconds(cubes.size());
-  interleave(repetitions, cubes.size(), progress, [&](std::size_t i) {
-    const auto begin = Clock::now();
-    cubes[i]->advance(steps);
-    seconds[i].push_back(std::chrono::duration<double>(Clock::now() - begin).count() / double(steps));
+  std::vector<std::unique_ptr<OrdinaryMotion>> cubes;
+  for (const RecoveryModel& model : config.models) cubes.push_back(std::make_unique<OrdinaryMotion>(model));
+  const auto seconds = measure_interleaved(repetitions, cubes.size(), progress, [&](std::size_t i) {
+    return seconds_of([&] { cubes[i]->advance(steps); }) / double(steps);
   });
   Table table(
       {{"model"}, {"guarded"}, {"median", "s"}, {"q1", "s"}, {"q3", "s"}, {"difference", "m"}, {"status"}});
   for (std::size_t i = 0; i < cubes.size(); ++i) {
+    const RecoveryModel& model = config.models[i];
     const bool measured = seconds[i].size() == repetitions;
-    const bool has_plain = i > 0 && config.models[i].name.starts_with(config.models[i - 1].name);
-    const double apart = !config.models[i].guarded ? 0
-                         : measured && has_plain   ? difference(*cubes[i], *cubes[i - 1])
-                                                   : none;
-    table.add({config.models[i].name, config.models[i].guarded ? 1 : 0,
-               measured ? quantile(seconds[i], 0.5) : none, measured ? quantile(seconds[i], 0.25) : none,
-               measured ? quantile(seconds[i], 0.75) : none, apart, measured ? "ok" : "interrupted"});
+    const Quartiles q = measured ? quartiles(seconds[i]) : Quartiles{none, none, none};
+    const std::size_t unguarded = index_of(config, model.unguarded);
+    const bool comparable = measured && unguarded < cubes.size();
+    table.add({model.name, model.guarded() ? 1 : 0, q.median, q.q1, q.q3,
+               comparable ? difference(*cubes[i], *cubes[unguarded]) : none,
+               !measured    ? "interrupted"
+               : comparable ? "ok"
+                            : "no unguarded model"});
   }
   return table;
 }
@@ -283,9 +301,22 @@ Table measure_costs(const RecoveryConfig& config, const Progress& progress) {
 RecoveryTables measure_recovery(const RecoveryConfig& config, int processes, Journal& journal,
                                 Progress& progress) {
   RecoveryTables tables = empty_tables();
-  if (!find_answers(cases_of(config), processes, journal, progress)) tables.status = Status::interrupted;
-  add_rows(config, journal, tables);
+  if (!compute_cases(cases_of(config), processes, journal, progress)) tables.status = Status::interrupted;
+  for (const RecoveryModel& m : config.models) {
+    add_rows(config, m, journal, tables);
+    tables.models.add({m.name, m.unguarded, std::string(to_string(m.stiffness)), m.guarded() ? 1 : 0,
+                       m.face_share, m.poisson});
+  }
+  for (const double speed : config.landing_speeds) tables.speeds.add({speed});
   return tables;
+}
+
+std::vector<NamedTable> named(RecoveryTables tables, Table costs) {
+  return {{"recovery", std::move(tables.rows)},
+          {"recovery_landing", std::move(tables.landings)},
+          {"recovery_models", std::move(tables.models)},
+          {"recovery_speeds", std::move(tables.speeds)},
+          {"recovery_cost", std::move(costs)}};
 }
 
 }  // namespace mss::studies::recovery

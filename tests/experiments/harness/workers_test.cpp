@@ -1,4 +1,4 @@
-// Cases over processes, and the journal that keeps their answers.
+// Cases over processes, and the journal that keeps their results.
 #include "experiments/harness/workers.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file that does not outlive the test.
+/// A file that is removed after the test.
 struct File {
   fs::path path = fs::temp_directory_path() / ("mss-journal-test-" + std::to_string(getpid()));
   File() = default;
@@ -32,23 +32,23 @@ Json square(std::size_t i) { return {{"square", i * i}, {"text", std::string(i *
 
 std::string name(std::size_t i) { return "case " + std::to_string(i); }
 
-std::vector<Case> numbers(std::size_t count, Json (*answer)(std::size_t) = square) {
+std::vector<Case> numbers(std::size_t count, Json (*compute)(std::size_t) = square) {
   std::vector<Case> cases;
-  for (std::size_t i = 0; i < count; ++i) cases.push_back({name(i), [i, answer] { return answer(i); }});
+  for (std::size_t i = 0; i < count; ++i) cases.push_back({name(i), [i, compute] { return compute(i); }});
   return cases;
 }
 
-TEST(Workers, AnswerEveryCaseOnce) {
+TEST(Workers, ComputeEveryCaseOnce) {
   for (const int processes : {1, 2, 4, 100}) {
     Journal journal;
     Progress progress;
-    ASSERT_TRUE(find_answers(numbers(60), processes, journal, progress));
+    ASSERT_TRUE(compute_cases(numbers(60), processes, journal, progress));
     ASSERT_EQ(journal.size(), 60U);
     for (std::size_t i = 0; i < 60; ++i) EXPECT_EQ(*journal.find(name(i)), square(i)) << processes;
   }
 }
 
-TEST(Workers, ReportWhatGoesWrong) {
+TEST(Workers, ReportErrors) {
   Journal journal;
   Progress progress;
   const auto throws = [](std::size_t i) -> Json {
@@ -56,7 +56,7 @@ TEST(Workers, ReportWhatGoesWrong) {
     return square(i);
   };
   try {
-    find_answers(numbers(5, throws), 2, journal, progress);
+    compute_cases(numbers(5, throws), 2, journal, progress);
     FAIL() << "nothing was thrown";
   } catch (const std::runtime_error& error) {
     EXPECT_STREQ(error.what(), "case 3: no such thing");
@@ -70,49 +70,49 @@ TEST(Workers, ReportWhatGoesWrong) {
     return square(i);
   };
   Journal other;
-  EXPECT_THROW(find_answers(numbers(5, dies), 2, other, progress), std::runtime_error);
+  EXPECT_THROW(compute_cases(numbers(5, dies), 2, other, progress), std::runtime_error);
   Journal third;
-  EXPECT_THROW(find_answers(numbers(5, leaves), 2, third, progress), std::runtime_error);
+  EXPECT_THROW(compute_cases(numbers(5, leaves), 2, third, progress), std::runtime_error);
 }
 
 TEST(Workers, NumbersThatAreNotFiniteBecomeNull) {
   Journal journal;
   Progress progress;
   const auto nothing = [] { return Json{{"x", std::numeric_limits<double>::quiet_NaN()}}; };
-  ASSERT_TRUE(find_answers({{"one", nothing}}, 1, journal, progress));
+  ASSERT_TRUE(compute_cases({{"one", nothing}}, 1, journal, progress));
   EXPECT_TRUE((*journal.find("one"))["x"].is_null());
 }
 
-TEST(Workers, InterruptedTheyGoOnFromTheJournal) {
+TEST(Workers, ContinueFromTheJournalAfterAnInterruption) {
   const File file;
   const Json what{{"what", "squares"}};
   {
     Journal journal(file.path, what);
     StopAfter progress(7);
-    EXPECT_FALSE(find_answers(numbers(40), 2, journal, progress));
+    EXPECT_FALSE(compute_cases(numbers(40), 2, journal, progress));
   }
-  std::ofstream(file.path, std::ios::app) << R"({"case":"case 39","ans)";  // as a crash would leave it
+  std::ofstream(file.path, std::ios::app) << R"({"case":"case 39","res)";  // as a crash would leave it
   Journal journal(file.path, what);
   const std::size_t kept = journal.size();
   EXPECT_GE(kept, 7U);
   EXPECT_LT(kept, 40U);
   std::vector<Case> known;
-  for (const Case& c : numbers(40, [](std::size_t) -> Json { throw InputError("asked again"); }))
+  for (const Case& c : numbers(40, [](std::size_t) -> Json { throw InputError("computed twice"); }))
     if (journal.find(c.name) != nullptr) known.push_back(c);
   Progress progress;
-  EXPECT_TRUE(find_answers(known, 2, journal, progress));
-  ASSERT_TRUE(find_answers(numbers(40), 2, journal, progress));
+  EXPECT_TRUE(compute_cases(known, 2, journal, progress));
+  ASSERT_TRUE(compute_cases(numbers(40), 2, journal, progress));
   const Journal read_again(file.path, what);
   EXPECT_EQ(read_again.size(), 40U);
   for (std::size_t i = 0; i < 40; ++i) EXPECT_EQ(*read_again.find(name(i)), square(i));
 }
 
-TEST(Journal, BelongsToWhatBeganIt) {
+TEST(Journal, RejectsAnotherConfiguration) {
   const File file;
   { Journal journal(file.path, {{"cells", 3}}); }
   EXPECT_THROW(Journal(file.path, {{"cells", 4}}), InputError);
   EXPECT_NO_THROW(Journal(file.path, {{"cells", 3}}));
-  std::ofstream(file.path, std::ios::app) << "{}\n";  // JSON, but no answer
+  std::ofstream(file.path, std::ios::app) << "{}\n";  // JSON, but no result
   EXPECT_EQ(Journal(file.path, {{"cells", 3}}).size(), 0U);
   write_atomically(file.path, "something else\n");
   EXPECT_THROW(Journal(file.path, {{"cells", 3}}), InputError);

@@ -1,5 +1,5 @@
-// `mss stability atlas`: fates that are known beforehand, boundaries where they are predicted, and the same
-// tables however the work is split.
+// `mss stability atlas`: known outcomes, boundaries where they are predicted, and the same tables however the
+// work is split.
 #include "experiments/studies/atlas/atlas.hpp"
 
 #include <gtest/gtest.h>
@@ -11,6 +11,7 @@
 #include <map>
 
 #include "tests/experiments/stop_after.hpp"
+#include "tests/read_back.hpp"
 
 namespace mss::studies::atlas {
 namespace {
@@ -19,9 +20,9 @@ namespace fs = std::filesystem;
 
 AtlasConfig small_atlas(const std::vector<std::string>& integrators) {
   AtlasConfig config = atlas_config({.quick = true, .integrators = integrators});
-  std::erase_if(config.planes, [](const AtlasPlane& plane) { return plane.name != "ratio"; });
-  config.planes[0].values = {0, 0.1, 0.5};
-  config.planes[0].set = [](AtlasBody& body, double value) {
+  std::erase_if(config.parameters, [](const AtlasParameter& parameter) { return parameter.name != "ratio"; });
+  config.parameters[0].values = {0, 0.1, 0.5};
+  config.parameters[0].set = [](AtlasBody& body, double value) {
     body.cells = 2;
     body.ratio = value;
   };
@@ -35,8 +36,8 @@ AtlasTables run(const AtlasConfig& config, int processes) {
   return measure_atlas(config, processes, journal, progress);
 }
 
-/// The fates of one method and damping, by dt omega_max.
-std::map<double, std::string> fates(const Table& points, const std::string& integrator, double ratio) {
+/// The outcomes of one method and damping, by dt omega_max.
+std::map<double, std::string> outcomes(const Table& points, const std::string& integrator, double ratio) {
   std::map<double, std::string> out;
   for (std::size_t r = 0; r < points.size(); ++r)
     if (points.text(r, "integrator") == integrator && points.number(r, "ratio") == ratio)
@@ -52,8 +53,8 @@ TEST(Atlas, ExplicitMethodsBlowUpWherePredicted) {
     const std::string name = tables.limits.text(r, "integrator");
     SCOPED_TRACE(name + ", row " + std::to_string(r));
     double largest = 0;
-    for (const auto& [step, fate] : fates(tables.points, name, tables.limits.number(r, "value")))
-      if (fate != "blows_up") largest = std::max(largest, step);
+    for (const auto& [step, outcome] : outcomes(tables.points, name, tables.limits.number(r, "value")))
+      if (outcome != "blows_up") largest = std::max(largest, step);
     const double octaves = std::log2(largest / tables.limits.number(r, "predicted"));
     EXPECT_GT(octaves, -1.3 / octave_parts);
     EXPECT_LT(octaves, 0.3 / octave_parts);
@@ -63,49 +64,49 @@ TEST(Atlas, ExplicitMethodsBlowUpWherePredicted) {
 TEST(Atlas, FailuresHaveTheirNames) {
   const AtlasTables tables =
       run(small_atlas({"explicit_euler", "rk4", "backward_euler", "implicit_midpoint", "cvode_adams"}), 2);
-  EXPECT_GE(fates(tables.points, "explicit_euler", 0).size(), 5U);
-  for (const auto& [step, fate] : fates(tables.points, "explicit_euler", 0))
-    EXPECT_TRUE(step < 0.1 || fate == "blows_up") << step;
-  const auto backward = fates(tables.points, "backward_euler", 0);
+  EXPECT_GE(outcomes(tables.points, "explicit_euler", 0).size(), 5U);
+  for (const auto& [step, outcome] : outcomes(tables.points, "explicit_euler", 0))
+    EXPECT_TRUE(step < 0.1 || outcome == "blows_up") << step;
+  const auto backward = outcomes(tables.points, "backward_euler", 0);
   EXPECT_EQ(backward.at(4), "loses_energy");
   // Within the stability limit too: near it Runge and Kutta's method damps what it does not resolve.
-  const auto rk4 = fates(tables.points, "rk4", 0);
-  EXPECT_EQ(rk4.at(0.25), "holds");
+  const auto rk4 = outcomes(tables.points, "rk4", 0);
+  EXPECT_EQ(rk4.at(0.25), "stable");
   EXPECT_EQ(rk4.at(2), "loses_energy");
-  EXPECT_GE(fates(tables.points, "implicit_midpoint", 0).size(), 5U);
-  for (const auto& [step, fate] : fates(tables.points, "implicit_midpoint", 0))
-    EXPECT_EQ(fate, "holds") << step;
-  const auto adams = fates(tables.points, "cvode_adams", 0);
-  EXPECT_EQ(adams.at(0.5), "holds");
+  EXPECT_GE(outcomes(tables.points, "implicit_midpoint", 0).size(), 5U);
+  for (const auto& [step, outcome] : outcomes(tables.points, "implicit_midpoint", 0))
+    EXPECT_EQ(outcome, "stable") << step;
+  const auto adams = outcomes(tables.points, "cvode_adams", 0);
+  EXPECT_EQ(adams.at(0.5), "stable");
   EXPECT_EQ(adams.at(512), "too_many_steps");
 }
 
 TEST(Atlas, TheCompressedCubeFolds) {
   AtlasConfig config = small_atlas({"verlet"});
-  config.planes[0].name = "strain";
-  config.planes[0].values = {-0.95, 0.01};
-  config.planes[0].set = [](AtlasBody& body, double value) { body.strain = value; };
+  config.parameters[0].name = "strain";
+  config.parameters[0].values = {-0.95, 0.01};
+  config.parameters[0].set = [](AtlasBody& body, double value) { body.strain = value; };
   const Table points = run(config, 1).points;
-  int judged = 0;
+  int compared = 0;
   for (std::size_t r = 0; r < points.size(); ++r) {
     const bool folds = points.number(r, "strain") == -0.95 && points.number(r, "dt_omega") <= 0.25;
-    const bool holds = points.number(r, "strain") == 0.01 && points.number(r, "dt_omega") <= 1;
-    if (folds || holds) {
-      ++judged;
-      EXPECT_EQ(points.text(r, "status"), folds ? "folds" : "holds");
+    const bool stable = points.number(r, "strain") == 0.01 && points.number(r, "dt_omega") <= 1;
+    if (folds || stable) {
+      ++compared;
+      EXPECT_EQ(points.text(r, "status"), folds ? "folds" : "stable");
     }
   }
-  EXPECT_GE(judged, 5);
+  EXPECT_GE(compared, 5);
 }
 
-TEST(Atlas, MoreRowsWhereFatesChange) {
+TEST(Atlas, MoreRowsWhereTheOutcomeChanges) {
   AtlasConfig config = small_atlas({"verlet"});
-  config.planes[0].halvings = 2;
-  const AtlasPlane& plane = config.planes[0];
-  EXPECT_EQ(plane.levels(), 8);
-  EXPECT_EQ(plane.value(8), 0.5);
-  EXPECT_DOUBLE_EQ(plane.value(1), 0.025);
-  EXPECT_DOUBLE_EQ(plane.value(6), 0.3);
+  config.parameters[0].halvings = 2;
+  const AtlasParameter& parameter = config.parameters[0];
+  EXPECT_EQ(parameter.levels(), 8);
+  EXPECT_EQ(parameter.value(8), 0.5);
+  EXPECT_DOUBLE_EQ(parameter.value(1), 0.025);
+  EXPECT_DOUBLE_EQ(parameter.value(6), 0.3);
   const AtlasTables tables = run(config, 2);
   // The limit falls by a fifth from 0 to 0.1, by more than an octave's half from there to 0.5.
   bool between_first = false, between_last = false;
@@ -129,9 +130,9 @@ TEST(Atlas, IsTheSameHoweverItIsSplitAndInterrupted) {
   }
   const fs::path file = fs::temp_directory_path() / ("mss-atlas-test-" + std::to_string(getpid()));
   const Json what{{"test", 1}};
-  for (const int answers : {2, 9, 20}) {
+  for (const int results : {2, 9, 20}) {
     Journal journal(file, what);
-    StopAfter progress(answers);
+    StopAfter progress(results);
     const AtlasTables part = measure_atlas(config, 2, journal, progress);
     EXPECT_EQ(part.status, Status::interrupted);
     EXPECT_LT(part.points.size(), whole.points.size());
@@ -141,6 +142,25 @@ TEST(Atlas, IsTheSameHoweverItIsSplitAndInterrupted) {
   Progress progress;
   EXPECT_EQ(measure_atlas(config, 4, journal, progress).points.csv(), whole.points.csv());
   fs::remove(file);
+}
+
+TEST(Atlas, DrawsTheSameFromItsFiles) {
+  expect_same_drawings(experiment(), named(run(small_atlas({"explicit_euler", "backward_euler"}), 2)));
+}
+
+TEST(Atlas, DrawsWhatAnInterruptedRunHas) {
+  const AtlasConfig config = small_atlas({"verlet", "backward_euler_linear"});
+  Journal journal;
+  StopAfter progress(12);
+  AtlasTables part = measure_atlas(config, 2, journal, progress);
+  EXPECT_EQ(part.status, Status::interrupted);
+  EXPECT_GT(part.points.size(), 0U);
+  expect_same_drawings(experiment(), named(std::move(part)));
+  Journal nothing;
+  StopAfter at_once(0);
+  const Drawings drawings = draw_atlas(named(measure_atlas(config, 2, nothing, at_once)));
+  ASSERT_EQ(drawings.maps.size(), 1U);
+  EXPECT_FALSE(has_cells(drawings.maps[0].chart));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// `mss stability failures`: the safe step is, and what should fail does, by name.
+// `mss stability failures`: the safe step is stable, and what should fail does, with the right outcome.
 #include "experiments/studies/failures/failures.hpp"
 
 #include <gtest/gtest.h>
@@ -6,6 +6,8 @@
 #include <algorithm>
 
 #include "experiments/simulation/model.hpp"
+#include "tests/experiments/stop_after.hpp"
+#include "tests/read_back.hpp"
 
 namespace mss::studies::failures {
 namespace {
@@ -16,56 +18,61 @@ FailureRun try_one(const std::string& scene, double severity, const std::string&
   const auto found =
       std::find_if(all.begin(), all.end(), [&](const FailureScene& s) { return s.name == scene; });
   EXPECT_NE(found, all.end()) << scene;
-  Hardship hardship = at_ease();
-  found->set(hardship, severity);
-  if (guarded) hardship.body.fold_guard = usual_fold_guard;
-  return try_scene(hardship, find_integrator(integrator));
+  StressCase stress_case = unloaded_cube();
+  found->set(stress_case, severity);
+  if (guarded) stress_case.body.fold_guard = usual_fold_guard;
+  return try_scene(stress_case, find_integrator(integrator));
 }
 
-TEST(Failures, RandomScenesHoldAtTheSafeStep) {
+TEST(Failures, RandomScenesAreStableAtTheSafeStep) {
   int with_plane = 0, held = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const RandomScene scene = random_scene(seed);
     with_plane += scene.environment.planes.empty() ? 0 : 1;
     held += scene.environment.holds.empty() ? 0 : 1;
     const FailureRun run = try_scene(scene);
-    EXPECT_EQ(run.fate, Fate::holds) << seed << ", " << scene.integrator;
+    EXPECT_EQ(run.outcome, Outcome::stable) << seed << ", " << scene.integrator;
     EXPECT_GT(run.dt, 0);
   }
   EXPECT_GT(with_plane, 15);
   EXPECT_GT(held, 8);
 }
 
-TEST(Failures, AreNamed) {
-  EXPECT_EQ(try_one("stretch", 1.2, "verlet").fate, Fate::holds);
-  EXPECT_EQ(try_one("spin", 10, "verlet").fate, Fate::blows_up);
-  EXPECT_EQ(try_one("spin", 10, "cvode_bdf").fate, Fate::too_many_steps);
-  EXPECT_EQ(try_one("stretch", 4, "tr_bdf2").fate, Fate::stalls);
-  EXPECT_EQ(try_one("drop", 1000, "velocity_verlet").fate, Fate::folds);
-  EXPECT_EQ(try_one("drop", 1000, "velocity_verlet", true).fate, Fate::holds);
+TEST(Failures, HaveTheRightOutcome) {
+  EXPECT_EQ(try_one("stretch", 1.2, "verlet").outcome, Outcome::stable);
+  EXPECT_EQ(try_one("spin", 10, "verlet").outcome, Outcome::blows_up);
+  EXPECT_EQ(try_one("spin", 10, "cvode_bdf").outcome, Outcome::too_many_steps);
+  EXPECT_EQ(try_one("stretch", 4, "tr_bdf2").outcome, Outcome::stalls);
+  EXPECT_EQ(try_one("drop", 1000, "velocity_verlet").outcome, Outcome::folds);
+  EXPECT_EQ(try_one("drop", 1000, "velocity_verlet", true).outcome, Outcome::stable);
 }
 
-// Across a spring of no length stiffness has no bound; implicit methods must live with that.
-TEST(Failures, SpringsOfNoLengthAreNoTrouble) {
+// Across a spring of no length stiffness has no bound; implicit methods must be stable nevertheless.
+TEST(Failures, SpringsOfNoLengthAreStable) {
   for (const IntegratorInfo& method : integrators()) {
     if (method.stepping == Stepping::equilibrium) continue;
-    EXPECT_EQ(try_one("merged", 1, method.name).fate, Fate::holds) << method.name;
+    EXPECT_EQ(try_one("merged", 1, method.name).outcome, Outcome::stable) << method.name;
   }
 }
 
-TEST(Failures, StepsThatJumpTakeTheirTime) {
-  const FailureRun even = try_one("stretch", 1.2, "verlet"), jumping = try_one("jump", 10, "verlet");
-  EXPECT_EQ(jumping.fate, Fate::holds);
-  EXPECT_EQ(even.dt, jumping.dt);
-  EXPECT_NEAR(jumping.seconds / even.seconds, 1, 0.01);
+TEST(Failures, VaryingStepsCoverTheSameTime) {
+  const FailureRun even = try_one("stretch", 1.2, "verlet"), varying = try_one("jump", 10, "verlet");
+  EXPECT_EQ(varying.outcome, Outcome::stable);
+  EXPECT_EQ(even.dt, varying.dt);
+  EXPECT_NEAR(varying.seconds / even.seconds, 1, 0.01);
   // Of each pair of steps the second is a tenth as long.
-  EXPECT_NEAR(double(jumping.steps) / double(even.steps), 2 / 1.1, 0.02);
+  EXPECT_NEAR(double(varying.steps) / double(even.steps), 2 / 1.1, 0.02);
 }
 
-TEST(Failures, AreTheSameHoweverTheyAreSplit) {
+FailureConfig drops() {
   FailureConfig config = failure_config({.quick = true, .integrators = {"verlet", "backward_euler_linear"}});
   std::erase_if(config.scenes, [](const FailureScene& scene) { return scene.name != "drop"; });
   config.random_scenes = 5;
+  return config;
+}
+
+TEST(Failures, AreTheSameHoweverTheyAreSplit) {
+  const FailureConfig config = drops();
   const auto run = [&](int processes) {
     Journal journal;
     Progress progress;
@@ -76,6 +83,16 @@ TEST(Failures, AreTheSameHoweverTheyAreSplit) {
   EXPECT_EQ(one.random.size(), 5U);
   EXPECT_EQ(one.rows.csv(), four.rows.csv());
   EXPECT_EQ(one.random.csv(), four.random.csv());
+}
+
+TEST(Failures, DrawTheSameFromTheirFiles) {
+  for (const int reports : {3, 1000}) {  // interrupted, and not
+    Journal journal;
+    StopAfter progress(reports);
+    FailureTables tables = measure_failures(drops(), 2, journal, progress);
+    EXPECT_EQ(tables.status, reports == 3 ? Status::interrupted : Status::ok);
+    expect_same_drawings(experiment(), named(std::move(tables)));
+  }
 }
 
 }  // namespace
