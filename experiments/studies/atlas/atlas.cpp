@@ -84,7 +84,7 @@ ExperimentResult run_atlas(const ExperimentOptions& options, Progress& progress)
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
   result.summary = summary(tables.limits);
-  result.tables = named(std::move(tables));
+  result.tables = atlas_files(std::move(tables));
   return result;
 }
 

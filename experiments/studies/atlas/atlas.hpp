@@ -64,8 +64,8 @@ struct AtlasTables {
   Status status = Status::ok;
 };
 AtlasTables measure_atlas(const AtlasConfig& config, int processes, Journal& journal, Progress& progress);
-/// By the names of their files.
-std::vector<NamedTable> named(AtlasTables tables);
+/// The tables as they are written, by the names of their files.
+std::vector<NamedTable> atlas_files(AtlasTables tables);
 
 /// A map per parameter.
 Drawings draw_atlas(const std::vector<NamedTable>& tables);

@@ -268,7 +268,7 @@ AtlasTables measure_atlas(const AtlasConfig& config, int processes, Journal& jou
   return tables;
 }
 
-std::vector<NamedTable> named(AtlasTables tables) {
+std::vector<NamedTable> atlas_files(AtlasTables tables) {
   return {{"atlas", std::move(tables.points)},
           {"atlas_limits", std::move(tables.limits)},
           {"atlas_parameters", std::move(tables.parameters)}};

@@ -152,7 +152,7 @@ ExperimentResult run_failures(const ExperimentOptions& options, Progress& progre
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
   result.summary = summary(tables);
-  result.tables = named(std::move(tables));
+  result.tables = failure_files(std::move(tables));
   return result;
 }
 
@@ -176,7 +176,7 @@ FailureTables measure_failures(const FailureConfig& config, int processes, Journ
   return tables;
 }
 
-std::vector<NamedTable> named(FailureTables tables) {
+std::vector<NamedTable> failure_files(FailureTables tables) {
   return {{"failures", std::move(tables.rows)},
           {"failures_random", std::move(tables.random)},
           {"failures_scenes", std::move(tables.scenes)}};

@@ -83,8 +83,8 @@ struct FailureTables {
 };
 FailureTables measure_failures(const FailureConfig& config, int processes, Journal& journal,
                                Progress& progress);
-/// By the names of their files.
-std::vector<NamedTable> named(FailureTables tables);
+/// The tables as they are written, by the names of their files.
+std::vector<NamedTable> failure_files(FailureTables tables);
 
 /// The map of outcomes, a panel per scene.
 Drawings draw_failures(const std::vector<NamedTable>& tables);

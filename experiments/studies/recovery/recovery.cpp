@@ -66,7 +66,7 @@ ExperimentResult run_recovery(const ExperimentOptions& options, Progress& progre
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
   result.summary = summary(tables.rows);
-  result.tables = named(std::move(tables), std::move(costs));
+  result.tables = recovery_files(std::move(tables), std::move(costs));
   return result;
 }
 

@@ -96,8 +96,8 @@ struct RecoveryTables {
 };
 RecoveryTables measure_recovery(const RecoveryConfig& config, int processes, Journal& journal,
                                 Progress& progress);
-/// By the names of their files; `costs` from measure_costs().
-std::vector<NamedTable> named(RecoveryTables tables, Table costs);
+/// The tables as they are written, by the names of their files; `costs` from measure_costs().
+std::vector<NamedTable> recovery_files(RecoveryTables tables, Table costs);
 
 /// Recovery per model, landing speeds, and a map of recovery per state and model.
 Drawings draw_recovery(const std::vector<NamedTable>& tables);

@@ -311,7 +311,7 @@ RecoveryTables measure_recovery(const RecoveryConfig& config, int processes, Jou
   return tables;
 }
 
-std::vector<NamedTable> named(RecoveryTables tables, Table costs) {
+std::vector<NamedTable> recovery_files(RecoveryTables tables, Table costs) {
   return {{"recovery", std::move(tables.rows)},
           {"recovery_landing", std::move(tables.landings)},
           {"recovery_models", std::move(tables.models)},

@@ -145,7 +145,8 @@ TEST(Atlas, IsTheSameHoweverItIsSplitAndInterrupted) {
 }
 
 TEST(Atlas, DrawsTheSameFromItsFiles) {
-  expect_same_drawings(experiment(), named(run(small_atlas({"explicit_euler", "backward_euler"}), 2)));
+  expect_same_drawings(find_experiment("atlas"),
+                       atlas_files(run(small_atlas({"explicit_euler", "backward_euler"}), 2)));
 }
 
 TEST(Atlas, DrawsWhatAnInterruptedRunHas) {
@@ -155,10 +156,10 @@ TEST(Atlas, DrawsWhatAnInterruptedRunHas) {
   AtlasTables part = measure_atlas(config, 2, journal, progress);
   EXPECT_EQ(part.status, Status::interrupted);
   EXPECT_GT(part.points.size(), 0U);
-  expect_same_drawings(experiment(), named(std::move(part)));
+  expect_same_drawings(find_experiment("atlas"), atlas_files(std::move(part)));
   Journal nothing;
   StopAfter at_once(0);
-  const Drawings drawings = draw_atlas(named(measure_atlas(config, 2, nothing, at_once)));
+  const Drawings drawings = draw_atlas(atlas_files(measure_atlas(config, 2, nothing, at_once)));
   ASSERT_EQ(drawings.maps.size(), 1U);
   EXPECT_FALSE(has_cells(drawings.maps[0].chart));
 }

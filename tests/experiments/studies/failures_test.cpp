@@ -91,7 +91,7 @@ TEST(Failures, DrawTheSameFromTheirFiles) {
     StopAfter progress(reports);
     FailureTables tables = measure_failures(drops(), 2, journal, progress);
     EXPECT_EQ(tables.status, reports == 3 ? Status::interrupted : Status::ok);
-    expect_same_drawings(experiment(), named(std::move(tables)));
+    expect_same_drawings(find_experiment("failures"), failure_files(std::move(tables)));
   }
 }
 

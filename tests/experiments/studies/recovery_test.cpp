@@ -122,7 +122,8 @@ TEST(Recovery, DrawsTheSameFromItsFiles) {
     RecoveryTables tables = measure_recovery(config, 2, journal, progress);
     EXPECT_EQ(tables.status, reports == 4 ? Status::interrupted : Status::ok);
     StopAfter at_once(0);
-    expect_same_drawings(experiment(), named(std::move(tables), measure_costs(config, at_once)));
+    expect_same_drawings(find_experiment("recovery"),
+                         recovery_files(std::move(tables), measure_costs(config, at_once)));
   }
 }
 
@@ -133,7 +134,8 @@ TEST(Recovery, ChartsPairModelsWithAndWithoutTheFoldGuard) {
   Journal journal;
   Progress progress;
   RecoveryTables tables = measure_recovery(config, 2, journal, progress);
-  const Drawings drawings = draw_recovery(named(std::move(tables), measure_costs(config, StopAfter(0))));
+  const Drawings drawings =
+      draw_recovery(recovery_files(std::move(tables), measure_costs(config, StopAfter(0))));
   ASSERT_EQ(drawings.charts.size(), 2U);
   const Chart& models = drawings.charts[0].chart;
   EXPECT_EQ(models.y.names, std::vector<std::string>{"thesis"});
