@@ -148,7 +148,7 @@ const std::vector<FailureScene>& failure_scenes() {
       {"merged", "merged particles", {1, 2, 3}, merge},
       {"inside_out", "corner pushed [cells]", {0.5, 1, 1.5, 2, 2.5}, push_corner},
       {"poisson",
-       "nu, stretched to 1.3 m",
+       "nu, stretch 1.3",
        {0.45, 0.49, 0.499, 0.4999},
        [](StressCase& c, double poisson) {
          fill(c, poisson, 0.5);
@@ -162,7 +162,7 @@ const std::vector<FailureScene>& failure_scenes() {
          stretch(c, 0.7);
        }},
       {"weights",
-       "half heavier by factor",
+       "mass ratio of halves",
        {1e2, 1e4, 1e6},
        [](StressCase& c, double times) {
          weight_half(c, times);

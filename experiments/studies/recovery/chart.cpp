@@ -40,8 +40,9 @@ Chart models_chart(const Table& rows, const Table& models) {
   chart.subtitle = fmt::format("cube of 3 x 3 x 3 cells, released from {} trapped states; seeds of each: {}",
                                rows.distinct("state").size(), seeds_text(rows));
   for (const bool guarded : {false, true}) {
-    ChartSeries series{
-        .label = guarded ? "with fold guard" : "without", .style = guarded ? 9 : 0, .joined = false};
+    ChartSeries series{.label = guarded ? "with fold guard" : "without fold guard",
+                       .style = guarded ? 9 : 0,
+                       .joined = false};
     const Table of_guard = models.where("guarded", guarded ? 1.0 : 0.0);
     for (std::size_t m = 0; m < of_guard.size(); ++m)
       if (const double row = index_of(names, of_guard.text(m, "unguarded")); row < double(names.size()))
@@ -107,7 +108,7 @@ std::string speeds_text(const Table& speeds) {
   if (speeds.size() < 2) return "";
   const double first = speeds.number(0, "speed"), second = speeds.number(1, "speed"),
                last = speeds.number(speeds.size() - 1, "speed");
-  return fmt::format("; tried from {:.3g} to {:.3g} m/s, each speed {:g} times the last", first, last,
+  return fmt::format("; tried from {:.3g} to {:.3g} m/s, each speed {:g} times the one before", first, last,
                      second / first);
 }
 
@@ -141,15 +142,15 @@ Chart landings_chart(const Table& landings, const Table& models, const Table& sp
     if (std::find(rows.begin(), rows.end(), name) == rows.end()) rows.push_back(name);
   }
   Chart chart{
-      .title = "Landing speed up to which a cube recovers (Fig. 5-4)",
+      .title = "Landing speed from which a cube no longer recovers (Fig. 5-4)",
       .subtitle = "cube of 3 x 3 x 3 cells" + speeds_text(speeds),
       .x = {.label = "landing speed [m/s]", .logarithmic = true, .ticks = {5, 10, 20, 50, 100, 200, 500}},
       .y = named_rows(rows)};
   for (const LandingSeries& kind :
-       {LandingSeries{"first speed without recovery", 0, false, false},
-        LandingSeries{"the same with fold guard", 9, true, false},
-        LandingSeries{"recovers at every speed tried, up to", 3, false, true},
-        LandingSeries{"with fold guard: at every speed tried, up to", 7, true, true}}) {
+       {LandingSeries{"no guard: lowest speed without recovery", 0, false, false},
+        LandingSeries{"with fold guard: lowest speed without recovery", 9, true, false},
+        LandingSeries{"no guard: recovered at every speed tried", 3, false, true},
+        LandingSeries{"with fold guard: recovered at every speed tried", 7, true, true}}) {
     ChartSeries series = landing_series(kind, landings, models, rows, chart.y);
     if (!series.points.empty()) chart.series.push_back(std::move(series));
   }
