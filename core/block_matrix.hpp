@@ -9,7 +9,7 @@
 namespace mss {
 
 /// A sparse matrix made of 3 x 3 blocks, one for every pair of particles that share a cell; rows and columns
-/// are the unknowns, held coordinates are left out. Knows for every pair where its block lies.
+/// are the unknowns, held coordinates are left out. Stores for every pair the position of its block.
 class BlockMatrix {
  public:
   BlockMatrix(const Body& body, const HeldSites& held);
@@ -17,10 +17,10 @@ class BlockMatrix {
   /// By particle, then axis.
   const std::vector<Unknown>& unknowns() const { return unknowns_; }
 
-  /// With a place for every number; all are zero.
+  /// With an entry for every number that may not be zero; all are zero.
   const SparseMatrix& pattern() const { return pattern_; }
 
-  /// Number of the particle at a site, its place in Body::sites().
+  /// Index in Body::sites() of the particle at a site.
   std::size_t particle(std::ptrdiff_t site) const { return std::size_t(id_[std::size_t(site)]); }
 
   /// Begins with `mass` times the mass matrix.
@@ -45,7 +45,7 @@ class BlockMatrix {
  private:
   static constexpr std::size_t neighbours = 27;
 
-  /// From one corner of a cell to another, as a number from 0 to 26; 13 is none.
+  /// From one corner of a cell to another, as a number from 0 to 26; 13 is the corner itself.
   static int offset(int from, int to) {
     const auto along = [&](int axis) { return ((to >> axis) & 1) - ((from >> axis) & 1) + 1; };
     return along(0) + 3 * along(1) + 9 * along(2);
@@ -58,12 +58,12 @@ class BlockMatrix {
 
   const Body& body_;
   std::vector<int> id_;           ///< particle of a site; -1 where there is none
-  std::vector<int> block_;        ///< per particle and offset in {-1, 0, 1}^3: place of that block; -1: none
+  std::vector<int> block_;        ///< per particle and offset in {-1, 0, 1}^3: index of that block; -1: none
   std::vector<int> column_;       ///< per block: particle of its columns
   std::vector<int> block_start_;  ///< per particle: its first block, and one more
   std::vector<Unknown> unknowns_;
   SparseMatrix pattern_;
-  std::vector<int> source_;      ///< per value of the matrix: its place among the numbers of all blocks
+  std::vector<int> source_;      ///< per value of the matrix: its index among the numbers of all blocks
   std::vector<double> numbers_;  ///< of all blocks, nine each, column by column
 };
 

@@ -13,7 +13,7 @@
 
 namespace mss {
 
-/// A spring that the cell at a site is first to own, as a pair of that cell's corners (c = bx + 2 by + 4 bz).
+/// A spring assigned to the cell at a site, as a pair of that cell's corners (c = bx + 2 by + 4 bz).
 struct SpringSlot {
   enum class Class : std::uint8_t { edge, face, body };
   int a;
@@ -53,8 +53,8 @@ struct Box {
   Vec3 upper = Vec3::Zero();
 };
 
-/// Mass that particles carry beside that of their cells: the particles of a box share it equally. Springs'
-/// damping does not know of it.
+/// Mass in addition to that of the cells: the particles of a box share it equally. It has no influence on the
+/// damping of springs.
 struct Weight {
   Box box{};
   double mass = 0;  ///< of all together [kg]
@@ -70,9 +70,9 @@ struct BodyConfig {
   double density = 1000;  ///< [kg/m^3]
   std::vector<Weight> weights{};
   SpringConstants springs{};                  ///< of interior springs
-  std::optional<ElasticConstants> elastic{};  ///< what they stand for, if they stand for a material
+  std::optional<ElasticConstants> elastic{};  ///< the material they model, if any
   Damping damping{};
-  double fold_guard = 0;  ///< k_g over the shear modulus; 0: cells may fold
+  double fold_guard = 0;  ///< k_g over the shear modulus; 0: no guard against folding
 
   /// Fills the cells with a material: elastic constants, and springs calibrated for them.
   void fill(const ElasticConstants& material, double face_share) {
@@ -98,7 +98,7 @@ class Body {
   double total_mass() const { return config_.density * double(cells_) * cell_volume() + all_weights_; }
   double cell_volume() const { return config_.cell_size * config_.cell_size * config_.cell_size; }
 
-  /// Lattice site of every particle, ascending: the particle's id is its place in this list.
+  /// Lattice site of every particle, ascending: the particle's id is its index in this list.
   const std::vector<std::ptrdiff_t>& sites() const { return site_of_; }
 
   /// Mass of the particle at a site [kg]; 0 where there is none. Eq. 2-2, and its share of weights.

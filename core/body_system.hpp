@@ -1,12 +1,10 @@
 #pragma once
 
-#include <memory>
-
-#include "core/block_matrix.hpp"
 #include "core/body.hpp"
-#include "core/contact.hpp"
+#include "core/body_events.hpp"
 #include "core/environment.hpp"
-#include "core/sleepers.hpp"
+#include "core/plane_contact.hpp"
+#include "core/sleep_tracker.hpp"
 #include "core/spectral_bound.hpp"
 #include "core/system.hpp"
 #include "core/team.hpp"
@@ -20,28 +18,33 @@ struct StoredEnergy {
 };
 
 /// A body in its environment, whatever fills its cells: springs (SpringSystem), finite elements (FemSystem).
+/// The derived class adds up forces and, if implicit methods are to work, contains a BodyTangents.
 template <class Real>
 class BodySystem : public System<Real> {
  public:
-  /// The body must outlive the system. `threads` compute forces.
-  BodySystem(const Body& body, const Environment& environment, int threads);
+  /// The body must outlive the system. `bound`: upper bounds on the frequency and damping of every mode about
+  /// the rest state, of the body alone. `threads` compute forces. A `sleep` rule is for systems whose
+  /// accelerations of planes asleep are zero.
+  BodySystem(const Body& body, const Environment& environment, const SpectralBound& bound, int threads,
+             const SleepRule& sleep = {});
 
   const Body& body() const { return body_; }
   const Environment& environment() const { return environment_; }
+  const HeldSites& held() const { return held_; }
   const LoadedSites& loads() const { return loads_; }
+  const PlaneContact& contact() const { return contact_; }
 
-  /// The body as it is while nothing acts on it: its holds have not moved anything.
+  /// The body while nothing acts on it: holds have not moved anything.
   State<Real> undeformed_state() const;
-  /// The same at t = 0, where holds put it.
+  /// The same at t = 0, with held coordinates where holds put them.
   State<Real> rest_state() const;
 
   /// Energy stored at positions x; NaN or infinite where x is.
   virtual StoredEnergy stored_energy(const Field<Real>& x) const = 0;
 
-  /// Upper bounds on the frequency and damping of every mode about the rest state, of the body alone.
-  virtual SpectralBound body_bound() const = 0;
-  /// The same where it may touch the environment's planes.
-  SpectralBound spectral_bound() const;
+  /// Bounds on the spectrum of the body alone, and of the body where it may touch planes.
+  const SpectralBound& body_bound() const { return bound_; }
+  SpectralBound spectral_bound() const { return contact_.with_penalties(bound_); }
 
   /// Potential of gravity, from z = 0, of loads and of penalty planes at positions x [J].
   double outer_potential(const Field<Real>& x) const;
@@ -57,80 +60,41 @@ class BodySystem : public System<Real> {
   void constrain(double t, Field<Real>& x, Field<Real>& v) const override;
   void clear_prescribed(Field<Real>& field) const override { held_.clear(field); }
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
-  bool collides() const override { return !colliding_.empty(); }
-  bool collide(const State<Real>& before, double dt, State<Real>& state) override;
-  bool sleeps() const override { return sleepers_ != nullptr; }
-  bool settle(State<Real>& state) override;
-  bool all_asleep() const override { return sleepers_ && sleepers_->all_asleep(); }
-  /// Of the body's planes, those that sleep.
-  double share_asleep() const { return sleepers_ ? sleepers_->share_asleep() : 0; }
-  /// Call it after changing velocities.
-  void wake_moving(const State<Real>& state);
-  /// Call it after changing positions, or what acts on the body.
-  void wake_all();
-  /// Of every penalty plane, the smallest gap of a particle.
-  std::vector<double> kinks(const Field<Real>& x) const override;
-  const std::vector<Unknown>& unknowns() override { return blocks().unknowns(); }
-  SparseMatrix tangent_pattern() override { return blocks().pattern(); }
-  void tangent(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-               SparseMatrix& matrix) final;
-  void tangent_diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                        std::vector<Eigen::Matrix3d>& blocks) final;
+  BodyEvents<Real>* events() override { return &events_; }
   void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override {
     team_.for_each(count, task);
   }
 
+  bool all_asleep() const { return events_.all_asleep(); }
+  /// Planes of particles that sleep, over all.
+  double share_asleep() const { return sleep_tracker() ? sleep_tracker()->share_asleep() : 0; }
+  /// Must be called after a change of velocities.
+  void wake_moving(const State<Real>& state);
+  /// Must be called after a change of positions, or of what acts on the body.
+  void wake_all();
+
  protected:
-  const HeldSites& held() const { return held_; }
-  /// For systems whose accelerations of planes asleep are zero. Nothing sleeps where the bound is 0.
-  void let_sleep(const SleepRule& rule);
   /// nullptr where nothing sleeps.
-  const Sleepers<Real>* sleepers() const { return sleepers_.get(); }
+  const SleepTracker<Real>* sleep_tracker() const { return events_.sleep_tracker(); }
   Team& team() { return team_; }
-  /// Made by the first method that needs a matrix.
-  BlockMatrix& blocks();
   void add_gravity(Field<Real>& f) const;
 
-  /// Whether there are penalty planes. Without, what follows adds nothing and costs nothing.
-  bool has_penalties() const { return !penalties().empty(); }
+  /// Both add nothing and cost nothing without penalty planes.
   void add_penalty_force(const Field<Real>& x, const Field<Real>& v, Field<Real>& f);
   void add_penalty_acceleration(const Field<Real>& x, const Field<Real>& v, Field<Real>& a);
-  /// Stops what sticks to planes of the law `impulse`. Without it, methods that evaluate forces within a step
-  /// would see the body sink for half of it, and its neighbours would never come to rest.
+  /// Zeroes accelerations of what sticks to planes of the law `impulse`. Otherwise, in methods that evaluate
+  /// forces within a step, the body would sink for half of it, and its neighbours would never come to rest.
   void stop_sticking(const Field<Real>& x, const Field<Real>& v, Field<Real>& a);
-  void add_penalty_product(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                           const Field<Real>& p, Field<Real>& out);
-
-  /// Adds the tangent of what fills the body, without its masses.
-  virtual void add_tangent(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                           BlockMatrix& blocks) const = 0;
-  /// Adds its blocks on the diagonal, one per particle.
-  virtual void add_tangent_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                                    const BlockMatrix& blocks,
-                                    std::vector<Eigen::Matrix3d>& diagonal) const = 0;
 
  private:
-  /// Made by the first who asks: only a complete system knows its body_bound(). Ask before threads do.
-  const std::vector<Penalty>& penalties() const;
-  template <class Task>
-  void for_each_particle(Task&& task);
-  template <class Task>
-  void for_each_particle_awake(Task&& task);
-  bool collide_particle(std::ptrdiff_t site, const State<Real>& before, double dt, State<Real>& state) const;
-  /// Sums over penalty planes, of forces over mass and of tangents.
-  Vec3 penalty_at(std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v) const;
-  Eigen::Matrix3d penalty_tangent_at(std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v,
-                                     const TangentSum& sum) const;
-
   const Body& body_;
   Environment environment_;
+  SpectralBound bound_;
   HeldSites held_;
   LoadedSites loads_;
-  std::vector<Plane> colliding_;  ///< those that act at the end of steps
-  mutable std::vector<Penalty> penalties_;
+  PlaneContact contact_;
   Team team_;
-  std::unique_ptr<Sleepers<Real>> sleepers_;
-  std::unique_ptr<BlockMatrix> blocks_;
+  BodyEvents<Real> events_;
 };
 
 }  // namespace mss

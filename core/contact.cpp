@@ -7,8 +7,7 @@ namespace mss {
 
 namespace {
 
-/// What a plane gives a particle: an impulse over mass, and how long before the end of the step it acted, as
-/// far as positions are concerned.
+/// An impulse over mass, and the time between it and the end of the step, by which it changes the position.
 struct Push {
   double normal = 0;  ///< [m/s]
   double lever = 0;   ///< [s]
@@ -21,7 +20,7 @@ Push impact(const Plane& plane, double start, double end, double a, double dt) {
   const double arrival = start > 0 ? std::sqrt(std::max(0.0, w * w - 2 * a * start)) : std::max(0.0, -w);
   const double hop = 2 * plane.restitution * arrival;  // its duration times -a
   if (a < 0 && hop < -a * dt) return {.rests = true};
-  // The root of start + w time + a time^2 / 2 = 0 where it falls, in the form that does not cancel.
+  // The root of start + w time + a time^2 / 2 = 0 on the descending branch, in the form without cancellation.
   const double time = start > 0 && arrival > w ? std::min(dt, 2 * start / (arrival - w)) : 0;
   return {.normal = (1 + plane.restitution) * arrival, .lever = dt - time};
 }
@@ -33,7 +32,7 @@ bool collide_impulse(const Plane& plane, const Motion& before, double dt, Motion
   const double speed = plane.normal.dot(after.v);
   if (end > 0 || (end == 0 && speed >= 0) || (after.v.isZero(0) && after.x == before.x)) return false;
   Push push = impact(plane, plane.gap(before.x), end, (speed - plane.normal.dot(before.v)) / dt, dt);
-  if (push.rests) {  // the impulse that moved it from `end` to the plane also stopped it
+  if (push.rests) {  // the impulse that moves it from `end` to the plane also stops it
     push.normal = std::max(0.0, -speed);
     push.lever = push.normal > 0 ? std::min(-end / push.normal, dt) : 0;
   }
@@ -105,7 +104,7 @@ Spring spring(double depth, double layer) {
 
 }  // namespace
 
-/// What the force and its derivatives are made of.
+/// Terms of the force and its derivatives.
 struct Penalty::Parts {
   double speed = 0;          ///< n.v
   Vec3 slip = Vec3::Zero();  ///< the rest of v
@@ -141,7 +140,7 @@ Eigen::Matrix3d Penalty::tangent(const Motion& motion, const TangentSum& sum) co
   const Parts p = parts(motion);
   const Vec3 along = p.slip.stableNormalized();
   const double by_depth = p.slope * (1 - std::copysign(loss_ * p.loss.by_limit, p.speed));
-  // The force p n + t(p, v) changes with p along n and, as friction follows the pressure, against the slip.
+  // The force p n + t(p, v) changes with p along n and, as friction is proportional to it, against the slip.
   Vec3 by_pressure = plane_.normal;
   if (sum.kind == Tangent::exact) by_pressure -= plane_.friction * p.friction.by_limit * along;
   const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - plane_.normal * plane_.normal.transpose();

@@ -11,36 +11,39 @@ struct Motion {
   Vec3 x, v;
 };
 
-/// The contact law `impulse`. A step of dt has taken a particle from `before` to `after` as if the plane were
-/// not there; changes `after` to what the plane makes of it. False if it changes nothing.
+/// The contact law `impulse`. A step of dt has taken a particle from `before` to `after` without the plane;
+/// corrects `after` for it. False if nothing changes.
 ///
-/// What the particle did in between is the parabola through both positions whose acceleration is the step's,
-/// (v' - v) / dt; so the time of impact and the speed there are right for every method that takes a constant
-/// acceleration as constant, also for those whose velocities lag by half a step. There the plane gives it the
-/// impulse (1 + e) times that speed along its normal, and against its sliding at most mu times as much. A hop
-/// that would end within one step is none: the particle then rests on the plane, without normal velocity, and
-/// the plane has given just the impulse that this took.
+/// The path in between is taken as the parabola through both positions with the step's acceleration,
+/// (v' - v) / dt; so the time and speed of impact are right for every method that integrates a constant
+/// acceleration exactly, also for those whose velocities lag by half a step. At the impact the particle gets
+/// an impulse of (1 + e) times that speed along the normal, and of at most mu times as much against its
+/// sliding. Rebounds shorter than a step count as resting contact: the particle then lies on the plane,
+/// without normal velocity, and the impulse is the one that stops it.
 bool collide_impulse(const Plane& plane, const Motion& before, double dt, Motion& after);
 
 /// Whether a particle at rest sticks to a plane of that law: it lies on it, within `close` [m], and the
-/// acceleration it would have without the plane presses it on and is inside Coulomb's cone.
+/// acceleration it would have without the plane points into the plane and lies inside Coulomb's cone.
 bool sticks(const Plane& plane, const Motion& motion, const Vec3& acceleration, double close);
 
 /// The contact law `thesis`, Algorithm 2, with x + v dt for x + v and the step's own end for that: a particle
 /// that crosses the plane is mirrored, and all of its velocity reflected and multiplied by the restitution.
-/// If it is slow, no faster than two steps of its acceleration would make it, it is put where it crossed, its
-/// velocity is zeroed, and the support N and the friction mu N, against what pulls it along the plane, act on
-/// it for a step. Products f(x) f(x') of zero count only on the way down: else what lies on the plane and
-/// leaves it were thrown back under it. What has once come through is left there, as printed.
+/// If it is slow, no faster than two steps of its acceleration would make it, it is moved to where it
+/// crossed, its velocity is zeroed, and the support N and the friction mu N, against what pulls it along the
+/// plane, act on it for a step. Products f(x) f(x') of zero count only for approaching particles: otherwise a
+/// separating particle would be reflected below the plane. A particle that is behind the plane stays there,
+/// as printed.
 bool collide_thesis(const Plane& plane, const Motion& before, Motion& after);
 
-/// The contact law `penalty`: a smooth force, per unit of mass, on what has come through a plane by d = -gap,
+/// The contact law `penalty`: a smooth force, per unit of mass, on particles at a depth d = -gap behind a
+/// plane,
 ///   p n + t,  p = N(d) + D(n.v, r N),  t = D(tangential v, mu p),
 ///   N(d) = omega^2 d^2 / (2 l) for d <= l, omega^2 (d - l / 2) beyond,
 ///   D(v, L) = -L v / sqrt(v^2 + (L / rate)^2):
-/// a one-sided spring that is linear but for its first l, where it begins with no slope; dry losses of normal
-/// motion, r = (1 - e^2) / (1 + e^2), so that a collision gives back e^2 of its energy; and Coulomb friction.
-/// Both losses turn into viscous ones of that rate below the speed L / rate, so a slope's body creeps.
+/// a one-sided spring that is linear but for its first l, where its slope starts at zero; rate-independent
+/// losses of normal motion, r = (1 - e^2) / (1 + e^2), so that a collision returns e^2 of its energy; and
+/// Coulomb friction. Both losses are viscous, with that rate, below the speed L / rate, so a body on a slope
+/// creeps.
 class Penalty {
  public:
   /// `body`: the spectrum of what collides; the spring is as stiff as its fastest mode, or, where gravity
@@ -52,14 +55,14 @@ class Penalty {
   /// Force over mass [m/s^2].
   Vec3 acceleration(const Motion& motion) const;
 
-  /// b C + c K of a sum, over mass. Exact, it knows how friction changes with the pressure, which is
-  /// unsymmetric; otherwise it is symmetric and positive semidefinite.
+  /// b C + c K of a sum, over mass. The exact one contains the change of friction with pressure, which is
+  /// unsymmetric; the others are symmetric and positive semidefinite.
   Eigen::Matrix3d tangent(const Motion& motion, const TangentSum& sum) const;
 
   /// Energy of the spring over mass [m^2/s^2].
   double potential(const Vec3& x) const;
 
-  /// What it adds to the spectrum at most: the square of omega, and the damping.
+  /// The most that it adds to the spectrum: omega^2 to the squared frequencies, and damping.
   SpectralBound bound() const;
 
  private:

@@ -10,7 +10,7 @@
 
 namespace mss {
 
-/// A rotation about a fixed axis that stops after a while.
+/// A rotation about a fixed axis that stops at a given time.
 struct Turn {
   Vec3 axis = Vec3::UnitZ();
   Vec3 centre = Vec3::Zero();                              ///< any point of the axis [m]
@@ -18,7 +18,7 @@ struct Turn {
   double until = std::numeric_limits<double>::infinity();  ///< [s]
 };
 
-/// Particles whose motion is prescribed. What a coordinate does is a function of time alone:
+/// Particles whose motion is prescribed, as a function of time alone:
 ///   x(t) = R(t) (rest + displacement - centre) + centre + velocity t.
 struct Hold {
   Box box{};
@@ -39,15 +39,15 @@ struct Load {
   Vec3 force = Vec3::Zero();
 };
 
-/// A blow: the particles in a box get a total impulse [N s] at once, each the same change of velocity.
-/// Whoever runs a scene gives it; to a system it is a change of state.
+/// A blow: the particles in a box get a total impulse [N s] at once, each the same change of velocity. It is
+/// applied by the run of a scene; to a system it is a change of state.
 struct Strike {
   Box box{};
   double at = 0;  ///< [s]
   Vec3 impulse = Vec3::Zero();
 };
 
-/// Adds what a strike gives to velocities; where those are prescribed it is lost.
+/// Adds the velocity change of a strike; prescribed velocities are overwritten again, so there it is lost.
 template <class Real>
 void give(const Strike& strike, const Body& body, Field<Real>& v);
 
@@ -70,7 +70,7 @@ struct Plane {
   double gap(const Vec3& x) const { return normal.dot(x - point); }
 };
 
-/// What acts on a body from outside.
+/// External influences on a body.
 struct Environment {
   Vec3 gravity = Vec3::Zero();  ///< [m/s^2]
   std::vector<Hold> holds{};

@@ -9,21 +9,21 @@
 
 namespace mss {
 
-/// Where a guarded cell of edge h [m] begins to be pushed apart: shorter than this [m].
+/// Principal stretches of a guarded cell of edge h [m] are resisted below this length [m].
 constexpr double guarded_length(double h) { return 0.7 * h; }
 
-/// Of each corner of a cell of edge h [m] guarded with k_g [Pa]: the most that its pulls grow with its edges
-/// [N/m].
+/// Largest stiffness [N/m] with which a corner of a cell of edge h [m], guarded with k_g [Pa], resists.
 constexpr double guarded_corner_stiffness(double k_g, double h) { return k_g * h / 8; }
 
 /// One corner of a cell in the principal stretches s of its three edges, F = [x y z] = U diag(s) V^T with
-/// rotations U and V, s_0 >= s_1 >= |s_2|: s_2 is negative where the corner is inside out (Irving, Teran and
+/// rotations U and V, s_0 >= s_1 >= |s_2|: s_2 is negative where the corner is inverted (Irving, Teran and
 /// Fedkiw, Invertible finite elements, 2004, section 4). All are lengths [m].
 ///
-/// Energy keeps cells from folding; springs see lengths only, to them a mirror image is at rest. Of every
-/// corner, with h the cell's edge at rest and k_g the guard's stiffness [Pa]:
+/// Its energy keeps cells from folding; springs depend on lengths only, so a mirrored cell is at rest. Of
+/// every corner, with h the cell's edge at rest and k_g the guard's stiffness [Pa]:
 ///   E = k_g h / 16 sum_i max(0, 0.7 h - s_i)^2.
-/// E is continuous; where s_1 + s_2 = 0, which of two mirror images is nearer changes, and the pull jumps.
+/// E is continuous; where s_1 + s_2 = 0, the nearer of two mirror images changes, and the force is
+/// discontinuous.
 class GuardedCorner {
  public:
   /// `stiffness` guarded_corner_stiffness(), `shortest` guarded_length().

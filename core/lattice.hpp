@@ -8,10 +8,10 @@ namespace mss {
 /// Index arithmetic of the particle lattice: site (i, j, k) is the corner shared by up to eight cells.
 ///
 /// Sites of one plane (fixed k) are contiguous and rows along x follow each other without gaps. Planes start
-/// at multiples of `plane_align`, so that a vector block never straddles two of them, and end with a row and
-/// a block that hold nothing: the sweep may read the eight corners of any block without asking where it is,
-/// and still reads from two planes only. That matters to threads: the plane after those may be written at the
-/// same time. One ghost plane lies behind the last.
+/// at multiples of `plane_align`, so that a vector block never straddles two of them, and end with an
+/// empty row and block: the sweep may read the eight corners of any block without bounds checks, and still
+/// reads from two planes only, so that another thread may write the plane after those at the same time. One
+/// ghost plane lies behind the last.
 struct Lattice {
   static constexpr std::ptrdiff_t plane_align = 16;  ///< the widest vector: 16 floats
 

@@ -6,17 +6,17 @@
 
 namespace mss {
 
-/// Which springs a cell owns.
+/// Which springs a cell has.
 enum class Topology {
   full,         ///< 12 edges, 12 face diagonals, 4 body diagonals (Fig. 2-3)
   edges_body,   ///< no face diagonals: fails to recover (Fig. 2-1)
   one_diagonal  ///< one diagonal per face: direction-dependent (Fig. 2-2, left)
 };
 
-/// What a spring shared by several cells is worth.
+/// How the stiffness of a spring shared by several cells is defined.
 enum class Sharing {
   weighted,  ///< each cell contributes k_e/4, k_f/2, k_c: converges under refinement
-  uniform    ///< every distinct spring has its class's k, as far as the thesis says
+  uniform    ///< every distinct spring has its class's k, as the thesis implies
 };
 
 /// Stiffness of an interior spring of each class [N/m], and of the volume force [Pa].
@@ -69,7 +69,8 @@ struct Damping {
 /// `cell_size` in m, `face_share` in [0, 1]. Throws InputError outside the admissible range.
 SpringConstants calibrate(const ElasticConstants& material, double cell_size, double face_share);
 
-/// What the infinite `weighted` full lattice of these springs is as a continuum (inverse of calibrate()).
+/// The continuum equivalent of the infinite `weighted` full lattice of these springs (inverse of
+/// calibrate()).
 CubicStiffness cubic_stiffness(const SpringConstants& springs, double cell_size);
 
 /// Sentences a user should read before trusting these springs: anisotropy, negative volume stiffness,

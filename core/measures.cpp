@@ -80,7 +80,8 @@ void measure_cells(const BodySystem<Real>& system, const State<Real>& state, Mea
 
 // The Jacobian of the map is triquadratic; over the cube odd powers vanish and squares average to 1/3:
 //   V = 8 ([x1 y1 z1] + ([x1 xy zx] + [xy y1 yz] + [zx yz z1]) / 3).
-// The first term is the thesis's estimate, the others are what it leaves out: products of the cell's warps.
+// The first term is the thesis's estimate, the others, products of the cell's warping modes, are missing
+// there.
 double trilinear_volume(const std::array<Vec3, 8>& corners) {
   const TrilinearMap m(corners);
   return 8 * (triple(m.x1, m.y1, m.z1) +

@@ -7,7 +7,7 @@
 
 namespace mss {
 
-/// What can be said of a body at one moment: a row of series.csv.
+/// Measures of a body at one moment: a row of series.csv.
 struct Measures {
   double t = 0;                   ///< [s]
   double kinetic = 0;             ///< [J]
@@ -22,7 +22,7 @@ struct Measures {
   double max_stretch = 0;         ///< largest | |d|/L0 - 1 | of a spring
   double min_jacobian = 1;        ///< smallest signed volume of a cell corner's three edges, over h^3
 
-  /// Kinetic and stored energy: what the body has of itself [J].
+  /// Kinetic and stored energy of the body itself [J].
   double mechanical() const { return kinetic + elastic + volume_energy; }
   double total() const { return kinetic + elastic + volume_energy + gravitational; }
 };
@@ -67,8 +67,8 @@ double trilinear_volume(const std::array<Vec3, 8>& corners);
 /// The thesis's estimate of the same, eq. 3-5 and 3-6: one-point quadrature.
 double thesis_volume(const std::array<Vec3, 8>& corners);
 
-/// Signed volume that the three edges at a corner span [m^3]; h^3 at rest, negative where the cell is inside
-/// out.
+/// Signed volume spanned by the three edges at a corner [m^3]; h^3 at rest, negative where the cell is
+/// inverted.
 double corner_volume(const std::array<Vec3, 8>& corners, int corner);
 
 }  // namespace mss

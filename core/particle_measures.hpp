@@ -4,7 +4,7 @@
 
 namespace mss {
 
-// What a picture colours a body with: a number per particle, at positions x [m]. The largest stretch and the
+// Numbers per particle for the colours of a picture, at positions x [m]. The largest stretch and the
 // smallest Jacobian of all particles are those of Measures.
 
 /// Largest | |d|/L0 - 1 | of the springs that end in the particle at a site.

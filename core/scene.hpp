@@ -7,7 +7,7 @@
 
 #include "core/body.hpp"
 #include "core/environment.hpp"
-#include "core/sleepers.hpp"
+#include "core/sleep_tracker.hpp"
 #include "core/system.hpp"
 
 namespace mss {

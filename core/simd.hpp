@@ -10,7 +10,7 @@
 #include <immintrin.h>
 #endif
 
-/// Before every function that a sweep is made of: they become one, whatever the compiler thinks of its size.
+/// Before every function that a sweep is made of: they are inlined into one, regardless of its size.
 /// Not under sanitizers, which check every access: each file of sweeps takes over eleven minutes then.
 #if MSS_SANITIZED
 #define MSS_INLINE inline
@@ -69,7 +69,7 @@ MSS_INLINE Pack<float> shift_in(Pack<float> previous, Pack<float> v) {
 #endif
 }
 
-/// Whether a comparison holds in any lane.
+/// Whether a comparison is true in any lane.
 #if defined(__AVX512DQ__)
 MSS_INLINE bool any(decltype(Pack<double>{} < Pack<double>{}) mask) {
   return _mm512_movepi64_mask((__m512i)mask) != 0;

@@ -19,7 +19,7 @@ double largest_eigenvalue(const Block& block) {
   return Eigen::SelfAdjointEigenSolver<Block>(block, Eigen::EigenvaluesOnly).eigenvalues()[2];
 }
 
-/// Element kinds of the eight sites whose springs and cells can hold a site: they decide its blocks.
+/// Element kinds of the eight sites whose springs and cells can end at a site: they determine its blocks.
 using Neighbourhood = std::array<std::uint32_t, 8>;
 
 struct Blocks {
@@ -27,7 +27,7 @@ struct Blocks {
   Block damping = Block::Zero();
 };
 
-/// A site's blocks, summed over the springs and cells that hold it. kinds[c] belongs to the site that has
+/// A site's blocks, summed over the springs and cells at it. kinds[c] belongs to the site that has
 /// this one as its cell's corner c.
 Blocks blocks_at(const Body& body, const Neighbourhood& kinds, bool guarding) {
   Blocks blocks;

@@ -12,15 +12,16 @@ struct SpectralBound {
   double damping = 0;  ///< [1/s]
 };
 
-/// Block Gershgorin bound. A spring with direction u holds (u.(x_j - x_i))^2 <= 2 (u.x_i)^2 + 2 (u.x_j)^2,
-/// and a cell's volume the sum of eight such terms, so K is below the block-diagonal matrix of 2 sum k u u^T
+/// Block Gershgorin bound. For a spring with direction u, (u.(x_j - x_i))^2 <= 2 (u.x_i)^2 + 2 (u.x_j)^2,
+/// and for a cell's volume there are eight such terms, so K is below the block-diagonal matrix of 2 sum k u
+/// u^T
 /// + 8 k_vol/V0 g g^T with g the volume's gradient, and omega^2 is below the largest eigenvalue of a block
 /// over its mass. For the `uniform` cube that is the corner's sqrt(16 (k_e + 2 k_f + k_c) / (rho h^3)).
 SpectralBound spectral_bound(const Body& body);
 
-/// The same with a guard against folding that acts on all of the body, which at rest it does nowhere: at the
+/// The same with a guard against folding that acts everywhere, though at rest it acts nowhere: at the
 /// three edges of each corner of a cell, two corners an edge, it adds 12 guarded_corner_stiffness() to a
-/// block. Steps that are to hold while a body is crushed need this.
+/// block. Steps that must be stable while a body is crushed need this.
 SpectralBound crushed_spectral_bound(const Body& body);
 
 }  // namespace mss

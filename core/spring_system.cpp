@@ -6,6 +6,7 @@
 #include <array>
 #include <map>
 
+#include "core/element_tangents.hpp"
 #include "core/error.hpp"
 #include "core/fold_guard.hpp"
 #include "core/measures.hpp"
@@ -29,11 +30,11 @@ SweepKernel<Real> find_kernel(const std::string& name) {
       fmt::format("kernel '{}' is unknown or needs another processor; this one runs {}", name, known));
 }
 
-/// As many threads as were asked for, at most one a plane; by default as many as pay: a second thread needs
-/// about a microsecond a step to keep in touch, which is some 600 springs' worth of work.
-int team_size(const Body& body, int asked) {
+/// The requested number of threads, at most one a plane; by default as many as pay: synchronising a second
+/// thread takes about a microsecond a step, the time of some 600 springs.
+int team_size(const Body& body, int requested) {
   const int planes = body.lattice().planes();
-  if (asked > 0) return std::min(asked, planes);
+  if (requested > 0) return std::min(requested, planes);
   const int worth_it = int(std::min<std::size_t>(body.spring_count() / 600, 1024));
   return std::clamp(std::min(available_cores(), worth_it), 1, planes);
 }
@@ -62,15 +63,15 @@ struct alignas(128) SpringSystem<Real>::Slab {
   }
   int first;
   int last;
-  Field<Real> own;                   ///< sums of the plane at hand
+  Field<Real> own;                   ///< sums of the current plane
   Field<Real> first_own;             ///< sums of the first plane, kept until the slab below is done
-  Field<Real> outgoing;              ///< share of the last plane for the slab above
-  std::array<Field<Real>, 2> above;  ///< shares between planes, taking turns
+  Field<Real> outgoing;              ///< contribution of the last plane to the slab above
+  std::array<Field<Real>, 2> above;  ///< contributions between planes, alternating
   alignas(64) Counter swept{0};      ///< steps whose `outgoing` is ready
   alignas(64) Counter finished{0};   ///< steps whose particles are all updated
 };
 
-/// One kind of pass over the body: what is read, and what happens to a complete force.
+/// One kind of pass over the body: what is read, and how a complete force is used.
 template <class Real>
 struct SpringSystem<Real>::Pass {
   Finish finish;
@@ -83,7 +84,7 @@ struct SpringSystem<Real>::Pass {
   KickDrift update{};
   TangentSum sum{};  ///< product
 
-  /// Whether it leaves out what sleeps.
+  /// Whether planes that sleep are skipped.
   bool moves_particles() const { return finish == Finish::kick_drift || finish == Finish::acceleration; }
 };
 
@@ -94,14 +95,15 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
 template <class Real>
 SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environment,
                                  const SweepKernel<Real>& kernel, const Execution& execution)
-    : BodySystem<Real>(body, environment, team_size(body, execution.threads)),
+    : BodySystem<Real>(body, environment, mss::spectral_bound(body), team_size(body, execution.threads),
+                       execution.sleep),
+      tangents_(*this),
       kernel_(kernel),
       damped_(body.config().damping.law != Damping::Law::none) {
   const Lattice& lattice = body.lattice();
   blocks_ = (lattice.used() + kernel_.lanes - 1) / kernel_.lanes;
   build_dictionary();
   build_masses();
-  this->let_sleep(execution.sleep);
   const std::ptrdiff_t scratch = lattice.plane;
   nothing_below_ = Field<Real>(scratch);
   for (int rank = 0; rank < this->team().size(); ++rank) {
@@ -113,7 +115,7 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
 template <class Real>
 SpringSystem<Real>::~SpringSystem() = default;
 
-/// Blocks whose sites are alike share an entry: a large box has a few dozen.
+/// Blocks with equal sites share an entry: a large box has a few dozen.
 template <class Real>
 void SpringSystem<Real>::build_dictionary() {
   const Lattice& lattice = this->body().lattice();
@@ -194,32 +196,45 @@ void SpringSystem<Real>::force(double t, const Field<Real>& x, const Field<Real>
 template <class Real>
 void SpringSystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   run({.finish = Finish::acceleration, .t = t, .dt = 0, .x = &x, .v = &v, .out = &a}, 1);
-  stop_sleepers(a);
+  stop_sleeping(a);
   this->add_penalty_acceleration(x, v, a);
   this->stop_sticking(x, v, a);
   this->held().clear(a);
 }
 
-/// What sleeps has no acceleration.
+/// Zeroes the accelerations of planes that sleep.
 template <class Real>
-void SpringSystem<Real>::stop_sleepers(Field<Real>& a) const {
-  if (!this->sleepers()) return;
+void SpringSystem<Real>::stop_sleeping(Field<Real>& a) const {
+  if (!this->sleep_tracker()) return;
   const Lattice& lattice = this->body().lattice();
   for (int plane = 0; plane < lattice.planes(); ++plane)
-    for (int axis = 0; axis < 3 && this->sleepers()->asleep(plane); ++axis)
+    for (int axis = 0; axis < 3 && this->sleep_tracker()->asleep(plane); ++axis)
       std::fill_n(a.axis(axis) + lattice.plane * plane, lattice.plane, Real(0));
 }
 
 template <class Real>
-void SpringSystem<Real>::tangent_product(double t, const Field<Real>& x, const Field<Real>& v,
-                                         const TangentSum& sum, const Field<Real>& p, Field<Real>& out) {
-  run({.finish = Finish::product, .t = t, .dt = 0, .x = &x, .v = &p, .out = &out, .sum = sum}, 1);
-  this->add_penalty_product(x, v, sum, p, out);
+void SpringSystem<Real>::SpringTangents::add(const Field<Real>& x, const Field<Real>& v,
+                                             const TangentSum& sum, BlockMatrix& blocks) const {
+  add_tangent(this->body(), x, v, sum, blocks);
+}
+
+template <class Real>
+void SpringSystem<Real>::SpringTangents::add_diagonal(const Field<Real>& x, const Field<Real>& v,
+                                                      const TangentSum& sum, const BlockMatrix& blocks,
+                                                      std::vector<Eigen::Matrix3d>& diagonal) const {
+  add_tangent_diagonal(this->body(), x, v, sum, blocks, diagonal);
+}
+
+template <class Real>
+void SpringSystem<Real>::SpringTangents::multiply(double t, const Field<Real>& x, const Field<Real>&,
+                                                  const TangentSum& sum, const Field<Real>& p,
+                                                  Field<Real>& out) {
+  system_.run({.finish = Finish::product, .t = t, .dt = 0, .x = &x, .v = &p, .out = &out, .sum = sum}, 1);
 }
 
 template <class Real>
 void SpringSystem<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
-  if (this->has_penalties()) return System<Real>::kick_drift(update, dt, steps, state);
+  if (this->contact().has_penalties()) return System<Real>::kick_drift(update, dt, steps, state);
   run({.finish = Finish::kick_drift,
        .t = state.t,
        .dt = dt,
@@ -262,12 +277,12 @@ void SpringSystem<Real>::run(const Pass& pass, long steps) {
 
 template <class Real>
 bool SpringSystem<Real>::is_asleep(const Pass& pass, int plane) const {
-  return this->sleepers() && pass.moves_particles() && this->sleepers()->asleep(plane);
+  return this->sleep_tracker() && pass.moves_particles() && this->sleep_tracker()->asleep(plane);
 }
 
 template <class Real>
 bool SpringSystem<Real>::needs_cells(const Pass& pass, int plane) const {
-  return !this->sleepers() || !pass.moves_particles() || this->sleepers()->needs_cells(plane);
+  return !this->sleep_tracker() || !pass.moves_particles() || this->sleep_tracker()->needs_cells(plane);
 }
 
 /// One step of one thread's planes. It meets its neighbours twice: before its last plane it needs the upper
@@ -304,7 +319,7 @@ void SpringSystem<Real>::step_slab(const Pass& pass, int rank, long step) {
   announce(slab.finished, done + 1);
 }
 
-/// Sweeps a plane in pieces that stay in the first-level cache and, if `below` is known, finishes each piece
+/// Sweeps a plane in pieces that stay in the first-level cache and, if `below` is given, finishes each piece
 /// at once: no later block reads those particles again.
 template <class Real>
 void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<Real>& own,

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "core/body_system.hpp"
+#include "core/body_tangents.hpp"
 #include "core/sweep.hpp"
-#include "core/tangent.hpp"
 
 namespace mss {
 
-/// How a SpringSystem computes. The kernel changes what is computed by rounding, the number of threads not at
-/// all, and sleep as the rule allows.
+/// How a SpringSystem computes. The kernel changes results by rounding, the number of threads not at all, and
+/// sleep within the rule's bound.
 struct Execution {
   int threads = 0;       ///< 0: as many as pay
   std::string kernel{};  ///< name of a sweep kernel; empty: the fastest this processor runs
@@ -21,48 +21,50 @@ struct Execution {
 
 /// A mass-spring body in its environment, driven through the structured sweep.
 ///
-/// Threads own slabs of planes. A slab's first plane is finished last, when the slab below has left its
-/// share.
+/// Threads own slabs of planes. A slab's first plane is finished last, after the slab below has added its
+/// contribution.
 template <class Real>
 class SpringSystem final : public BodySystem<Real> {
  public:
   /// The body must outlive the system. Throws InputError for an unknown kernel.
   SpringSystem(const Body& body, const Environment& environment, const Execution& execution = {});
-  /// With a sweep of one's own in place of the kernel's, as benchmarks want it.
+  /// With a given sweep in place of a named kernel's, for benchmarks.
   SpringSystem(const Body& body, const Environment& environment, const SweepKernel<Real>& kernel,
                const Execution& execution);
   ~SpringSystem() override;
 
   StoredEnergy stored_energy(const Field<Real>& x) const override;
-  SpectralBound body_bound() const override { return mss::spectral_bound(this->body()); }
   const char* kernel_name() const override { return kernel_.name; }
 
   void force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) override;
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
-  void tangent_product(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                       const Field<Real>& p, Field<Real>& out) override;
+  Tangents<Real>* tangents() override { return &tangents_; }
   void apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const override;
   void kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) override;
 
- protected:
-  void add_tangent(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                   BlockMatrix& blocks) const override {
-    mss::add_tangent(this->body(), x, v, sum, blocks);
-  }
-  void add_tangent_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                            const BlockMatrix& blocks,
-                            std::vector<Eigen::Matrix3d>& diagonal) const override {
-    mss::add_tangent_diagonal(this->body(), x, v, sum, blocks, diagonal);
-  }
-
  private:
+  class SpringTangents final : public BodyTangents<Real> {
+   public:
+    explicit SpringTangents(SpringSystem& system) : BodyTangents<Real>(system), system_(system) {}
+
+   private:
+    void add(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+             BlockMatrix& blocks) const override;
+    void add_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                      const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal) const override;
+    void multiply(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                  const Field<Real>& p, Field<Real>& out) override;
+
+    SpringSystem& system_;
+  };
+
   struct Slab;
   enum class Finish { force, acceleration, product, kick_drift };
   struct Pass;
   bool is_asleep(const Pass& pass, int plane) const;
   bool needs_cells(const Pass& pass, int plane) const;
 
-  void stop_sleepers(Field<Real>& a) const;
+  void stop_sleeping(Field<Real>& a) const;
   void build_dictionary();
   void build_masses();
   void run(const Pass& pass, long steps);
@@ -72,6 +74,7 @@ class SpringSystem final : public BodySystem<Real> {
   void finish_plane(const Pass& pass, int plane, std::ptrdiff_t first, std::ptrdiff_t last,
                     const Streams<Real>& own, const ConstStreams<Real>& below, double t);
 
+  SpringTangents tangents_;
   SweepKernel<Real> kernel_;
   bool damped_;
 
@@ -81,7 +84,7 @@ class SpringSystem final : public BodySystem<Real> {
   std::uint32_t whole_content_ = 0;     ///< of all entries together
   AlignedArray<Real> dictionary_;
   AlignedArray<Real> inverse_mass_;
-  Field<Real> nothing_below_;  ///< the lowest plane's share from below: zero
+  Field<Real> nothing_below_;  ///< contribution from below to the lowest plane: zero
   std::vector<std::unique_ptr<Slab>> slabs_;
 };
 

@@ -6,7 +6,7 @@
 
 namespace mss {
 
-/// What a block of W neighbouring sites holds: bits that let the sweep skip whole groups of springs.
+/// Contents of a block of W neighbouring sites: bits that let the sweep skip whole groups of springs.
 enum BlockContent : std::uint32_t {
   block_edges = 1,
   block_faces = 2,
@@ -33,28 +33,28 @@ struct ConstStreams {
 };
 
 /// What one plane of the sweep reads and writes. Pointers to fields start at the plane's first site; scratch
-/// planes hold `plane` numbers per axis.
+/// planes have `plane` numbers per axis.
 template <class Real>
 struct SweepPlane {
   std::ptrdiff_t row;
   std::ptrdiff_t plane;
-  std::ptrdiff_t first_block;  ///< blocks to do: [first_block, last_block)
+  std::ptrdiff_t first_block;  ///< blocks to compute: [first_block, last_block)
   std::ptrdiff_t last_block;
   const std::uint32_t* entry;    ///< per block of this plane: which dictionary entry
   const Real* dictionary;        ///< entries of coefficients_per_lane x W numbers
   const std::uint32_t* content;  ///< per entry: BlockContent bits
   Real rest_volume;              ///< V0 [m^3]
-  Real guarded_length;           ///< stretch of a corner, below which it is near folding [m]
+  Real guarded_length;           ///< stretch of a corner below which the fold guard acts [m]
   ConstStreams<Real> x;
   ConstStreams<Real> v;  ///< velocities, or the directions of a product
   Real stiffness;        ///< weights of a product's K and C
   Real damping;
   Streams<Real> own;    ///< sums from this plane's cells; filled row by row
-  Streams<Real> above;  ///< sums that this plane's cells leave to the next plane
+  Streams<Real> above;  ///< sums from this plane's cells for the next plane
   Real carry[4][3];     ///< in and out: the last lane of the four (x+1) corners
 };
 
-/// What happens to a particle once its force, own + below, is complete.
+/// The update of particles once their force, own + below, is complete.
 template <class Real>
 struct FinishPlane {
   std::ptrdiff_t first;  ///< sites of this plane: [first, last)
@@ -74,12 +74,12 @@ struct FinishPlane {
 template <class Real>
 using Sweep = void (*)(SweepPlane<Real>&);
 
-/// One for any body, and those that hold no code for what no cell of a body has.
+/// One for any body, and leaner ones without code for contents that no cell of a body has.
 template <class Real>
 struct ForceSweeps {
   Sweep<Real> any, edges_and_faces, no_volumes, no_bodies, no_faces;
 
-  /// The leanest that serves a body whose blocks together hold these BlockContent bits.
+  /// The leanest for a body whose blocks together have these BlockContent bits.
   Sweep<Real> serving(std::uint32_t content) const {
     if ((content & (block_bodies | block_volumes)) == 0) return edges_and_faces;
     if ((content & block_faces) == 0) return no_faces;
@@ -117,8 +117,8 @@ struct SweepKernel {
   void (*kick_drift_stored)(const FinishPlane<Real>&);
 };
 
-/// For the sweeps, which see no Eigen: adds to the forces [N] on a cell's corners, as corner and axis, what
-/// its guard against folding pulls with where they are [m]. `stiffness` guarded_corner_stiffness(),
+/// For the sweeps, which do not include Eigen: adds to the forces [N] on a cell's corners, by corner and
+/// axis, those of its guard against folding at these positions [m]. `stiffness` guarded_corner_stiffness(),
 /// `shortest` guarded_length(); see fold_guard.hpp.
 void add_fold_guard_force(double stiffness, double shortest, const double (&corners)[8][3],
                           double (&force)[8][3]);

@@ -5,7 +5,7 @@
 //
 // A block is W sites that follow each other in a plane. For each site the sweep evaluates the thirteen
 // springs and the volume force of the cell whose lower corner it is. Corner c = bx + 2 by + 4 bz of that cell
-// is another site, and what it receives is passed on:
+// is another site, and the forces on it are passed on:
 //   (x+1) corners one lane further, by shift_in, the last lane through `carry`;
 //   (y+1) corners to `own`, one row further; (z+1) corners to `above`, for the next plane.
 // A site's force is complete when its own block is done and the sums from the plane below are there. The
@@ -178,8 +178,8 @@ struct Cells {
     }
     return any_acts;
   }
-  /// Calls add(stiffness, lane, pull) for one cell after the other that its guard may act on, and adds what
-  /// that pulls with to the cell's forces.
+  /// Calls add(stiffness, lane, pull) for one cell after the other that its guard may act on, and adds the
+  /// result to the cell's forces.
   template <class Add>
   MSS_INLINE void guard_each(Vec<Real> (&force)[8], Add&& add) const {
     const auto acts = guard_may_act();
@@ -209,14 +209,14 @@ struct Cells {
   }
 };
 
-/// What springs and cells pull with.
+/// Forces of springs and cells.
 template <class Real, bool Damped>
 struct Force : Cells<Real> {
   using Cells<Real>::W, Cells<Real>::p, Cells<Real>::coefficient;
   template <int... Spring>
   using Started = typename Cells<Real>::template Started<Spring...>;
 
-  /// The second half: what spring i of them pulls with, divided by |d|. Eq. 2-3 and 2-5, with 2-6 as a
+  /// The second half: the force of spring i of them, divided by |d|. Eq. 2-3 and 2-5, with 2-6 as a
   /// projection.
   template <int... Spring>
   MSS_INLINE Pack<Real> tension(const Started<Spring...>& s, int i) const {
@@ -274,8 +274,8 @@ struct Force : Cells<Real> {
   }
 };
 
-/// How forces change, to first order, along the directions in p.v: -(b C + c K) times these. See tangent.hpp
-/// for the matrices.
+/// How forces change, to first order, along the directions in p.v: -(b C + c K) times these. See
+/// element_tangents.hpp for the matrices.
 template <class Real, bool Projected>
 struct ForceChange : Cells<Real> {
   using Cells<Real>::W, Cells<Real>::p, Cells<Real>::coefficient;
@@ -343,7 +343,7 @@ struct Carry {
   Vec<Real> x[4];
 };
 
-/// Adds what four corners of one plane received to that plane's sums: corners `c`, of (x+1), (y+1), and both.
+/// Adds the forces on four corners of one plane to that plane's sums: corners `c`, of (x+1), (y+1), and both.
 template <class Real>
 MSS_INLINE void pass_on(const SweepPlane<Real>& p, const Streams<Real>& sums, std::ptrdiff_t q,
                         const Vec<Real> (&f)[8], const Carry<Real>& carry, int c) {
@@ -361,17 +361,17 @@ MSS_INLINE Block block_at(const SweepPlane<Real>& p, std::ptrdiff_t q, const Rea
            {q, q + 1, q + row, q + row + 1, q + plane, q + plane + 1, q + plane + row, q + plane + row + 1}}};
 }
 
-/// What the guard against folding adds. Rare: it stays out of the way of the rest, and takes copies, so that
-/// nothing else has to be where it could look.
+/// What the guard against folding adds. Rare: it is a function of its own that takes copies, so
+/// that the other values can stay in registers.
 template <class Block, class Real>
 [[gnu::noinline]] void push_apart(SweepPlane<Real> p, std::ptrdiff_t q, const Real* coefficient,
                                   Vec<Real> (&push)[8]) {
   block_at<Block>(p, q, coefficient).guard(push);
 }
 
-/// One block. A spring is one chain of dependent operations, and the processor sees no further than about
-/// three springs ahead: so they go in pairs, each started before the one before it is finished, and those of
-/// the (z+1) corners first, so that their sums need not wait in registers.
+/// One block. A spring is one chain of dependent operations, and the processor looks ahead by only
+/// about three springs: so they are computed in pairs, each started before the one before it is finished, and
+/// those of the (z+1) corners first, so that their sums need not wait in registers.
 template <class Block, std::uint32_t Content, class Real>
 MSS_INLINE void do_block(const SweepPlane<Real>& p, std::ptrdiff_t q, const Real* coefficient,
                          Carry<Real>& carry) {

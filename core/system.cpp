@@ -1,5 +1,7 @@
 #include "core/system.hpp"
 
+#include "core/error.hpp"
+
 namespace mss {
 
 template <class Real>
@@ -14,21 +16,6 @@ void System<Real>::constrain(double, Field<Real>&, Field<Real>&) const {}
 
 template <class Real>
 void System<Real>::clear_prescribed(Field<Real>&) const {}
-
-template <class Real>
-bool System<Real>::collide(const State<Real>&, double, State<Real>&) {
-  return false;
-}
-
-template <class Real>
-bool System<Real>::settle(State<Real>&) {
-  return false;
-}
-
-template <class Real>
-std::vector<double> System<Real>::kinks(const Field<Real>&) const {
-  return {};
-}
 
 template <class Real>
 void System<Real>::parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
@@ -61,7 +48,31 @@ void System<Real>::kick_drift(const KickDrift& update, double dt, long steps, St
   }
 }
 
+template <class Real>
+Tangents<Real>& tangents_of(System<Real>& system) {
+  if (Tangents<Real>* tangents = system.tangents()) return *tangents;
+  throw InputError(
+      "this model has no tangents (derivatives of its forces), which implicit methods, equilibria and modes "
+      "need; choose an explicit method");
+}
+
+template <class Real>
+std::vector<Unknown> unknowns_of(const System<Real>& system) {
+  Field<Real> is_free(system.size());
+  is_free.array() = Real(1);
+  system.clear_prescribed(is_free);
+  std::vector<Unknown> unknowns;
+  for (const std::ptrdiff_t site : system.particles())
+    for (int axis = 0; axis < 3; ++axis)
+      if (is_free.axis(axis)[site] != Real(0)) unknowns.push_back({site, axis});
+  return unknowns;
+}
+
 template class System<float>;
 template class System<double>;
+template Tangents<float>& tangents_of(System<float>&);
+template Tangents<double>& tangents_of(System<double>&);
+template std::vector<Unknown> unknowns_of(const System<float>&);
+template std::vector<Unknown> unknowns_of(const System<double>&);
 
 }  // namespace mss

@@ -17,14 +17,14 @@ int available_cores();
 using Counter = std::atomic<std::uint32_t>;
 
 /// Blocks until `value` has reached `target`. Spins for a few microseconds, because a neighbour's slab is
-/// usually about to finish, then sleeps: a core that somebody else needs is not burnt.
+/// usually about to finish, then sleeps, so that other processes can use the core.
 void wait_until_reached(const Counter& value, std::uint32_t target, bool may_spin);
 
-/// Sets a counter that others may wait for. Sequentially consistent, and that is needed: notifying looks
-/// whether anybody waits, and must not look before the new value can be seen, or a waiter sleeps for ever.
+/// Sets a counter that others may wait for. It must be sequentially consistent: notifying checks for
+/// waiters, and if it did so before the new value is visible, a waiter would sleep for ever.
 void announce(Counter& value, std::uint32_t reached);
 
-/// Threads that stay alive between steps. The caller is rank 0, so a team of one starts no thread.
+/// Threads that persist between steps. The caller is rank 0, so a team of one starts no thread.
 class Team {
  public:
   explicit Team(int size);
@@ -34,7 +34,7 @@ class Team {
 
   int size() const { return size_; }
 
-  /// More threads than cores: waiting threads must give up their core at once.
+  /// More threads than cores: waiting threads must yield their core at once.
   bool may_spin() const { return may_spin_; }
 
   /// Runs task(rank) on every rank and returns when all have returned. Tasks must not throw.
@@ -49,7 +49,7 @@ class Team {
   int size_;
   bool may_spin_;
   const std::function<void(int)>* task_ = nullptr;
-  Counter round_{0};  ///< tasks handed out so far
+  Counter round_{0};  ///< tasks started so far
   std::atomic<bool> stop_{false};
   Counter done_{0};  ///< ranks that have finished the current one
   std::vector<std::thread> threads_;

@@ -21,54 +21,24 @@ Tether gentle_tether(const Body& body, const SpectralBound& bound, std::ptrdiff_
 
 template <class Real>
 void TetheredSystem<Real>::force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) {
-  other_.force(t, x, v, f);
+  this->other().force(t, x, v, f);
   if (tether_) add(f, tether_->site, tether_->force(x.at(tether_->site), v.at(tether_->site)));
 }
 
 template <class Real>
 void TetheredSystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v,
                                         Field<Real>& a) {
-  other_.acceleration(t, x, v, a);
+  this->other().acceleration(t, x, v, a);
   if (!tether_) return;
   const std::ptrdiff_t site = tether_->site;
-  if (other_.collides()) {  // whether it sticks to a plane is decided with the tether, at the end of the step
-    if (force_.size() == 0) force_ = Field<Real>(size());
-    other_.force(t, x, v, force_);
-    a.set(site, force_.at(site) / mass(site));
+  const double mass = this->mass(site);
+  if (events() && events()->collides()) {  // whether it sticks is decided at the end of the step
+    if (force_.size() == 0) force_ = Field<Real>(this->size());
+    this->other().force(t, x, v, force_);
+    a.set(site, force_.at(site) / mass);
   }
-  add(a, site, tether_->force(x.at(site), v.at(site)) / mass(site));
-  clear_prescribed(a);
-}
-
-template <class Real>
-void TetheredSystem<Real>::tangent(double t, const Field<Real>& x, const Field<Real>& v,
-                                   const TangentSum& sum, SparseMatrix& matrix) {
-  other_.tangent(t, x, v, sum, matrix);
-  if (!tether_) return;
-  const std::vector<Unknown>& all = unknowns();
-  auto unknown = std::lower_bound(all.begin(), all.end(), tether_->site,
-                                  [](const Unknown& u, std::ptrdiff_t site) { return u.site < site; });
-  for (; unknown != all.end() && unknown->site == tether_->site; ++unknown) {
-    const auto row = static_cast<int>(unknown - all.begin());
-    matrix.coeffRef(row, row) += diagonal(sum);
-  }
-}
-
-template <class Real>
-void TetheredSystem<Real>::tangent_product(double t, const Field<Real>& x, const Field<Real>& v,
-                                           const TangentSum& sum, const Field<Real>& p, Field<Real>& out) {
-  other_.tangent_product(t, x, v, sum, p, out);
-  if (tether_) add(out, tether_->site, diagonal(sum) * p.at(tether_->site));
-}
-
-template <class Real>
-void TetheredSystem<Real>::tangent_diagonal(double t, const Field<Real>& x, const Field<Real>& v,
-                                            const TangentSum& sum, std::vector<Eigen::Matrix3d>& blocks) {
-  other_.tangent_diagonal(t, x, v, sum, blocks);
-  if (!tether_) return;
-  const auto& sites = particles();
-  const auto id = std::lower_bound(sites.begin(), sites.end(), tether_->site) - sites.begin();
-  blocks[std::size_t(id)] += diagonal(sum) * Eigen::Matrix3d::Identity();
+  add(a, site, tether_->force(x.at(site), v.at(site)) / mass);
+  this->clear_prescribed(a);
 }
 
 template <class Real>
@@ -76,7 +46,43 @@ void TetheredSystem<Real>::kick_drift(const KickDrift& update, double dt, long s
   if (tether_)
     System<Real>::kick_drift(update, dt, steps, state);  // in two passes: through acceleration() and apply()
   else
-    other_.kick_drift(update, dt, steps, state);
+    this->other().kick_drift(update, dt, steps, state);
+}
+
+template <class Real>
+void TetheredSystem<Real>::TetheredTangents::values(double t, const Field<Real>& x, const Field<Real>& v,
+                                                    const TangentSum& sum, SparseMatrix& matrix) {
+  other().values(t, x, v, sum, matrix);
+  if (!system_.tether_) return;
+  const std::ptrdiff_t site = system_.tether_->site;
+  const std::vector<Unknown>& all = unknowns();
+  auto unknown = std::lower_bound(all.begin(), all.end(), site,
+                                  [](const Unknown& u, std::ptrdiff_t s) { return u.site < s; });
+  for (; unknown != all.end() && unknown->site == site; ++unknown) {
+    const auto row = static_cast<int>(unknown - all.begin());
+    matrix.coeffRef(row, row) += added(sum);
+  }
+}
+
+template <class Real>
+void TetheredSystem<Real>::TetheredTangents::product(double t, const Field<Real>& x, const Field<Real>& v,
+                                                     const TangentSum& sum, const Field<Real>& p,
+                                                     Field<Real>& out) {
+  other().product(t, x, v, sum, p, out);
+  if (!system_.tether_) return;
+  const std::ptrdiff_t site = system_.tether_->site;
+  add(out, site, added(sum) * p.at(site));
+}
+
+template <class Real>
+void TetheredSystem<Real>::TetheredTangents::diagonal(double t, const Field<Real>& x, const Field<Real>& v,
+                                                      const TangentSum& sum,
+                                                      std::vector<Eigen::Matrix3d>& blocks) {
+  other().diagonal(t, x, v, sum, blocks);
+  if (!system_.tether_) return;
+  const auto& sites = system_.particles();
+  const auto id = std::lower_bound(sites.begin(), sites.end(), system_.tether_->site) - sites.begin();
+  blocks[std::size_t(id)] += added(sum) * Eigen::Matrix3d::Identity();
 }
 
 template class TetheredSystem<float>;

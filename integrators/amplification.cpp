@@ -16,7 +16,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
-/// K and C between particles of unit mass, and A in units of time in which its two rows are alike.
+/// K and C scaled to unit masses, and A in a unit of time that gives its two rows the same scale.
 class FirstOrderForm {
  public:
   FirstOrderForm(BodySystem<double>& system, const State<double>& state)
@@ -35,8 +35,8 @@ class FirstOrderForm {
     y.tail(n).noalias() -= damping_ * x.tail(n) / omega_;
   }
 
-  /// Of a motion of any length.
-  Share share(const VectorXcd& q) const {
+  /// Of a motion of any norm.
+  RayleighQuotients quotients(const VectorXcd& q) const {
     const double length = q.squaredNorm();
     return {.stiffness = q.dot(stiffness_ * q).real() / length,
             .damping = q.dot(damping_ * q).real() / length};
@@ -45,8 +45,8 @@ class FirstOrderForm {
  private:
   static SparseMatrix scaled(BodySystem<double>& system, const State<double>& state, const TangentSum& sum) {
     const VectorXd scale = root_masses(system).cwiseInverse();
-    SparseMatrix matrix = system.tangent_pattern();
-    system.tangent(state.t, state.x, state.v, sum, matrix);
+    SparseMatrix matrix = tangents_of(system).pattern();
+    tangents_of(system).values(state.t, state.x, state.v, sum, matrix);
     return scale.asDiagonal() * matrix * scale.asDiagonal();
   }
 
@@ -83,11 +83,11 @@ class Step {
 };
 
 /// Of the eigenvectors in the columns.
-Shares shares_of(const FirstOrderForm& form, const MatrixXcd& vectors) {
-  Shares result;
+AmplifiedMotions motions_of(const FirstOrderForm& form, const MatrixXcd& vectors) {
+  AmplifiedMotions result;
   for (Index i = 0; i < vectors.cols(); ++i) {
-    const Share share = form.share(vectors.col(i).head(form.unknowns()));
-    if (!is_rigid(share, form.omega())) result.motions.push_back(share);
+    const RayleighQuotients motion = form.quotients(vectors.col(i).head(form.unknowns()));
+    if (!is_rigid(motion, form.omega())) result.motions.push_back(motion);
   }
   return result;
 }
@@ -105,8 +105,8 @@ MatrixXd dense(const Step& step) {
 
 }  // namespace
 
-Shares most_amplified(BodySystem<double>& system, const State<double>& state,
-                      const std::vector<double>& polynomial, double dt, Work& work) {
+AmplifiedMotions most_amplified(BodySystem<double>& system, const State<double>& state,
+                                const std::vector<double>& polynomial, double dt, Work& work) {
   constexpr Index most_dense = 200, wanted = 10, space = 60, most_restarts = 2000;
   constexpr double tolerance = 1e-7;
   const FirstOrderForm form(system, state);
@@ -114,13 +114,13 @@ Shares most_amplified(BodySystem<double>& system, const State<double>& state,
   Step step(form, polynomial, dt, work);
   if (step.rows() <= most_dense) {
     const Eigen::EigenSolver<MatrixXd> all(dense(step));
-    return shares_of(form, all.eigenvectors());
+    return motions_of(form, all.eigenvectors());
   }
   Spectra::GenEigsSolver<Step> arnoldi(step, wanted, space);
   arnoldi.init();
   arnoldi.compute(Spectra::SortRule::LargestMagn, most_restarts, tolerance);
   if (arnoldi.info() != Spectra::CompInfo::Successful) return {.status = Status::linear_stalled};
-  return shares_of(form, arnoldi.eigenvectors());
+  return motions_of(form, arnoldi.eigenvectors());
 }
 
 }  // namespace mss

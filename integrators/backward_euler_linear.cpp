@@ -1,8 +1,8 @@
 // Backward Euler with one linear solve a step:
 //   (M + dt C + dt^2 K) dv = dt (f(x_n, v_n) - dt K v_n),   v_{n+1} = v_n + dv,   x_{n+1} = x_n + dt v_{n+1},
 // with C and K at the beginning of the step. First order, stable for any step on the test equation; strongly
-// bent bodies can still blow up, because one linearisation is all they get.
-// Prescribed coordinates move to their new places before forces are evaluated, so that the others feel it.
+// bent bodies can still diverge, because there is only one linearisation.
+// Prescribed coordinates get their new values before forces are evaluated, so that they act on the others.
 // Baraff and Witkin, SIGGRAPH 1998.
 #include "integrators/implicit_stage.hpp"
 
@@ -32,7 +32,7 @@ class BackwardEulerLinear final : public Integrator<double> {
     ++work.force_evaluations;
     change_ = state.v;
     system.clear_prescribed(change_);
-    system.tangent_product(t, state.x, state.v, {.stiffness = dt_, .kind = kind_}, change_, product_);
+    tangents_of(system).product(t, state.x, state.v, {.stiffness = dt_, .kind = kind_}, change_, product_);
     ++work.products;
     rhs_.array() = dt_ * (rhs_.array() - product_.array());
     const TangentSum sum{.mass = 1, .damping = dt_, .stiffness = dt_ * dt_, .kind = kind_};

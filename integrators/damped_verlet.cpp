@@ -1,4 +1,4 @@
-// Velocity Verlet whose damping force sees the velocity of its own time, extrapolated:
+// Velocity Verlet with damping forces from the velocity of the same time, extrapolated:
 //   v_{n+1/2} = v_n + dt/2 a_n,   x_{n+1} = x_n + dt v_{n+1/2},
 //   a_{n+1} = M^-1 f(x_{n+1}, v_n + dt a_n),   v_{n+1} = v_{n+1/2} + dt/2 a_{n+1}.
 // One force a step. Second order with damping too, which the thesis's Verlet and the plain velocity Verlet

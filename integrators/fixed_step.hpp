@@ -8,52 +8,51 @@
 
 namespace mss {
 
-/// Many small additions leave t a little off the end.
-inline void shed_rounding(double& t, double dt, double t_end) {
+/// Removes from t the rounding that many small additions have left.
+inline void snap_to_end_time(double& t, double dt, double t_end) {
   if (std::abs(t - t_end) < 1e-6 * dt) t = t_end;
 }
 
-/// Follows a method's steps where bodies collide at their end, or fall asleep; where they do neither, it does
-/// nothing.
+/// Applies a system's step events, collisions and sleep, around a method's steps; does nothing where there
+/// are none.
 template <class Real>
 class BetweenSteps {
  public:
   BetweenSteps(Integrator<Real>& method, System<Real>& system, double dt, bool may_sleep)
       : method_(method),
-        system_(system),
+        events_(system.events()),
         dt_(dt),
-        collides_(system.collides()),
-        sleeps_(may_sleep && system.sleeps()) {}
+        collides_(events_ && events_->collides()),
+        sleeps_(may_sleep && events_ && events_->sleeps()) {}
 
   /// Whether steps must be taken one at a time.
   bool active() const { return collides_ || sleeps_; }
-  /// Whether a step may be left out but for the time it takes.
-  bool all_asleep() const { return sleeps_ && system_.all_asleep(); }
+  /// Whether a step would change the time only.
+  bool all_asleep() const { return sleeps_ && events_->all_asleep(); }
 
   void step_begins(const State<Real>& state) {
     if (collides_) before_ = state;
   }
   void step_ends(State<Real>& state) {
-    const bool collided = collides_ && system_.collide(before_, dt_, state);
-    const bool settled = sleeps_ && system_.settle(state);
+    const bool collided = collides_ && events_->collide(before_, dt_, state);
+    const bool settled = sleeps_ && events_->settle(state);
     if (collided || settled) method_.reset();
   }
 
  private:
   Integrator<Real>& method_;
-  System<Real>& system_;
+  StepEvents<Real>* events_;  ///< nullptr: nothing happens between steps
   double dt_;
   bool collides_, sleeps_;
   State<Real> before_;
 };
 
-/// Steps after which a method looks for infinities: often enough to stop early, seldom enough to cost
-/// nothing.
+/// Steps between two checks for infinities: often enough to stop early, seldom enough to cost nothing.
 inline constexpr long steps_between_checks = 32;
 
 /// Runs take(n), which makes n steps of size dt, until state.t is as near to t_end as whole steps come. After
-/// collisions, and when particles fall asleep or wake, the method is reset, so take() must begin anew by
-/// itself.
+/// collisions, and when particles fall asleep or wake, the method is reset, so take() must be able to start
+/// without history.
 template <class Real, class Take>
 Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>& state, double dt,
                      double t_end, Work& work, Take&& take) {
@@ -75,11 +74,11 @@ Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>
     left -= n;
     if (!is_finite(state)) return Status::non_finite;
   }
-  shed_rounding(state.t, dt, t_end);
+  snap_to_end_time(state.t, dt, t_end);
   return Status::ok;
 }
 
-/// The same for methods whose steps can fail: take() makes one and says how it went. They ask for forces,
+/// The same for methods whose steps can fail: take() makes one and returns its status. They evaluate forces,
 /// not accelerations, so nothing falls asleep.
 template <class Real, class Take>
 Status advance_step_by_step(Integrator<Real>& method, System<Real>& system, State<Real>& state, double dt,
@@ -92,7 +91,7 @@ Status advance_step_by_step(Integrator<Real>& method, System<Real>& system, Stat
     ++work.steps;
     if (!is_finite(state)) return Status::non_finite;
   }
-  shed_rounding(state.t, dt, t_end);
+  snap_to_end_time(state.t, dt, t_end);
   return Status::ok;
 }
 

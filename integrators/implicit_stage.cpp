@@ -1,8 +1,8 @@
 // Newton's method: (M + gamma C + gamma^2 K) dv = r = gamma f - M (v - v_base). Where damping is off, r is
-// minus the gradient of an energy, and dv, from a positive definite matrix, leads downhill: so a step is
-// halved if the slope r.dv has turned against it by more than half of what it was. That asks for no energy,
-// and unlike |r|, which projected tangents need not reduce, it does not stall on the way. Nocedal and Wright,
-// Numerical Optimization, chapter 3.
+// minus the gradient of an energy, and dv, from a positive definite matrix, is a descent direction: so a step
+// is halved if the slope r.dv has turned against it by more than half of what it was. This needs no energy,
+// and, unlike a decrease of |r|, which projected tangents do not guarantee, it does not stall. Nocedal and
+// Wright, Numerical Optimization, chapter 3.
 #include "integrators/implicit_stage.hpp"
 
 #include <cmath>
@@ -69,6 +69,7 @@ double Newton::largest_move(const ImplicitStage& stage) const {
 }
 
 Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) {
+  tangents_of(system);  // throws if there are none, even where nothing moves
   if (residual_.size() == 0)
     for (Field<double>* field : {&residual_, &step_, &v_before_}) *field = Field<double>(system.size());
   double norm = residual(system, stage, state, work);

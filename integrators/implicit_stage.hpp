@@ -15,7 +15,7 @@ struct ImplicitStage {
   double gamma = 0;  ///< [s]
   const Field<double>* x_base = nullptr;
   const Field<double>* v_base = nullptr;
-  const Field<double>* v_seen = nullptr;  ///< constant velocities that forces see instead of v
+  const Field<double>* v_seen = nullptr;  ///< constant velocities for the forces instead of v
 };
 
 /// Newton's method with backtracking for implicit stages.
@@ -23,8 +23,8 @@ class Newton {
  public:
   explicit Newton(const IntegratorOptions& options);
 
-  /// Solves a stage; state.v holds a guess on entry, state.x and state.v the solution on return, state.t is
-  /// left alone. Prescribed coordinates are where the stage's time puts them.
+  /// Solves a stage; state.v holds a guess on entry, state.x and state.v the solution on return, state.t does
+  /// not change. Prescribed coordinates have their values at the stage's time.
   Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
 
  private:

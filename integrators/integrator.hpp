@@ -48,7 +48,7 @@ class Integrator {
   virtual ~Integrator() = default;
 
   /// Takes `state` towards t_end [s] and adds to `work`. Methods of fixed step take whole steps only and stop
-  /// at the one nearest to t_end, so that a trajectory does not depend on how often somebody looks; adaptive
+  /// at the one nearest to t_end, so that a trajectory does not depend on how often it is sampled; adaptive
   /// methods stop at t_end. On failure the state is the last one computed.
   virtual Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) = 0;
 
@@ -58,14 +58,14 @@ class Integrator {
 
 /// What a user may set about a method.
 struct IntegratorOptions {
-  double dt = 1e-3;  ///< step of fixed-step methods, first step of adaptive ones; 0: theirs [s]
+  double dt = 1e-3;  ///< step of fixed-step methods, first step of adaptive ones; 0: they choose it [s]
   std::string linear_solver = "cholmod";  ///< of implicit methods
   Tangent tangent = Tangent::elastic;     ///< of implicit methods; projected where the elastic is indefinite
   double linear_tolerance = 1e-10;        ///< of iterative linear solvers: residual over right-hand side
   double tolerance = 1e-6;                ///< of adaptive methods: local error over the scales below
   double length_scale = 1;                ///< of positions [m]
   double speed_scale = 1;                 ///< of velocities [m/s]
-  long most_steps = 10000000;  ///< adaptive methods may take in one advance, or to its next first touch
+  long most_steps = 10000000;  ///< adaptive methods may take in one advance, or until its next event
 };
 
 /// Largest step [s] for which a method is stable on the test equation x'' = -omega^2 x - damping x'; 0 if
@@ -75,11 +75,11 @@ using StabilityLimit = double (*)(double omega, double damping);
 /// The limit of methods that are stable iff omega^2 dt^2 + 2 damping dt < 4.
 double central_limit(double omega, double damping);
 
-/// How a method goes through time.
+/// How a method advances time.
 enum class Stepping {
   fixed,       ///< in steps of dt
-  adaptive,    ///< in steps of its own choice, by a tolerance
-  equilibrium  ///< not at all: it finds where a body would rest at the end time
+  adaptive,    ///< in steps it chooses by a tolerance
+  equilibrium  ///< not at all: it finds where a body would be at rest at the end time
 };
 
 /// Facts about a method. Tests measure that they are true.

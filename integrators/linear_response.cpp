@@ -27,18 +27,19 @@ LinearResponse linear_response(BodySystem<double>& system,
   const std::ptrdiff_t size = system.size();
   LinearResponse r{
       .displacement = Field<double>(size), .load = Field<double>(size), .reaction = Field<double>(size)};
+  Tangents<double>& tangents = tangents_of(system);
   const auto solver = find_linear_solver("cholmod").make(0);
   system.force(0, rest.x, rest.v, r.load);
   r.status = solver->prepare(system, 0, rest.x, rest.v, stiffness, work);
   if (r.status != Status::ok) return r;
   const Field<double> held = at_holds(system, prescribed);
   Field<double> rhs(size);
-  system.tangent_product(0, rest.x, rest.v, stiffness, held, rhs);
+  tangents.product(0, rest.x, rest.v, stiffness, held, rhs);
   rhs.array() = r.load.array() - rhs.array();
   r.status = solver->solve(rhs, r.displacement, work);
   if (r.status != Status::ok) return r;
   r.displacement.array() += held.array();
-  system.tangent_product(0, rest.x, rest.v, stiffness, r.displacement, r.reaction);
+  tangents.product(0, rest.x, rest.v, stiffness, r.displacement, r.reaction);
   r.reaction.array() -= r.load.array();
   return r;
 }

@@ -7,16 +7,16 @@
 
 namespace mss {
 
-/// How a body gives way, to first order, from its undeformed state.
+/// A body's linear response from its undeformed state.
 struct LinearResponse {
   Status status = Status::ok;
   Field<double> displacement;  ///< u [m]
   Field<double> load;          ///< f: gravity and loads [N]
-  Field<double> reaction;      ///< K u - f: what holds the prescribed coordinates [N]
+  Field<double> reaction;      ///< K u - f: at prescribed coordinates [N]
 };
 
 /// Solves K u = f with CHOLMOD. Held coordinates are displaced by `prescribed` of their rest position, or not
-/// at all; what the holds themselves say about motion is not asked.
+/// at all; the motion of the holds themselves is ignored.
 LinearResponse linear_response(BodySystem<double>& system,
                                const std::function<Vec3(const Vec3& rest)>& prescribed, Work& work);
 

@@ -21,12 +21,12 @@ using Eigen::VectorXd;
 constexpr double tolerance = 1e-11;
 constexpr Index most_restarts = 1000;
 
-/// x -> (A - shift)^-1 x with A = M^-1/2 K M^-1/2, in the space across what has been found.
+/// x -> (A - shift)^-1 x with A = M^-1/2 K M^-1/2, in the orthogonal complement of what has been found.
 class ShiftedInverse {
  public:
   using Scalar = double;
   ShiftedInverse(BodySystem<double>& system, LinearSolver& solver, const VectorXd& roots, Work& work)
-      : system_(system),
+      : unknowns_(tangents_of(system).unknowns()),
         solver_(solver),
         roots_(roots),
         work_(work),
@@ -40,10 +40,10 @@ class ShiftedInverse {
     y_ = Eigen::Map<const VectorXd>(x_in, rows());
     leave_out_found();
     y_.array() *= roots_.array();
-    scatter(system_, y_, in_);
+    scatter(unknowns_, y_, in_);
     const Status solved = solver_.solve(in_, out_, work_);
     if (status == Status::ok) status = solved;
-    gather(system_, out_, y_);
+    gather(unknowns_, out_, y_);
     y_.array() *= roots_.array();
     leave_out_found();
     Eigen::Map<VectorXd>(y_out, rows()) = y_;
@@ -57,7 +57,7 @@ class ShiftedInverse {
     if (found.cols() > 0) y_ -= found * (found.transpose() * y_);
   }
 
-  BodySystem<double>& system_;
+  const std::vector<Unknown>& unknowns_;
   LinearSolver& solver_;
   const VectorXd& roots_;
   Work& work_;
@@ -71,7 +71,7 @@ class Product {
   using Scalar = double;
   Product(BodySystem<double>& system, const State<double>& state, const VectorXd& roots, Work& work,
           const TangentSum& sum, double shift = 0)
-      : system_(system),
+      : tangents_(tangents_of(system)),
         state_(state),
         roots_(roots),
         work_(work),
@@ -85,21 +85,21 @@ class Product {
   void perform_op(const double* x_in, double* y_out) const {
     const Eigen::Map<const VectorXd> x(x_in, rows());
     y_ = x.array() / roots_.array();
-    scatter(system_, y_, in_);
-    system_.tangent_product(state_.t, state_.x, state_.v, sum_, in_, out_);
+    scatter(tangents_.unknowns(), y_, in_);
+    tangents_.product(state_.t, state_.x, state_.v, sum_, in_, out_);
     ++work_.products;
-    gather(system_, out_, y_);
+    gather(tangents_.unknowns(), out_, y_);
     Eigen::Map<VectorXd>(y_out, rows()) = y_.array() / roots_.array() + shift_ * x.array();
   }
   /// x.A x.
-  double share(const VectorXd& x) const {
+  double quotient(const VectorXd& x) const {
     VectorXd y(rows());
     perform_op(x.data(), y.data());
     return x.dot(y);
   }
 
  private:
-  BodySystem<double>& system_;
+  Tangents<double>& tangents_;
   const State<double>& state_;
   const VectorXd& roots_;
   Work& work_;
@@ -120,23 +120,23 @@ void sort(std::vector<Pair>& pairs) {
   std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.value < b.value; });
 }
 
-/// Eigenvalues within `rounding` of 0 are motions of the whole.
+/// Eigenvalues within `rounding` of 0 belong to rigid motions.
 Modes to_modes(BodySystem<double>& system, std::vector<Pair> pairs, const VectorXd& roots, double rounding) {
   Modes result;
   for (Pair& pair : pairs) {
     if (pair.value < -10 * rounding) return {.status = Status::not_positive_definite, .modes = {}};
     pair.vector.array() /= roots.array();
     Field<double> shape(system.size());
-    scatter(system, pair.vector, shape);
+    scatter(tangents_of(system).unknowns(), pair.vector, shape);
     result.modes.push_back({pair.value > rounding ? std::sqrt(pair.value) : 0, std::move(shape)});
   }
   return result;
 }
 
-/// All of them, of a body so small that this is cheapest.
+/// All of them, for a body so small that this is cheapest.
 std::vector<Pair> dense_pairs(BodySystem<double>& system, const State<double>& state, const VectorXd& roots) {
-  SparseMatrix k = system.tangent_pattern();
-  system.tangent(state.t, state.x, state.v, {.stiffness = 1, .kind = Tangent::elastic}, k);
+  SparseMatrix k = tangents_of(system).pattern();
+  tangents_of(system).values(state.t, state.x, state.v, {.stiffness = 1, .kind = Tangent::elastic}, k);
   const MatrixXd a = roots.cwiseInverse().asDiagonal() * MatrixXd(k) * roots.cwiseInverse().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(a);
   std::vector<Pair> pairs;
@@ -145,7 +145,7 @@ std::vector<Pair> dense_pairs(BodySystem<double>& system, const State<double>& s
   return pairs;
 }
 
-/// Lanczos until what is left holds nothing slower than the slowest `count` found.
+/// Lanczos until the rest contains nothing slower than the slowest `count` found.
 Status find_slowest(ShiftedInverse& inverse, double shift, Index count, std::vector<Pair>& found) {
   for (;;) {
     const Index left = inverse.rows() - Index(found.size());
@@ -180,7 +180,7 @@ Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int 
   if (roots.size() <= 100 || 3 * wanted + 20 >= roots.size()) {
     found = dense_pairs(system, state, roots);
   } else {
-    const double shift = -1e-6 * fastest * fastest;  // K alone is singular while nothing holds the body
+    const double shift = -1e-6 * fastest * fastest;  // K alone is singular without holds
     const auto solver = find_linear_solver("cholmod").make(0);
     const TangentSum sum{.mass = -shift, .stiffness = 1, .kind = Tangent::elastic};
     Status status = solver->prepare(system, state.t, state.x, state.v, sum, work);
@@ -207,11 +207,12 @@ Modes fastest_mode(BodySystem<double>& system, const State<double>& state, Work&
   return to_modes(system, {{lanczos.eigenvalues()[0], lanczos.eigenvectors().col(0)}}, roots, 0);
 }
 
-Share largest_share(BodySystem<double>& system, const State<double>& state, double weight, Work& work) {
+RayleighQuotients largest_quotient(BodySystem<double>& system, const State<double>& state, double weight,
+                                   Work& work) {
   const VectorXd roots = root_masses(system);
   if (roots.size() == 0) return {};
   const SpectralBound bound = system.spectral_bound();
-  // Lanczos knows the largest number by its size: the shift keeps it from being lost near 0.
+  // Lanczos converges to the largest absolute value: the shift makes that the largest eigenvalue.
   const double shift = bound.omega * bound.omega + std::abs(weight) * bound.damping;
   const TangentSum sum{.damping = weight, .stiffness = 1, .kind = Tangent::elastic};
   Product product(system, state, roots, work, sum, shift);
@@ -221,8 +222,8 @@ Share largest_share(BodySystem<double>& system, const State<double>& state, doub
   if (lanczos.info() != Spectra::CompInfo::Successful) return {.status = Status::linear_stalled};
   const VectorXd q = lanczos.eigenvectors().col(0);
   const TangentSum damping{.damping = 1, .kind = Tangent::elastic};
-  return {.stiffness = Product(system, state, roots, work, stiffness).share(q),
-          .damping = Product(system, state, roots, work, damping).share(q)};
+  return {.stiffness = Product(system, state, roots, work, stiffness).quotient(q),
+          .damping = Product(system, state, roots, work, damping).quotient(q)};
 }
 
 }  // namespace mss

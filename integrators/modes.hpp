@@ -20,24 +20,27 @@ struct Modes {
 
 /// The slowest vibrations of a body about a state, prescribed coordinates still: Lanczos with K + s M
 /// inverted by CHOLMOD, repeated on what is left until no slower one turns up, so that pairs of equal
-/// frequency are both found. As many as asked, or as there are unknowns.
+/// frequency are both found. As many as requested, or as there are unknowns.
 Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int count, Work& work);
 
-/// The fastest one, by Lanczos through the matrix-free product, to nine digits: what explicit methods must
-/// follow.
+/// The fastest one, by Lanczos through the matrix-free product, to nine digits: it limits the step of
+/// explicit methods.
 Modes fastest_mode(BodySystem<double>& system, const State<double>& state, Work& work);
 
-/// What a motion q with q.M q = 1 has of stiffness and damping.
-struct Share {
+/// Stiffness and damping of a motion q with q.M q = 1.
+struct RayleighQuotients {
   Status status = Status::ok;
   double stiffness = 0;  ///< q.K q [1/s^2]
   double damping = 0;    ///< q.C q [1/s]
 };
 
-/// Whether the motion is one of the whole, to a body whose frequencies are bounded by omega.
-inline bool is_rigid(const Share& share, double omega) { return share.stiffness < 1e-10 * omega * omega; }
+/// Whether the motion is rigid, for a body whose frequencies are bounded by omega.
+inline bool is_rigid(const RayleighQuotients& motion, double omega) {
+  return motion.stiffness < 1e-10 * omega * omega;
+}
 
 /// Those of the motion for which q.K q + weight q.C q is largest, weight in [1/s] and of either sign.
-Share largest_share(BodySystem<double>& system, const State<double>& state, double weight, Work& work);
+RayleighQuotients largest_quotient(BodySystem<double>& system, const State<double>& state, double weight,
+                                   Work& work);
 
 }  // namespace mss

@@ -1,9 +1,8 @@
 // The classical Runge-Kutta method, with y = (x, v) and y' = (v, M^-1 f):
 //   k1 = y'(t, y), k2 = y'(t + dt/2, y + dt/2 k1), k3 = y'(t + dt/2, y + dt/2 k2), k4 = y'(t + dt, y + dt
 //   k3), y_{n+1} = y_n + dt/6 (k1 + 2 k2 + 2 k3 + k4).
-// Fourth order; four forces a step. Stable while |R(z)| <= 1, R = 1 + z + z^2/2 + z^3/6 + z^4/24, z^2 + c dt
-// z
-// + w^2 dt^2 = 0: w dt < 2 sqrt 2 without damping, where it slowly loses energy.
+// Fourth order; four forces a step. Stable while |R(z)| <= 1, R = 1 + z + z^2/2 + z^3/6 + z^4/24, at the
+// roots of z^2 + c dt z + w^2 dt^2 = 0: w dt < 2 sqrt 2 without damping, where it slowly loses energy.
 #include <complex>
 
 #include "integrators/fixed_step.hpp"
@@ -67,8 +66,8 @@ bool is_stable(double omega, double damping) {
   return true;
 }
 
-/// Bisects between a step that is surely stable and one that surely is not: both roots lie within max(w, c)
-/// of 0, and the larger one at least max(w, c/2) away.
+/// Bisects between a step that is certainly stable and one that certainly is not: both roots lie within
+/// max(w, c) of 0, and the larger one at least max(w, c/2) away.
 double rk4_limit(double omega, double damping) {
   double low = 1 / std::max(omega, damping), high = 4 / std::max(omega, damping / 2);
   while (high - low > 1e-12 * high) {

@@ -14,7 +14,7 @@ namespace mss {
 // The positive root of w^2 dt^2 + 2 c dt = 4.
 double central_limit(double omega, double damping) { return 4 / (damping + std::hypot(damping, 2 * omega)); }
 
-double sure_step(const IntegratorInfo& method, const SpectralBound& bound) {
+double guaranteed_step(const IntegratorInfo& method, const SpectralBound& bound) {
   if (!method.limit) return std::numeric_limits<double>::infinity();
   constexpr int parts = 16;  // no limit is worst far from a corner of the range
   double limit = std::numeric_limits<double>::infinity();
@@ -25,7 +25,7 @@ double sure_step(const IntegratorInfo& method, const SpectralBound& bound) {
 }
 
 double stable_step(const IntegratorInfo& method, const SpectralBound& bound) {
-  const double limit = sure_step(method, bound);
+  const double limit = guaranteed_step(method, bound);
   if (limit <= 0)
     throw InputError(
         fmt::format("dt = \"safe\" cannot be given for {}: undamped modes are unstable at any "
@@ -36,41 +36,41 @@ double stable_step(const IntegratorInfo& method, const SpectralBound& bound) {
 
 namespace {
 
-/// How much one unit of damping shortens the step, over what one of stiffness does.
-double weight_at(const IntegratorInfo& method, const Share& share) {
-  const double omega = std::sqrt(share.stiffness), small = 1e-5;
+/// How much a unit of damping shortens the step, relative to a unit of stiffness.
+double weight_at(const IntegratorInfo& method, const RayleighQuotients& motion) {
+  const double omega = std::sqrt(motion.stiffness), small = 1e-5;
   const auto limit = [&](double stiffness, double damping) {
     return method.limit(std::sqrt(stiffness), damping);
   };
-  const double more = share.damping + small * omega, stiffer = (1 + small) * share.stiffness;
-  const double by_damping = (limit(share.stiffness, more) - limit(share.stiffness, share.damping)) / omega;
+  const double more = motion.damping + small * omega, stiffer = (1 + small) * motion.stiffness;
+  const double by_damping = (limit(motion.stiffness, more) - limit(motion.stiffness, motion.damping)) / omega;
   const double by_stiffness =
-      (limit(stiffer, share.damping) - limit(share.stiffness, share.damping)) / share.stiffness;
+      (limit(stiffer, motion.damping) - limit(motion.stiffness, motion.damping)) / motion.stiffness;
   return by_damping / by_stiffness;
 }
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-double limit_of(const IntegratorInfo& method, const Share& share) {
-  return method.limit(std::sqrt(share.stiffness), share.damping);
+double limit_of(const IntegratorInfo& method, const RayleighQuotients& motion) {
+  return method.limit(std::sqrt(motion.stiffness), motion.damping);
 }
 
-/// The fixed point of: which motion has most of K + s C, where s weighs damping against stiffness as the
-/// limit does at the last one.
-PredictedStep by_largest_share(const IntegratorInfo& method, BodySystem<double>& system,
-                               const State<double>& state, Work& work) {
+/// Fixed-point iteration: the motion with the largest Rayleigh quotient of K + s C, where s weighs damping
+/// against stiffness as the limit does at the previous motion.
+PredictedStep by_largest_quotient(const IntegratorInfo& method, BodySystem<double>& system,
+                                  const State<double>& state, Work& work) {
   constexpr int most_rounds = 30;
   constexpr double settled = 1e-7;
   PredictedStep found{.dt = infinity};
   double weight = 0;
   for (int round = 0; round < most_rounds; ++round) {
-    const Share share = largest_share(system, state, weight, work);
-    if (share.status != Status::ok) return {.status = share.status};
-    if (is_rigid(share, system.spectral_bound().omega)) return found;  // no other motion has more
-    const double before = found.dt, dt = limit_of(method, share);
+    const RayleighQuotients motion = largest_quotient(system, state, weight, work);
+    if (motion.status != Status::ok) return {.status = motion.status};
+    if (is_rigid(motion, system.spectral_bound().omega)) return found;  // no other has a larger quotient
+    const double before = found.dt, dt = limit_of(method, motion);
     found.dt = std::min(before, dt);
     if (dt == 0 || !(dt < before * (1 - settled))) return found;
-    weight = weight_at(method, share);
+    weight = weight_at(method, motion);
   }
   return {.status = Status::linear_stalled};
 }
@@ -81,15 +81,17 @@ PredictedStep by_amplification(const IntegratorInfo& method, BodySystem<double>&
                                const State<double>& state, Work& work) {
   constexpr int most_rounds = 60;
   constexpr double settled = 1e-4, too_long = 1.01, far_too_long = 4;
-  const Share fastest = largest_share(system, state, 0, work);
+  const RayleighQuotients fastest = largest_quotient(system, state, 0, work);
   if (fastest.status != Status::ok) return {.status = fastest.status};
   if (is_rigid(fastest, system.spectral_bound().omega)) return {.dt = infinity};
   PredictedStep found{.dt = far_too_long / std::sqrt(fastest.stiffness)};
   for (int round = 0; round < most_rounds; ++round) {
-    const Shares shares = most_amplified(system, state, method.polynomial, too_long * found.dt, work);
-    if (shares.status != Status::ok) return {.status = shares.status};
+    const AmplifiedMotions amplified =
+        most_amplified(system, state, method.polynomial, too_long * found.dt, work);
+    if (amplified.status != Status::ok) return {.status = amplified.status};
     double least = infinity;
-    for (const Share& share : shares.motions) least = std::min(least, limit_of(method, share));
+    for (const RayleighQuotients& motion : amplified.motions)
+      least = std::min(least, limit_of(method, motion));
     const bool done = least == 0 || least > found.dt * (1 - settled);
     found.dt = std::min(found.dt, least);
     if (done) return found;
@@ -102,7 +104,7 @@ PredictedStep by_amplification(const IntegratorInfo& method, BodySystem<double>&
 PredictedStep predicted_step(const IntegratorInfo& method, BodySystem<double>& system,
                              const State<double>& state, Work& work) {
   if (!method.limit) return {.dt = infinity};
-  return method.polynomial.empty() ? by_largest_share(method, system, state, work)
+  return method.polynomial.empty() ? by_largest_quotient(method, system, state, work)
                                    : by_amplification(method, system, state, work);
 }
 

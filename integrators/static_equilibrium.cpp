@@ -1,9 +1,9 @@
 // Static equilibrium, f(t, x, 0) = 0, by pseudo-transient continuation: steps of backward Euler that start
 // from rest each time,
 //   M (x' - x) / tau^2 = f(t, x', 0),
-// solved by Newton's method. Each one leads downhill in potential energy and the first no further than the
+// solved by Newton's method. Each one lowers the potential energy, and the first moves no further than the
 // body would fall in tau, so that it does not jump into a folded state; as tau grows, inertia vanishes and
-// Newton's quadratic convergence is left. Prescribed coordinates are where time t puts them. Kelley and
+// Newton's method converges quadratically. Prescribed coordinates have their values at time t. Kelley and
 // Keyes, SIAM J. Numer. Anal. 35 (1998) 508.
 #include <limits>
 
@@ -16,9 +16,9 @@ namespace {
 constexpr double first_tau = 10, last_tau = 1e6;  ///< times the stiffest particle's period over 2 pi
 constexpr double growth = 10;
 constexpr int most_steps = 60;
-constexpr int most_stuck = 3;  ///< steps of the last tau that may go as far as the one before: the body falls
+constexpr int most_stuck = 3;  ///< steps of the largest tau without convergence: the body falls
 
-/// Moves of the last tau below this share of the coordinates count as none.
+/// Steps of the largest tau that move coordinates by less than this share count as converged.
 constexpr double negligible = 1e-11;
 
 class StaticEquilibrium final : public Integrator<double> {
@@ -51,7 +51,7 @@ class StaticEquilibrium final : public Integrator<double> {
   }
 
  private:
-  /// One step from rest; goes back if it fails.
+  /// One step from rest; restores the positions if it fails.
   Status relax(System<double>& system, State<double>& state, double tau, Work& work) {
     x_ = state.x;
     const ImplicitStage stage{.t = state.t, .gamma = tau, .x_base = &x_, .v_base = &rest_, .v_seen = &rest_};
@@ -61,7 +61,7 @@ class StaticEquilibrium final : public Integrator<double> {
     return status;
   }
 
-  /// The last step's, over the largest coordinate.
+  /// Of the last step, relative to the largest coordinate.
   double largest_move(const State<double>& state) const {
     return (state.x.array() - x_.array()).abs().maxCoeff() / state.x.array().abs().maxCoeff();
   }
@@ -87,7 +87,8 @@ class StaticEquilibrium final : public Integrator<double> {
   /// Largest angular frequency of one particle while the others are still [1/s].
   double stiffest(System<double>& system, const State<double>& state) {
     std::vector<Eigen::Matrix3d> blocks;
-    system.tangent_diagonal(state.t, state.x, state.v, {.stiffness = 1, .kind = Tangent::projected}, blocks);
+    tangents_of(system).diagonal(state.t, state.x, state.v, {.stiffness = 1, .kind = Tangent::projected},
+                                 blocks);
     double largest = 0;
     for (std::size_t p = 0; p < blocks.size(); ++p)
       largest = std::max(largest, blocks[p].diagonal().maxCoeff() / system.mass(system.particles()[p]));

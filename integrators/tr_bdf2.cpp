@@ -1,5 +1,6 @@
-// TR-BDF2, the composite scheme of Bank et al. that Bathe (2007) brought to structures (thesis's reference
-// 17), here with the split g = 2 - sqrt 2 that gives both stages the same matrix. With d = g dt / 2:
+// TR-BDF2, the composite scheme of Bank et al. that Bathe (2007) introduced to structural dynamics (thesis's
+// reference 17), here with the split g = 2 - sqrt 2 that gives both stages the same matrix. With d = g dt /
+// 2:
 //   trapezoid to t + g dt:  x_g = x_n + d (v_n + v_g),  M (v_g - v_n) = d (f_n + f_g)
 //   BDF2 to t + dt:         x_{n+1} = a x_g - b x_n + d v_{n+1},  M (v_{n+1} - a v_g + b v_n) = d f_{n+1}
 //   with a = 1 / (g (2 - g)),  b = (1 - g)^2 / (g (2 - g)).

@@ -2,8 +2,8 @@
 //   v_{n+1/2} = v_n + dt/2 a_n,   x_{n+1} = x_n + dt v_{n+1/2},
 //   a_{n+1} = M^-1 f(x_{n+1}, v_{n+1/2}),   v_{n+1} = v_{n+1/2} + dt/2 a_{n+1}.
 // One force a step: a_{n+1} opens the next step too. Second order and symplectic without damping; a damping
-// force sees the velocity of half a step ago, which leaves first order. Stable iff w^2 dt^2 + 2 c dt < 4.
-// Swope, Andersen, Berens and Wilson, J. Chem. Phys. 76 (1982) 637.
+// force uses the velocity of half a step ago, which reduces it to first order. Stable iff w^2 dt^2 + 2 c dt
+// < 4. Swope, Andersen, Berens and Wilson, J. Chem. Phys. 76 (1982) 637.
 #include "integrators/fixed_step.hpp"
 
 namespace mss {

@@ -35,7 +35,7 @@ class Verlet final : public Integrator<Real> {
     const auto dt = static_cast<Real>(dt_);
     system.acceleration(state.t, state.x, state.v, acceleration_);
     const auto x = state.x.array();
-    // x_{n-1} is not needed any more: its place takes x_{n+1}, and the two fields change names.
+    // x_{n-1} is not needed any more: x_{n+1} is stored there, and the two fields are swapped.
     previous_.array() = (x + x) - previous_.array() + (dt * dt) * acceleration_.array();
     state.v.array() = (previous_.array() - x) / dt;
     std::swap(state.x, previous_);

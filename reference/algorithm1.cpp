@@ -54,7 +54,7 @@ std::size_t neighbour(std::size_t c, std::size_t axis) {
   return std::size_t(std::find(corner_of.begin(), corner_of.end(), other) - corner_of.begin());
 }
 
-/// The principal stretches of the three edges at a corner; inside out (side -1) the least is negative.
+/// The principal stretches of the three edges at a corner; inverted (side -1), the smallest is negative.
 struct StretchedCorner {
   Eigen::JacobiSVD<Eigen::Matrix3d> svd;
   double side;
@@ -73,7 +73,7 @@ StretchedCorner stretched_corner(const std::vector<Algorithm1::Particle>& partic
   return {svd, side, Vec3(s[0], s[1], side * s[2])};
 }
 
-/// What a stretch lacks to where the guard begins.
+/// How far a stretch is below the length at which the guard begins to act.
 double missing(double stretch) { return std::max(0.0, 0.7 - stretch); }
 
 }  // namespace
@@ -91,7 +91,7 @@ Algorithm1::Algorithm1(const BodyConfig& config, const Vec3& gravity, int thread
 }
 
 void Algorithm1::connect(const BodyConfig& config) {
-  std::map<std::array<int, 3>, std::size_t> id;  // by (k, j, i): z-major, as particles.csv numbers them
+  std::map<std::array<int, 3>, std::size_t> id;  // by (k, j, i): z-major, the order of particles.csv
   const VoxelGrid& voxels = config.voxels;
   const auto each_cell = [&](auto&& visit) {
     for (int k = 0; k < voxels.nz(); ++k)

@@ -13,7 +13,7 @@ namespace mss::reference {
 /// cell with the thesis's corner numbering, one loop over particles.
 ///
 /// It shares no physics with core/: springs are found by walking over cells, shared ones recognised by their
-/// ends. That makes it the oracle for forces and trajectories, and the baseline of the timing chart.
+/// ends. So it is an independent reference for forces and trajectories, and the baseline of the timing chart.
 class Algorithm1 {
  public:
   struct Particle {
@@ -33,7 +33,7 @@ class Algorithm1 {
     std::array<std::size_t, 8> p;  ///< p[0] is the thesis's p_1
   };
 
-  /// `threads` OpenMP threads share each loop, more than there are cores if asked to.
+  /// `threads` OpenMP threads share each loop, also more than there are cores.
   Algorithm1(const BodyConfig& config, const Vec3& gravity, int threads);
 
   void set_threads(int threads) { threads_ = threads; }

@@ -17,10 +17,10 @@ inline Eigen::Matrix3d block_of(const CellMatrix& matrix, Eigen::Index c, Eigen:
   return matrix.block<3, 3>(3 * c, 3 * d);
 }
 
-/// What a field holds at the corners of the cell at a site.
+/// Values of a field at the corners of the cell at a site.
 CellCorners corners_at(const Body& body, const Field<double>& field, std::ptrdiff_t site);
 
-/// Adds up what cells give their corners. Each particle adds its cells' shares always in the same order, so
+/// Adds up contributions of cells to their corners, for each particle always in the same order, so that
 /// results are the same bits for any number of threads.
 class CellSum {
  public:

@@ -10,7 +10,7 @@ struct SquareBar {
 
 /// Tip deflection of a cantilever under a shear force F at its tip, by Timoshenko's theory with Cowper's
 /// shear coefficient 10 (1 + nu) / (12 + 11 nu) (J. Appl. Mech. 33 (1966) 335): F L^3 / (3 E I) + F L / (k G
-/// A). A clamp that holds the whole end also stops it from narrowing, which makes a real one stiffer.
+/// A). A clamp that holds the whole end also stops it from narrowing, which makes it stiffer.
 double cantilever_deflection(const SquareBar& bar, double force);
 
 /// Torque for a twist by one radian of a bar whose ends may warp [N m], after Saint-Venant: G J / L with
@@ -31,8 +31,8 @@ double bar_frequency(double stiffness, double density, double length, int mode);
 /// others (one at a free surface) [Hz]: sin(pi (2 mode - 1) / (4 links)) / pi sqrt(stiffness / density) / h.
 double chain_frequency(double stiffness, double density, double length, int links, int mode);
 
-/// Height [m] a particle comes back to after a number of bounces, dropped from a height; every one leaves it
-/// e^2 of what it had.
+/// Height [m] a particle comes back to after a number of bounces, dropped from a height; each keeps e^2 of
+/// it.
 double bounce_height(double drop, double restitution, int bounces);
 
 /// How far a block at rest slides down a slope in a time [m]: 1/2 g (sin - mu cos) t^2, or not at all where

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/tangent.hpp"
+#include "core/element_tangents.hpp"
 
 namespace mss {
 
@@ -71,7 +71,7 @@ double calibrated_kappa(double k_vol, double cell_size) {
   return 3 * k_vol / (sum * cell_size);
 }
 
-/// Penalty planes know the stiffness of what meets them, and that is more than the springs'.
+/// Penalty planes depend on the body's stiffness, which is more than the springs'.
 Environment without_planes(Environment environment) {
   environment.planes.clear();
   return environment;
@@ -83,14 +83,49 @@ Body without_volume_force(const Body& body) {
   return Body(config);
 }
 
+/// -dF_j/dp_i = kappa (u_j (dV/dp_i)^T + (V - V0) (I - u_j u_j^T) (delta_ij - 1/4) / |p_j - b|).
+CellMatrix cell_tangent(double kappa, double cell_volume, const CellCorners& x, Tangent kind) {
+  CellMatrix k = CellMatrix::Zero();
+  for (std::size_t t = 0; t < tetrahedra.size(); ++t) {
+    const Tetrahedron tet(x, tetrahedra[t]);
+    const double excess = tet.volume - rest_volume(t) * cell_volume;
+    const double along = tet.direction.cwiseProduct(tet.gradient).sum() / tet.gradient.squaredNorm();
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < 4; ++i) {
+        Matrix3d block = std::max(0.0, kappa * along) * tet.gradient.col(j) * tet.gradient.col(i).transpose();
+        if (kind == Tangent::exact) {
+          const Vec3 u = tet.direction.col(j);
+          block = kappa * u * tet.gradient.col(i).transpose() +
+                  kappa * excess * ((i == j ? 1 : 0) - 0.25) / tet.arm.col(j).norm() *
+                      (Matrix3d::Identity() - u * u.transpose());
+        }
+        k.block<3, 3>(3 * tetrahedra[t][std::size_t(j)], 3 * tetrahedra[t][std::size_t(i)]) += block;
+      }
+  }
+  return k;
+}
+
+/// A cell's matrix at rest bounds what its volume force adds to the springs' frequencies, as in FemElement.
+SpectralBound bound_of(const Body& body) {
+  SpectralBound bound = spectral_bound(without_volume_force(body));
+  const double size = body.config().cell_size;
+  const double kappa = calibrated_kappa(body.config().springs.volume, size);
+  const CellMatrix k = cell_tangent(kappa, body.cell_volume(), size * unit_cell(), Tangent::exact);
+  const double corner_mass = body.config().density * body.cell_volume() / 8;
+  bound.omega = std::sqrt(bound.omega * bound.omega +
+                          Eigen::JacobiSVD<CellMatrix>(k).singularValues()[0] / corner_mass);
+  return bound;
+}
+
 }  // namespace
 
 MollemansSystem::MollemansSystem(const Body& body, const Environment& environment, int threads)
-    : BodySystem<double>(body, environment, threads > 0 ? threads : 1),
+    : BodySystem<double>(body, environment, bound_of(body), threads > 0 ? threads : 1),
+      kappa_(calibrated_kappa(body.config().springs.volume, body.config().cell_size)),
       bare_(without_volume_force(body)),
       springs_(bare_, without_planes(environment), {.threads = this->threads()}),
       cells_(body),
-      kappa_(calibrated_kappa(body.config().springs.volume, body.config().cell_size)) {}
+      tangents_(*this) {}
 
 CellCorners MollemansSystem::cell_force(const CellCorners& x) const {
   CellCorners force = CellCorners::Zero();
@@ -103,39 +138,6 @@ CellCorners MollemansSystem::cell_force(const CellCorners& x) const {
   return force;
 }
 
-/// -dF_j/dp_i = kappa (u_j (dV/dp_i)^T + (V - V0) (I - u_j u_j^T) (delta_ij - 1/4) / |p_j - b|).
-MollemansSystem::Element MollemansSystem::cell_tangent(const CellCorners& x, Tangent kind) const {
-  Element k = Element::Zero();
-  for (std::size_t t = 0; t < tetrahedra.size(); ++t) {
-    const Tetrahedron tet(x, tetrahedra[t]);
-    const double excess = tet.volume - rest_volume(t) * body().cell_volume();
-    const double along = tet.direction.cwiseProduct(tet.gradient).sum() / tet.gradient.squaredNorm();
-    for (int j = 0; j < 4; ++j)
-      for (int i = 0; i < 4; ++i) {
-        Matrix3d block =
-            std::max(0.0, kappa_ * along) * tet.gradient.col(j) * tet.gradient.col(i).transpose();
-        if (kind == Tangent::exact) {
-          const Vec3 u = tet.direction.col(j);
-          block = kappa_ * u * tet.gradient.col(i).transpose() +
-                  kappa_ * excess * ((i == j ? 1 : 0) - 0.25) / tet.arm.col(j).norm() *
-                      (Matrix3d::Identity() - u * u.transpose());
-        }
-        k.block<3, 3>(3 * tetrahedra[t][std::size_t(j)], 3 * tetrahedra[t][std::size_t(i)]) += block;
-      }
-  }
-  return k;
-}
-
-/// A cell's matrix at rest bounds what its volume force adds to the springs' frequencies, as in FemSystem.
-SpectralBound MollemansSystem::body_bound() const {
-  SpectralBound bound = springs_.body_bound();
-  const Element k = cell_tangent(body().config().cell_size * unit_cell(), Tangent::exact);
-  const double corner_mass = body().config().density * body().cell_volume() / 8;
-  bound.omega =
-      std::sqrt(bound.omega * bound.omega + Eigen::JacobiSVD<Element>(k).singularValues()[0] / corner_mass);
-  return bound;
-}
-
 void MollemansSystem::force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) {
   springs_.force(t, x, v, f);
   cells_.add(
@@ -143,38 +145,45 @@ void MollemansSystem::force(double t, const Field<double>& x, const Field<double
   add_penalty_force(x, v, f);
 }
 
-void MollemansSystem::add_tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                                  BlockMatrix& blocks) const {
-  mss::add_tangent(bare_, x, v, sum, blocks);
-  for (const std::ptrdiff_t site : cells_.cells()) {
-    const Element k = sum.stiffness * cell_tangent(corners_at(body(), x, site), sum.kind);
+CellMatrix MollemansSystem::MollemansTangents::cell(const Field<double>& x, std::ptrdiff_t site,
+                                                    const TangentSum& sum) const {
+  return sum.stiffness *
+         cell_tangent(system_.kappa_, body().cell_volume(), corners_at(body(), x, site), sum.kind);
+}
+
+void MollemansSystem::MollemansTangents::add(const Field<double>& x, const Field<double>& v,
+                                             const TangentSum& sum, BlockMatrix& blocks) const {
+  add_tangent(system_.bare_, x, v, sum, blocks);
+  for (const std::ptrdiff_t site : system_.cells_.cells()) {
+    const CellMatrix k = cell(x, site, sum);
     for (int c = 0; c < 8; ++c)
       for (int d = 0; d < 8; ++d) blocks.add(site, c, d, block_of(k, c, d));
   }
 }
 
-void MollemansSystem::tangent_product(double t, const Field<double>& x, const Field<double>& v,
-                                      const TangentSum& sum, const Field<double>& p, Field<double>& out) {
-  springs_.tangent_product(t, x, v, sum, p, out);
-  cells_.add(
-      *this,
+void MollemansSystem::MollemansTangents::multiply(double t, const Field<double>& x, const Field<double>& v,
+                                                  const TangentSum& sum, const Field<double>& p,
+                                                  Field<double>& out) {
+  system_.springs_.tangents()->product(t, x, v, sum, p, out);
+  system_.cells_.add(
+      system_,
       [&](std::ptrdiff_t site) -> CellCorners {
         const CellCorners along = corners_at(body(), p, site);
         const Eigen::Matrix<double, 24, 1> product =
-            sum.stiffness * cell_tangent(corners_at(body(), x, site), sum.kind) *
+            sum.stiffness *
+            cell_tangent(system_.kappa_, body().cell_volume(), corners_at(body(), x, site), sum.kind) *
             Eigen::Map<const Eigen::Matrix<double, 24, 1>>(along.data());
         return Eigen::Map<const CellCorners>(product.data());
       },
       out);
-  add_penalty_product(x, v, sum, p, out);
 }
 
-void MollemansSystem::add_tangent_diagonal(const Field<double>& x, const Field<double>& v,
-                                           const TangentSum& sum, const BlockMatrix& blocks,
-                                           std::vector<Matrix3d>& diagonal) const {
-  mss::add_tangent_diagonal(bare_, x, v, sum, blocks, diagonal);
-  for (const std::ptrdiff_t site : cells_.cells()) {
-    const Element k = sum.stiffness * cell_tangent(corners_at(body(), x, site), sum.kind);
+void MollemansSystem::MollemansTangents::add_diagonal(const Field<double>& x, const Field<double>& v,
+                                                      const TangentSum& sum, const BlockMatrix& blocks,
+                                                      std::vector<Matrix3d>& diagonal) const {
+  add_tangent_diagonal(system_.bare_, x, v, sum, blocks, diagonal);
+  for (const std::ptrdiff_t site : system_.cells_.cells()) {
+    const CellMatrix k = cell(x, site, sum);
     for (int c = 0; c < 8; ++c)
       diagonal[blocks.particle(site + body().lattice().corner(c))] += block_of(k, c, c);
   }

@@ -13,10 +13,7 @@ namespace mss::testing {
 class Chain final : public System<double> {
  public:
   Chain(int particles, double beta) : beta_(beta) {
-    for (int i = 0; i < particles; ++i) {
-      sites_.push_back(i);
-      for (int axis = 0; axis < 3; ++axis) unknowns_.push_back({i, axis});
-    }
+    for (int i = 0; i < particles; ++i) sites_.push_back(i);
   }
 
   double omega(int mode) const {
@@ -33,32 +30,7 @@ class Chain final : public System<double> {
       for (const std::ptrdiff_t i : sites_)
         f.axis(axis)[i] = -stiffness_ * (bend(x, axis, i) + beta_ * bend(v, axis, i));
   }
-  const std::vector<Unknown>& unknowns() override { return unknowns_; }
-  SparseMatrix tangent_pattern() override {
-    std::vector<Eigen::Triplet<double>> places;
-    for (int i = 0; i < int(unknowns_.size()); ++i)
-      for (const int j : {i - 3, i, i + 3})
-        if (j >= 0 && j < int(unknowns_.size())) places.emplace_back(i, j, 0.0);
-    SparseMatrix matrix(Eigen::Index(unknowns_.size()), Eigen::Index(unknowns_.size()));
-    matrix.setFromTriplets(places.begin(), places.end());
-    return matrix;
-  }
-  void tangent(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
-               SparseMatrix& matrix) override {
-    for (int row = 0; row < matrix.outerSize(); ++row)
-      for (SparseMatrix::InnerIterator entry(matrix, row); entry; ++entry)
-        entry.valueRef() = entry.col() == row ? mass_ * sum.mass + 2 * spring(sum) : -spring(sum);
-  }
-  void tangent_product(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
-                       const Field<double>& p, Field<double>& out) override {
-    for (int axis = 0; axis < 3; ++axis)
-      for (const std::ptrdiff_t i : sites_)
-        out.axis(axis)[i] = mass_ * sum.mass * p.axis(axis)[i] + spring(sum) * bend(p, axis, i);
-  }
-  void tangent_diagonal(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
-                        std::vector<Eigen::Matrix3d>& blocks) override {
-    blocks.assign(sites_.size(), (mass_ * sum.mass + 2 * spring(sum)) * Eigen::Matrix3d::Identity());
-  }
+  Tangents<double>* tangents() override { return &tangents_; }
 
  private:
   /// 2 y_i - y_{i-1} - y_{i+1}, with walls at 0.
@@ -68,11 +40,53 @@ class Chain final : public System<double> {
   }
   double spring(const TangentSum& sum) const { return stiffness_ * (sum.stiffness + beta_ * sum.damping); }
 
+  class ChainTangents final : public Tangents<double> {
+   public:
+    explicit ChainTangents(const Chain& chain) : chain_(chain) {}
+    const std::vector<Unknown>& unknowns() override {
+      if (unknowns_.empty()) unknowns_ = unknowns_of(chain_);
+      return unknowns_;
+    }
+    SparseMatrix pattern() override {
+      const int size = int(unknowns().size());
+      std::vector<Eigen::Triplet<double>> places;
+      for (int i = 0; i < size; ++i)
+        for (const int j : {i - 3, i, i + 3})
+          if (j >= 0 && j < size) places.emplace_back(i, j, 0.0);
+      SparseMatrix matrix(size, size);
+      matrix.setFromTriplets(places.begin(), places.end());
+      return matrix;
+    }
+    void values(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+                SparseMatrix& matrix) override {
+      for (int row = 0; row < matrix.outerSize(); ++row)
+        for (SparseMatrix::InnerIterator entry(matrix, row); entry; ++entry)
+          entry.valueRef() =
+              entry.col() == row ? chain_.mass_ * sum.mass + 2 * chain_.spring(sum) : -chain_.spring(sum);
+    }
+    void product(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+                 const Field<double>& p, Field<double>& out) override {
+      for (int axis = 0; axis < 3; ++axis)
+        for (const std::ptrdiff_t i : chain_.sites_)
+          out.axis(axis)[i] =
+              chain_.mass_ * sum.mass * p.axis(axis)[i] + chain_.spring(sum) * chain_.bend(p, axis, i);
+    }
+    void diagonal(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+                  std::vector<Eigen::Matrix3d>& blocks) override {
+      blocks.assign(chain_.sites_.size(),
+                    (chain_.mass_ * sum.mass + 2 * chain_.spring(sum)) * Eigen::Matrix3d::Identity());
+    }
+
+   private:
+    const Chain& chain_;
+    std::vector<Unknown> unknowns_;
+  };
+
   double beta_;
   double stiffness_ = 40;
   double mass_ = 0.3;
   std::vector<std::ptrdiff_t> sites_;
-  std::vector<Unknown> unknowns_;
+  ChainTangents tangents_{*this};
 };
 
 }  // namespace mss::testing

@@ -8,7 +8,7 @@
 namespace mss::testing {
 
 /// One particle on a damped spring along x: x'' = -w^2 x - c x'. Its solution is known, and it is a System of
-/// its own: methods are tested on what they promise for any System, not for the sweep.
+/// its own: methods are tested on any System, not on the sweep.
 class Oscillator final : public System<double> {
  public:
   Oscillator(double omega, double damping) : omega_(omega), damping_(damping) {}
@@ -21,24 +21,7 @@ class Oscillator final : public System<double> {
       f.axis(a)[0] = -mass_ * (omega_ * omega_ * x.axis(a)[0] + damping_ * v.axis(a)[0]);
   }
 
-  const std::vector<Unknown>& unknowns() override { return unknowns_; }
-  SparseMatrix tangent_pattern() override {
-    SparseMatrix matrix(3, 3);
-    matrix.setIdentity();
-    return matrix;
-  }
-  void tangent(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
-               SparseMatrix& matrix) override {
-    for (int i = 0; i < 3; ++i) matrix.valuePtr()[i] = along(sum);
-  }
-  void tangent_product(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
-                       const Field<double>& p, Field<double>& out) override {
-    for (int a = 0; a < 3; ++a) out.axis(a)[0] = along(sum) * p.axis(a)[0];
-  }
-  void tangent_diagonal(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
-                        std::vector<Eigen::Matrix3d>& blocks) override {
-    blocks.assign(1, along(sum) * Eigen::Matrix3d::Identity());
-  }
+  Tangents<double>* tangents() override { return &tangents_; }
 
   State<double> start(double x, double v) const {
     State<double> state{0, Field<double>(1), Field<double>(1)};
@@ -59,11 +42,38 @@ class Oscillator final : public System<double> {
     return mass_ * (sum.mass + sum.damping * damping_ + sum.stiffness * omega_ * omega_);
   }
 
+  class OscillatorTangents final : public Tangents<double> {
+   public:
+    explicit OscillatorTangents(const Oscillator& system) : system_(system) {}
+    const std::vector<Unknown>& unknowns() override { return unknowns_; }
+    SparseMatrix pattern() override {
+      SparseMatrix matrix(3, 3);
+      matrix.setIdentity();
+      return matrix;
+    }
+    void values(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+                SparseMatrix& matrix) override {
+      for (int i = 0; i < 3; ++i) matrix.valuePtr()[i] = system_.along(sum);
+    }
+    void product(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+                 const Field<double>& p, Field<double>& out) override {
+      for (int a = 0; a < 3; ++a) out.axis(a)[0] = system_.along(sum) * p.axis(a)[0];
+    }
+    void diagonal(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+                  std::vector<Eigen::Matrix3d>& blocks) override {
+      blocks.assign(1, system_.along(sum) * Eigen::Matrix3d::Identity());
+    }
+
+   private:
+    const Oscillator& system_;
+    std::vector<Unknown> unknowns_{{0, 0}, {0, 1}, {0, 2}};
+  };
+
   double omega_;
   double damping_;
   double mass_ = 0.7;
   std::vector<std::ptrdiff_t> particles_{0};
-  std::vector<Unknown> unknowns_{{0, 0}, {0, 1}, {0, 2}};
+  OscillatorTangents tangents_{*this};
 };
 
 }  // namespace mss::testing

@@ -14,7 +14,8 @@ struct NamedVoxels {
   VoxelGrid voxels;
 };
 
-/// Cubes, thin plates along each axis, an L, a sphere and 30 %-random voxels: every way a block can be cut.
+/// Cubes, thin plates along each axis, an L, a sphere and 30 %-random voxels: every way a block can be
+/// divided.
 inline std::vector<NamedVoxels> test_shapes() {
   std::vector<NamedVoxels> shapes{{"cube1", VoxelGrid::box(1, 1, 1)},   {"cube3", VoxelGrid::box(3, 3, 3)},
                                   {"cube5", VoxelGrid::box(5, 5, 5)},   {"plate_z", VoxelGrid::box(9, 7, 1)},
@@ -61,7 +62,7 @@ void randomise(const Body& body, State<Real>& state, double amplitude, double sp
   }
 }
 
-/// Gives the oracle exactly the positions and velocities that the state holds, in its precision.
+/// Gives Algorithm 1 exactly the positions and velocities of the state, in its precision.
 template <class Real>
 void copy_state(const Body& body, const State<Real>& state, reference::Algorithm1& oracle) {
   for (std::size_t id = 0; id < body.sites().size(); ++id) {

@@ -28,7 +28,7 @@ std::vector<int> all_levels() {
 }
 
 double safe_step(const std::string& method, const SpectralBound& bound) {
-  return safe_share * sure_step(find_integrator(method), bound);
+  return safe_share * guaranteed_step(find_integrator(method), bound);
 }
 
 std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <csignal>
 #include <memory>
+#include <numbers>
 
 #include "core/error.hpp"
 #include "experiments/cli/commands.hpp"
@@ -22,7 +23,7 @@ namespace mss::cli {
 namespace {
 
 namespace fs = std::filesystem;
-const double turn = 2 * std::acos(-1.0);
+const double turn = 2 * std::numbers::pi;
 
 struct ModesChoice {
   std::string scene;
@@ -69,8 +70,8 @@ Json summary(const Scene& scene, double omega_max, double bound, double crushed,
 void print_guarded(const IntegratorInfo& method, const SpectralBound& bound, double crushed) {
   fmt::print("  where its guard acts: at most {:.6g} rad/s", crushed);
   if (method.stepping == Stepping::fixed && method.limit)
-    if (const double safe = sure_step(method, bound); safe > 0) {
-      const double there = sure_step(method, {.omega = crushed, .damping = bound.damping});
+    if (const double safe = guaranteed_step(method, bound); safe > 0) {
+      const double there = guaranteed_step(method, {.omega = crushed, .damping = bound.damping});
       fmt::print("; there take dt = {:.6g} s, {:.3g} of the safe one", safe_share * there, there / safe);
     }
   fmt::print("\n");
@@ -87,7 +88,7 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
       choice.directory.empty() ? fs::path("out") / (scene.name + "_modes") : fs::path(choice.directory);
   const Body body(scene.body);
   const auto system = make_system<double>(scene.model, body, scene.environment, scene.solve.threads);
-  if (system->unknowns().empty())
+  if (unknowns_of(*system).empty())
     throw InputError(fmt::format("{}: its holds leave nothing that could vibrate", scene.file.string()));
   prepare_directory(directory);
   std::signal(SIGINT, SIG_DFL);  // files are written last and whole: nothing is lost by ending at once
@@ -115,7 +116,7 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
                    summary(scene, omega_max, bound, crushed, limit.dt, table).dump(2) + "\n");
 
   fmt::print("{}: vibrations about rest, {} model, {} unknowns\n", scene.name, scene.model,
-             system->unknowns().size());
+             unknowns_of(*system).size());
   for (std::size_t i = 0; i < slow.modes.size(); ++i)
     fmt::print("  {:>4}  {:>12.6g} Hz  {:>12.6g} rad/s{}\n", i + 1, slow.modes[i].omega / turn,
                slow.modes[i].omega, slow.modes[i].omega == 0 ? "  (moves as a whole)" : "");

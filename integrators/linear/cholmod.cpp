@@ -16,7 +16,7 @@ namespace mss {
 
 namespace {
 
-/// While it lives, parallel regions started by this thread have one thread, and so has the BLAS.
+/// During its lifetime, parallel regions started by this thread have one thread, and so has the BLAS.
 class OneThread {
  public:
   OneThread() : levels_(omp_get_max_active_levels()), blas_threads_(openblas_get_num_threads()) {
@@ -35,7 +35,7 @@ class OneThread {
   int blas_threads_;
 };
 
-/// Symmetric rows are columns too, so CHOLMOD reads the matrix where it lies.
+/// Symmetric rows are columns too, so CHOLMOD reads the matrix in place.
 cholmod_sparse view(const SparseMatrix& matrix) {
   cholmod_sparse s{};
   s.nrow = s.ncol = std::size_t(matrix.rows());
@@ -89,7 +89,7 @@ Cholesky::Cholesky() : workspace_(std::make_unique<Workspace>()) {}
 Cholesky::~Cholesky() = default;
 
 Status Cholesky::factor(const SparseMatrix& matrix) {
-  if (matrix.rows() == 0) return Status::ok;  // every particle is held
+  if (matrix.rows() == 0) return Status::ok;  // every coordinate is prescribed
   const OneThread one_thread;
   Workspace& w = *workspace_;
   cholmod_sparse a = view(matrix);
@@ -116,24 +116,24 @@ class CholmodSolver final : public LinearSolver {
  public:
   Status prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
                  const TangentSum& sum, Work& work) override {
-    if (!system_) matrix_ = system.tangent_pattern();
-    system_ = &system;
-    system.tangent(t, x, v, sum, matrix_);
+    if (!tangents_) matrix_ = tangents_of(system).pattern();
+    tangents_ = &tangents_of(system);
+    tangents_->values(t, x, v, sum, matrix_);
     ++work.jacobians;
     ++work.factorisations;
     return cholesky_.factor(matrix_);
   }
 
   Status solve(const Field<double>& rhs, Field<double>& solution, Work& work) override {
-    gather(*system_, rhs, rhs_);
+    gather(tangents_->unknowns(), rhs, rhs_);
     cholesky_.solve(rhs_, solution_);
-    scatter(*system_, solution_, solution);
+    scatter(tangents_->unknowns(), solution_, solution);
     ++work.linear_solves;
     return Status::ok;
   }
 
  private:
-  System<double>* system_ = nullptr;
+  Tangents<double>* tangents_ = nullptr;
   SparseMatrix matrix_;
   Cholesky cholesky_;
   Eigen::VectorXd rhs_, solution_;

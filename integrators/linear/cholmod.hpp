@@ -10,7 +10,7 @@ namespace mss {
 
 /// Supernodal sparse Cholesky factorisation with nested dissection; the only place that names CHOLMOD.
 ///
-/// One thread: CHOLMOD's own OpenMP loops and the BLAS threads beneath them fight for cores (a body of 7^3
+/// One thread: CHOLMOD's own OpenMP loops and the BLAS threads beneath them compete for cores (a body of 7^3
 /// cells factors three times slower with the defaults), and one thread gives the same bits everywhere.
 class Cholesky {
  public:

@@ -32,12 +32,13 @@ double dot(const Field<double>& x, const Field<double>& y, BlockJacobi::Range ra
 
 void BlockJacobi::prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
                           const TangentSum& sum) {
+  Tangents<double>& tangents = tangents_of(system);
   if (inverse_.empty()) {
     inverse_.assign(6, AlignedArray<double>(system.size()));
     mask_ = Field<double>(system.size());
-    for (const auto [site, axis] : system.unknowns()) mask_.axis(axis)[site] = 1;
+    for (const auto [site, axis] : tangents.unknowns()) mask_.axis(axis)[site] = 1;
   }
-  system.tangent_diagonal(t, x, v, sum, blocks_);
+  tangents.diagonal(t, x, v, sum, blocks_);
   for (std::size_t p = 0; p < blocks_.size(); ++p) {
     const std::ptrdiff_t site = system.particles()[p];
     const Vec3 is_free = mask_.at(site);
@@ -72,7 +73,7 @@ Status ConjugateGradients::prepare(System<double>& system, double t, const Field
     for (Field<double>* field : {&residual_, &z_, &direction_, &image_})
       *field = Field<double>(system.size());
   system_ = &system;
-  most_iterations_ = std::max(100L, long(system.unknowns().size()));
+  most_iterations_ = std::max(100L, long(tangents_of(system).unknowns().size()));
   preconditioner_.prepare(system, t, x, v, sum);
   prepare_product(system, t, x, v, sum, work);
   ++work.jacobians;

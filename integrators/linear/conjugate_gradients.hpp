@@ -33,8 +33,8 @@ class BlockJacobi {
   Field<double> mask_;
 };
 
-/// Preconditioned conjugate gradients for y with A y = r (Hestenes and Stiefel, 1952). What multiplies by A
-/// is the derived class's choice; everything else is the same code, so that choices can be compared.
+/// Preconditioned conjugate gradients for y with A y = r (Hestenes and Stiefel, 1952). The derived class
+/// multiplies by A; everything else is the same code, so that ways to do that can be compared.
 class ConjugateGradients : public LinearSolver {
  public:
   /// Stops when |r - A y| <= tolerance |r|.
@@ -43,13 +43,13 @@ class ConjugateGradients : public LinearSolver {
   Status prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
                  const TangentSum& sum, Work& work) override;
   /// Status linear_stalled if the tolerance is not met after as many iterations as there are unknowns (and at
-  /// least a hundred), not_positive_definite if a direction of negative curvature turns up.
+  /// least a hundred), not_positive_definite if a direction has negative curvature.
   Status solve(const Field<double>& rhs, Field<double>& solution, Work& work) override;
 
  protected:
   virtual void prepare_product(System<double>& system, double t, const Field<double>& x,
                                const Field<double>& v, const TangentSum& sum, Work& work) = 0;
-  /// out = A p; prescribed coordinates of `out` may hold anything.
+  /// out = A p; prescribed coordinates of `out` may have any value.
   virtual void product(const Field<double>& p, Field<double>& out) = 0;
 
  private:

@@ -19,7 +19,7 @@ Status solve_tangent(LinearSolver& solver, System<double>& system, double t, con
     Status status = prepare_definite(solver, system, t, x, v, sum, work);
     if (status == Status::ok) status = solver.solve(rhs, solution, work);
     if (status != Status::not_positive_definite || sum.kind == Tangent::projected) return status;
-    sum.kind = Tangent::projected;  // iterative solvers notice only now
+    sum.kind = Tangent::projected;  // iterative solvers detect it only here
   }
 }
 

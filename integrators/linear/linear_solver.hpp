@@ -18,8 +18,8 @@ class LinearSolver {
   LinearSolver& operator=(const LinearSolver&) = delete;
   virtual ~LinearSolver() = default;
 
-  /// Makes ready to solve with the tangent at a state. The system and its holds must be the same at every
-  /// call; x and v must outlive the solves that follow.
+  /// Prepares to solve with the tangent at a state. The system and its holds must be the same at every call;
+  /// x and v must outlive the solves that follow. Throws InputError if the system has no tangents.
   virtual Status prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
                          const TangentSum& sum, Work& work) = 0;
 
@@ -28,11 +28,11 @@ class LinearSolver {
   virtual Status solve(const Field<double>& rhs, Field<double>& solution, Work& work) = 0;
 };
 
-/// Prepares a solver; where the elastic tangent asked for cannot be factored, sum.kind becomes projected.
+/// Prepares a solver; where the requested elastic tangent cannot be factored, sum.kind becomes projected.
 Status prepare_definite(LinearSolver& solver, System<double>& system, double t, const Field<double>& x,
                         const Field<double>& v, TangentSum& sum, Work& work);
 
-/// Prepares and solves; where the elastic tangent asked for is indefinite, the projected one takes its place.
+/// Prepares and solves; where the requested elastic tangent is indefinite, the projected one takes its place.
 Status solve_tangent(LinearSolver& solver, System<double>& system, double t, const Field<double>& x,
                      const Field<double>& v, TangentSum sum, const Field<double>& rhs,
                      Field<double>& solution, Work& work);

@@ -13,18 +13,18 @@ class MatrixFree final : public ConjugateGradients {
  protected:
   void prepare_product(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
                        const TangentSum& sum, Work&) override {
-    system_ = &system;
+    tangents_ = &tangents_of(system);
     t_ = t;
     x_ = &x;
     v_ = &v;
     sum_ = sum;
   }
   void product(const Field<double>& p, Field<double>& out) override {
-    system_->tangent_product(t_, *x_, *v_, sum_, p, out);
+    tangents_->product(t_, *x_, *v_, sum_, p, out);
   }
 
  private:
-  System<double>* system_ = nullptr;
+  Tangents<double>* tangents_ = nullptr;
   double t_ = 0;
   const Field<double>* x_ = nullptr;
   const Field<double>* v_ = nullptr;

@@ -13,18 +13,18 @@ class Pcg final : public ConjugateGradients {
  protected:
   void prepare_product(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
                        const TangentSum& sum, Work&) override {
-    if (!system_) matrix_ = system.tangent_pattern();
-    system_ = &system;
-    system.tangent(t, x, v, sum, matrix_);
+    if (!tangents_) matrix_ = tangents_of(system).pattern();
+    tangents_ = &tangents_of(system);
+    tangents_->values(t, x, v, sum, matrix_);
   }
   void product(const Field<double>& p, Field<double>& out) override {
-    gather(*system_, p, direction_);
+    gather(tangents_->unknowns(), p, direction_);
     image_.noalias() = matrix_ * direction_;
-    scatter(*system_, image_, out);
+    scatter(tangents_->unknowns(), image_, out);
   }
 
  private:
-  System<double>* system_ = nullptr;
+  Tangents<double>* tangents_ = nullptr;
   SparseMatrix matrix_;
   Eigen::VectorXd direction_, image_;
 };

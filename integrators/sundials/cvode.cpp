@@ -63,11 +63,11 @@ class Session {
   void attach_eliminated(const IntegratorOptions& options);
   void attach_klu();
   void attach_gmres();
-  void find_kinks(int count);
+  void find_events(const Field<double>& x);
   void begin_again(double t);
   void count(Work& work);
   static int rate(double t, N_Vector y, N_Vector ydot, void* self);
-  static int kinks(double t, N_Vector y, double* values, void* self);
+  static int event_functions(double t, N_Vector y, double* values, void* self);
   static int write_jacobian(double t, N_Vector y, N_Vector, SUNMatrix jacobian, void* self, N_Vector,
                             N_Vector, N_Vector);
   static int prepare_preconditioner(double t, N_Vector y, N_Vector, int, int* updated, double gamma,
@@ -78,6 +78,7 @@ class Session {
   Context context_ = make_context();
   FirstOrder problem_;
   Linear linear_;
+  Tangents<double>* tangents_;  ///< nullptr: Adams-Moulton, which needs none
   Vector tolerances_;
   std::unique_ptr<std::remove_pointer_t<SUNNonlinearSolver>, NonlinearRelease> nonlinear_;
   Matrix matrix_;
@@ -93,6 +94,7 @@ Session::Session(System<double>& system, const State<double>& state, const Integ
                  Linear linear)
     : problem_(system, context_.get()),
       linear_(linear),
+      tangents_(linear == Linear::none ? nullptr : &tangents_of(system)),
       tolerances_(problem_.tolerances(options)),
       cvode_(CVodeCreate(linear == Linear::none ? CV_ADAMS : CV_BDF, context_.get())),
       rhs_(system.size()),
@@ -105,7 +107,7 @@ Session::Session(System<double>& system, const State<double>& state, const Integ
   CVodeSetUserData(cvode_.get(), this);
   CVodeSetMaxNumSteps(cvode_.get(), options.most_steps);
   CVodeSetInitStep(cvode_.get(), options.dt);
-  find_kinks(int(system.kinks(state.x).size()));
+  find_events(state.x);
   switch (linear) {
     case Linear::none:
       nonlinear_.reset(SUNNonlinSol_FixedPoint(problem_.y(), 0, context_.get()));
@@ -131,9 +133,9 @@ void Session::attach_eliminated(const IntegratorOptions& options) {
   CVodeSetJacFn(cvode_.get(), remember_state);
 }
 
-/// dg/dy = [0, I; -M^-1 K, -M^-1 C], by rows, with a place for every diagonal number.
+/// dg/dy = [0, I; -M^-1 K, -M^-1 C], by rows, with an entry for every diagonal element.
 void Session::attach_klu() {
-  stiffness_ = damping_ = problem_.system().tangent_pattern();
+  stiffness_ = damping_ = tangents_->pattern();
   const Eigen::Index size = problem_.size();
   matrix_.reset(
       SUNSparseMatrix(2 * size, 2 * size, 2 * size + 2 * stiffness_.nonZeros(), CSR_MAT, context_.get()));
@@ -145,10 +147,10 @@ void Session::attach_klu() {
 int Session::write_jacobian(double t, N_Vector y, N_Vector, SUNMatrix jacobian, void* self, N_Vector,
                             N_Vector, N_Vector) {
   Session& s = *static_cast<Session*>(self);
-  System<double>& system = s.problem_.system();
+  const System<double>& system = s.problem_.system();
   s.problem_.fields(t, y);
-  system.tangent(t, s.problem_.x(), s.problem_.v(), {.stiffness = 1}, s.stiffness_);
-  system.tangent(t, s.problem_.x(), s.problem_.v(), {.damping = 1}, s.damping_);
+  s.tangents_->values(t, s.problem_.x(), s.problem_.v(), {.stiffness = 1}, s.stiffness_);
+  s.tangents_->values(t, s.problem_.x(), s.problem_.v(), {.damping = 1}, s.damping_);
   ++s.problem_.work->jacobians;
   const Eigen::Index size = s.problem_.size();
   sunindextype *start = SUNSparseMatrix_IndexPointers(jacobian),
@@ -166,7 +168,7 @@ int Session::write_jacobian(double t, N_Vector y, N_Vector, SUNMatrix jacobian, 
   }
   for (Eigen::Index row = 0; row < size; ++row) {
     *start++ = place;
-    const double mass = system.mass(system.unknowns()[std::size_t(row)].site);
+    const double mass = system.mass(s.problem_.unknowns()[std::size_t(row)].site);
     for (SparseMatrix::InnerIterator k(s.stiffness_, row); k; ++k) put(k.col(), -k.value() / mass);
     for (SparseMatrix::InnerIterator c(s.damping_, row); c; ++c) put(size + c.col(), -c.value() / mass);
   }
@@ -197,22 +199,22 @@ int Session::prepare_preconditioner(double t, N_Vector y, N_Vector, int, int* up
 int Session::precondition(double t, N_Vector y, N_Vector, N_Vector r, N_Vector z, double gamma, double, int,
                           void* self) {
   Session& s = *static_cast<Session*>(self);
-  System<double>& system = s.problem_.system();
+  const System<double>& system = s.problem_.system();
   s.problem_.fields(t, y);
   const double *rx = N_VGetArrayPointer(r), *rv = rx + s.problem_.size();
   double *dx = N_VGetArrayPointer(z), *dv = dx + s.problem_.size();
   std::size_t i = 0;
   s.change_.array() = 0;
-  for (const auto [site, axis] : system.unknowns()) s.change_.axis(axis)[site] = rx[i++];
-  system.tangent_product(t, s.problem_.x(), s.problem_.v(), {.stiffness = gamma, .kind = Tangent::projected},
-                         s.change_, s.product_);
+  for (const auto [site, axis] : s.problem_.unknowns()) s.change_.axis(axis)[site] = rx[i++];
+  s.tangents_->product(t, s.problem_.x(), s.problem_.v(), {.stiffness = gamma, .kind = Tangent::projected},
+                       s.change_, s.product_);
   ++s.problem_.work->products;
   i = 0;
-  for (const auto [site, axis] : system.unknowns())
+  for (const auto [site, axis] : s.problem_.unknowns())
     s.rhs_.axis(axis)[site] = system.mass(site) * rv[i++] - s.product_.axis(axis)[site];
   s.preconditioner_.apply(s.rhs_, s.change_, {0, system.size()});
   i = 0;
-  for (const auto [site, axis] : system.unknowns()) {
+  for (const auto [site, axis] : s.problem_.unknowns()) {
     dv[i] = s.change_.axis(axis)[site];
     dx[i] = rx[i] + gamma * dv[i];
     ++i;
@@ -224,24 +226,26 @@ int Session::rate(double t, N_Vector y, N_Vector ydot, void* self) {
   return static_cast<Session*>(self)->problem_.rate(t, y, ydot) ? 0 : 1;  // 1: a smaller step may help
 }
 
-/// Only on the way down, when bodies touch: leaving, they have felt less and less.
-void Session::find_kinks(int count) {
+/// Only where they fall, as bodies begin to touch: when they part, the force goes to zero smoothly.
+void Session::find_events(const Field<double>& x) {
+  StepEvents<double>* events = problem_.system().events();
+  const std::size_t count = events ? events->event_functions(x).size() : 0;
   if (count == 0) return;
-  std::vector<int> directions(std::size_t(count), -1);
-  CVodeRootInit(cvode_.get(), count, kinks);
+  std::vector<int> directions(count, -1);
+  CVodeRootInit(cvode_.get(), int(count), event_functions);
   CVodeSetRootDirection(cvode_.get(), directions.data());
-  CVodeSetNoInactiveRootWarn(cvode_.get());  // what starts in touch stays there for a while
+  CVodeSetNoInactiveRootWarn(cvode_.get());  // bodies that start in contact stay there for a while
 }
 
-int Session::kinks(double t, N_Vector y, double* values, void* self) {
+int Session::event_functions(double t, N_Vector y, double* values, void* self) {
   Session& s = *static_cast<Session*>(self);
   s.problem_.fields(t, y);
-  const std::vector<double> kinks = s.problem_.system().kinks(s.problem_.x());
-  std::copy(kinks.begin(), kinks.end(), values);
+  const std::vector<double> now = s.problem_.system().events()->event_functions(s.problem_.x());
+  std::copy(now.begin(), now.end(), values);
   return 0;
 }
 
-/// At a kink: what a multistep method remembers from before it does not hold behind it.
+/// After an event: the history of a multistep method is not valid beyond it.
 void Session::begin_again(double t) {
   CVodeReInit(cvode_.get(), t, problem_.y());
   steps_ = factorisations_ = solves_ = 0;
@@ -279,7 +283,8 @@ class Cvode final : public Integrator<double> {
   Cvode(const IntegratorOptions& options, Linear linear) : options_(options), linear_(linear) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    if (!(t_end > state.t) || only_follow_holds(system, state, t_end)) return Status::ok;
+    if (!(t_end > state.t)) return Status::ok;
+    if (!session_ && only_follow_holds(system, state, t_end)) return Status::ok;
     if (!session_) session_ = std::make_unique<Session>(system, state, options_, linear_);
     return session_->advance(state, t_end, work);
   }

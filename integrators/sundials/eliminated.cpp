@@ -4,7 +4,7 @@ namespace mss::sundials {
 
 namespace {
 
-/// What our SUNMatrix holds: I - gamma dg/dy is known by where dg/dy is taken, and by gamma.
+/// Content of our SUNMatrix: I - gamma dg/dy is defined by the state at which dg/dy is taken, and by gamma.
 struct Where {
   FirstOrder* problem;
   double t = 0;
@@ -26,7 +26,7 @@ int copy_matrix(SUNMatrix from, SUNMatrix to) {
   where(to) = where(from);
   return 0;
 }
-/// m = c m + I, which CVODE asks for with c = -gamma.
+/// m = c m + I, which CVODE calls with c = -gamma.
 int scale_add_identity(double c, SUNMatrix m) {
   where(m).gamma = -c;
   return 0;
@@ -45,11 +45,12 @@ SUNMatrix new_matrix(FirstOrder& problem, SUNContext context) {
   return m;
 }
 
-/// What our SUNLinearSolver holds.
+/// Content of our SUNLinearSolver.
 struct Elimination {
+  Tangents<double>& tangents;
   std::unique_ptr<LinearSolver> linear;
-  Tangent kind;           ///< asked for
-  TangentSum prepared{};  ///< the one that `linear` can solve with, at...
+  Tangent kind;           ///< requested
+  TangentSum prepared{};  ///< the one that `linear` has prepared, at...
   Where* where = nullptr;
   Field<double> rhs, product, solution;
 };
@@ -76,13 +77,13 @@ int set_up(SUNLinearSolver s, SUNMatrix m) {
 /// e.solution = dv for the right-hand side (bx, bv).
 Status solve_eliminated(Elimination& e, const double* bx, const double* bv) {
   Where& at = *e.where;
-  System<double>& system = at.problem->system();
+  const System<double>& system = at.problem->system();
   e.solution.array() = 0;
-  for (const auto [site, axis] : system.unknowns()) e.solution.axis(axis)[site] = *bx++;
-  system.tangent_product(at.t, at.x, at.v, {.stiffness = at.gamma, .kind = e.prepared.kind}, e.solution,
-                         e.product);
+  for (const auto [site, axis] : at.problem->unknowns()) e.solution.axis(axis)[site] = *bx++;
+  e.tangents.product(at.t, at.x, at.v, {.stiffness = at.gamma, .kind = e.prepared.kind}, e.solution,
+                     e.product);
   ++at.problem->work->products;
-  for (const auto [site, axis] : system.unknowns())
+  for (const auto [site, axis] : at.problem->unknowns())
     e.rhs.axis(axis)[site] = system.mass(site) * *bv++ - e.product.axis(axis)[site];
   return e.linear->solve(e.rhs, e.solution, *at.problem->work);
 }
@@ -93,13 +94,13 @@ int solve(SUNLinearSolver s, SUNMatrix m, N_Vector x, N_Vector b, double) {
   const double* bx = N_VGetArrayPointer(b);
   Status status = solve_eliminated(e, bx, bx + size);
   if (status == Status::not_positive_definite && e.kind != Tangent::projected) {
-    e.kind = Tangent::projected;  // iterative solvers notice only now; from here on
+    e.kind = Tangent::projected;  // iterative solvers detect it only here; kept from here on
     if (set_up(s, m) != 0) return 1;
     status = solve_eliminated(e, bx, bx + size);
   }
   double *dx = N_VGetArrayPointer(x), *dv = dx + size;
   std::size_t i = 0;
-  for (const auto [site, axis] : e.where->problem->system().unknowns()) {
+  for (const auto [site, axis] : e.where->problem->unknowns()) {
     const double change = e.solution.axis(axis)[site];
     dx[i] = bx[i] + e.where->gamma * change;  // x and b may be the same vector
     dv[i] = change;
@@ -123,7 +124,8 @@ Eliminated make_eliminated(FirstOrder& problem, const IntegratorOptions& options
   SUNLinearSolver s = SUNLinSolNewEmpty(context);
   const std::ptrdiff_t size = problem.system().size();
   s->content =
-      new Elimination{.linear = find_linear_solver(options.linear_solver).make(options.linear_tolerance),
+      new Elimination{.tangents = tangents_of(problem.system()),
+                      .linear = find_linear_solver(options.linear_solver).make(options.linear_tolerance),
                       .kind = options.tangent,
                       .rhs = Field<double>(size),
                       .product = Field<double>(size),

@@ -25,12 +25,12 @@ using Solver = std::unique_ptr<std::remove_pointer_t<SUNLinearSolver>, SolverRel
 /// Half the unknowns, symmetric, and positive definite where the tangent is; factors are reused as CVODE
 /// decides.
 struct Eliminated {
-  Matrix matrix;  ///< no numbers: the state whose derivatives are meant, and gamma
+  Matrix matrix;  ///< no numbers: the state at which derivatives are taken, and gamma
   Solver solver;
 };
 Eliminated make_eliminated(FirstOrder& problem, const IntegratorOptions& options, SUNContext context);
 
-/// CVODE's Jacobian callback for that matrix: remembers the state.
+/// CVODE's Jacobian callback for that matrix: stores the state.
 int remember_state(double t, N_Vector y, N_Vector, SUNMatrix jacobian, void*, N_Vector, N_Vector, N_Vector);
 
 }  // namespace mss::sundials

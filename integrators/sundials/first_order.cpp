@@ -9,7 +9,7 @@
 namespace mss::sundials {
 
 bool only_follow_holds(System<double>& system, State<double>& state, double t_end) {
-  if (!system.unknowns().empty()) return false;
+  if (!unknowns_of(system).empty()) return false;
   state.t = t_end;
   system.constrain(t_end, state.x, state.v);
   return true;
@@ -18,7 +18,8 @@ bool only_follow_holds(System<double>& system, State<double>& state, double t_en
 FirstOrder::FirstOrder(System<double>& system, SUNContext context)
     : system_(system),
       context_(context),
-      size_(Eigen::Index(system.unknowns().size())),
+      unknowns_(unknowns_of(system)),
+      size_(Eigen::Index(unknowns_.size())),
       y_(N_VNew_Serial(2 * size_, context)),
       x_(system.size()),
       v_(system.size()),
@@ -26,7 +27,7 @@ FirstOrder::FirstOrder(System<double>& system, SUNContext context)
 
 void FirstOrder::load(const State<double>& state) {
   double *x = N_VGetArrayPointer(y()), *v = x + size_;
-  for (const auto [site, axis] : system_.unknowns()) {
+  for (const auto [site, axis] : unknowns_) {
     *x++ = state.x.axis(axis)[site];
     *v++ = state.v.axis(axis)[site];
   }
@@ -34,7 +35,7 @@ void FirstOrder::load(const State<double>& state) {
 
 void FirstOrder::store(State<double>& state) const {
   const double *x = N_VGetArrayPointer(y_.get()), *v = x + size_;
-  for (const auto [site, axis] : system_.unknowns()) {
+  for (const auto [site, axis] : unknowns_) {
     state.x.axis(axis)[site] = *x++;
     state.v.axis(axis)[site] = *v++;
   }
@@ -43,7 +44,7 @@ void FirstOrder::store(State<double>& state) const {
 
 void FirstOrder::fields(double t, N_Vector y) {
   const double *x = N_VGetArrayPointer(y), *v = x + size_;
-  for (const auto [site, axis] : system_.unknowns()) {
+  for (const auto [site, axis] : unknowns_) {
     x_.axis(axis)[site] = *x++;
     v_.axis(axis)[site] = *v++;
   }
@@ -56,7 +57,7 @@ bool FirstOrder::rate(double t, N_Vector y, N_Vector ydot) {
   ++work->force_evaluations;
   double *xdot = N_VGetArrayPointer(ydot), *vdot = xdot + size_;
   double sum = 0;
-  for (const auto [site, axis] : system_.unknowns()) {
+  for (const auto [site, axis] : unknowns_) {
     *xdot++ = v_.axis(axis)[site];
     sum += * vdot++ = a_.axis(axis)[site];
   }

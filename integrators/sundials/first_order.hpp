@@ -28,24 +28,25 @@ struct VectorRelease {
 };
 using Vector = std::unique_ptr<std::remove_pointer_t<N_Vector>, VectorRelease>;
 
-/// Where every coordinate is prescribed there is nothing for SUNDIALS, which knows no empty vectors: puts
-/// them where they are at t_end. False, and nothing is done, where there is something to solve.
+/// Where every coordinate is prescribed there is nothing to solve, and SUNDIALS has no empty vectors: writes
+/// the state at t_end. False, and nothing is done, where there is an unknown.
 bool only_follow_holds(System<double>& system, State<double>& state, double t_end);
 
-/// A system as SUNDIALS wants it: y' = g(t, y) with y = (x, v) of the unknowns. Prescribed coordinates are
-/// not among them; they are put in place before every evaluation.
+/// A system in first-order form: y' = g(t, y) with y = (x, v) of the unknowns. Prescribed coordinates are
+/// not among them; they are written before every evaluation.
 class FirstOrder {
  public:
   FirstOrder(System<double>& system, SUNContext context);
 
   System<double>& system() { return system_; }
   N_Vector y() { return y_.get(); }
-  Eigen::Index size() const { return size_; }  ///< unknowns of the system; y has twice as many
+  const std::vector<Unknown>& unknowns() const { return unknowns_; }
+  Eigen::Index size() const { return size_; }  ///< number of unknowns; y has twice as many
 
   void load(const State<double>& state);
-  void store(State<double>& state) const;  ///< also places prescribed coordinates at state.t
+  void store(State<double>& state) const;  ///< also writes prescribed coordinates at state.t
 
-  /// Fields from a vector, prescribed coordinates in place; valid until the next call.
+  /// Fields from a vector, prescribed coordinates included; valid until the next call.
   void fields(double t, N_Vector y);
   const Field<double>& x() const { return x_; }
   const Field<double>& v() const { return v_; }
@@ -57,11 +58,12 @@ class FirstOrder {
   Vector tolerances(const IntegratorOptions& options) const;
 
   Work* work = nullptr;        ///< counts what callbacks do
-  std::exception_ptr failure;  ///< what a callback could not let pass through C
+  std::exception_ptr failure;  ///< an exception that must not cross C code
 
  private:
   System<double>& system_;
   SUNContext context_;
+  std::vector<Unknown> unknowns_;
   Eigen::Index size_;
   Vector y_;
   Field<double> x_, v_, a_;

@@ -57,7 +57,7 @@ CalculixValue calculix_value(std::string_view study, double poisson, std::string
   };
   double low = 0.1, high = 10;  // the ratio grows with p
   if (!(steps(low).first < ratio && ratio < steps(high).first))
-    throw std::out_of_range("CalculiX's meshes of " + std::string(study) + " approach nothing");
+    throw std::out_of_range("CalculiX's meshes of " + std::string(study) + " do not converge");
   for (int i = 0; i < 100; ++i) (steps((low + high) / 2).first < ratio ? low : high) = (low + high) / 2;
   const double value = c.value - (b.value - c.value) * steps(low).second;
   return {value, std::abs(c.value / value - 1)};

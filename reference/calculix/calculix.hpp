@@ -18,15 +18,15 @@ struct CalculixRow {
 };
 const std::vector<CalculixRow>& calculix_rows();
 
-/// What quadratic elements tend to as their mesh is refined, extrapolated from the three finest (value + c
-/// h^p through all of them: where a glued edge is singular p is near 1), and by what share the finest
-/// differs.
+/// The limit of quadratic elements under refinement, extrapolated from the three finest meshes (value + c h^p
+/// through all of them: where a fixed edge is singular p is near 1), and the relative difference of the
+/// finest.
 struct CalculixValue {
   double value;
   double doubt;
 };
 
-/// Throws std::out_of_range if the table has no three meshes of it that approach something.
+/// Throws std::out_of_range if the table has no three meshes of it that converge.
 CalculixValue calculix_value(std::string_view study, double poisson, std::string_view quantity);
 
 }  // namespace mss::reference

@@ -24,7 +24,7 @@ Matrix3d stress(const Lame& m, const Matrix3d& f) {
   return frame.u * gradient(m, frame.stretches).asDiagonal() * frame.v.transpose();
 }
 
-/// Where two stretches sum to nothing the rotation is undefined, and so is its derivative.
+/// Where two stretches sum to zero the rotation is undefined, and so is its derivative.
 Matrix9 stiffness(const Lame& m, const Matrix3d& f, bool projected) {
   const PrincipalFrame frame = principal_frame(f);
   const Vec3& s = frame.stretches;

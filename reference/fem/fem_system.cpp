@@ -40,20 +40,18 @@ Eigen::Map<const Eigen::Matrix<double, 9, 1>> as_vector(const Matrix3d& m) {
 }
 
 /// A thread per some fifty cells pays: each takes ten microseconds or so.
-int team_size(const Body& body, int asked) {
-  if (asked > 0) return std::min(asked, int(std::min<std::size_t>(body.cell_count(), 1024)));
+int team_size(const Body& body, int requested) {
+  if (requested > 0) return std::min(requested, int(std::min<std::size_t>(body.cell_count(), 1024)));
   return std::clamp(std::min(available_cores(), int(body.cell_count() / 50)), 1, 1024);
 }
 
 }  // namespace
 
-FemSystem::FemSystem(const Body& body, const Environment& environment, const SolidLaw& law, int threads)
-    : BodySystem<double>(body, environment, team_size(body, threads)),
-      law_(law),
+FemElement::FemElement(const Body& body, const SolidLaw& law)
+    : law_(law),
       lame_(lame_constants(material_of(body))),
       viscosity_(time_constant(body)),
-      weight_(body.cell_volume() / points),
-      cells_(body) {
+      weight_(body.cell_volume() / points) {
   const auto side = [](int corner, int axis) { return ((corner >> axis) & 1) != 0 ? 1.0 : -1.0; };
   for (int g = 0; g < points; ++g)
     for (int c = 0; c < 8; ++c)
@@ -65,7 +63,7 @@ FemSystem::FemSystem(const Body& body, const Environment& environment, const Sol
       }
 }
 
-Matrix3d FemSystem::viscous_stress(const Matrix3d& f, const Matrix3d& rate) const {
+Matrix3d FemElement::viscous_stress(const Matrix3d& f, const Matrix3d& rate) const {
   const Matrix3d frame = law_.small_rotations ? Matrix3d::Identity() : f;
   const Matrix3d strain = symmetric(frame.transpose() * rate);
   return viscosity_ * frame * (2 * lame_.mu * strain + lame_.lambda * strain.trace() * Matrix3d::Identity());
@@ -73,7 +71,7 @@ Matrix3d FemSystem::viscous_stress(const Matrix3d& f, const Matrix3d& rate) cons
 
 /// How b times viscous and c times elastic stress change with F and its rate: column by column for what is
 /// linear in a change.
-Matrix9 FemSystem::stress_change(const Matrix3d& f, const Matrix3d& rate, const TangentSum& sum) const {
+Matrix9 FemElement::stress_change(const Matrix3d& f, const Matrix3d& rate, const TangentSum& sum) const {
   Matrix9 d = Matrix9::Zero();
   if (sum.stiffness != 0) d += sum.stiffness * law_.stiffness(lame_, f, sum.kind == Tangent::projected);
   if (viscosity_ == 0) return d;
@@ -93,7 +91,7 @@ Matrix9 FemSystem::stress_change(const Matrix3d& f, const Matrix3d& rate, const 
   return d;
 }
 
-FemSystem::Corners FemSystem::cell_force(const Corners& x, const Corners& v) const {
+FemElement::Corners FemElement::force(const Corners& x, const Corners& v) const {
   Corners force = Corners::Zero();
   for (const auto& gradients : gradients_) {
     const Matrix3d f = x * gradients;
@@ -104,8 +102,8 @@ FemSystem::Corners FemSystem::cell_force(const Corners& x, const Corners& v) con
   return force;
 }
 
-FemSystem::Corners FemSystem::cell_product(const Corners& x, const Corners& v, const TangentSum& sum,
-                                           const Corners& p) const {
+FemElement::Corners FemElement::product(const Corners& x, const Corners& v, const TangentSum& sum,
+                                        const Corners& p) const {
   Corners product = Corners::Zero();
   for (const auto& gradients : gradients_) {
     const Matrix3d change = p * gradients;
@@ -116,7 +114,7 @@ FemSystem::Corners FemSystem::cell_product(const Corners& x, const Corners& v, c
   return product;
 }
 
-FemSystem::Element FemSystem::cell_tangent(const Corners& x, const Corners& v, const TangentSum& sum) const {
+FemElement::Element FemElement::tangent(const Corners& x, const Corners& v, const TangentSum& sum) const {
   Element tangent = Element::Zero();
   for (const auto& gradients : gradients_) {
     Eigen::Matrix<double, 9, 24> by_corner = Eigen::Matrix<double, 9, 24>::Zero();  // vec(F) = by_corner x
@@ -129,63 +127,69 @@ FemSystem::Element FemSystem::cell_tangent(const Corners& x, const Corners& v, c
   return tangent;
 }
 
-StoredEnergy FemSystem::stored_energy(const Field<double>& x) const {
-  double energy = 0;
-  for (const std::ptrdiff_t site : cells_.cells())
-    for (const auto& gradients : gradients_)
-      energy += weight_ * law_.energy(lame_, gather(x, site) * gradients);
-  return {.elastic = energy, .volume = 0};
+void FemElement::add_energy(const Corners& x, double& energy) const {
+  for (const auto& gradients : gradients_) energy += weight_ * law_.energy(lame_, x * gradients);
 }
 
-/// No body is faster than its fastest cell alone (Irons and Treharne, 1971): at a joint both stiffness and
-/// mass are sums over cells.
-SpectralBound FemSystem::body_bound() const {
+SpectralBound FemElement::bound(const Body& body) const {
   Corners rest;
-  for (int c = 0; c < 8; ++c)
-    rest.col(c) = body().config().cell_size * Vec3(c & 1, (c >> 1) & 1, (c >> 2) & 1);
-  const Element k = cell_tangent(rest, Corners::Zero(), {.stiffness = 1, .kind = Tangent::elastic});
-  const double corner_mass = body().config().density * body().cell_volume() / 8;
+  for (int c = 0; c < 8; ++c) rest.col(c) = body.config().cell_size * Vec3(c & 1, (c >> 1) & 1, (c >> 2) & 1);
+  const Element k = tangent(rest, Corners::Zero(), {.stiffness = 1, .kind = Tangent::elastic});
+  const double corner_mass = body.config().density * body.cell_volume() / 8;
   const double squared =
       Eigen::SelfAdjointEigenSolver<Element>(k, Eigen::EigenvaluesOnly).eigenvalues()[23] / corner_mass;
   return {.omega = std::sqrt(squared), .damping = viscosity_ * squared};
 }
 
+FemSystem::FemSystem(const Body& body, const Environment& environment, const SolidLaw& law, int threads)
+    : BodySystem<double>(body, environment, FemElement(body, law).bound(body), team_size(body, threads)),
+      element_(body, law),
+      cells_(body),
+      tangents_(*this) {}
+
+StoredEnergy FemSystem::stored_energy(const Field<double>& x) const {
+  double energy = 0;
+  for (const std::ptrdiff_t site : cells_.cells()) element_.add_energy(gather(x, site), energy);
+  return {.elastic = energy, .volume = 0};
+}
+
 void FemSystem::force(double, const Field<double>& x, const Field<double>& v, Field<double>& f) {
   f.array() = 0;
   cells_.add(
-      *this, [&](std::ptrdiff_t site) { return cell_force(gather(x, site), gather(v, site)); }, f);
+      *this, [&](std::ptrdiff_t site) { return element_.force(gather(x, site), gather(v, site)); }, f);
   loads().add(0, size(), std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
   add_gravity(f);
   add_penalty_force(x, v, f);
 }
 
-void FemSystem::add_tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                            BlockMatrix& blocks) const {
-  for (const std::ptrdiff_t site : cells_.cells()) {
-    const Element k = cell_tangent(gather(x, site), gather(v, site), sum);
+void FemSystem::FemTangents::add(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                                 BlockMatrix& blocks) const {
+  for (const std::ptrdiff_t site : system_.cells_.cells()) {
+    const CellMatrix k = system_.element_.tangent(system_.gather(x, site), system_.gather(v, site), sum);
     for (int c = 0; c < 8; ++c)
       for (int d = 0; d < 8; ++d) blocks.add(site, c, d, block_of(k, c, d));
   }
 }
 
-void FemSystem::tangent_product(double, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                                const Field<double>& p, Field<double>& out) {
+void FemSystem::FemTangents::multiply(double, const Field<double>& x, const Field<double>& v,
+                                      const TangentSum& sum, const Field<double>& p, Field<double>& out) {
   out.array() = 0;
-  cells_.add(
-      *this,
+  system_.cells_.add(
+      system_,
       [&](std::ptrdiff_t site) {
-        return cell_product(gather(x, site), gather(v, site), sum, gather(p, site));
+        return system_.element_.product(system_.gather(x, site), system_.gather(v, site), sum,
+                                        system_.gather(p, site));
       },
       out);
-  for (const std::ptrdiff_t site : particles())
-    out.set(site, out.at(site) + sum.mass * mass(site) * p.at(site));
-  add_penalty_product(x, v, sum, p, out);
+  for (const std::ptrdiff_t site : system_.particles())
+    out.set(site, out.at(site) + sum.mass * system_.mass(site) * p.at(site));
 }
 
-void FemSystem::add_tangent_diagonal(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                                     const BlockMatrix& blocks, std::vector<Matrix3d>& diagonal) const {
-  for (const std::ptrdiff_t site : cells_.cells()) {
-    const Element k = cell_tangent(gather(x, site), gather(v, site), sum);
+void FemSystem::FemTangents::add_diagonal(const Field<double>& x, const Field<double>& v,
+                                          const TangentSum& sum, const BlockMatrix& blocks,
+                                          std::vector<Matrix3d>& diagonal) const {
+  for (const std::ptrdiff_t site : system_.cells_.cells()) {
+    const CellMatrix k = system_.element_.tangent(system_.gather(x, site), system_.gather(v, site), sum);
     for (int c = 0; c < 8; ++c)
       diagonal[blocks.particle(site + body().lattice().corner(c))] += block_of(k, c, c);
   }

@@ -3,11 +3,42 @@
 #include <array>
 #include <vector>
 
-#include "core/body_system.hpp"
+#include "core/body_tangents.hpp"
 #include "reference/cell_sum.hpp"
 #include "reference/fem/solid_law.hpp"
 
 namespace mss {
+
+/// One cell: a trilinear hexahedron with eight Gauss points.
+class FemElement {
+ public:
+  using Corners = CellCorners;
+  using Element = CellMatrix;
+
+  /// Throws InputError if the body has no elastic constants.
+  FemElement(const Body& body, const SolidLaw& law);
+
+  void add_energy(const Corners& x, double& energy) const;  ///< [J]
+  Corners force(const Corners& x, const Corners& v) const;  ///< on the corners [N]
+  /// (b C + c K) p of a sum, and the matrix.
+  Corners product(const Corners& x, const Corners& v, const TangentSum& sum, const Corners& p) const;
+  Element tangent(const Corners& x, const Corners& v, const TangentSum& sum) const;
+
+  /// No body is faster than its fastest cell alone (Irons and Treharne, 1971): at a joint both stiffness and
+  /// mass are sums over cells.
+  SpectralBound bound(const Body& body) const;
+
+ private:
+  static constexpr int points = 8;
+  Eigen::Matrix3d viscous_stress(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate) const;
+  Matrix9 stress_change(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate, const TangentSum& sum) const;
+
+  SolidLaw law_;
+  Lame lame_;
+  double viscosity_;  ///< stress of a strain rate over that of a strain [s]
+  double weight_;     ///< volume of a Gauss point [m^3]
+  std::array<Eigen::Matrix<double, 8, 3>, points> gradients_;  ///< of shape functions, by corner [1/m]
+};
 
 /// A body whose cells are trilinear hexahedra with eight Gauss points each and its particles' lumped masses.
 ///
@@ -19,39 +50,34 @@ class FemSystem final : public BodySystem<double> {
   FemSystem(const Body& body, const Environment& environment, const SolidLaw& law, int threads = 0);
 
   StoredEnergy stored_energy(const Field<double>& x) const override;
-  SpectralBound body_bound() const override;
   const char* kernel_name() const override { return "finite elements"; }
 
   void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override;
-  void tangent_product(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                       const Field<double>& p, Field<double>& out) override;
-
- protected:
-  void add_tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                   BlockMatrix& blocks) const override;
-  void add_tangent_diagonal(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                            const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal) const override;
+  Tangents<double>* tangents() override { return &tangents_; }
 
  private:
-  static constexpr int points = 8;
-  using Corners = CellCorners;
-  using Element = CellMatrix;
+  class FemTangents final : public BodyTangents<double> {
+   public:
+    explicit FemTangents(FemSystem& system) : BodyTangents<double>(system), system_(system) {}
 
-  Corners gather(const Field<double>& field, std::ptrdiff_t site) const {
+   private:
+    void add(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+             BlockMatrix& blocks) const override;
+    void add_diagonal(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                      const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal) const override;
+    void multiply(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                  const Field<double>& p, Field<double>& out) override;
+
+    FemSystem& system_;
+  };
+
+  CellCorners gather(const Field<double>& field, std::ptrdiff_t site) const {
     return corners_at(body(), field, site);
   }
-  Eigen::Matrix3d viscous_stress(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate) const;
-  Matrix9 stress_change(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate, const TangentSum& sum) const;
-  Corners cell_force(const Corners& x, const Corners& v) const;
-  Corners cell_product(const Corners& x, const Corners& v, const TangentSum& sum, const Corners& p) const;
-  Element cell_tangent(const Corners& x, const Corners& v, const TangentSum& sum) const;
 
-  SolidLaw law_;
-  Lame lame_;
-  double viscosity_;  ///< stress of a strain rate over that of a strain [s]
-  double weight_;     ///< volume of a Gauss point [m^3]
-  std::array<Eigen::Matrix<double, 8, 3>, points> gradients_;  ///< of shape functions, by corner [1/m]
+  FemElement element_;
   CellSum cells_;
+  FemTangents tangents_;
 };
 
 }  // namespace mss

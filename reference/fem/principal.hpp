@@ -5,7 +5,7 @@
 
 namespace mss {
 
-/// F = U diag(stretches) V^T with rotations U and V; the last stretch is negative where F turns inside out.
+/// F = U diag(stretches) V^T with rotations U and V; the last stretch is negative where F is inverted.
 struct PrincipalFrame {
   Eigen::Matrix3d u, v;
   Vec3 stretches;

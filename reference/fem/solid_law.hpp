@@ -17,11 +17,11 @@ struct Lame {
 };
 Lame lame_constants(const ElasticConstants& material);
 
-/// A material as finite elements know it: energy by the deformation gradient F (3 x 3, rest to deformed).
+/// A material of finite elements: energy by the deformation gradient F (3 x 3, rest to deformed).
 struct SolidLaw {
   std::string name;
   std::string summary;
-  /// True if rotations count as strain, so that only small ones are meant.
+  /// True if rotations count as strain, so that the law is for small ones only.
   bool small_rotations = false;
   /// Energy by rest volume [J/m^3].
   double (*energy)(const Lame&, const Eigen::Matrix3d& f) = nullptr;

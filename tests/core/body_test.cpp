@@ -1,4 +1,4 @@
-// Counts, masses and rest states of bodies, from the lattice and from the oracle's enumeration.
+// Counts, masses and rest states of bodies, from the lattice and from Algorithm 1's enumeration.
 #include <gtest/gtest.h>
 
 #include "tests/random_bodies.hpp"

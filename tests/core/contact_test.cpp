@@ -21,7 +21,7 @@ namespace {
 using Eigen::Matrix3d;
 constexpr double g = testing::gravity;
 
-/// Where a constant acceleration takes a particle in a time.
+/// Motion of a particle under a constant acceleration after a time.
 Motion flight(const Motion& start, const Vec3& a, double time) {
   return {start.x + time * start.v + time * time / 2 * a, start.v + time * a};
 }
@@ -37,7 +37,7 @@ TEST(Impulse, FindsTheImpactWithinTheStep) {
   ASSERT_TRUE(collide_impulse(plane, start, dt, end));
   EXPECT_LT((end.x - expected.x).norm(), 1e-15);
   EXPECT_LT((end.v - expected.v).norm(), 1e-12);
-  // A velocity that lags by half a step tells the same, half a step late.
+  // A velocity that lags by half a step gives the same, half a step late.
   const Motion lagging{start.x, start.v - dt / 2 * a};
   end = flight(start, a, dt);
   end.v -= dt / 2 * a;
@@ -53,7 +53,7 @@ TEST(Impulse, LeavesAloneWhatDoesNotTouch) {
   EXPECT_EQ(end.x, Vec3(0, 0, 1e-9));
 }
 
-// Nothing is given back from a hop that ends within the step; friction takes mu times what stopped the fall.
+// Rebounds shorter than a step count as rest; friction takes mu times the impulse that stopped the fall.
 TEST(Impulse, RestsAndSlides) {
   const Plane plane{.restitution = 0.9, .friction = 0.3};
   const double dt = 1e-2;
@@ -74,7 +74,7 @@ TEST(Impulse, FrictionStaysInsideCoulombsCone) {
     return speed - end.v[0];
   };
   EXPECT_NEAR(slid(5), 0.2 * 3, 1e-12);    // the cone's edge: mu times the normal impulse, (1 + e) 2 m/s
-  EXPECT_NEAR(slid(-5), -0.2 * 3, 1e-12);  // whichever way
+  EXPECT_NEAR(slid(-5), -0.2 * 3, 1e-12);  // in either direction
   EXPECT_NEAR(slid(0.5), 0.5, 1e-15);      // inside: it stops
 }
 
@@ -110,7 +110,8 @@ TEST(ThesisLaw, SupportsWhatIsSlow) {
   Motion end{dt * dt * Vec3(1, 0, -g), dt * Vec3(1, 0, -g)};
   ASSERT_TRUE(collide_thesis(plane, rest, end));
   EXPECT_EQ(end.x, rest.x);
-  EXPECT_LT((end.v - dt * g * Vec3(-0.2, 0, 1)).norm(), 1e-15);  // mu N, though the pull is only half of it
+  EXPECT_LT((end.v - dt * g * Vec3(-0.2, 0, 1)).norm(),
+            1e-15);  // mu N, though the tangential force is only half of it
 }
 
 constexpr SpectralBound stiff{.omega = 300, .damping = 0};
@@ -124,7 +125,7 @@ Penalty penalty(double restitution, double friction) {
   return {plane, stiff, g, 0.1};
 }
 
-/// Motions at every depth of interest: outside, in the soft layer (up to a hundredth of a cell) and beyond.
+/// Motions at every relevant depth: outside, in the soft layer (up to a hundredth of a cell) and beyond.
 std::vector<Motion> motions() {
   std::vector<Motion> all;
   for (const double depth : {-1e-4, 1e-5, 5e-4, 9e-4, 2e-3, 0.05})
@@ -171,7 +172,7 @@ TEST(Penalty, SymmetricTangentsLeaveOutHowFrictionFollowsPressure) {
       EXPECT_LT((m - m.transpose()).norm(), 1e-12 * (1 + m.norm()));
       EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix3d>(m).eigenvalues()[0], -1e-9 * (1 + m.norm()));
       EXPECT_EQ(m, law.tangent(motion, projected));
-      if (part.stiffness == 0) continue;  // the damping of friction is in it
+      if (part.stiffness == 0) continue;  // it contains the damping of friction
       EXPECT_LT((m - penalty(0.4, 0).tangent(motion, part)).norm(), 1e-12 * (1 + m.norm()));
     }
 }
@@ -237,8 +238,8 @@ void compare_tangents(MakeSystem&& make) {
   State<double> state = system->rest_state();
   testing::randomise(body, state, 0.1, 0.5, 5);
   const auto tangent = [&](const TangentSum& sum) {
-    SparseMatrix matrix = system->tangent_pattern();
-    system->tangent(0, state.x, state.v, sum, matrix);
+    SparseMatrix matrix = system->tangents()->pattern();
+    system->tangents()->values(0, state.x, state.v, sum, matrix);
     return Eigen::MatrixXd(matrix);
   };
   for (const bool of_positions : {true, false}) {
@@ -254,16 +255,16 @@ void compare_tangents(MakeSystem&& make) {
   State<double> direction = system->rest_state();
   testing::randomise(body, direction, 1, 1, 9);
   Field<double> out(system->size());
-  system->tangent_product(0, state.x, state.v, sum, direction.v, out);
+  system->tangents()->product(0, state.x, state.v, sum, direction.v, out);
   Eigen::VectorXd p(matrix.rows()), product(matrix.rows());
   for (Eigen::Index i = 0; i < p.size(); ++i) {
-    const auto [site, axis] = system->unknowns()[std::size_t(i)];
+    const auto [site, axis] = system->tangents()->unknowns()[std::size_t(i)];
     p[i] = direction.v.axis(axis)[site];
     product[i] = out.axis(axis)[site];
   }
   EXPECT_LT((product - matrix * p).norm(), 1e-12 * product.norm());
   std::vector<Matrix3d> blocks;
-  system->tangent_diagonal(0, state.x, state.v, sum, blocks);
+  system->tangents()->diagonal(0, state.x, state.v, sum, blocks);
   for (Eigen::Index b = 0; b < Eigen::Index(blocks.size()); ++b)
     EXPECT_LT((blocks[std::size_t(b)] - matrix.block<3, 3>(3 * b, 3 * b)).norm(), 1e-12 * matrix.norm());
 }
@@ -298,7 +299,7 @@ TEST(PenaltyPlanes, AreInTheTotalEnergy) {
   system.force(0, state.x, state.v, f);
   SpringSystem<double>(body, {.gravity = environment.gravity}).force(0, state.x, state.v, without);
   EXPECT_GT((f.array() - without.array()).abs().maxCoeff(), 1);
-  for (const auto [site, axis] : system.unknowns()) {
+  for (const auto [site, axis] : system.tangents()->unknowns()) {
     double& x = state.x.axis(axis)[site];
     const double before = x, step = 1e-6 * config.cell_size;
     x = before + step;
@@ -310,7 +311,7 @@ TEST(PenaltyPlanes, AreInTheTotalEnergy) {
   }
 }
 
-// The bound that dt = "safe" trusts: above the fastest mode of a body deep in the planes, yet near it.
+// The bound that dt = "safe" relies on: above the fastest mode of a body deep in the planes, yet near it.
 TEST(PenaltyPlanes, AreInTheSpectralBound) {
   BodyConfig config = testing::test_config(VoxelGrid::box(2, 1, 2));
   config.damping = {};
@@ -321,11 +322,11 @@ TEST(PenaltyPlanes, AreInTheSpectralBound) {
   SpringSystem<double> system(body, environment);
   const State<double> state = system.rest_state();
   const auto largest = [&](const TangentSum& sum) {
-    SparseMatrix matrix = system.tangent_pattern();
-    system.tangent(0, state.x, state.v, sum, matrix);
+    SparseMatrix matrix = system.tangents()->pattern();
+    system.tangents()->values(0, state.x, state.v, sum, matrix);
     Eigen::VectorXd mass(matrix.rows());
     for (Eigen::Index i = 0; i < mass.size(); ++i)
-      mass[i] = std::sqrt(body.mass(system.unknowns()[std::size_t(i)].site));
+      mass[i] = std::sqrt(body.mass(system.tangents()->unknowns()[std::size_t(i)].site));
     const Eigen::MatrixXd scaled =
         mass.cwiseInverse().asDiagonal() * Eigen::MatrixXd(matrix) * mass.cwiseInverse().asDiagonal();
     return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues()[mass.size() - 1];
@@ -340,17 +341,17 @@ TEST(PenaltyPlanes, AreInTheSpectralBound) {
   EXPECT_GT(damping, 10 * omega);
 }
 
-TEST(PenaltyPlanes, KinkWhereTheLowestParticleTouches) {
+TEST(PenaltyPlanes, HaveAnEventWhereTheLowestParticleTouches) {
   const Body body(free_particles());
   SpringSystem<double> system(body, {.planes = {{.point = Vec3(0, 0, -0.2), .contact = ContactLaw::penalty},
                                                 {.contact = ContactLaw::impulse}}});
-  const std::vector<double> kinks = system.kinks(system.rest_state().x);
-  ASSERT_EQ(kinks.size(), 1U);
-  EXPECT_NEAR(kinks[0], 0.2, 1e-15);
-  EXPECT_TRUE(SpringSystem<double>(body, {}).kinks(system.rest_state().x).empty());
+  const std::vector<double> gaps = system.events()->event_functions(system.rest_state().x);
+  ASSERT_EQ(gaps.size(), 1U);
+  EXPECT_NEAR(gaps[0], 0.2, 1e-15);
+  EXPECT_TRUE(SpringSystem<double>(body, {}).events()->event_functions(system.rest_state().x).empty());
 }
 
-/// A body above a floor and beside a wall, and the step that took it through both.
+/// A body above a floor and beside a wall, and the step that moved it through both.
 struct Crash {
   Body body{testing::test_config(VoxelGrid::box(3, 2, 4))};
   State<double> before, after;
@@ -371,9 +372,9 @@ TEST(Collisions, AreTheSameBitsForAnyThreads) {
   std::vector<State<double>> results;
   for (const int threads : {1, 2, 3}) {
     SpringSystem<double> system(crash.body, crash.environment, {.threads = threads});
-    EXPECT_TRUE(system.collides());
+    EXPECT_TRUE(system.events()->collides());
     results.push_back(crash.after);
-    EXPECT_TRUE(system.collide(crash.before, 0.02, results.back()));
+    EXPECT_TRUE(system.events()->collide(crash.before, 0.02, results.back()));
   }
   for (const State<double>& other : results) {
     EXPECT_EQ((other.x.array() - results[0].x.array()).abs().maxCoeff(), 0);
@@ -382,11 +383,11 @@ TEST(Collisions, AreTheSameBitsForAnyThreads) {
   EXPECT_GT((results[0].x.array() - crash.after.x.array()).abs().maxCoeff(), 1e-3);
 }
 
-TEST(Collisions, LeaveNobodyBehindAPlane) {
+TEST(Collisions, LeaveNoParticleBehindAPlane) {
   const Crash crash;
   SpringSystem<double> system(crash.body, crash.environment);
   State<double> state = crash.after;
-  system.collide(crash.before, 0.02, state);
+  system.events()->collide(crash.before, 0.02, state);
   int behind = 0;
   for (const std::ptrdiff_t site : crash.body.sites())
     for (const Plane& plane : crash.environment.planes) {
@@ -396,7 +397,7 @@ TEST(Collisions, LeaveNobodyBehindAPlane) {
   EXPECT_GT(behind, 10);
 }
 
-// What one plane has put down by rounding beneath itself is not struck again because there are others.
+// A particle that one plane has placed behind itself by rounding does not collide again because of others.
 TEST(Collisions, WithOnePlaneDoNotDependOnOthersFarAway) {
   const Body body(free_particles());
   const Plane slope{.normal = Vec3(0.36397, 0, 1).normalized(), .restitution = 0.2, .friction = 0.2};
@@ -420,8 +421,8 @@ TEST(Collisions, WithOnePlaneDoNotDependOnOthersFarAway) {
       one.x.set(site, before.x.at(site) + dt * one.v.at(site));
     }
     State<double> other = one;
-    alone.collide(before, dt, one);
-    among.collide(before, dt, other);
+    alone.events()->collide(before, dt, one);
+    among.events()->collide(before, dt, other);
     for (const std::ptrdiff_t site : body.sites()) {
       EXPECT_EQ(one.v.at(site), other.v.at(site));
       EXPECT_EQ(one.x.at(site), other.x.at(site));
@@ -437,7 +438,7 @@ TEST(Collisions, DoNotMoveWhatIsHeld) {
   crash.environment.holds = {{.box = {low, low + Vec3(1, 1, 0)}, .axes = {false, false, true}}};
   SpringSystem<double> system(crash.body, crash.environment);
   State<double> state = crash.after;
-  system.collide(crash.before, 0.02, state);
+  system.events()->collide(crash.before, 0.02, state);
   double moved = 0;
   for (const std::ptrdiff_t site : crash.body.select(low, low + Vec3(1, 1, 0))) {
     EXPECT_EQ(state.x.at(site)[2], crash.after.x.at(site)[2]);
@@ -450,8 +451,8 @@ TEST(Collisions, DoNotMoveWhatIsHeld) {
 TEST(Collisions, AreNoneWithoutPlanes) {
   const Crash crash;
   SpringSystem<double> none(crash.body, {}), soft(crash.body, {.planes = {{.contact = ContactLaw::penalty}}});
-  EXPECT_FALSE(none.collides());
-  EXPECT_FALSE(soft.collides());
+  EXPECT_FALSE(none.events()->collides());
+  EXPECT_FALSE(soft.events()->collides());
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double stiffness = 3, size = 0.2, shortest = guarded_length(size);
 
-/// Edges at corners of every sort: hardly strained ones, tangles, flat and inside out ones.
+/// Edges at corners of every kind: hardly strained, tangled, flat and inverted ones.
 Eigen::Matrix3d random_edges(std::mt19937_64& random, double amplitude) {
   std::uniform_real_distribution<> share(-amplitude, amplitude);
   Eigen::Matrix3d edges = Eigen::Matrix3d::Identity();
@@ -27,19 +27,19 @@ TEST(FoldGuard, IsZeroUntilAStretchIsShort) {
     if (least < 0.7) {
       EXPECT_NEAR(energy(edges), 0.5 * stiffness * std::pow(0.01 * size, 2), 1e-15);
     } else {
-      EXPECT_LE(energy(edges), least > 0.7 ? 0 : 1e-30);  // at 0.7 rounding decides
+      EXPECT_LE(energy(edges), least > 0.7 ? 0 : 1e-30);  // at 0.7 it depends on rounding
     }
   }
 }
 
-TEST(FoldGuard, SeesWhatIsInsideOut) {
+TEST(FoldGuard, ActsOnInvertedCorners) {
   const Eigen::Matrix3d turned = Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
   const Eigen::Matrix3d mirrored = size * turned * Eigen::Vector3d(1, -1, 1).asDiagonal();
   EXPECT_LT(energy(size * turned), 1e-30);
   EXPECT_NEAR(energy(mirrored), 0.5 * stiffness * std::pow(1.7 * size, 2), 1e-12);
 }
 
-// Its bound costs a determinant; no corner that has energy may be beyond it.
+// Its bound needs a determinant only; no corner that has energy may be beyond it.
 TEST(FoldGuard, ActsWithinItsBound) {
   std::mt19937_64 random(1);
   int acting = 0, spared = 0;
@@ -67,7 +67,7 @@ TEST(FoldGuard, PullsAsItsEnergyFalls) {
   }
 }
 
-// A pull that grows no faster than its stiffness however far a corner is inside out.
+// The force grows no faster than its stiffness, however far a corner is inverted.
 TEST(FoldGuard, IsNoStifferThanItsStiffness) {
   std::mt19937_64 random(3);
   for (int i = 0; i < 300; ++i) {

@@ -1,4 +1,4 @@
-// Forces of the structured sweep against the oracle, for every shape, topology, sharing, damping law and
+// Forces of the structured sweep against Algorithm 1, for every shape, topology, sharing, damping law and
 // kernel.
 #include <gtest/gtest.h>
 
@@ -58,8 +58,8 @@ void check_all_forces(double tolerance) {
 TEST(Force, EqualsOracleInDouble) { check_all_forces<double>(1e-12); }
 TEST(Force, EqualsOracleInSingle) { check_all_forces<float>(1e-5); }
 
-/// With the guard against folding, which few corners ask for at the least of these amplitudes and most at the
-/// largest; whatever else a cell has, each of which has a sweep of its own.
+/// With the guard against folding, which acts on few corners at the smallest of these amplitudes and on most
+/// at the largest; with all other contents of a cell, each of which has a sweep of its own.
 template <class Real>
 void check_guarded_forces(double tolerance) {
   struct Content {
@@ -92,8 +92,8 @@ void check_guarded_forces(double tolerance) {
 TEST(Force, OfTheFoldGuardEqualsOracleInDouble) { check_guarded_forces<double>(1e-12); }
 TEST(Force, OfTheFoldGuardEqualsOracleInSingle) { check_guarded_forces<float>(1e-5); }
 
-// Its sweep asks a bound on a whole cell: no corner of a cell hardly strained may escape it.
-TEST(Force, OfTheFoldGuardSeesASingleCorner) {
+// Its sweep checks a bound on a whole cell: no corner of a hardly strained cell may be missed.
+TEST(Force, OfTheFoldGuardActsOnASingleCorner) {
   BodyConfig config = testing::test_config(VoxelGrid::box(3, 2, 2));
   BodyConfig guarded_config = config;
   guarded_config.fold_guard = 10;
@@ -130,7 +130,7 @@ TEST(Force, OfTheFoldGuardSeesASingleCorner) {
   EXPECT_LT(acting, 1800);
 }
 
-// It is not a small force where it acts, and not a bit of one where it need not.
+// It is not a small force where it acts, and changes no bit elsewhere.
 TEST(Force, OfTheFoldGuardActsNearFoldingOnly) {
   BodyConfig config = testing::test_config(VoxelGrid::box(3, 3, 3));
   BodyConfig guarded_config = config;

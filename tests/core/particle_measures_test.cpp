@@ -1,5 +1,5 @@
-// Numbers per particle against those of the whole body, and a hand's pull against what it must do to forces,
-// tangents and momentum.
+// Numbers per particle against those of the whole body, and the effect of the user's pull on forces, tangents
+// and momentum.
 #include "core/particle_measures.hpp"
 
 #include <gtest/gtest.h>
@@ -71,8 +71,8 @@ TEST(Tether, TangentsAreDifferencesOfTheForce) {
   for (const bool of_positions : {true, false}) {
     TangentSum sum{.kind = Tangent::exact};
     (of_positions ? sum.stiffness : sum.damping) = 1;
-    SparseMatrix matrix = t.system.tangent_pattern();
-    t.system.tangent(0, t.state.x, t.state.v, sum, matrix);
+    SparseMatrix matrix = t.system.tangents()->pattern();
+    t.system.tangents()->values(0, t.state.x, t.state.v, sum, matrix);
     EXPECT_LT(testing::relative_difference(Eigen::MatrixXd(matrix),
                                            testing::force_differences(t.system, t.state, of_positions, h)),
               1e-6);
@@ -83,13 +83,13 @@ TEST(Tether, ProductAndDiagonalAreThoseOfTheMatrix) {
   Tethered t;
   t.system.tie(t.tether);
   const TangentSum sum{.mass = 2, .damping = 0.3, .stiffness = 0.7, .kind = Tangent::elastic};
-  SparseMatrix matrix = t.system.tangent_pattern();
-  t.system.tangent(0, t.state.x, t.state.v, sum, matrix);
+  SparseMatrix matrix = t.system.tangents()->pattern();
+  t.system.tangents()->values(0, t.state.x, t.state.v, sum, matrix);
   Field<double> product(t.system.size());
-  t.system.tangent_product(0, t.state.x, t.state.v, sum, t.state.v, product);
+  t.system.tangents()->product(0, t.state.x, t.state.v, sum, t.state.v, product);
   std::vector<Eigen::Matrix3d> blocks;
-  t.system.tangent_diagonal(0, t.state.x, t.state.v, sum, blocks);
-  const auto& unknowns = t.system.unknowns();
+  t.system.tangents()->diagonal(0, t.state.x, t.state.v, sum, blocks);
+  const auto& unknowns = t.system.tangents()->unknowns();
   Eigen::VectorXd v(unknowns.size());
   for (std::size_t i = 0; i < unknowns.size(); ++i)
     v[Eigen::Index(i)] = t.state.v.axis(unknowns[i].axis)[unknowns[i].site];
@@ -116,7 +116,7 @@ TEST(Tether, ChangesMomentumByItsImpulseAlone) {
   EXPECT_LT((measure(t.springs, t.state).momentum - before - impulse).norm(), 1e-10 * impulse.norm());
 }
 
-TEST(Tether, LeavesNoTraceWhenItIsLetGo) {
+TEST(Tether, HasNoEffectOnceReleased) {
   Tethered once, never;
   once.system.tie(once.tether);
   once.system.tie(std::nullopt);
@@ -127,7 +127,7 @@ TEST(Tether, LeavesNoTraceWhenItIsLetGo) {
   EXPECT_TRUE((once.state.v.array() == never.state.v.array()).all());
 }
 
-// At the bound itself the safe step has a tenth of dt in hand: the hand must not use it up.
+// At the bound itself the safe step leaves a margin of a tenth of dt: the tether must not use it up.
 TEST(Tether, LeavesTheSafeStepSafe) {
   const Tethered t;
   const SpectralBound bound = t.springs.spectral_bound();

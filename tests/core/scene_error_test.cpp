@@ -16,7 +16,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-/// A scene nobody can simulate: `from` in the plain scene becomes `to`.
+/// A scene that cannot be simulated: `from` in the plain scene becomes `to`.
 struct Malformed {
   const char* name;
   const char* from;
@@ -565,7 +565,7 @@ TEST(Scene, RefusesWhatIsNoFile) {
               HasSubstr("binary.toml:1: this is not TOML"));
 }
 
-// Whatever a file holds, the answer is a scene or an InputError of one line.
+// Whatever a file contains, the result is a scene or an InputError of one line.
 TEST(Scene, SurvivesDamagedFiles) {
   const SceneFolder folder;
   const std::string alphabet = "[]{}=.,\"#\n -+0129exyzinfa_\\\x01\xff";

@@ -1,5 +1,4 @@
-// Scene files: every key, default and override arrives where it belongs. scene_error_test.cpp has the bad
-// ones.
+// Scene files: every key, default and override sets its field. Malformed ones are in scene_error_test.cpp.
 #include "core/scene.hpp"
 
 #include <gmock/gmock.h>
@@ -179,7 +178,7 @@ TEST(Scene, IsTextAgain) {
   EXPECT_EQ(load_scene(again).solve.dt, 3e-4);
 }
 
-TEST(Scene, KnowsThreeKindsOfDampingAndSafeSteps) {
+TEST(Scene, ReadsThreeKindsOfDampingAndSafeSteps) {
   EXPECT_EQ(load_text(plain_scene + "[damping]\nthesis = true").body.damping.law, Damping::Law::thesis);
   EXPECT_EQ(load_text(plain_scene + "[damping]\npaper = true").body.damping.law, Damping::Law::thesis);
   EXPECT_EQ(load_text(plain_scene + "[damping]\npaper = false\nratio = 1").body.damping.law,
@@ -203,11 +202,11 @@ TEST(Scene, FindsVoxelFilesBesideItself) {
   EXPECT_FALSE(scene.body.voxels.at(0, 1, 1));
 }
 
-TEST(Scene, KnowsItsModel) {
+TEST(Scene, ReadsItsModel) {
   const Scene springs = load_text(plain_scene);
   EXPECT_EQ(springs.model, "springs");
   EXPECT_EQ(springs.body.elastic->young, 1e5);
-  // Warnings about springs are none of a model without them.
+  // A model without springs has no warnings about them.
   const Scene elements = load_text(plain_scene, {"material.model=linear", "material.poisson=0.1"});
   EXPECT_EQ(elements.model, "linear");
   EXPECT_EQ(elements.body.elastic->poisson, 0.1);
@@ -227,7 +226,7 @@ TEST(Scene, WarnsAboutMaterials) {
               ElementsAre(HasSubstr("softer in shear")));
 }
 
-TEST(Scene, TellsWhatItResolvedTo) {
+TEST(Scene, WritesWhatItResolvedTo) {
   const auto plain = nlohmann::json::parse(load_text(replaced(plain_scene, "dt = 1e-3", "")).resolved);
   EXPECT_EQ(plain["body"]["cells"], nlohmann::json({2, 2, 2}));
   EXPECT_EQ(plain["body"]["topology"], "full");
@@ -256,7 +255,7 @@ TEST(Scene, TellsWhatItResolvedTo) {
   EXPECT_EQ(full["solve"]["dt"], 2e-4);
 }
 
-TEST(Scene, ReadsWhatItExpects) {
+TEST(Scene, ReadsItsExpectations) {
   const std::string expect =
       "\n[expect]\nmax_stretch = { value = 0.5, within = 0.25 }\n"
       "displacement = { box = [[0.5, 0, -1], [1.5, 0.5, -1]], value = [1, 2, 3], within = 0 }\n";

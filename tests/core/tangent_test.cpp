@@ -1,11 +1,10 @@
 // Tangents against central differences of the force, the matrix-free product against the matrix, and the
-// projected form's promise: no negative eigenvalue, whatever the state.
-#include "core/tangent.hpp"
-
+// projected form: no negative eigenvalue in any state.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 
+#include "core/element_tangents.hpp"
 #include "core/spring_system.hpp"
 #include "tests/differences.hpp"
 #include "tests/random_bodies.hpp"
@@ -16,7 +15,7 @@ namespace {
 using Dense = Eigen::MatrixXd;
 using testing::relative_difference;
 
-/// A body in a random state. Amplitudes beyond half a cell fold cells and turn some inside out.
+/// A body in a random state. Amplitudes beyond half a cell fold cells and invert some.
 struct Scenario {
   Body body;
   SpringSystem<double> system;
@@ -26,8 +25,8 @@ struct Scenario {
     testing::randomise(body, state, amplitude, 0.5, seed);
   }
   Dense tangent(const TangentSum& sum) {
-    SparseMatrix matrix = system.tangent_pattern();
-    system.tangent(0, state.x, state.v, sum, matrix);
+    SparseMatrix matrix = system.tangents()->pattern();
+    system.tangents()->values(0, state.x, state.v, sum, matrix);
     return matrix;
   }
   Dense differences(bool of_positions) {
@@ -70,12 +69,12 @@ TEST(Tangent, LeavesOutWhatIsPrescribed) {
   environment.holds[1].box = {low, low + Vec3(1, 1, 0)};
   environment.holds[1].axes = {false, true, false};
   Scenario s(config, 0.3, 5, environment);
-  EXPECT_EQ(s.system.unknowns().size(), 3U * 18 - 3 * 6 - 4);
+  EXPECT_EQ(s.system.tangents()->unknowns().size(), 3U * 18 - 3 * 6 - 4);
   EXPECT_LT(relative_difference(s.tangent({.stiffness = 1, .kind = Tangent::exact}), s.differences(true)),
             1e-6);
 }
 
-TEST(Tangent, IsTheSumAsked) {
+TEST(Tangent, IsTheRequestedSum) {
   Scenario s(testing::test_config(VoxelGrid::box(2, 2, 1)), 0.3, 5);
   const Dense m = s.tangent({.mass = 1}), c = s.tangent({.damping = 1}), k = s.tangent({.stiffness = 1});
   EXPECT_LT(
@@ -90,7 +89,7 @@ TEST(Tangent, IsSymmetricWhereThePhysicsIs) {
   const Dense elastic = s.tangent({.stiffness = 1, .kind = Tangent::elastic});
   EXPECT_LT((elastic - elastic.transpose()).norm(), 1e-14 * elastic.norm());
   const Dense exact = s.tangent({.stiffness = 1, .kind = Tangent::exact});
-  EXPECT_GT((exact - exact.transpose()).norm(), 1e-3 * exact.norm());  // damping springs turn
+  EXPECT_GT((exact - exact.transpose()).norm(), 1e-3 * exact.norm());  // damped springs rotate
   BodyConfig undamped = s.body.config();
   undamped.damping.law = Damping::Law::none;
   Scenario u(undamped, 0.3, 5);
@@ -119,7 +118,7 @@ TEST(Tangent, ProjectedIsPositiveSemidefiniteInAnyState) {
     ++checked;
   }
   EXPECT_EQ(checked, 1000);
-  EXPECT_GT(indefinite, 500);  // there was something to project
+  EXPECT_GT(indefinite, 500);  // the projection changed something
 }
 
 template <class Real>
@@ -140,12 +139,12 @@ void compare_products(double tolerance) {
             testing::randomise(body, direction, 1, 1, 9);
             const TangentSum sum{.mass = 40, .damping = 0.7, .stiffness = 1.3, .kind = kind};
             Field<Real> out(system.size());
-            system.tangent_product(0, state.x, state.v, sum, direction.v, out);
-            SparseMatrix matrix = system.tangent_pattern();
-            system.tangent(0, state.x, state.v, sum, matrix);
+            system.tangents()->product(0, state.x, state.v, sum, direction.v, out);
+            SparseMatrix matrix = system.tangents()->pattern();
+            system.tangents()->values(0, state.x, state.v, sum, matrix);
             Eigen::VectorXd p(matrix.rows()), product(matrix.rows());
             for (Eigen::Index i = 0; i < p.size(); ++i) {
-              const auto [site, axis] = system.unknowns()[std::size_t(i)];
+              const auto [site, axis] = system.tangents()->unknowns()[std::size_t(i)];
               p[i] = double(direction.v.axis(axis)[site]);
               product[i] = double(out.axis(axis)[site]);
             }
@@ -166,7 +165,7 @@ TEST(Tangent, DiagonalIsTheMatrixs) {
   const TangentSum sum{.mass = 3, .damping = 0.2, .stiffness = 0.7, .kind = Tangent::projected};
   const Dense matrix = s.tangent(sum);
   std::vector<Eigen::Matrix3d> blocks;
-  s.system.tangent_diagonal(0, s.state.x, s.state.v, sum, blocks);
+  s.system.tangents()->diagonal(0, s.state.x, s.state.v, sum, blocks);
   ASSERT_EQ(blocks.size(), s.body.particle_count());
   for (Eigen::Index p = 0; p < Eigen::Index(blocks.size()); ++p)
     EXPECT_LT((blocks[std::size_t(p)] - matrix.block<3, 3>(3 * p, 3 * p)).norm(), 1e-14 * matrix.norm());

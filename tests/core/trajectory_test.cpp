@@ -1,4 +1,4 @@
-// Trajectories: against the oracle over a thousand steps, and the same bits for any number of threads.
+// Trajectories: against Algorithm 1 over a thousand steps, and the same bits for any number of threads.
 #include <gtest/gtest.h>
 
 #include <cstring>

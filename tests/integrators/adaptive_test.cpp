@@ -1,4 +1,4 @@
-// SUNDIALS' methods on a body: what they cost, and how they fail.
+// SUNDIALS' methods on a body: their work, and how they fail.
 #include <gtest/gtest.h>
 
 #include <limits>

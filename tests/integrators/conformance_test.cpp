@@ -1,5 +1,5 @@
 // What every method in the registry must do: its declared order, its stability limit, repeatability, reset,
-// and the same trajectory however often somebody looks.
+// and the same trajectory however often it is sampled.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -75,23 +75,23 @@ TEST_P(AdaptiveMethod, ErrorFallsWithTheTolerance) {
   };
   for (const double tolerance : {1e-4, 1e-6, 1e-8}) {
     EXPECT_LT(error(tolerance), 100 * tolerance);
-    EXPECT_GT(error(tolerance), 1e-3 * tolerance);  // and no more work than asked for
+    EXPECT_GT(error(tolerance), 1e-3 * tolerance);  // and no more work than necessary
   }
 }
 
 constexpr int chain_length = 6;
 
 /// Whether a chain, its shortest wave excited, stays bounded over many steps. Close to
-/// its limit a stable Verlet swings many times as far as it started.
+/// its limit a stable Verlet reaches many times its initial amplitude.
 bool holds(const IntegratorInfo& info, double beta, double dt) {
   testing::Chain chain(chain_length, beta);
   State<double> state{0, Field<double>(chain.size()), Field<double>(chain.size())};
   for (const std::ptrdiff_t i : chain.particles()) state.x.axis(0)[i] = i % 2 == 0 ? 1 : -0.9;
   Work work;
   const auto method = info.make<double>({.dt = dt});
-  const int looks = info.implicit ? 5 : 100;  // explicit Euler grows slowly just beyond its limit
-  for (int look = 1; look <= looks; ++look) {
-    if (method->advance(chain, state, 4000 * look * dt, work) != Status::ok) return false;
+  const int samples = info.implicit ? 5 : 100;  // explicit Euler grows slowly just beyond its limit
+  for (int sample = 1; sample <= samples; ++sample) {
+    if (method->advance(chain, state, 4000 * sample * dt, work) != Status::ok) return false;
     if (state.x.array().abs().maxCoeff() > 1e6) return false;
   }
   return true;
@@ -163,16 +163,17 @@ TEST_P(Method, RepeatsBitForBit) {
   EXPECT_GE(work.force_evaluations, work.steps);
 }
 
-TEST_P(FixedStepMethod, DoesNotDependOnHowOftenSomebodyLooks) {
+TEST_P(FixedStepMethod, DoesNotDependOnHowOftenItIsSampled) {
   Scenario once, often;
   Work work;
   const auto first = info().make<double>({.dt = 1e-4}), second = info().make<double>({.dt = 1e-4});
   first->advance(once.system, once.state, 0.02, work);
-  for (int look = 1; look <= 20; ++look) second->advance(often.system, often.state, look * 1e-3, work);
+  for (int sample = 1; sample <= 20; ++sample)
+    second->advance(often.system, often.state, sample * 1e-3, work);
   EXPECT_TRUE(same_bits(once.state, often.state));
 }
 
-// Sites without a particle carry numbers too. They must not grow: zero times infinity would reach particles.
+// Sites without a particle have numbers too. They must not grow: zero times infinity would reach particles.
 TEST_P(Method, LeavesSitesWithoutParticlesAlone) {
   VoxelGrid ell = VoxelGrid::box(4, 3, 3);
   for (int i = 2; i < 4; ++i) ell.set(i, 1, 2, false);
@@ -185,8 +186,8 @@ TEST_P(Method, LeavesSitesWithoutParticlesAlone) {
   const State<double> start = state;
   const auto method = info().make<double>({.dt = 1e-3});
   Work work;
-  for (int look = 1; look <= 3; ++look) {
-    EXPECT_EQ(method->advance(system, state, look * 0.02, work), Status::ok);
+  for (int sample = 1; sample <= 3; ++sample) {
+    EXPECT_EQ(method->advance(system, state, sample * 0.02, work), Status::ok);
     method->reset();
   }
   const auto& sites = body.sites();

@@ -1,12 +1,14 @@
-// What contact must obey, whatever the method: heights of bounces, slopes that hold or not, stopping
-// distances, rest; and what methods must do about it: forget, keep in step, find the first touch.
+// Laws of contact under every method: heights of bounces, sticking and sliding on slopes, stopping distances,
+// rest; and what methods must do: reset, take whole steps, find the first contact.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cstring>
 #include <limits>
+#include <numbers>
 
 #include "core/measures.hpp"
+#include "core/system_wrapper.hpp"
 #include "integrators/integrator.hpp"
 #include "reference/closed_forms.hpp"
 #include "tests/centre_of_mass.hpp"
@@ -22,7 +24,7 @@ Environment with(Environment environment, const Plane& plane) {
   return environment;
 }
 
-/// A method at work on a body in an environment.
+/// A body in an environment with a method and its state.
 struct Trial {
   Body body;
   SpringSystem<double> system;
@@ -67,7 +69,7 @@ TEST_P(FixedStepContact, BouncesAsHighAsRestitutionSays) {
   EXPECT_EQ(bounces, 5);
 }
 
-// The normal leans, so that rounding has its say in whether a particle is on the plane.
+// The normal is inclined, so that rounding decides whether a particle is on the plane.
 TEST_P(FixedStepContact, SticksToASlopeOrSlidesDownIt) {
   const double angle = std::atan(0.5);
   for (const double friction : {0.51, 0.49}) {
@@ -90,7 +92,7 @@ TEST_P(FixedStepContact, SticksToASlopeOrSlidesDownIt) {
 
 TEST_P(FixedStepContact, StopsWhereFrictionSays) {
   for (const double degrees : {0, 30, 45}) {
-    const double angle = degrees * std::acos(-1) / 180;
+    const double angle = degrees * std::numbers::pi / 180;
     Trial run(GetParam(), 1e-3, free_particles(), with(down, {.friction = 0.4}));
     for (const std::ptrdiff_t site : run.body.sites()) {
       Vec3 x = run.state.x.at(site);
@@ -108,7 +110,7 @@ TEST_P(FixedStepContact, StopsWhereFrictionSays) {
   }
 }
 
-TEST_P(FixedStepContact, DoesNotDependOnHowOftenSomebodyLooks) {
+TEST_P(FixedStepContact, DoesNotDependOnHowOftenItIsSampled) {
   const Plane floor{.point = Vec3(0, 0, -0.002)};
   Trial once(GetParam(), 2e-4, rubber_block(), with(down, floor));
   Trial often(GetParam(), 2e-4, rubber_block(), with(down, floor));
@@ -128,7 +130,7 @@ auto methods(Stepping stepping) {
 const auto name = [](const auto& p) { return p.param; };
 INSTANTIATE_TEST_SUITE_P(Registry, FixedStepContact, methods(Stepping::fixed), name);
 
-/// A block on ground that leans under it, which is to say with gravity leaning, at rest on it.
+/// A block at rest on inclined ground: on level ground, with inclined gravity.
 std::unique_ptr<Trial> block_on_slope(const std::string& method, double angle, double friction) {
   const Environment leaning{.gravity = g * Vec3(std::sin(angle), 0, -std::cos(angle))};
   Trial glued(method, 2e-4, rubber_block(), with(leaning, {.restitution = 0, .friction = 10}));
@@ -144,7 +146,7 @@ INSTANTIATE_TEST_SUITE_P(Some, BlockContact, ::testing::Values("verlet", "veloci
 
 TEST_P(BlockContact, StopsWhereFrictionSays) {
   for (const double degrees : {0, 30, 45}) {
-    const double angle = degrees * std::acos(-1) / 180;
+    const double angle = degrees * std::numbers::pi / 180;
     Trial run(GetParam(), 5e-4, rubber_block(), with(down, {.friction = 0.4}));
     run.push(2 * Vec3(std::cos(angle), std::sin(angle), 0));
     const Vec3 start = run.centre();
@@ -164,7 +166,7 @@ TEST(Block, SticksToASlopeOrSlidesDownIt) {
   sticking->advance(1);
   EXPECT_LT((sticking->centre() - start).norm(), 0.01 * sticking->body.config().cell_size);
   EXPECT_LT(measure(sticking->system, sticking->state).max_speed, 1e-4);
-  // It begins with a jerk, as the strain of sticking is let go; then it slides by the law.
+  // It begins with a jerk, as the strain of sticking is released; then it slides by the law.
   const auto sliding = block_on_slope("verlet", angle, 0.49);
   sliding->advance(0.4);
   start = sliding->centre();
@@ -199,7 +201,7 @@ TEST_P(CubeContact, ComesToRestAndDoesNotSink) {
     for (const std::ptrdiff_t site : run.body.sites()) low = std::min(low, run.state.x.at(site)[2]);
     peak = std::max(peak, m.kinetic);
     lowest = std::min(lowest, low);
-    const bool flies = low > 0.05;  // too high to have touched since the last look
+    const bool flies = low > 0.05;  // too high to have touched since the last sample
     if (flies && flew) {
       ++in_flight;
       EXPECT_LT(m.total(), before + 1e-3 * peak) << m.t;
@@ -258,7 +260,7 @@ TEST_P(PenaltyContact, StopsWhereFrictionSays) {
   EXPECT_NEAR((run.centre() - start)[0], expected, 0.05 * expected);
 }
 
-// Friction is nothing without velocity, so the sides are held where they must not drift.
+// There is no friction without velocity, so the sides are held where they must not drift.
 TEST(StaticContact, CarriesAWeight) {
   const Plane floor{.contact = ContactLaw::penalty};
   Environment environment = with(down, floor);
@@ -283,43 +285,24 @@ TEST(StaticContact, CarriesAWeight) {
   EXPECT_GT(deepest, -0.01 * run.body.config().cell_size);
 }
 
-/// Remembers when it was asked for accelerations.
-class Listener final : public System<double> {
+/// Records the times of evaluations of accelerations; with or without the events of the system it wraps.
+class Recorder final : public SystemWrapper<double> {
  public:
-  Listener(SpringSystem<double>& system, bool tells_kinks) : system_(system), tells_kinks_(tells_kinks) {}
-  std::vector<double> asked;
+  Recorder(SpringSystem<double>& system, bool with_events)
+      : SystemWrapper<double>(system), with_events_(with_events) {}
+  std::vector<double> times;
 
-  std::ptrdiff_t size() const override { return system_.size(); }
-  const std::vector<std::ptrdiff_t>& particles() const override { return system_.particles(); }
-  double mass(std::ptrdiff_t site) const override { return system_.mass(site); }
   void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override {
-    system_.force(t, x, v, f);
+    other().force(t, x, v, f);
   }
   void acceleration(double t, const Field<double>& x, const Field<double>& v, Field<double>& a) override {
-    asked.push_back(t);
-    system_.acceleration(t, x, v, a);
+    times.push_back(t);
+    other().acceleration(t, x, v, a);
   }
-  const std::vector<Unknown>& unknowns() override { return system_.unknowns(); }
-  SparseMatrix tangent_pattern() override { return system_.tangent_pattern(); }
-  void tangent(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-               SparseMatrix& matrix) override {
-    system_.tangent(t, x, v, sum, matrix);
-  }
-  void tangent_product(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                       const Field<double>& p, Field<double>& out) override {
-    system_.tangent_product(t, x, v, sum, p, out);
-  }
-  void tangent_diagonal(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                        std::vector<Eigen::Matrix3d>& blocks) override {
-    system_.tangent_diagonal(t, x, v, sum, blocks);
-  }
-  std::vector<double> kinks(const Field<double>& x) const override {
-    return tells_kinks_ ? system_.kinks(x) : std::vector<double>{};
-  }
+  StepEvents<double>* events() override { return with_events_ ? other().events() : nullptr; }
 
  private:
-  SpringSystem<double>& system_;
-  bool tells_kinks_;
+  bool with_events_;
 };
 
 class CvodeContact : public ::testing::TestWithParam<std::string> {};
@@ -327,19 +310,19 @@ INSTANTIATE_TEST_SUITE_P(All, CvodeContact,
                          ::testing::Values("cvode_adams", "cvode_bdf", "cvode_bdf_klu", "cvode_bdf_gmres"),
                          name);
 
-/// How near to the touch of a falling particle a method asks for an acceleration [s].
-double nearest_to_touch(const std::string& method, bool tells_kinks) {
+/// How near to the first touch of a falling particle a method evaluates an acceleration [s].
+double nearest_to_touch(const std::string& method, bool with_events) {
   const Plane floor{.point = Vec3(0, 0, -0.5), .contact = ContactLaw::penalty};
   Trial run(method, 0, free_particles(), with(down, floor));
-  Listener listener(run.system, tells_kinks);
-  EXPECT_EQ(run.method->advance(listener, run.state, 0.4, run.work), Status::ok);
+  Recorder recorder(run.system, with_events);
+  EXPECT_EQ(run.method->advance(recorder, run.state, 0.4, run.work), Status::ok);
   EXPECT_EQ(run.state.t, 0.4);
   double nearest = 1;
-  for (const double t : listener.asked) nearest = std::min(nearest, std::abs(t - std::sqrt(2 * 0.5 / g)));
+  for (const double t : recorder.times) nearest = std::min(nearest, std::abs(t - std::sqrt(2 * 0.5 / g)));
   return nearest;
 }
 
-TEST_P(CvodeContact, BeginsAgainAtTheFirstTouch) {
+TEST_P(CvodeContact, RestartsAtTheFirstContact) {
   EXPECT_LT(nearest_to_touch(GetParam(), true), 1e-6);  // the tolerance's own error
   EXPECT_GT(nearest_to_touch(GetParam(), false), 3e-6);
 }

@@ -1,4 +1,4 @@
-// Linear solvers: every one solves the same systems, and says so when it cannot.
+// Linear solvers: each solves the same systems, or returns a status of failure.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -32,9 +32,9 @@ struct Problem {
   /// |A y - r| over |r|, of what is not held.
   double defect() {
     Field<double> image(system.size()), r = rhs;
-    system.tangent_product(0, state.x, state.v, sum, solution, image);
+    system.tangents()->product(0, state.x, state.v, sum, solution, image);
     double error = 0, norm = 0;
-    for (const auto [site, axis] : system.unknowns()) {
+    for (const auto [site, axis] : system.tangents()->unknowns()) {
       error += std::pow(image.axis(axis)[site] - rhs.axis(axis)[site], 2);
       norm += std::pow(rhs.axis(axis)[site], 2);
     }
@@ -63,7 +63,7 @@ TEST_P(Linear, Solves) {
 }
 
 TEST_P(Linear, SaysWhenATangentIsIndefinite) {
-  Problem p(0.4);  // springs pressed to less than half their length
+  Problem p(0.4);  // springs compressed to less than half their length
   p.sum = {.mass = 1e-3, .damping = 0, .stiffness = 1, .kind = Tangent::elastic};
   EXPECT_EQ(p.solve(GetParam().c_str()), Status::not_positive_definite);
 }
@@ -123,7 +123,7 @@ TEST(ConjugateGradients, GiveTheSameBitsForAnyNumberOfThreads) {
   }
 }
 
-// Libraries beneath would start as many threads as there are cores, whatever the scene says.
+// The libraries below would start as many threads as there are cores by default.
 TEST(LinearSolvers, StartNoThreadsOfTheirOwn) {
   const auto threads = [] {
     const std::filesystem::directory_iterator tasks("/proc/self/task");
@@ -150,7 +150,7 @@ TEST(ConjugateGradients, SayWhenTheyStall) {
     Problem p;
     p.sum = {.mass = 1e-3, .stiffness = 1, .kind = Tangent::projected};
     EXPECT_EQ(p.solve(solver, 1e-150), Status::linear_stalled);
-    EXPECT_EQ(std::size_t(p.work.products), p.system.unknowns().size());
+    EXPECT_EQ(std::size_t(p.work.products), p.system.tangents()->unknowns().size());
   }
 }
 

@@ -1,4 +1,4 @@
-// Vibrations against closed forms, dense eigenvalues, and what Lanczos likes to miss: equal frequencies.
+// Vibrations against closed forms, dense eigenvalues, and what Lanczos tends to miss: equal frequencies.
 #include "integrators/modes.hpp"
 
 #include <gtest/gtest.h>
@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/spring_system.hpp"
 #include "reference/closed_forms.hpp"
@@ -14,7 +15,7 @@
 namespace mss {
 namespace {
 
-const double turn = 2 * std::acos(-1.0);
+const double turn = 2 * std::numbers::pi;
 
 BodyConfig config(const VoxelGrid& voxels) {
   return {
@@ -23,9 +24,9 @@ BodyConfig config(const VoxelGrid& voxels) {
 
 Eigen::VectorXd dense_frequencies(SpringSystem<double>& system, const State<double>& state,
                                   Tangent kind = Tangent::elastic) {
-  SparseMatrix k = system.tangent_pattern(), m = k;
-  system.tangent(0, state.x, state.v, {.stiffness = 1, .kind = kind}, k);
-  system.tangent(0, state.x, state.v, {.mass = 1}, m);
+  SparseMatrix k = system.tangents()->pattern(), m = k;
+  system.tangents()->values(0, state.x, state.v, {.stiffness = 1, .kind = kind}, k);
+  system.tangents()->values(0, state.x, state.v, {.mass = 1}, m);
   return Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(k), Eigen::MatrixXd(m))
       .eigenvalues()
       .cwiseMax(0)
@@ -37,8 +38,8 @@ void expect_modes(BodySystem<double>& system, const State<double>& state, const 
   const double scale = system.spectral_bound().omega * system.spectral_bound().omega;
   Field<double> kq(system.size());
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    system.tangent_product(0, state.x, state.v, {.stiffness = 1, .kind = Tangent::elastic}, modes[i].shape,
-                           kq);
+    system.tangents()->product(0, state.x, state.v, {.stiffness = 1, .kind = Tangent::elastic},
+                               modes[i].shape, kq);
     system.clear_prescribed(kq);
     for (const std::ptrdiff_t site : system.particles())
       EXPECT_LT((kq.at(site) / system.mass(site) - modes[i].omega * modes[i].omega * modes[i].shape.at(site))
@@ -73,7 +74,7 @@ TEST(Modes, AreTheDenseOnes) {
 }
 
 // Crushed to a twentieth, every corner is pushed apart along all of its edges. Without the tangent's negative
-// part: springs that short push sideways, and what they take from the fastest motions is not the guard's.
+// part: such short springs have negative transverse stiffness, which would hide the guard's.
 TEST(Modes, OfAGuardedBodyStayBelowTheBoundWhereItIsCrushed) {
   BodyConfig guarded = config(VoxelGrid::box(3, 3, 3));
   guarded.fold_guard = 20;
@@ -90,7 +91,7 @@ TEST(Modes, OfAGuardedBodyStayBelowTheBoundWhereItIsCrushed) {
   EXPECT_EQ(spectral_bound(body).omega, crushed_spectral_bound(plain).omega);
 }
 
-TEST(Modes, CanAllBeAskedFor) {
+TEST(Modes, CanAllBeRequested) {
   const Body body(config(VoxelGrid::box(2, 2, 3)));  // 108 unknowns: beyond the smallest bodies
   SpringSystem<double> system(body, {});
   const State<double> rest = system.rest_state();
@@ -146,7 +147,7 @@ TEST(Modes, OfAHeldBarAreAChains) {
                               {.holds = {{.box = whole, .axes = {true, true, false}}, {.box = bottom}}});
   Work work;
   const State<double> rest = system.rest_state();
-  const Modes slow = slowest_modes(system, rest, int(system.unknowns().size()) - 1, work);
+  const Modes slow = slowest_modes(system, rest, int(system.tangents()->unknowns().size()) - 1, work);
   ASSERT_EQ(slow.status, Status::ok);
   const double c11 = cubic_stiffness(body.config().springs, body.config().cell_size).c11;
   for (int mode = 1; mode <= 4; ++mode) {
@@ -160,7 +161,7 @@ TEST(Modes, OfAHeldBarAreAChains) {
       1, 1e-6);
 }
 
-// A body crushed to half its height buckles: no vibration answers that.
+// A body crushed to half its height buckles: the state is unstable.
 TEST(Modes, SayWhenAStateIsNotStable) {
   const Body body(config(VoxelGrid::box(3, 3, 3)));
   SpringSystem<double> system(body, {});

@@ -12,7 +12,7 @@ struct Scenario {
   SpringSystem<double> system{body, {.gravity = Vec3(0, 0, -9.81)}};
   State<double> state = system.rest_state();
   Work work;
-  /// How `steps` steps of a method end.
+  /// Status after `steps` steps of a method.
   Status run(const char* method, double dt, const IntegratorOptions& options, int steps = 1) {
     IntegratorOptions with_step = options;
     with_step.dt = dt;
@@ -62,7 +62,7 @@ TEST(Newton, AllLinearSolversGiveTheSameStep) {
   for (const auto& end : ends) EXPECT_LT((end.x.array() - ends.front().x.array()).abs().maxCoeff(), 1e-9);
 }
 
-// Overdamped and spinning fast: symmetric tangents leave out how dampers turn, which is all that counts here.
+// Overdamped and spinning fast: symmetric tangents omit the rotation of dampers, which dominates here.
 TEST(Newton, SaysWhenItStalls) {
   BodyConfig config = testing::test_config(VoxelGrid::box(3, 3, 3));
   config.damping.zeta = 20;

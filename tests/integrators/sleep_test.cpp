@@ -1,5 +1,5 @@
-// Sleep: what rests keeps its place and costs no cells, what is disturbed wakes, and nobody ends further from
-// where they would be without sleep than the bound says.
+// Sleep: what rests keeps its position and no cells are computed, what is disturbed wakes, and no particle
+// ends further from where it would be without sleep than the bound.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -30,7 +30,7 @@ Environment table(ContactLaw contact) {
 }
 
 /// Explicit methods of fixed step that have a safe one.
-std::vector<std::string> sleepers_methods() {
+std::vector<std::string> sleeping_methods() {
   std::vector<std::string> names;
   for (const IntegratorInfo& method : integrators())
     if (!method.implicit && method.stepping == Stepping::fixed && method.name != "explicit_euler")
@@ -48,7 +48,7 @@ struct Driven {
     integrator = info.make<Real>({.dt = safe_share * stable_step(info, system.spectral_bound())});
   }
   void until(double t) { ASSERT_EQ(integrator->advance(system, state, t, work), Status::ok); }
-  /// A blow to all particles of the top plane.
+  /// A strike on all particles of the top plane.
   void strike(const Vec3& velocity) {
     const Body& body = system.body();
     const Vec3 top = body.rest_position(body.sites().back());
@@ -79,19 +79,19 @@ double fastest(const Driven<Real>& run) {
   return most;
 }
 
-TEST(Sleep, IsAskedFor) {
+TEST(Sleep, IsOffByDefault) {
   const Body body(column(5));
   SpringSystem<double> system(body, table(ContactLaw::impulse));
-  EXPECT_FALSE(system.sleeps());
+  EXPECT_FALSE(system.events()->sleeps());
   EXPECT_FALSE(system.all_asleep());
 }
 
 class Sleeping : public ::testing::TestWithParam<ContactLaw> {};
 
-/// Falls asleep on a table, is struck, and comes to rest again.
+/// A column falls asleep on a table, is struck, and comes to rest again.
 TEST_P(Sleeping, EndsWithinTheBoundUnderEveryMethod) {
   const Body body(column(5));
-  for (const std::string& method : sleepers_methods()) {
+  for (const std::string& method : sleeping_methods()) {
     SCOPED_TRACE(method);
     Driven<double> run(body, table(GetParam()), method, {bound, after}),
         twin(body, table(GetParam()), method, {});
@@ -189,7 +189,7 @@ TEST(Sleep, OfOnePartLeavesTheOtherAwake) {
   EXPECT_EQ(run.state.v.at(plane * 2), Vec3::Zero());
 }
 
-TEST(Sleep, IsOverWhileSomebodyPulls) {
+TEST(Sleep, IsOffWhileAParticleIsTied) {
   const Body body(column(5));
   Driven<double> run(body, table(ContactLaw::impulse), "semi_implicit_euler", {bound, after});
   run.until(1.5);

@@ -35,13 +35,13 @@ struct Cube {
   /// M^-1/2 A M^-1/2 of a sum A.
   MatrixXd matrix(const TangentSum& sum) {
     const State<double> rest = system.undeformed_state();
-    SparseMatrix sparse = system.tangent_pattern();
-    system.tangent(0, rest.x, rest.v, sum, sparse);
+    SparseMatrix sparse = system.tangents()->pattern();
+    system.tangents()->values(0, rest.x, rest.v, sum, sparse);
     MatrixXd a(sparse);
     for (Eigen::Index i = 0; i < a.rows(); ++i)
       for (Eigen::Index j = 0; j < a.cols(); ++j)
-        a(i, j) /= std::sqrt(system.mass(system.unknowns()[std::size_t(i)].site) *
-                             system.mass(system.unknowns()[std::size_t(j)].site));
+        a(i, j) /= std::sqrt(system.mass(system.tangents()->unknowns()[std::size_t(i)].site) *
+                             system.mass(system.tangents()->unknowns()[std::size_t(j)].site));
     return a;
   }
   MatrixXd stiffness() { return matrix({.stiffness = 1, .kind = Tangent::elastic}); }
@@ -130,11 +130,11 @@ void expect_dense_limits(int n, double ratio) {
 }
 
 TEST(PredictedStep, IsThatOfComplexEigenvalues) {
-  for (const double ratio : {0.05, 0.5, 1.0}) expect_dense_limits(2, ratio);  // where all are looked at
+  for (const double ratio : {0.05, 0.5, 1.0}) expect_dense_limits(2, ratio);  // where all are computed
   for (const double ratio : {0.05, 0.5}) expect_dense_limits(3, ratio);       // by Arnoldi
 }
 
-TEST(PredictedStep, IsNeverBelowWhatIsSure) {
+TEST(PredictedStep, IsNeverBelowTheGuaranteedStep) {
   for (const double ratio : {0.0, 0.2, 1.0})
     for (const char* method : {"verlet", "velocity_verlet", "damped_verlet", "rk4"}) {
       Cube cube(3, ratio);

@@ -1,5 +1,5 @@
-// Static equilibrium: forces vanish, known tips are met, prescribed motion is followed, and what has no
-// equilibrium is a failure.
+// Static equilibrium: forces vanish, known deflections are met, prescribed motion is followed, and a body
+// without equilibrium is a failure.
 #include <gtest/gtest.h>
 
 #include "core/material.hpp"
@@ -99,7 +99,7 @@ TEST(Static, FollowsPrescribedMotionAndCostsNothingWhenNothingMoves) {
     ASSERT_EQ(method->advance(system, state, t, work), Status::ok);
     EXPECT_EQ(state.t, t);
     EXPECT_LT(largest_force(system, state), 1e-9);
-    EXPECT_EQ(measure(system, state).kinetic, 0);  // dampers feel nothing, however fast holds move
+    EXPECT_EQ(measure(system, state).kinetic, 0);  // dampers have no force, however fast holds move
     for (const std::ptrdiff_t site : body.select(pulled.box.lower, pulled.box.upper))
       EXPECT_NEAR(state.x.at(site)[2], body.rest_position(site)[2] + 0.1 * t, 1e-12);
   }

@@ -64,7 +64,7 @@ TEST(Errata, Equation_2_6_WouldBrakeRotation) {
   EXPECT_GT(printed, 1);
 }
 
-// Section 5.1 lets k_vol = 0.1 keep the volume. It moves Young's modulus by two millionths.
+// Section 5.1 keeps the volume by k_vol = 0.1. That changes Young's modulus by two millionths.
 TEST(Errata, Section_5_1_VolumeForceDoesNotAct) {
   SpringConstants springs{.edge = 100, .face = 100, .body = 300, .volume = 0.1};
   const double with = cubic_stiffness(springs, 0.2).young({1, 0, 0});
@@ -83,8 +83,8 @@ double bound(int n, bool fixed_material) {
   return spectral_bound(body).omega;
 }
 
-// Section 5.3: n^3 springs a step; but steps become shorter: n of them more where the material is held, n^1.5
-// where the thesis's constants are.
+// Section 5.3: n^3 springs a step; but steps become shorter: n of them more for a constant material, n^1.5
+// for the thesis's constants.
 TEST(Errata, Section_5_3_ASimulatedSecondCostsMoreThanNCubed) {
   EXPECT_NEAR(bound(16, true) / bound(8, true), 2, 1e-6);
   EXPECT_NEAR(bound(16, false) / bound(8, false), std::pow(2, 1.5), 1e-6);

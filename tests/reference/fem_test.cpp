@@ -1,8 +1,9 @@
-// Finite elements: stresses and tangents against differences, the patch test, what large rotations do, and
-// the interface that every integrator drives.
+// Finite elements: stresses and tangents against differences, the patch test, large rotations, and the
+// interface that every integrator drives.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <numbers>
 #include <random>
 
 #include "core/error.hpp"
@@ -28,7 +29,7 @@ BodyConfig fem_config(const VoxelGrid& voxels, double zeta = 0) {
   return config;
 }
 
-/// Deformation gradients near rest, far from it, turned, and inside out.
+/// Deformation gradients near rest, far from it, rotated, and inverted.
 std::vector<Matrix3d> gradients() {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -69,7 +70,7 @@ TEST_P(Law, StressIsTheSlopeOfTheEnergy) {
 
 TEST_P(Law, StiffnessIsTheSlopeOfTheStress) {
   for (const Matrix3d& f : gradients()) {
-    // Where two stretches nearly cancel the corotated frame turns faster than differences can follow.
+    // Where two stretches nearly cancel the corotated frame rotates faster than differences resolve.
     const Vec3 s = f.jacobiSvd().singularValues();
     if (f.determinant() < 0 && s[1] - s[2] < 0.2) continue;
     const Matrix9 stiffness = law().stiffness(lame, f, false);
@@ -103,7 +104,7 @@ TEST_P(Law, ForceIsTheSlopeOfTheStoredEnergy) {
   Field<double> force(system.size());
   system.force(0, state.x, state.v, force);
   const double step = 1e-6 * body.config().cell_size, largest = force.array().abs().maxCoeff();
-  for (const auto [site, axis] : system.unknowns()) {
+  for (const auto [site, axis] : system.tangents()->unknowns()) {
     double& x = state.x.axis(axis)[site];
     const double before = x;
     x = before + step;
@@ -121,8 +122,8 @@ TEST_P(Law, TangentEqualsDifferencesOfTheForce) {
   State<double> state = system.rest_state();
   testing::randomise(body, state, 0.15, 0.5, 11);
   const auto tangent = [&](const TangentSum& sum) -> Eigen::MatrixXd {
-    SparseMatrix matrix = system.tangent_pattern();
-    system.tangent(0, state.x, state.v, sum, matrix);
+    SparseMatrix matrix = system.tangents()->pattern();
+    system.tangents()->values(0, state.x, state.v, sum, matrix);
     return matrix;
   };
   const double h = body.config().cell_size;
@@ -137,23 +138,23 @@ TEST_P(Law, TangentEqualsDifferencesOfTheForce) {
     const Eigen::MatrixXd matrix = tangent(sum);
     EXPECT_LT(testing::relative_difference(matrix, matrix.transpose()), 1e-12);
     Field<double> direction(system.size()), product(system.size());
-    const auto& unknowns = system.unknowns();
+    const auto& unknowns = system.tangents()->unknowns();
     Eigen::VectorXd p = Eigen::VectorXd::LinSpaced(matrix.rows(), -1, 2), ap(matrix.rows());
     for (std::size_t i = 0; i < unknowns.size(); ++i)
       direction.axis(unknowns[i].axis)[unknowns[i].site] = p[Eigen::Index(i)];
-    system.tangent_product(0, state.x, state.v, sum, direction, product);
+    system.tangents()->product(0, state.x, state.v, sum, direction, product);
     for (std::size_t i = 0; i < unknowns.size(); ++i)
       ap[Eigen::Index(i)] = product.axis(unknowns[i].axis)[unknowns[i].site];
     EXPECT_LT(testing::relative_difference(ap, matrix * p), 1e-12);
     std::vector<Matrix3d> blocks;
-    system.tangent_diagonal(0, state.x, state.v, sum, blocks);
+    system.tangents()->diagonal(0, state.x, state.v, sum, blocks);
     for (std::size_t b = 0; b < blocks.size(); ++b)
       EXPECT_LT((blocks[b] - matrix.block<3, 3>(3 * Eigen::Index(b), 3 * Eigen::Index(b))).norm(),
                 1e-12 * matrix.norm());
   }
 }
 
-// Boundary particles go where an affine map puts them; the others must follow it.
+// Boundary particles are moved by an affine map; the others must follow it.
 TEST_P(Law, PassesThePatchTest) {
   const Body body(fem_config(VoxelGrid::box(4, 3, 3)));
   const double h = body.config().cell_size;
@@ -169,7 +170,7 @@ TEST_P(Law, PassesThePatchTest) {
     environment.holds.push_back({.box = {rest, rest}, .displacement = map * rest - rest});
   }
   FemSystem system(body, environment, law());
-  ASSERT_EQ(system.unknowns().size(), 3U * 3 * 2 * 2);
+  ASSERT_EQ(system.tangents()->unknowns().size(), 3U * 3 * 2 * 2);
   State<double> state = system.rest_state();
   Work work;
   const auto method = find_integrator("static").make<double>({.tolerance = 1e-12});
@@ -194,9 +195,9 @@ TEST_P(Law, BoundsItsFrequencies) {
   const Body body(fem_config(VoxelGrid::box(3, 3, 3)));
   FemSystem system(body, {}, law());
   const State<double> rest = system.rest_state();
-  SparseMatrix k = system.tangent_pattern(), m = k;
-  system.tangent(0, rest.x, rest.v, {.stiffness = 1, .kind = Tangent::elastic}, k);
-  system.tangent(0, rest.x, rest.v, {.mass = 1}, m);
+  SparseMatrix k = system.tangents()->pattern(), m = k;
+  system.tangents()->values(0, rest.x, rest.v, {.stiffness = 1, .kind = Tangent::elastic}, k);
+  system.tangents()->values(0, rest.x, rest.v, {.mass = 1}, m);
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(k),
                                                                         Eigen::MatrixXd(m)};
   const double fastest = std::sqrt(eigen.eigenvalues().maxCoeff());
@@ -233,7 +234,7 @@ State<double> twisted(const BodySystem<double>& system) {
   const Vec3 axis = config.origin + Vec3(0.5, 0.5, 0) * config.cell_size;
   for (const std::ptrdiff_t site : system.body().sites()) {
     const Vec3 arm = state.x.at(site) - axis;
-    const double angle = std::acos(-1) / 2 * arm[2] / height;
+    const double angle = std::numbers::pi / 2 * arm[2] / height;
     state.x.set(site, axis + Eigen::AngleAxisd(angle, Vec3::UnitZ()) * arm);
   }
   return state;

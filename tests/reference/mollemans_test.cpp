@@ -1,4 +1,4 @@
-// Mollemans's volume force: what it shares with eq. 3-7, what it restores, and what it does not keep.
+// Mollemans's volume force: its agreement with eq. 3-7, its direction, and the momentum it does not conserve.
 #include "reference/mollemans.hpp"
 
 #include <gtest/gtest.h>
@@ -95,10 +95,10 @@ TEST(Mollemans, TangentIsTheSlopeOfItsForce) {
   MollemansSystem system(body, {});
   State<double> state = system.rest_state();
   testing::randomise(body, state, 0.15, 0.5, 11);
-  SparseMatrix matrix = system.tangent_pattern();
+  SparseMatrix matrix = system.tangents()->pattern();
   for (const bool of_positions : {true, false}) {
     const TangentSum sum{.damping = of_positions ? 0.0 : 1.0, .stiffness = of_positions ? 1.0 : 0.0};
-    system.tangent(0, state.x, state.v, sum, matrix);
+    system.tangents()->values(0, state.x, state.v, sum, matrix);
     EXPECT_LT(testing::relative_difference(
                   matrix, testing::force_differences(system, state, of_positions, body.config().cell_size)),
               1e-7);
@@ -113,17 +113,17 @@ TEST(Mollemans, ProductAndDiagonalAreTheTangents) {
   testing::randomise(body, direction, 1, 0, 6);
   for (const Tangent kind : {Tangent::elastic, Tangent::projected}) {
     const TangentSum sum{.mass = 2, .damping = 0.3, .stiffness = 0.1, .kind = kind};
-    SparseMatrix sparse = system.tangent_pattern();
-    system.tangent(0, state.x, state.v, sum, sparse);
+    SparseMatrix sparse = system.tangents()->pattern();
+    system.tangents()->values(0, state.x, state.v, sum, sparse);
     const Eigen::MatrixXd matrix = sparse;
     EXPECT_LT((matrix - matrix.transpose()).norm(), 1e-13 * matrix.norm());
     Field<double> product(system.size());
-    system.tangent_product(0, state.x, state.v, sum, direction.x, product);
+    system.tangents()->product(0, state.x, state.v, sum, direction.x, product);
     std::vector<Eigen::Matrix3d> blocks;
-    system.tangent_diagonal(0, state.x, state.v, sum, blocks);
+    system.tangents()->diagonal(0, state.x, state.v, sum, blocks);
     Eigen::VectorXd p(matrix.rows()), q(matrix.rows());
     for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-      const auto [site, axis] = system.unknowns()[std::size_t(i)];
+      const auto [site, axis] = system.tangents()->unknowns()[std::size_t(i)];
       p[i] = direction.x.axis(axis)[site];
       q[i] = product.axis(axis)[site];
     }
@@ -139,9 +139,9 @@ TEST(Mollemans, BoundsItsFrequencies) {
   const Body body(with_springs(VoxelGrid::box(3, 2, 2)));
   MollemansSystem system(body, {});
   const State<double> rest = system.rest_state();
-  SparseMatrix k = system.tangent_pattern(), m = k;
-  system.tangent(0, rest.x, rest.v, {.stiffness = 1}, k);
-  system.tangent(0, rest.x, rest.v, {.mass = 1}, m);
+  SparseMatrix k = system.tangents()->pattern(), m = k;
+  system.tangents()->values(0, rest.x, rest.v, {.stiffness = 1}, k);
+  system.tangents()->values(0, rest.x, rest.v, {.mass = 1}, m);
   const Eigen::EigenSolver<Eigen::MatrixXd> eigen(Eigen::MatrixXd(m).inverse() * Eigen::MatrixXd(k), false);
   const double fastest = std::sqrt(eigen.eigenvalues().real().maxCoeff());
   EXPECT_GE(system.spectral_bound().omega, fastest);

@@ -65,8 +65,9 @@ double speed_of_sound(const BodyConfig& body) { return std::sqrt(young / body.de
 double step_for(const IntegratorInfo& method, BodySystem<double>& system) {
   constexpr double longer = 10;
   const SpectralBound bound = crushed_spectral_bound(system.body());
-  if (!method.limit) return longer * safe_share * sure_step(find_integrator("semi_implicit_euler"), bound);
-  if (const double sure = sure_step(method, bound); sure > 0) return safe_share * sure;
+  if (!method.limit)
+    return longer * safe_share * guaranteed_step(find_integrator("semi_implicit_euler"), bound);
+  if (const double sure = guaranteed_step(method, bound); sure > 0) return safe_share * sure;
   Work work;
   return safe_share * predicted_step(method, system, system.rest_state(), work).dt;
 }

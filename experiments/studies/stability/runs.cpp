@@ -102,7 +102,7 @@ struct Specimen {
 
 void add_row(const StabilityConfig& config, const IntegratorInfo& method, Specimen& cube, Table& rows) {
   SpringSystem<double>& system = cube.system;
-  const double sure = sure_step(method, system.spectral_bound());
+  const double sure = guaranteed_step(method, system.spectral_bound());
   Work work;
   const PredictedStep predicted = predicted_step(method, system, system.rest_state(), work);
   const Status known = cube.status == Status::ok ? predicted.status : cube.status;

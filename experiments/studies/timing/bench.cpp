@@ -82,8 +82,8 @@ void implicit_step(benchmark::State& bench) {
 
 void factor_and_solve(benchmark::State& bench) {
   ImplicitCase c(cells(bench), threads(bench));
-  SparseMatrix matrix = c.system.tangent_pattern();
-  c.system.tangent(0, c.state.x, c.state.v, ImplicitCase::sum, matrix);
+  SparseMatrix matrix = c.system.tangents()->pattern();
+  c.system.tangents()->values(0, c.state.x, c.state.v, ImplicitCase::sum, matrix);
   Cholesky cholesky;
   cholesky.factor(matrix);
   const Eigen::VectorXd rhs = Eigen::VectorXd::Ones(matrix.rows());

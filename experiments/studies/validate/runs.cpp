@@ -39,7 +39,7 @@ void solve_once(const ValidationConfig& config, const ValidationCase& c, const V
   const auto system = make_system<double>(model.model, body, c.environment, config.threads);
   result.solution = c.solve(*system);
   result.seconds.push_back(watch.seconds());
-  result.unknowns = std::int64_t(system->unknowns().size());
+  result.unknowns = std::int64_t(unknowns_of(*system).size());
 }
 
 void add_row(Table& rows, const ValidationCase& c, const ValidationModel& model, int m, const Result& r) {

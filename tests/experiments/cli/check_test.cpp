@@ -8,7 +8,6 @@
 
 #include "core/measures.hpp"
 #include "core/spring_system.hpp"
-#include "core/tangent.hpp"
 #include "experiments/studies/energy/energy.hpp"
 #include "experiments/studies/volume/volume.hpp"
 
@@ -54,10 +53,10 @@ std::string volume_rows(const studies::volume::VolumeConfig& config) {
 class FlippedSign final : public BodySystem<double> {
  public:
   FlippedSign(const Body& body, const Environment& environment)
-      : BodySystem<double>(body, environment, 1), springs_(body, environment, {.threads = 1}) {}
+      : BodySystem<double>(body, environment, mss::spectral_bound(body), 1),
+        springs_(body, environment, {.threads = 1}) {}
 
   StoredEnergy stored_energy(const Field<double>& x) const override { return springs_.stored_energy(x); }
-  SpectralBound body_bound() const override { return springs_.body_bound(); }
   const char* kernel_name() const override { return "flipped sign"; }
   void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override {
     springs_.force(t, x, v, f);
@@ -74,21 +73,7 @@ class FlippedSign final : public BodySystem<double> {
       f.set(at, f.at(at) - body().config().springs.volume * excess / 2 * along_z.cross(along_x));
     });
   }
-  void tangent_product(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                       const Field<double>& p, Field<double>& out) override {
-    springs_.tangent_product(t, x, v, sum, p, out);
-  }
-
- protected:
-  void add_tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                   BlockMatrix& blocks) const override {
-    mss::add_tangent(body(), x, v, sum, blocks);
-  }
-  void add_tangent_diagonal(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                            const BlockMatrix& blocks,
-                            std::vector<Eigen::Matrix3d>& diagonal) const override {
-    mss::add_tangent_diagonal(body(), x, v, sum, blocks, diagonal);
-  }
+  Tangents<double>* tangents() override { return springs_.tangents(); }
 
  private:
   SpringSystem<double> springs_;

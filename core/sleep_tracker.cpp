@@ -1,4 +1,4 @@
-#include "core/sleepers.hpp"
+#include "core/sleep_tracker.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -7,13 +7,13 @@ namespace mss {
 
 namespace {
 
-/// Planes away that still feel a plane's motion before it has left where it rested.
+/// A plane's motion is noticed by so many planes on either side before it has left where it rested.
 constexpr int reach = 3;
 
 }  // namespace
 
 template <class Real>
-Sleepers<Real>::Sleepers(const Lattice& lattice, const SleepRule& rule)
+SleepTracker<Real>::SleepTracker(const Lattice& lattice, const SleepRule& rule)
     : sites_(lattice.plane),
       near_(rule.bound / 4),
       after_(rule.after),
@@ -21,32 +21,32 @@ Sleepers<Real>::Sleepers(const Lattice& lattice, const SleepRule& rule)
       resting_since_(std::size_t(lattice.planes()), 0) {}
 
 template <class Real>
-bool Sleepers<Real>::look(State<Real>& state, const Restless& restless) {
-  const double step = state.t - std::exchange(looked_, state.t);
+bool SleepTracker<Real>::update(State<Real>& state, const IsDriven& is_driven) {
+  const double step = state.t - std::exchange(updated_, state.t);
   if (anchor_.size() == 0) {
     anchor_ = state.x;
     std::fill(resting_since_.begin(), resting_since_.end(), state.t);
     return false;
   }
   bool changed = false;
-  std::vector<int> tired;
+  std::vector<int> resting;
   for (int plane = 0; plane < planes(); ++plane) {
-    if (asleep(plane) || !(restless(plane) || moves(plane, state, step))) continue;
-    remember(plane, state);
+    if (asleep(plane) || !(is_driven(plane) || moves(plane, state, step))) continue;
+    set_anchor(plane, state);
     changed |= wake_around(plane, state.t);
   }
   for (int plane = 0; plane < planes(); ++plane)
-    if (!asleep(plane) && may_sleep(plane, state.t)) tired.push_back(plane);
-  for (const int plane : tired) fall_asleep(plane, state);
-  return changed || !tired.empty();
+    if (!asleep(plane) && may_sleep(plane, state.t)) resting.push_back(plane);
+  for (const int plane : resting) fall_asleep(plane, state);
+  return changed || !resting.empty();
 }
 
 template <class Real>
-void Sleepers<Real>::wake_moving(const State<Real>& state) {
+void SleepTracker<Real>::wake_moving(const State<Real>& state) {
   const auto rests = [&](const Real* v) {
     return std::all_of(v, v + sites_, [](Real number) { return number == Real(0); });
   };
-  looked_ = state.t;  // nobody looks while all are asleep
+  updated_ = state.t;  // there are no updates while all are asleep
   std::vector<int> moving;
   for (int plane = 0; plane < planes(); ++plane)
     for (int axis = 0; axis < 3; ++axis)
@@ -55,15 +55,15 @@ void Sleepers<Real>::wake_moving(const State<Real>& state) {
 }
 
 template <class Real>
-void Sleepers<Real>::wake_all() {
+void SleepTracker<Real>::wake_all() {
   std::fill(asleep_.begin(), asleep_.end(), 0);
   sleeping_ = 0;
   anchor_ = Field<Real>();
 }
 
-/// Whether the next step leads a plane away from where it rested: its neighbours feel how fast it is.
+/// Whether the next step leads a plane away from where it rested.
 template <class Real>
-bool Sleepers<Real>::moves(int plane, const State<Real>& state, double step) const {
+bool SleepTracker<Real>::moves(int plane, const State<Real>& state, double step) const {
   using Coordinates = Eigen::Map<const Eigen::Array<Real, Eigen::Dynamic, 1>>;
   const auto of = [&](const Field<Real>& field, int axis) {
     return Coordinates(field.axis(axis) + sites_ * plane, sites_);
@@ -76,14 +76,14 @@ bool Sleepers<Real>::moves(int plane, const State<Real>& state, double step) con
 }
 
 template <class Real>
-void Sleepers<Real>::remember(int plane, const State<Real>& state) {
+void SleepTracker<Real>::set_anchor(int plane, const State<Real>& state) {
   resting_since_[std::size_t(plane)] = state.t;
   for (int axis = 0; axis < 3; ++axis)
     std::copy_n(state.x.axis(axis) + sites_ * plane, sites_, anchor_.axis(axis) + sites_ * plane);
 }
 
 template <class Real>
-bool Sleepers<Real>::may_sleep(int plane, double t) const {
+bool SleepTracker<Real>::may_sleep(int plane, double t) const {
   const auto rests = [&](int p) {
     return p < 0 || p >= planes() || asleep(p) || t - resting_since_[std::size_t(p)] >= after_;
   };
@@ -93,7 +93,7 @@ bool Sleepers<Real>::may_sleep(int plane, double t) const {
 }
 
 template <class Real>
-void Sleepers<Real>::fall_asleep(int plane, State<Real>& state) {
+void SleepTracker<Real>::fall_asleep(int plane, State<Real>& state) {
   asleep_[std::size_t(plane)] = 1;
   ++sleeping_;
   for (int axis = 0; axis < 3; ++axis) std::fill_n(state.v.axis(axis) + sites_ * plane, sites_, Real(0));
@@ -101,7 +101,7 @@ void Sleepers<Real>::fall_asleep(int plane, State<Real>& state) {
 
 /// A plane and its neighbours. False if all of them were awake.
 template <class Real>
-bool Sleepers<Real>::wake_around(int plane, double t) {
+bool SleepTracker<Real>::wake_around(int plane, double t) {
   bool any = false;
   for (int k = std::max(0, plane - reach); k <= std::min(planes() - 1, plane + reach); ++k) {
     if (!asleep(k)) continue;
@@ -113,7 +113,7 @@ bool Sleepers<Real>::wake_around(int plane, double t) {
   return any;
 }
 
-template class Sleepers<float>;
-template class Sleepers<double>;
+template class SleepTracker<float>;
+template class SleepTracker<double>;
 
 }  // namespace mss

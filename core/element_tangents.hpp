@@ -8,7 +8,7 @@
 
 namespace mss {
 
-/// Derivatives of the force a spring pulls its first end with, F = [k (|d| - L0) + c (w.u)] u, with u =
+/// Derivatives of the force of a spring on its first end, F = [k (|d| - L0) + c (w.u)] u, with u =
 /// d/|d|, by the differences d of positions and w of velocities of its ends. Eq. 2-3, 2-5.
 struct SpringTangent {
   Eigen::Matrix3d stiffness;  ///< dF/dd [N/m]
@@ -21,7 +21,7 @@ SpringTangent spring_tangent(double k, double c, double rest_length, const Vec3&
 /// With s_c the corner's sides (+-1) and F = [X Y Z] the mean edges,
 ///   g_c = dV/dx_c = F^-T s_c det F / 4,   H_cc' = d^2V/dx_c dx_c' = -[F (s_c x s_c')]x / 16,
 ///   K_cc' = k_vol / V0 (g_c g_c'^T + (V - V0) H_cc').
-/// H's eigenvalues come in pairs +-, so the projected form leaves it out, and a negative k_vol too.
+/// H's eigenvalues come in pairs +-, so the projected form omits it, and a negative k_vol too.
 class CellTangent {
  public:
   CellTangent(double k_vol, double rest_volume, const std::array<Vec3, 8>& corners, Tangent kind);

@@ -1,4 +1,4 @@
-#include "core/tangent.hpp"
+#include "core/element_tangents.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -18,7 +18,8 @@ Vec3 sides(int corner) {
 
 SpringTangent spring_tangent(double k, double c, double rest_length, const Vec3& d, const Vec3& w,
                              Tangent kind) {
-  constexpr double shortest = 1e-9;  // of the rest length: across a spring of none, stiffness has no bound
+  constexpr double shortest =
+      1e-9;  // of the rest length: the transverse stiffness of a spring of no length is unbounded
   const double length = std::max(d.norm(), shortest * rest_length);
   const Vec3 u = d / length;
   const Eigen::Matrix3d along = u * u.transpose();

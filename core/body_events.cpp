@@ -1,0 +1,48 @@
+#include "core/body_events.hpp"
+
+#include <atomic>
+
+namespace mss {
+
+template <class Real>
+BodyEvents<Real>::BodyEvents(System<Real>& system, const Body& body, const HeldSites& held,
+                             const PlaneContact& contact, const SleepRule& sleep)
+    : system_(system), body_(body), held_(held), contact_(contact) {
+  if (sleep.bound > 0) sleep_ = std::make_unique<SleepTracker<Real>>(body.lattice(), sleep);
+}
+
+template <class Real>
+bool BodyEvents<Real>::collide(const State<Real>& before, double dt, State<Real>& state) {
+  std::atomic<bool> any{false};
+  for_each_awake([&](std::ptrdiff_t site) {
+    if (collide_particle(site, before, dt, state)) any.store(true, std::memory_order_relaxed);
+  });
+  return any;
+}
+
+template <class Real>
+bool BodyEvents<Real>::collide_particle(std::ptrdiff_t site, const State<Real>& before, double dt,
+                                        State<Real>& state) const {
+  const Vec3 x = state.x.at(site);
+  if (!contact_.touches(x)) return false;
+  Motion after{x, state.v.at(site)};
+  if (!contact_.collide({before.x.at(site), before.v.at(site)}, dt, after)) return false;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (held_.holds(site, axis)) continue;
+    state.x.axis(axis)[site] = static_cast<Real>(after.x[axis]);
+    state.v.axis(axis)[site] = static_cast<Real>(after.v[axis]);
+  }
+  return true;
+}
+
+template <class Real>
+bool BodyEvents<Real>::settle(State<Real>& state) {
+  const std::ptrdiff_t plane = body_.lattice().plane;
+  return sleep_ &&
+         sleep_->update(state, [&](int k) { return held_.move(state.t, plane * k, plane * (k + 1)); });
+}
+
+template class BodyEvents<float>;
+template class BodyEvents<double>;
+
+}  // namespace mss
