@@ -1,11 +1,12 @@
 #include "reference/closed_forms.hpp"
 
 #include <cmath>
+#include <numbers>
 
 namespace mss::reference {
 
 namespace {
-const double pi = std::acos(-1.0);
+using std::numbers::pi;
 }
 
 double cantilever_deflection(const SquareBar& bar, double force) {

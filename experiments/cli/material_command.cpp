@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -70,7 +71,7 @@ std::string shown(double value) { return std::isfinite(value) ? fmt::format("{:.
 /// circle is an isotropic material. Empty if some direction has none.
 std::string polar_plot(const CubicStiffness& c) {
   constexpr int angles = 720, rows = 8, columns = 2 * rows;  // a letter is twice as high as wide
-  const double pi = std::acos(-1.0);
+  using std::numbers::pi;
   const auto direction = [&](int i) {
     return Eigen::Vector3d(std::cos(2 * pi * i / angles), std::sin(2 * pi * i / angles), 0);
   };

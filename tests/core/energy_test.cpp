@@ -1,9 +1,10 @@
-// Energies, volumes and what follows from them: forces are gradients, momentum and spin are kept, rigid
-// motion costs nothing.
+// Energies, volumes and what follows from them: forces are gradients, momentum and spin are conserved, rigid
+// motion needs no energy.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <numbers>
 
 #include "core/measures.hpp"
 #include "tests/random_bodies.hpp"
@@ -11,7 +12,7 @@
 namespace mss {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
+using std::numbers::pi;
 
 Environment falling() { return {.gravity = Vec3(0.5, -1, -9.81)}; }
 
@@ -87,7 +88,7 @@ TEST(Energy, EqualsTheOracles) {
 TEST(Motion, KeepsMomentumAndSpinInEveryStep) {
   for (const auto& shape : testing::test_shapes()) {
     const BodyConfig config =
-        testing::test_config(shape.voxels);  // damped: pairwise forces keep both all the same
+        testing::test_config(shape.voxels);  // damped: pairwise forces conserve both nevertheless
     const Body body(config);
     SpringSystem<double> system(body, {});
     auto state = system.rest_state();
@@ -257,8 +258,8 @@ TEST(Energy, VolumeForceIsItsNegativeGradient) {
   EXPECT_GT(compared, 400);
 }
 
-/// The term that the thesis's estimate leaves out, for a cell given by its trilinear map: three times the
-/// products of a stretch with two warps that turn about it, 8/3 ([x1 xy zx] + [xy y1 yz] + [zx yz z1]).
+/// The term that is missing in the thesis's estimate, for a cell given by its trilinear map: three times the
+/// products of a stretch with two warping modes about it, 8/3 ([x1 xy zx] + [xy y1 yz] + [zx yz z1]).
 TEST(Volume, EstimateLeavesOutTheProductsOfWarps) {
   std::mt19937 rng(9);
   std::uniform_real_distribution<> u(-0.3, 0.3);

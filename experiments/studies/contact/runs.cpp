@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <numbers>
 
 #include "core/measures.hpp"
 #include "core/spring_system.hpp"
@@ -171,7 +172,7 @@ void bounce(const Subject& subject, double restitution, Recorder& recorder) {
 /// The friction that would have stopped a push where the run ended.
 void stop(const Subject& subject, double friction, double degrees, Recorder& recorder) {
   constexpr double speed = 2;
-  const double angle = degrees * std::acos(-1) / 180;
+  const double angle = degrees * std::numbers::pi / 180;
   Trial trial(subject, 0.5, friction);
   if (subject.body == "particle") trial.put_on_ground();
   trial.push(speed * Vec3(std::cos(angle), std::sin(angle), 0));

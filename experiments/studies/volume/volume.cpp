@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/measures.hpp"
 #include "experiments/simulation/equilibrium.hpp"
@@ -22,7 +23,7 @@ namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double young = 1416.67;  ///< of the thesis's springs along an edge [Pa]
-const double degree = std::acos(-1) / 180;
+const double degree = std::numbers::pi / 180;
 
 /// One way to deform the cube.
 struct Loading {

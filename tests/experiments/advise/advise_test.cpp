@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/error.hpp"
 #include "experiments/simulation/scene_files.hpp"
@@ -12,7 +13,7 @@
 namespace mss::advise {
 namespace {
 
-const double turn = 2 * std::acos(-1.0);
+const double turn = 2 * std::numbers::pi;
 
 SceneFamily family(const std::string& name, const std::vector<std::string>& overrides = {}) {
   return {scene_file(name), overrides};

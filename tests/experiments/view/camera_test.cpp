@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "experiments/view/colour_map.hpp"
 
@@ -66,7 +67,7 @@ TEST(Camera, FollowsTheMouse) {
   turned.zoom(1);
   EXPECT_NEAR(turned.distance(), 0.9 * distance, 1e-12);
   turned.orbit(0, 1e4);
-  EXPECT_LT(std::abs(turned.pitch()), M_PI / 2);  // never over the top
+  EXPECT_LT(std::abs(turned.pitch()), std::numbers::pi / 2);  // never over the top
 }
 
 double grey(const Colour& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
