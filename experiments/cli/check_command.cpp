@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/suggest.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/limits.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
@@ -23,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int default_threads = 1;  // no bit depends on them, and small bodies are fastest so
+constexpr int default_threads = 1;  // results do not depend on them, and small bodies are fastest with one
 
 struct CheckChoice {
   std::vector<std::string> scenes;
@@ -59,7 +60,7 @@ bool rerun(const CheckChoice& choice) {
   return true;
 }
 
-/// The truths beside the baselines. A user's own baselines may have none; those of this program must.
+/// The truths in the directory of the baselines. It may have none if it is the user's own.
 std::vector<Truth> truths_of(const CheckChoice& choice, const fs::path& baselines) {
   const fs::path file = baselines / "truth.csv";
   if (!choice.against.empty() && !fs::exists(file)) return {};
@@ -76,10 +77,10 @@ std::vector<Truth> truths_of(const CheckChoice& choice, const fs::path& baseline
   return truths;
 }
 
-/// Prints what moved, or is not true any more, and returns how much.
+/// Prints every deviation from baselines and truths, and returns their number.
 std::size_t report_deviations(const CheckChoice& choice, const fs::path& baselines) {
   const std::vector<Truth> truths = truths_of(choice, baselines);
-  std::size_t total = 0, rows = 0, judged = 0;
+  std::size_t total = 0, rows = 0, compared = 0;
   for (const ExperimentInfo& info : experiments()) {
     const std::string name = table_name(info, choice.quick);
     const std::string now = read_file(fs::path(choice.directory) / name);
@@ -89,22 +90,23 @@ std::size_t report_deviations(const CheckChoice& choice, const fs::path& baselin
     for (const Deviation& d : moved) fmt::print("{}: {}\n", name, to_string(d));
     for (const Deviation& d : wrong) fmt::print("{}: {}\n", name, to_string(d, "should be"));
     total += moved.size() + wrong.size();
-    judged += std::size_t(
+    compared += std::size_t(
         std::count_if(truths.begin(), truths.end(), [&](const Truth& t) { return t.table == table; }));
     rows += std::size_t(std::max<std::ptrdiff_t>(std::count(now.begin(), now.end(), '\n') - 1, 0));
   }
   if (total == 0)
-    fmt::print("{} tables, {} rows: nothing moved, and {} truths hold\n", experiments().size(), rows, judged);
+    fmt::print("{} tables, {} rows: nothing moved, and {} truths are met\n", experiments().size(), rows,
+               compared);
   else
-    fmt::print("{} deviation{} from {}; what is now is in {}\n", total, total == 1 ? "" : "s",
+    fmt::print("{} deviation{} from {}; the present tables are in {}\n", total, total == 1 ? "" : "s",
                baselines.string(), choice.directory);
   return total;
 }
 
-/// Only what is committed can be a baseline: else nobody could say what made it.
+/// A baseline must come from committed sources: else its origin would be unknown.
 void check_promotable(const CheckChoice& choice) {
   if (choice.why.empty())
-    throw InputError("--promote needs --why \"the reason\", which is kept beside the baseline");
+    throw InputError("--promote needs --why \"the reason\", which is recorded with the baseline");
   if (choice.why.find('\n') != std::string::npos) throw InputError("--why has several lines; give one");
   const ProgramRun git =
       run_program({"git", "-C", source_tree().string(), "status", "--porcelain", "--untracked-files=no"});
@@ -113,7 +115,7 @@ void check_promotable(const CheckChoice& choice) {
     throw InputError("--promote refuses a modified tree: commit what changed, build, and promote then");
 }
 
-/// What is now becomes the baseline, and why is kept.
+/// Makes the present tables the baseline and records the reason.
 void promote(const CheckChoice& choice, const fs::path& baselines) {
   const Json where = provenance();
   const fs::path log = baselines / "promotions.csv";
@@ -131,18 +133,17 @@ void promote(const CheckChoice& choice, const fs::path& baselines) {
   Json sources = fs::exists(meta) ? Json::parse(read_file(meta)) : Json::object();
   sources[choice.quick ? "quick" : "full"] = {{"why", choice.why}, {"provenance", where}};
   write_atomically(meta, sources.dump(2) + "\n");
-  fmt::print("{} tables are the baseline now, in {}\n", experiments().size(), baselines.string());
+  fmt::print("{} tables are the new baseline, in {}\n", experiments().size(), baselines.string());
 }
 
-/// Scene files given, and those of the directories given that expect something.
+/// The scene files given, and those in the directories given that have an [expect].
 std::vector<Scene> scenes_to_judge(const std::vector<std::string>& names) {
   std::vector<Scene> scenes;
   for (const std::string& name : names) {
     if (!fs::is_directory(name)) {
       scenes.push_back(load_scene(scene_file(name)));
       if (scenes.back().expectations.empty())
-        throw InputError(
-            fmt::format("{} expects nothing; give it a table [expect]", scenes.back().file.string()));
+        throw InputError(fmt::format("{} has no table [expect]; add one", scenes.back().file.string()));
       continue;
     }
     std::vector<fs::path> files;
@@ -168,7 +169,7 @@ SceneEnd simulated(Scene scene, int threads) {
 void check_scenes(const CheckChoice& choice, int& exit_status) {
   const std::vector<Scene> scenes = scenes_to_judge(choice.scenes);
   if (!choice.results.empty() && scenes.size() != 1)
-    throw InputError(fmt::format("--results judges one scene, and {} are given", scenes.size()));
+    throw InputError(fmt::format("--results are of one scene, and {} are given", scenes.size()));
   std::size_t expectations = 0, total = 0;
   for (const Scene& scene : scenes) {
     const SceneEnd end = choice.results.empty() ? simulated(scene, choice.threads.value_or(default_threads))
@@ -190,20 +191,16 @@ void check_scenes(const CheckChoice& choice, int& exit_status) {
 
 void check_usage(const CheckChoice& choice) {
   if (choice.scenes.empty() && !choice.results.empty())
-    throw InputError("--results needs the scene whose [expect] judges them");
+    throw InputError("--results needs the scene whose [expect] applies to them");
   if (!choice.scenes.empty() && (choice.quick || choice.promote || !choice.against.empty()))
     throw InputError(
-        "scenes are judged by their own [expect]: --quick, --against and --promote mean nothing to them");
+        "scenes are compared with their own [expect]: --quick, --against and --promote do not apply to them");
   if (!choice.scenes.empty() && !choice.directory.empty())
-    throw InputError("scenes are judged and leave nothing behind: --out means nothing to them");
+    throw InputError("checking scenes writes no files: --out does not apply to them");
   if (!choice.results.empty() && choice.threads)
-    throw InputError("--results is judged as it is: --threads means nothing to it");
+    throw InputError("--results are not computed anew: --threads does not apply to them");
   if (!choice.why.empty() && !choice.promote)
-    throw InputError("--why is the reason of --promote, which is missing");
-  constexpr int most_threads = 1024;
-  if (choice.threads && (*choice.threads < 1 || *choice.threads > most_threads))
-    throw InputError(
-        fmt::format("--threads is {}; give a number from 1 to {}", *choice.threads, most_threads));
+    throw InputError("--why is the reason for --promote, which is missing");
 }
 
 void run_check(CheckChoice choice, int& exit_status) {
@@ -236,21 +233,24 @@ void add(CLI::App& app, int& exit_status) {
       app.add_subcommand("check", "rerun the tables that have a baseline and list every row that moved");
   const auto choice = std::make_shared<CheckChoice>();
   command->add_option("scenes", choice->scenes,
-                      "Scenes with a table [expect], or directories of such: simulated and judged by it, "
+                      "Scenes with a table [expect], or directories of such: simulated and compared with it, "
                       "instead of all tables");
-  command->add_option("--results", choice->results,
-                      "Judge what lies in this directory (summary.json, series.csv, particles.csv) by the "
-                      "scene's [expect] instead of simulating it");
   command->add_option(
-      "--threads", choice->threads,
-      "Threads of the core (default 1); no bit depends on them, and small bodies are fastest so");
+      "--results", choice->results,
+      "Compare the results in this directory (summary.json, series.csv, particles.csv) with the "
+      "scene's [expect] instead of simulating it");
+  constexpr int most_threads = 1024;
+  command
+      ->add_option("--threads", choice->threads,
+                   "Threads of the core (default 1); results do not depend on them, and small bodies are "
+                   "fastest with one")
+      ->check(whole_number(1, most_threads));
   command->add_flag("--quick", choice->quick, "The small tables only: under two minutes");
   command->add_option("--against", choice->against,
                       "Directory of baselines (default: results/check of the source tree)");
-  command->add_option("--out", choice->directory,
-                      "Directory for the tables as they are now (default out/check)");
-  command->add_flag("--promote", choice->promote, "Make what is now the baseline; needs --why");
-  command->add_option("--why", choice->why, "Why the baseline may change, in a line");
+  command->add_option("--out", choice->directory, "Directory for the present tables (default out/check)");
+  command->add_flag("--promote", choice->promote, "Make the present tables the baseline; needs --why");
+  command->add_option("--why", choice->why, "Reason for the new baseline, in one line");
   command->callback([choice, &exit_status] { run_check(*choice, exit_status); });
 }
 

@@ -20,13 +20,13 @@ constexpr const char* exit_status_help =
     "by Ctrl-C,\n"
     "finished rows kept. Messages go to stderr, data to stdout or files.";
 
-/// The command that was asked for, or the program where none was.
+/// The command on the command line, or the program if there is none.
 const CLI::App& chosen(const CLI::App& app) {
   const auto next = app.get_subcommands();
   return next.empty() ? app : chosen(*next.front());
 }
 
-/// How to see what is allowed where an error happened.
+/// The command that shows what is allowed where an error occurred.
 std::string help_hint(const CLI::App& app) {
   std::string words;
   for (const CLI::App* command = &chosen(app); command != &app; command = command->get_parent())
@@ -55,13 +55,13 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// A first word that is neither command nor option gets a sentence of its own; CLI11 would only say that a
-/// command is missing.
+/// Reports a first word that is neither command nor option; CLI11 would only report that a command is
+/// missing.
 void check_first_word(const CLI::App& app, int argc, char** argv) {
   const std::vector<std::string> commands = command_names(app), options = option_names(app);
   if (argc < 2)
     throw InputError(
-        fmt::format("give a command: {}; `mss --help` tells what they do", fmt::join(commands, ", ")));
+        fmt::format("give a command: {}; `mss --help` describes them", fmt::join(commands, ", ")));
   const std::string word = argv[1];
   const bool option = !word.empty() && word[0] == '-';
   const std::vector<std::string>& known = option ? options : commands;
@@ -70,7 +70,7 @@ void check_first_word(const CLI::App& app, int argc, char** argv) {
                                option ? "option" : "command", word, nearest(word, known)));
 }
 
-/// One sentence for arguments that nothing wanted.
+/// One sentence about unexpected arguments.
 std::string unexpected(const CLI::App& app) {
   const std::vector<std::string> extra = app.remaining(true);
   const auto option =
@@ -81,7 +81,7 @@ std::string unexpected(const CLI::App& app) {
   const std::string name = option->substr(0, option->find('='));
   const std::vector<std::string> known = option_names(chosen(app));
   if (contains(known, name))
-    return fmt::format("{} stands before `{}`, whose option it is; put it behind", name,
+    return fmt::format("{} stands before `{}`, whose option it is; put it after that", name,
                        chosen(app).get_name());
   return fmt::format("option '{}' is unknown; did you mean '{}'? {} shows all", name, nearest(name, known),
                      help_hint(app));

@@ -8,7 +8,7 @@ class App;
 
 namespace mss::cli {
 
-/// What `mss` ends with.
+/// Exit status of `mss`.
 enum ExitStatus {
   exit_ok = 0,
   exit_check_failed = 1,
@@ -18,14 +18,14 @@ enum ExitStatus {
 };
 
 /// Adds a subcommand whose callback does the work, sets the exit status if that is not 0, and throws
-/// InputError for what the user can mend. A command is a file NAME_command.cpp that defines
+/// InputError for errors that the user can correct. A command is a file NAME_command.cpp that defines
 /// `Command NAME_command()`.
 using Command = void (*)(CLI::App& app, int& exit_status);
 
 /// All commands, in the order of the help. The list is in CMakeLists.txt beside this file.
 const std::vector<Command>& commands();
 
-/// Runs the program: parses, dispatches, turns errors into one sentence on stderr. Returns the exit status.
+/// Runs the program: parses, dispatches, reports errors as one sentence on stderr. Returns the exit status.
 int run_command_line(int argc, char** argv);
 
 }  // namespace mss::cli

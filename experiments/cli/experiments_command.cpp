@@ -2,11 +2,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <memory>
 
 #include "core/error.hpp"
 #include "core/team.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/limits.hpp"
 #include "experiments/cli/number_list.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/report.hpp"
@@ -20,23 +22,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the options of one command are read into.
+/// Options of one command, as given.
 struct Choice {
   ExperimentOptions options;
   std::string cells;
   std::string directory;
 };
 
-void check_count(const char* option, int count) {
-  constexpr int most = 1024;
-  if (count < 0 || count > most)
-    throw InputError(
-        fmt::format("{} is {}; give a number from 1 to {}, or 0 for all cores", option, count, most));
-}
+constexpr int most_parallel = 1024;                            // threads or processes
+constexpr std::int64_t largest_seed = std::int64_t(1) << 53U;  // exact in meta.json
 
 void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& accepts) {
   command.add_flag("--quick", choice.options.quick, "Smaller and fewer samples: under a minute on two cores");
-  command.add_option("--out", choice.directory, "Directory for what is written")->capture_default_str();
+  command.add_option("--out", choice.directory, "Directory for the results")->capture_default_str();
   if (accepts.cells)
     command.add_option(
         "--cells", choice.cells,
@@ -48,34 +46,40 @@ void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& acc
         ->delimiter(',');
   if (accepts.model)
     command
-        .add_option("--model", choice.options.model, "What fills the bodies: a name from `mss list models`")
+        .add_option("--model", choice.options.model,
+                    "Material model of the bodies: a name from `mss list models`")
         ->capture_default_str();
   if (accepts.threads)
-    command.add_option("--threads", choice.options.threads, "Most threads to measure; 0: all cores")
+    command
+        .add_option("--threads", choice.options.threads, "Largest number of threads to measure; 0: all cores")
+        ->check(whole_number(1, most_parallel, "all cores"))
         ->capture_default_str();
   if (accepts.seed)
-    command.add_option("--seed", choice.options.seed, "Start of the random numbers")->capture_default_str();
+    command.add_option("--seed", choice.options.seed, "Seed of the random numbers")
+        ->check(whole_number(0, largest_seed))
+        ->capture_default_str();
   if (accepts.processes)
     command
         .add_option("--processes", choice.options.processes,
-                    "Processes to split the work over; 0: all cores. Only times depend on it")
+                    "Number of parallel processes; 0: all cores. Only times depend on it")
+        ->check(whole_number(1, most_parallel, "all cores"))
         ->capture_default_str();
 }
 
-/// What a finished report leaves to say and to end with.
+/// Prints the outcome of an experiment and returns the exit status.
 int conclude(const Report& report) {
   fmt::print("{}", report.summary);
   for (const fs::path& file : report.files) fmt::print("wrote {}\n", file.string());
   if (!report.chart_problem.empty()) fmt::print(stderr, "mss: {}; the rows are kept\n", report.chart_problem);
   if (report.status == Status::interrupted) {
     fmt::print(stderr, "mss: {} was interrupted; finished rows are kept{}\n", report.name,
-               report.resumable ? ", and the same command goes on from there" : "");
+               report.resumable ? ", and the same command continues from there" : "");
     return exit_interrupted;
   }
   return report.chart_problem.empty() ? exit_ok : exit_bad_input;
 }
 
-/// What would spoil the results, said before the user waits for them.
+/// Warns of circumstances that spoil the results before the user waits for them.
 void warn_first() {
   const double load = load_average()[0];
   if (load > 0.5 * available_cores())
@@ -88,11 +92,6 @@ void warn_first() {
 }
 
 void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
-  check_count("--threads", choice.options.threads);
-  check_count("--processes", choice.options.processes);
-  constexpr std::uint64_t largest_seed = std::uint64_t(1) << 53U;
-  if (choice.options.seed > largest_seed)
-    throw InputError(fmt::format("--seed is not a whole number from 0 to {}", largest_seed));
   if (!choice.cells.empty())
     choice.options.cells = parse_number_list(choice.cells, "--cells", info.accepts.largest_cells);
   if (info.accepts.integrators) info.accepts.integrators(choice.options.integrators);  // throws
@@ -117,14 +116,15 @@ void run_all(const Choice& choice, int& exit_status) {
   fmt::print("wrote {}\n", (directory / "index.html").string());
 }
 
-/// Of a command of two words, options belong behind the second. Throws InputError for others.
+/// Options of a command of two words must come after the second. Throws InputError for others.
 void check_order(const CLI::App& command) {
   const CLI::App& before = *command.get_parent();
   if (before.get_parent() == nullptr) return;
   for (const CLI::Option* option : before.get_options())
     if (option->count() > 0)
-      throw InputError(fmt::format("{} stands before `{}`, whose option it cannot be there; put it behind",
-                                   option->get_name(), command.get_name()));
+      throw InputError(
+          fmt::format("{} stands before `{}`, whose option it cannot be there; put it after that",
+                      option->get_name(), command.get_name()));
 }
 
 void add_experiment(CLI::App& app, const ExperimentInfo& info, int& exit_status) {
@@ -134,7 +134,7 @@ void add_experiment(CLI::App& app, const ExperimentInfo& info, int& exit_status)
   CLI::App* command = parent.add_subcommand(info.name, info.summary);
   add_options(*command, *choice, info.accepts);
   command->callback([&info, choice, command, &exit_status] {
-    if (!command->get_subcommands().empty()) return;  // another was asked for, under this one
+    if (!command->get_subcommands().empty()) return;  // the command is one under this one
     check_order(*command);
     run_one(info, *choice, exit_status);
   });

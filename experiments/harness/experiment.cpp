@@ -40,7 +40,8 @@ std::vector<std::string> limited_integrators(const std::vector<std::string>& nam
     if (find_integrator(name).limit)
       limited.push_back(name);
     else if (!named.empty())
-      throw InputError(fmt::format("{} has no largest step: it is stable at any, or chooses its own", name));
+      throw InputError(
+          fmt::format("{} has no largest step: it is stable at every step, or chooses its own", name));
   return limited;
 }
 
@@ -48,7 +49,7 @@ Journal open_journal(const ExperimentOptions& options, const Json& configuration
   if (options.journal.empty()) return {};
   Journal journal(options.journal, configuration);
   if (journal.size() > 0)
-    fmt::print(stderr, "mss: going on from {} answers in {}\n", journal.size(), options.journal.string());
+    fmt::print(stderr, "mss: continuing from {} results in {}\n", journal.size(), options.journal.string());
   return journal;
 }
 

@@ -19,16 +19,16 @@
 
 namespace mss {
 
-/// What the command line lets a user choose about an experiment.
+/// Options of an experiment.
 struct ExperimentOptions {
   bool quick = false;
   std::vector<int> cells = {};                ///< cells per edge; empty: the experiment's own
   std::vector<std::string> integrators = {};  ///< names; empty: all
   int threads = 0;                            ///< most threads of the core; 0: all cores
-  std::string model = spring_model;           ///< what fills the bodies
+  std::string model = spring_model;           ///< of the bodies' material
   std::uint64_t seed = 1;
   int processes = 0;                   ///< over which cases are split; 0: all cores
-  std::filesystem::path journal = {};  ///< of answers found so far; empty: none is kept
+  std::filesystem::path journal = {};  ///< file for results of finished cases; empty: none
 };
 
 /// Which of these apply to an experiment; the others are usage errors. All take --quick and --out.
@@ -40,7 +40,7 @@ struct ExperimentAccepts {
   bool model = false;
   bool threads = false;
   bool seed = false;
-  bool processes = false;  ///< and it keeps a journal, so that it can be interrupted and go on
+  bool processes = false;  ///< and keeps a journal, so that an interrupted run can be continued
 };
 
 struct NamedTable {
@@ -48,7 +48,7 @@ struct NamedTable {
   Table table;
 };
 
-/// The table of a name. Throws InputError if there is none, as where a folder of results is not complete.
+/// The table of a name. Throws InputError if there is none, as in an incomplete results directory.
 const Table& find_table(const std::vector<NamedTable>& tables, std::string_view name);
 
 struct NamedChart {
@@ -68,7 +68,7 @@ struct Drawings {
   std::vector<NamedMap> maps = {};
 };
 
-/// What an experiment hands back; report.hpp turns it into files. An interrupted one hands back what it
+/// Results of an experiment; report.hpp writes them to files. After an interruption, those that were
 /// finished.
 // NOLINTNEXTLINE(bugprone-exception-escape): moving ordered_json asserts, which the check takes for throwing
 struct ExperimentResult {
@@ -77,34 +77,34 @@ struct ExperimentResult {
   std::vector<NamedChart> charts =
       {};                           ///< with maps: the first has the experiment's name, if there is only one
   std::vector<NamedMap> maps = {};  ///< further charts
-  std::string caption;       ///< for a reader of the chart: what was done, what is held, what is left out
-  std::string summary = {};  ///< lines for stdout
-  Json configuration;        ///< resolved: every choice with its value
+  std::string caption;              ///< of the charts: what was done, what was held fixed, what was left out
+  std::string summary = {};         ///< lines for stdout
+  Json configuration;               ///< resolved: every choice with its value
 };
 
-/// A pure function from options to result: no globals, no files but the journal, and nothing printed but that
-/// one is gone on with.
+/// An experiment, a pure function from options to results: it uses no globals, writes no file but the
+/// journal, and prints only a notice when it continues from one.
 struct ExperimentInfo {
   std::string name;
-  std::string under = {};  ///< an experiment listed before, of whose command this one is the second word
+  std::string under = {};  ///< an experiment listed before, whose command is the first word of this one's
   std::string summary;     ///< one line for `mss list` and --help
   ExperimentAccepts accepts;
   std::function<ExperimentResult(const ExperimentOptions&, Progress&)> run;
-  /// The charts, from the tables alone, as run() returned them or as they were read from its files again.
+  /// The charts, from the tables alone, whether run() returned them or they were read from files.
   std::function<Drawings(const std::vector<NamedTable>&)> draw = {};
   Baseline baseline;  ///< what `mss check` compares
 
-  /// How `mss` is asked for it.
+  /// The words after `mss` that run it.
   std::string command() const { return under.empty() ? name : under + " " + name; }
 };
 
-/// The methods an experiment on motion compares: those named, or all. Throws InputError for unknown names and
-/// for methods that find no motion.
+/// The integrators that an experiment on motion compares: those named, or all. Throws InputError for unknown
+/// names and for methods that compute equilibria.
 std::vector<std::string> moving_integrators(const std::vector<std::string>& named);
-/// Of these, those with a largest step. Throws InputError for one named that has none.
+/// Of these, those with a largest stable step. Throws InputError if one that is named has none.
 std::vector<std::string> limited_integrators(const std::vector<std::string>& named);
 
-/// The journal that the options ask for, or one of nothing on disk. Throws as Journal() does.
+/// The journal that the options name, or one in memory. Throws as Journal() does.
 Journal open_journal(const ExperimentOptions& options, const Json& configuration);
 
 /// All experiments, in the order they are listed and reproduced.

@@ -9,7 +9,7 @@
 #include "experiments/harness/table.hpp"
 #include "integrators/integrator.hpp"
 
-// How everything here measures time.
+// Measurement of wall time, for all experiments.
 
 namespace mss {
 
@@ -42,8 +42,8 @@ Quartiles quartiles(const std::vector<double>& sample);
 bool interleave(int repetitions, std::size_t count, const Progress& progress,
                 const std::function<void(std::size_t)>& task);
 
-/// The same for tasks that return a sample each: samples by task. What was not finished when `progress` said
-/// stop is missing.
+/// The same for tasks that return a sample each: samples by task. Samples not taken when it was stopped
+/// are missing.
 std::vector<std::vector<double>> measure_interleaved(int repetitions, std::size_t count,
                                                      const Progress& progress,
                                                      const std::function<double(std::size_t)>& sample);
@@ -53,7 +53,7 @@ struct SampleLength {
   long steps;
   double seconds_per_step;
 };
-/// `seconds_for` takes that many steps and says how long they took. The number is doubled until the quicker
+/// `seconds_for` takes that many steps and returns their duration. The number is doubled until the quicker
 /// of two takes half of `seconds`: one disturbed moment does not make a sample of a single step.
 SampleLength sample_length(double seconds, const std::function<double(long)>& seconds_for);
 

@@ -5,7 +5,8 @@
 
 namespace mss {
 
-/// What a long computation may tell its caller and ask of it: by default nobody listens and nobody stops it.
+/// How a long computation reports its progress and learns that it should stop. This default ignores reports
+/// and never stops.
 class Progress {
  public:
   Progress() = default;
@@ -34,10 +35,10 @@ class TerminalProgress final : public Progress {
   bool shown_;
 };
 
-/// From now on SIGINT and SIGTERM only set a flag; the second one ends the program as usual.
+/// From now on the first SIGINT or SIGTERM only sets a flag; the second ends the program.
 void watch_interrupts();
 
-/// True once such a signal has come.
+/// True after such a signal.
 bool interrupted();
 
 }  // namespace mss

@@ -74,6 +74,10 @@ std::string operating_system() {
                      system.release, system.machine);
 }
 
+std::string version_text(const std::string& version, const std::string& commit, bool modified) {
+  return fmt::format("{} (commit {}{})", version, commit.substr(0, 7), modified ? ", modified" : "");
+}
+
 }  // namespace
 
 std::array<double, 3> load_average() {
@@ -102,15 +106,15 @@ Json provenance() {
           {"load_average", load_average()}};
 }
 
-std::string program_version() {
-  const std::string commit = std::string(MSS_COMMIT).substr(0, 7);
-  return fmt::format("{} (commit {}{})", MSS_VERSION, commit, MSS_MODIFIED ? ", modified" : "");
-}
+std::string program_version() { return version_text(MSS_VERSION, MSS_COMMIT, MSS_MODIFIED != 0); }
 
 std::string provenance_line(const Json& p) {
-  return fmt::format("{}, {} cores, load {:.1f} at the start · {} · mss {} · {}", p["cpu"].get<std::string>(),
-                     p["cores_available"].get<int>(), p["load_average"][0].get<double>(),
-                     p["compiler"].get<std::string>(), program_version(), p["date"].get<std::string>());
+  return fmt::format("{}, {} cores, load {:.1f} at the start · {} · mss {} · {}",
+                     p.at("cpu").get<std::string>(), p.at("cores_available").get<int>(),
+                     p.at("load_average").at(0).get<double>(), p.at("compiler").get<std::string>(),
+                     version_text(p.at("version").get<std::string>(), p.at("commit").get<std::string>(),
+                                  p.at("modified").get<bool>()),
+                     p.at("date").get<std::string>());
 }
 
 }  // namespace mss

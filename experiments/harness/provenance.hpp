@@ -7,18 +7,18 @@
 
 namespace mss {
 
-/// Where a result comes from: program and commit, compiler and flags, versions of what it is built on,
-/// processor, cores, operating system, sweep kernels, OpenMP settings, and what the machine is doing at this
-/// moment (UTC date, load average).
+/// Where a result comes from: program and commit, compiler and flags, versions of the libraries, processor,
+/// cores, operating system, sweep kernels, OpenMP settings, and the present UTC date and load average.
 Json provenance();
 
 /// "0.1.0 (commit 72ce471, modified)".
 std::string program_version();
 
-/// One line of provenance() for a chart's foot: processor, cores, compiler, commit, date.
+/// The line at the foot of a chart, from the provenance() of the run: processor, cores, load, compiler,
+/// commit, date.
 std::string provenance_line(const Json& provenance);
 
-/// Processes that wanted to run during the last 1, 5 and 15 minutes.
+/// Mean number of processes running or ready to run during the last 1, 5 and 15 minutes.
 std::array<double, 3> load_average();
 
 }  // namespace mss

@@ -8,7 +8,7 @@
 
 namespace mss {
 
-/// What one cell of a table holds.
+/// The value of one cell of a table.
 using Cell = std::variant<std::string, std::int64_t, double>;
 
 struct Column {
@@ -16,17 +16,17 @@ struct Column {
   std::string unit = {};  ///< as in "s" or "N/m"; empty for names, counts and ratios
 };
 
-/// Named columns and rows: what every experiment returns.
+/// Named columns and rows, as every experiment returns them.
 ///
 /// A number that does not exist (a failed run, nothing to fit) is a NaN or an infinity in memory and an empty
-/// cell in the file. It is never silent: the table must have a column `status` and that row's status must say
-/// why, that is, be neither empty nor "ok".
+/// cell in the file. It must be explained: the table must have a column `status`, and that row's status must
+/// be neither empty nor "ok".
 class Table {
  public:
   explicit Table(std::vector<Column> columns);
 
-  /// Appends a row. Throws std::logic_error if the number of cells is wrong or a missing number goes
-  /// unexplained.
+  /// Appends a row. Throws std::logic_error if the number of cells is wrong or a missing number is
+  /// not explained.
   void add(std::vector<Cell> row);
 
   const std::vector<Column>& columns() const { return columns_; }
@@ -58,8 +58,8 @@ class Table {
 
   /// A table from what csv() made, so that its csv() is the same again. A column is of numbers if every cell
   /// of it that is not empty is one, and of text otherwise; units are not in the text. Throws InputError that
-  /// names `name` and the line if a row has another number of cells than the header, or misses a number
-  /// unexplained.
+  /// names `name` and the line if a row has another number of cells than the header, or a missing number is
+  /// not explained.
   static Table read(std::string_view csv, const std::string& name);
 
  private:

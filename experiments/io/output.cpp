@@ -64,6 +64,17 @@ void replace_atomically(const fs::path& file, const std::function<void(const fs:
   }
 }
 
+TemporaryDirectory::TemporaryDirectory() {
+  std::string name = (fs::temp_directory_path() / "mss-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) fail(name, std::strerror(errno));
+  path_ = name;
+}
+
+TemporaryDirectory::~TemporaryDirectory() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
 std::string read_file(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::ostringstream content;

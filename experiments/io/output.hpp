@@ -23,6 +23,21 @@ void replace_atomically(const std::filesystem::path& file,
 /// Makes a directory and checks that files can be written to it. Throws InputError if not.
 void prepare_directory(const std::filesystem::path& directory);
 
+/// A new directory for temporary files, removed with everything in it by the destructor. Throws InputError if
+/// it cannot be made.
+class TemporaryDirectory {
+ public:
+  TemporaryDirectory();
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+  ~TemporaryDirectory();
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
 /// The whole content of a file. Throws InputError naming it if it cannot be read.
 std::string read_file(const std::filesystem::path& file);
 

@@ -59,7 +59,7 @@ struct Chart {
   enum class Legend { below, top_left, top_right, bottom_left, bottom_right };
 
   std::string title;
-  std::string subtitle;     ///< what is held, what the bars mean
+  std::string subtitle;     ///< what is held fixed, what the bars show
   std::string footer = {};  ///< machine and commit
   ChartAxis x;
   ChartAxis y;

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <sstream>
 
 #include "core/error.hpp"
@@ -18,23 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A temporary directory, removed with everything in it.
-struct ScratchDirectory {
-  ScratchDirectory() {
-    std::string name = (fs::temp_directory_path() / "mss-chart-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw InputError(fmt::format("no directory can be made as {}", name));
-    path = name;
-  }
-  ScratchDirectory(const ScratchDirectory&) = delete;
-  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
-  ~ScratchDirectory() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  fs::path path;
-};
-
-/// Machines without DejaVu fall back to fonts of the same widths, not to a serif one.
+/// Viewers without DejaVu then fall back to a font of the same widths instead of a serif one.
 std::string with_fallback_fonts(std::string svg) {
   const std::string plain = fmt::format("font-family=\"{}\"", chart_font);
   const std::string fallback = fmt::format("font-family=\"{}, Verdana, sans-serif\"", chart_font);
@@ -50,9 +33,9 @@ std::string one_line(std::string text) {
 
 template <class AnyChart>
 void draw_with_gnuplot(const AnyChart& chart, const fs::path& stem) {
-  const ScratchDirectory scratch;
-  const fs::path program = scratch.path / "chart.gp", svg = scratch.path / "chart.svg",
-                 png = scratch.path / "chart.png";
+  const TemporaryDirectory scratch;
+  const fs::path program = scratch.path() / "chart.gp", svg = scratch.path() / "chart.svg",
+                 png = scratch.path() / "chart.png";
   write_atomically(program, gnuplot_script(chart, svg.string(), png.string()));
   const ProgramRun run = run_program({"gnuplot", program.string()});
   const std::string target = stem.string() + ".svg";

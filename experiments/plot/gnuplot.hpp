@@ -14,8 +14,7 @@ namespace mss {
 std::string gnuplot_script(const Chart& chart, const std::string& svg_file, const std::string& png_file);
 std::string gnuplot_script(const MapChart& chart, const std::string& svg_file, const std::string& png_file);
 
-/// Draws STEM.svg and STEM.png. Throws InputError if gnuplot is missing or fails; both files are then as
-/// before.
+/// Draws STEM.svg and STEM.png. Throws InputError if gnuplot is missing or fails; nothing is written then.
 void draw(const Chart& chart, const std::filesystem::path& stem);
 void draw(const MapChart& chart, const std::filesystem::path& stem);
 

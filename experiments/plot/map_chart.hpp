@@ -22,7 +22,7 @@ struct MapPanel {
   std::optional<ChartAxis> x = {};    ///< in place of the chart's
 };
 
-/// Maps side by side: what is found where. Kinds differ in lightness or hatching, so that
+/// Maps of kinds over two axes, side by side. Kinds differ in lightness or hatching, so that
 /// they can be told apart in a grey print too; at most six.
 struct MapChart {
   std::string title;

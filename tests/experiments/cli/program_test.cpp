@@ -70,9 +70,9 @@ TEST(Program, RefusesBadUsageInOneSentence) {
   expect_refused({"timing", "--cells", "201"}, "from 1 to 200");
   expect_refused({"timing", "--cells"}, "--cells");
   expect_refused({"timing", "--threads", "x"}, "--threads = x is not a number");
-  expect_refused({"timing", "--threads", "-2"}, "--threads is -2");
+  expect_refused({"timing", "--threads", "-2"}, "--threads: -2 is out of range");
   expect_refused({"timing", "--seed", "3"}, "'--seed' is unknown");  // it draws no random numbers
-  expect_refused({"stability", "--seed", "-1"}, "--seed is not a whole number from 0");
+  expect_refused({"stability", "--seed", "-1"}, "--seed: -1 is out of range; give a number from 0 to");
   expect_refused({"stability", "--integrators", "cvode_bdf"}, "cvode_bdf has no largest step");
   expect_refused({"timing", "--out", "/dev/null/here"}, "/dev/null/here cannot be written");
   const Directory directory;
@@ -221,7 +221,7 @@ TEST(Check, JudgesScenesByWhatTheyExpect) {
       << failed.output;
 }
 
-// What another engine left in the files of `mss run` is judged the same.
+// Results of another program in the files of `mss run` are checked in the same way.
 TEST(Check, JudgesResultsWithoutSimulating) {
   const Directory directory;
   const std::string scene = directory / "scene.toml", results = directory / "results";
@@ -251,7 +251,7 @@ TEST(Check, RefusesScenesThatExpectNothing) {
   const Directory directory;
   const std::string scene = directory / "scene.toml";
   write_atomically(scene, beam(""));
-  expect_refused({"check", scene}, "expects nothing");
+  expect_refused({"check", scene}, "has no table [expect]");
   expect_refused({"check", directory.string()}, "no scene");
   expect_refused({"check", scene, "--quick"}, "--quick");
   expect_refused({"check", "--results", directory.string()}, "--results needs the scene");

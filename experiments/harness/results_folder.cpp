@@ -1,0 +1,63 @@
+#include "experiments/harness/results_folder.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+#include "core/error.hpp"
+#include "experiments/harness/report.hpp"
+#include "experiments/io/output.hpp"
+
+namespace mss {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+NamedTable read_table(const fs::path& file, std::size_t rows) {
+  Table table = Table::read(read_file(file), file.string());
+  if (table.size() != rows)
+    throw InputError(fmt::format("{} has {} rows; its meta.json says {}", file.string(), table.size(), rows));
+  return {file.stem().string(), std::move(table)};
+}
+
+}  // namespace
+
+ResultsFolder read_results(const fs::path& directory) {
+  if (!fs::is_directory(directory))
+    throw InputError(fmt::format("{} is not a directory", directory.string()));
+  const fs::path file = directory / "meta.json";
+  if (!fs::exists(file))
+    throw InputError(
+        fmt::format("{} has no meta.json; give a directory that an experiment wrote", directory.string()));
+  try {
+    const Json meta = Json::parse(read_file(file));
+    ResultsFolder folder{directory, meta.at("experiment").get<std::string>(), meta.at("provenance"), {}};
+    for (const auto& [name, about] : meta.at("tables").items())
+      folder.tables.push_back(read_table(directory / name, about.at("rows").get<std::size_t>()));
+    return folder;
+  } catch (const Json::exception& problem) {
+    throw InputError(fmt::format("{} is not the record of an experiment: {}", file.string(), problem.what()));
+  }
+}
+
+std::vector<fs::path> redraw(const ResultsFolder& folder,
+                             const std::function<Drawings(const std::vector<NamedTable>&)>& draw) {
+  const auto unfit = [&](const std::exception& problem) {
+    return InputError(fmt::format("{}: {}", folder.directory.string(), problem.what()));
+  };
+  try {
+    const std::vector<fs::path> files =
+        write_drawings(draw(folder.tables), folder.provenance, folder.directory);
+    if (files.empty()) throw InputError("there are too few rows for a chart");
+    return files;
+  } catch (const InputError& problem) {
+    throw unfit(problem);
+  } catch (const std::logic_error& problem) {  // a column that is missing, or of text instead of numbers
+    throw unfit(problem);
+  } catch (const Json::exception& problem) {
+    throw unfit(problem);
+  }
+}
+
+}  // namespace mss
