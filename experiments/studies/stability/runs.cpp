@@ -1,12 +1,12 @@
-// How `mss stability` finds the largest step that holds.
+// How `mss stability` finds the largest stable step.
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include "core/spring_system.hpp"
+#include "experiments/harness/measure.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/disturbance.hpp"
 #include "experiments/studies/stability/stability.hpp"
@@ -22,7 +22,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 double largest_speed(const State<double>& state) { return state.v.array().abs().maxCoeff(); }
 
-/// A body at rest whose particles are off by at most a millionth of a cell: what follows is linear.
+/// A body whose particles are displaced from rest by at most a millionth of a cell, so that its motion is
+/// linear.
 State<double> disturbed(const StabilityConfig& config, BodySystem<double>& system) {
   constexpr double share_of_cell = 1e-6;
   State<double> state = system.rest_state();
@@ -31,14 +32,15 @@ State<double> disturbed(const StabilityConfig& config, BodySystem<double>& syste
   return state;
 }
 
-/// Follows a small motion in windows, each twice as long as the one before, by its largest speed. It is
-/// decided where that has grown or fallen enough; else, with damping, by whether the last window has more of
-/// it than the one before: what can decay has had its time. Without damping nothing decays, and what has not
-/// grown by then grows by less than 3e-4 a step.
-bool holds(const StabilityConfig& config, const IntegratorInfo& method, BodySystem<double>& system,
-           double dt) {
+/// Whether a step is stable. Runs a small motion in windows, each twice as long as the one before, and
+/// compares the largest speeds. The run ends once the speed has grown or decayed enough; otherwise a damped
+/// motion counts as stable if the largest speed of the last window is below that of the window before,
+/// because motions that decay have had time to do so. An undamped motion never decays; if it has not grown by
+/// the end, it grows by less than 3e-4 a step.
+bool is_stable(const StabilityConfig& config, const IntegratorInfo& method, BodySystem<double>& system,
+               double dt) {
   constexpr double grown = 100, gone = 1e-5;
-  constexpr long first_window = 512, look = 32;
+  constexpr long first_window = 512, sample_every = 32;
   const bool damped = system.body().config().damping.zeta > 0;
   const long last_window = damped ? 65536 : 16384;
   const auto integrator = method.make<double>({.dt = dt});
@@ -51,7 +53,7 @@ bool holds(const StabilityConfig& config, const IntegratorInfo& method, BodySyst
   for (long window = first_window; window <= last_window; window *= 2) {
     double speed = 0;
     for (const long end = step + window; step < end;) {
-      step += look;
+      step += sample_every;
       if (integrator->advance(system, state, double(step) * dt, work) != Status::ok) return false;
       speed = std::max(speed, largest_speed(state));
       if (!(speed < grown * begin)) return false;
@@ -63,9 +65,8 @@ bool holds(const StabilityConfig& config, const IntegratorInfo& method, BodySyst
   return true;
 }
 
-/// Seconds that a step takes, the least of a few samples.
+/// Seconds per step, the least of several samples.
 double step_seconds(const IntegratorInfo& method, BodySystem<double>& system, double dt) {
-  using Clock = std::chrono::steady_clock;
   constexpr int samples = 50;
   constexpr long steps = 64;
   const auto integrator = method.make<double>({.dt = dt});
@@ -73,14 +74,14 @@ double step_seconds(const IntegratorInfo& method, BodySystem<double>& system, do
   Work work;
   double least = infinity;
   for (int sample = 1; sample <= samples; ++sample) {
-    const auto begin = Clock::now();
-    integrator->advance(system, state, double(sample * steps) * dt, work);
-    least = std::min(least, std::chrono::duration<double>(Clock::now() - begin).count() / double(steps));
+    const double seconds =
+        seconds_of([&] { integrator->advance(system, state, double(sample * steps) * dt, work); });
+    least = std::min(least, seconds / double(steps));
   }
   return least;
 }
 
-/// A cube at rest, and its fastest motion.
+/// A cube at rest, and the frequency of its fastest mode.
 struct Specimen {
   Specimen(const StabilityConfig& config, int n, double ratio)
       : cells(n),
@@ -102,12 +103,12 @@ struct Specimen {
 
 void add_row(const StabilityConfig& config, const IntegratorInfo& method, Specimen& cube, Table& rows) {
   SpringSystem<double>& system = cube.system;
-  const double sure = guaranteed_step(method, system.spectral_bound());
+  const double guaranteed = guaranteed_step(method, system.spectral_bound());
   Work work;
   const PredictedStep predicted = predicted_step(method, system, system.rest_state(), work);
   const Status known = cube.status == Status::ok ? predicted.status : cube.status;
   if (known != Status::ok) {
-    rows.add({method.name, cube.cells, cube.damping, cube.omega, sure, none, none, none, none, none,
+    rows.add({method.name, cube.cells, cube.damping, cube.omega, guaranteed, none, none, none, none, none,
               std::string(to_string(known))});
     return;
   }
@@ -116,11 +117,11 @@ void add_row(const StabilityConfig& config, const IntegratorInfo& method, Specim
   const bool ok = measured.stable > 0 && std::isfinite(measured.unstable);
   const double middle = ok ? (measured.stable + measured.unstable) / 2 : none;
   const double seconds = ok ? step_seconds(method, system, measured.stable) : none;
-  rows.add({method.name, cube.cells, cube.damping, cube.omega, sure, predicted.dt, middle,
+  rows.add({method.name, cube.cells, cube.damping, cube.omega, guaranteed, predicted.dt, middle,
             middle / predicted.dt, seconds, middle / seconds,
             ok                    ? "ok"
-            : measured.stable > 0 ? "every step holds"
-                                  : "no step holds"});
+            : measured.stable > 0 ? "every step is stable"
+                                  : "no step is stable"});
 }
 
 }  // namespace
@@ -129,8 +130,8 @@ MeasuredStep measure_step(const StabilityConfig& config, const IntegratorInfo& m
                           BodySystem<double>& system, double guess) {
   constexpr double least_share = 1e-2, most_share = 1e3;  // of the guess
   double low = 0.97 * guess, high = 1.03 * guess;
-  if (holds(config, method, system, low)) {
-    while (holds(config, method, system, high)) {
+  if (is_stable(config, method, system, low)) {
+    while (is_stable(config, method, system, high)) {
       low = high;
       high *= 2;
       if (high > most_share * guess) return {low, infinity};
@@ -140,11 +141,11 @@ MeasuredStep measure_step(const StabilityConfig& config, const IntegratorInfo& m
       high = low;
       low /= 2;
       if (low < least_share * guess) return {};
-    } while (!holds(config, method, system, low));
+    } while (!is_stable(config, method, system, low));
   }
   while (high - low > config.resolution * low) {
     const double middle = (low + high) / 2;
-    (holds(config, method, system, middle) ? low : high) = middle;
+    (is_stable(config, method, system, middle) ? low : high) = middle;
   }
   return {low, high};
 }
@@ -154,7 +155,7 @@ StabilityTables measure_stability(const StabilityConfig& config, Progress& progr
                                 {"cells"},
                                 {"ratio"},
                                 {"omega_max", "rad/s"},
-                                {"sure", "s"},
+                                {"guaranteed", "s"},
                                 {"predicted", "s"},
                                 {"measured", "s"},
                                 {"measured_over_predicted"},

@@ -1,14 +1,17 @@
-// How large a step may be: for every method with a limit, the step at which small motions of a cube begin to
-// grow, by bisection, beside the limit predicted from the cube's own stiffness and damping, and the one that
-// `dt = "safe"` is sure of; against resolution and damping. What a second of simulation costs at that step.
-// Runs are in stability_runs.cpp.
+// The largest stable step: for every method that has one, the step from which on small motions of a cube
+// grow, found by bisection, beside the limit predicted from the cube's own stiffness and damping, and the
+// guaranteed one on which `dt = "safe"` rests; against resolution and damping. How long a simulated second
+// takes at that step. Runs are in runs.cpp.
 #include "experiments/studies/stability/stability.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
+
+#include "experiments/harness/settings.hpp"
 
 namespace mss::studies::stability {
 
@@ -30,18 +33,20 @@ Json configuration(const StabilityConfig& c) {
 
 constexpr const char* caption =
     "The largest step at which a small random motion of a free cube does not grow, found by bisection "
-    "to 0.4 percent, against cells per edge. Predicted: the method's own limit for that motion of the "
-    "cube which has the least, found by Lanczos in its stiffness and damping. Sure: what `dt = "
-    "\"safe\"` takes nine tenths of, from bounds on both. The step falls as 1 / n, so a simulated "
-    "second costs n^4. Methods without a limit are not here; nor are deformations, which stiffen "
-    "springs, and other bodies.";
+    "to 0.4 percent, against cells per edge. Predicted: the method's own limit for the mode of the cube that "
+    "allows the "
+    "smallest step, computed from its stiffness and damping by the Lanczos method. Guaranteed: a lower "
+    "bound, from "
+    "upper bounds on stiffness and damping; `dt = \"safe\"` takes nine tenths of it. The step falls as 1/n, "
+    "so that "
+    "the cost of a simulated second grows as n^4. Methods without a limit are left out; so are "
+    "deformed states, which are stiffer, and other bodies.";
 
-/// A series per method of what the rows chosen say; of a method that has none, why.
+/// A series per method with a point for each chosen row; the label of one without points says why.
 template <class Chosen, class Point>
-std::vector<ChartSeries> by_method(const Table& rows, const StabilityConfig& config, Chosen&& chosen,
-                                   Point&& point) {
+std::vector<ChartSeries> by_method(const Table& rows, Chosen&& chosen, Point&& point) {
   std::vector<ChartSeries> all;
-  for (const std::string& name : config.integrators) {
+  for (const std::string& name : rows.distinct("integrator")) {
     ChartSeries series{.label = name, .style = int(all.size())};
     std::string failure;
     for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -57,14 +62,15 @@ std::vector<ChartSeries> by_method(const Table& rows, const StabilityConfig& con
   return all;
 }
 
-std::string body_of(const StabilityConfig& config) {
-  return fmt::format("free cube of 1 m, E = {:g} kPa, nu = {:g}", config.young / 1000, config.poisson);
+std::string body_of(const Table& settings) {
+  return fmt::format("free cube of 1 m, E = {:g} kPa, ν = {:g}", setting_number(settings, "young") / 1000,
+                     setting_number(settings, "poisson"));
 }
 
-/// Methods whose lines lie on top of each other, for the subtitle: only the last can be seen.
+/// Methods whose curves coincide, for the subtitle: only the last of them is visible.
 std::string coincident(const std::vector<ChartSeries>& all) {
   constexpr double visible = 0.01;
-  const auto lie_together = [](const ChartSeries& a, const ChartSeries& b) {
+  const auto coincide = [](const ChartSeries& a, const ChartSeries& b) {
     return !a.points.empty() && std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
                                            [](const ChartPoint& p, const ChartPoint& q) {
                                              return p.x == q.x &&
@@ -72,66 +78,79 @@ std::string coincident(const std::vector<ChartSeries>& all) {
                                            });
   };
   std::string text;
-  std::set<std::string> told;
+  std::set<std::string> listed;
   for (const ChartSeries& first : all) {
     std::vector<std::string> names;
     for (const ChartSeries& other : all)
-      if (!told.contains(other.label) && lie_together(first, other)) names.push_back(other.label);
+      if (!listed.contains(other.label) && coincide(first, other)) names.push_back(other.label);
     if (names.size() > 1) text += fmt::format("; {}", fmt::join(names, " = "));
-    told.insert(names.begin(), names.end());
+    listed.insert(names.begin(), names.end());
   }
   return text;
 }
 
-ChartAxis cells_axis(const StabilityConfig& config) {
+ChartAxis cells_axis(const Table& rows) {
+  const std::vector<double> cells = rows.distinct_numbers("cells");
   return {.label = "cells per edge, n",
           .logarithmic = true,
-          .low = 0.9 * config.cells.front(),
-          .high = 1.1 * config.cells.back(),
-          .ticks = {config.cells.begin(), config.cells.end()}};
+          .low = 0.9 * cells.front(),
+          .high = 1.1 * cells.back(),
+          .ticks = cells};
 }
 
-Chart cells_chart(const Table& rows, const StabilityConfig& config, double ratio) {
+Chart cells_chart(const Table& rows, const Table& settings, double ratio) {
   const std::vector<ChartSeries> series = by_method(
-      rows, config, [&](std::size_t r) { return rows.number(r, "ratio") == ratio; },
+      rows, [&](std::size_t r) { return rows.number(r, "ratio") == ratio; },
       [&](std::size_t r) {
         return ChartPoint{rows.number(r, "cells"), rows.number(r, "measured")};
       });
-  return {.title = "The largest step that holds, against resolution",
-          .subtitle = fmt::format("{}, damping ratio {:g}{}", body_of(config), ratio, coincident(series)),
-          .x = cells_axis(config),
+  return {.title = "The largest stable step, against resolution",
+          .subtitle = fmt::format("{}, damping ratio {:g}{}", body_of(settings), ratio, coincident(series)),
+          .x = cells_axis(rows),
           .y = {.label = "largest stable step", .logarithmic = true, .unit = "s"},
           .series = series};
 }
 
-Chart damping_chart(const Table& rows, const StabilityConfig& config) {
-  const int n = config.cells.back();
+Chart damping_chart(const Table& rows, const Table& settings) {
+  const double n = rows.distinct_numbers("cells").back();
   const std::vector<ChartSeries> series = by_method(
-      rows, config, [&](std::size_t r) { return rows.number(r, "cells") == n; },
+      rows, [&](std::size_t r) { return rows.number(r, "cells") == n; },
       [&](std::size_t r) {
         return ChartPoint{rows.number(r, "ratio"),
                           rows.number(r, "measured") * rows.number(r, "omega_max") / 2};
       });
-  return {.title = "The largest step that holds, against damping",
-          .subtitle = fmt::format("{}, n = {}{}", body_of(config), n, coincident(series)),
-          .x = {.label = "damping of every spring over its critical"},
-          .y = {.label = "largest stable step x omega_max / 2", .logarithmic = true},
+  return {.title = "The largest stable step, against damping",
+          .subtitle = fmt::format("{}, n = {}{}", body_of(settings), n, coincident(series)),
+          .x = {.label = "damping ratio of every spring"},
+          .y = {.label = "largest stable step × ω_max / 2", .logarithmic = true},
           .series = series,
           .lines = {{ReferenceLine::Direction::horizontal, 1, ""}}};
 }
 
-Chart speed_chart(const Table& rows, const StabilityConfig& config, double ratio) {
-  return {.title = "How much faster than real time, at the largest step that holds",
-          .subtitle = fmt::format("{}, damping ratio {:g}; {} thread{}", body_of(config), ratio,
-                                  config.threads, config.threads == 1 ? "" : "s"),
-          .x = cells_axis(config),
+Chart speed_chart(const Table& rows, const Table& settings, double ratio) {
+  const double threads = setting_number(settings, "threads");
+  return {.title = "How much faster than real time at the largest stable step",
+          .subtitle = fmt::format("{}, damping ratio {:g}; {} thread{}", body_of(settings), ratio, threads,
+                                  threads == 1 ? "" : "s"),
+          .x = cells_axis(rows),
           .y = {.label = "simulated time / wall time", .logarithmic = true},
           .series = by_method(
-              rows, config, [&](std::size_t r) { return rows.number(r, "ratio") == ratio; },
+              rows, [&](std::size_t r) { return rows.number(r, "ratio") == ratio; },
               [&](std::size_t r) {
                 return ChartPoint{rows.number(r, "cells"), rows.number(r, "real_time_factor")};
               }),
           .lines = {{ReferenceLine::Direction::horizontal, 1, "real time"}}};
+}
+
+Drawings draw_stability(const std::vector<NamedTable>& tables) {
+  const Table& rows = find_table(tables, "stability");
+  const Table& settings = find_table(tables, "stability_settings");
+  if (rows.size() == 0) return {};
+  const std::vector<double> ratios = rows.distinct_numbers("ratio");
+  const double shown = ratios.size() > 1 ? ratios[1] : ratios.front();
+  return {.charts = {{"stability", cells_chart(rows, settings, shown)},
+                     {"stability_damping", damping_chart(rows, settings)},
+                     {"stability_real_time", speed_chart(rows, settings, shown)}}};
 }
 
 std::string summary(const Table& rows) {
@@ -144,7 +163,7 @@ std::string summary(const Table& rows) {
       most = std::max(most, rows.number(r, "measured_over_predicted"));
     }
     lines += most < least
-                 ? fmt::format("{:<20} no step holds\n", name)
+                 ? fmt::format("{:<20} no step is stable\n", name)
                  : fmt::format("{:<20} measured / predicted from {:.4f} to {:.4f}\n", name, least, most);
   }
   return lines;
@@ -152,17 +171,11 @@ std::string summary(const Table& rows) {
 
 ExperimentResult run_stability(const ExperimentOptions& options, Progress& progress) {
   const StabilityConfig config = stability_config(options);
-  StabilityTables tables = measure_stability(config, progress);
+  const StabilityTables tables = measure_stability(config, progress);
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
-  if (tables.rows.size() > 0) {
-    const double shown = config.ratios.size() > 1 ? config.ratios[1] : config.ratios.front();
-    result.charts = {{"stability", cells_chart(tables.rows, config, shown)},
-                     {"stability_damping", damping_chart(tables.rows, config)},
-                     {"stability_real_time", speed_chart(tables.rows, config, shown)}};
-  }
   result.summary = summary(tables.rows);
-  result.tables = {{"stability", std::move(tables.rows)}};
+  result.tables = stability_files(config, tables.rows);
   return result;
 }
 
@@ -179,6 +192,13 @@ StabilityConfig stability_config(const ExperimentOptions& options) {
   return config;
 }
 
+std::vector<NamedTable> stability_files(const StabilityConfig& config, const Table& rows) {
+  return {
+      {"stability", rows},
+      {"stability_settings",
+       settings_table({{"young", config.young}, {"poisson", config.poisson}, {"threads", config.threads}})}};
+}
+
 namespace {
 
 Table baseline_table(const BaselineOptions& options, Progress& progress) {
@@ -186,22 +206,24 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
   config.cells = options.quick ? std::vector<int>{2, 3} : std::vector<int>{2, 3, 4, 5};
   config.threads = options.threads;
   return measure_stability(config, progress)
-      .rows.select({"integrator", "cells", "ratio", "omega_max", "sure", "predicted", "measured", "status"});
+      .rows.select(
+          {"integrator", "cells", "ratio", "omega_max", "guaranteed", "predicted", "measured", "status"});
 }
 
 }  // namespace
 
 ExperimentInfo experiment() {
-  return {
-      .name = "stability",
-      .summary =
-          "the largest step that holds, per integrator, against resolution and damping; and what was "
-          "predicted",
-      .accepts = {.cells = true, .largest_cells = 20, .integrators = limited_integrators, .seed = true},
-      .run = run_stability,
-      .baseline = {.keys = {"integrator", "cells", "ratio"},
-                   .rules = {{"omega_max", 1e-7}, {"sure", 1e-9}, {"predicted", 1e-5}, {"measured", 0.008}},
-                   .table = baseline_table}};
+  return {.name = "stability",
+          .summary =
+              "the largest stable step of every integrator, against resolution and damping; measured and "
+              "predicted",
+          .accepts = {.cells = true, .largest_cells = 20, .integrators = limited_integrators, .seed = true},
+          .run = run_stability,
+          .draw = draw_stability,
+          .baseline = {
+              .keys = {"integrator", "cells", "ratio"},
+              .rules = {{"omega_max", 1e-7}, {"guaranteed", 1e-9}, {"predicted", 1e-5}, {"measured", 0.008}},
+              .table = baseline_table}};
 }
 
 }  // namespace mss::studies::stability

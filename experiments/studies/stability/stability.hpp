@@ -8,26 +8,26 @@
 
 namespace mss::studies::stability {
 
-/// What `mss stability` measures: how large a step may be.
+/// Settings of `mss stability`, which measures the largest stable step.
 struct StabilityConfig {
   std::vector<int> cells;      ///< per edge of a cube
   std::vector<double> ratios;  ///< of damping to critical, of every spring
   std::vector<std::string> integrators;
   double young = 1e4, poisson = 0.3;  ///< [Pa]
   double density = 1000;              ///< [kg/m^3]
-  double resolution = 0.004;          ///< of a measured limit, as a share of it
-  std::uint64_t seed = 1;             ///< of the small motion that grows or does not
+  double resolution = 0.004;          ///< relative error of a measured limit
+  std::uint64_t seed = 1;             ///< of the small initial motion
   int threads = 1;
 };
 StabilityConfig stability_config(const ExperimentOptions& options);
 
-/// The step between whose ends a random small motion about rest begins to grow [s].
+/// The interval in which lies the step from which on a random small motion about rest grows [s].
 struct MeasuredStep {
-  double stable = 0,
-         unstable = 0;  ///< largest step that held, smallest that did not; 0: none held, infinite: all
+  /// Largest step found stable, smallest found unstable; both 0: no step is stable, infinite: every step is.
+  double stable = 0, unstable = 0;
 };
 
-/// Bisects, from a guess that need not be near.
+/// Finds it by bisection. A poor guess costs time only.
 MeasuredStep measure_step(const StabilityConfig& config, const IntegratorInfo& method,
                           BodySystem<double>& system, double guess);
 
@@ -36,5 +36,8 @@ struct StabilityTables {
   Status status = Status::ok;
 };
 StabilityTables measure_stability(const StabilityConfig& config, Progress& progress);
+
+/// All tables of the experiment: the rows, and the settings that the charts mention.
+std::vector<NamedTable> stability_files(const StabilityConfig& config, const Table& rows);
 
 }  // namespace mss::studies::stability

@@ -1,17 +1,17 @@
-// Stiff bodies: what CVODE's BDF costs with each linear solver, against Young's modulus and size, on the same
-// frame of 1/60 s of a damped cube. Adams and an explicit method at its safe step need no linear solver: they
-// show from where on BDF pays at all.
+// Stiff bodies: the cost of CVODE's BDF with each linear solver, against Young's modulus and size, for the
+// same frame of 1/60 s of a damped cube. Adams and an explicit method at its safe step need no linear solver:
+// they show from which stiffness on BDF is worth its cost.
 #include "experiments/studies/stiffness/stiffness.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "experiments/harness/measure.hpp"
-#include "experiments/harness/statistics.hpp"
+#include "experiments/harness/settings.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "integrators/linear/linear_solver.hpp"
@@ -21,11 +21,10 @@ namespace mss::studies::stiffness {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* cholmod = "cvode_bdf/cholmod";
 constexpr const char* klu = "cvode_bdf_klu";
-constexpr double worst = 100;  ///< [s]; where failures are drawn
+constexpr double failure_height = 100;  ///< [s]; where failures are drawn
 
 BodyConfig cube(const StiffnessConfig& config, int n, double young) {
   BodyConfig body{.voxels = VoxelGrid::box(n, n, n), .cell_size = 1.0 / n};
@@ -34,7 +33,7 @@ BodyConfig cube(const StiffnessConfig& config, int n, double young) {
   return body;
 }
 
-/// One size and stiffness, its bottom held, stretched.
+/// A stretched cube of one size and stiffness, its bottom held.
 struct Problem {
   Problem(const StiffnessConfig& c, int n, double young)
       : config(c),
@@ -51,7 +50,7 @@ struct Problem {
   State<double> start;
 };
 
-/// What came of the repetitions of one method.
+/// Results of the repetitions of one method.
 struct Result {
   Status status = Status::ok;
   Work work{};
@@ -70,11 +69,13 @@ void run(Problem& p, const StiffMethod& method, Result& result) {
   scale_errors(options, p.system);
   State<double> state = p.start;
   result.work = {};
-  const auto begin = Clock::now();
-  const auto integrator = info.make<double>(options);
-  const Status status = integrator->advance(p.system, state, p.config.duration, result.work);
-  if (result.status == Status::ok) result.status = status;  // one failure is not outweighed
-  result.seconds.push_back(std::chrono::duration<double>(Clock::now() - begin).count());
+  std::unique_ptr<Integrator<double>> integrator;
+  Status status = Status::ok;
+  result.seconds.push_back(seconds_of([&] {
+    integrator = info.make<double>(options);
+    status = integrator->advance(p.system, state, p.config.duration, result.work);
+  }));
+  if (result.status == Status::ok) result.status = status;  // one failure is enough
   result.x = std::move(state.x);
 }
 
@@ -82,7 +83,7 @@ double largest_difference(const Field<double>& a, const Field<double>& b) {
   return (a.array() - b.array()).abs().maxCoeff();
 }
 
-/// One row a method. Ends are compared with that of the first method that has one.
+/// One row per method. Final states are compared with that of the first method that did not fail.
 void add_rows(Table& rows, const Problem& p, int n, double young, const std::vector<StiffMethod>& methods,
               const std::vector<Result>& results) {
   const double omega = p.system.spectral_bound().omega;
@@ -93,14 +94,16 @@ void add_rows(Table& rows, const Problem& p, int n, double young, const std::vec
     const double difference =
         r.status == Status::ok ? largest_difference(r.x, first->x) / largest_difference(p.start.x, first->x)
                                : none;
-    rows.add({methods[i].name(), n, young, omega * p.config.duration, quantile(r.seconds, 0.5),
-              quantile(r.seconds, 0.25), quantile(r.seconds, 0.75), std::int64_t(r.seconds.size()),
-              r.work.steps, r.work.force_evaluations, r.work.jacobians, r.work.factorisations,
-              r.work.linear_solves, r.work.products, difference, std::string(to_string(r.status))});
+    const Quartiles time = quartiles(r.seconds);
+    std::vector<Cell> row{methods[i].name(), n,       young,   omega * p.config.duration,
+                          time.median,       time.q1, time.q3, std::int64_t(r.seconds.size())};
+    for (Cell& cell : work_cells(r.work)) row.push_back(std::move(cell));
+    row.insert(row.end(), {difference, std::string(to_string(r.status))});
+    rows.add(std::move(row));
   }
 }
 
-/// All methods in turn, again and again; false if stopped.
+/// Interleaves all methods; false if stopped.
 bool measure_body(const StiffnessConfig& config, int n, double young, Table& rows, const Progress& progress) {
   Problem p(config, n, young);
   std::vector<StiffMethod> methods;
@@ -115,25 +118,14 @@ bool measure_body(const StiffnessConfig& config, int n, double young, Table& row
 }
 
 Table empty_rows() {
-  return Table({{"method"},
-                {"cells"},
-                {"young", "Pa"},
-                {"omega_duration"},
-                {"seconds", "s"},
-                {"q1", "s"},
-                {"q3", "s"},
-                {"repeats"},
-                {"steps"},
-                {"force_evaluations"},
-                {"jacobians"},
-                {"factorisations"},
-                {"linear_solves"},
-                {"products"},
-                {"difference"},
-                {"status"}});
+  std::vector<Column> columns{{"method"},       {"cells"},   {"young", "Pa"}, {"omega_duration"},
+                              {"seconds", "s"}, {"q1", "s"}, {"q3", "s"},     {"repeats"}};
+  for (Column& column : work_columns()) columns.push_back(std::move(column));
+  columns.insert(columns.end(), {{"difference"}, {"status"}});
+  return Table(std::move(columns));
 }
 
-/// Seconds of a method at one size, by stiffness, failed runs left out.
+/// Times of a method at one size, by stiffness, without failed runs.
 std::vector<ChartPoint> times(const Table& rows, const std::string& method, int cells) {
   std::vector<ChartPoint> points;
   for (std::size_t r = 0; r < rows.size(); ++r)
@@ -144,7 +136,7 @@ std::vector<ChartPoint> times(const Table& rows, const std::string& method, int 
   return points;
 }
 
-/// Times of a method over CHOLMOD's at the same size and stiffness.
+/// Times of a method divided by CHOLMOD's at the same size and stiffness.
 std::vector<ChartPoint> ratios(const Table& rows, const std::string& method, int cells) {
   std::vector<ChartPoint> points;
   for (const ChartPoint& p : times(rows, method, cells))
@@ -153,8 +145,8 @@ std::vector<ChartPoint> ratios(const Table& rows, const std::string& method, int
   return points;
 }
 
-/// From which x on the ratios stay above 1, interpolated in logarithms; 0: from the first, NaN: not at the
-/// last.
+/// The x from which on the ratios stay above 1, interpolated in logarithms; 0: all of them do, NaN: the last
+/// does not.
 double last_crossing(const std::vector<ChartPoint>& ratios) {
   if (ratios.empty() || ratios.back().y <= 1) return none;
   for (std::size_t i = ratios.size() - 1; i-- > 0;) {
@@ -166,10 +158,8 @@ double last_crossing(const std::vector<ChartPoint>& ratios) {
 }
 
 std::vector<int> sizes(const Table& rows) {
-  std::vector<int> all;
-  for (std::size_t r = 0; r < rows.size(); ++r)
-    if (const int n = int(rows.number(r, "cells")); all.empty() || all.back() != n) all.push_back(n);
-  return all;
+  const std::vector<double> cells = rows.distinct_numbers("cells");
+  return {cells.begin(), cells.end()};
 }
 
 std::pair<double, double> range_of(const std::vector<ChartPoint>& points) {
@@ -198,34 +188,34 @@ Json configuration(const StiffnessConfig& c) {
 }
 
 constexpr const char* caption =
-    "What a frame of 1/60 s of a damped cube (damping ratio 0.5 a spring), stretched by 10 % and "
-    "released, costs CVODE, against Young's modulus: BDF with each linear solver at the same tolerance, "
-    "Adams, which needs none, and damped Verlet at its safe step. Medians of runs in turn, from the first"
-    " allocation to the end; one thread. The column difference says how far a method's end is from the "
-    "first method's, over how far the body moved. KLU factors the whole first-order system and is left "
-    "out above 7 cells per edge. Left out: undamped bodies, where BDF must follow every vibration.";
+    "Wall time of one frame of 1/60 s of a damped cube (damping ratio 0.5 of every spring), stretched by 10 "
+    "% and "
+    "released, against Young's modulus: CVODE's BDF with each linear solver at the same tolerance, "
+    "CVODE's Adams method, which needs none, and damped Verlet at its safe step. Medians of interleaved "
+    "runs, including "
+    "setup; one thread. The column difference is the distance between a method's final state and that of the "
+    "first "
+    "method, divided by the distance that the body moved. KLU factors the whole first-order system and is "
+    "left "
+    "out above 7 cells per edge. Not varied: undamped bodies, whose vibrations BDF would have to resolve.";
 
 ExperimentResult run_stiffness(const ExperimentOptions& options, Progress& progress) {
   const StiffnessConfig config = stiffness_config(options);
-  StiffnessTables tables = measure_stiffness(config, progress);
+  const StiffnessTables tables = measure_stiffness(config, progress);
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
-  Table summary = stiffness_summary(tables.rows);
-  if (tables.rows.size() > 0) result.charts.push_back({"stiffness", stiffness_overview(tables.rows)});
-  for (const int n : sizes(tables.rows))
-    result.charts.push_back({fmt::format("stiffness_{}", n), stiffness_chart(tables.rows, n)});
-  for (NamedChart& chart : result.charts) tell_model(chart.chart, config.model);
+  result.tables = stiffness_files(config, tables.rows);
+  const Table& summary = find_table(result.tables, "stiffness_summary");
   for (std::size_t r = 0; r < summary.size(); ++r)
     result.summary += fmt::format("n = {:<3} {}\n", summary.number(r, "cells"), summary.text(r, "sentence"));
-  result.tables = {{"stiffness", std::move(tables.rows)}, {"stiffness_summary", std::move(summary)}};
   return result;
 }
 
-std::string sentence(const std::string& rival, double from, double low, double high) {
-  const std::string ahead = std::isnan(from) ? "is ahead of CHOLMOD at the stiffest"
-                            : from == 0      ? "is behind CHOLMOD at every stiffness"
-                                             : fmt::format("is behind CHOLMOD from E = {:.2g} Pa on", from);
-  return fmt::format("{} {}; it takes {:.3g} to {:.3g} times as long", rival, ahead, low, high);
+std::string sentence(const std::string& competitor, double from, double low, double high) {
+  const std::string faster = std::isnan(from) ? "is faster than CHOLMOD at the largest stiffness"
+                             : from == 0      ? "is slower than CHOLMOD at every stiffness"
+                                         : fmt::format("is slower than CHOLMOD from E = {:.2g} Pa on", from);
+  return fmt::format("{} {}; it takes {:.3g} to {:.3g} times as long", competitor, faster, low, high);
 }
 
 }  // namespace
@@ -264,24 +254,24 @@ StiffnessTables measure_stiffness(const StiffnessConfig& config, Progress& progr
 
 Table stiffness_summary(const Table& rows) {
   Table summary(
-      {{"cells"}, {"rival"}, {"behind_from", "Pa"}, {"lowest"}, {"highest"}, {"sentence"}, {"status"}});
+      {{"cells"}, {"competitor"}, {"slower_from", "Pa"}, {"lowest"}, {"highest"}, {"sentence"}, {"status"}});
   for (const int n : sizes(rows))
-    for (const std::string& rival : rows.distinct("method")) {
-      const std::vector<ChartPoint> times_as_long = ratios(rows, rival, n);
-      if (rival == cholmod || times_as_long.empty()) continue;
+    for (const std::string& competitor : rows.distinct("method")) {
+      const std::vector<ChartPoint> times_as_long = ratios(rows, competitor, n);
+      if (competitor == cholmod || times_as_long.empty()) continue;
       const double from = last_crossing(times_as_long);
       const auto [low, high] = range_of(times_as_long);
-      summary.add({n, rival, from, low, high, sentence(rival, from, low, high),
-                   std::string(std::isnan(from) ? "ahead at the stiffest" : "ok")});
+      summary.add({n, competitor, from, low, high, sentence(competitor, from, low, high),
+                   std::string(std::isnan(from) ? "faster at the largest stiffness" : "ok")});
     }
   return summary;
 }
 
 Chart stiffness_chart(const Table& rows, int cells) {
   Chart chart{
-      .title = fmt::format("A frame of a damped cube, {} cells per edge", cells),
+      .title = fmt::format("Time of a frame of a damped cube, {} cells per edge", cells),
       .subtitle =
-          "1/60 s; CVODE BDF with each linear solver and Adams at a tolerance of 1e-6, damped Verlet at "
+          "1/60 s; CVODE's BDF with each linear solver and Adams at a tolerance of 1e-6, damped Verlet at "
           "its safe step",
       .x = {.label = "Young's modulus", .logarithmic = true, .unit = "Pa"},
       .y = {.label = "wall time", .logarithmic = true, .unit = "s"}};
@@ -291,17 +281,17 @@ Chart stiffness_chart(const Table& rows, int cells) {
   for (std::size_t r = 0; r < rows.size(); ++r)
     if (rows.text(r, "status") != "ok" && rows.number(r, "cells") == cells)
       chart.series.push_back({.label = fmt::format("{}: {}", rows.text(r, "method"), rows.text(r, "status")),
-                              .points = {{rows.number(r, "young"), worst}},
+                              .points = {{rows.number(r, "young"), failure_height}},
                               .lines = false});
   return chart;
 }
 
 Chart stiffness_overview(const Table& rows) {
   Chart chart{
-      .title = "Which linear solver BDF wants",
-      .subtitle = "CVODE BDF, 1/60 s of a damped cube: time with other linear solvers over that with CHOLMOD",
+      .title = "The best linear solver for BDF",
+      .subtitle = "CVODE's BDF, 1/60 s of a damped cube: time with other linear solvers / time with CHOLMOD",
       .x = {.label = "Young's modulus", .logarithmic = true, .unit = "Pa"},
-      .y = {.label = "time over that with CHOLMOD", .logarithmic = true}};
+      .y = {.label = "time / time with CHOLMOD", .logarithmic = true}};
   for (const auto& [method, name] : {std::pair{klu, "KLU"}, std::pair{"cvode_bdf_gmres", "GMRES"},
                                      std::pair{"cvode_bdf/matrix_free", "matrix-free"}})
     for (const int n : sizes(rows))
@@ -312,9 +302,26 @@ Chart stiffness_overview(const Table& rows) {
   return chart;
 }
 
+std::vector<NamedTable> stiffness_files(const StiffnessConfig& config, const Table& rows) {
+  return {{"stiffness", rows},
+          {"stiffness_summary", stiffness_summary(rows)},
+          {"stiffness_settings", settings_table({{"model", config.model}})}};
+}
+
 namespace {
 
-/// Ends agree within the tolerance whatever the machine; counts and times need not.
+Drawings draw_stiffness(const std::vector<NamedTable>& tables) {
+  const Table& rows = find_table(tables, "stiffness");
+  const std::string model = setting_text(find_table(tables, "stiffness_settings"), "model");
+  Drawings drawings;
+  if (rows.size() > 0) drawings.charts.push_back({"stiffness", stiffness_overview(rows)});
+  for (const int n : sizes(rows))
+    drawings.charts.push_back({fmt::format("stiffness_{}", n), stiffness_chart(rows, n)});
+  for (NamedChart& chart : drawings.charts) tell_model(chart.chart, model);
+  return drawings;
+}
+
+/// Final states agree within the tolerance on every machine; counts and times need not.
 Table baseline_table(const BaselineOptions& options, Progress& progress) {
   StiffnessConfig config =
       stiffness_config({.cells = options.quick ? std::vector<int>{3} : std::vector<int>{3, 7}});
@@ -329,9 +336,10 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
 
 ExperimentInfo experiment() {
   return {.name = "stiffness",
-          .summary = "what stiff bodies cost CVODE's BDF with each linear solver",
+          .summary = "the cost of CVODE's BDF with each linear solver, against stiffness",
           .accepts = {.cells = true, .largest_cells = 30, .model = true},
           .run = run_stiffness,
+          .draw = draw_stiffness,
           .baseline = {.keys = {"method", "cells", "young"},
                        .rules = {{"omega_duration", 1e-10}, {"difference", 0, 2e-4}},
                        .table = baseline_table}};

@@ -8,7 +8,7 @@
 
 namespace mss::studies::stiffness {
 
-/// An integrator and the linear solver it uses; empty for one that brings its own or needs none. Methods of
+/// An integrator and the linear solver it uses; empty for one that has its own or needs none. Methods of
 /// fixed step take the safe one.
 struct StiffMethod {
   std::string integrator;
@@ -18,7 +18,7 @@ struct StiffMethod {
   std::string name() const { return linear_solver.empty() ? integrator : integrator + "/" + linear_solver; }
 };
 
-/// What `mss stiffness` does.
+/// Settings of `mss stiffness`.
 struct StiffnessConfig {
   std::vector<int> cells;
   std::string model = spring_model;
@@ -39,14 +39,17 @@ struct StiffnessTables {
 };
 StiffnessTables measure_stiffness(const StiffnessConfig& config, Progress& progress);
 
-/// For every size and rival of CHOLMOD: from which stiffness on CHOLMOD is ahead, and how many times as long
-/// the rival takes at least and at most.
+/// For every size and competitor of CHOLMOD: from which stiffness on it is slower than CHOLMOD, and how many
+/// times as long it takes at least and at most.
 Table stiffness_summary(const Table& rows);
+
+/// All tables of the experiment: the rows, their summary, and the settings that the charts mention.
+std::vector<NamedTable> stiffness_files(const StiffnessConfig& config, const Table& rows);
 
 /// Time against stiffness, for one size.
 Chart stiffness_chart(const Table& rows, int cells);
 
-/// Time of BDF with other linear solvers over that with CHOLMOD, against stiffness, for all sizes.
+/// Time of BDF with other linear solvers divided by that with CHOLMOD, against stiffness, for all sizes.
 Chart stiffness_overview(const Table& rows);
 
 }  // namespace mss::studies::stiffness

@@ -1,6 +1,6 @@
-// mss_bench: one update of a full cube by every kernel this processor runs, and by the two baselines; an
-// implicit step and its parts. Google Benchmark's own options apply, as in --benchmark_filter=sweep/x86-64-v3
-// or --benchmark_format=json.
+// mss_bench: one update of a full cube by every kernel that this processor supports, by Algorithm 1 and by
+// the plain loop; an implicit step and its parts. Google Benchmark's own options apply, as in
+// --benchmark_filter=sweep/x86-64-v3 or --benchmark_format=json.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -58,7 +58,7 @@ void plain_loop(benchmark::State& bench) {
   count_springs(bench, model.springs().size());
 }
 
-/// A cube whose softest vibrations an implicit step of 1/60 s oversteps, as in a game; stretched.
+/// A stretched cube with an implicit step of 1/60 s, larger than its longest period, as in a game.
 struct ImplicitCase {
   explicit ImplicitCase(int n, int threads)
       : body(timing_cube(n)),
@@ -94,7 +94,7 @@ void factor_and_solve(benchmark::State& bench) {
   }
 }
 
-/// Conjugate gradients to 1e-6, from a force as right-hand side; what prepares them is not timed.
+/// Conjugate gradients to 1e-6, with a force as right-hand side; their preparation is not timed.
 template <bool matrix_free>
 void conjugate_gradients(benchmark::State& bench) {
   ImplicitCase c(cells(bench), threads(bench));

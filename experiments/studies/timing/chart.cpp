@@ -1,4 +1,4 @@
-// What the rows of the timing experiment come to: fits, the largest real-time body, the chart.
+// Evaluation of the rows of the timing experiment: fits, the largest body within a frame, the charts.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -73,8 +73,8 @@ struct Largest {
 };
 
 /// The largest n whose update takes at most `budget` seconds: on the straight line (log-log) between the last
-/// measured size that does and the next one. If all sizes do, by the fit, which is trusted up to four times
-/// the largest size.
+/// measured size that does and the next one. If all sizes do, by the fit, up to five times the largest
+/// size.
 Largest largest_under(const Curve& curve, const std::optional<Fit>& law, double budget) {
   std::size_t above = curve.cells.size();
   while (above > 0 && curve.seconds[above - 1] > budget) --above;
@@ -114,13 +114,13 @@ std::string comparison(const Table& rows) {
   for (const int n : {7, 20, 50, 100}) {
     const double dbl = best(rows, "structured_sweep", "double", n),
                  single = best(rows, "structured_sweep", "single", n);
-    const double oracle = best(rows, "algorithm_1", "double", n),
+    const double algorithm1 = best(rows, "algorithm_1", "double", n),
                  plain = best(rows, "plain_loop", "double", n);
-    if (std::isnan(dbl) || std::isnan(oracle)) continue;
+    if (std::isnan(dbl) || std::isnan(algorithm1)) continue;
     out += fmt::format(
         "n = {}: the structured sweep in double is {:.0f} times as fast as Algorithm 1 and {:.0f} times as "
         "fast as the plain loop; single is {:.2f} times as fast as double\n",
-        n, oracle / dbl, plain / dbl, dbl / single);
+        n, algorithm1 / dbl, plain / dbl, dbl / single);
   }
   return out.empty() ? out : "\nEach with its best number of threads:\n" + out;
 }
@@ -168,7 +168,7 @@ Chart timing_chart(const Table& rows, const Table& summary) {
       .x = {.label = "cells per edge n", .logarithmic = true},
       .y = {.label = "time per update", .logarithmic = true, .unit = "s"}};
   const std::vector<Curve> all = curves(rows);
-  double first = 7, last = 7;  // the thesis's point is on the chart whatever was measured
+  double first = 7, last = 7;  // the thesis's point is always on the chart
   double fastest = 1e-5, slowest = 0.1;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Curve& c = all[i];
@@ -197,6 +197,16 @@ Chart timing_chart(const Table& rows, const Table& summary) {
                   .label = "or 3 to 5 steps in 40 ms",
                   .left = true}};
   return chart;
+}
+
+Drawings draw_timing(const std::vector<NamedTable>& tables) {
+  const Table& rows = find_table(tables, "timing");
+  const Table& features = find_table(tables, "timing_features");
+  Drawings drawings;
+  if (rows.size() > 0)
+    drawings.charts.push_back({"timing", timing_chart(rows, find_table(tables, "timing_summary"))});
+  if (features.size() > 0) drawings.charts.push_back({"timing_features", features_chart(features)});
+  return drawings;
 }
 
 std::string timing_text(const Table& rows, const Table& summary) {

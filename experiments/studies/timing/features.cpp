@@ -1,14 +1,13 @@
-// What every feature of a body costs a step, and what the lean sweeps save over the one that serves any body.
+// The cost of every feature of a body per step, and the time that lean sweeps save over the general one.
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <optional>
 #include <string_view>
 
 #include "core/spring_system.hpp"
-#include "experiments/harness/statistics.hpp"
+#include "experiments/harness/measure.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/timing/timing.hpp"
@@ -18,10 +17,9 @@ namespace mss::studies::timing {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using Workload = TimingWorkload;
 
-/// The workload with something more or less.
+/// The workload with one feature more or less.
 struct Variant {
   const char* name;
   void (*change)(BodyConfig& body, Environment& environment);
@@ -38,14 +36,14 @@ constexpr const char* workload_name = "workload";
 constexpr std::array<Variant, 9> variants{
     {{"with contact",
       [](BodyConfig&, Environment& environment) {
-        environment.planes = {{.point = Vec3(0, 0, -1)}};  // below whatever the run falls
+        environment.planes = {{.point = Vec3(0, 0, -1)}};  // lower than the body falls
       }},
-     {"with guard", [](BodyConfig& body, Environment&) { body.fold_guard = usual_fold_guard; }},
+     {"with fold guard", [](BodyConfig& body, Environment&) { body.fold_guard = usual_fold_guard; }},
      {workload_name, [](BodyConfig&, Environment&) {}},
      {"no damping", [](BodyConfig& body, Environment&) { body.damping = {}; }, true},
      {"no volume force", [](BodyConfig& body, Environment&) { body.springs.volume = 0; }, true},
      {"no body diagonals", [](BodyConfig& body, Environment&) { refill(body, 1); }, true},
-     {"no body diagonals, with guard",
+     {"no body diagonals, with fold guard",
       [](BodyConfig& body, Environment&) {
         refill(body, 1);
         body.fold_guard = usual_fold_guard;
@@ -60,8 +58,8 @@ constexpr std::array<Variant, 9> variants{
       true}}};
 
 template <class Real>
-struct Contestant {
-  Contestant(const Variant& variant, int n)
+struct Competitor {
+  Competitor(const Variant& variant, int n)
       : body([&] {
           BodyConfig config = timing_cube(n);
           variant.change(config, environment);
@@ -77,16 +75,15 @@ struct Contestant {
 
   /// Seconds for that many steps.
   double take(long steps) {
-    const auto begin = Clock::now();
-    integrator->advance(system, state, state.t + double(steps) * Workload::dt, work);
-    return std::chrono::duration<double>(Clock::now() - begin).count();
+    return seconds_of(
+        [&] { integrator->advance(system, state, state.t + double(steps) * Workload::dt, work); });
   }
-  /// The same steps, without what a method does around them.
+  /// The same steps with the general sweep, called directly.
   double take_general(long steps) {
-    const auto begin = Clock::now();
-    general->kick_drift({.kick_before = Workload::dt, .drift_new = Workload::dt}, Workload::dt, steps,
-                        general_state);
-    return std::chrono::duration<double>(Clock::now() - begin).count();
+    return seconds_of([&] {
+      general->kick_drift({.kick_before = Workload::dt, .drift_new = Workload::dt}, Workload::dt, steps,
+                          general_state);
+    });
   }
 
   Environment environment{.gravity = Vec3(0, 0, Workload::gravity)};
@@ -98,56 +95,56 @@ struct Contestant {
   Work work;
 };
 
-/// Its samples, each taken beside the other's.
+/// Samples of a competitor with its own sweep and with the general one, taken in pairs.
 struct Samples {
-  std::vector<double> own, general, share;
+  std::vector<double> own, general, ratio;
   void add(double seconds, double seconds_general) {
     own.push_back(seconds);
     general.push_back(seconds_general);
-    share.push_back(seconds / seconds_general);
+    ratio.push_back(seconds / seconds_general);
   }
 };
 
 template <class Real>
 bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress, FeatureTables& tables) {
-  std::vector<std::unique_ptr<Contestant<Real>>> all;
+  std::vector<std::unique_ptr<Competitor<Real>>> all;
   all.reserve(variants.size());
-  for (const Variant& variant : variants) all.push_back(std::make_unique<Contestant<Real>>(variant, n));
+  for (const Variant& variant : variants) all.push_back(std::make_unique<Competitor<Real>>(variant, n));
   std::vector<Samples> samples(all.size());
   std::vector<long> steps;
-  for (const auto& contestant : all) {
-    contestant->take(1);
-    if (contestant->general) contestant->take_general(1);
-    const auto seconds_for = [&](long count) { return contestant->take(count); };
+  for (const auto& competitor : all) {
+    competitor->take(1);
+    if (competitor->general) competitor->take_general(1);
+    const auto seconds_for = [&](long count) { return competitor->take(count); };
     const long lasting = sample_length(config.sample_seconds, seconds_for).steps;
     steps.push_back(std::max(steps_between_checks, lasting));  // fewer would be checked more often
   }
   const auto take_both = [&](std::size_t i) {
-    Contestant<Real>& contestant = *all[i];
-    const bool second = samples[i].own.size() % 2 != 0;  // who goes first finds colder caches
+    Competitor<Real>& competitor = *all[i];
+    const bool second = samples[i].own.size() % 2 != 0;  // the first of the two runs with colder caches
     const auto count = double(steps[i]);
-    if (second || !contestant.general) {
-      const double own = contestant.take(steps[i]) / count;
-      samples[i].add(own, contestant.general ? contestant.take_general(steps[i]) / count : std::nan(""));
+    if (second || !competitor.general) {
+      const double own = competitor.take(steps[i]) / count;
+      samples[i].add(own, competitor.general ? competitor.take_general(steps[i]) / count : std::nan(""));
     } else {
-      const double general = contestant.take_general(steps[i]) / count;
-      samples[i].add(contestant.take(steps[i]) / count, general);
+      const double general = competitor.take_general(steps[i]) / count;
+      samples[i].add(competitor.take(steps[i]) / count, general);
     }
   };
   if (!interleave(config.repetitions, all.size(), progress, take_both)) return false;
   double workload = 0;
   for (std::size_t i = 0; i < all.size(); ++i)
-    if (variants[i].name == std::string(workload_name)) workload = quantile(samples[i].own, 0.5);
+    if (variants[i].name == std::string(workload_name)) workload = quartiles(samples[i].own).median;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const double median = quantile(samples[i].own, 0.5);
+    const Quartiles own = quartiles(samples[i].own);
     const std::string precision = sizeof(Real) == sizeof(float) ? "single" : "double";
     const std::string status(to_string(is_finite(all[i]->state) ? Status::ok : Status::non_finite));
-    tables.features.add({std::string(variants[i].name), precision, n, median, quantile(samples[i].own, 0.25),
-                         quantile(samples[i].own, 0.75), median / workload, status});
-    if (all[i]->general)
-      tables.lean.add({std::string(variants[i].name), precision, n, median, quantile(samples[i].general, 0.5),
-                       quantile(samples[i].share, 0.5), quantile(samples[i].share, 0.25),
-                       quantile(samples[i].share, 0.75), status});
+    tables.features.add({std::string(variants[i].name), precision, n, own.median, own.q1, own.q3,
+                         own.median / workload, status});
+    if (!all[i]->general) continue;
+    const Quartiles ratio = quartiles(samples[i].ratio);
+    tables.lean.add({std::string(variants[i].name), precision, n, own.median,
+                     quartiles(samples[i].general).median, ratio.median, ratio.q1, ratio.q3, status});
   }
   return true;
 }
@@ -192,9 +189,9 @@ FeatureTables measure_features(const FeatureTimingConfig& config, Progress& prog
 }
 
 Chart features_chart(const Table& table) {
-  Chart chart{.title = "What features cost",
-              .subtitle = "time of one step over that of the workload (dashed: 1), one thread",
-              .x = {.label = "share of the workload's step", .low = 0.4},
+  Chart chart{.title = "The cost of features of a body",
+              .subtitle = "time of one step, with one feature more or less than the workload; one thread",
+              .x = {.label = "time of a step / time of a step of the workload", .low = 0.4},
               .y = named_rows(table.distinct("variant"))};
   const std::vector<std::string> names = table.distinct("variant");
   for (std::size_t r = 0; r < table.size(); ++r) {

@@ -5,7 +5,7 @@
 //   plain_loop        flat arrays, one thread, no atomics
 //   structured_sweep  this project's core, double and single
 // The material is held fixed while n grows, so spring constants shrink as 1/n. Arithmetic does not depend on
-// that, only what the numbers mean does.
+// that, only the meaning of the numbers does.
 #include "experiments/studies/timing/timing.hpp"
 
 #include <fmt/format.h>
@@ -13,14 +13,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <thread>
 #include <utility>
 
 #include "core/measures.hpp"
 #include "core/spring_system.hpp"
-#include "experiments/harness/statistics.hpp"
+#include "experiments/harness/measure.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "reference/algorithm1.hpp"
 #include "reference/plain_loop.hpp"
@@ -29,39 +28,36 @@ namespace mss::studies::timing {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using Workload = TimingWorkload;
 constexpr const char* integrator_name = "semi_implicit_euler";
 
-/// One of the methods compared, ready to run on one body. Without `take` it only has a row that says why not.
-struct Contestant {
+/// One of the methods compared, ready to run on one body. Without `take` it is not run, and its row says why.
+struct Competitor {
   std::string method;
   std::string precision;
   int threads;
   std::function<void(long)> take;  ///< makes that many updates
   std::function<bool()> finite;
-  bool spins_on = false;  ///< its threads burn their cores for a while after their work is done
-  long steps = 0;         ///< updates per sample
-  double estimate = 0;    ///< seconds per update, roughly
+  bool busy_waits = false;  ///< its threads keep their cores busy for a while after their work is done
+  long steps = 0;           ///< updates per sample
+  double estimate = 0;      ///< seconds per update, roughly
   std::vector<double> samples = {};
   std::string status = "skipped: too large";
 };
 
-/// What is known about one size: samples of all passes so far, the bodies gone.
+/// Results of one size: samples of all passes so far.
 struct Size {
   int n;
   std::int64_t particles = 0, springs = 0;
-  std::vector<Contestant> all = {};
+  std::vector<Competitor> all = {};
 };
 
-double seconds_for(const Contestant& c, long steps) {
-  const auto start = Clock::now();
-  c.take(steps);
-  return std::chrono::duration<double>(Clock::now() - start).count();
+double seconds_for(const Competitor& c, long steps) {
+  return seconds_of([&] { c.take(steps); });
 }
 
 template <class Real>
-Contestant core_contestant(const Body& body, int threads) {
+Competitor core_competitor(const Body& body, int threads) {
   struct Run {
     Run(const Body& b, int t)
         : system(b, {.gravity = Vec3(0, 0, Workload::gravity)}, {.threads = t}),
@@ -80,7 +76,7 @@ Contestant core_contestant(const Body& body, int threads) {
           [run] { return is_finite(run->state); }};
 }
 
-Contestant algorithm1_contestant(const std::shared_ptr<reference::Algorithm1>& model, int threads) {
+Competitor algorithm1_competitor(const std::shared_ptr<reference::Algorithm1>& model, int threads) {
   const auto take = [model, threads](long steps) {
     model->set_threads(threads);
     for (long step = 0; step < steps; ++step) model->step(Workload::dt);
@@ -93,7 +89,7 @@ Contestant algorithm1_contestant(const std::shared_ptr<reference::Algorithm1>& m
   return {"algorithm_1", "double", threads, take, finite, threads > 1};
 }
 
-Contestant plain_contestant(const reference::Algorithm1& model) {
+Competitor plain_competitor(const reference::Algorithm1& model) {
   const auto loop = std::make_shared<reference::PlainLoop>(model);
   const auto take = [loop](long steps) {
     for (long step = 0; step < steps; ++step) loop->step(Workload::dt);
@@ -105,26 +101,26 @@ Contestant plain_contestant(const reference::Algorithm1& model) {
   return {"plain_loop", "double", 1, take, finite};
 }
 
-std::vector<Contestant> contestants(const TimingConfig& config, const Body& body, int n) {
-  std::vector<Contestant> all;
-  if (n <= config.largest_oracle) {
+std::vector<Competitor> competitors(const TimingConfig& config, const Body& body, int n) {
+  std::vector<Competitor> all;
+  if (n <= config.largest_algorithm1) {
     const Vec3 gravity(0, 0, Workload::gravity);
     const auto model = std::make_shared<reference::Algorithm1>(body.config(), gravity, 1);
     for (auto& p : model->particles()) p.x[2] *= Workload::stretch;
-    for (const int threads : config.algorithm1_threads) all.push_back(algorithm1_contestant(model, threads));
-    all.push_back(plain_contestant(*model));
+    for (const int threads : config.algorithm1_threads) all.push_back(algorithm1_competitor(model, threads));
+    all.push_back(plain_competitor(*model));
   } else {
     for (const int threads : config.algorithm1_threads)
       all.push_back({"algorithm_1", "double", threads, {}, {}});
     all.push_back({"plain_loop", "double", 1, {}, {}});
   }
-  for (const int threads : config.core_threads) all.push_back(core_contestant<double>(body, threads));
-  for (const int threads : config.core_threads) all.push_back(core_contestant<float>(body, threads));
+  for (const int threads : config.core_threads) all.push_back(core_competitor<double>(body, threads));
+  for (const int threads : config.core_threads) all.push_back(core_competitor<float>(body, threads));
   return all;
 }
 
-/// Warms a contestant up and finds how many updates last a sample.
-void calibrate_steps(Contestant& c, double sample_seconds) {
+/// Warms a competitor up and finds how many updates make a sample.
+void calibrate_steps(Competitor& c, double sample_seconds) {
   c.take(1);  // first touch of its memory, threads started
   const SampleLength length =
       sample_length(sample_seconds, [&](long steps) { return seconds_for(c, steps); });
@@ -132,14 +128,14 @@ void calibrate_steps(Contestant& c, double sample_seconds) {
   c.estimate = length.seconds_per_step;
 }
 
-/// Idle OpenMP threads spin for some 10 ms before they sleep, on cores that the next method needs.
-void let_threads_sleep(const Contestant& c) {
-  if (c.spins_on) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+/// Idle OpenMP threads busy-wait for some 10 ms before they sleep, on cores that the next method needs.
+void let_threads_sleep(const Competitor& c) {
+  if (c.busy_waits) std::this_thread::sleep_for(std::chrono::milliseconds(20));
 }
 
-int repetitions_for(const TimingConfig& config, const std::vector<Contestant>& all) {
+int repetitions_for(const TimingConfig& config, const std::vector<Competitor>& all) {
   double round = 0;
-  for (const Contestant& c : all) round += c.estimate * double(c.steps + 1);
+  for (const Competitor& c : all) round += c.estimate * double(c.steps + 1);
   const double affordable = std::clamp(config.seconds_per_size / round, double(config.fewest_repetitions),
                                        double(config.repetitions));
   return int(std::ceil(affordable / config.passes));
@@ -173,23 +169,17 @@ Table empty_raw() {
                 {"seconds_per_step", "s"}});
 }
 
-void add_row(Table& rows, const Contestant& c, const Size& size) {
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  double median = none, q1 = none, q3 = none;
-  if (!c.samples.empty()) {
-    median = quantile(c.samples, 0.5);
-    q1 = quantile(c.samples, 0.25);
-    q3 = quantile(c.samples, 0.75);
-  }
+void add_row(Table& rows, const Competitor& c, const Size& size) {
+  const Quartiles time = quartiles(c.samples);
   rows.add({c.method, integrator_name, c.precision, std::int64_t(c.threads), std::int64_t(size.n),
-            size.particles, size.springs, median, q1, q3, std::int64_t(c.samples.size()), c.status,
-            1e9 * median / double(size.springs), std::int64_t(c.steps)});
+            size.particles, size.springs, time.median, time.q1, time.q3, std::int64_t(c.samples.size()),
+            c.status, 1e9 * time.median / double(size.springs), std::int64_t(c.steps)});
 }
 
-/// Adds what one pass measured to what is known, and lets go of the bodies.
-void pool(Size& size, std::vector<Contestant> all) {
+/// Adds the samples of one pass to those of the passes before, and frees the bodies.
+void pool(Size& size, std::vector<Competitor> all) {
   for (std::size_t i = 0; i < all.size(); ++i) {
-    Contestant& c = all[i];
+    Competitor& c = all[i];
     if (c.take) c.status = to_string(c.finite() ? Status::ok : Status::non_finite);
     c.take = {};
     c.finite = {};
@@ -200,14 +190,15 @@ void pool(Size& size, std::vector<Contestant> all) {
   size.all = std::move(all);
 }
 
-/// Measures all methods on one body, once a repetition; false if stopped on the way, with nothing added.
+/// Measures all methods on one body, once per repetition; false if stopped before the end, with nothing
+/// added.
 bool measure_size(const TimingConfig& config, int pass, Size& size, Table& raw, Progress& progress,
                   const std::function<void(double)>& report) {
   const Body body(timing_cube(size.n));
   size.particles = std::int64_t(body.particle_count());
   size.springs = std::int64_t(body.spring_count());
-  std::vector<Contestant> all = contestants(config, body, size.n);
-  for (Contestant& c : all) {
+  std::vector<Competitor> all = competitors(config, body, size.n);
+  for (Competitor& c : all) {
     if (!c.take) continue;
     if (progress.stopped()) return false;
     calibrate_steps(c, config.sample_seconds);
@@ -215,19 +206,18 @@ bool measure_size(const TimingConfig& config, int pass, Size& size, Table& raw, 
   }
   const int repetitions = repetitions_for(config, all);
   Table measured = raw;
-  for (int repetition = 0; repetition < repetitions; ++repetition) {
+  const auto sample = [&](std::size_t i) {
+    Competitor& c = all[i];
+    if (!c.take) return;
+    const auto repetition = std::int64_t(c.samples.size());
     report(double(repetition) / repetitions);
-    for (std::size_t turn = 0; turn < all.size(); ++turn) {
-      Contestant& c = all[(turn + std::size_t(repetition)) % all.size()];
-      if (!c.take) continue;
-      if (progress.stopped()) return false;
-      c.take(1);  // its data back into the caches, its threads awake
-      c.samples.push_back(seconds_for(c, c.steps) / double(c.steps));
-      measured.add({c.method, c.precision, std::int64_t(c.threads), std::int64_t(size.n), std::int64_t(pass),
-                    std::int64_t(repetition), std::int64_t(c.steps), c.samples.back()});
-      let_threads_sleep(c);
-    }
-  }
+    c.take(1);  // its data back into the caches, its threads awake
+    c.samples.push_back(seconds_for(c, c.steps) / double(c.steps));
+    measured.add({c.method, c.precision, std::int64_t(c.threads), std::int64_t(size.n), std::int64_t(pass),
+                  repetition, std::int64_t(c.steps), c.samples.back()});
+    let_threads_sleep(c);
+  };
+  if (!interleave(repetitions, all.size(), progress, sample)) return false;
   raw = std::move(measured);
   pool(size, std::move(all));
   return true;
@@ -237,13 +227,13 @@ Json configuration(const TimingConfig& config, const FeatureTimingConfig& featur
   return {{"cells", config.cells},
           {"algorithm_1_threads", config.algorithm1_threads},
           {"structured_sweep_threads", config.core_threads},
-          {"threads_note", "as asked for; the sweep uses at most one a plane of particles, n + 1"},
+          {"threads_note", "as requested; the sweep uses at most one thread per plane of particles, n + 1"},
           {"passes", config.passes},
           {"repetitions", config.repetitions},
           {"fewest_repetitions", config.fewest_repetitions},
           {"sample_seconds", config.sample_seconds},
           {"seconds_per_size", config.seconds_per_size},
-          {"largest_oracle", config.largest_oracle},
+          {"largest_algorithm_1", config.largest_algorithm1},
           {"order",
            "methods in turn, the first one changing from repetition to repetition; passes over the sizes up "
            "and down in turn"},
@@ -270,14 +260,16 @@ Json configuration(const TimingConfig& config, const FeatureTimingConfig& featur
 constexpr const char* caption =
     "Time of one update (springs, damping, gravity, volume, one semi-implicit Euler step) of a full cube "
     "against its cells per edge n. Edge (1 m) and material (E = 100 kPa, nu = 0.3) are held fixed while n"
-    " grows, so spring constants shrink as 1/n. Points are medians, bars quartiles of samples taken in "
-    "turn, in passes over all sizes. Algorithm 1 is the thesis's, as written (12 atomic adds a spring); "
+    " grows, so spring constants shrink as 1/n. Points are medians, bars quartiles of samples that are "
+    "interleaved, in passes over all sizes. Algorithm 1 is the thesis's, as written (12 atomic additions per "
+    "spring); "
     "the plain loop has one thread and no atomics; the structured sweep is this project's core. The "
     "legend gives the exponent of time in n, fitted over n of 20 and more, and the largest n under 40 ms:"
     " interpolated between measured sizes, or by the fit where it lies beyond them. The star is the one "
     "published time (Fig. 5-3: n = 7, 40 ms, 8 threads on an i7-4712MQ); the bar is the same time if an "
-    "update means 3 to 5 steps, as the text says elsewhere. Algorithm 1 with 8 threads shows what more "
-    "threads than cores cost, where the machine has fewer.";
+    "update means 3 to 5 steps, as the text states elsewhere. Algorithm 1 with 8 threads shows the cost of "
+    "more threads "
+    "than cores, if the machine has fewer.";
 
 ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress) {
   const TimingConfig config = timing_config(options);
@@ -287,14 +279,9 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
   const Table summary = timing_summary(tables.rows);
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config, features)};
-  if (tables.rows.size() > 0) {
-    result.charts.push_back({"timing", timing_chart(tables.rows, summary)});
-    result.summary = timing_text(tables.rows, summary);
-  }
+  if (tables.rows.size() > 0) result.summary = timing_text(tables.rows, summary);
   FeatureTables shares = measure_features(features, progress);
   if (progress.stopped()) result.status = Status::interrupted;
-  if (shares.features.size() > 0)
-    result.charts.push_back({"timing_features", features_chart(shares.features)});
   result.tables = {{"timing", std::move(tables.rows)},
                    {"timing_summary", summary},
                    {"timing_features", std::move(shares.features)},
@@ -348,13 +335,13 @@ TimingTables measure_timing(const TimingConfig& config, Progress& progress) {
       tables.status = Status::interrupted;
   }
   for (const Size& size : sizes)
-    for (const Contestant& c : size.all) add_row(tables.rows, c, size);
+    for (const Competitor& c : size.all) add_row(tables.rows, c, size);
   return tables;
 }
 
 namespace {
 
-/// Times are of a machine; what the timed bodies are and where they end is not.
+/// Times depend on the machine; the timed bodies and their final states do not.
 Table baseline_table(const BaselineOptions& options, Progress& progress) {
   Table table(
       {{"cells"}, {"particles"}, {"springs"}, {"total", "J"}, {"volume_ratio"}, {"max_speed", "m/s"}});
@@ -384,6 +371,7 @@ ExperimentInfo experiment() {
           "time of one update against cells per edge: Algorithm 1, plain loop, structured sweep (Fig. 5-3)",
       .accepts = {.cells = true, .largest_cells = 200, .threads = true},
       .run = run_timing,
+      .draw = draw_timing,
       .baseline = {.keys = {"cells"},
                    .rules = {{"total", 1e-9}, {"volume_ratio", 1e-10}, {"max_speed", 1e-9}},
                    .table = baseline_table}};

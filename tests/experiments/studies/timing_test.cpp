@@ -8,6 +8,7 @@
 
 #include "core/spring_system.hpp"
 #include "experiments/simulation/simulation.hpp"
+#include "tests/read_back.hpp"
 
 namespace mss::studies::timing {
 namespace {
@@ -71,7 +72,7 @@ TEST(Timing, HasARowForEveryMethodAndSize) {
 TEST(Timing, SaysWhyAMethodWasSkipped) {
   Progress silent;
   TimingConfig config = tiny();
-  config.largest_oracle = 2;
+  config.largest_algorithm1 = 2;
   const Table rows = measure_timing(config, silent).rows;
   int skipped = 0;
   for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -85,10 +86,10 @@ TEST(Timing, SaysWhyAMethodWasSkipped) {
   EXPECT_EQ(skipped, 3);
 }
 
-/// Says stop from the given question on.
+/// Stops from the given call of stopped() on.
 class StopAt final : public Progress {
  public:
-  explicit StopAt(int question) : left_(question) {}
+  explicit StopAt(int call) : left_(call) {}
   bool stopped() const override { return --left_ < 0; }
 
  private:
@@ -96,8 +97,8 @@ class StopAt final : public Progress {
 };
 
 TEST(Timing, KeepsFinishedSizesWhenStopped) {
-  // One question before each size, one before each of 7 calibrations and 3 x 7 samples: 29 for the first
-  // size.
+  // stopped() is called before each size, before each of 7 calibrations and before each of 3 x 7 samples: 29
+  // times for the first size.
   StopAt in_second(35);
   const TimingTables tables = measure_timing(tiny(), in_second);
   EXPECT_EQ(tables.status, Status::interrupted);
@@ -123,6 +124,20 @@ TEST(Timing, PoolsPassesOverAllSizes) {
   std::vector<double> order;  // of (pass, size)
   for (std::size_t r = 0; r < tables.raw.size(); r += 14) order.push_back(tables.raw.number(r, "cells"));
   EXPECT_EQ(order, (std::vector<double>{2, 3, 3, 2, 2, 3}));
+}
+
+TEST(Timing, DrawsFromItsFiles) {
+  Progress silent;
+  TimingConfig config = tiny();
+  config.largest_algorithm1 = 2;
+  const TimingTables tables = measure_timing(config, silent);
+  const FeatureTables features =
+      measure_features({.cells = {2}, .repetitions = 2, .sample_seconds = 1e-4}, silent);
+  expect_same_drawings(find_experiment("timing"), {{"timing", tables.rows},
+                                                   {"timing_summary", timing_summary(tables.rows)},
+                                                   {"timing_features", features.features},
+                                                   {"timing_lean", features.lean},
+                                                   {"timing_raw", tables.raw}});
 }
 
 /// Rows of one method with seconds = a n^p.
@@ -224,8 +239,8 @@ TEST(TimingFeatures, HasARowForEveryVariant) {
   EXPECT_EQ(chart.y.names.size(), 9U);
 }
 
-/// A step costs 1 us, but now and then something holds all up.
-TEST(SampleLength, IsNotFooledByAMoment) {
+/// A step takes 1 us, but now and then a disturbance adds 4 ms.
+TEST(SampleLength, IsNotChangedByAShortDisturbance) {
   int calls = 0;
   const SampleLength length = sample_length(1e-3, [&](long steps) {
     ++calls;
