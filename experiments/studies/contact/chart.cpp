@@ -1,5 +1,7 @@
-// What `mss validate contact` draws.
+// Charts of `mss validate contact`.
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "experiments/studies/contact/contact.hpp"
 
@@ -7,84 +9,94 @@ namespace mss::studies::contact {
 
 namespace {
 
-/// What a body makes of a law, by what it is asked: `shown` of what was asked and seen.
-ChartSeries answers(const Table& rows, const ContactConfig& config, const std::string& study, ContactLaw law,
-                    const std::string& body, double (*shown)(double asked, double seen)) {
-  ChartSeries series{.label = fmt::format("{}, {}", to_string(law), body)};
-  const std::string method = charted_integrator(config);
+/// What is drawn, from the given coefficient and the measured value of a row.
+using Ordinate = double (*)(double given, double measured);
+
+/// The rows of a chart: one method, pushes along an edge.
+Table charted(const Table& rows, Study study) {
+  return rows.where("study", to_string(study))
+      .where("integrator", charted_integrator(rows))
+      .where("angle", 0.0);
+}
+
+/// One law and body against the given coefficient; failures are counted in the legend.
+ChartSeries series_of(const Table& runs, const std::string& label, Ordinate shown) {
+  ChartSeries series{.label = label};
   int failed = 0;
   std::string why;
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    if (rows.text(r, "study") != study || rows.text(r, "law") != to_string(law) ||
-        rows.text(r, "body") != body || rows.text(r, "integrator") != method || rows.number(r, "angle") != 0)
-      continue;
-    const double asked = rows.number(r, "asked");
-    if (rows.text(r, "status") == "ok") {
-      series.points.push_back({asked, shown(asked, rows.number(r, "value"))});
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const double given = runs.number(r, "coefficient");
+    if (runs.text(r, "status") == "ok") {
+      series.points.push_back({given, shown(given, runs.number(r, "value"))});
     } else {
       ++failed;
-      why = rows.text(r, "status");
+      why = runs.text(r, "status");
     }
   }
   if (failed > 0) series.label += fmt::format(" ({} failed: {})", failed, why);
   return series;
 }
 
-void add_answers(Chart& chart, const Table& rows, const ContactConfig& config, const std::string& study,
-                 const std::vector<std::string>& bodies, double (*shown)(double asked, double seen)) {
-  for (const std::string& body : bodies)
-    for (const ContactLaw law : config.laws)
-      chart.series.push_back(answers(rows, config, study, law, body, shown));
+void add_series(Chart& chart, const Table& rows, Study study, const std::vector<BodyKind>& bodies,
+                Ordinate shown) {
+  const Table runs = charted(rows, study);
+  for (const BodyKind body : bodies)
+    for (const std::string& law : rows.distinct("law"))
+      chart.series.push_back(series_of(runs.where("body", to_string(body)).where("law", law),
+                                       fmt::format("{}, {}", law, to_string(body)), shown));
 }
 
-Chart bounce_chart(const Table& rows, const ContactConfig& config) {
-  Chart chart{.title = "Restitution: by how much bounces miss what is asked",
-              .subtitle = fmt::format(
-                  "a particle dropped from 1 m; seen in its last bounce above 1 cm, at most the fourth; {}",
-                  charted_integrator(config)),
-              .x = {.label = "restitution asked"},
-              .y = {.label = "restitution seen less what is asked"}};
-  add_answers(chart, rows, config, "bounce", {"particle"},
-              [](double asked, double seen) { return seen - asked; });
+Chart bounce_chart(const Table& rows) {
+  Chart chart{.title = "Restitution: measured less given coefficient",
+              .subtitle = fmt::format("a particle dropped from 1 m; measured at its last bounce above 1 cm, "
+                                      "the fourth at most; {}",
+                                      charted_integrator(rows)),
+              .x = {.label = "given coefficient of restitution"},
+              .y = {.label = "measured less given coefficient"}};
+  add_series(chart, rows, Study::bounce, {BodyKind::particle},
+             [](double given, double measured) { return measured - given; });
   return chart;
 }
 
-Chart stop_chart(const Table& rows, const ContactConfig& config) {
-  Chart chart{.title = "Friction: how far a push goes",
+Chart stop_chart(const Table& rows) {
+  Chart chart{.title = "Friction: stopping distance after a push",
               .subtitle = fmt::format("2 m/s along an edge on level ground; by the law v^2 / (2 mu g); {}",
-                                      charted_integrator(config)),
-              .x = {.label = "friction asked, mu", .low = 0},
-              .y = {.label = "distance / the law's", .low = 0, .high = 1.2}};
-  add_answers(chart, rows, config, "stop", {"particle", "block"},
-              [](double asked, double seen) { return asked / seen; });
+                                      charted_integrator(rows)),
+              .x = {.label = "given coefficient of friction, mu", .low = 0},
+              .y = {.label = "distance / that of the law", .low = 0, .high = 1.2}};
+  add_series(chart, rows, Study::stop, {BodyKind::particle, BodyKind::block},
+             [](double given, double measured) { return given / measured; });
   return chart;
 }
 
-Chart slope_chart(const Table& rows, const ContactConfig& config) {
-  Chart chart{.title = "A slope of tan = 0.5: who sticks, who slides how far",
+Chart slope_chart(const Table& rows) {
+  Chart chart{.title = "Friction: sliding distance on a slope of tan = 0.5",
               .subtitle = fmt::format("in one second; by the law 1/2 g (sin - mu cos) t^2 up to mu = 0.5; {}",
-                                      charted_integrator(config)),
-              .x = {.label = "friction, mu"},
+                                      charted_integrator(rows)),
+              .x = {.label = "given coefficient of friction, mu"},
               .y = {.label = "distance [m]", .low = 0}};
+  const Table runs = charted(rows, Study::slope);
+  double most = runs.size() > 0 ? 0.5 : 1;
+  for (std::size_t r = 0; r < runs.size(); ++r) most = std::max(most, runs.number(r, "coefficient"));
   ChartSeries law{.label = "by the law"};
-  const double most = config.slope_frictions.empty() ? 1 : config.slope_frictions.back();
-  for (const double mu : {0.0, 0.5, std::max(0.5, most)}) law.points.push_back({mu, expected_slide(mu)});
+  for (const double mu : {0.0, 0.5, most}) law.points.push_back({mu, expected_slide(mu)});
   chart.series.push_back(std::move(law));
-  add_answers(chart, rows, config, "slope", {"particle", "block"}, [](double, double seen) { return seen; });
+  add_series(chart, rows, Study::slope, {BodyKind::particle, BodyKind::block},
+             [](double, double measured) { return measured; });
   return chart;
 }
 
-Chart rest_chart(const Table& rest, const ContactConfig& config) {
-  constexpr double nothing = 1e-35;
+Chart rest_chart(const Table& rows, const Table& rest) {
+  constexpr double lowest = 1e-35;  // below, nothing moves
   Chart chart{.title = "Coming to rest",
               .subtitle = fmt::format("the thesis's cube, dropped spinning; e = 0.5, mu = 0.4; {}",
-                                      charted_integrator(config)),
+                                      charted_integrator(rows)),
               .x = {.label = "time [s]"},
               .y = {.label = "kinetic energy / its peak", .logarithmic = true}};
-  for (const ContactLaw law : config.laws) {
-    ChartSeries series{.label = to_string(law)};
+  for (const std::string& law : rows.distinct("law")) {
+    ChartSeries series{.label = law};
     for (std::size_t r = 0; r < rest.size(); ++r)
-      if (rest.text(r, "law") == to_string(law) && rest.number(r, "kinetic_over_peak") > nothing)
+      if (rest.text(r, "law") == law && rest.number(r, "kinetic_over_peak") > lowest)
         series.points.push_back({rest.number(r, "t"), rest.number(r, "kinetic_over_peak")});
     chart.series.push_back(std::move(series));
   }
@@ -93,12 +105,20 @@ Chart rest_chart(const Table& rest, const ContactConfig& config) {
 
 }  // namespace
 
-std::vector<NamedChart> contact_charts(const ContactTables& tables, const ContactConfig& config) {
-  if (tables.rows.size() == 0) return {};
-  return {{"contact", bounce_chart(tables.rows, config)},
-          {"contact_stop", stop_chart(tables.rows, config)},
-          {"contact_slope", slope_chart(tables.rows, config)},
-          {"contact_rest", rest_chart(tables.rest, config)}};
+std::string charted_integrator(const Table& rows) {
+  const Table blocks = rows.where("body", to_string(BodyKind::block));
+  const std::vector<std::string> methods = (blocks.size() > 0 ? blocks : rows).distinct("integrator");
+  const bool has_verlet = std::find(methods.begin(), methods.end(), "verlet") != methods.end();
+  return has_verlet ? "verlet" : methods.front();
+}
+
+Drawings draw_contact(const std::vector<NamedTable>& tables) {
+  const Table& rows = find_table(tables, "contact");
+  if (rows.size() == 0) return {};
+  return {.charts = {{"contact", bounce_chart(rows)},
+                     {"contact_stop", stop_chart(rows)},
+                     {"contact_slope", slope_chart(rows)},
+                     {"contact_rest", rest_chart(rows, find_table(tables, "contact_rest"))}}};
 }
 
 }  // namespace mss::studies::contact

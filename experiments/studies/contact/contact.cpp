@@ -1,12 +1,12 @@
-// Whether contact obeys the laws it is given: heights of bounces, slopes that hold or not, stopping
-// distances, rest; for the three laws of core/contact.hpp, the thesis's Algorithm 2 among them, whose misses
-// are shown beside what the others reach. Runs are in contact_runs.cpp, what is drawn in contact_chart.cpp.
+// Whether contact obeys the laws whose coefficients it is given: heights of bounces, distances slid and
+// stopped in, rest; for the three laws of core/contact.hpp, one of which is the thesis's Algorithm 2. Runs
+// are in runs.cpp, charts in chart.cpp.
 #include "experiments/studies/contact/contact.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 namespace mss::studies::contact {
 
@@ -29,22 +29,22 @@ Json configuration(const ContactConfig& c) {
 }
 
 constexpr const char* caption =
-    "What contact makes of the coefficients it is given, for its three laws. A bounce should come back to "
-    "e^2 of its height, a push v should end after v^2 / (2 mu g) whatever its direction, a slope should hold "
-    "a body iff its tangent is at most mu and else let it slide 1/2 g (sin - mu cos) t^2. The thesis's law "
-    "`thesis` multiplies all of a velocity by its loss factor at every touch and has friction without a "
-    "direction; its misses are its own. `penalty` is smooth: it sinks a little, creeps on slopes, and what "
-    "it gives back of a bounce depends on how fast and how stiff that is. Charts show one method; the table "
-    "has them all. Left out: edges against each other, contact of bodies with bodies, other speeds.";
+    "Response of contact to the coefficients it is given, for its three laws. A bounce should return to "
+    "e^2 of its height, a push at speed v should stop after v^2 / (2 mu g) in any direction, and a body on a "
+    "slope should stick if mu is at least the tangent and else slide 1/2 g (sin - mu cos) t^2. The thesis's "
+    "law `thesis` multiplies the whole velocity by its loss factor at every contact, and its friction has no "
+    "direction; its errors are inherent. `penalty` is smooth: it lets bodies penetrate a little and creep on "
+    "slopes, and its restitution depends on speed and stiffness. Charts show one method; the table has all. "
+    "Left out: contact of edges, contact between bodies, other speeds.";
 
-/// Of every study, body and law the largest error, and whose it is.
+/// The largest error of every study, body and law, with the method and coefficient that have it.
 std::string summary(const Table& rows) {
   std::string lines;
   for (const std::string& study : rows.distinct("study"))
     for (const std::string& body : rows.distinct("body"))
       for (const std::string& law : rows.distinct("law")) {
         double worst = -1;
-        std::string whose, failure;
+        std::string where, failure;
         for (std::size_t r = 0; r < rows.size(); ++r) {
           if (rows.text(r, "study") != study || rows.text(r, "body") != body || rows.text(r, "law") != law)
             continue;
@@ -52,12 +52,12 @@ std::string summary(const Table& rows) {
             failure = fmt::format("; {} {}", rows.text(r, "integrator"), rows.text(r, "status"));
           } else if (rows.number(r, "error") > worst) {
             worst = rows.number(r, "error");
-            whose = fmt::format("{} at {:g}", rows.text(r, "integrator"), rows.number(r, "asked"));
+            where = fmt::format("{} at {:g}", rows.text(r, "integrator"), rows.number(r, "coefficient"));
           }
         }
         if (worst >= 0 || !failure.empty())
-          lines += fmt::format("{:<7} {:<13} {:<8} off by at most {:<8} {}{}\n", study, body, law,
-                               worst >= 0 ? fmt::format("{:.2g}", worst) : "-", whose, failure);
+          lines += fmt::format("{:<7} {:<13} {:<8} error at most {:<8} {}{}\n", study, body, law,
+                               worst >= 0 ? fmt::format("{:.2g}", worst) : "-", where, failure);
       }
   return lines;
 }
@@ -67,18 +67,45 @@ ExperimentResult run_contact(const ExperimentOptions& options, Progress& progres
   ContactTables tables = measure_contact(config, progress);
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
-  result.charts = contact_charts(tables, config);
   result.summary = summary(tables.rows);
-  result.tables = {{"contact", std::move(tables.rows)}, {"contact_rest", std::move(tables.rest)}};
+  result.tables = contact_files(std::move(tables));
   return result;
 }
 
 }  // namespace
 
-std::string charted_integrator(const ContactConfig& config) {
-  const auto& some = config.block_integrators;
-  return some.empty() || std::find(some.begin(), some.end(), "verlet") != some.end() ? "verlet"
-                                                                                     : some.front();
+const char* to_string(Study study) {
+  switch (study) {
+    case Study::bounce:
+      return "bounce";
+    case Study::stop:
+      return "stop";
+    case Study::slope:
+      return "slope";
+    case Study::rest:
+      return "rest";
+    case Study::depth:
+      return "depth";
+    case Study::flight:
+      return "flight";
+  }
+  return "";
+}
+
+const char* to_string(BodyKind body) {
+  switch (body) {
+    case BodyKind::particle:
+      return "particle";
+    case BodyKind::block:
+      return "block";
+    case BodyKind::thesis_cube:
+      return "thesis's cube";
+  }
+  return "";
+}
+
+std::vector<NamedTable> contact_files(ContactTables tables) {
+  return {{"contact", std::move(tables.rows)}, {"contact_rest", std::move(tables.rest)}};
 }
 
 ContactConfig contact_config(const ExperimentOptions& options) {
@@ -104,11 +131,11 @@ ContactConfig contact_config(const ExperimentOptions& options) {
 
 namespace {
 
-/// Whether a row is the same on every machine. Under the thesis's law rounding decides whether what lies on a
-/// plane is reflected or put down, and a particle that loses nothing returns to just its height, or just not.
-bool is_steady(const Table& rows, std::size_t r) {
-  return rows.text(r, "law") != "thesis" ||
-         (rows.text(r, "study") == "bounce" && rows.number(r, "asked") != 1);
+/// Whether a row is the same on every machine. Under the thesis's law rounding decides whether a particle on
+/// a plane is reflected or placed on it, and whether one that loses nothing returns to its height.
+bool is_reproducible(const Table& rows, std::size_t r) {
+  return rows.text(r, "law") != to_string(ContactLaw::thesis) ||
+         (rows.text(r, "study") == to_string(Study::bounce) && rows.number(r, "coefficient") != 1);
 }
 
 Table baseline_table(const BaselineOptions& options, Progress& progress) {
@@ -126,10 +153,10 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
   }
   config.threads = options.threads;
   const Table all = measure_contact(config, progress).rows;
-  Table steady(all.columns());
+  Table reproducible(all.columns());
   for (std::size_t r = 0; r < all.size(); ++r)
-    if (is_steady(all, r)) steady.add(all.rows()[r]);
-  return steady;
+    if (is_reproducible(all, r)) reproducible.add(all.rows()[r]);
+  return reproducible;
 }
 
 }  // namespace
@@ -140,8 +167,9 @@ ExperimentInfo experiment() {
           .summary = "bounces, slopes, pushes and rest on a plane against the laws of contact",
           .accepts = {.integrators = moving_integrators},
           .run = run_contact,
+          .draw = draw_contact,
           .baseline = {
-              .keys = {"study", "law", "integrator", "body", "asked", "angle"},
+              .keys = {"study", "law", "integrator", "body", "coefficient", "angle"},
               .rules = {{"dt", 1e-12}, {"value", 1e-4, 1e-9}, {"expected", 1e-12}, {"error", 1e-2, 1e-6}},
               .table = baseline_table}};
 }

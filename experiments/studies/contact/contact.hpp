@@ -8,32 +8,45 @@
 
 namespace mss::studies::contact {
 
-/// What `mss validate contact` asks of contact: that it obeys the laws it is given coefficients of.
+/// What a row compares with the law of contact: heights of bounces; the distance in which a push stops; the
+/// distance slid down a slope in a second; and of a cube that lands spinning, the kinetic energy left at the
+/// end, the deepest penetration, and the energy gained in flight.
+enum class Study { bounce, stop, slope, rest, depth, flight };
+const char* to_string(Study study);
+
+enum class BodyKind { particle, block, thesis_cube };
+const char* to_string(BodyKind body);
+
+/// What `mss validate contact` computes: whether contact obeys the laws whose coefficients it is given.
 struct ContactConfig {
   std::vector<ContactLaw> laws{ContactLaw::impulse, ContactLaw::penalty, ContactLaw::thesis};
-  std::vector<std::string> integrators;        ///< of particles
-  std::vector<std::string> block_integrators;  ///< of bodies, which take longer
+  std::vector<std::string> integrators;        ///< for particles
+  std::vector<std::string> block_integrators;  ///< for bodies, which take longer
   std::vector<double> restitutions;            ///< of bounces
   std::vector<double> frictions;               ///< of pushes
-  std::vector<double> degrees;                 ///< directions of pushes against the lattice
+  std::vector<double> degrees;                 ///< between a push and the edges of the lattice
   std::vector<double> slope_frictions;         ///< on a slope of tan = 0.5
-  double rest_seconds = 8;                     ///< that a spinning cube is watched for
+  double rest_seconds = 8;                     ///< simulated time of the spinning cube
   int threads = 1;
 };
 ContactConfig contact_config(const ExperimentOptions& options);
 
 struct ContactTables {
   Table rows;
-  Table rest;  ///< kinetic energy of the cube that comes to rest, against time
+  Table rest;  ///< kinetic energy of the cube against time, by the charted method
   Status status = Status::ok;
 };
 ContactTables measure_contact(const ContactConfig& config, Progress& progress);
 
-/// The method that charts show.
-std::string charted_integrator(const ContactConfig& config);
-std::vector<NamedChart> contact_charts(const ContactTables& tables, const ContactConfig& config);
+/// All tables under the names of their files.
+std::vector<NamedTable> contact_files(ContactTables tables);
 
-/// How far a particle slides in a second, by the law [m]; tan(slope) = 0.5.
+/// The method that charts show: `verlet` where it moved a block, else the first that did, or that moved a
+/// particle. The rows must not be empty.
+std::string charted_integrator(const Table& rows);
+Drawings draw_contact(const std::vector<NamedTable>& tables);
+
+/// By the law: how far a particle slides in a second on a slope of tan = 0.5 [m].
 double expected_slide(double friction);
 
 }  // namespace mss::studies::contact

@@ -25,16 +25,16 @@ constexpr double gravity = 9.81;       ///< [m/s^2]
 constexpr double longest_step = 1e-3;  ///< [s]; half the limit of central differences if that is shorter
 const double slope = std::atan(0.5);
 
-/// What is tried: a method, a law, a body.
+/// A method, a law and a body.
 struct Subject {
   std::string integrator;
   ContactLaw law = ContactLaw::impulse;
-  std::string body;
+  BodyKind body = BodyKind::particle;
   BodyConfig config{};
   int threads = 1;
 };
 
-/// A method at work on a body on the ground z = 0, under gravity that leans by an angle along x.
+/// A body on the ground z = 0, moved by a method, under gravity that is inclined by an angle along x.
 class Trial {
  public:
   Trial(const Subject& subject, double restitution, double friction, double angle = 0)
@@ -58,7 +58,7 @@ class Trial {
     if (status_ == Status::ok) status_ = method_->advance(system_, state_, t, work_);
     return status_ == Status::ok;
   }
-  /// Takes over how another one ended.
+  /// Starts from the end of another one.
   void begin(const Trial& settled) {
     state_ = settled.state_;
     state_.t = 0;
@@ -107,30 +107,34 @@ class Trial {
   double dt_ = 0;
 };
 
-/// What one run answers.
-struct Answer {
+/// A measured value beside that of the law. A coefficient is compared by what follows from it: `error` is
+/// that of the heights or the distance, relative.
+struct Comparison {
   double value = none, expected = none;
-  double error = none;  ///< of the heights or the distance, as a share of it
+  double error = none;
 };
 
 class Recorder {
  public:
   explicit Recorder(Table& rows) : rows_(rows) {}
-  void add(const std::string& study, const Subject& subject, double asked, double degrees, const Trial& trial,
-           const Answer& answer) {
+  void add(Study study, const Subject& subject, double coefficient, double degrees, const Trial& trial,
+           const Comparison& comparison) {
     const bool ok = trial.status() == Status::ok;
-    const bool found = std::isfinite(answer.value) && std::isfinite(answer.error);
-    rows_.add({study, to_string(subject.law), subject.integrator, subject.body, asked, degrees, trial.dt(),
-               ok && found ? answer.value : none, answer.expected, ok && found ? answer.error : none,
-               std::string(ok && !found ? "not found" : mss::to_string(trial.status()))});
+    const bool found = std::isfinite(comparison.value) && std::isfinite(comparison.error);
+    rows_.add({std::string(to_string(study)), to_string(subject.law), subject.integrator,
+               std::string(to_string(subject.body)), coefficient, degrees, trial.dt(),
+               ok && found ? comparison.value : none, comparison.expected,
+               ok && found ? comparison.error : none,
+               std::string(ok && !found ? "not found" : to_string(trial.status()))});
   }
+
+  const Table& rows() const { return rows_; }
 
  private:
   Table& rows_;
 };
 
-/// Highest points after a number of bounces, of a particle dropped from a height of 1 m; fewer if time runs
-/// out.
+/// Heights of the first bounces of a particle dropped from 1 m; fewer if the time is over before.
 std::vector<double> heights(Trial& trial, int bounces, double seconds) {
   std::vector<double> tops;
   trial.put_on_ground();
@@ -149,83 +153,84 @@ std::vector<double> heights(Trial& trial, int bounces, double seconds) {
 }
 
 void bounce(const Subject& subject, double restitution, Recorder& recorder) {
-  constexpr double lowest = 0.01;  // bounces below drown in the spacing of samples
+  constexpr double lowest = 0.01;  // [m]; the spacing of samples does not resolve lower bounces
   int bounces = 1;
   while (bounces < 4 && reference::bounce_height(1, restitution, bounces + 1) >= lowest) ++bounces;
   Trial trial(subject, restitution, 0.4);
   const double fall = std::sqrt(2 / gravity);
   const std::vector<double> tops = heights(trial, bounces, fall * (2 + 2 * bounces));
-  Answer answer{.expected = restitution};
-  if (restitution == 0) {  // it should have stayed
-    answer.error = tops.empty() ? 0 : std::max(0.0, tops.front());
-    answer.value = std::sqrt(answer.error);
+  Comparison comparison{.expected = restitution};
+  if (restitution == 0) {  // it should stay on the ground
+    comparison.error = tops.empty() ? 0 : std::max(0.0, tops.front());
+    comparison.value = std::sqrt(comparison.error);
   } else if (int(tops.size()) == bounces) {
-    answer.value = std::pow(tops.back(), 0.5 / bounces);
-    answer.error = 0;
+    comparison.value = std::pow(tops.back(), 0.5 / bounces);
+    comparison.error = 0;
     for (int k = 1; k <= bounces; ++k)
-      answer.error = std::max(
-          answer.error, std::abs(tops[std::size_t(k - 1)] / reference::bounce_height(1, restitution, k) - 1));
+      comparison.error =
+          std::max(comparison.error,
+                   std::abs(tops[std::size_t(k - 1)] / reference::bounce_height(1, restitution, k) - 1));
   }
-  recorder.add("bounce", subject, restitution, 0, trial, answer);
+  recorder.add(Study::bounce, subject, restitution, 0, trial, comparison);
 }
 
-/// The friction that would have stopped a push where the run ended.
+/// The coefficient of friction that would stop a push after the distance of the run.
 void stop(const Subject& subject, double friction, double degrees, Recorder& recorder) {
   constexpr double speed = 2;
   const double angle = degrees * std::numbers::pi / 180;
   Trial trial(subject, 0.5, friction);
-  if (subject.body == "particle") trial.put_on_ground();
+  if (subject.body == BodyKind::particle) trial.put_on_ground();
   trial.push(speed * Vec3(std::cos(angle), std::sin(angle), 0));
   const Vec3 start = trial.centre();
   trial.advance(1.5 * speed / (friction * gravity));
   Vec3 moved = trial.centre() - start;
   moved[2] = 0;
   const double expected = reference::stopping_distance(gravity, speed, friction);
-  recorder.add("stop", subject, friction, degrees, trial,
+  recorder.add(Study::stop, subject, friction, degrees, trial,
                {.value = speed * speed / (2 * gravity * moved.norm()),
                 .expected = friction,
                 .error = std::abs(moved.norm() / expected - 1)});
 }
 
-/// How far a body slides in a second. A block first settles glued to the slope, and is let go some time
-/// before, because the strain of sticking goes with a jerk.
+/// How far a body slides in a second. A block first settles on the slope under high friction, and slides for
+/// some time before the second begins, because the strain of sticking is released suddenly.
 void slide(const Subject& subject, double friction, Recorder& recorder) {
-  constexpr double settling = 0.6, glue = 10, one_second = 1;
-  const double run_in = subject.body == "particle" ? 0 : 0.4;
+  constexpr double settling = 0.6, high_friction = 10, one_second = 1;
+  const double run_in = subject.body == BodyKind::particle ? 0 : 0.4;
   Trial trial(subject, 0, friction, slope);
-  if (subject.body == "particle") {
+  if (subject.body == BodyKind::particle) {
     trial.put_on_ground();
   } else {
-    Trial glued(subject, 0, glue, slope);
-    glued.advance(settling);
-    trial.begin(glued);
+    Trial settled(subject, 0, high_friction, slope);
+    settled.advance(settling);
+    trial.begin(settled);
     trial.advance(run_in);
   }
   const Vec3 start = trial.centre(), velocity = trial.velocity();
   trial.advance(run_in + one_second);
   const double value = (trial.centre() - start)[0] - velocity[0] * one_second;
   const double expected = expected_slide(friction), frictionless = expected_slide(0);
-  recorder.add("slope", subject, friction, 0, trial,
+  recorder.add(Study::slope, subject, friction, 0, trial,
                {.value = value,
                 .expected = expected,
                 .error = std::abs(value - expected) / (expected > 0 ? expected : frictionless)});
 }
 
-/// What is seen of a cube that is dropped spinning.
+/// Measurements of a cube that is dropped spinning.
 struct Landing {
   double peak = 0;     ///< of its kinetic energy [J]
   double deepest = 0;  ///< below the ground [m]
-  double rise = 0;     ///< of its energy from look to look while it cannot have touched [J]
+  double rise = 0;     ///< largest gain of energy between samples that cannot have had contact [J]
   std::vector<double> t, kinetic;
 };
 
 Landing land(Trial& trial, double seconds) {
-  constexpr double look = 0.01;                       // [s]
-  const double out_of_reach = trial.cell_size() / 4;  // it cannot have touched since the last look
+  constexpr double sample = 0.01;                     // [s]
+  const double out_of_reach = trial.cell_size() / 4;  // no contact since the last sample
   Landing landing;
   double before = none;
   trial.push({1, 0, 0}, {3, 2, 1});
-  for (long i = 1; double(i) * look <= seconds && trial.advance(double(i) * look); ++i) {
+  for (long i = 1; double(i) * sample <= seconds && trial.advance(double(i) * sample); ++i) {
     const Measures m = trial.measured();
     if (!is_finite(m)) {  // energies overflow before coordinates do
       trial.fail(Status::non_finite);
@@ -243,34 +248,34 @@ Landing land(Trial& trial, double seconds) {
   return landing;
 }
 
-void rest(const Subject& subject, const ContactConfig& config, Recorder& recorder, Table& table) {
+/// `series` gets every tenth sample of the charted method.
+void rest(const Subject& subject, double seconds, Recorder& recorder, Table& series) {
   Trial trial(subject, 0.5, 0.4);
-  const Landing seen = land(trial, config.rest_seconds);
-  const auto add = [&](const std::string& study, double value) {
+  const Landing landing = land(trial, seconds);
+  const auto add = [&](Study study, double value) {
     recorder.add(study, subject, 0.5, 0, trial, {.value = value, .expected = 0, .error = value});
   };
-  add("rest", seen.kinetic.empty() ? none : seen.kinetic.back() / seen.peak);
-  add("depth", seen.deepest / trial.cell_size());
-  add("flight", seen.rise / seen.peak);
-  if (subject.integrator != charted_integrator(config)) return;
-  for (std::size_t i = 0; i < seen.t.size(); i += 10)
-    table.add({to_string(subject.law), subject.integrator, seen.t[i], seen.kinetic[i] / seen.peak});
+  add(Study::rest, landing.kinetic.empty() ? none : landing.kinetic.back() / landing.peak);
+  add(Study::depth, landing.deepest / trial.cell_size());
+  add(Study::flight, landing.rise / landing.peak);
+  if (subject.integrator != charted_integrator(recorder.rows())) return;
+  for (std::size_t i = 0; i < landing.t.size(); i += 10)
+    series.add({to_string(subject.law), subject.integrator, landing.t[i], landing.kinetic[i] / landing.peak});
 }
 
-/// Everything to be run, in the order of the table.
+/// All runs in the order of the table.
 std::vector<std::function<void(Recorder&, Table&)>> runs(const ContactConfig& config) {
   std::vector<std::function<void(Recorder&, Table&)>> all;
-  const auto subjects = [&](const std::string& name, const BodyConfig& body,
-                            const std::vector<std::string>& methods) {
+  const auto subjects = [&](BodyKind kind, const BodyConfig& body, const std::vector<std::string>& methods) {
     std::vector<Subject> some;
     for (const ContactLaw law : config.laws)
       for (const std::string& method : methods)
         if (law == ContactLaw::penalty || find_integrator(method).stepping == Stepping::fixed)
-          some.push_back({method, law, name, body, config.threads});
+          some.push_back({method, law, kind, body, config.threads});
     return some;
   };
-  const auto particles = subjects("particle", free_particles(), config.integrators);
-  const auto blocks = subjects("block", rubber_block(), config.block_integrators);
+  const auto particles = subjects(BodyKind::particle, free_particles(), config.integrators);
+  const auto blocks = subjects(BodyKind::block, rubber_block(), config.block_integrators);
   for (const Subject& s : particles)
     for (const double e : config.restitutions)
       all.emplace_back([=](Recorder& recorder, Table&) { bounce(s, e, recorder); });
@@ -282,8 +287,10 @@ std::vector<std::function<void(Recorder&, Table&)>> runs(const ContactConfig& co
       for (const double mu : config.slope_frictions)
         all.emplace_back([=](Recorder& recorder, Table&) { slide(s, mu, recorder); });
     }
-  for (const Subject& s : subjects("thesis's cube", thesis_cube(), config.block_integrators))
-    all.emplace_back([=, &config](Recorder& recorder, Table& table) { rest(s, config, recorder, table); });
+  for (const Subject& s : subjects(BodyKind::thesis_cube, thesis_cube(), config.block_integrators))
+    all.emplace_back([s, seconds = config.rest_seconds](Recorder& recorder, Table& series) {
+      rest(s, seconds, recorder, series);
+    });
   return all;
 }
 
@@ -296,7 +303,7 @@ ContactTables measure_contact(const ContactConfig& config, Progress& progress) {
                               {"law"},
                               {"integrator"},
                               {"body"},
-                              {"asked"},
+                              {"coefficient"},
                               {"angle", "degrees"},
                               {"dt", "s"},
                               {"value"},

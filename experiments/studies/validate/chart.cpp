@@ -57,7 +57,7 @@ Chart validation_chart(const Table& rows, const Table& description, Abscissa abs
               .y = {.label = (large ? "relative difference of the " : "relative error of the ") +
                              description.text(0, "quantity"),
                     .logarithmic = true}};
-  const std::vector<std::string> models = rows.distinct("model");  // a model looks the same in all charts
+  const std::vector<std::string> models = rows.distinct("model");  // a model has one style in all charts
   for (std::size_t m = 0; m < models.size(); ++m) {
     const Table runs = of_case.where("model", models[m]);
     if (runs.size() == 0) continue;

@@ -1,5 +1,4 @@
-// The cube of `mss volume` falls, a little askew, and bounces: what happens to its volume on the way, by
-// model and by integrator.
+// The cube of `mss volume` falls tilted and bounces: its volume against time, by model and by integrator.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -15,14 +14,14 @@ namespace mss::studies::volume {
 
 namespace {
 
-constexpr int cells = 4;             ///< per edge
-constexpr int samples = 80;          ///< of a run
-constexpr double duration = 0.4;     ///< [s]
-constexpr double speed = 0.5;        ///< [m/s] at the start
-constexpr double density = 10;       ///< [kg/m^3]: waves cross the cube in a twelfth of a second
-constexpr double shown_share = 0.8;  ///< step of the runs whose volume is shown against time
+constexpr int cells = 4;            ///< per edge
+constexpr int samples = 80;         ///< of a run
+constexpr double duration = 0.4;    ///< [s]
+constexpr double speed = 0.5;       ///< [m/s] at the start
+constexpr double density = 10;      ///< [kg/m^3]: waves cross the cube in a twelfth of a second
+constexpr double kept_share = 0.8;  ///< step of the runs whose volume against time is kept
 
-/// One model's cube above a plane without losses.
+/// One model's cube above a plane of restitution 1 without friction.
 struct Fall {
   Fall(const VolumeConfig& config, const VolumeModel& m) : model(m), body(cube(m)) {
     Environment environment{.gravity = Vec3(0, 0, -9.81)};
@@ -39,7 +38,7 @@ struct Fall {
     return body;
   }
 
-  /// Turned, its lowest corner a hundredth above the plane.
+  /// Tilted, its lowest corner 0.01 m above the plane.
   State<double> start() const {
     State<double> state = system->rest_state();
     const Eigen::AngleAxisd turn(0.1, Vec3(1, 0.6, 0.2).normalized());
@@ -66,8 +65,8 @@ struct History {
   std::vector<double> t{}, drift{}, thesis{}, worst{};
 };
 
-/// Of a run with steps of a share of the limit; of an adaptive method's own if that is 0.
-History follow(const Fall& fall, const std::string& integrator, double share) {
+/// Runs with steps of a share of the limit; 0: with an adaptive method's own.
+History run_sampled(const Fall& fall, const std::string& integrator, double share) {
   IntegratorOptions options{.dt = share * fall.limit, .tolerance = 1e-5};
   scale_errors(options, *fall.system);
   const auto method = find_integrator(integrator).make<double>(options);
@@ -77,7 +76,7 @@ History follow(const Fall& fall, const std::string& integrator, double share) {
   for (int i = 1; i <= samples; ++i) {
     history.status = method->advance(*fall.system, state, i * duration / samples, work);
     const Measures m = measure(*fall.system, state);
-    // Beyond a hundred times its volume nothing is left of a body.
+    // A body of a hundred times its volume has blown up.
     if (history.status == Status::ok && !(std::abs(m.volume_ratio) < 100))
       history.status = Status::non_finite;
     if (history.status != Status::ok) break;
@@ -89,14 +88,15 @@ History follow(const Fall& fall, const std::string& integrator, double share) {
   return history;
 }
 
-/// Largest difference of two drifts, the exact one's interpolated where the other was seen.
-double difference(const History& a, const History& exact) {
+/// Largest difference of the drift from that of the reference, which is interpolated in time.
+double difference(const History& a, const History& reference) {
   double largest = 0;
   for (std::size_t i = 0; i < a.t.size(); ++i) {
-    const auto next = std::size_t(std::upper_bound(exact.t.begin(), exact.t.end(), a.t[i]) - exact.t.begin());
-    const std::size_t right = std::clamp<std::size_t>(next, 1, exact.t.size() - 1), left = right - 1;
-    const double share = (a.t[i] - exact.t[left]) / (exact.t[right] - exact.t[left]);
-    const double drift = exact.drift[left] + share * (exact.drift[right] - exact.drift[left]);
+    const auto next =
+        std::size_t(std::upper_bound(reference.t.begin(), reference.t.end(), a.t[i]) - reference.t.begin());
+    const std::size_t right = std::clamp<std::size_t>(next, 1, reference.t.size() - 1), left = right - 1;
+    const double share = (a.t[i] - reference.t[left]) / (reference.t[right] - reference.t[left]);
+    const double drift = reference.drift[left] + share * (reference.drift[right] - reference.drift[left]);
     largest = std::max(largest, std::abs(a.drift[i] - drift));
   }
   return largest;
@@ -116,8 +116,8 @@ double largest(const std::vector<double>& values) {
 }
 
 VolumeRow row_of(const Fall& fall, const std::string& integrator, double share, const History& history,
-                 const History& exact) {
-  VolumeRow row{.study = "bounce",
+                 const History& reference) {
+  VolumeRow row{.study = Study::bounce,
                 .model = fall.model.name,
                 .integrator = integrator,
                 .cells = cells,
@@ -128,7 +128,7 @@ VolumeRow row_of(const Fall& fall, const std::string& integrator, double share, 
   row.drift = largest(history.drift);
   row.drift_thesis = largest(history.thesis);
   row.worst_cell = largest(history.worst);
-  row.difference = difference(history, exact);
+  row.difference = difference(history, reference);
   return row;
 }
 
@@ -139,18 +139,20 @@ bool measure_bounces(const VolumeConfig& config, VolumeTables& tables, Progress&
     progress.report(1, "bounce: " + model.name);
     if (progress.stopped()) return false;
     const Fall fall(config, model);
-    const History exact = follow(fall, "rk4", exact_bounce_step);
-    keep(fall, "rk4", exact_bounce_step, exact, tables.bounce);
-    add_row(tables.rows, row_of(fall, "rk4", exact_bounce_step, exact, exact));
-    if (model.model != spring_model || model.poisson != 0.45 || exact.status != Status::ok) continue;
+    const History reference = run_sampled(fall, "rk4", reference_bounce_step);
+    keep(fall, "rk4", reference_bounce_step, reference, tables.bounce);
+    add_row(tables.rows, row_of(fall, "rk4", reference_bounce_step, reference, reference));
+    if (model.filling != detailed_filling || model.poisson != detailed_poisson ||
+        reference.status != Status::ok)
+      continue;
     for (const std::string& integrator : config.integrators) {
       const bool fixed = find_integrator(integrator).stepping == Stepping::fixed;
       for (const double share : fixed ? config.step_shares : std::vector<double>{0}) {
         progress.report(1, fmt::format("bounce: {}, step {:g}", integrator, share));
         if (progress.stopped()) return false;
-        const History history = follow(fall, integrator, share);
-        add_row(tables.rows, row_of(fall, integrator, share, history, exact));
-        if (share == shown_share || !fixed) keep(fall, integrator, share, history, tables.bounce);
+        const History history = run_sampled(fall, integrator, share);
+        add_row(tables.rows, row_of(fall, integrator, share, history, reference));
+        if (share == kept_share || !fixed) keep(fall, integrator, share, history, tables.bounce);
       }
     }
   }

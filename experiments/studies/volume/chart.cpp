@@ -1,109 +1,129 @@
-// What `mss volume` draws.
+// Charts of `mss volume`.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <set>
 #include <utility>
 
 #include "experiments/studies/volume/volume.hpp"
-#include "reference/calculix/calculix.hpp"
 
 namespace mss::studies::volume {
 
 namespace {
 
-using RowNumber = std::function<double(std::size_t row)>;
+using RowNumber = std::function<double(const Table& rows, std::size_t row)>;
 
-/// A study's rows of one model; what failed is named in the legend.
-ChartSeries series_of(const Table& rows, const std::string& study, const std::string& model,
-                      const std::string& x, const RowNumber& y) {
+double drift(const Table& rows, std::size_t r) { return rows.number(r, "drift"); }
+double drift_over_strain(const Table& rows, std::size_t r) {
+  return rows.number(r, "drift") / rows.number(r, "strain");
+}
+
+/// The numbers of a column, in ascending order.
+std::set<double> values(const Table& rows, const char* column) {
+  std::set<double> all;
+  for (std::size_t r = 0; r < rows.size(); ++r) all.insert(rows.number(r, column));
+  return all;
+}
+
+/// One model's rows of a study; failed runs are named in the legend.
+ChartSeries series_of(const Table& rows, const std::string& model, const char* x, const RowNumber& y) {
   ChartSeries series{.label = model};
   for (std::size_t r = 0; r < rows.size(); ++r) {
-    if (rows.text(r, "study") != study || rows.text(r, "model") != model) continue;
+    if (rows.text(r, "model") != model) continue;
     if (rows.text(r, "status") == "ok")
-      series.points.push_back({rows.number(r, x), y(r)});
+      series.points.push_back({rows.number(r, x), y(rows, r)});
     else
       series.label += fmt::format(" ({} at {:g})", rows.text(r, "status"), rows.number(r, x));
   }
   return series;
 }
 
-double swelling(double poisson) {
-  return reference::calculix_value("glued_stretch", poisson, "swelling").value;
+void add_models(Chart& chart, const Table& rows, const char* x, const RowNumber& y) {
+  for (const std::string& model : rows.distinct("model"))
+    chart.series.push_back(series_of(rows, model, x, y));
 }
 
-Chart cells_chart(const Table& rows, const VolumeConfig& config) {
-  Chart chart{
-      .title = "How much a pulled cube swells",
-      .subtitle = fmt::format("cube of 1 m, ends glued, pulled by {:g} %; lines are what elasticity predicts",
-                              100 * config.small_strain),
-      .x = {.label = "cells per edge, n", .logarithmic = true},
-      .y = {.label = "change of volume / strain"}};
-  for (const VolumeModel& m : config.models)
-    chart.series.push_back(series_of(rows, "cells", m.name, "cells", [&](std::size_t r) {
-      return rows.number(r, "drift") / rows.number(r, "strain");
-    }));
-  for (const double nu : {0.3, 0.45})
+/// By elasticity: change of volume over strain, for each Poisson's ratio that the rows have a prediction for.
+std::vector<std::pair<double, double>> predictions(const Table& rows, const Table& models) {
+  std::vector<std::pair<double, double>> all;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const double predicted = rows.number(r, "predicted");
+    const Table model = models.where("model", rows.text(r, "model"));
+    if (predicted == 0 || model.size() == 0) continue;
+    const double poisson = model.number(0, "poisson");
+    if (std::none_of(all.begin(), all.end(), [&](const auto& p) { return p.first == poisson; }))
+      all.emplace_back(poisson, predicted / rows.number(r, "strain"));
+  }
+  return all;
+}
+
+Chart cells_chart(const Table& rows, const Table& models) {
+  Chart chart{.title = "Change of volume of a stretched cube against resolution",
+              .subtitle = fmt::format("cube of 1 m, ends clamped, stretched by {:g} %; lines: elasticity",
+                                      100 * rows.number(0, "strain")),
+              .x = {.label = "cells per edge, n", .logarithmic = true},
+              .y = {.label = "change of volume / strain"}};
+  add_models(chart, rows, "cells", drift_over_strain);
+  for (const auto& [poisson, swelling] : predictions(rows, models))
     chart.lines.push_back(
-        {ReferenceLine::Direction::horizontal, swelling(nu), fmt::format("elasticity, nu = {:g}", nu)});
-  for (const int n : config.cells) chart.x.ticks.push_back(n);
-  chart.x.low = 0.9 * config.cells.front();
-  chart.x.high = 1.1 * config.cells.back();
+        {ReferenceLine::Direction::horizontal, swelling, fmt::format("elasticity, nu = {:g}", poisson)});
+  const std::set<double> cells = values(rows, "cells");
+  chart.x.ticks.assign(cells.begin(), cells.end());
+  chart.x.low = 0.9 * *cells.begin();
+  chart.x.high = 1.1 * *cells.rbegin();
   return chart;
 }
 
-Chart strain_chart(const Table& rows, const VolumeConfig& config) {
-  Chart chart{
-      .title = "Volume against strain",
-      .subtitle = fmt::format("cube of 1 m, {} cells per edge, ends glued; predictions are tangents at 0",
-                              config.study_cells),
-      .x = {.label = "strain"},
-      .y = {.label = "change of volume / volume"}};
-  for (const VolumeModel& m : config.models)
-    chart.series.push_back(
-        series_of(rows, "strain", m.name, "strain", [&](std::size_t r) { return rows.number(r, "drift"); }));
-  const auto [low, high] = std::minmax_element(config.strains.begin(), config.strains.end());
-  for (const double nu : {0.3, 0.45})
-    chart.series.push_back({.label = fmt::format("elasticity, nu = {:g}, to first order", nu),
-                            .points = {{*low, swelling(nu) * *low}, {*high, swelling(nu) * *high}}});
-  return chart;
-}
-
-Chart twist_chart(const Table& rows, const VolumeConfig& config) {
-  Chart chart{.title = "Volume against twist",
+Chart strain_chart(const Table& rows, const Table& models) {
+  Chart chart{.title = "Change of volume against strain",
               .subtitle = fmt::format(
-                  "cube of 1 m, {} cells per edge, ends glued, one turned; to first order elasticity says 0",
-                  config.study_cells),
+                  "cube of 1 m, {} cells per edge, ends clamped; elasticity: tangents at strain 0",
+                  rows.number(0, "cells")),
+              .x = {.label = "strain"},
+              .y = {.label = "change of volume / volume"}};
+  add_models(chart, rows, "strain", drift);
+  const std::set<double> strains = values(rows, "strain");
+  const double low = *strains.begin(), high = *strains.rbegin();
+  for (const auto& [poisson, swelling] : predictions(rows, models))
+    chart.series.push_back({.label = fmt::format("elasticity, nu = {:g}, to first order", poisson),
+                            .points = {{low, swelling * low}, {high, swelling * high}}});
+  return chart;
+}
+
+Chart twist_chart(const Table& rows) {
+  Chart chart{.title = "Change of volume against twist",
+              .subtitle = fmt::format("cube of 1 m, {} cells per edge, ends clamped, one rotated; by "
+                                      "elasticity 0 to first order",
+                                      rows.number(0, "cells")),
               .x = {.label = "angle [degrees]"},
               .y = {.label = "change of volume / volume"}};
-  for (const VolumeModel& m : config.models)
-    chart.series.push_back(
-        series_of(rows, "twist", m.name, "angle", [&](std::size_t r) { return rows.number(r, "drift"); }));
+  add_models(chart, rows, "angle", drift);
   return chart;
 }
 
-/// One model's volume three ways: exactly, by the thesis's estimate, and of the worst cell.
-Chart local_chart(const Table& rows, const VolumeConfig& config, const VolumeModel& model) {
-  Chart chart{.title = "The whole, its estimate and its worst cell",
-              .subtitle = fmt::format("{}; cube of 1 m, {} cells per edge, ends glued, one turned",
-                                      model.name, config.study_cells),
+/// One model's change of volume three ways: exact, by the thesis's estimate, and of the worst cell.
+Chart local_chart(const Table& rows, const std::string& model) {
+  Chart chart{.title = "Change of volume: total, estimated, of the worst cell",
+              .subtitle = fmt::format("{}; cube of 1 m, {} cells per edge, ends clamped, one rotated", model,
+                                      rows.number(0, "cells")),
               .x = {.label = "angle [degrees]"},
-              .y = {.label = "change of volume / volume, without sign", .logarithmic = true}};
-  const auto add = [&](const std::string& column, const std::string& label) {
-    ChartSeries series = series_of(rows, "twist", model.name, "angle",
-                                   [&](std::size_t r) { return std::abs(rows.number(r, column)); });
+              .y = {.label = "magnitude of the change of volume / volume", .logarithmic = true}};
+  const auto add = [&](const char* column, const char* label) {
+    ChartSeries series = series_of(rows, model, "angle", [column](const Table& t, std::size_t r) -> double {
+      return std::abs(t.number(r, column));
+    });
     series.label = label;
     chart.series.push_back(std::move(series));
   };
-  add("drift", "exact volume");
-  add("drift_thesis", "the thesis's estimate (3-5, 3-6)");
-  add("worst_cell", "the worst cell, exact");
+  add("drift", "total, exact");
+  add("drift_thesis", "total, the thesis's estimate (3-5, 3-6)");
+  add("worst_cell", "worst cell, exact");
   return chart;
 }
 
-std::string kind_of(const std::string& model) { return model.substr(0, model.find(',')); }
-
-/// The same place in Poisson's ratio for all isotropic materials: k_vol = lambda - mu, so
+/// In terms of k_vol all isotropic materials have the same Poisson's ratio: k_vol = lambda - mu, so
 /// nu = (1 + r) / (4 + 2 r) with r = k_vol / mu.
 ChartSeries prediction(double low, double high) {
   ChartSeries line{.label = "elasticity: 1 - 2 nu, k_vol = lambda - mu"};
@@ -112,104 +132,111 @@ ChartSeries prediction(double low, double high) {
   return line;
 }
 
-Chart stiffness_chart(const Table& rows, const VolumeConfig& config) {
-  Chart chart{
-      .title = "What a volume force does",
-      .subtitle = fmt::format(
-          "cube of 1 m, {} cells per edge, plates without friction, pulled by {:g} %; dotted: the thesis's "
-          "without volume force",
-          config.study_cells, 100 * config.tiny_strain),
-      .x = {.label = "k_vol / shear modulus", .logarithmic = true},
-      .y = {.label = "change of volume / strain", .low = 0}};
-  std::vector<std::string> kinds;
-  for (const VolumeModel& m : config.materials)
-    if (std::find(kinds.begin(), kinds.end(), kind_of(m.name)) == kinds.end())
-      kinds.push_back(kind_of(m.name));
-  for (const std::string& kind : kinds) {
-    ChartSeries series{.label = kind};
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      if (rows.text(r, "study") != "free" || kind_of(rows.text(r, "model")) != kind) continue;
-      if (rows.text(r, "status") != "ok") {
-        series.label += fmt::format(" ({}: {})", rows.text(r, "model"), rows.text(r, "status"));
-        continue;
-      }
-      const double share = rows.number(r, "k_vol_over_shear");
-      const double swells = rows.number(r, "drift") / rows.number(r, "strain");
-      if (share > 1e-9) series.points.push_back({share, swells});
-      if (rows.text(r, "model") == "thesis's, k_vol = 0.1")
-        chart.marks.push_back({{share, swells}, "the thesis's k_vol = 0.1"});
-      if (rows.text(r, "model") == "thesis's, k_vol = 0")
-        chart.lines.push_back({ReferenceLine::Direction::horizontal, swells, ""});
+/// Adds the models of one filling; the thesis's own values of k_vol are marked.
+void add_filling(Chart& chart, const Table& rows, const Table& models, const std::string& filling) {
+  ChartSeries series{.label = filling};
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const std::string& model = rows.text(r, "model");
+    if (models.where("filling", filling).where("model", model).size() == 0) continue;
+    if (rows.text(r, "status") != "ok") {
+      series.label += fmt::format(" ({}: {})", model, rows.text(r, "status"));
+      continue;
     }
-    chart.series.push_back(std::move(series));
+    const double share = rows.number(r, "k_vol_over_shear"), swelling = drift_over_strain(rows, r);
+    if (share > 1e-9) series.points.push_back({share, swelling});
+    if (filling != to_string(Filling::thesis_springs)) continue;
+    if (rows.number(r, "k_vol") == 0.1)
+      chart.marks.push_back({{share, swelling}, "the thesis's k_vol = 0.1"});
+    if (rows.number(r, "k_vol") == 0)
+      chart.lines.push_back({ReferenceLine::Direction::horizontal, swelling, ""});
   }
+  if (!series.points.empty() || series.label != filling) chart.series.push_back(std::move(series));
+}
+
+Chart volume_force_chart(const Table& rows, const Table& models) {
+  Chart chart{.title = "Effect of the volume force",
+              .subtitle = fmt::format(
+                  "cube of 1 m, {} cells per edge, plates without friction, strain {:g} %; dotted: "
+                  "thesis's springs, k_vol = 0",
+                  rows.number(0, "cells"), 100 * rows.number(0, "strain")),
+              .x = {.label = "k_vol / shear modulus", .logarithmic = true},
+              .y = {.label = "change of volume / strain", .low = 0}};
+  for (const std::string& filling : models.distinct("filling")) add_filling(chart, rows, models, filling);
   chart.series.push_back(prediction(1e-5, 100));
   return chart;
 }
 
-Chart bounce_chart(const Table& bounce, const VolumeConfig& config) {
-  Chart chart{.title = "Volume of a bouncing cube",
-              .subtitle = "cube of 1 m, 4 cells per edge, falls a little askew at 0.5 m/s; RK4, fine steps",
+/// The reference run of every model.
+Chart bounce_chart(const Table& bounce) {
+  Chart chart{.title = "Change of volume of a bouncing cube",
+              .subtitle = "cube of 1 m, 4 cells per edge, falls tilted at 0.5 m/s; RK4, fine steps",
               .x = {.label = "time [s]"},
               .y = {.label = "change of volume / volume"}};
-  for (const VolumeModel& m : config.models) {
-    ChartSeries series{.label = m.name};
-    for (std::size_t r = 0; r < bounce.size(); ++r)
-      if (bounce.text(r, "model") == m.name && bounce.text(r, "integrator") == "rk4" &&
-          bounce.number(r, "step") == exact_bounce_step)
-        series.points.push_back({bounce.number(r, "t"), bounce.number(r, "drift")});
+  const Table runs = bounce.where("integrator", "rk4").where("step", reference_bounce_step);
+  for (const std::string& model : runs.distinct("model")) {
+    ChartSeries series{.label = model};
+    const Table run = runs.where("model", model);
+    for (std::size_t r = 0; r < run.size(); ++r)
+      series.points.push_back({run.number(r, "t"), run.number(r, "drift")});
     chart.series.push_back(std::move(series));
   }
   return chart;
 }
 
-/// Error of the volume against the step; what failed is named in the legend by its first step.
-Chart steps_chart(const Table& rows, const VolumeConfig& config) {
-  Chart chart{.title = "What the step does to volume",
+/// Error of the volume against the step; the first failed step is named in the legend.
+Chart steps_chart(const Table& rows) {
+  Chart chart{.title = "Error of the volume against the step",
               .subtitle = "springs, nu = 0.45; the cube falls and bounces; against RK4 with fine steps",
               .x = {.label = "step / limit of central differences", .logarithmic = true},
               .y = {.label = "largest error of the change of volume", .logarithmic = true}};
-  chart.x.ticks = config.step_shares;
-  for (const std::string& integrator : config.integrators) {
+  Table runs(rows.columns());  // neither reference runs nor adaptive methods
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    if (rows.number(r, "step") > reference_bounce_step) runs.add(rows.rows()[r]);
+  for (const std::string& integrator : runs.distinct("integrator")) {
     ChartSeries series{.label = integrator};
     bool failed = false;
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      if (rows.text(r, "study") != "bounce" || rows.text(r, "integrator") != integrator ||
-          rows.number(r, "step") < config.step_shares.front())
-        continue;
-      if (rows.text(r, "status") == "ok")
-        series.points.push_back({rows.number(r, "step"), rows.number(r, "difference")});
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      if (runs.text(r, "integrator") != integrator) continue;
+      const double step = runs.number(r, "step");
+      if (runs.text(r, "status") == "ok")
+        series.points.push_back({step, runs.number(r, "difference")});
       else if (!std::exchange(failed, true))
-        series.label += fmt::format(" ({} at {:g})", rows.text(r, "status"), rows.number(r, "step"));
+        series.label += fmt::format(" ({} at {:g})", runs.text(r, "status"), step);
     }
-    if (failed || !series.points.empty()) chart.series.push_back(std::move(series));
+    chart.series.push_back(std::move(series));
   }
+  const std::set<double> steps = values(runs, "step");
+  chart.x.ticks.assign(steps.begin(), steps.end());
   return chart;
+}
+
+/// Charts of the twisted cube; the local one is of the model that is measured in detail.
+void add_twist(Drawings& drawings, const Table& rows, const Table& models) {
+  drawings.charts.push_back({"volume_twist", twist_chart(rows)});
+  const Table detailed =
+      models.where("filling", to_string(detailed_filling)).where("poisson", detailed_poisson);
+  if (detailed.size() > 0)
+    drawings.charts.push_back({"volume_local", local_chart(rows, detailed.text(0, "model"))});
 }
 
 }  // namespace
 
-std::vector<NamedChart> volume_charts(const VolumeTables& tables, const VolumeConfig& config) {
-  const Table& rows = tables.rows;
-  const std::vector<std::string> studies = rows.distinct("study");
-  const auto done = [&](const char* study) {
-    return std::find(studies.begin(), studies.end(), study) != studies.end();
-  };
-  std::vector<NamedChart> charts;
-  if (done("cells")) charts.push_back({"volume", cells_chart(rows, config)});
-  if (done("strain")) charts.push_back({"volume_strain", strain_chart(rows, config)});
-  if (done("twist")) {
-    charts.push_back({"volume_twist", twist_chart(rows, config)});
-    for (const VolumeModel& m : config.models)
-      if (m.model == spring_model && m.poisson == 0.45)
-        charts.push_back({"volume_local", local_chart(rows, config, m)});
+Drawings draw_volume(const std::vector<NamedTable>& tables) {
+  const Table &rows = find_table(tables, "volume"), &models = find_table(tables, "volume_models");
+  const auto of = [&](Study study) { return rows.where("study", to_string(study)); };
+  Drawings drawings;
+  if (const Table cells = of(Study::cells); cells.size() > 0)
+    drawings.charts.push_back({"volume", cells_chart(cells, models)});
+  if (const Table strains = of(Study::strain); strains.size() > 0)
+    drawings.charts.push_back({"volume_strain", strain_chart(strains, models)});
+  if (const Table twists = of(Study::twist); twists.size() > 0) add_twist(drawings, twists, models);
+  if (const Table free = of(Study::free); free.size() > 0)
+    drawings.charts.push_back({"volume_k_vol", volume_force_chart(free, models)});
+  if (const Table bounces = of(Study::bounce); bounces.size() > 0) {
+    drawings.charts.push_back({"volume_bounce", bounce_chart(find_table(tables, "volume_bounce"))});
+    drawings.charts.push_back({"volume_steps", steps_chart(bounces)});
   }
-  if (done("free")) charts.push_back({"volume_k_vol", stiffness_chart(rows, config)});
-  if (done("bounce")) {
-    charts.push_back({"volume_bounce", bounce_chart(tables.bounce, config)});
-    charts.push_back({"volume_steps", steps_chart(rows, config)});
-  }
-  return charts;
+  return drawings;
 }
 
 }  // namespace mss::studies::volume

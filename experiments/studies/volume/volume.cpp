@@ -1,7 +1,7 @@
-// What happens to a body's volume: drift against cube resolution, strain, twist and the stiffness of the
-// volume force, for the thesis's springs, calibrated ones, Mollemans's force and finite elements, beside what
-// elasticity predicts. Elasticity lets volume change: a material of Poisson's ratio nu swells when pulled, by
-// (1 - 2 nu) of the strain where its ends may narrow. Less drift is right only if it is that much less.
+// Change of a body's volume: against resolution, strain, twist and the stiffness of the volume force, for the
+// thesis's springs, calibrated ones, Mollemans's force and finite elements, beside the prediction of
+// elasticity. In elasticity a material of Poisson's ratio nu gains volume in tension, (1 - 2 nu) of the
+// strain where its ends may contract: less change of volume is an improvement only down to that value.
 #include "experiments/studies/volume/volume.hpp"
 
 #include <fmt/format.h>
@@ -23,27 +23,27 @@ namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double young = 1416.67;  ///< of the thesis's springs along an edge [Pa]
-const double degree = std::numbers::pi / 180;
+constexpr double degree = std::numbers::pi / 180;
 
 /// One way to deform the cube.
 struct Loading {
-  std::string study;
+  Study study = Study::cells;
   double strain = 0;
   double angle = 0;  ///< [degrees]
 };
 
 const Box lower_plate{{0, 0, 0}, {1, 1, 0}}, upper_plate{{0, 0, 1}, {1, 1, 1}};
 
-/// Between plates that do not rub; two more planes of symmetry keep the cube where it is.
-Environment free_pull(double strain) {
+/// Between plates without friction; two planes of symmetry fix the rigid motions.
+Environment free_stretch(double strain) {
   return {.holds = {{.box = {{0, 0, 0}, {0, 1, 1}}, .axes = {true, false, false}},
                     {.box = {{0, 0, 0}, {1, 0, 1}}, .axes = {false, true, false}},
                     {.box = lower_plate, .axes = {false, false, true}},
                     {.box = upper_plate, .axes = {false, false, true}, .displacement = {0, 0, strain}}}};
 }
 
-/// Glued to both plates; the upper one moves and turns, and is there after a second.
-Environment glued(const Loading& load) {
+/// Clamped to both plates; the upper one moves and rotates, and is in place after a second.
+Environment clamped(const Loading& load) {
   return {
       .holds = {{.box = lower_plate},
                 {.box = upper_plate,
@@ -58,9 +58,9 @@ Vec3 deformed(const Loading& load, const Vec3& rest) {
   return centre + turned + Vec3(0, 0, load.strain * rest[2]);
 }
 
-/// What elasticity says of the change of volume, to first order. Where nothing says it: 0.
+/// Relative change of volume by elasticity, to first order; 0 where there is no prediction.
 double predicted(const VolumeModel& model, const Loading& load, const BodyConfig& body) {
-  if (load.study == "free") {
+  if (load.study == Study::free) {
     const CubicStiffness c = cubic_stiffness(body.springs, body.cell_size);
     const double poisson = model.poisson ? *model.poisson : c.c12 / (c.c11 + c.c12);  // along an edge
     return (1 - 2 * poisson) * load.strain;
@@ -95,7 +95,7 @@ Table empty_bounce() {
 void add_equilibrium(Table& rows, const VolumeConfig& config, const VolumeModel& model, int n,
                      const Loading& load) {
   const Body body(volume_cube(model, n));
-  const Environment environment = load.study == "free" ? free_pull(load.strain) : glued(load);
+  const Environment environment = load.study == Study::free ? free_stretch(load.strain) : clamped(load);
   const auto system = config.make(model.model, body, environment, config.threads);
   const auto [status, state] =
       find_equilibrium(*system, [&](const Vec3& rest) { return deformed(load, rest); });
@@ -115,12 +115,45 @@ void add_equilibrium(Table& rows, const VolumeConfig& config, const VolumeModel&
 }
 
 VolumeModel thesis(double k_vol) {
-  return {
-      .name = fmt::format("thesis's, k_vol = {:g}", k_vol), .model = spring_model, .thesis_volume = k_vol};
+  return {.name = fmt::format("thesis's, k_vol = {:g}", k_vol),
+          .filling = Filling::thesis_springs,
+          .model = spring_model,
+          .thesis_volume = k_vol};
 }
 
-VolumeModel material(const std::string& name, const std::string& model, double poisson) {
-  return {.name = fmt::format("{}, nu = {:g}", name, poisson), .model = model, .poisson = poisson};
+VolumeModel springs(double poisson) {
+  return {.name = fmt::format("springs, nu = {:g}", poisson),
+          .filling = Filling::springs,
+          .model = spring_model,
+          .poisson = poisson};
+}
+
+VolumeModel mollemans(double poisson) {
+  return {.name = fmt::format("Mollemans's, nu = {:g}", poisson),
+          .filling = Filling::mollemans,
+          .model = "mollemans",
+          .poisson = poisson};
+}
+
+VolumeModel elements(double poisson) {
+  return {.name = fmt::format("elements, nu = {:g}", poisson),
+          .filling = Filling::elements,
+          .model = "corotational",
+          .poisson = poisson};
+}
+
+/// Every model once, in the order of first use.
+Table model_table(const VolumeConfig& config) {
+  Table table({{"model"}, {"filling"}, {"law"}, {"poisson"}, {"status"}});
+  std::vector<std::string> done;
+  for (const auto* models : {&config.models, &config.materials})
+    for (const VolumeModel& m : *models) {
+      if (std::find(done.begin(), done.end(), m.name) != done.end()) continue;
+      done.push_back(m.name);
+      table.add({m.name, std::string(to_string(m.filling)), m.model, m.poisson.value_or(none),
+                 std::string(m.poisson ? "ok" : "anisotropic")});
+    }
+  return table;
 }
 
 Json configuration(const VolumeConfig& c) {
@@ -129,63 +162,59 @@ Json configuration(const VolumeConfig& c) {
     for (const VolumeModel& m : models) json.push_back({{"name", m.name}, {"model", m.model}});
     return json;
   };
-  return {
-      {"body", "cube of 1 m between two plates, one moved; at rest"},
-      {"cells", c.cells},
-      {"small_strain", c.small_strain},
-      {"strains", c.strains},
-      {"angles", c.angles},
-      {"models", names(c.models)},
-      {"free", names(c.materials)},
-      {"tiny_strain", c.tiny_strain},
-      {"study_cells", c.study_cells},
-      {"bounce", "the cube, damped by a ratio of 0.05, falls a little askew at 0.5 m/s; penalty, no loss"},
-      {"integrators", c.integrators},
-      {"steps", c.step_shares},
-      {"prediction", "glued: CalculiX C3D20; free: 1 - 2 nu; to first order in the strain"},
-      {"threads", c.threads}};
+  return {{"body", "cube of 1 m between two plates, one moved; at rest"},
+          {"cells", c.cells},
+          {"small_strain", c.small_strain},
+          {"strains", c.strains},
+          {"angles", c.angles},
+          {"models", names(c.models)},
+          {"free", names(c.materials)},
+          {"tiny_strain", c.tiny_strain},
+          {"study_cells", c.study_cells},
+          {"bounce", "the cube, damping ratio 0.05, falls tilted at 0.5 m/s; penalty contact, restitution 1"},
+          {"integrators", c.integrators},
+          {"steps", c.step_shares},
+          {"prediction", "clamped: CalculiX C3D20; free: 1 - 2 nu; to first order in the strain"},
+          {"threads", c.threads}};
 }
 
 constexpr const char* caption =
-    "Change of a cube's volume at equilibrium between two plates: glued to them and pulled, pushed or "
-    "twisted, "
-    "or free to narrow. Elasticity itself lets volume change; less drift than it predicts is wrong too. "
-    "Predictions: glued, quadratic finite elements (CalculiX) to first order in the strain; free, 1 - 2 nu. "
-    "The thesis's springs keep the material that they are at five cells per edge. Mollemans's force is eq. "
-    "1-1 "
-    "with the sign that restores, calibrated like k_vol. Volumes are exact (trilinear cells); the thesis's "
-    "own "
-    "estimate and the worst cell are in the table and in a chart. Rows of the study `bounce` have the "
-    "largest "
-    "change of volume on the way, and by how much it differs at most from RK4 with a tenth of the limit "
-    "of central differences; steps are over that limit, 0 are those of adaptive methods.";
+    "Change of a cube's volume at equilibrium between two plates: clamped to them and stretched, compressed "
+    "or twisted, or free to contract. Volume changes in elasticity too; less change than it predicts is an "
+    "error as well. Predictions: clamped, quadratic finite elements (CalculiX) to first order in the strain; "
+    "free, 1 - 2 nu. The thesis's springs are scaled to be the same material as at five cells per edge. "
+    "Mollemans's force is eq. 1-1 with the sign that restores volume, calibrated like k_vol. Volumes are "
+    "exact (trilinear cells); the thesis's estimate and the worst cell are in the table and in a chart. Rows "
+    "of the study `bounce` have the largest change of volume during the motion, and its largest difference "
+    "from RK4 with a tenth of the limit of central differences; steps are relative to that limit, 0 are "
+    "those of adaptive methods.";
 
-/// By how much the thesis's volume force changes the drift, in a sentence.
-std::string verdict(const Table& rows) {
+/// The effect of the thesis's volume force on the change of volume, in a sentence.
+std::string volume_force_line(const Table& rows) {
   double without = none, with = none;
   for (std::size_t r = 0; r < rows.size(); ++r) {
-    if (rows.text(r, "study") != "free" || rows.text(r, "status") != "ok") continue;
+    if (rows.text(r, "study") != to_string(Study::free) || rows.text(r, "status") != "ok") continue;
     if (rows.text(r, "model") == thesis(0).name) without = rows.number(r, "drift");
     if (rows.text(r, "model") == thesis(0.1).name) with = rows.number(r, "drift");
   }
   if (!std::isfinite(without) || !std::isfinite(with)) return {};
   return fmt::format(
-      "the thesis's k_vol = 0.1 changes the drift of its cube by {:.1e} of itself: it does nothing\n",
+      "the thesis's k_vol = 0.1 changes its cube's change of volume by {:.1e} of it: a negligible effect\n",
       std::abs(with / without - 1));
 }
 
 std::string summary(const Table& rows, const VolumeConfig& config) {
   std::string lines;
   for (std::size_t r = 0; r < rows.size(); ++r) {
-    if (rows.text(r, "study") != "cells" || rows.number(r, "cells") != config.cells.back() ||
+    if (rows.text(r, "study") != to_string(Study::cells) || rows.number(r, "cells") != config.cells.back() ||
         rows.text(r, "status") != "ok")
       continue;
     const double strain = rows.number(r, "strain"), prediction = rows.number(r, "predicted");
-    lines += fmt::format("{:<26} swells by {:.4f} of the strain at n = {}; elasticity: {}\n",
+    lines += fmt::format("{:<26} change of volume / strain {:.4f} at n = {}; elasticity: {}\n",
                          rows.text(r, "model"), rows.number(r, "drift") / strain, config.cells.back(),
                          prediction == 0 ? "not isotropic" : fmt::format("{:.4f}", prediction / strain));
   }
-  return lines + verdict(rows);
+  return lines + volume_force_line(rows);
 }
 
 ExperimentResult run_volume(const ExperimentOptions& options, Progress& progress) {
@@ -193,13 +222,48 @@ ExperimentResult run_volume(const ExperimentOptions& options, Progress& progress
   VolumeTables tables = measure_volume(config, progress);
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
-  result.charts = volume_charts(tables, config);
   result.summary = summary(tables.rows, config);
-  result.tables = {{"volume", std::move(tables.rows)}, {"volume_bounce", std::move(tables.bounce)}};
+  result.tables = volume_files(config, std::move(tables));
   return result;
 }
 
 }  // namespace
+
+const char* to_string(Study study) {
+  switch (study) {
+    case Study::cells:
+      return "cells";
+    case Study::strain:
+      return "strain";
+    case Study::twist:
+      return "twist";
+    case Study::free:
+      return "free";
+    case Study::bounce:
+      return "bounce";
+  }
+  return "";
+}
+
+const char* to_string(Filling filling) {
+  switch (filling) {
+    case Filling::thesis_springs:
+      return "thesis's springs";
+    case Filling::springs:
+      return "calibrated springs";
+    case Filling::mollemans:
+      return "springs and Mollemans's force";
+    case Filling::elements:
+      return "finite elements";
+  }
+  return "";
+}
+
+std::vector<NamedTable> volume_files(const VolumeConfig& config, VolumeTables tables) {
+  return {{"volume", std::move(tables.rows)},
+          {"volume_bounce", std::move(tables.bounce)},
+          {"volume_models", model_table(config)}};
+}
 
 double worst_cell(const Body& body, const Field<double>& x) {
   double worst = 0;
@@ -212,9 +276,9 @@ double worst_cell(const Body& body, const Field<double>& x) {
 void add_row(Table& rows, const VolumeRow& r) {
   const auto measured = [&](double value) { return r.status == Status::ok ? value : none; };
   const double shear = cubic_stiffness(r.springs, 1.0 / r.cells).c44;
-  rows.add({r.study, r.model, r.integrator, r.cells, r.strain, r.angle, r.step, r.springs.volume,
-            r.springs.volume / shear, measured(r.drift), measured(r.drift_thesis), measured(r.worst_cell),
-            r.predicted, measured(r.difference), std::string(to_string(r.status))});
+  rows.add({std::string(to_string(r.study)), r.model, r.integrator, r.cells, r.strain, r.angle, r.step,
+            r.springs.volume, r.springs.volume / shear, measured(r.drift), measured(r.drift_thesis),
+            measured(r.worst_cell), r.predicted, measured(r.difference), std::string(to_string(r.status))});
 }
 
 BodyConfig volume_cube(const VolumeModel& model, int cells) {
@@ -237,20 +301,15 @@ VolumeConfig volume_config(const ExperimentOptions& options) {
   config.strains = quick ? std::vector<double>{-0.2, 0.3}
                          : std::vector<double>{-0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5};
   config.angles = quick ? std::vector<double>{30} : std::vector<double>{10, 20, 30, 40, 50};
-  config.models = {thesis(0),
-                   thesis(0.1),
-                   material("springs", spring_model, 0.3),
-                   material("springs", spring_model, 0.45),
-                   material("Mollemans's", "mollemans", 0.45),
-                   material("elements", "corotational", 0.3),
-                   material("elements", "corotational", 0.45)};
+  config.models = {thesis(0),       thesis(0.1),   springs(0.3),  springs(0.45),
+                   mollemans(0.45), elements(0.3), elements(0.45)};
   config.materials = {thesis(0), thesis(0.1)};
   for (int half_decade = 0; half_decade <= 10; ++half_decade)
     config.materials.push_back(thesis(std::pow(10, half_decade / 2.0)));
   for (const double poisson : {0.25, 0.26, 0.3, 0.35, 0.4, 0.45, 0.48, 0.49}) {
-    config.materials.push_back(material("springs", spring_model, poisson));
-    config.materials.push_back(material("Mollemans's", "mollemans", poisson));
-    config.materials.push_back(material("elements", "corotational", poisson));
+    config.materials.push_back(springs(poisson));
+    config.materials.push_back(mollemans(poisson));
+    config.materials.push_back(elements(poisson));
   }
   if (quick) config.study_cells = 3;
   config.integrators = options.integrators;
@@ -274,20 +333,20 @@ VolumeTables measure_volume(const VolumeConfig& config, Progress& progress) {
   std::vector<Task> tasks;
   for (const int n : config.cells)
     for (const VolumeModel& m : config.models)
-      tasks.push_back({m, n, {.study = "cells", .strain = config.small_strain}});
+      tasks.push_back({m, n, {.study = Study::cells, .strain = config.small_strain}});
   for (const double strain : config.strains)
     for (const VolumeModel& m : config.models)
-      tasks.push_back({m, config.study_cells, {.study = "strain", .strain = strain}});
+      tasks.push_back({m, config.study_cells, {.study = Study::strain, .strain = strain}});
   for (const double angle : config.angles)
     for (const VolumeModel& m : config.models)
-      tasks.push_back({m, config.study_cells, {.study = "twist", .angle = angle}});
+      tasks.push_back({m, config.study_cells, {.study = Study::twist, .angle = angle}});
   for (const VolumeModel& m : config.materials)
-    tasks.push_back({m, config.study_cells, {.study = "free", .strain = config.tiny_strain}});
+    tasks.push_back({m, config.study_cells, {.study = Study::free, .strain = config.tiny_strain}});
   VolumeTables tables{empty_rows(), empty_bounce()};
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     const auto& [model, cells, load] = tasks[i];
     progress.report(double(i) / double(tasks.size()),
-                    fmt::format("{}: {}, n = {}", load.study, model.name, cells));
+                    fmt::format("{}: {}, n = {}", to_string(load.study), model.name, cells));
     if (progress.stopped()) {
       tables.status = Status::interrupted;
       return tables;
@@ -321,6 +380,7 @@ ExperimentInfo experiment() {
               "prediction",
           .accepts = {.cells = true, .largest_cells = 30, .integrators = moving_integrators},
           .run = run_volume,
+          .draw = draw_volume,
           .baseline = {.keys = {"study", "model", "integrator", "cells", "strain", "angle", "step"},
                        .rules = {{"k_vol", 1e-12},
                                  {"k_vol_over_shear", 1e-12},

@@ -11,35 +11,51 @@
 
 namespace mss::studies::volume {
 
-/// What fills the cube, and with which volume force.
+/// The parts of the study, in the order of the table: a cube between plates, clamped to both and stretched a
+/// little at several resolutions, stretched or compressed, or twisted; between plates without friction,
+/// stretched very little; and a cube that falls and bounces.
+enum class Study { cells, strain, twist, free, bounce };
+const char* to_string(Study study);
+
+/// What carries the forces in the cube.
+enum class Filling { thesis_springs, springs, mollemans, elements };
+const char* to_string(Filling filling);
+
+/// A filling with its material.
 struct VolumeModel {
   std::string name;
+  Filling filling = Filling::springs;
   std::string model;                   ///< for make_system()
   std::optional<double> poisson = {};  ///< of a material of E = 1416.67 Pa; empty: the thesis's springs
   double thesis_volume = 0;            ///< k_vol beside the thesis's springs [Pa]
 };
 
-/// What `mss volume` does to a cube of 1 m between two plates.
+/// The model of Study::bounce with all integrators, whose worst cells are charted: calibrated springs of this
+/// Poisson's ratio.
+inline constexpr Filling detailed_filling = Filling::springs;
+inline constexpr double detailed_poisson = 0.45;
+
+/// What `mss volume` does to a cube of 1 m.
 struct VolumeConfig {
-  std::vector<int> cells;                ///< per edge, of the first study: glued and pulled a little
-  std::vector<double> strains;           ///< of the second: glued, pulled apart or pushed together
-  std::vector<double> angles;            ///< of the third: glued, the upper plate turned [degrees]
-  std::vector<VolumeModel> models;       ///< of these three
-  std::vector<VolumeModel> materials;    ///< of the fourth: plates without friction, pulled a very little
-  std::vector<std::string> integrators;  ///< of the fifth: dropped, it bounces
-  std::vector<double> step_shares;       ///< of the fifth: steps over the limit of central differences
-  double small_strain = 1e-3;            ///< of the first
-  double tiny_strain = 1e-5;             ///< of the fourth
+  std::vector<int> cells;                ///< per edge, of Study::cells
+  std::vector<double> strains;           ///< of Study::strain
+  std::vector<double> angles;            ///< of Study::twist [degrees]
+  std::vector<VolumeModel> models;       ///< of all but Study::free
+  std::vector<VolumeModel> materials;    ///< of Study::free
+  std::vector<std::string> integrators;  ///< of Study::bounce
+  std::vector<double> step_shares;       ///< of Study::bounce: steps over the limit of central differences
+  double small_strain = 1e-3;            ///< of Study::cells
+  double tiny_strain = 1e-5;             ///< of Study::free
   int threads = 1;
-  int study_cells = 8;  ///< per edge, of all but the first
-  /// make_system(), unless a test puts something else in its place.
+  int study_cells = 8;  ///< per edge, of Study::strain, twist and free
+  /// make_system(), unless a test replaces it.
   std::function<std::unique_ptr<BodySystem<double>>(const std::string& model, const Body&, const Environment&,
                                                     int threads)>
       make;
 };
 VolumeConfig volume_config(const ExperimentOptions& options);
 
-/// A body of that many cells per edge. The thesis's springs are the material that they are at five.
+/// A cube of that many cells per edge. The thesis's springs are scaled to be the same material as at five.
 BodyConfig volume_cube(const VolumeModel& model, int cells);
 
 struct VolumeTables {
@@ -49,31 +65,35 @@ struct VolumeTables {
 };
 VolumeTables measure_volume(const VolumeConfig& config, Progress& progress);
 
-/// Step of the runs that others are compared with, by RK4; over the limit of central differences.
-inline constexpr double exact_bounce_step = 0.1;
+/// All tables under the names of their files; `volume_models` has the filling and material of every model.
+std::vector<NamedTable> volume_files(const VolumeConfig& config, VolumeTables tables);
 
-/// The fifth study: adds to both tables. False if stopped.
+/// Step of the reference runs of Study::bounce, by RK4, over the limit of central differences.
+inline constexpr double reference_bounce_step = 0.1;
+
+/// Study::bounce: adds to both tables. False if stopped.
 bool measure_bounces(const VolumeConfig& config, VolumeTables& tables, Progress& progress);
 
-/// What a row of the first table tells.
+/// A row of the first table.
 struct VolumeRow {
-  std::string study, model, integrator;
+  Study study = Study::cells;
+  std::string model, integrator;
   int cells = 0;
   double strain = 0;
   double angle = 0;  ///< [degrees]
-  double step = 0;   ///< over the limit of central differences; 0: the method's own, or none
+  double step = 0;   ///< over the limit of central differences; 0: an adaptive method, or no motion
   SpringConstants springs{};
   double drift = 0, drift_thesis = 0, worst_cell = 0;
-  double predicted = 0;   ///< by elasticity, to first order; 0 too where nothing is
-  double difference = 0;  ///< of the drift of a bounce, to an exact run's
+  double predicted = 0;   ///< by elasticity, to first order; 0 too where there is no prediction
+  double difference = 0;  ///< of the drift from that of the reference run, the largest of a bounce
   Status status = Status::ok;
 };
-/// Adds it; of a failed run what it measured is missing.
+/// Adds it; if the run failed, its measurements are missing.
 void add_row(Table& rows, const VolumeRow& row);
 
-/// Largest change of a cell's volume, over its volume at rest.
+/// Largest relative change of a cell's volume.
 double worst_cell(const Body& body, const Field<double>& x);
 
-std::vector<NamedChart> volume_charts(const VolumeTables& tables, const VolumeConfig& config);
+Drawings draw_volume(const std::vector<NamedTable>& tables);
 
 }  // namespace mss::studies::volume

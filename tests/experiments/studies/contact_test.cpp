@@ -1,8 +1,10 @@
-// `mss validate contact`: the law `impulse` does what it is asked, the thesis's does not, and the table says
-// so.
+// `mss validate contact`: the law `impulse` obeys the coefficients it is given, the thesis's does not, and
+// the table shows it.
 #include "experiments/studies/contact/contact.hpp"
 
 #include <gtest/gtest.h>
+
+#include "tests/read_back.hpp"
 
 namespace mss::studies::contact {
 namespace {
@@ -27,7 +29,7 @@ double worst(const Table& rows, const std::string& study, const std::string& bod
   return error;
 }
 
-/// What one law makes of everything asked, by the thesis's method.
+/// All rows of one law by the thesis's method.
 Table rows_of(ContactLaw law) {
   Progress progress;
   ContactConfig config = contact_config({.quick = true, .integrators = {"verlet"}});
@@ -63,10 +65,27 @@ TEST(Contact, PenaltyStopsPushesButSinks) {
   EXPECT_GT(worst(rows, "depth", "thesis's cube", "penalty"), 1e-3);
 }
 
+TEST(Contact, DrawsFromItsFiles) {
+  Progress progress;
+  ContactConfig config = contact_config({.quick = true, .integrators = {"velocity_verlet", "verlet"}});
+  config.restitutions = {0.2, 0.6};
+  config.degrees = {0, 45};
+  config.slope_frictions = {0.2};
+  config.rest_seconds = 0.5;
+  const std::vector<NamedTable> tables = contact_files(measure_contact(config, progress));
+  expect_same_drawings(find_experiment("contact"), tables);
+  EXPECT_EQ(charted_integrator(find_table(tables, "contact")), "verlet");
+  const std::vector<NamedChart> charts = draw_contact(tables).charts;
+  ASSERT_EQ(charts.size(), 4U);
+  EXPECT_EQ(charts[1].chart.series.size(), 6U);  // three laws for a particle and for a block
+  EXPECT_EQ(charts[1].chart.series[0].points.size(), config.frictions.size());
+  EXPECT_EQ(charts[3].chart.series[0].points.size(), 5U);  // every tenth of fifty samples
+}
+
 TEST(Contact, KeepsFinishedRowsWhenStopped) {
   struct Stopper final : Progress {
-    bool stopped() const override { return ++asked > 3; }
-    mutable int asked = 0;
+    bool stopped() const override { return ++calls > 3; }
+    mutable int calls = 0;
   } progress;
   const ContactTables tables =
       measure_contact(contact_config({.quick = true, .integrators = {"verlet"}}), progress);

@@ -1,4 +1,4 @@
-// `mss volume`: what swells, by how much, and that the thesis's volume force does nothing.
+// `mss volume`: changes of volume are those of elasticity, and the thesis's volume force has no effect.
 #include "experiments/studies/volume/volume.hpp"
 
 #include <fmt/format.h>
@@ -11,6 +11,7 @@
 #include "core/measures.hpp"
 #include "core/spring_system.hpp"
 #include "experiments/simulation/equilibrium.hpp"
+#include "tests/read_back.hpp"
 
 namespace mss::studies::volume {
 namespace {
@@ -37,7 +38,7 @@ TEST(Volume, ConvergesToWhatElasticityPredicts) {
     if (rows.text(r, "study") != "cells" || rows.text(r, "model") != "springs, nu = 0.3") continue;
     const double error = rows.number(r, "drift") / rows.number(r, "predicted") - 1;
     if (compared++ > 0) {
-      EXPECT_LT(error, before / 1.7);  // the glued edges are singular: order below two
+      EXPECT_LT(error, before / 1.7);  // the clamped edges are singular: order below two
     }
     before = error;
   }
@@ -45,8 +46,9 @@ TEST(Volume, ConvergesToWhatElasticityPredicts) {
   EXPECT_NEAR(before, 0.035, 0.01);
 }
 
-// M4's question: is the thesis's force felt, and does the calibrated one do what elasticity says?
-TEST(Volume, TheThesissForceIsNotFeltAndTheCalibratedOneIsRight) {
+// The thesis's volume force has next to no effect, and with the calibrated one volume changes as in
+// elasticity.
+TEST(Volume, TheThesissForceHasNoEffectAndTheCalibratedOneIsRight) {
   VolumeConfig config = small_config();
   config.cells.clear();
   config.study_cells = 8;
@@ -76,7 +78,7 @@ TEST(Volume, TheThesissForceIsNotFeltAndTheCalibratedOneIsRight) {
   EXPECT_EQ(calibrated, int(config.materials.size()));
 }
 
-// A cube that falls on its corner: what the step and the method do to its volume, and that failure is said.
+// A cube that falls on its corner: the error of its volume by step and method; failed runs have their status.
 TEST(Volume, OfABouncingCubeDependsOnTheStep) {
   VolumeConfig config = small_config();
   config.cells.clear();
@@ -102,9 +104,10 @@ TEST(Volume, OfABouncingCubeDependsOnTheStep) {
   EXPECT_GT(error.at("velocity_verlet 0.4") / error.at("velocity_verlet 0.2"), 1.5);
   EXPECT_LT(error.at("rk4 0.2"), error.at("velocity_verlet 0.2"));
   EXPECT_LT(error.at("cvode_bdf 0"), error.at("backward_euler 0.2"));
-  EXPECT_EQ(tables.bounce.size(), 80 * (config.models.size() + 1));  // one exact run each, and cvode_bdf's
+  EXPECT_EQ(tables.bounce.size(),
+            80 * (config.models.size() + 1));  // one reference run each, and that of cvode_bdf
   std::string run;
-  for (std::size_t r = 1; r < tables.bounce.size(); ++r) {  // time goes on within every run
+  for (std::size_t r = 1; r < tables.bounce.size(); ++r) {  // time increases within every run
     const std::string before =
         std::exchange(run, fmt::format("{} {} {:g}", tables.bounce.text(r, "model"),
                                        tables.bounce.text(r, "integrator"), tables.bounce.number(r, "step")));
@@ -114,8 +117,8 @@ TEST(Volume, OfABouncingCubeDependsOnTheStep) {
   }
 }
 
-// A bar that may narrow swells by (1 - 2 nu) of a small strain, at any resolution.
-TEST(Volume, OfAFreelyPulledCubeIsElasticitys) {
+// The volume of a bar that is free to contract grows by (1 - 2 nu) of a small strain, at any resolution.
+TEST(Volume, OfAFreelyStretchedCubeIsThatOfElasticity) {
   constexpr double strain = 1e-5;
   for (const double poisson : {0.1, 0.3, 0.45, 0.49})
     for (const int n : {1, 3}) {
@@ -137,10 +140,30 @@ TEST(Volume, OfAFreelyPulledCubeIsElasticitys) {
     }
 }
 
+TEST(Volume, DrawsFromItsFiles) {
+  VolumeConfig config =
+      volume_config({.quick = true, .cells = {1, 2}, .integrators = {"verlet", "rk4", "cvode_bdf"}});
+  config.study_cells = 2;
+  Progress progress;
+  const std::vector<NamedTable> tables = volume_files(config, measure_volume(config, progress));
+  expect_same_drawings(find_experiment("volume"), tables);
+  std::map<std::string, Chart> charts;
+  for (const NamedChart& c : draw_volume(tables).charts) charts.emplace(c.name, c.chart);
+  ASSERT_EQ(charts.size(), 7U);
+  EXPECT_EQ(charts.at("volume").lines.size(), 2U);  // elasticity at nu = 0.3 and 0.45
+  EXPECT_EQ(charts.at("volume_strain").series.size(), config.models.size() + 2);
+  EXPECT_EQ(charts.at("volume_k_vol").series.size(), 5U);  // four fillings and elasticity
+  EXPECT_EQ(charts.at("volume_k_vol").marks.size(), 1U);
+  EXPECT_EQ(charts.at("volume_bounce").series.size(), config.models.size());
+  const std::vector<ChartSeries>& steps = charts.at("volume_steps").series;
+  ASSERT_EQ(steps.size(), 2U);                       // adaptive methods have no step
+  EXPECT_EQ(steps[0].label.substr(0, 6), "verlet");  // in their order, whatever the reference runs are
+}
+
 TEST(Volume, KeepsFinishedRowsWhenStopped) {
   struct Stopper final : Progress {
-    bool stopped() const override { return ++asked > 4; }
-    mutable int asked = 0;
+    bool stopped() const override { return ++calls > 4; }
+    mutable int calls = 0;
   } progress;
   const VolumeTables tables = measure_volume(small_config(), progress);
   EXPECT_EQ(tables.status, Status::interrupted);
