@@ -17,9 +17,7 @@ using Draw = std::function<Drawings(const std::vector<NamedTable>&)>;
 /// What draws the charts of a folder's experiment.
 Draw draw_of(const ResultsFolder& folder) {
   try {
-    const ExperimentInfo& info = find_experiment(folder.experiment);
-    if (!info.draw) throw InputError("the charts of this experiment cannot be drawn from its tables");
-    return info.draw;
+    return find_experiment(folder.experiment).draw;
   } catch (const InputError& problem) {
     throw InputError(fmt::format("{}: {}", (folder.directory / "meta.json").string(), problem.what()));
   }

@@ -74,12 +74,9 @@ struct Drawings {
 struct ExperimentResult {
   Status status = Status::ok;           ///< or interrupted
   std::vector<NamedTable> tables = {};  ///< the first has the experiment's name
-  std::vector<NamedChart> charts =
-      {};                           ///< with maps: the first has the experiment's name, if there is only one
-  std::vector<NamedMap> maps = {};  ///< further charts
-  std::string caption;              ///< of the charts: what was done, what was held fixed, what was left out
-  std::string summary = {};         ///< lines for stdout
-  Json configuration;               ///< resolved: every choice with its value
+  std::string caption;       ///< of the charts: what was done, what was held fixed, what was left out
+  std::string summary = {};  ///< lines for stdout
+  Json configuration;        ///< resolved: every choice with its value
 };
 
 /// An experiment, a pure function from options to results: it uses no globals, writes no file but the
@@ -91,7 +88,7 @@ struct ExperimentInfo {
   ExperimentAccepts accepts;
   std::function<ExperimentResult(const ExperimentOptions&, Progress&)> run;
   /// The charts, from the tables alone, whether run() returned them or they were read from files.
-  std::function<Drawings(const std::vector<NamedTable>&)> draw = {};
+  std::function<Drawings(const std::vector<NamedTable>&)> draw;
   Baseline baseline;  ///< what `mss check` compares
 
   /// The words after `mss` that run it.

@@ -56,8 +56,7 @@ Report run_and_write(const ExperimentInfo& info, ExperimentOptions options, cons
   report.status = result.status;
   try {
     const std::vector<fs::path> pictures =
-        write_drawings(info.draw ? info.draw(result.tables) : Drawings{result.charts, result.maps},
-                       report.provenance, directory);
+        write_drawings(info.draw(result.tables), report.provenance, directory);
     report.files.insert(report.files.end(), pictures.begin(), pictures.end());
     if (pictures.empty()) report.chart_problem = info.name + ": there are too few rows for a chart";
   } catch (const InputError& problem) {

@@ -7,9 +7,11 @@
 #include <string>
 
 #include "experiments/harness/json.hpp"
+#include "experiments/harness/results_folder.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
 #include "experiments/plot/gnuplot.hpp"
+#include "tests/read_back.hpp"
 
 namespace mss::cli {
 namespace {
@@ -91,6 +93,24 @@ TEST_F(Redraw, RefusesIncompleteResultsInOneSentence) {
   expect_refused("meta.json is not the record of an experiment");
   fs::remove(directory() / "meta.json");
   expect_refused("has no meta.json");
+}
+
+/// Committed results can be drawn again: the charts there are those that their tables make.
+TEST(Results, HaveTheTablesOfTheirCharts) {
+  int directories = 0;
+  for (const ExperimentInfo& info : experiments()) {
+    const fs::path directory = fs::path(MSS_SOURCE_DIR) / "results" / info.name;
+    if (!fs::exists(directory)) continue;
+    ++directories;
+    const auto drawn = scripts(info.draw(read_results(directory).tables));
+    EXPECT_FALSE(drawn.empty()) << info.name;
+    for (const auto& [name, script] : drawn)
+      EXPECT_TRUE(fs::exists(directory / (name + ".svg"))) << info.name << ": " << name;
+    const auto pictures = std::count_if(fs::directory_iterator(directory), fs::directory_iterator(),
+                                        [](const auto& entry) { return entry.path().extension() == ".svg"; });
+    EXPECT_EQ(std::size_t(pictures), drawn.size()) << info.name;
+  }
+  EXPECT_GE(directories, 11);
 }
 
 }  // namespace
