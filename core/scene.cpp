@@ -3,8 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
-#include <sstream>
+#include <functional>
 
 #include "core/error.hpp"
 #include "core/measures.hpp"
@@ -14,7 +13,7 @@ namespace mss {
 
 namespace {
 
-/// Everything a scene may say. A key that is not here is an error that suggests the nearest one that is.
+/// All keys of a scene file. Any other key is an error that suggests the nearest of these.
 KnownKeys make_known_keys() {
   KnownKeys keys{
       {"",
@@ -75,8 +74,8 @@ constexpr Quantity share{"a share", "a number from 0 to 1",
                          [](double value) { return value >= 0 && value <= 1; }};
 constexpr Quantity spring{"a spring constant", "a number of N/m that is not negative", not_negative};
 constexpr Quantity volume{"a volume stiffness", "a finite number of pascals", any};
-constexpr Quantity guard{"a stiffness of the guard against folding",
-                         "a number of shear moduli that is not negative", not_negative};
+constexpr Quantity guard{"a stiffness of the fold guard", "a number of shear moduli that is not negative",
+                         not_negative};
 constexpr Quantity damping_ratio{"a damping ratio", "a number that is not negative, or thesis = true",
                                  not_negative};
 constexpr Quantity acceleration{"an acceleration", "three finite numbers of m/s^2", any};
@@ -123,16 +122,6 @@ const std::string& name_of(Value value, const std::vector<std::pair<std::string,
   return names.front().first;
 }
 
-/// What `resolved` tells beside the Scene itself: how the body and the springs were asked for.
-struct Asked {
-  std::string voxels;  ///< empty: a box of cells
-  int refine = 1;
-  double face_share = 0.5;
-};
-
-/// Some 100 bytes per lattice site are needed: beyond this, bodies outgrow the memory of a large workstation.
-constexpr double most_sites = 2e8;
-
 void check_size(const TomlTable& body, std::string_view key, const std::array<int, 3>& cells, int refine) {
   double sites = 1;
   for (const int count : cells) sites *= double(count) * refine + 1;
@@ -144,37 +133,27 @@ void check_size(const TomlTable& body, std::string_view key, const std::array<in
                     sites / 1e6, most_sites / 1e6));
 }
 
-/// Every cell split into `parts` along each axis.
-VoxelGrid split(const VoxelGrid& grid, int parts) {
-  if (parts == 1) return grid;
-  VoxelGrid fine(grid.nx() * parts, grid.ny() * parts, grid.nz() * parts);
-  for (int k = 0; k < fine.nz(); ++k)
-    for (int j = 0; j < fine.ny(); ++j)
-      for (int i = 0; i < fine.nx(); ++i) fine.set(i, j, k, grid.at(i / parts, j / parts, k / parts));
-  return fine;
-}
-
-VoxelGrid read_voxels(const TomlTable& body, const std::filesystem::path& folder, Asked& asked) {
+VoxelGrid read_voxels(const TomlTable& body, Scene& scene) {
   if (body.has("cells") && body.has("voxels"))
     body.reject("voxels", "stands beside body.cells; give one of the two");
   if (!body.has("voxels")) {
     auto cells = body.three_whole("cells", cell_counts);
-    check_size(body, "cells", cells, asked.refine);
-    return split(VoxelGrid::box(cells[0], cells[1], cells[2]), asked.refine);
+    check_size(body, "cells", cells, scene.refine);
+    return VoxelGrid::box(cells[0], cells[1], cells[2]).split(scene.refine);
   }
-  asked.voxels = body.text("voxels", "a file name", "the path of a voxel file, relative to the scene file");
+  scene.voxel_file =
+      body.text("voxels", "a file name", "the path of a voxel file, relative to the scene file");
   try {
-    VoxelGrid grid = VoxelGrid::read(folder / asked.voxels);
-    check_size(body, "voxels", grid.size(), asked.refine);
-    return split(grid, asked.refine);
+    const VoxelGrid grid = VoxelGrid::read(scene.file.parent_path() / scene.voxel_file);
+    check_size(body, "voxels", grid.size(), scene.refine);
+    return grid.split(scene.refine);
   } catch (const InputError& error) {
     body.reject("voxels", fmt::format("does not give a body: {}", error.what()));
   }
 }
 
-/// Springs as given, or of the elastic constants given, which are kept.
-SpringConstants read_springs(const TomlTable& material, double cell_size,
-                             std::optional<ElasticConstants>& elastic, Asked& asked) {
+/// Springs as given, or calibrated for the elastic constants given, which are kept.
+SpringConstants read_springs(const TomlTable& material, Scene& scene) {
   const bool calibrated = material.has("young") || material.has("poisson");
   if (material.has("springs")) {
     for (const auto* key : {"young", "poisson", "face_share", "volume_force"})
@@ -190,10 +169,12 @@ SpringConstants read_springs(const TomlTable& material, double cell_size,
                             "give young and poisson, or springs = { edge = .., face = .., body = .. }");
   if (material.has("volume"))
     material.reject("volume", "stands beside material.young, which determines it; give one of the two");
-  elastic = {.young = material.number("young", young), .poisson = material.number("poisson", poisson)};
-  asked.face_share = material.number("face_share", share, 0.5);
-  SpringConstants springs = calibrate(*elastic, cell_size, asked.face_share);
-  if (!material.boolean("volume_force", true)) springs.volume = 0;
+  scene.body.elastic = {.young = material.number("young", young),
+                        .poisson = material.number("poisson", poisson)};
+  scene.face_share = material.number("face_share", share, scene.face_share);
+  scene.volume_force = material.boolean("volume_force", scene.volume_force);
+  SpringConstants springs = calibrate(*scene.body.elastic, scene.body.cell_size, scene.face_share);
+  if (!scene.volume_force) springs.volume = 0;
   if (!std::isfinite(springs.edge + springs.volume))
     material.reject("young", "is too large to compute with; give a smaller number of pascals");
   return springs;
@@ -217,13 +198,13 @@ double read_fold_guard(const TomlTable& material, const BodyConfig& config) {
   return stiffness;
 }
 
-BodyConfig read_body(const TomlTable& scene, const std::filesystem::path& folder, Asked& asked) {
-  const TomlTable body = scene.table("body");
-  const TomlTable material = scene.table("material");
-  BodyConfig config;
-  asked.refine = body.whole("refine", split_parts, 1);
-  config.voxels = read_voxels(body, folder, asked);
-  config.cell_size = body.number("cell_size", length) / asked.refine;
+void read_body(const TomlTable& root, Scene& scene) {
+  const TomlTable body = root.table("body");
+  const TomlTable material = root.table("material");
+  BodyConfig& config = scene.body;
+  scene.refine = body.whole("refine", split_parts, scene.refine);
+  config.voxels = read_voxels(body, scene);
+  config.cell_size = body.number("cell_size", length) / scene.refine;
   config.origin = body.vector("origin", position, Vec3::Zero());
   config.topology = body.choice("topology", "a topology", topologies, Topology::full);
   config.sharing = body.choice("sharing", "a way of sharing springs", sharings, Sharing::weighted);
@@ -231,12 +212,11 @@ BodyConfig read_body(const TomlTable& scene, const std::filesystem::path& folder
   if (!std::isnormal(config.density * std::pow(config.cell_size, 3) / 8))
     body.reject("cell_size", fmt::format("gives particles of mass {} kg; change it or material.density",
                                          config.density * std::pow(config.cell_size, 3) / 8));
-  config.springs = read_springs(material, config.cell_size, config.elastic, asked);
+  config.springs = read_springs(material, scene);
   config.fold_guard = read_fold_guard(material, config);
-  config.damping = read_damping(scene.table("damping"));
-  for (const TomlTable& table : scene.tables("weight"))
+  config.damping = read_damping(root.table("damping"));
+  for (const TomlTable& table : root.tables("weight"))
     config.weights.push_back({.box = table.box("box"), .mass = table.number("mass", mass)});
-  return config;
 }
 
 std::array<bool, 3> read_axes(const TomlTable& hold) {
@@ -303,28 +283,36 @@ Environment read_environment(const TomlTable& scene) {
   return environment;
 }
 
-/// A box that reaches no particle is a slip: what it is for would silently do nothing.
-void check_selection(const TomlTable& table, const Body& body, const Box& box) {
-  if (!body.select(box.lower, box.upper).empty()) return;
-  const BodyConfig& config = body.config();
-  const Vec3 lower = config.origin;
-  const Vec3 upper =
-      lower + config.cell_size * Vec3(config.voxels.nx(), config.voxels.ny(), config.voxels.nz());
-  table.reject("box", fmt::format("contains no particle; give one that does, the body at rest spans "
-                                  "[{:.6g}, {:.6g}, {:.6g}] to [{:.6g}, {:.6g}, {:.6g}]",
-                                  lower[0], lower[1], lower[2], upper[0], upper[1], upper[2]));
+/// Calls visit(table, index, box) for every box of particles that something acts on.
+void for_each_box(
+    const Scene& scene,
+    const std::function<void(std::string_view table, std::size_t index, const Box& box)>& visit) {
+  const auto each = [&](std::string_view table, const auto& all) {
+    for (std::size_t i = 0; i < all.size(); ++i) visit(table, i, all[i].box);
+  };
+  each("hold", scene.environment.holds);
+  each("load", scene.environment.loads);
+  each("strike", scene.environment.strikes);
+  each("weight", scene.body.weights);
 }
 
-void check_selections(const TomlTable& scene, const BodyConfig& config, const Environment& environment) {
-  const auto holds = scene.tables("hold"), loads = scene.tables("load"), strikes = scene.tables("strike"),
-             weights = scene.tables("weight");
-  if (holds.empty() && loads.empty() && strikes.empty() && weights.empty()) return;
-  const Body body(config);
-  for (std::size_t i = 0; i < holds.size(); ++i) check_selection(holds[i], body, environment.holds[i].box);
-  for (std::size_t i = 0; i < loads.size(); ++i) check_selection(loads[i], body, environment.loads[i].box);
-  for (std::size_t i = 0; i < strikes.size(); ++i)
-    check_selection(strikes[i], body, environment.strikes[i].box);
-  for (std::size_t i = 0; i < weights.size(); ++i) check_selection(weights[i], body, config.weights[i].box);
+/// Calls report(table, index, complaint) for the first box without particles, which would silently have no
+/// effect.
+void find_empty_box(const Scene& scene, const std::function<void(std::string_view table, std::size_t index,
+                                                                 const std::string& complaint)>& report) {
+  std::optional<Body> body;  // made only where there is a box
+  for_each_box(scene, [&](std::string_view table, std::size_t index, const Box& box) {
+    if (!body) body.emplace(scene.body);
+    if (!body->select(box.lower, box.upper).empty()) return;
+    const BodyConfig& config = scene.body;
+    const Vec3 lower = config.origin;
+    const Vec3 upper =
+        lower + config.cell_size * Vec3(config.voxels.nx(), config.voxels.ny(), config.voxels.nz());
+    report(table, index,
+           fmt::format("contains no particle; give one that does, the body at rest spans "
+                       "[{:.6g}, {:.6g}, {:.6g}] to [{:.6g}, {:.6g}, {:.6g}]",
+                       lower[0], lower[1], lower[2], upper[0], upper[1], upper[2]));
+  });
 }
 
 std::vector<Expectation> read_expectations(const TomlTable& expect) {
@@ -368,165 +356,44 @@ SolveConfig read_solve(const TomlTable& solve) {
   return config;
 }
 
-/// What a user should know before trusting the material, whose constants assume the full, weighted lattice.
-std::vector<std::string> read_warnings(const Scene& scene) {
+}  // namespace
+
+const std::string& to_string(ContactLaw law) { return name_of(law, contact_laws); }
+const std::string& to_string(Topology topology) { return name_of(topology, topologies); }
+const std::string& to_string(Sharing sharing) { return name_of(sharing, sharings); }
+const std::string& to_string(Precision precision) { return name_of(precision, precisions); }
+const std::string& to_string(Tangent tangent) { return name_of(tangent, tangents); }
+
+void check_boxes(const Scene& scene) {
+  find_empty_box(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
+    throw InputError(fmt::format("{}: {}.{}.box {}", scene.file.string(), table, index, complaint));
+  });
+}
+
+/// The constants assume the full, weighted lattice.
+std::vector<std::string> scene_warnings(const Scene& scene) {
   const BodyConfig& body = scene.body;
-  if (!has_springs(scene.model)) return {};  // the springs are not asked
+  if (!has_springs(scene.model)) return {};  // these are about springs
   if (body.topology != Topology::full)
     return {
         fmt::format("body.topology = \"{}\" leaves out face diagonals: the body is softer in shear than its "
-                    "material says, and differs with direction",
+                    "material, and anisotropic",
                     name_of(body.topology, topologies))};
   std::vector<std::string> warnings = material_warnings(body.springs, body.cell_size);
   if (body.sharing == Sharing::uniform && body.elastic)
     warnings.emplace_back(
-        "body.sharing = \"uniform\" makes surfaces stiffer than material.young says; only "
+        "body.sharing = \"uniform\" makes surfaces stiffer than material.young; only "
         "\"weighted\" keeps it");
   return warnings;
-}
-
-using Json = nlohmann::ordered_json;
-
-Json to_json(const Vec3& v) { return {v[0], v[1], v[2]}; }
-Json to_json(const Box& box) { return {to_json(box.lower), to_json(box.upper)}; }
-
-/// Cells along each axis before they were split.
-std::array<int, 3> cells_before(const BodyConfig& body, int refine) {
-  std::array<int, 3> cells = body.voxels.size();
-  for (int& count : cells) count /= refine;
-  return cells;
-}
-
-Json to_json(const BodyConfig& body, const Asked& asked) {
-  Json json;
-  if (asked.voxels.empty())
-    json["cells"] = cells_before(body, asked.refine);
-  else
-    json["voxels"] = asked.voxels;
-  json["refine"] = asked.refine;
-  json["cell_count"] = body.voxels.count();
-  json["cell_size"] = body.cell_size * asked.refine;
-  json["origin"] = to_json(body.origin);
-  json["topology"] = name_of(body.topology, topologies);
-  json["sharing"] = name_of(body.sharing, sharings);
-  return json;
-}
-
-Json material_to_json(const Scene& scene, const Asked& asked) {
-  const BodyConfig& body = scene.body;
-  Json json{{"model", scene.model}, {"density", body.density}};
-  if (body.elastic) {
-    json["young"] = body.elastic->young;
-    json["poisson"] = body.elastic->poisson;
-    json["face_share"] = asked.face_share;
-  }
-  json["springs"] = {{"edge", body.springs.edge}, {"face", body.springs.face}, {"body", body.springs.body}};
-  json["volume"] = body.springs.volume;
-  json["fold_guard"] = body.fold_guard;
-  return json;
-}
-
-Json to_json(const Damping& damping) {
-  return {{"ratio", damping.zeta}, {"thesis", damping.law == Damping::Law::thesis}};
-}
-
-Json to_json(const Hold& hold) {
-  std::string axes;
-  for (std::size_t a = 0; a < 3; ++a)
-    if (hold.axes[a]) axes += "xyz"[a];
-  Json json{{"box", to_json(hold.box)},
-            {"axes", axes},
-            {"velocity", to_json(hold.velocity)},
-            {"displacement", to_json(hold.displacement)}};
-  if (!hold.turn) return json;
-  json["turn"] = {
-      {"axis", to_json(hold.turn->axis)}, {"centre", to_json(hold.turn->centre)}, {"rate", hold.turn->rate}};
-  if (std::isfinite(hold.turn->until)) json["turn"]["until"] = hold.turn->until;
-  return json;
-}
-
-Json to_json(const Plane& plane) {
-  return {{"point", to_json(plane.point)},
-          {"normal", to_json(plane.normal)},
-          {"contact", to_string(plane.contact)},
-          {"restitution", plane.restitution},
-          {"friction", plane.friction}};
-}
-
-Json to_json(const SolveConfig& solve) {
-  return {{"integrator", solve.integrator},
-          {"dt", solve.dt ? Json(*solve.dt) : Json("safe")},
-          {"duration", solve.duration},
-          {"threads", solve.threads},
-          {"precision", name_of(solve.precision, precisions)},
-          {"linear_solver", solve.linear_solver},
-          {"tangent", name_of(solve.tangent, tangents)},
-          {"tolerance", solve.tolerance},
-          {"every", solve.every},
-          {"sleep", solve.sleep.bound},
-          {"sleep_after", solve.sleep.after}};
-}
-
-Json to_json(const std::vector<Expectation>& expectations) {
-  Json json = Json::object();
-  for (const Expectation& e : expectations) {
-    json[e.quantity] = {{"value", e.value}, {"within", e.within}};
-    if (e.quantity == mean_displacement)
-      json[e.quantity]["box"] = to_json(e.box);
-    else
-      json[e.quantity]["value"] = e.value.front();
-  }
-  return json;
-}
-
-std::string to_json(const Scene& scene, const Asked& asked) {
-  Json weights = Json::array(), holds = Json::array(), loads = Json::array(), strikes = Json::array(),
-       planes = Json::array();
-  for (const Weight& weight : scene.body.weights)
-    weights.push_back({{"box", to_json(weight.box)}, {"mass", weight.mass}});
-  for (const Hold& hold : scene.environment.holds) holds.push_back(to_json(hold));
-  for (const Load& load : scene.environment.loads)
-    loads.push_back({{"box", to_json(load.box)}, {"force", to_json(load.force)}});
-  for (const Strike& strike : scene.environment.strikes)
-    strikes.push_back(
-        {{"box", to_json(strike.box)}, {"at", strike.at}, {"impulse", to_json(strike.impulse)}});
-  for (const Plane& plane : scene.environment.planes) planes.push_back(to_json(plane));
-  const Json json{
-      {"name", scene.name},
-      {"body", to_json(scene.body, asked)},
-      {"material", material_to_json(scene, asked)},
-      {"damping", to_json(scene.body.damping)},
-      {"weight", weights},
-      {"environment", {{"gravity", to_json(scene.environment.gravity)}}},
-      {"hold", holds},
-      {"load", loads},
-      {"strike", strikes},
-      {"plane", planes},
-      {"start", {{"velocity", to_json(scene.start_velocity)}, {"spin", to_json(scene.start_spin)}}},
-      {"solve", to_json(scene.solve)},
-      {"expect", to_json(scene.expectations)}};
-  return json.dump(2, ' ', false, Json::error_handler_t::replace);  // an override need not be valid UTF-8
-}
-
-}  // namespace
-
-const std::string& to_string(ContactLaw law) { return name_of(law, contact_laws); }
-
-std::string scene_text(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  const TomlFile toml(file, overrides, known_keys(), old_keys);
-  std::ostringstream text;
-  text << toml::toml_formatter(toml.root()) << "\n";
-  return text.str();
 }
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   const TomlFile toml(file, overrides, known_keys(), old_keys);
   const TomlTable root(toml);
-  Asked asked;
   Scene scene;
   scene.file = file;
   scene.name = file.stem().string();
-  scene.body = read_body(root, file.parent_path(), asked);
+  read_body(root, scene);
   scene.environment = read_environment(root);
   if (const TomlTable material = root.table("material"); material.has("model"))
     scene.model = material.text("model", "a model", "its name, such as \"springs\"");
@@ -534,9 +401,10 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.start_spin = root.table("start").vector("spin", spin, Vec3::Zero());
   scene.solve = read_solve(root.table("solve"));
   scene.expectations = read_expectations(root.table("expect"));
-  check_selections(root, scene.body, scene.environment);
-  scene.warnings = read_warnings(scene);
-  scene.resolved = to_json(scene, asked);
+  find_empty_box(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
+    root.tables(table)[index].reject("box", complaint);
+  });
+  scene.warnings = scene_warnings(scene);
   return scene;
 }
 

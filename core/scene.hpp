@@ -28,7 +28,7 @@ struct SolveConfig {
   SleepRule sleep{};                      ///< of springs driven by explicit methods of fixed step
 };
 
-/// What a scene's author says will come out at its end; `mss check SCENE` judges it.
+/// A result that a scene file states in advance; `mss check SCENE` compares it with what was simulated.
 struct Expectation {
   std::string quantity;         ///< a column of series.csv, or one of those below
   std::vector<double> value{};  ///< one number; of a displacement three
@@ -48,14 +48,22 @@ inline bool has_springs(const std::string& model) {
   return model == spring_model || model == mollemans_model;
 }
 
-/// The law as scenes spell it.
+/// As scene files spell them.
 const std::string& to_string(ContactLaw law);
+const std::string& to_string(Topology topology);
+const std::string& to_string(Sharing sharing);
+const std::string& to_string(Precision precision);
+const std::string& to_string(Tangent tangent);
 
 /// A scene file, read and checked.
 struct Scene {
   std::filesystem::path file;
-  std::string name;  ///< file name without extension
-  BodyConfig body;
+  std::string name;          ///< file name without extension
+  BodyConfig body;           ///< its cells as they are after `refine`, its springs as calibrated
+  std::string voxel_file;    ///< where its cells come from, relative to the scene's folder; empty: a box
+  int refine = 1;            ///< parts that an edge of a cell of the file is split into
+  double face_share = 0.5;   ///< t of calibrated springs
+  bool volume_force = true;  ///< false: left out of calibrated springs
   std::string model = spring_model;  ///< what fills the cells, by name
   Environment environment;
   Vec3 start_velocity = Vec3::Zero();  ///< [m/s]
@@ -63,7 +71,6 @@ struct Scene {
   SolveConfig solve;
   std::vector<Expectation> expectations;
   std::vector<std::string> warnings;  ///< sentences for the user
-  std::string resolved;               ///< the whole configuration as JSON, defaults filled in
 };
 
 /// Reads a scene (TOML, SI units). `overrides` are "table.key=value" with TOML values, applied before
@@ -71,7 +78,14 @@ struct Scene {
 /// `--set solve.dt=1e-4`. Throws InputError naming file, line and key.
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
-/// A scene file with overrides in their places, as TOML again; comments are lost.
-std::string scene_text(const std::filesystem::path& file, const std::vector<std::string>& overrides);
+/// Some 100 bytes per lattice site are needed: beyond this, bodies outgrow the memory of a large workstation.
+inline constexpr double most_sites = 2e8;
+
+/// Throws InputError "FILE: hold.0.box contains no particle; ..." if a hold, load, strike or weight acts on
+/// none.
+void check_boxes(const Scene& scene);
+
+/// What a user should know before trusting the material of a scene.
+std::vector<std::string> scene_warnings(const Scene& scene);
 
 }  // namespace mss

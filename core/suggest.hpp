@@ -15,7 +15,7 @@ std::string nearest(std::string_view found, const std::vector<std::string>& know
                                 std::string_view what, std::string_view list);
 
 /// The member of a registry that has that name. Throws InputError that names the nearest known one; `what`
-/// the members are and how `mss list` calls them is said there.
+/// the members are, and their name in `mss list`, follow.
 template <class Info>
 const Info& find_named(const std::vector<Info>& all, std::string_view name, std::string_view what,
                        std::string_view list) {

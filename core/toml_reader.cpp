@@ -165,7 +165,7 @@ toml::node* TomlFile::descend(toml::node& from, const std::string& key, const Ov
 void TomlFile::check_keys(const toml::table& table, const std::string& path, const std::string& pattern,
                           const KnownKeys& known, const KnownKeys& old) const {
   const auto entry = known.find(pattern);
-  if (entry == known.end()) return;  // a table where a plain value belongs: its reader says so
+  if (entry == known.end()) return;  // a table where a plain value belongs: reading it reports that
   for (const auto& [name, node] : in_order_of_lines(table)) {
     const std::string full = join(path, name), inner = join(pattern, name);
     if (!contains(known, pattern, name) && !contains(old, pattern, name))
@@ -182,7 +182,8 @@ void TomlFile::check_keys(const toml::table& table, const std::string& path, con
 }
 
 std::string TomlFile::place(const std::string& path, const toml::node* node) const {
-  // An override of one element is to blame for the whole value, and one below a table for the table it made.
+  // An override of one element is the origin of the whole value, and one below a table that of the table it
+  // made.
   const bool whole = node != nullptr && (!node->is_table() || node->source().begin.line == 0);
   const auto blamed = std::find_if(overrides_.rbegin(), overrides_.rend(), [&](const Override& o) {
     return lies_in(path, o.path) || (whole && lies_in(o.path, path));

@@ -19,14 +19,14 @@ namespace mss {
 struct Quantity {
   std::string_view noun;     ///< "a density"
   std::string_view allowed;  ///< "a positive number of kg/m^3"
-  bool (*accepts)(double);   ///< asked about finite numbers only
+  bool (*accepts)(double);   ///< called with finite numbers only
 };
 
 /// The tables of a format with their keys; "" is the top level, and tables in an array ("hold") share one
 /// entry.
 using KnownKeys = std::map<std::string, std::vector<std::string>, std::less<>>;
 
-/// A parsed TOML file that still knows which line, or which command-line override, every value came from.
+/// A parsed TOML file, with the line or command-line override that every value came from.
 class TomlFile {
  public:
   /// Reads `file`, then applies `overrides` in order, each "table.key=value"; 0, 1, ... count the tables of

@@ -81,4 +81,22 @@ VoxelGrid VoxelGrid::read(const std::filesystem::path& file) {
   return grid;
 }
 
+VoxelGrid VoxelGrid::split(int parts) const {
+  if (parts == 1) return *this;
+  VoxelGrid fine(nx() * parts, ny() * parts, nz() * parts);
+  for (int k = 0; k < fine.nz(); ++k)
+    for (int j = 0; j < fine.ny(); ++j)
+      for (int i = 0; i < fine.nx(); ++i) fine.set(i, j, k, at(i / parts, j / parts, k / parts));
+  return fine;
+}
+
+VoxelGrid VoxelGrid::merge(int parts) const {
+  if (parts == 1) return *this;
+  VoxelGrid coarse(nx() / parts, ny() / parts, nz() / parts);
+  for (int k = 0; k < coarse.nz(); ++k)
+    for (int j = 0; j < coarse.ny(); ++j)
+      for (int i = 0; i < coarse.nx(); ++i) coarse.set(i, j, k, at(i * parts, j * parts, k * parts));
+  return coarse;
+}
+
 }  // namespace mss

@@ -36,6 +36,11 @@ class VoxelGrid {
 
   std::size_t count() const;
 
+  /// Every cell split into `parts` along each axis.
+  VoxelGrid split(int parts) const;
+  /// The grid of which this is split(parts).
+  VoxelGrid merge(int parts) const;
+
  private:
   std::size_t offset(int i, int j, int k) const {
     return static_cast<std::size_t>(i) +

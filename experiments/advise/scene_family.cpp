@@ -1,97 +1,95 @@
-// A scene in other cells: what stays the same, and what `--set` would have to say for it.
+// A scene in other cells: what stays the same, and the settings that `--set` takes for it.
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "core/error.hpp"
 #include "experiments/advise/advise.hpp"
-#include "experiments/harness/provenance.hpp"
 #include "experiments/simulation/model.hpp"
-#include "experiments/simulation/simulation.hpp"
+#include "experiments/simulation/scene_check.hpp"
 
 namespace mss::advise {
 
-SceneFamily::SceneFamily(std::filesystem::path file, std::vector<std::string> overrides)
-    : file_(std::move(file)), overrides_(std::move(overrides)), asked_(load_scene(file_, overrides_)) {
+SceneFamily::SceneFamily(const std::filesystem::path& file, const std::vector<std::string>& overrides)
+    : given_(load_scene(file, overrides)) {
   const auto refuse = [&](const char* problem) {
-    throw InputError(fmt::format("{}: {}", file_.string(), problem));
+    throw InputError(fmt::format("{}: {}", file.string(), problem));
   };
-  check_model(asked_);
-  if (asked_.body.damping.law == Damping::Law::thesis)
+  check_model(given_);
+  if (given_.body.damping.law == Damping::Law::thesis)
     refuse("damping.thesis has no viscosity that other cells could keep; give damping.ratio");
-  if (find_integrator(asked_.solve.integrator).stepping == Stepping::equilibrium)
-    refuse("solve.integrator = \"static\" is for rest, and advice for motion; give another one");
-  if (!(asked_.solve.duration > 0)) refuse("solve.duration = 0 leaves nothing to advise about");
-  const Json body = Json::parse(asked_.resolved)["body"];
-  from_voxels_ = body.contains("voxels");
-  refined_ = body.value("refine", 1) != 1;
-  base_ = asked_.body.voxels.size();
-  asked_level_ = from_voxels_ ? body["refine"].get<int>() : std::gcd(base_[0], std::gcd(base_[1], base_[2]));
-  for (int& cells : base_) cells /= asked_level_;
-  coarsest_ = asked_.body.cell_size * asked_level_;
+  if (find_integrator(given_.solve.integrator).stepping == Stepping::equilibrium)
+    refuse(
+        "solve.integrator = \"static\" finds an equilibrium, and advice is about motion; give another one");
+  if (!(given_.solve.duration > 0)) refuse("solve.duration = 0 leaves nothing to advise about");
+  base_ = given_.body.voxels.size();
+  given_level_ = level_of(given_);
+  for (int& cells : base_) cells /= given_level_;
+  coarsest_ = given_.body.cell_size * given_level_;
 }
 
 bool SceneFamily::is_calibrated() const {
-  return asked_.body.elastic.has_value() && asked_.model == spring_model;
+  return given_.body.elastic.has_value() && given_.model == spring_model;
 }
 
 bool SceneFamily::has_volume_force() const {
-  return asked_.model == spring_model && asked_.body.springs.volume != 0;
+  return given_.model == spring_model && given_.body.springs.volume != 0;
 }
 
-std::vector<std::string> SceneFamily::settings(const Candidate& c) const {
+SceneEdit SceneFamily::candidate(int level) const {
+  SceneEdit candidate = edit_of(given_);
+  candidate.level = level;
+  candidate.sharing = Sharing::weighted;
+  if (is_calibrated()) candidate.face_share = 0.5;
+  if (candidate.threads == 0) candidate.threads = 1;
+  return candidate;
+}
+
+std::vector<std::string> SceneFamily::settings(const SceneEdit& c) const {
   std::vector<std::string> all;
   const auto set = [&](const char* key, const auto& value) {
     all.push_back(fmt::format("{}={}", key, value));
   };
-  const double finer = double(c.level) / asked_level_;
-  if (from_voxels_) {
+  const double finer = double(c.level) / given_level_;
+  const IntegratorInfo& method = find_integrator(c.integrator);
+  if (!given_.voxel_file.empty()) {
     set("body.refine", c.level);
   } else {
     set("body.cells",
         fmt::format("[{}, {}, {}]", base_[0] * c.level, base_[1] * c.level, base_[2] * c.level));
     set("body.cell_size", cell_size(c.level));
-    if (refined_) set("body.refine", 1);
+    if (given_.refine != 1) set("body.refine", 1);
   }
-  if (asked_.body.sharing == Sharing::uniform) set("body.sharing", "weighted");
+  if (given_.body.sharing == Sharing::uniform) set("body.sharing", "weighted");
   if (is_calibrated()) set("material.face_share", c.face_share);
-  if (!asked_.body.elastic) {
-    const SpringConstants& k = asked_.body.springs;
-    set("material.springs",
-        fmt::format("{{ edge = {}, face = {}, body = {} }}", k.edge / finer, k.face / finer, k.body / finer));
-  }
+  if (!c.elastic)
+    set("material.springs", fmt::format("{{ edge = {}, face = {}, body = {} }}", c.springs.edge / finer,
+                                        c.springs.face / finer, c.springs.body / finer));
   if (!c.volume_force) {
-    if (asked_.body.elastic)
+    if (c.elastic)
       set("material.volume_force", "false");
     else
       set("material.volume", 0.0);
   }
-  if (asked_.body.damping.law == Damping::Law::ratio) set("damping.ratio", asked_.body.damping.zeta * finer);
+  if (c.damping.law == Damping::Law::ratio) set("damping.ratio", c.damping.zeta * finer);
   set("solve.integrator", c.integrator);
-  if (c.dt > 0)
-    set("solve.dt", c.dt);
+  if (c.dt)
+    set("solve.dt", *c.dt);
   else
     set("solve.dt", "safe");  // of adaptive methods: their own
-  set("solve.precision", c.precision == Precision::single ? "single" : "double");
-  if (asked_.solve.threads == 0) set("solve.threads", c.threads);
-  if (!c.linear_solver.empty()) set("solve.linear_solver", c.linear_solver);
-  if (c.tolerance > 0) set("solve.tolerance", c.tolerance);
+  set("solve.precision", to_string(c.precision));
+  if (given_.solve.threads == 0) set("solve.threads", c.threads);
+  if (method.implicit && method.stepping == Stepping::fixed) set("solve.linear_solver", c.linear_solver);
+  if (method.stepping == Stepping::adaptive) set("solve.tolerance", c.tolerance);
   return all;
 }
 
-Scene SceneFamily::scene(const Candidate& candidate) const {
-  std::vector<std::string> all = overrides_;
-  for (std::string& setting : settings(candidate)) all.push_back(std::move(setting));
-  return load_scene(file_, all);
-}
+Scene SceneFamily::scene(const SceneEdit& candidate) const { return edited(given_, candidate); }
 
-SpectralBound SceneFamily::bound(const Candidate& c) {
+SpectralBound SceneFamily::bound(const SceneEdit& c) {
   const std::tuple key(c.level, c.face_share, c.volume_force);
   if (const auto known = bounds_.find(key); known != bounds_.end()) return known->second;
-  Candidate lattice{
-      .level = c.level, .face_share = c.face_share, .volume_force = c.volume_force, .integrator = "verlet"};
-  const Scene scene = this->scene(lattice);
+  const Scene scene = this->scene(c);
   const Body body(scene.body);
   const SpectralBound bound = make_system<double>(scene.model, body, scene.environment, 1)->spectral_bound();
   return bounds_[key] = bound;

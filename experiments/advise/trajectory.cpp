@@ -22,9 +22,9 @@ namespace {
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// Points of a body at rest as weighted means of particles, trilinear in their cells.
-class Sampler {
+class Interpolator {
  public:
-  Sampler(const Body& body, const std::vector<Vec3>& points) : body_(body) {
+  Interpolator(const Body& body, const std::vector<Vec3>& points) : body_(body) {
     for (const Vec3& point : points) places_.push_back(place(point));
   }
 
@@ -59,7 +59,7 @@ class Sampler {
         cell[std::size_t(a)] = int(std::floor(at[a] + ((side >> a & 1) != 0 ? -beside : beside)));
       if (config.voxels.at(cell[0], cell[1], cell[2])) return in_cell(cell, at);
     }
-    throw std::logic_error("a point to look at lies outside of the body");
+    throw std::logic_error("a sample point lies outside of the body");
   }
   Place in_cell(const std::array<int, 3>& cell, const Vec3& at) const {
     Place place;
@@ -86,32 +86,32 @@ double squared_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) 
   return sum / double(a.size());
 }
 
-/// Mean displacement over the looks that were seen.
+/// Mean displacement over the samples there are.
 std::vector<Vec3> mean_of(const Trajectory& trajectory) {
   std::vector<Vec3> mean;
   int seen = 0;
-  for (const Trajectory::Look& look : trajectory.looks) {
-    if (look.displacement.empty()) continue;
-    mean.resize(look.displacement.size(), Vec3::Zero());
-    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += look.displacement[i];
+  for (const Trajectory::Sample& sample : trajectory.samples) {
+    if (sample.displacement.empty()) continue;
+    mean.resize(sample.displacement.size(), Vec3::Zero());
+    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += sample.displacement[i];
     ++seen;
   }
   for (Vec3& m : mean) m /= seen;
   return mean;
 }
 
-/// The direction, over all points, along which a trajectory strays most from its mean: the largest of its
-/// principal components, found from what looks have in common.
+/// The direction, over all points, in which a trajectory deviates most from its mean: its first principal
+/// component, from the inner products of its samples.
 std::vector<Vec3> largest_motion(const Trajectory& trajectory) {
   const std::vector<Vec3> mean = mean_of(trajectory);
-  const auto looks = Eigen::Index(trajectory.looks.size()), numbers = Eigen::Index(3 * mean.size());
-  Eigen::MatrixXd rows(looks, numbers);
-  for (Eigen::Index l = 0; l < looks; ++l)
+  const auto samples = Eigen::Index(trajectory.samples.size()), numbers = Eigen::Index(3 * mean.size());
+  Eigen::MatrixXd rows(samples, numbers);
+  for (Eigen::Index l = 0; l < samples; ++l)
     for (std::size_t i = 0; i < mean.size(); ++i)
       rows.row(l).segment<3>(Eigen::Index(3 * i)) =
-          (trajectory.looks[std::size_t(l)].displacement[i] - mean[i]).transpose();
+          (trajectory.samples[std::size_t(l)].displacement[i] - mean[i]).transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> common(rows * rows.transpose());
-  const Eigen::VectorXd shape = rows.transpose() * common.eigenvectors().col(looks - 1);
+  const Eigen::VectorXd shape = rows.transpose() * common.eigenvectors().col(samples - 1);
   std::vector<Vec3> out(mean.size());
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = shape.segment<3>(Eigen::Index(3 * i));
   return out;
@@ -124,13 +124,13 @@ const std::vector<std::string>& error_names() {
   return names;
 }
 
-Judge::Judge(ErrorOf of, Trajectory reference) : of_(of), reference_(std::move(reference)) {
+ErrorEstimator::ErrorEstimator(ErrorOf of, Trajectory reference) : of_(of), reference_(std::move(reference)) {
   double displaced = 0, held = 0;
-  for (const Trajectory::Look& look : reference_.looks) {
+  for (const Trajectory::Sample& sample : reference_.samples) {
     double squared = 0;
-    for (const Vec3& u : look.displacement) squared += u.squaredNorm();
-    displaced = std::max(displaced, std::sqrt(squared / double(look.displacement.size())));
-    held = std::max(held, look.holding);
+    for (const Vec3& u : sample.displacement) squared += u.squaredNorm();
+    displaced = std::max(displaced, std::sqrt(squared / double(sample.displacement.size())));
+    held = std::max(held, sample.exchanged);
   }
   if (of_ == ErrorOf::displacement) scale_ = displaced;
   if (of_ == ErrorOf::energy) scale_ = held;
@@ -140,8 +140,8 @@ Judge::Judge(ErrorOf of, Trajectory reference) : of_(of), reference_(std::move(r
   }
 }
 
-double Judge::at(const Trajectory& trajectory, std::size_t look) const {
-  const Trajectory::Look &seen = trajectory.looks[look], &truth = reference_.looks[look];
+double ErrorEstimator::error_at(const Trajectory& trajectory, std::size_t sample) const {
+  const Trajectory::Sample &seen = trajectory.samples[sample], &truth = reference_.samples[sample];
   switch (of_) {
     case ErrorOf::displacement:
       return std::sqrt(squared_distance(seen.displacement, truth.displacement)) / scale_;
@@ -155,33 +155,34 @@ double Judge::at(const Trajectory& trajectory, std::size_t look) const {
   return 0;
 }
 
-double Judge::over_all(const Trajectory& trajectory) const {
+double ErrorEstimator::error_of(const Trajectory& trajectory) const {
   if (of_ == ErrorOf::frequency) return std::abs(frequency(trajectory) / scale_ - 1);
   double largest = 0;
-  for (std::size_t look = 0; look < trajectory.looks.size(); ++look)
-    if (!trajectory.looks[look].displacement.empty()) largest = std::max(largest, at(trajectory, look));
+  for (std::size_t sample = 0; sample < trajectory.samples.size(); ++sample)
+    if (!trajectory.samples[sample].displacement.empty())
+      largest = std::max(largest, error_at(trajectory, sample));
   return largest;
 }
 
-/// Half the crossings of its mean by the largest trajectory, per time between the first and the last, in
-/// looks.
-double Judge::frequency(const Trajectory& trajectory) const {
+/// Half the number of times that the motion along the largest principal component crosses its mean, over the
+/// time from the first crossing to the last, in sampling intervals.
+double ErrorEstimator::frequency(const Trajectory& trajectory) const {
   constexpr int least = 3;
   const std::vector<Vec3> mean = mean_of(trajectory);
   double before = 0, before_at = 0, first = none, last = none;
   int crossings = 0;
-  for (std::size_t look = 0; look < trajectory.looks.size(); ++look) {
-    const std::vector<Vec3>& u = trajectory.looks[look].displacement;
+  for (std::size_t sample = 0; sample < trajectory.samples.size(); ++sample) {
+    const std::vector<Vec3>& u = trajectory.samples[sample].displacement;
     if (u.empty()) continue;
     double along = 0;
     for (std::size_t i = 0; i < u.size(); ++i) along += shape_[i].dot(u[i] - mean[i]);
     if (before * along < 0) {
-      last = before_at + (double(look) - before_at) * before / (before - along);
+      last = before_at + (double(sample) - before_at) * before / (before - along);
       if (crossings++ == 0) first = last;
     }
     if (along != 0) {
       before = along;
-      before_at = double(look);
+      before_at = double(sample);
     }
   }
   return crossings < least ? none : (crossings - 1) / (2 * (last - first));
@@ -190,117 +191,117 @@ double Judge::frequency(const Trajectory& trajectory) const {
 Trajectory extrapolate(const Trajectory& coarse, const Trajectory& fine, double factor) {
   const double share = 1 / (factor * factor - 1);
   Trajectory limit = fine;
-  for (std::size_t l = 0; l < fine.looks.size(); ++l) {
-    Trajectory::Look& look = limit.looks[l];
-    const Trajectory::Look& before = coarse.looks[l];
-    for (std::size_t i = 0; i < look.displacement.size(); ++i)
-      look.displacement[i] += share * (look.displacement[i] - before.displacement[i]);
-    look.volume_ratio += share * (look.volume_ratio - before.volume_ratio);
-    look.energy += share * (look.energy - before.energy);
-    look.holding += share * (look.holding - before.holding);
+  for (std::size_t l = 0; l < fine.samples.size(); ++l) {
+    Trajectory::Sample& sample = limit.samples[l];
+    const Trajectory::Sample& before = coarse.samples[l];
+    for (std::size_t i = 0; i < sample.displacement.size(); ++i)
+      sample.displacement[i] += share * (sample.displacement[i] - before.displacement[i]);
+    sample.volume_ratio += share * (sample.volume_ratio - before.volume_ratio);
+    sample.energy += share * (sample.energy - before.energy);
+    sample.exchanged += share * (sample.exchanged - before.exchanged);
   }
   return limit;
 }
 
-Looks looks_of(const Scene& scene, ErrorOf of) {
+Sampling sampling_of(const Scene& scene, ErrorOf of) {
   constexpr std::size_t most_points = 300;
   constexpr int count = 128;
   const Body body(scene.body);
-  Looks looks{.points = {}, .interval = scene.solve.duration / count, .count = count, .of = of};
+  Sampling sampling{.points = {}, .interval = scene.solve.duration / count, .count = count, .of = of};
   // At random, but always the same: even strides through a lattice stay in one of its planes.
   std::vector<std::ptrdiff_t> sites(body.sites().begin(), body.sites().end());
   std::mt19937 random(1);
   const std::size_t points = std::min(sites.size(), most_points);
   for (std::size_t i = 0; i < points; ++i) {
     std::swap(sites[i], sites[i + random() % (sites.size() - i)]);
-    looks.points.push_back(body.rest_position(sites[i]));
+    sampling.points.push_back(body.rest_position(sites[i]));
   }
-  return looks;
+  return sampling;
 }
 
-double Followed::total_seconds() const { return std::accumulate(seconds.begin(), seconds.end(), 0.0); }
+double SampledRun::total_seconds() const { return std::accumulate(seconds.begin(), seconds.end(), 0.0); }
 
-double Followed::cost() const {
+double SampledRun::cost() const {
   constexpr double several = 3;
   if (seconds.empty()) return none;
   const double most = several * quantile(seconds, 0.75);
   double sum = 0;
-  for (const double look : seconds) sum += most > 0 ? std::min(look, most) : look;
+  for (const double sample : seconds) sum += most > 0 ? std::min(sample, most) : sample;
   return sum / simulated;
 }
 
-double step_between_looks(double most, const Looks& looks) {
-  if (most < looks.interval) return looks.interval / std::ceil(looks.interval / most);
-  int meets = int(std::min(double(looks.count), most / looks.interval));
-  while (looks.count % meets != 0) --meets;
-  return looks.interval * meets;
+double step_between_samples(double most, const Sampling& sampling) {
+  if (most < sampling.interval) return sampling.interval / std::ceil(sampling.interval / most);
+  int meets = int(std::min(double(sampling.count), most / sampling.interval));
+  while (sampling.count % meets != 0) --meets;
+  return sampling.interval * meets;
 }
 
 namespace {
 
-/// What is asked for: to measure small bodies would take longer than their steps.
+/// Only what the error is of: to measure small bodies would take longer than their steps.
 template <class Real>
-Trajectory::Look look_at(const BodySystem<Real>& system, const State<Real>& state, ErrorOf of) {
-  Trajectory::Look look;
-  if (of == ErrorOf::volume) look.volume_ratio = volume_ratio(system.body(), state.x);
+Trajectory::Sample sample_of(const BodySystem<Real>& system, const State<Real>& state, ErrorOf of) {
+  Trajectory::Sample sample;
+  if (of == ErrorOf::volume) sample.volume_ratio = volume_ratio(system.body(), state.x);
   if (of == ErrorOf::energy) {
     const Measures m = measure(system, state);
-    look.energy = m.total();
-    look.holding = m.kinetic + m.elastic + m.volume_energy;
+    sample.energy = m.total();
+    sample.exchanged = m.kinetic + m.elastic + m.volume_energy;
   }
-  return look;
+  return sample;
 }
 
-/// From look to look the time a run takes is asked this often, if it matters.
-constexpr int slices_of_a_look = 16;
-/// Adaptive methods that need more steps from look to look are not the cheapest.
-constexpr long most_steps_between_looks = 512;
+/// How often the time that a run takes is checked per sampling interval, if that is limited.
+constexpr int slices_of_an_interval = 16;
+/// Adaptive methods that need more steps per sampling interval are not the cheapest.
+constexpr long most_steps_between_samples = 512;
 
 template <class Real>
-Followed follow_in(const Scene& scene, const Looks& looks, const std::function<bool(const Followed&)>& go_on,
-                   double most_seconds) {
+SampledRun sample_in(const Scene& scene, const Sampling& sampling,
+                     const std::function<bool(const SampledRun&)>& go_on, double most_seconds) {
   using Clock = std::chrono::steady_clock;
   const Body body(scene.body);
   // Adaptive methods would have to begin anew at every slice; their steps are counted.
   const bool adaptive = find_integrator(scene.solve.integrator).stepping == Stepping::adaptive;
-  const int slices = std::isfinite(most_seconds) && !adaptive ? slices_of_a_look : 1;
-  SceneRun<Real> scene_run(scene, body, most_steps_between_looks);
+  const int slices = std::isfinite(most_seconds) && !adaptive ? slices_of_an_interval : 1;
+  SceneRun<Real> scene_run(scene, body, most_steps_between_samples);
   const State<Real>& state = scene_run.state();
-  const Sampler sampler(body, looks.points);
-  Followed run;
+  const Interpolator interpolator(body, sampling.points);
+  SampledRun run;
   Work work;
   double before = 0;
-  double waited = 0;  // since the last look that was seen [s]
+  double waited = 0;  // since the last sample [s]
   int seen = 0;
-  for (int look = 0; look <= looks.count; ++look) {
-    const double t = look * looks.interval;
+  for (int sample = 0; sample <= sampling.count; ++sample) {
+    const double t = sample * sampling.interval;
     const auto begin = Clock::now();
     const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
-    for (int slice = slices - 1; look > 0 && slice >= 0 && run.status == Status::ok; --slice) {
-      run.status = scene_run.advance(t - slice * looks.interval / slices, work);
-      if (slice == 0 || !(waited + seconds() > most_seconds * (look - seen))) continue;
+    for (int slice = slices - 1; sample > 0 && slice >= 0 && run.status == Status::ok; --slice) {
+      run.status = scene_run.advance(t - slice * sampling.interval / slices, work);
+      if (slice == 0 || !(waited + seconds() > most_seconds * (sample - seen))) continue;
       run.ended_early = true;
       break;
     }
     waited += seconds();
     run.simulated = state.t;
     const bool over = run.ended_early || run.status != Status::ok;
-    const bool passed = std::abs(state.t - t) > 1e-6 * looks.interval;  // by a step that leads past it
-    if (look > 0 && (over || !passed)) run.seconds.push_back(std::exchange(waited, 0));
+    const bool passed = std::abs(state.t - t) > 1e-6 * sampling.interval;  // by a step that ends beyond it
+    if (sample > 0 && (over || !passed)) run.seconds.push_back(std::exchange(waited, 0));
     if (over) return run;
-    run.trajectory.looks.emplace_back();
+    run.trajectory.samples.emplace_back();
     if (passed) continue;
-    seen = look;
-    Trajectory::Look now = look_at(scene_run.system(), state, looks.of);
+    seen = sample;
+    Trajectory::Sample now = sample_of(scene_run.system(), state, sampling.of);
     if (!is_finite(state) || !std::isfinite(now.volume_ratio) || !std::isfinite(now.energy)) {
       run.status = Status::non_finite;
       return run;
     }
-    if (look == 0) before = now.energy;
+    if (sample == 0) before = now.energy;
     now.energy -= before;
-    now.displacement = sampler.displacements(state.x);
-    run.trajectory.looks.back() = std::move(now);
-    if (look > 0 && look < looks.count && !go_on(run)) {
+    now.displacement = interpolator.displacements(state.x);
+    run.trajectory.samples.back() = std::move(now);
+    if (sample > 0 && sample < sampling.count && !go_on(run)) {
       run.ended_early = true;
       return run;
     }
@@ -310,10 +311,10 @@ Followed follow_in(const Scene& scene, const Looks& looks, const std::function<b
 
 }  // namespace
 
-Followed follow_scene(const Scene& scene, const Looks& looks,
-                      const std::function<bool(const Followed&)>& go_on, double most_seconds) {
-  return scene.solve.precision == Precision::single ? follow_in<float>(scene, looks, go_on, most_seconds)
-                                                    : follow_in<double>(scene, looks, go_on, most_seconds);
+SampledRun sample_scene(const Scene& scene, const Sampling& sampling,
+                        const std::function<bool(const SampledRun&)>& go_on, double most_seconds) {
+  return scene.solve.precision == Precision::single ? sample_in<float>(scene, sampling, go_on, most_seconds)
+                                                    : sample_in<double>(scene, sampling, go_on, most_seconds);
 }
 
 }  // namespace mss::advise

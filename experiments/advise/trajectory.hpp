@@ -22,33 +22,33 @@ enum class ErrorOf {
 /// As options spell them, in the enumeration's order.
 const std::vector<std::string>& error_names();
 
-/// What is seen of a scene at looks evenly apart, the first at its start. Where a step leads past a look,
-/// nothing is seen of it.
+/// A motion, sampled at equal intervals from its start on. Where a step is longer than the interval, samples
+/// within it are empty.
 struct Trajectory {
-  struct Look {
-    std::vector<Vec3> displacement{};  ///< of the points looked at [m]; empty: not seen
+  struct Sample {
+    std::vector<Vec3> displacement{};  ///< of the sampled points [m]; empty: no sample
     double volume_ratio = 1;
-    double energy = 0;   ///< of everything, the start's taken off [J]
-    double holding = 0;  ///< kinetic and stored [J]
+    double energy = 0;     ///< total, less that at the start [J]
+    double exchanged = 0;  ///< kinetic and elastic, the scale of errors of energy [J]
   };
-  std::vector<Look> looks;
+  std::vector<Sample> samples;
 };
 
-/// A reference that motions are judged by.
-class Judge {
+/// Errors of motions against a reference.
+class ErrorEstimator {
  public:
-  Judge(ErrorOf of, Trajectory reference);
+  ErrorEstimator(ErrorOf of, Trajectory reference);
 
   const Trajectory& reference() const { return reference_; }
-  /// What errors are shares of; 0 if the reference does not move at all, NaN if it has no frequency.
+  /// What errors are relative to; 0 if the reference does not move at all, NaN if it has no frequency.
   double scale() const { return scale_; }
 
-  /// Whether an error can be told before the end: the frequency's cannot.
-  bool sees_early() const { return of_ != ErrorOf::frequency; }
-  /// Error at one look that was seen.
-  double at(const Trajectory& trajectory, std::size_t look) const;
-  /// Of all looks there are. NaN if the trajectory has no frequency.
-  double over_all(const Trajectory& trajectory) const;
+  /// Whether there is an error before the end of a motion: of the frequency there is none.
+  bool known_early() const { return of_ != ErrorOf::frequency; }
+  /// Error of one sample, which must not be empty.
+  double error_at(const Trajectory& trajectory, std::size_t sample) const;
+  /// Largest error of any sample, or that of the frequency; NaN if the trajectory has none.
+  double error_of(const Trajectory& trajectory) const;
 
  private:
   double frequency(const Trajectory& trajectory) const;
@@ -59,41 +59,40 @@ class Judge {
   std::vector<Vec3> shape_;  ///< of the largest motion
 };
 
-/// What a trajectory tends to as its error falls with the square of the cells' size, from two of which the
-/// second has cells smaller by a factor.
+/// Richardson extrapolation of second order in the size of cells; those of `fine` are smaller by a factor.
 Trajectory extrapolate(const Trajectory& coarse, const Trajectory& fine, double factor);
 
-/// Where a run is looked at, and when.
-struct Looks {
+/// Where and when a run is sampled.
+struct Sampling {
   std::vector<Vec3> points;  ///< at rest [m]
   double interval = 0;       ///< [s]
   int count = 0;             ///< after the start
-  ErrorOf of{};              ///< volume and energies are not seen unless it is of them
+  ErrorOf of{};              ///< what to sample: volume and energy only if the error is of them
 };
-/// Particles of a scene as it stands, at most a few hundred, and its duration's parts.
-Looks looks_of(const Scene& scene, ErrorOf of);
+/// At most 300 of the scene's particles, 128 times.
+Sampling sampling_of(const Scene& scene, ErrorOf of);
 
-/// The longest step up to `most` that meets looks, the last of them too [s].
-double step_between_looks(double most, const Looks& looks);
+/// The longest step up to `most` of which whole multiples end at samples, the last of them too [s].
+double step_between_samples(double most, const Sampling& sampling);
 
-/// How a run ended.
-struct Followed {
+/// A sampled run and how it ended.
+struct SampledRun {
   Status status = Status::ok;
   Trajectory trajectory;
-  std::vector<double> seconds{};  ///< of stepping, from one look that was seen to the next
+  std::vector<double> seconds{};  ///< of stepping, from one sample to the next
   double simulated = 0;           ///< [s]
   bool ended_early = false;
 
   /// Of stepping so far.
   double total_seconds() const;
-  /// Seconds of stepping per simulated second; what took several times as long as most does not count in
-  /// full, because somebody else had the core.
+  /// Seconds of stepping per simulated second. Intervals that took three times as long as the upper quartile
+  /// are counted as that: the processor was busy with something else.
   double cost() const;
 };
-/// Runs a scene; `go_on` is asked after every look that was seen. It also ends where it takes longer than
-/// `most_seconds` from look to look, or an adaptive method takes more than 512 steps.
-Followed follow_scene(const Scene& scene, const Looks& looks,
-                      const std::function<bool(const Followed&)>& go_on,
-                      double most_seconds = std::numeric_limits<double>::infinity());
+/// Runs a scene; after every sample it ends unless `go_on` returns true. It also ends where it takes longer
+/// than `most_seconds` per interval, or an adaptive method takes more than 512 steps.
+SampledRun sample_scene(const Scene& scene, const Sampling& sampling,
+                        const std::function<bool(const SampledRun&)>& go_on,
+                        double most_seconds = std::numeric_limits<double>::infinity());
 
 }  // namespace mss::advise

@@ -16,6 +16,7 @@
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
 #include "experiments/simulation/expectation.hpp"
+#include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
 
 namespace mss::cli {

@@ -1,4 +1,4 @@
-// `mss list`: what there is, one line each.
+// `mss list`: integrators, linear solvers, models, scenes and experiments, one line each.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -64,8 +64,8 @@ void list(const std::string& kind) {
 }
 
 void add(CLI::App& app, int&) {
-  CLI::App* command =
-      app.add_subcommand("list", "what there is: integrators, linear solvers, models, scenes, experiments");
+  CLI::App* command = app.add_subcommand(
+      "list", "names that the other commands take: integrators, linear solvers, models, scenes, experiments");
   const auto kind = std::make_shared<std::string>();
   command->add_option("kind", *kind,
                       "integrators, linear_solvers, models, scenes or experiments; all if left out");

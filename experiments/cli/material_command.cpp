@@ -64,14 +64,14 @@ SpringConstants derived_springs(const Choice& choice, double h) {
   return calibrate(material, h, choice.face_share.value_or(0.5));
 }
 
-/// A number for people, six digits; what divides by zero is not a number they can use.
+/// A number with six digits; what divides by zero is undefined.
 std::string shown(double value) { return std::isfinite(value) ? fmt::format("{:.6g}", value) : "undefined"; }
 
-/// Young's modulus by direction in the plane of two edges, as a curve about the origin drawn with letters; a
-/// circle is an isotropic material. Empty if some direction has none.
+/// Young's modulus by direction in the plane of two edges, as a curve about the origin drawn with characters;
+/// a circle is an isotropic material. Empty if some direction has none.
 std::string polar_plot(const CubicStiffness& c) {
-  constexpr int angles = 720, rows = 8, columns = 2 * rows;  // a letter is twice as high as wide
-  using std::numbers::pi;
+  constexpr int angles = 720, rows = 8, columns = 2 * rows;  // a character is twice as high as wide
+  constexpr double pi = std::numbers::pi;
   const auto direction = [&](int i) {
     return Eigen::Vector3d(std::cos(2 * pi * i / angles), std::sin(2 * pi * i / angles), 0);
   };

@@ -1,4 +1,4 @@
-// `mss modes`: how fast a scene's body vibrates, and what step that allows.
+// `mss modes`: vibrations of a scene's body about rest, and the step that they allow.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -8,13 +8,14 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/scene_writer.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/simulation/model.hpp"
+#include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
-#include "experiments/simulation/simulation.hpp"
 #include "integrators/modes.hpp"
 #include "integrators/stable_step.hpp"
 
@@ -23,7 +24,7 @@ namespace mss::cli {
 namespace {
 
 namespace fs = std::filesystem;
-const double turn = 2 * std::numbers::pi;
+constexpr double turn = 2 * std::numbers::pi;
 
 struct ModesChoice {
   std::string scene;
@@ -39,7 +40,7 @@ Table modes_table(const std::vector<Mode>& modes) {
   return table;
 }
 
-/// A step of a method without a limit is no number.
+/// A method without a limit has no largest step.
 Json step_or_null(double dt) { return std::isfinite(dt) ? Json(dt) : Json(nullptr); }
 
 Json summary(const Scene& scene, double omega_max, double bound, double crushed, double limit,
@@ -62,17 +63,17 @@ Json summary(const Scene& scene, double omega_max, double bound, double crushed,
           {"safe_dt_undamped", steps},
           {"integrator", scene.solve.integrator},
           {"limit_dt", step_or_null(limit)},
-          {"configuration", Json::parse(scene.resolved)},
+          {"configuration", to_json(scene)},
           {"provenance", provenance()}};
 }
 
-/// The step that holds where a guard acts, beside the one of dt = "safe", for methods that have one.
-void print_guarded(const IntegratorInfo& method, const SpectralBound& bound, double crushed) {
-  fmt::print("  where its guard acts: at most {:.6g} rad/s", crushed);
+/// The stable step where the fold guard acts, beside the one of dt = "safe", for methods that have one.
+void print_with_guard(const IntegratorInfo& method, const SpectralBound& bound, double crushed) {
+  fmt::print("  where the fold guard acts: at most {:.6g} rad/s", crushed);
   if (method.stepping == Stepping::fixed && method.limit)
     if (const double safe = guaranteed_step(method, bound); safe > 0) {
       const double there = guaranteed_step(method, {.omega = crushed, .damping = bound.damping});
-      fmt::print("; there take dt = {:.6g} s, {:.3g} of the safe one", safe_share * there, there / safe);
+      fmt::print("; use dt = {:.6g} s there, {:.3g} of the safe one", safe_share * there, there / safe);
     }
   fmt::print("\n");
 }
@@ -89,9 +90,9 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   const Body body(scene.body);
   const auto system = make_system<double>(scene.model, body, scene.environment, scene.solve.threads);
   if (unknowns_of(*system).empty())
-    throw InputError(fmt::format("{}: its holds leave nothing that could vibrate", scene.file.string()));
+    throw InputError(fmt::format("{}: everything is held, so nothing can vibrate", scene.file.string()));
   prepare_directory(directory);
-  std::signal(SIGINT, SIG_DFL);  // files are written last and whole: nothing is lost by ending at once
+  std::signal(SIGINT, SIG_DFL);  // files are written at the end: nothing is lost by ending at once
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
 
   const State<double> rest = system->undeformed_state();
@@ -123,8 +124,8 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   fmt::print("   max  {:>12.6g} Hz  {:>12.6g} rad/s; the bound of dt = \"safe\": {:.6g} rad/s\n",
              omega_max / turn, omega_max, bound);
   if (std::isfinite(limit.dt))
-    fmt::print("  with {} small motions stay bounded up to dt = {:.6g} s\n", method.name, limit.dt);
-  if (crushed > bound) print_guarded(method, system->spectral_bound(), crushed);
+    fmt::print("  with {} small motions are stable up to dt = {:.6g} s\n", method.name, limit.dt);
+  if (crushed > bound) print_with_guard(method, system->spectral_bound(), crushed);
   fmt::print("see {}\n", directory.string());
 }
 
@@ -134,7 +135,7 @@ void add(CLI::App& app, int& exit_status) {
   const auto choice = std::make_shared<ModesChoice>();
   command->add_option("scene", choice->scene, "Scene file (TOML), or a name from `mss list scenes`")
       ->required();
-  command->add_option("--count", choice->count, "How many of the slowest")->capture_default_str();
+  command->add_option("--count", choice->count, "Number of modes, the slowest first")->capture_default_str();
   command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>_modes)");
   command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
   command->callback([choice, &exit_status] { run_modes(*choice, exit_status); });

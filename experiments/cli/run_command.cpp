@@ -1,4 +1,4 @@
-// `mss run`: simulates one scene and writes what happened.
+// `mss run`: simulates one scene and writes the results.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -7,9 +7,12 @@
 #include <optional>
 
 #include "core/error.hpp"
+#include "core/scene_writer.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
+#include "experiments/simulation/result_files.hpp"
+#include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/simulation/vtk_series.hpp"
@@ -43,14 +46,15 @@ Json to_json(const SleepReport& sleep) {
           {"apart_at_end", sleep.apart_at_end}};
 }
 
-std::string tell(const SleepReport& sleep, double bound) {
+std::string description(const SleepReport& sleep, double bound) {
   const std::string cost = std::isfinite(sleep.seconds_asleep)
                                ? fmt::format(", a step while all sleep takes {:.3g} % of one awake",
                                              100 * sleep.seconds_asleep / sleep.seconds_awake)
                                : std::string();
   return fmt::format(
-      "{:.3g} % of the body slept{}; from a run that never sleeps it ends {:.3g} m away, and was at "
-      "most {:.3g} m away, {} {:.3g} m allowed",
+      "{:.3g} % of the body slept{}; compared with a run without sleep, particles end up to {:.3g} m away "
+      "and "
+      "were up to {:.3g} m away, {} {:.3g} m allowed",
       100 * sleep.share, cost, sleep.apart_at_end, sleep.most_apart,
       sleep.most_apart > bound ? "more than the" : "of", bound);
 }
@@ -60,7 +64,7 @@ Json summary(const Scene& scene, const SimulationResult& result, const Table& se
           {"sleep", result.sleep ? to_json(*result.sleep) : Json()},
           {"scene", scene.name},
           {"integrator", scene.solve.integrator},
-          {"precision", scene.solve.precision == Precision::single ? "single" : "double"},
+          {"precision", to_string(scene.solve.precision)},
           {"dt", result.dt},
           {"threads", result.threads},
           {"kernel", result.kernel},
@@ -76,7 +80,7 @@ Json summary(const Scene& scene, const SimulationResult& result, const Table& se
             {"products", result.work.products}}},
           {"final", final_row(series)},
           {"warnings", scene.warnings},
-          {"configuration", Json::parse(scene.resolved)},
+          {"configuration", to_json(scene)},
           {"provenance", provenance()}};
 }
 
@@ -106,7 +110,7 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   fmt::print("{}: {} after {} steps {}, {:.4g} s simulated in {:.3g} s; see {}\n", scene.name,
              to_string(result.status), result.work.steps, step, result.simulated_seconds, result.wall_seconds,
              directory.string());
-  if (result.sleep) fmt::print("{}: {}\n", scene.name, tell(*result.sleep, scene.solve.sleep.bound));
+  if (result.sleep) fmt::print("{}: {}\n", scene.name, description(*result.sleep, scene.solve.sleep.bound));
   if (result.status == Status::interrupted)
     exit_status = exit_interrupted;
   else if (result.status != Status::ok)
@@ -121,9 +125,8 @@ void add(CLI::App& app, int& exit_status) {
       ->required();
   command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>)");
   command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
-  command->add_option(
-      "--vtk", choice->vtk,
-      "Also write every N-th step for ParaView; of methods that choose their steps, every N-th row");
+  command->add_option("--vtk", choice->vtk,
+                      "Also write every N-th step for ParaView; with adaptive methods every N-th row");
   command->callback([choice, &exit_status] { run_scene(*choice, exit_status); });
 }
 

@@ -6,8 +6,8 @@
 
 #include "core/error.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
-#include "experiments/simulation/simulation.hpp"
 #include "experiments/view/window.hpp"
 
 namespace mss::cli {
@@ -46,7 +46,7 @@ void view_scene(ViewChoice& choice, int& exit_status) {
   const Status status = view::show(scene, choice.options);
   if (status == Status::interrupted) exit_status = exit_interrupted;
   const bool failed = status != Status::ok && status != Status::interrupted;
-  if (!failed || choice.shot.empty()) return;  // in a window, a person has seen it
+  if (!failed || choice.shot.empty()) return;  // the window has shown it
   fmt::print(stderr, "mss: the simulation failed: {}; {} shows the body as it last was\n", to_string(status),
              choice.shot);
   exit_status = exit_simulation_failed;
@@ -63,10 +63,9 @@ void add(CLI::App& app, int& exit_status) {
       command->add_option("--shot", choice->shot, "Open no window; write a picture to this PNG file");
   command
       ->add_option("--frames", choice->options.frames,
-                   "Of 1/60 s, to simulate before the picture is made (default 0: the start)")
+                   "Number of frames of 1/60 s to simulate before the picture (default 0: the start)")
       ->needs(shot);
-  command->add_flag("--log", choice->options.log,
-                    "Print a line of JSON for everything that is done in the window");
+  command->add_flag("--log", choice->options.log, "Print a line of JSON for every action in the window");
   command->callback([choice, &exit_status] { view_scene(*choice, exit_status); });
 }
 

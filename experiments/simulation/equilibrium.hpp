@@ -8,7 +8,7 @@
 namespace mss {
 
 /// Where a body comes to rest at t = 1 s, when its holds have moved, sought from a guess: a map of its rest
-/// positions. The state means nothing unless the status is ok.
+/// positions. The state is valid only if the status is ok.
 struct Equilibrium {
   Status status = Status::ok;
   State<double> state;

@@ -76,7 +76,7 @@ std::vector<double> displacement(const Scene& scene, const SceneEnd& end, const 
   return {sum[0] / count, sum[1] / count, sum[2] / count};
 }
 
-/// What came out; empty: nothing did.
+/// The result to compare; empty if there is none.
 std::vector<double> found(const Scene& scene, const SceneEnd& end, const Expectation& e) {
   if (e.quantity == mean_displacement) return displacement(scene, end, e.box);
   const bool drift = e.quantity == energy_drift;

@@ -10,7 +10,7 @@
 
 namespace mss {
 
-/// How a scene ended, whoever simulated it.
+/// The end of a simulated scene, by this program or another.
 struct SceneEnd {
   std::string status;
   std::map<std::string, double> first{}, last{};  ///< rows of series.csv, by column

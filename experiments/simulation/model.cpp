@@ -18,7 +18,7 @@ namespace {
 struct Model {
   std::string name;
   std::string summary;
-  bool of_elastic_constants;  ///< springs alone do not say what it needs
+  bool of_elastic_constants;  ///< needs elastic constants, which given springs do not determine
   std::function<std::unique_ptr<BodySystem<double>>(const Body&, const Environment&, const Execution&)> make;
 };
 
@@ -71,8 +71,7 @@ void check_model(const std::string& name, const BodyConfig& body, bool single_pr
         "model '{}' needs material.young and material.poisson, and material.springs are given", name));
   if (body.fold_guard != 0 && !has_springs(name))
     throw InputError(fmt::format(
-        "model '{}' has no guard against folding, and material.fold_guard is given; it is for springs",
-        name));
+        "model '{}' has no fold guard, and material.fold_guard is given; it is for springs", name));
   if (single_precision && name != spring_model)
     throw InputError(
         fmt::format("model '{}' computes in double precision only; give precision = \"double\"", name));

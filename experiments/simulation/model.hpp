@@ -16,7 +16,7 @@ inline constexpr double usual_fold_guard = 20;
 /// One line for each model: its name and summary.
 std::vector<std::pair<std::string, std::string>> models();
 
-/// A body filled with what a model says; `threads` 0: as many as pay. The body must outlive it. Only springs
+/// The system of a body with a model; `threads` 0: as many as pay. The body must outlive it. Only springs
 /// compute in single precision, and sleep. Throws InputError for an unknown model, and for finite elements
 /// without elastic constants.
 template <class Real>
@@ -24,7 +24,7 @@ std::unique_ptr<BodySystem<Real>> make_system(const std::string& model, const Bo
                                               const Environment& environment, int threads,
                                               const SleepRule& sleep = {});
 
-/// Throws InputError for an unknown one.
+/// Throws InputError for an unknown name.
 void check_model_name(const std::string& model);
 
 /// Throws InputError if make_system() would.

@@ -53,7 +53,8 @@ fs::path scene_file(const std::string& given) {
   if (fs::is_regular_file(given) || fs::path(given).has_parent_path() || fs::path(given).has_extension())
     return given;
   const fs::path listed = scenes_directory() / (given + ".toml");
-  if (fs::exists(listed)) return listed;  // whatever else has that name here, such as a run's directory
+  if (fs::exists(listed))
+    return listed;  // even if something else has that name here, such as a run's directory
   if (fs::exists(given)) return given;
   std::vector<std::string> names;
   for (const auto& [name, description] : listed_scenes()) names.push_back(name);

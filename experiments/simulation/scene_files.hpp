@@ -11,7 +11,7 @@ namespace mss {
 /// nowhere.
 std::filesystem::path scenes_directory();
 
-/// Their names, sorted, and what the first comment line of each says. Says so on stderr if they are nowhere.
+/// Their names, sorted, and the first comment line of each. Prints a message to stderr if they are nowhere.
 std::vector<std::pair<std::string, std::string>> listed_scenes();
 
 /// The file of a scene given as a path, or as the name of one that comes with the program. Throws InputError

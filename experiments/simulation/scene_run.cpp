@@ -2,8 +2,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "experiments/simulation/model.hpp"
+#include "integrators/error_scale.hpp"
 #include "integrators/stable_step.hpp"
 
 namespace mss {
@@ -20,10 +22,9 @@ double step_of(const Scene& scene, const IntegratorInfo& method, const SpectralB
 
 }  // namespace
 
-template <class Real>
-void scale_errors(IntegratorOptions& options, const BodySystem<Real>& system) {
-  options.length_scale = system.body().config().cell_size;
-  options.speed_scale = options.length_scale * system.spectral_bound().omega / 10;
+bool is_finite(const Measures& measures) {
+  return std::all_of(measure_columns.begin(), measure_columns.end(),
+                     [&](const MeasureColumn& column) { return std::isfinite(column.value(measures)); });
 }
 
 template <class Real>
@@ -91,8 +92,12 @@ Status SceneRun<Real>::advance(System<Real>& driven, double t_end, Work& work) {
   return method_->advance(driven, state_, t_end, work);
 }
 
-template void scale_errors(IntegratorOptions&, const BodySystem<float>&);
-template void scale_errors(IntegratorOptions&, const BodySystem<double>&);
+template <class Real>
+std::optional<Measures> SceneRun<Real>::measure() const {
+  const Measures measures = mss::measure(*system_, state_);
+  return is_finite(measures) ? std::optional(measures) : std::nullopt;
+}
+
 template IntegratorOptions method_options(const Scene&, const BodySystem<float>&);
 template IntegratorOptions method_options(const Scene&, const BodySystem<double>&);
 template State<float> start_state(const BodySystem<float>&, const Scene&);

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "core/body_system.hpp"
+#include "core/measures.hpp"
 #include "core/scene.hpp"
+#include "integrators/error_scale.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {
@@ -12,18 +15,15 @@ namespace mss {
 template <class Real>
 State<Real> start_state(const BodySystem<Real>& system, const Scene& scene);
 
-/// Lets adaptive methods measure local errors against the size of a cell, and of velocities against a tenth
-/// of the speed at which the fastest mode would cross one: vibrations ten times slower than that still have
-/// errors of the same share in position and velocity.
-template <class Real>
-void scale_errors(IntegratorOptions& options, const BodySystem<Real>& system);
+/// True if all numbers are finite.
+bool is_finite(const Measures& measures);
 
-/// What the scene's method is made with: its step resolved, errors of adaptive methods scaled as above.
+/// Options of the scene's method: its step resolved, errors of adaptive methods scaled (error_scale.hpp).
 /// Throws InputError if dt is "safe" and no step is.
 template <class Real>
 IntegratorOptions method_options(const Scene& scene, const BodySystem<Real>& system);
 
-/// A scene under way: its system, its method, its state, and the strikes it has yet to get.
+/// A scene being simulated: its system, its method, its state, and the strikes still to come.
 template <class Real>
 class SceneRun {
  public:
@@ -40,9 +40,12 @@ class SceneRun {
   Status advance(System<Real>& driven, double t_end, Work& work);
   Status advance(double t_end, Work& work) { return advance(*system_, t_end, work); }
 
-  /// Goes on from another state. Strikes before it have been given.
+  /// Of the state; nothing if a number is not finite: energies overflow before coordinates do.
+  std::optional<Measures> measure() const;
+
+  /// Continues from another state. Strikes before its time are past.
   void go_on_from(const State<Real>& state);
-  /// What acts from outside has changed.
+  /// To be called after anything that acts on the body has changed.
   void disturb();
 
  private:

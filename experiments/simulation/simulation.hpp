@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <iosfwd>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,9 +8,8 @@
 #include "core/measures.hpp"
 #include "core/scene.hpp"
 #include "experiments/harness/progress.hpp"
-#include "experiments/harness/table.hpp"
+#include "experiments/simulation/non_sleeping_reference.hpp"
 #include "experiments/simulation/scene_run.hpp"
-#include "experiments/simulation/wakeful_twin.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {
@@ -22,7 +20,7 @@ struct ParticleRecord {
   double mass = 0;
 };
 
-/// What came of simulating a scene. A failed run has the rows it finished, and the particles of the last one.
+/// Result of simulating a scene. A failed run has the rows it finished, and the particles of the last one.
 struct SimulationResult {
   Status status = Status::ok;
   Work work;
@@ -31,38 +29,23 @@ struct SimulationResult {
   double wall_seconds = 0;  ///< of stepping; measuring and setting up not counted
   int threads = 1;
   std::string kernel;                ///< instruction set of the sweep
-  std::optional<SleepReport> sleep;  ///< where the scene lets particles sleep
+  std::optional<SleepReport> sleep;  ///< where the scene has particles sleep
   std::vector<Measures> series;
   std::vector<ParticleRecord> particles;
 };
 
-/// Whether and where ParaView shall see what happens.
+/// Whether and where a series for ParaView is written.
 struct VtkChoice {
   long every = 0;  ///< n-th step; of methods that choose their steps, row of series.csv. 0: never
   std::filesystem::path directory;
 };
 
-/// True if all numbers are finite.
-bool is_finite(const Measures& measures);
-
 /// A body at rest, but stretched along z by a factor, about z = 0.
 template <class Real>
 State<Real> stretched_state(const BodySystem<Real>& system, double factor);
 
-/// Throws InputError if the scene's model cannot be made.
-void check_model(const Scene& scene);
-
-/// Throws InputError if the scene's model, method or step cannot be used.
-void check_solve(const Scene& scene);
-
-/// Simulates a scene from beginning to end, and writes the series if one is asked for. Throws as
-/// check_solve(), and InputError if a file cannot be written.
+/// Simulates a scene from beginning to end, and writes the series if that is chosen. Throws as
+/// check_solve() in scene_check.hpp, and InputError if a file cannot be written.
 SimulationResult simulate(const Scene& scene, Progress& progress, const VtkChoice& vtk = {});
-
-/// series.csv.
-Table series_table(const std::vector<Measures>& series);
-
-/// particles.csv, row by row: a body may have millions of particles, too many for a Table.
-void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& particles);
 
 }  // namespace mss

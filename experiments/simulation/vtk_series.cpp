@@ -24,9 +24,9 @@ constexpr const char* kinds[] = {"cells", "springs"};
 constexpr std::uint8_t vtk_line = 3, vtk_hexahedron = 12;
 constexpr int vtk_corners[] = {0, 1, 3, 2, 4, 5, 7, 6};
 
-/// HDF5 says that it failed by a negative number; why may be known to the system.
+/// HDF5 reports failure by a negative number; errno may have the reason.
 void check(std::int64_t result) {
-  if (result < 0) throw InputError(errno != 0 ? std::strerror(errno) : "HDF5 does not say why");
+  if (result < 0) throw InputError(errno != 0 ? std::strerror(errno) : "HDF5 gives no reason");
 }
 
 /// Something of HDF5's that must be closed. Throws if it could not be opened.
@@ -163,7 +163,7 @@ bool is_part(const fs::path& file) {
 }  // namespace
 
 void remove_vtk_series(const fs::path& directory) {
-  std::error_code ignored;  // what cannot be removed cannot be written either, which will be said
+  std::error_code ignored;  // what cannot be removed cannot be written either, which is reported then
   for (const char* kind : kinds) fs::remove(directory / fmt::format("{}.vtkhdf.series", kind), ignored);
   std::vector<fs::path> parts;
   for (const fs::directory_entry& entry : fs::directory_iterator(directory / "vtk", ignored))

@@ -18,7 +18,7 @@ struct Viewport {
 /// An eye that orbits a point, z up.
 class Camera {
  public:
-  /// Turns towards a box [m] from in front, from the right and from above, and sees all of it.
+  /// Turns towards a box [m] from the front, the right and above, with all of it in view.
   void fit(const Vec3& lower, const Vec3& upper, const Viewport& view);
 
   /// The body follows the mouse by this many pixels: round its middle, or with it.
@@ -32,11 +32,11 @@ class Camera {
 
   /// Through a point of the screen.
   Ray ray(double px, double py, const Viewport& view) const;
-  /// Where on the screen a point in front of the eye is seen.
+  /// Projection of a point in front of the eye to the screen.
   Eigen::Vector2d project(const Vec3& point, const Viewport& view) const;
 
   Vec3 eye() const { return target_ + distance_ * backward(); }
-  /// The way the eye looks; unit.
+  /// Viewing direction; unit.
   Vec3 forward() const { return -backward(); }
   double yaw() const { return yaw_; }      ///< [rad]
   double pitch() const { return pitch_; }  ///< [rad]

@@ -8,7 +8,7 @@ namespace mss::view {
 /// Red, green, blue of sRGB, 0 to 1.
 using Colour = std::array<float, 3>;
 
-/// The map viridis (van der Walt and Smith, 2015): equal steps look equally large, also to the colour-blind
+/// The map viridis (van der Walt and Smith, 2015): equal steps appear equally large, also to the colour-blind
 /// and in grey. `share` is clamped to [0, 1]; NaN gives a grey that the map has nowhere.
 Colour map_colour(double share);
 

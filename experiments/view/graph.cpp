@@ -32,7 +32,7 @@ void write(double x, double y, const std::string& text, ImU32 colour = ink) {
 
 double width_of(const std::string& text) { return ImGui::CalcTextSize(text.c_str()).x; }
 
-/// A number of a tick, with as many digits as tell it from its neighbours.
+/// The number of a tick, with as many digits as distinguish it from its neighbours.
 std::string tick_text(double value, const ValueRange& range) {
   if (std::abs(value) < range.step / 2) return "0";
   const double largest = std::max(std::abs(range.low), std::abs(range.high));
@@ -75,7 +75,7 @@ double legend(double x, double y, double width, const std::string& title, const 
   if (drawn) write(at_x, at_y, title);
   at_x += width_of(title) + gap;
   for (const Curve& curve : curves) {
-    if (curves.size() == 1) break;  // the title says it
+    if (curves.size() == 1) break;  // the title names it
     const double own = sample + 4 + width_of(curve.name);
     if (at_x + own > x + width && at_x > x) {
       at_x = x;

@@ -15,9 +15,9 @@ namespace {
 
 constexpr float label_width = 116;
 
-/// A window of ImGui that fills its place and cannot be moved, for as long as this lives. Its background is
-/// what the renderer wiped the screen with: painting it again is most of what a processor that draws has to
-/// do.
+/// A window of ImGui that fills its place and cannot be moved, while this object lives. It has no background
+/// of its own: the renderer has cleared the screen, and filling it again is most of the work where a
+/// processor draws.
 class Pane {
  public:
   Pane(const char* name, const Viewport& place) {
@@ -33,10 +33,10 @@ class Pane {
   ~Pane() { ImGui::End(); }
 };
 
-/// Greys out what stands in its life, and makes it deaf, if `deaf`.
+/// While it lives, and if `disabled`, widgets are grey and take no input.
 class Disabled {
  public:
-  explicit Disabled(bool deaf) { ImGui::BeginDisabled(deaf); }
+  explicit Disabled(bool disabled) { ImGui::BeginDisabled(disabled); }
   Disabled(const Disabled&) = delete;
   Disabled& operator=(const Disabled&) = delete;
   ~Disabled() { ImGui::EndDisabled(); }
@@ -55,11 +55,11 @@ void heading(const char* text) {
   ImGui::TextColored({0.0F, 0.30F, 0.52F, 1}, "%s", text);
 }
 
-void say(const std::string& text) { ImGui::TextUnformatted(text.c_str()); }
+void text(const std::string& text) { ImGui::TextUnformatted(text.c_str()); }
 
 void wrap(const std::string& text) { ImGui::TextWrapped("%s", text.c_str()); }
 
-void say_in_red(const std::string& text) {
+void text_in_red(const std::string& text) {
   ImGui::PushStyleColor(ImGuiCol_Text, {0.75F, 0.1F, 0.05F, 1});
   wrap(text);
   ImGui::PopStyleColor();
@@ -74,22 +74,22 @@ std::string pace(const Session& session, const Display& display) {
 
 void draw_state(const Session& session, const Display& display) {
   const Measures& m = session.measures();
-  say(fmt::format("{}   {} cells, {} particles", session.scene().name, session.body().cell_count(),
-                  session.body().particle_count()));
-  say(fmt::format("t = {:.3f} s   {}", session.time(), pace(session, display)));
+  text(fmt::format("{}   {} cells, {} particles", session.scene().name, session.body().cell_count(),
+                   session.body().particle_count()));
+  text(fmt::format("t = {:.3f} s   {}", session.time(), pace(session, display)));
   if (display.frame_seconds > 0)
-    say(fmt::format("frame {:.1f} ms, of it {:.1f} ms for {:.3g} steps", 1e3 * display.frame_seconds,
-                    1e3 * display.step_seconds, display.steps_per_frame));
+    text(fmt::format("frame {:.1f} ms, of it {:.1f} ms for {:.3g} steps", 1e3 * display.frame_seconds,
+                     1e3 * display.step_seconds, display.steps_per_frame));
   wrap(fmt::format("largest stretch {:.3g}, smallest Jacobian {:.3g}", m.max_stretch, m.min_jacobian));
   if (session.status() != Status::ok)
-    say_in_red(fmt::format(
-        "The simulation failed: {}. The body is shown as it last was; change something and restart.",
+    text_in_red(fmt::format(
+        "The simulation failed: {}. The body is shown in its last state; change something and restart.",
         to_string(session.status())));
-  if (!display.message.empty()) say_in_red(display.message);
+  if (!display.message.empty()) text_in_red(display.message);
 }
 
-/// Another method, with a step that it can have: where "safe" says nothing, the one that was in use.
-void choose(const IntegratorInfo& method, double dt, Settings& settings) {
+/// Another method, with a step it can use: where "safe" means nothing, the step that was in use.
+void choose(const IntegratorInfo& method, double dt, SceneEdit& settings) {
   settings.integrator = method.name;
   if (method.stepping == Stepping::fixed && !method.limit && !settings.dt) settings.dt = dt > 0 ? dt : 1e-3;
 }
@@ -105,16 +105,16 @@ Layout layout(double width, double height) {
           .body = {column, 0, middle, above}};
 }
 
-Panel::Wishes Panel::draw(const Session& session, Display& display, const Layout& places) {
-  Wishes wishes;
+Panel::Requests Panel::draw(const Session& session, Display& display, const Layout& places) {
+  Requests requests;
   {
     const Pane pane("column", places.column);
     draw_state(session, display);
-    draw_buttons(session, display, wishes);
-    Settings settings = session.settings();
+    draw_buttons(session, display, requests);
+    SceneEdit settings = session.settings();
     const bool material = draw_material(session, settings), method = draw_method(session, settings);
-    if (material || method) wishes.settings = settings;
-    draw_display(display, wishes);
+    if (material || method) requests.settings = settings;
+    draw_display(display, requests);
   }
   {
     const Pane pane("bar", places.bar);
@@ -124,13 +124,13 @@ Panel::Wishes Panel::draw(const Session& session, Display& display, const Layout
     const Pane pane("graphs", places.graphs);
     draw_graphs(places.graphs, session);
   }
-  return wishes;
+  return requests;
 }
 
-void Panel::draw_buttons(const Session& session, const Display& display, Wishes& wishes) {
+void Panel::draw_buttons(const Session& session, const Display& display, Requests& requests) {
   const float width = (ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().ItemSpacing.x) / 3;
   const auto add = [&](const char* name, PanelCommand command) {
-    if (button(name, width)) wishes.commands.push_back(command);
+    if (button(name, width)) requests.commands.push_back(command);
   };
   {
     const Disabled disabled(session.status() != Status::ok);
@@ -142,7 +142,7 @@ void Panel::draw_buttons(const Session& session, const Display& display, Wishes&
   add("Restart###restart", PanelCommand::restart);
 }
 
-bool Panel::draw_material(const Session& session, Settings& settings) {
+bool Panel::draw_material(const Session& session, SceneEdit& settings) {
   const std::string& model = session.scene().model;
   const bool springs = has_springs(model);
   std::string title = "Material";
@@ -158,7 +158,7 @@ bool Panel::draw_material(const Session& session, Settings& settings) {
   changed |= slider("damping ratio", settings.damping.zeta, 0, 1, false);
   if (changed && settings.damping.zeta != session.settings().damping.zeta)
     settings.damping.law = settings.damping.zeta > 0 ? Damping::Law::ratio : Damping::Law::none;
-  if (!springs) return changed;  // the rest says nothing to finite elements
+  if (!springs) return changed;  // the rest is about springs
   static const std::vector<std::string> names{"all springs", "edges and body", "one diagonal a face"};
   auto topology = static_cast<std::size_t>(settings.topology);
   if (choice("topology", names, topology)) {
@@ -171,7 +171,7 @@ bool Panel::draw_material(const Session& session, Settings& settings) {
 }
 
 /// Springs as they are given, or those of an isotropic material as stiff along an axis.
-bool Panel::draw_springs(const Session& session, Settings& settings) {
+bool Panel::draw_springs(const Session& session, SceneEdit& settings) {
   bool changed = slider("edge [N/m]", settings.springs.edge, 1e-1, 1e7, true);
   changed |= slider("face [N/m]", settings.springs.face, 1e-1, 1e7, true);
   changed |= slider("body [N/m]", settings.springs.body, 1e-1, 1e7, true);
@@ -183,7 +183,7 @@ bool Panel::draw_springs(const Session& session, Settings& settings) {
   return true;
 }
 
-bool Panel::draw_method(const Session& session, Settings& settings) {
+bool Panel::draw_method(const Session& session, SceneEdit& settings) {
   heading("Method");
   std::vector<std::string> names;
   std::size_t chosen = 0;
@@ -211,15 +211,15 @@ bool Panel::draw_method(const Session& session, Settings& settings) {
   return changed;
 }
 
-void Panel::draw_display(Display& display, Wishes& wishes) {
-  if (button("As in the scene's file###file", -1)) wishes.settings = original_;
+void Panel::draw_display(Display& display, Requests& requests) {
+  if (button("As in the scene's file###file", -1)) requests.settings = original_;
   heading("Picture");
   std::vector<std::string> names;
   for (const QuantityInfo& info : quantities()) names.emplace_back(info.name);
   auto chosen = static_cast<std::size_t>(display.quantity);
   if (choice("colours", names, chosen)) {
     display.quantity = static_cast<DisplayedQuantity>(chosen);
-    wishes.commands.push_back(PanelCommand::fit_colours);
+    requests.commands.push_back(PanelCommand::fit_colours);
   }
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", info_of(display.quantity).meaning);
   toggle("surface", display.surface);
@@ -231,19 +231,20 @@ void Panel::draw_display(Display& display, Wishes& wishes) {
   ImGui::SameLine();
   toggle("ground", display.ground);
   const float width = (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x) / 2;
-  if (button("Fit colours###fit", width)) wishes.commands.push_back(PanelCommand::fit_colours);
+  if (button("Fit colours###fit", width)) requests.commands.push_back(PanelCommand::fit_colours);
   ImGui::SameLine();
-  if (button("See all###see", width)) wishes.commands.push_back(PanelCommand::see_all);
+  if (button("See all###see", width)) requests.commands.push_back(PanelCommand::see_all);
   ImGui::Spacing();
   ImGui::Separator();
   ImGui::TextWrapped(
       "Mouse: drag the body; drag beside it to turn, right button to shift, wheel to zoom. With Ctrl the "
       "body is left "
       "alone.\nKeys: Space play, S step, R restart, F see all, C fit colours, Ctrl+Q close.");
-  say(fmt::format("A square of the ground is {:.3g} m wide.", display.ground_spacing));
+  text(fmt::format("A square of the ground is {:.3g} m wide.", display.ground_spacing));
 }
 
-/// By powers: equal ways multiply alike. ImGui's own logarithmic sliders end at the last digit they show.
+/// With `by_powers` equal distances are equal ratios. ImGui's own logarithmic sliders round to the digits
+/// they show.
 bool Panel::slider(const char* name, double& value, double least, double most, bool by_powers) {
   label(name);
   const std::string id = std::string("##") + name, text = fmt::format("{:.4g}", value);

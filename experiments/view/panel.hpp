@@ -11,17 +11,17 @@
 
 namespace mss::view {
 
-/// What a person can ask for with a button or a key.
+/// What buttons and keys request.
 enum class PanelCommand { play_or_pause, step, restart, see_all, fit_colours, close };
 
-/// What a window shows beside its session.
+/// What a window shows in addition to its session.
 struct Display {
   bool playing = false;
   DisplayedQuantity quantity = DisplayedQuantity::stretch;
   ValueRange range{};  ///< of the colour bar
   bool surface = true, edges = true, springs = false, particles = false, ground = true;
   double ground_spacing = 1;   ///< [m]
-  std::string message;         ///< why what was asked for last was not done; empty if it was
+  std::string message;         ///< why the last request was refused; empty if it was not
   double frame_seconds = 0;    ///< from one frame to the next
   double step_seconds = 0;     ///< of that, simulating
   double steps_per_frame = 0;  ///< how many steps that were
@@ -38,26 +38,26 @@ Layout layout(double width, double height);
 /// Everything that Dear ImGui draws; needs its context and an open frame.
 class Panel {
  public:
-  struct Wishes {
+  struct Requests {
     std::vector<PanelCommand> commands{};
-    std::optional<Settings> settings{};
+    std::optional<SceneEdit> settings{};
   };
 
-  explicit Panel(const Scene& scene) : original_(settings_of(scene)) {}
+  explicit Panel(const Scene& scene) : original_(edit_of(scene)) {}
 
   /// Draws the panel and returns what was clicked; switches of `display` that need nothing else are set at
   /// once.
-  Wishes draw(const Session& session, Display& display, const Layout& places);
+  Requests draw(const Session& session, Display& display, const Layout& places);
 
-  /// Where the buttons and sliders are, by name, for whoever presses them without looking.
+  /// Places of the buttons and sliders by name, for tests that press them.
   const std::map<std::string, Viewport>& widgets() const { return widgets_; }
 
  private:
-  void draw_buttons(const Session& session, const Display& display, Wishes& wishes);
-  bool draw_material(const Session& session, Settings& settings);  ///< true if something was changed
-  bool draw_springs(const Session& session, Settings& settings);
-  bool draw_method(const Session& session, Settings& settings);
-  void draw_display(Display& display, Wishes& wishes);
+  void draw_buttons(const Session& session, const Display& display, Requests& requests);
+  bool draw_material(const Session& session, SceneEdit& settings);  ///< true if something was changed
+  bool draw_springs(const Session& session, SceneEdit& settings);
+  bool draw_method(const Session& session, SceneEdit& settings);
+  void draw_display(Display& display, Requests& requests);
 
   bool slider(const char* name, double& value, double least, double most, bool by_powers);
   bool button(const char* name, float width);
@@ -65,7 +65,7 @@ class Panel {
   bool toggle(const char* name, bool& value);
   bool remember(const char* name, bool used);  ///< where the last widget is
 
-  Settings original_;
+  SceneEdit original_;
   std::map<std::string, Viewport> widgets_;
 };
 

@@ -41,7 +41,7 @@ Mark mark(const Vec3& position, const Colour& colour, double opacity = 1);
 /// A line per spring, coloured by its stretch if a range for that is given.
 void add_springs(Marks& lines, const Body& body, const Field<double>& x, const ValueRange* stretch);
 
-/// A point per particle; what is held in all directions looks different.
+/// A point per particle; those held in all directions have another colour.
 void add_particles(Marks& points, const Body& body, const Field<double>& x, const std::vector<Hold>& holds);
 
 /// A plane in space, drawn as a square grid round a point of it.

@@ -34,7 +34,7 @@ void main() {
   place = vec3(share * (size - 1.0) + 0.5, max(lit, 0.0), max(-lit, 0.0));
 })";
 
-// What is seen from behind is a body turned inside out, and greyed.
+// Back faces belong to a body turned inside out, and are grey.
 // Edges of cells are where `cell` is near a whole number, within a pixel; where cells are hardly wider than
 // that, there are none. Drawn as lines they would take a processor longer than the whole surface.
 constexpr const char* surface_fragment_shader = R"(#version 330 core

@@ -1,11 +1,11 @@
 #include "experiments/view/session.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
-#include "experiments/simulation/model.hpp"
-#include "experiments/simulation/simulation.hpp"
+#include "experiments/harness/measure.hpp"
+#include "experiments/simulation/scene_check.hpp"
+#include "experiments/simulation/scene_run.hpp"
 
 namespace mss::view {
 
@@ -14,36 +14,7 @@ namespace {
 constexpr double frame = 1.0 / 60;
 constexpr std::size_t longest_history = 1500;
 
-/// Share of shear stiffness that face diagonals carry: k_f = share mu h.
-double face_share_of(const BodyConfig& body) {
-  const double mu = body.elastic->young / (2 * (1 + body.elastic->poisson));
-  return std::clamp(body.springs.face / (mu * body.cell_size), 0.0, 1.0);
-}
-
-void apply(const Settings& settings, Scene& scene) {
-  BodyConfig& body = scene.body;
-  body.elastic = settings.elastic;
-  body.springs = settings.springs;
-  if (settings.elastic) body.fill(*settings.elastic, settings.face_share);
-  if (!settings.volume_force) body.springs.volume = 0;
-  body.damping = settings.damping;
-  body.topology = settings.topology;
-  scene.solve.integrator = settings.integrator;
-  scene.solve.dt = settings.dt;
-}
-
 }  // namespace
-
-Settings settings_of(const Scene& scene) {
-  const BodyConfig& body = scene.body;
-  return {.elastic = body.elastic,
-          .springs = body.springs,
-          .face_share = body.elastic ? face_share_of(body) : 0.5,
-          .damping = body.damping,
-          .topology = body.topology,
-          .integrator = scene.solve.integrator,
-          .dt = scene.solve.dt};
-}
 
 /// A body's system, method and state, whatever the precision they are in.
 class Simulation {
@@ -54,7 +25,7 @@ class Simulation {
   virtual ~Simulation() = default;
 
   virtual Status advance(double t_end, Work& work) = 0;
-  virtual Measures measure() const = 0;
+  virtual std::optional<Measures> measure() const = 0;
   virtual double time() const = 0;
   virtual double dt() const = 0;
   virtual void read(Field<double>& x, Field<double>& v) const = 0;
@@ -71,7 +42,7 @@ class SimulationIn final : public Simulation {
   SimulationIn(const Scene& scene, const Body& body) : run_(scene, body), tethered_(run_.system()) {}
 
   Status advance(double t_end, Work& work) override { return run_.advance(tethered_, t_end, work); }
-  Measures measure() const override { return mss::measure(run_.system(), run_.state()); }
+  std::optional<Measures> measure() const override { return run_.measure(); }
   double time() const override { return run_.state().t; }
   double dt() const override { return run_.dt(); }
   void read(Field<double>& x, Field<double>& v) const override {
@@ -109,7 +80,7 @@ std::unique_ptr<Simulation> simulation_of(const Scene& scene, const Body& body) 
 
 }  // namespace
 
-Session::Session(const Scene& scene) : scene_(scene), settings_(settings_of(scene)) {
+Session::Session(const Scene& scene) : scene_(scene), settings_(edit_of(scene)) {
   check_solve(scene_);
   body_ = std::make_unique<Body>(scene_.body);
   restart();
@@ -125,15 +96,15 @@ void Session::restart() {
   status_ = Status::ok;
   work_ = {};
   x_ = v_ = Field<double>(body_->lattice().size);
-  take_over();
+  read_state();
   forget_target();
   history_.clear();
   record();
   start_ = history_.front();
 }
 
-/// Shows what the motion has come to.
-void Session::take_over() {
+/// Copies the state of the simulation.
+void Session::read_state() {
   t_ = simulation_->time();
   simulation_->read(x_, v_);
 }
@@ -142,21 +113,20 @@ void Session::advance(double seconds) {
   if (status_ != Status::ok) return;
   target_ += seconds;
   status_ = simulation_->advance(target_, work_);
-  if (status_ == Status::ok) take_over();
+  if (status_ == Status::ok) read_state();
 }
 
 double Session::advance_within(double seconds, double budget) {
-  using Clock = std::chrono::steady_clock;
-  const auto begin = Clock::now();
+  const Stopwatch watch;
   const double least = seconds / 64;
   double done = 0, slice = least;
   while (done < seconds && status_ == Status::ok) {
     advance(slice);
     done += slice;
-    const double elapsed = std::chrono::duration<double>(Clock::now() - begin).count();
+    const double elapsed = watch.seconds();
     if (elapsed >= budget) break;
     slice = std::min(std::max(least, done * (budget - elapsed) / elapsed),
-                     seconds - done);  // what there is room for
+                     seconds - done);  // as much as the budget allows
   }
   return done;
 }
@@ -167,20 +137,19 @@ void Session::step() {
   advance(fixed ? dt() : frame);
 }
 
-void Session::change(const Settings& settings) {
-  Scene scene = scene_;
-  apply(settings, scene);
+void Session::change(const SceneEdit& settings) {
+  Scene scene = edited(scene_, settings);
   check_solve(scene);
   auto body = std::make_unique<Body>(scene.body);
-  auto motion = simulation_of(scene, *body);
-  motion->write(t_, x_, v_);
-  if (tether_) {  // a hand as strong as the new material allows
+  auto simulation = simulation_of(scene, *body);
+  simulation->write(t_, x_, v_);
+  if (tether_) {  // a pull as strong as the new material allows
     const Vec3 anchor = tether_->anchor;
-    tether_ = motion->gentle_tether(tether_->site);
+    tether_ = simulation->gentle_tether(tether_->site);
     tether_->anchor = anchor;
-    motion->tie(tether_);
+    simulation->tie(tether_);
   }
-  simulation_ = std::move(motion);  // first: the old one refers to the old body
+  simulation_ = std::move(simulation);  // first: the old one refers to the old body
   body_ = std::move(body);
   scene_ = std::move(scene);
   settings_ = settings;
@@ -212,11 +181,11 @@ std::optional<Session::Pull> Session::pulled() const {
 
 void Session::record() {
   if (status_ != Status::ok) return;
-  const Measures measures = simulation_->measure();
-  if (!is_finite(measures)) status_ = Status::non_finite;  // energies overflow before coordinates do
+  const std::optional<Measures> measures = simulation_->measure();
+  if (!measures) status_ = Status::non_finite;
   if (status_ != Status::ok && !history_.empty()) return;
   if (history_.size() == longest_history) history_.pop_front();
-  history_.push_back(measures);
+  history_.push_back(measures.value_or(Measures{}));
 }
 
 }  // namespace mss::view

@@ -8,30 +8,16 @@
 #include "core/body_system.hpp"
 #include "core/measures.hpp"
 #include "core/scene.hpp"
+#include "core/scene_edit.hpp"
 #include "core/tethered_system.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss::view {
 
-/// What may be changed about a scene while it runs.
-struct Settings {
-  std::optional<ElasticConstants> elastic;  ///< empty: `springs` are given
-  SpringConstants springs{};  ///< with `elastic`, what follows from it; its volume force is kept
-  double face_share = 0.5;    ///< of springs that follow from `elastic`
-  bool volume_force = true;
-  Damping damping{};
-  Topology topology = Topology::full;
-  std::string integrator;
-  std::optional<double> dt;  ///< [s]; empty: "safe"
-};
-
-/// The settings a scene file asks for.
-Settings settings_of(const Scene& scene);
-
 class Simulation;
 
-/// The simulation that a window shows: what `mss run` would do, but stopped, pushed and changed on the way.
-/// It stays usable when the simulation fails: the body is then shown as it last was.
+/// The simulation that a window shows: what `mss run` would compute, but it can be stopped, pulled and
+/// changed. It stays usable when the simulation fails: the body is then shown in its last state.
 class Session {
  public:
   /// Throws InputError as check_solve() does.
@@ -42,7 +28,7 @@ class Session {
 
   /// The scene with the settings in force.
   const Scene& scene() const { return scene_; }
-  const Settings& settings() const { return settings_; }
+  const SceneEdit& settings() const { return settings_; }
   const Body& body() const { return *body_; }
 
   double time() const { return t_; }  ///< [s]
@@ -54,8 +40,8 @@ class Session {
   const Field<double>& positions() const { return x_; }
   const Field<double>& velocities() const { return v_; }
 
-  /// Lets this many seconds pass, in whole steps of methods that have them: what is left over is made up for
-  /// the next time. Does nothing after a failure.
+  /// Simulates this many seconds, in whole steps of methods that have them; the remainder is carried over to
+  /// the next call. Does nothing after a failure.
   void advance(double seconds);
 
   /// The same in slices, until they have taken as long as `budget` [s]; at least one. Returns the seconds
@@ -68,9 +54,9 @@ class Session {
   /// Back to the start, with the settings in force.
   void restart();
 
-  /// Puts other settings in force. The body stays where it is and as fast as it is. Throws InputError if they
+  /// Puts other settings in force. Positions and velocities stay. Throws InputError if they
   /// cannot be simulated; nothing has changed then.
-  void change(const Settings& settings);
+  void change(const SceneEdit& settings);
 
   /// Ties a particle to the point where it is. False if it cannot move, being held.
   bool grab(std::ptrdiff_t site);
@@ -83,7 +69,7 @@ class Session {
   };
   std::optional<Pull> pulled() const;
 
-  /// Measures the body as it is, and keeps that for history(). Energies that are no numbers are a failure.
+  /// Measures the body and adds that to history(). Energies that are not finite are a failure.
   void record();
   const Measures& measures() const { return history_.back(); }
   /// The last ones recorded, oldest first; at least one.
@@ -92,16 +78,15 @@ class Session {
   const Measures& start() const { return start_; }
 
  private:
-  void make_motion();
-  void take_over();
+  void read_state();
   void forget_target() { target_ = t_; }
 
   Scene scene_;
-  Settings settings_;
+  SceneEdit settings_;
   std::unique_ptr<Body> body_;
   std::unique_ptr<Simulation> simulation_;
   double t_ = 0;
-  double target_ = 0;  ///< where time would be without steps [s]
+  double target_ = 0;  ///< time that was requested, which whole steps need not reach [s]
   Field<double> x_, v_;
   Status status_ = Status::ok;
   Work work_;

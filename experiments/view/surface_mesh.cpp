@@ -8,7 +8,7 @@ namespace mss::view {
 
 namespace {
 
-/// One of the six ways a face can look.
+/// One of the six directions of a face.
 struct Direction {
   int axis;
   int side;  ///< 0: down the axis, 1: up

@@ -23,7 +23,7 @@ struct SurfaceVertex {
   std::array<float, 2> cells{};   ///< where on its side of the body, in cells: whole numbers on their edges
 };
 
-/// The faces between cells and no cell, as triangles. Faces that look the same way at rest share vertices and
+/// The faces between cells and no cell, as triangles. Faces with the same normal at rest share vertices and
 /// are shaded smoothly; edges between sides of the body stay sharp. A face is four triangles about its
 /// centre: that treats its corners alike, and encloses with every other face exactly the volume of the
 /// trilinear cells.

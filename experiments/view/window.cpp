@@ -69,7 +69,7 @@ class Window {
   };
 
   GLFWwindow* get() const { return window_; }
-  /// The keys pressed since this was asked last.
+  /// The keys pressed since the last call.
   std::vector<Key> take_keys() { return std::exchange(keys_, {}); }
 
  private:
@@ -100,7 +100,7 @@ class Window {
   std::vector<Key> keys_;
 };
 
-/// Dear ImGui in a window, with the looks of this program.
+/// Dear ImGui in a window, in the style of this program.
 class Gui {
  public:
   explicit Gui(const Window& window) {
@@ -169,8 +169,8 @@ class Viewer {
   void start_dragging(const Ray& ray);
   void drag(const Ray& ray);
   void release();
-  void obey(const Panel::Wishes& wishes);
-  void obey(PanelCommand command);
+  void apply(const Panel::Requests& requests);
+  void apply(PanelCommand command);
   void play_or_pause();
   void see_all();
   void fit_colours();
@@ -190,7 +190,7 @@ class Viewer {
   Display display_;
   int width_ = 0, height_ = 0;
   bool past_end_ = false;                  ///< the scene's duration is over, and a person wants to go on
-  double grabbed_depth_ = 0;               ///< of the dragged particle, along the way the eye looks [m]
+  double grabbed_depth_ = 0;               ///< of the dragged particle, along the viewing direction [m]
   double shown_low_ = 0, shown_high_ = 0;  ///< values since the colours were fitted
   long frames_ = 0;
   double drawing_seconds_ = 0, stepping_seconds_ = 0;  ///< in all frames
@@ -253,7 +253,7 @@ void Viewer::fit_colours() {
   shown_high_ = info_of(display_.quantity).high;
 }
 
-void Viewer::obey(PanelCommand command) {
+void Viewer::apply(PanelCommand command) {
   switch (command) {
     case PanelCommand::play_or_pause:
       return play_or_pause();
@@ -276,14 +276,14 @@ void Viewer::obey(PanelCommand command) {
   }
 }
 
-void Viewer::obey(const Panel::Wishes& wishes) {
-  if (!wishes.commands.empty() || wishes.settings) display_.message.clear();
+void Viewer::apply(const Panel::Requests& requests) {
+  if (!requests.commands.empty() || requests.settings) display_.message.clear();
   try {
-    if (wishes.settings) {
-      session_.change(*wishes.settings);
+    if (requests.settings) {
+      session_.change(*requests.settings);
       log("change");
     }
-    for (const PanelCommand command : wishes.commands) obey(command);
+    for (const PanelCommand command : requests.commands) apply(command);
   } catch (const InputError& error) {
     display_.message = error.what();
     log("refusal");
@@ -291,18 +291,18 @@ void Viewer::obey(const Panel::Wishes& wishes) {
 }
 
 void Viewer::do_keys() {
-  Panel::Wishes wishes;
+  Panel::Requests requests;
   for (const Window::Key& key : window_.take_keys()) {
     if (ImGui::GetIO().WantTextInput) continue;
     const bool control = (key.modifiers & GLFW_MOD_CONTROL) != 0;
-    if (key.key == GLFW_KEY_SPACE) wishes.commands.push_back(PanelCommand::play_or_pause);
-    if (key.key == GLFW_KEY_S) wishes.commands.push_back(PanelCommand::step);
-    if (key.key == GLFW_KEY_R) wishes.commands.push_back(PanelCommand::restart);
-    if (key.key == GLFW_KEY_F) wishes.commands.push_back(PanelCommand::see_all);
-    if (key.key == GLFW_KEY_C) wishes.commands.push_back(PanelCommand::fit_colours);
-    if (key.key == GLFW_KEY_Q && control) wishes.commands.push_back(PanelCommand::close);
+    if (key.key == GLFW_KEY_SPACE) requests.commands.push_back(PanelCommand::play_or_pause);
+    if (key.key == GLFW_KEY_S) requests.commands.push_back(PanelCommand::step);
+    if (key.key == GLFW_KEY_R) requests.commands.push_back(PanelCommand::restart);
+    if (key.key == GLFW_KEY_F) requests.commands.push_back(PanelCommand::see_all);
+    if (key.key == GLFW_KEY_C) requests.commands.push_back(PanelCommand::fit_colours);
+    if (key.key == GLFW_KEY_Q && control) requests.commands.push_back(PanelCommand::close);
   }
-  if (!wishes.commands.empty()) obey(wishes);
+  if (!requests.commands.empty()) apply(requests);
 }
 
 void Viewer::do_mouse(const Viewport& view) {
@@ -366,7 +366,7 @@ void Viewer::simulate_frame() {
   log(at_end ? "end" : "failure");
 }
 
-/// The colour bar holds everything seen since it was fitted last.
+/// The colour bar covers all values since it was fitted last.
 void Viewer::colour() {
   const auto values = values_at(mesh_.sites(), display_.quantity, session_.body(), session_.positions(),
                                 session_.velocities());
@@ -406,7 +406,7 @@ void Viewer::frame() {
   if (width_ == 0 || height_ == 0) return;  // minimised
   gui_.begin(width_, height_);
   const Layout places = layout(width_, height_);
-  obey(panel_.draw(session_, display_, places));
+  apply(panel_.draw(session_, display_, places));
   do_keys();
   do_mouse(places.body);
   simulate_frame();
@@ -456,7 +456,7 @@ Status Viewer::make_shot() {
   if (session_.status() == Status::ok) see_all();
   colour();
   const Canvas canvas(width_, height_);
-  for (int pass = 0; pass < 2; ++pass) {  // Dear ImGui knows sizes from the second frame on
+  for (int pass = 0; pass < 2; ++pass) {  // Dear ImGui has sizes from the second frame on
     gui_.begin(width_, height_);
     const Layout places = layout(width_, height_);
     panel_.draw(session_, display_, places);

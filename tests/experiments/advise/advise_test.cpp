@@ -1,4 +1,5 @@
-// `mss advise`: scenes in other cells stay what they are, errors are what they say, and advice holds.
+// `mss advise`: scenes in other cells have the same material, errors are measured as documented, and advice
+// keeps the error.
 #include "experiments/advise/advise.hpp"
 
 #include <gtest/gtest.h>
@@ -8,6 +9,9 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "experiments/advise/chart.hpp"
+#include "experiments/advise/report.hpp"
+#include "experiments/plot/gnuplot.hpp"
 #include "experiments/simulation/scene_files.hpp"
 
 namespace mss::advise {
@@ -19,8 +23,8 @@ SceneFamily family(const std::string& name, const std::vector<std::string>& over
   return {scene_file(name), overrides};
 }
 
-Candidate at_level(int level) {
-  Candidate c{.level = level};
+SceneEdit at_level(const SceneFamily& scenes, int level) {
+  SceneEdit c = scenes.candidate(level);
   c.integrator = "damped_verlet";
   c.dt = 1e-4;
   return c;
@@ -29,7 +33,8 @@ Candidate at_level(int level) {
 TEST(SceneFamily, KeepsTheMaterialInOtherCells) {
   for (const char* name : {"cantilever", "fig5_2_throw", "voxel_creature"}) {
     const SceneFamily scenes = family(name);
-    const BodyConfig coarse = scenes.scene(at_level(1)).body, fine = scenes.scene(at_level(2)).body;
+    const BodyConfig coarse = scenes.scene(at_level(scenes, 1)).body,
+                     fine = scenes.scene(at_level(scenes, 2)).body;
     EXPECT_DOUBLE_EQ(coarse.cell_size, 2 * fine.cell_size) << name;
     EXPECT_EQ(8 * coarse.voxels.count(), fine.voxels.count()) << name;
     EXPECT_NEAR(Body(coarse).total_mass(), Body(fine).total_mass(), 1e-12 * Body(fine).total_mass()) << name;
@@ -46,7 +51,7 @@ TEST(SceneFamily, KeepsTheMaterialInOtherCells) {
     EXPECT_NEAR(viscosity(coarse), viscosity(fine), 1e-12 * viscosity(fine)) << name;
   }
   const SceneFamily cantilever = family("cantilever");
-  EXPECT_EQ(cantilever.asked_level(), 4);
+  EXPECT_EQ(cantilever.given_level(), 4);
   EXPECT_DOUBLE_EQ(cantilever.cell_size(4), 0.25);
 }
 
@@ -54,7 +59,7 @@ TEST(SceneFamily, LeavesOutWhatACandidateLeavesOut) {
   const SceneFamily scenes = family("free_cube");
   EXPECT_TRUE(scenes.is_calibrated());
   EXPECT_TRUE(scenes.has_volume_force());
-  Candidate c = at_level(2);
+  SceneEdit c = at_level(scenes, 2);
   c.face_share = 1;
   c.volume_force = false;
   c.precision = Precision::single;
@@ -68,14 +73,14 @@ TEST(SceneFamily, LeavesOutWhatACandidateLeavesOut) {
 }
 
 /// Springs given to a box that is split are those of its parts.
-TEST(SceneFamily, KnowsThatBoxesAreSplit) {
+TEST(SceneFamily, TakesSplitBoxes) {
   const char* springs = "material={density=1000, springs={edge=1000, face=500, body=250}}";
   const SceneFamily split = family("free_cube", {"body.cells=[2, 2, 2]", "body.refine=2", springs});
-  Candidate same{.level = split.asked_level()};
+  SceneEdit same = split.candidate(split.given_level());
   same.integrator = "verlet";
   const Scene scene = split.scene(same);
-  EXPECT_EQ(scene.body.voxels.size(), split.asked().body.voxels.size());
-  EXPECT_EQ(scene.body.cell_size, split.asked().body.cell_size);
+  EXPECT_EQ(scene.body.voxels.size(), split.given().body.voxels.size());
+  EXPECT_EQ(scene.body.cell_size, split.given().body.cell_size);
   EXPECT_EQ(scene.body.springs.edge, 1000);
 }
 
@@ -85,136 +90,148 @@ TEST(SceneFamily, RefusesWhatCannotBeComputedOtherwise) {
   EXPECT_THROW(family("cantilever", {"solve.duration=0"}), InputError);
 }
 
-/// One point that swings along x about 1, on a volume that breathes.
-Trajectory swing(double amplitude, double periods, int looks = 128) {
+/// One point that oscillates along x about 1, and a volume that oscillates with it.
+Trajectory swing(double amplitude, double periods, int intervals = 128) {
   Trajectory out;
-  for (int i = 0; i <= looks; ++i) {
-    const double phase = turn * periods * i / looks;
-    out.looks.push_back({.displacement = {Vec3(1 + amplitude * std::sin(phase), 0, 0)},
-                         .volume_ratio = 1 + 0.01 * amplitude * std::sin(phase),
-                         .energy = amplitude * std::sin(phase),
-                         .holding = 5});
+  for (int i = 0; i <= intervals; ++i) {
+    const double phase = turn * periods * i / intervals;
+    out.samples.push_back({.displacement = {Vec3(1 + amplitude * std::sin(phase), 0, 0)},
+                           .volume_ratio = 1 + 0.01 * amplitude * std::sin(phase),
+                           .energy = amplitude * std::sin(phase),
+                           .exchanged = 5});
   }
   return out;
 }
 
-TEST(Judge, MeasuresErrorsOverTheirScales) {
+TEST(ErrorEstimator, MeasuresErrorsOverTheirScales) {
   const Trajectory truth = swing(0.5, 4), wide = swing(0.6, 4);
-  EXPECT_NEAR(Judge(ErrorOf::displacement, truth).over_all(wide), 0.1 / 1.5, 1e-12);
-  EXPECT_NEAR(Judge(ErrorOf::volume, truth).over_all(wide), 0.001, 1e-12);
-  EXPECT_NEAR(Judge(ErrorOf::energy, truth).over_all(wide), 0.1 / 5, 1e-12);
-  EXPECT_NEAR(Judge(ErrorOf::frequency, truth).over_all(wide), 0, 1e-12);
-  EXPECT_NEAR(Judge(ErrorOf::frequency, truth).over_all(swing(0.6, 4.2)), 0.05, 2e-3);
-  EXPECT_TRUE(std::isnan(Judge(ErrorOf::frequency, truth).over_all(swing(0.5, 0.6))));
-  Trajectory half_seen = wide;
-  for (std::size_t i = 1; i < half_seen.looks.size(); i += 2) half_seen.looks[i].displacement.clear();
-  EXPECT_NEAR(Judge(ErrorOf::displacement, truth).over_all(half_seen), 0.1 / 1.5, 1e-3);
+  EXPECT_NEAR(ErrorEstimator(ErrorOf::displacement, truth).error_of(wide), 0.1 / 1.5, 1e-12);
+  EXPECT_NEAR(ErrorEstimator(ErrorOf::volume, truth).error_of(wide), 0.001, 1e-12);
+  EXPECT_NEAR(ErrorEstimator(ErrorOf::energy, truth).error_of(wide), 0.1 / 5, 1e-12);
+  EXPECT_NEAR(ErrorEstimator(ErrorOf::frequency, truth).error_of(wide), 0, 1e-12);
+  EXPECT_NEAR(ErrorEstimator(ErrorOf::frequency, truth).error_of(swing(0.6, 4.2)), 0.05, 2e-3);
+  EXPECT_TRUE(std::isnan(ErrorEstimator(ErrorOf::frequency, truth).error_of(swing(0.5, 0.6))));
+  Trajectory half_sampled = wide;
+  for (std::size_t i = 1; i < half_sampled.samples.size(); i += 2)
+    half_sampled.samples[i].displacement.clear();
+  EXPECT_NEAR(ErrorEstimator(ErrorOf::displacement, truth).error_of(half_sampled), 0.1 / 1.5, 1e-3);
 }
 
 TEST(Trajectories, TendToWhereSquaresVanish) {
   const double coarse = 0.2, factor = 1.5, fine = coarse / factor;
   const Trajectory limit = extrapolate(swing(0.5 + coarse * coarse, 4), swing(0.5 + fine * fine, 4), factor);
-  EXPECT_LT(Judge(ErrorOf::displacement, swing(0.5, 4)).over_all(limit), 1e-14);
-  EXPECT_LT(Judge(ErrorOf::energy, swing(0.5, 4)).over_all(limit), 1e-14);
+  EXPECT_LT(ErrorEstimator(ErrorOf::displacement, swing(0.5, 4)).error_of(limit), 1e-14);
+  EXPECT_LT(ErrorEstimator(ErrorOf::energy, swing(0.5, 4)).error_of(limit), 1e-14);
 }
 
-TEST(Looks, AreMetBySteps) {
-  const Looks looks{.points = {}, .interval = 0.1, .count = 10};
-  EXPECT_DOUBLE_EQ(step_between_looks(0.03, looks), 0.025);
-  EXPECT_DOUBLE_EQ(step_between_looks(0.1, looks), 0.1);
-  EXPECT_DOUBLE_EQ(step_between_looks(0.35, looks), 0.2) << "the tenth is met as well";
-  EXPECT_DOUBLE_EQ(step_between_looks(7, looks), 1);
+TEST(Sampling, IsMetBySteps) {
+  const Sampling sampling{.points = {}, .interval = 0.1, .count = 10};
+  EXPECT_DOUBLE_EQ(step_between_samples(0.03, sampling), 0.025);
+  EXPECT_DOUBLE_EQ(step_between_samples(0.1, sampling), 0.1);
+  EXPECT_DOUBLE_EQ(step_between_samples(0.35, sampling), 0.2) << "the tenth is met as well";
+  EXPECT_DOUBLE_EQ(step_between_samples(7, sampling), 1);
 }
 
 /// Evenly strided through a lattice of 17 points a row they would all lie on one of its faces.
-TEST(Looks, AreAllOverTheBody) {
-  const Looks looks = looks_of(family("free_cube", {"body.cells=[16, 16, 16]"}).asked(), {});
-  ASSERT_EQ(looks.points.size(), 300U);
+TEST(Sampling, CoversTheBody) {
+  const Sampling sampling = sampling_of(family("free_cube", {"body.cells=[16, 16, 16]"}).given(), {});
+  ASSERT_EQ(sampling.points.size(), 300U);
   for (int axis = 0; axis < 3; ++axis) {
     double low = 1e9, high = -1e9, sum = 0;
-    for (const Vec3& point : looks.points) {
+    for (const Vec3& point : sampling.points) {
       low = std::min(low, point[axis]);
       high = std::max(high, point[axis]);
       sum += point[axis];
     }
-    EXPECT_EQ(std::lround((high - low) / family("free_cube").asked().body.cell_size), 16);
+    EXPECT_EQ(std::lround((high - low) / family("free_cube").given().body.cell_size), 16);
     EXPECT_NEAR((sum / 300 - low) / (high - low), 0.5, 0.1);
   }
 }
 
-/// A step over eight looks is paid between the two that see its ends.
-TEST(Looks, ChargeLongStepsWhereTheyEnd) {
+/// The time of a step over eight intervals counts between the samples at its ends.
+TEST(Sampling, ChargesLongStepsWhereTheyEnd) {
   SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
-  const Looks looks = looks_of(cube.asked(), {});
-  Candidate candidate{.level = 2};
+  const Sampling sampling = sampling_of(cube.given(), {});
+  SceneEdit candidate = cube.candidate(2);
   candidate.integrator = "backward_euler";
   candidate.linear_solver = "cholmod";
-  candidate.dt = 8 * looks.interval;
-  const Followed run = follow_scene(cube.scene(candidate), looks, [](const Followed&) { return true; });
+  candidate.dt = 8 * sampling.interval;
+  const SampledRun run =
+      sample_scene(cube.scene(candidate), sampling, [](const SampledRun&) { return true; });
   EXPECT_EQ(run.status, Status::ok);
   EXPECT_EQ(run.seconds.size(), 16U);
   EXPECT_NEAR(run.simulated, 0.1, 1e-12);
 }
 
-TEST(Looks, MeasureWhatIsAskedFor) {
+TEST(Sampling, MeasuresOnlyWhatIsRequested) {
   SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
-  Candidate candidate{.level = 2};
+  SceneEdit candidate = cube.candidate(2);
   candidate.integrator = "verlet";
   candidate.dt = 0.1 / 256;
   const auto last_of = [&](ErrorOf of) {
-    const Followed run =
-        follow_scene(cube.scene(candidate), looks_of(cube.asked(), of), [](const Followed&) { return true; });
+    const SampledRun run = sample_scene(cube.scene(candidate), sampling_of(cube.given(), of),
+                                        [](const SampledRun&) { return true; });
     EXPECT_EQ(run.status, Status::ok);
-    return run.trajectory.looks.back();
+    return run.trajectory.samples.back();
   };
-  const Trajectory::Look moved = last_of(ErrorOf::displacement), swollen = last_of(ErrorOf::volume),
-                         held = last_of(ErrorOf::energy);
+  const Trajectory::Sample moved = last_of(ErrorOf::displacement), swollen = last_of(ErrorOf::volume),
+                           held = last_of(ErrorOf::energy);
   EXPECT_EQ(moved.displacement, swollen.displacement);
   EXPECT_EQ(moved.displacement, held.displacement);
   EXPECT_EQ(moved.volume_ratio, 1);
   EXPECT_NE(swollen.volume_ratio, 1);
-  EXPECT_EQ(moved.holding, 0);
-  EXPECT_GT(held.holding, 0);
+  EXPECT_EQ(moved.exchanged, 0);
+  EXPECT_GT(held.exchanged, 0);
   EXPECT_NE(held.energy, 0);
 }
 
 TEST(Advice, KeepsTheErrorAgainstAReferenceItDidNotUse) {
   SceneFamily cube = family("free_cube", {"solve.duration=0.5"});
-  const Ask ask{.error = 0.05, .patience = 20};
+  const AdviseRequest request{.error = 0.05, .patience = 20};
   Progress progress;
-  const Advice advice = advise(cube, ask, progress);
+  const Advice advice = advise(cube, request, progress);
   ASSERT_TRUE(advice.best.has_value()) << advice.explanation;
   EXPECT_TRUE(advice.within_budget);
   const Trial& best = advice.trials[*advice.best];
-  EXPECT_EQ(best.verdict, "advised");
-  EXPECT_LE(best.error, ask.error);
-  EXPECT_LE(advice.checked_error, ask.error);
+  EXPECT_EQ(best.verdict, Verdict::advised);
+  EXPECT_EQ(to_string(best), "advised");
+  EXPECT_LE(best.error, request.error);
+  EXPECT_LE(advice.checked_error, request.error);
   EXPECT_GT(best.cost, 0);
-  for (const Trial& trial : advice.trials) EXPECT_FALSE(trial.verdict.empty());
+  for (const Trial& trial : advice.trials) EXPECT_FALSE(to_string(trial).empty());
   for (const Trial& trial : advice.trials)
     if (trial.meets) {
       EXPECT_GE(trial.cost, best.cost);
     }
 
-  const Looks looks = looks_of(cube.asked(), {});
-  Candidate finer = at_level(10);
+  const Sampling sampling = sampling_of(cube.given(), {});
+  SceneEdit finer = at_level(cube, 10);
   finer.integrator = "rk4";
-  finer.dt = looks.interval / 8;
-  const auto go_on = [](const Followed&) { return true; };
-  const Followed truth = follow_scene(cube.scene(finer), looks, go_on),
-                 advised = follow_scene(cube.scene(best.candidate), looks, go_on);
+  finer.dt = sampling.interval / 8;
+  const auto go_on = [](const SampledRun&) { return true; };
+  const SampledRun truth = sample_scene(cube.scene(finer), sampling, go_on),
+                   advised = sample_scene(cube.scene(best.candidate), sampling, go_on);
   ASSERT_EQ(truth.status, Status::ok);
-  EXPECT_LE(Judge(ask.of, truth.trajectory).over_all(advised.trajectory), ask.error);
-  EXPECT_EQ(advice_table(cube, advice).size(), advice.trials.size());
+  EXPECT_LE(ErrorEstimator(request.of, truth.trajectory).error_of(advised.trajectory), request.error);
+  const std::vector<NamedTable> tables = advice_tables(cube, request, advice);
+  EXPECT_EQ(tables[0].table.size(), advice.trials.size());
+  std::vector<NamedTable> read;
+  for (const NamedTable& table : tables)
+    read.push_back({table.name, Table::read(table.table.csv(), table.name)});
+  ASSERT_EQ(draw(read).charts.size(), 1U);
+  const auto script = [](const std::vector<NamedTable>& all) {
+    return gnuplot_script(draw(all).charts[0].chart, "a.svg", "a.png");
+  };
+  EXPECT_EQ(script(read), script(tables));
 }
 
-TEST(Advice, SaysWhenAskedTooMuch) {
+TEST(Advice, ExplainsWhatIsImpossible) {
   Progress progress;
   SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
-  const Advice unsure = advise(cube, {.error = 1e-9, .patience = 0.05}, progress);
-  EXPECT_FALSE(unsure.best.has_value());
-  EXPECT_NE(unsure.explanation.find("unsure"), std::string::npos) << unsure.explanation;
-  Ask hasty{.error = 0.1, .patience = 20};
+  const Advice inexact = advise(cube, {.error = 1e-9, .patience = 0.05}, progress);
+  EXPECT_FALSE(inexact.best.has_value());
+  EXPECT_NE(inexact.explanation.find("uncertain by"), std::string::npos) << inexact.explanation;
+  AdviseRequest hasty{.error = 0.1, .patience = 20};
   hasty.budget = 1e-9;
   const Advice none = advise(cube, hasty, progress);
   ASSERT_TRUE(none.best.has_value()) << none.explanation;
@@ -230,7 +247,8 @@ TEST(Advice, PassesOverLatticesThatCannotBe) {
   Progress progress;
   const Advice advice = advise(cube, {.error = 0.5, .patience = 1}, progress);
   const auto impossible = [](const Trial& trial) {
-    return trial.candidate.level == 1 && trial.verdict.find("impossible") == 0;
+    return trial.candidate.level == 1 &&
+           to_string(trial).find("impossible: strike.0.box contains no particle") == 0;
   };
   EXPECT_TRUE(std::any_of(advice.trials.begin(), advice.trials.end(), impossible));
   EXPECT_TRUE(std::any_of(advice.trials.begin(), advice.trials.end(),

@@ -261,7 +261,7 @@ TEST(Check, RefusesScenesThatExpectNothing) {
   expect_refused({"check", scene}, "expect.volume_ratio.within = -1 is not a margin");
 }
 
-TEST(Advise, RefusesImpossibleAsks) {
+TEST(Advise, RefusesImpossibleRequests) {
   for (const std::string error : {"0", "0%", "-1%", "100%", "much", "1 %"})
     expect_refused({"advise", "free_cube", "--error", error}, "--error " + error);
   for (const std::string budget : {"0ms/frame", "16", "fast", "16ms"})
@@ -271,21 +271,21 @@ TEST(Advise, RefusesImpossibleAsks) {
   expect_refused({"advise", "free_cube", "--grid", "0"}, "--grid is 0");
 }
 
-// One reference is a row of the table, not yet a judge.
-TEST(Advise, SaysThatPatienceIsTooShort) {
+// One reference is a row of the table, but no estimate of errors.
+TEST(Advise, ReportsThatPatienceIsTooShort) {
   const Directory out;
   const ProgramRun run = mss({"advise", "free_cube", "--patience", "1e-9", "--out", out / "advice"});
   EXPECT_EQ(run.exit_status, 1) << run.output;
-  EXPECT_NE(run.output.find("one reference says nothing"), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("one reference shows nothing"), std::string::npos) << run.output;
   EXPECT_NE(read_file(fs::path(out / "advice") / "advise.csv").find("a reference"), std::string::npos);
 }
 
-TEST(Advise, SaysThatAGridsReferencesAreUnsure) {
+TEST(Advise, ReportsThatAGridsReferencesAreUncertain) {
   const Directory out;
   const ProgramRun run =
       mss({"advise", "free_cube", "--grid", "1", "--error", "0.01%", "--out", out / "grid"});
   EXPECT_EQ(run.exit_status, 1) << run.output;
-  EXPECT_NE(run.output.find("is itself unsure by"), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("is itself uncertain by"), std::string::npos) << run.output;
   EXPECT_NE(run.output.find("a larger --grid"), std::string::npos) << run.output;
 }
 
@@ -299,7 +299,8 @@ TEST(Advise, WritesTheSceneThatItAdvises) {
   const std::string scene = (out / "ell.toml").string(), advice = (out / "advice").string();
   const ProgramRun run = mss({"advise", scene, "--error", "10%", "--patience", "5", "--out", advice});
   ASSERT_EQ(run.exit_status, 0) << run.output;
-  for (const char* file : {"advise.csv", "advise.svg", "advise.png", "meta.json", "advised.toml"})
+  for (const char* file :
+       {"advise.csv", "advise_request.csv", "advise.svg", "advise.png", "meta.json", "advised.toml"})
     EXPECT_TRUE(fs::exists(fs::path(advice) / file)) << file;
   const ProgramRun again = mss({"run", advice + "/advised.toml", "--out", (out / "run").string()});
   EXPECT_EQ(again.exit_status, 0) << again.output;

@@ -105,7 +105,7 @@ TEST(Session, KeepsPositionsAndVelocitiesWhenTheMaterialChanges) {
   const Field<double> x = session.positions(), v = session.velocities();
   const double t = session.time(), dt = session.dt();
   EXPECT_GT(v.array().abs().maxCoeff(), 0.1);
-  Settings settings = session.settings();
+  SceneEdit settings = session.settings();
   settings.elastic->young *= 4;
   session.change(settings);
   EXPECT_EQ(session.time(), t);
@@ -120,13 +120,13 @@ TEST(Session, KeepsPositionsAndVelocitiesWhenTheMaterialChanges) {
     farthest = std::max(farthest, (moved.at(site) - x.at(site) - session.dt() * v.at(site)).norm());
   EXPECT_GT(largest_difference(x, moved), 0);
   EXPECT_LT(farthest, 0.1 * session.dt() * v.array().abs().maxCoeff());
-  session.change(settings_of(scene("voxel_creature")));
+  session.change(edit_of(scene("voxel_creature")));
   EXPECT_EQ(session.dt(), dt);
 }
 
 TEST(Session, ChangesTopologyVolumeForceMethodAndStep) {
   Session session(scene("fig5_1_twist"));
-  Settings settings = session.settings();
+  SceneEdit settings = session.settings();
   settings.volume_force = false;
   settings.topology = Topology::edges_body;
   settings.integrator = "rk4";
@@ -148,7 +148,7 @@ TEST(Session, RefusesWhatCannotBeSimulatedAndChangesNothing) {
   Session session(scene("cantilever"));
   session.advance(0.05);
   const Field<double> x = session.positions();
-  Settings settings = session.settings();
+  SceneEdit settings = session.settings();
   settings.integrator = "explicit_euler";  // no step is safe
   settings.dt.reset();
   settings.damping = {};
@@ -171,7 +171,7 @@ TEST(Session, SurvivesAFailureAndRestarts) {
   const double t = session.time();
   session.advance(1);
   EXPECT_EQ(session.time(), t);  // nothing more happens
-  Settings settings = session.settings();
+  SceneEdit settings = session.settings();
   settings.dt = 1e-3;
   session.change(settings);
   session.restart();

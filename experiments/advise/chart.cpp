@@ -1,0 +1,82 @@
+#include "experiments/advise/chart.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "experiments/advise/advise.hpp"
+
+namespace mss::advise {
+
+namespace {
+
+constexpr double to_frame = 1e3 / frames_per_second;  // [ms]
+
+/// A series per method, of the rows that ran to their end.
+std::vector<ChartSeries> series_of(const Table& trials, double least) {
+  std::vector<ChartSeries> all;
+  const auto& methods = integrators();
+  for (std::size_t i = 0; i < methods.size(); ++i) {
+    ChartSeries series{.label = methods[i].name, .style = int(i), .joined = false};
+    for (std::size_t row = 0; row < trials.size(); ++row) {
+      const double error = trials.number(row, "error"), cost = trials.number(row, "cost");
+      if (trials.text(row, "integrator") == methods[i].name && trials.number(row, "share_run") > 0.999 &&
+          error > 0 && cost > 0)
+        series.points.push_back({cost * to_frame, std::max(error, least)});
+    }
+    if (!series.points.empty()) all.push_back(series);
+  }
+  return all;
+}
+
+bool any_below(const Table& trials, double least) {
+  for (std::size_t row = 0; row < trials.size(); ++row)
+    if (trials.number(row, "share_run") > 0.999 && trials.number(row, "error") < least) return true;
+  return false;
+}
+
+/// Decades that contain all points and the requested error, with room for a label below and beside the
+/// cheapest.
+void set_ranges(Chart& chart, double requested) {
+  double lowest = requested, highest = requested, cheapest = std::numeric_limits<double>::infinity();
+  for (const ChartSeries& series : chart.series)
+    for (const ChartPoint& point : series.points) {
+      lowest = std::min(lowest, point.y);
+      highest = std::max(highest, point.y);
+      cheapest = std::min(cheapest, point.x);
+    }
+  const auto decade = [](double value) { return std::pow(10, std::floor(std::log10(value))); };
+  chart.y.low = decade(lowest / 2);
+  chart.y.high = 10 * decade(highest);
+  if (std::isfinite(cheapest)) chart.x.low = decade(cheapest / 2);
+}
+
+}  // namespace
+
+Drawings draw(const std::vector<NamedTable>& tables) {
+  const Table &trials = find_table(tables, "advise"), &request = find_table(tables, "advise_request");
+  if (trials.size() == 0) return {};
+  const double error = request.number(0, "error"), budget = request.number(0, "budget");
+  const double least = 1e-4 * error;  // smaller ones are drawn as that
+  Chart chart{
+      .title = "Error against cost: " + request.text(0, "scene"),
+      .subtitle = fmt::format("every candidate that ran to its end; error of {}", request.text(0, "of")),
+      .x = {.label = "cost of 1/60 s [ms], this machine", .logarithmic = true},
+      .y = {.label = "error", .logarithmic = true},
+      .series = series_of(trials, least)};
+  if (any_below(trials, least)) chart.y.label = fmt::format("error ({:.2g}: that or less)", least);
+  set_ranges(chart, error);
+  chart.lines.push_back({ReferenceLine::Direction::horizontal, error, "requested"});
+  if (budget > 0) chart.lines.push_back({ReferenceLine::Direction::vertical, budget * to_frame, "budget"});
+  if (const auto best = std::size_t(request.number(0, "best")); best > 0)
+    if (const double found = trials.number(best - 1, "error"); found > 0)
+      chart.marks.push_back(
+          {.point = {trials.number(best - 1, "cost") * to_frame, std::max(found, least)},
+           .label = request.number(0, "within_budget") > 0 ? "advised" : "cheapest that meets the error",
+           .left = true});
+  return {.charts = {{"advise", std::move(chart)}}};
+}
+
+}  // namespace mss::advise

@@ -1,0 +1,155 @@
+#include "experiments/advise/report.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/scene_writer.hpp"
+#include "experiments/advise/chart.hpp"
+#include "experiments/harness/provenance.hpp"
+#include "experiments/io/output.hpp"
+#include "experiments/plot/gnuplot.hpp"
+
+namespace mss::advise {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+const std::string& name_of(ErrorOf of) { return error_names()[std::size_t(of)]; }
+
+Table trial_table(const SceneFamily& family, const Advice& advice) {
+  Table table({{"cell_size", "m"},
+               {"face_share"},
+               {"volume_force"},
+               {"precision"},
+               {"integrator"},
+               {"linear_solver"},
+               {"dt", "s"},
+               {"tolerance"},
+               {"threads"},
+               {"error"},
+               {"cost", "s/s"},
+               {"share_run"},
+               {"status"}});
+  for (const Trial& trial : advice.trials) {
+    const SceneEdit& c = trial.candidate;
+    const IntegratorInfo& method = find_integrator(c.integrator);
+    const bool adaptive = method.stepping == Stepping::adaptive;
+    table.add({family.cell_size(c.level), family.is_calibrated() ? c.face_share : none,
+               std::int64_t(c.volume_force && family.has_volume_force()), to_string(c.precision),
+               c.integrator, method.implicit && !adaptive ? c.linear_solver : "",
+               c.dt && !adaptive ? *c.dt : none, adaptive ? c.tolerance : none, std::int64_t(c.threads),
+               trial.error, trial.cost, trial.share, to_string(trial)});
+  }
+  return table;
+}
+
+Table request_table(const SceneFamily& family, const AdviseRequest& request, const Advice& advice) {
+  Table table({{"scene"}, {"of"}, {"error"}, {"budget", "s/s"}, {"best"}, {"within_budget"}});
+  table.add({family.given().name, name_of(request.of), request.error, request.budget.value_or(0),
+             std::int64_t(advice.best ? *advice.best + 1 : 0), std::int64_t(advice.within_budget)});
+  return table;
+}
+
+/// Rows and units by file, as the meta.json of experiments has them.
+Json tables_to_json(const std::vector<NamedTable>& tables) {
+  Json json = Json::object();
+  for (const NamedTable& table : tables) {
+    Json units = Json::object();
+    for (const Column& column : table.table.columns())
+      if (!column.unit.empty()) units[column.name] = column.unit;
+    json[table.name + ".csv"] = {{"rows", table.table.size()}, {"units", units}};
+  }
+  return json;
+}
+
+Json meta(const SceneFamily& family, const AdviseRequest& request, const Advice& advice,
+          const std::vector<NamedTable>& tables, const Json& origin) {
+  Json json{
+      {"experiment", "advise"},
+      {"scene", family.given().name},
+      {"error", request.error},
+      {"of", name_of(request.of)},
+      {"budget", request.budget ? Json(*request.budget) : Json(nullptr)},
+      {"advised", nullptr},
+      {"explanation", advice.explanation},
+      {"reference",
+       {{"cell_size", advice.finest_level > 0 ? Json(family.cell_size(advice.finest_level)) : Json(nullptr)},
+        {"uncertainty", advice.uncertainty}}},
+      {"seconds", advice.seconds}};
+  if (advice.best) {
+    const Trial& best = advice.trials[*advice.best];
+    json["advised"] = {{"settings", family.settings(best.candidate)},
+                       {"error", best.error},
+                       {"error_against_a_finer_reference", advice.checked_error},
+                       {"cost", best.cost},
+                       {"within_budget", advice.within_budget}};
+  }
+  json["configuration"] = to_json(family.given());
+  json["tables"] = tables_to_json(tables);
+  json["provenance"] = origin;
+  return json;
+}
+
+/// The advised scene as a file of its own.
+std::string advised_text(const SceneFamily& family, const AdviseRequest& request, const Trial& best,
+                         const fs::path& directory) {
+  return fmt::format(
+             "# {} as `mss advise --error {:.4g}% --of {}` computes it: error {:.3g} %, {:.3g} ms for a "
+             "frame "
+             "of 1/60 s.\n",
+             family.given().name, 100 * request.error, name_of(request.of), 100 * best.error,
+             best.cost * 1e3 / frames_per_second) +
+         to_toml(family.scene(best.candidate), directory);
+}
+
+}  // namespace
+
+std::vector<NamedTable> advice_tables(const SceneFamily& family, const AdviseRequest& request,
+                                      const Advice& advice) {
+  return {{"advise", trial_table(family, advice)},
+          {"advise_request", request_table(family, request, advice)}};
+}
+
+void write_advice(const SceneFamily& family, const AdviseRequest& request, const Advice& advice,
+                  const Json& origin, const fs::path& directory) {
+  const std::vector<NamedTable> tables = advice_tables(family, request, advice);
+  for (const NamedTable& table : tables)
+    write_atomically(directory / (table.name + ".csv"), table.table.csv());
+  write_atomically(directory / "meta.json", meta(family, request, advice, tables, origin).dump(2) + "\n");
+  if (advice.best && advice.within_budget)
+    write_atomically(directory / "advised.toml",
+                     advised_text(family, request, advice.trials[*advice.best], directory));
+  else
+    fs::remove(directory / "advised.toml");
+  for (const char* picture : {"advise.svg", "advise.png"}) fs::remove(directory / picture);
+  for (NamedChart& chart : draw(tables).charts) {
+    if (!has_points(chart.chart)) continue;
+    chart.chart.footer = provenance_line(origin);
+    mss::draw(chart.chart, directory / chart.name);
+  }
+}
+
+std::string summary(const SceneFamily& family, const AdviseRequest& request, const Advice& advice) {
+  std::string text;
+  if (advice.best) {
+    const Trial& best = advice.trials[*advice.best];
+    text += fmt::format("{}: {}\n", family.given().name,
+                        advice.within_budget ? "advised" : "the cheapest that meets the error");
+    for (const std::string& setting : family.settings(best.candidate)) text += fmt::format("  {}\n", setting);
+    text += fmt::format("error of {}: {:.3g} %, requested {:.3g} %, uncertainty of the reference {:.2g} %",
+                        name_of(request.of), 100 * best.error, 100 * request.error, 100 * advice.uncertainty);
+    if (std::isfinite(advice.checked_error))
+      text += fmt::format("; against a finer reference {:.3g} %", 100 * advice.checked_error);
+    text += fmt::format("\ncost: {:.3g} ms for a frame of 1/60 s, {:.3g} s for a simulated second\n",
+                        best.cost * 1e3 / frames_per_second, best.cost);
+  }
+  return text + fmt::format("{} candidate{} in {:.3g} s\n", advice.trials.size(),
+                            advice.trials.size() == 1 ? "" : "s", advice.seconds);
+}
+
+}  // namespace mss::advise

@@ -1,0 +1,86 @@
+#include "experiments/simulation/scene_check.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "core/error.hpp"
+#include "experiments/simulation/model.hpp"
+#include "integrators/integrator.hpp"
+#include "integrators/linear/linear_solver.hpp"
+#include "integrators/stable_step.hpp"
+
+namespace mss {
+
+namespace {
+
+void check_safe(const IntegratorInfo& method) {
+  if (method.stepping != Stepping::fixed) return;
+  if (!method.limit)
+    throw InputError(fmt::format(
+        "dt = \"safe\" means nothing for {}, which is stable at any step; give dt in seconds", method.name));
+  stable_step(method, {.omega = 1});  // throws if no step is safe
+}
+
+/// Adds the file and the table to the message of an error.
+void check_table(const Scene& scene, const char* table, const std::function<void()>& check) {
+  try {
+    check();
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}: {}", scene.file.string(), table, error.what()));
+  }
+}
+
+/// Collisions at the end of steps need a method of fixed step.
+void check_contact(const Scene& scene, const IntegratorInfo& method) {
+  const std::vector<Plane>& planes = scene.environment.planes;
+  const auto discrete = std::find_if(planes.begin(), planes.end(),
+                                     [](const Plane& plane) { return plane.contact != ContactLaw::penalty; });
+  if (discrete == planes.end() || method.stepping == Stepping::fixed) return;
+  throw InputError(
+      fmt::format("contact = \"{}\" acts at the end of fixed steps, and {} has none; give contact = "
+                  "\"penalty\", or another solve.integrator",
+                  to_string(discrete->contact), method.name));
+}
+
+/// Sleeping particles have no acceleration, but other methods evaluate forces on all of them.
+void check_sleep(const Scene& scene, const IntegratorInfo& method) {
+  if (scene.solve.sleep.bound == 0) return;
+  if (scene.model != spring_model)
+    throw InputError(fmt::format("sleep is for model \"{}\", and material.model is \"{}\"; leave it out",
+                                 spring_model, scene.model));
+  if (method.implicit || method.stepping != Stepping::fixed)
+    throw InputError(fmt::format(
+        "sleep is for explicit methods of fixed step, and {} is none; leave it out, or give another "
+        "integrator",
+        method.name));
+}
+
+}  // namespace
+
+void check_model(const Scene& scene) {
+  check_table(scene, "material",
+              [&] { check_model(scene.model, scene.body, scene.solve.precision == Precision::single); });
+}
+
+void check_solve(const Scene& scene) {
+  const bool single = scene.solve.precision == Precision::single;
+  check_model(scene);
+  check_table(scene, "solve", [&] {
+    const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+    if (!scene.solve.dt) check_safe(method);
+    if (single && !method.make_single)
+      throw InputError(fmt::format(
+          "integrator '{}' computes in double precision only; give precision = \"double\"", method.name));
+    find_linear_solver(scene.solve.linear_solver);
+    check_sleep(scene, method);
+  });
+  check_table(scene, "plane", [&] { check_contact(scene, find_integrator(scene.solve.integrator)); });
+  if (scene.solve.dt && *scene.solve.dt > scene.solve.duration)
+    throw InputError(
+        fmt::format("{}: solve.dt = {} s is longer than solve.duration = {} s; give a shorter step",
+                    scene.file.string(), *scene.solve.dt, scene.solve.duration));
+}
+
+}  // namespace mss

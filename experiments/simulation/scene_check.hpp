@@ -1,0 +1,13 @@
+#pragma once
+
+#include "core/scene.hpp"
+
+namespace mss {
+
+/// Throws InputError if the scene's model cannot be made.
+void check_model(const Scene& scene);
+
+/// Throws InputError if the scene's model, method or step cannot be used.
+void check_solve(const Scene& scene);
+
+}  // namespace mss

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "core/body_system.hpp"
+#include "integrators/integrator.hpp"
+
+namespace mss {
+
+/// Scales of the local errors of adaptive methods: of positions the size of a cell, of velocities a tenth of
+/// the speed at which the fastest mode would cross one. Vibrations ten times slower than that mode then have
+/// errors of the same share in position and velocity.
+template <class Real>
+void scale_errors(IntegratorOptions& options, const BodySystem<Real>& system) {
+  options.length_scale = system.body().config().cell_size;
+  options.speed_scale = options.length_scale * system.spectral_bound().omega / 10;
+}
+
+}  // namespace mss
