@@ -22,7 +22,7 @@ compare() {
     FNR == 1 { next }
     FILENAME ~ /_grid\/advise.csv$/ {
       if (candidate() == advised && (cost == "" || $11 < cost)) { error = $10; cost = $11; share = $12 }
-      if ($NF ~ /^(advised|meets it|the cheapest)/ && (least == "" || $11 + 0 < least + 0)) least = $11
+      if ($NF ~ /^(advised|meets the error|the cheapest)/ && (least == "" || $11 + 0 < least + 0)) least = $11
       ++tried
       next
     }
