@@ -167,8 +167,9 @@ Json to_json(const Scene& scene) {
 }
 
 std::string to_toml(const Scene& scene, const std::filesystem::path& folder) {
+  const Json file = file_of(scene, folder);
   std::string text;
-  for (const auto& [name, entry] : file_of(scene, folder).items()) {
+  for (const auto& [name, entry] : file.items()) {
     if (entry.is_array())
       for (const Json& table : entry) add_table(text, fmt::format("[[{}]]", name), table);
     else

@@ -8,6 +8,7 @@
 #include "core/scene_writer.hpp"
 #include "experiments/advise/chart.hpp"
 #include "experiments/harness/provenance.hpp"
+#include "experiments/harness/results_folder.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/plot/gnuplot.hpp"
 
@@ -55,18 +56,6 @@ Table request_table(const SceneFamily& family, const AdviseRequest& request, con
   return table;
 }
 
-/// Rows and units by file, as the meta.json of experiments has them.
-Json tables_to_json(const std::vector<NamedTable>& tables) {
-  Json json = Json::object();
-  for (const NamedTable& table : tables) {
-    Json units = Json::object();
-    for (const Column& column : table.table.columns())
-      if (!column.unit.empty()) units[column.name] = column.unit;
-    json[table.name + ".csv"] = {{"rows", table.table.size()}, {"units", units}};
-  }
-  return json;
-}
-
 Json meta(const SceneFamily& family, const AdviseRequest& request, const Advice& advice,
           const std::vector<NamedTable>& tables, const Json& origin) {
   Json json{
@@ -90,7 +79,7 @@ Json meta(const SceneFamily& family, const AdviseRequest& request, const Advice&
                        {"within_budget", advice.within_budget}};
   }
   json["configuration"] = to_json(family.given());
-  json["tables"] = tables_to_json(tables);
+  json["tables"] = describe_tables(tables);
   json["provenance"] = origin;
   return json;
 }

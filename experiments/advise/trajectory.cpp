@@ -247,7 +247,7 @@ Trajectory::Sample sample_of(const BodySystem<Real>& system, const State<Real>& 
   if (of == ErrorOf::energy) {
     const Measures m = measure(system, state);
     sample.energy = m.total();
-    sample.exchanged = m.kinetic + m.elastic + m.volume_energy;
+    sample.exchanged = m.mechanical();
   }
   return sample;
 }

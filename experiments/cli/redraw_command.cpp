@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "core/error.hpp"
+#include "experiments/advise/chart.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/harness/results_folder.hpp"
 
@@ -16,6 +17,7 @@ using Draw = std::function<Drawings(const std::vector<NamedTable>&)>;
 
 /// What draws the charts of a folder's experiment.
 Draw draw_of(const ResultsFolder& folder) {
+  if (folder.experiment == "advise") return advise::draw;
   try {
     return find_experiment(folder.experiment).draw;
   } catch (const InputError& problem) {

@@ -5,6 +5,7 @@
 #include "core/error.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/provenance.hpp"
+#include "experiments/harness/results_folder.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/plot/gnuplot.hpp"
 
@@ -14,22 +15,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Units by column; columns without a unit hold names, counts or ratios.
-Json units(const Table& table) {
-  Json out = Json::object();
-  for (const Column& column : table.columns())
-    if (!column.unit.empty()) out[column.name] = column.unit;
-  return out;
-}
-
 Json meta(const ExperimentInfo& info, const ExperimentResult& result, const Json& origin, double seconds) {
-  Json tables = Json::object();
-  for (const NamedTable& t : result.tables)
-    tables[t.name + ".csv"] = {{"rows", t.table.size()}, {"units", units(t.table)}};
   Json provenance = origin;
   provenance["load_average_end"] = load_average();
-  return {{"experiment", info.name}, {"status", to_string(result.status)},    {"caption", result.caption},
-          {"wall_seconds", seconds}, {"configuration", result.configuration}, {"tables", tables},
+  return {{"experiment", info.name},
+          {"status", to_string(result.status)},
+          {"caption", result.caption},
+          {"wall_seconds", seconds},
+          {"configuration", result.configuration},
+          {"tables", describe_tables(result.tables)},
           {"provenance", provenance}};
 }
 

@@ -23,6 +23,17 @@ NamedTable read_table(const fs::path& file, std::size_t rows) {
 
 }  // namespace
 
+Json describe_tables(const std::vector<NamedTable>& tables) {
+  Json json = Json::object();
+  for (const NamedTable& named : tables) {
+    Json units = Json::object();
+    for (const Column& column : named.table.columns())
+      if (!column.unit.empty()) units[column.name] = column.unit;
+    json[named.name + ".csv"] = {{"rows", named.table.size()}, {"units", units}};
+  }
+  return json;
+}
+
 ResultsFolder read_results(const fs::path& directory) {
   if (!fs::is_directory(directory))
     throw InputError(fmt::format("{} is not a directory", directory.string()));

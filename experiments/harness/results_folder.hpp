@@ -17,6 +17,10 @@ struct ResultsFolder {
   std::vector<NamedTable> tables;
 };
 
+/// Rows and units of tables by their files' names, as meta.json has them; columns without a unit hold names,
+/// counts or ratios.
+Json describe_tables(const std::vector<NamedTable>& tables);
+
 /// Reads meta.json and the tables it lists. Throws InputError that names the file if one is missing or
 /// incomplete.
 ResultsFolder read_results(const std::filesystem::path& directory);

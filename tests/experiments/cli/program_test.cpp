@@ -144,7 +144,7 @@ TEST(Modes, TellTheStepThatHoldsWhereAGuardActs) {
   const ProgramRun run = mss({"modes", "cantilever", "--count", "1", "--out", directory / "guarded", "--set",
                               "material.fold_guard=20"});
   ASSERT_EQ(run.exit_status, 0) << run.output;
-  EXPECT_NE(run.output.find("where its guard acts"), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("where the fold guard acts"), std::string::npos) << run.output;
   EXPECT_NE(run.output.find("of the safe one"), std::string::npos) << run.output;
   const auto summary = Json::parse(read_file(fs::path(directory / "guarded") / "summary.json"));
   EXPECT_GT(summary["omega_bound_crushed"], 2 * summary["omega_bound"].get<double>());
@@ -152,7 +152,7 @@ TEST(Modes, TellTheStepThatHoldsWhereAGuardActs) {
       mss({"modes", "cantilever", "--count", "1", "--out", directory / "unlimited", "--set",
            "material.fold_guard=20", "--set", "solve.integrator=implicit_midpoint"});
   EXPECT_EQ(unlimited.exit_status, 0) << unlimited.output;
-  EXPECT_NE(unlimited.output.find("where its guard acts"), std::string::npos) << unlimited.output;
+  EXPECT_NE(unlimited.output.find("where the fold guard acts"), std::string::npos) << unlimited.output;
   EXPECT_EQ(unlimited.output.find("of the safe one"), std::string::npos) << unlimited.output;
 }
 
