@@ -73,7 +73,7 @@ SpringConstants calibrate(const ElasticConstants& material, double cell_size, do
 /// calibrate()).
 CubicStiffness cubic_stiffness(const SpringConstants& springs, double cell_size);
 
-/// Sentences a user should read before trusting these springs: anisotropy, negative volume stiffness,
+/// Warnings about these springs, as sentences for the user: anisotropy, negative volume stiffness,
 /// mechanisms.
 std::vector<std::string> material_warnings(const SpringConstants& springs, double cell_size);
 

@@ -17,9 +17,9 @@ enum class Precision { single, dbl };
 /// How a scene is to be solved.
 struct SolveConfig {
   std::string integrator = "verlet";
-  std::optional<double> dt;  ///< [s]; empty: "safe", 0.9 of the predicted limit
+  std::optional<double> dt;  ///< [s]; empty: "safe", 0.9 of the guaranteed limit
   double duration = 1;       ///< [s]
-  int threads = 0;           ///< 0: all that pay
+  int threads = 0;           ///< 0: as many as save time
   Precision precision = Precision::dbl;
   std::string linear_solver = "cholmod";  ///< of implicit methods
   Tangent tangent = Tangent::elastic;     ///< of implicit methods; projected where that is indefinite
@@ -85,7 +85,7 @@ inline constexpr double most_sites = 2e8;
 /// none.
 void check_boxes(const Scene& scene);
 
-/// What a user should know before trusting the material of a scene.
+/// Warnings about the material of a scene, as sentences for the user.
 std::vector<std::string> scene_warnings(const Scene& scene);
 
 }  // namespace mss

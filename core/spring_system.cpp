@@ -285,8 +285,9 @@ bool SpringSystem<Real>::needs_cells(const Pass& pass, int plane) const {
   return !this->sleep_tracker() || !pass.moves_particles() || this->sleep_tracker()->needs_cells(plane);
 }
 
-/// One step of one thread's planes. It meets its neighbours twice: before its last plane it needs the upper
-/// neighbour's first plane of the step before, and its own first plane waits for the lower neighbour's share.
+/// One step of one thread's planes. It waits for its neighbours twice: before its last plane it needs the
+/// upper neighbour's first plane of the step before, and its own first plane waits for the lower neighbour's
+/// share.
 template <class Real>
 void SpringSystem<Real>::step_slab(const Pass& pass, int rank, long step) {
   Slab& slab = *slabs_[std::size_t(rank)];

@@ -8,7 +8,7 @@ namespace mss {
 
 /// What happens to a system between the steps of a method: contact by impulses, and sleep.
 ///
-/// All functions are pure, so that a class that wraps another's events cannot forget one.
+/// All functions are pure virtual, so that a class that wraps another's events must define each of them.
 template <class Real>
 class StepEvents {
  public:

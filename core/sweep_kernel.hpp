@@ -114,7 +114,7 @@ struct Cells {
     return load(s, corner[spring_ends[spring][1]]) - load(s, corner[spring_ends[spring][0]]);
   }
 
-  /// Springs on their way: differences d along them, |d|^2 and a first estimate of 1/|d|.
+  /// Springs in progress: differences d along them, |d|^2 and a first estimate of 1/|d|.
   template <int... Spring>
   struct Started {
     static constexpr int count = sizeof...(Spring);
@@ -349,7 +349,8 @@ MSS_INLINE void pass_on(const SweepPlane<Real>& p, const Streams<Real>& sums, st
                         const Vec<Real> (&f)[8], const Carry<Real>& carry, int c) {
   const Vec<Real> y = f[c + 2] + shift_in(carry.x[c / 2 + 1], f[c + 3]);
   store(sums, q, load(sums, q) + (f[c] + shift_in(carry.x[c / 2], f[c + 1])));
-  // A block longer than a row meets its own (y+1) corners: it adds to their sums instead of beginning them.
+  // A block longer than a row contains its own (y+1) corners: it adds to their sums instead of beginning
+  // them.
   store(sums, q + p.row, p.row < lanes<Real> ? load(sums, q + p.row) + y : y);
 }
 
@@ -472,7 +473,7 @@ void sweep_any(SweepPlane<Real>& argument) {
   carry_out(carry, argument);
 }
 
-/// Of bodies whose cells hold no more than `Content` anywhere.
+/// Of bodies whose cells contain no more than `Content` anywhere.
 template <class Block, std::uint32_t Content, class Real>
 void sweep_all_with(SweepPlane<Real>& argument) {
   constexpr int W = lanes<Real>;

@@ -27,7 +27,7 @@ struct KickDrift {
 ///
 /// Masses are lumped. Prescribed coordinates have no acceleration; constrain() writes their motion. Fields
 /// have size() sites; sites without a particle have inverse mass 0. A model for explicit methods needs the
-/// first four functions only; whoever wraps another system derives from SystemWrapper.
+/// first four functions only; a class that wraps another system derives from SystemWrapper.
 template <class Real>
 class System {
  public:

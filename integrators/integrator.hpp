@@ -52,7 +52,7 @@ class Integrator {
   /// methods stop at t_end. On failure the state is the last one computed.
   virtual Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) = 0;
 
-  /// Forgets all history. Call it after editing a state, before the next advance.
+  /// Discards all history. Call it after editing a state, before the next advance.
   virtual void reset() {}
 };
 

@@ -19,7 +19,7 @@ struct Modes {
 };
 
 /// The slowest vibrations of a body about a state, prescribed coordinates still: Lanczos with K + s M
-/// inverted by CHOLMOD, repeated on what is left until no slower one turns up, so that pairs of equal
+/// inverted by CHOLMOD, repeated on what is left until no slower one is found, so that pairs of equal
 /// frequency are both found. As many as requested, or as there are unknowns.
 Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int count, Work& work);
 

@@ -13,7 +13,7 @@ double guaranteed_step(const IntegratorInfo& method, const SpectralBound& bound)
 /// The same, or InputError if no step is.
 double stable_step(const IntegratorInfo& method, const SpectralBound& bound);
 
-/// `dt = "safe"` is this share of the predicted limit; the rest is a margin for modes stiffened by
+/// `dt = "safe"` is this share of the guaranteed limit; the rest is a margin for modes stiffened by
 /// deformation.
 inline constexpr double safe_share = 0.9;
 

@@ -185,8 +185,8 @@ Search::Result Search::try_lattice(const SceneEdit& lattice) {
   return result;
 }
 
-/// The coarsest of the lattices that references are made of to meet the error; where none does, a finer one,
-/// predicted from errors that decrease with the square of the size of cells. 0 if there is none.
+/// The coarsest lattice of a reference that meets the error; where none does, a finer one, predicted from
+/// errors that decrease with the square of the size of cells. 0 if there is none.
 int Search::coarsest_plain() {
   constexpr double much = 4;  // a lattice is tried whether or not a reference could be made of it
   const std::vector<int> levels = all_levels();
@@ -245,7 +245,7 @@ std::vector<SceneEdit> Search::find_lattices() {
 /// Methods for a lattice; within each, steps or tolerances from the longest on.
 std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
   const SpectralBound bound = state_.family.bound(lattice);
-  // A row of series.csv is wanted that often, and without samples there is no error.
+  // A row of series.csv is required that often, and without samples there is no error.
   const double longest = std::min(family().given().solve.every, family().given().solve.duration);
   const double unit = safe_step("semi_implicit_euler", bound);
   std::vector<std::vector<SceneEdit>> all;
@@ -292,7 +292,8 @@ void Search::try_methods(const SceneEdit& lattice) {
     }
 }
 
-/// More threads than one change no bit and seldom pay: only the cheapest are tried with them.
+/// More threads than one change no bit of a result and seldom save time: only the cheapest candidates are
+/// tried with them.
 void Search::try_threads() {
   constexpr std::size_t few = 3;
   if (family().given().solve.threads != 0) return;

@@ -85,7 +85,7 @@ enum class Verdict {
   out_of_memory
 };
 
-/// A candidate and what came of it.
+/// A candidate and its result.
 struct Trial {
   SceneEdit candidate;
   double error = std::numeric_limits<double>::quiet_NaN();  ///< largest until it ended

@@ -241,7 +241,7 @@ std::string ReferenceLevels::advice_for_accuracy() const {
                      percent(uncertainty_ / allowed_share));
 }
 
-/// References of a grid are of the levels that --grid gives, whatever the patience.
+/// References of a grid are of the levels that --grid gives, whatever --patience is.
 std::string ReferenceLevels::why_grid_fails() const {
   if (all_.size() < 3) return no_reference;
   if (is_accurate_enough())

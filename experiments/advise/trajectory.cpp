@@ -48,7 +48,7 @@ class Interpolator {
     std::array<double, 8> weight{};
   };
 
-  /// Points between cells belong to any of these that is there.
+  /// Points between cells belong to any of these that exists.
   Place place(const Vec3& point) const {
     constexpr double beside = 1e-6;
     const BodyConfig& config = body_.config();
@@ -262,7 +262,7 @@ SampledRun sample_in(const Scene& scene, const Sampling& sampling,
                      const std::function<bool(const SampledRun&)>& go_on, double most_seconds) {
   using Clock = std::chrono::steady_clock;
   const Body body(scene.body);
-  // Adaptive methods would have to begin anew at every slice; their steps are counted.
+  // Adaptive methods would have to restart at every slice; their steps are counted.
   const bool adaptive = find_integrator(scene.solve.integrator).stepping == Stepping::adaptive;
   const int slices = std::isfinite(most_seconds) && !adaptive ? slices_of_an_interval : 1;
   SceneRun<Real> scene_run(scene, body, most_steps_between_samples);

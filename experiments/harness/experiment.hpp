@@ -85,7 +85,7 @@ struct ExperimentInfo {
   std::string name;
   std::string under = {};  ///< an experiment listed before, whose command is the first word of this one's
   std::string summary;     ///< one line for `mss list` and --help
-  ExperimentAccepts accepts;
+  ExperimentAccepts accepts = {};
   std::function<ExperimentResult(const ExperimentOptions&, Progress&)> run;
   /// The charts, from the tables alone, whether run() returned them or they were read from files.
   std::function<Drawings(const std::vector<NamedTable>&)> draw;

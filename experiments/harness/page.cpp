@@ -1,5 +1,4 @@
-// The page of `mss reproduce`: plain HTML, charts inside it as data, so that the one file can be sent to
-// somebody.
+// The page of `mss reproduce`: plain HTML, charts inside it as data, so that it is complete as one file.
 #include <fmt/format.h>
 
 #include <cstdint>

@@ -5,8 +5,8 @@
 
 namespace mss {
 
-/// How a long computation reports its progress and learns that it should stop. This default ignores reports
-/// and never stops.
+/// How a long computation reports its progress and checks whether it should stop. This default ignores
+/// reports and never stops.
 class Progress {
  public:
   Progress() = default;

@@ -15,8 +15,8 @@ struct ChartPoint {
   double high = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// A line with markers. Series differ by colour, dash pattern and marker, so that they can be told apart in a
-/// grey print too.
+/// A line with markers. Series differ by colour, dash pattern and marker, so that they can be distinguished
+/// in a grey print too.
 struct ChartSeries {
   std::string label;  ///< as the legend shows it
   std::vector<ChartPoint> points = {};

@@ -22,8 +22,8 @@ struct MapPanel {
   std::optional<ChartAxis> x = {};    ///< in place of the chart's
 };
 
-/// Maps of kinds over two axes, side by side. Kinds differ in lightness or hatching, so that
-/// they can be told apart in a grey print too; at most six.
+/// Maps of kinds over two axes, side by side. Kinds differ in lightness or hatching, so that they can be
+/// distinguished in a grey print too; at most six.
 struct MapChart {
   std::string title;
   std::string subtitle;

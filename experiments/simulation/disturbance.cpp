@@ -5,7 +5,7 @@
 namespace mss {
 
 Field<double> fast_disturbance(BodySystem<double>& system, double largest, std::uint64_t seed) {
-  constexpr double small = 1e-6;  // of a cell: what it makes of forces is linear
+  constexpr double small = 1e-6;  // of a cell: forces are linear in it
   constexpr int rounds = 2;
   const double while_small = small * system.body().config().cell_size;
   const State<double> rest = system.rest_state();

@@ -29,7 +29,7 @@ void check(std::int64_t result) {
   if (result < 0) throw InputError(errno != 0 ? std::strerror(errno) : "HDF5 gives no reason");
 }
 
-/// Something of HDF5's that must be closed. Throws if it could not be opened.
+/// An HDF5 identifier, closed by the destructor. Throws if it could not be opened.
 class Handle {
  public:
   Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) { check(id); }

@@ -7,7 +7,7 @@
 
 namespace mss::view {
 
-/// The name of something the graphics card keeps; frees it at the end. Needs the context it was made in.
+/// The name of an OpenGL object, which the destructor frees. Needs the context it was made in.
 class GlObject {
  public:
   using Free = void (*)(GLuint name);

@@ -65,8 +65,8 @@ void draw_ticks(const Viewport& plot, const ValueRange& range) {
   }
 }
 
-/// Title and names of the curves, broken into lines where they do not fit. Draws them from (x, y) on, unless
-/// they are only asked for their height.
+/// Title and names of the curves, broken into lines where they do not fit. Draws them from (x, y) on if
+/// `drawn`; returns their height.
 double legend(double x, double y, double width, const std::string& title, const std::vector<Curve>& curves,
               bool drawn) {
   constexpr double sample = 14, gap = 14;
@@ -116,8 +116,8 @@ void draw_graph(const Viewport& place, const std::string& title, const std::vect
   write(plot.x + plot.width - width_of(last), plot.y + plot.height + 5, last);
 }
 
-/// Weight, with loads and penalty planes if there are any, counts from the start: its zero is a matter of
-/// taste, and would hide the rest.
+/// Weight, with loads and penalty planes if there are any, counts from the start: its zero is arbitrary,
+/// and would hide the rest.
 std::vector<Curve> energy_curves(const Session& session) {
   const double zero = session.start().gravitational;
   std::vector<Curve> curves{

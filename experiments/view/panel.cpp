@@ -15,7 +15,7 @@ namespace {
 
 constexpr float label_width = 116;
 
-/// A window of ImGui that fills its place and cannot be moved, while this object lives. It has no background
+/// A window of ImGui that fills its place and cannot be moved, while this object exists. It has no background
 /// of its own: the renderer has cleared the screen, and filling it again is most of the work where a
 /// processor draws.
 class Pane {
@@ -33,7 +33,7 @@ class Pane {
   ~Pane() { ImGui::End(); }
 };
 
-/// While it lives, and if `disabled`, widgets are grey and take no input.
+/// While it exists, and if `disabled`, widgets are grey and take no input.
 class Disabled {
  public:
   explicit Disabled(bool disabled) { ImGui::BeginDisabled(disabled); }

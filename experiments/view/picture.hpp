@@ -18,7 +18,7 @@ struct QuantityInfo {
   const char* unit;  ///< empty: a bare number
   const char* meaning;
   double low,
-      high;  ///< always on the colour bar: the value at rest, and as much beside it as is worth telling apart
+      high;  ///< always on the colour bar: the value at rest, and differences worth seeing beside it
 };
 
 /// All of them, in the order of the enumeration.

@@ -11,7 +11,7 @@ constexpr int map_size = 256;
 constexpr float point_size = 5;  // [pixels]
 constexpr Colour panel_colour{0.97F, 0.975F, 0.98F}, sky_colour{0.92F, 0.935F, 0.95F};
 
-// The light comes over the eye's left shoulder, and much of it from everywhere: shading tells the shape and
+// The light comes over the eye's left shoulder, and much of it from everywhere: shading shows the shape and
 // leaves colours close to those of the bar. A little of it is reflected white, or dark colours would show no
 // shape. Computed per vertex: where a processor draws, that is a few thousand times a frame instead of half a
 // million.

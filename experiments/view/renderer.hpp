@@ -36,7 +36,7 @@ class Renderer {
   GlObject colours_;  ///< the colour map, as a texture
   GlObject vertices_, triangles_, marks_;
   GlObject surface_array_, mark_array_;
-  const SurfaceMesh* uploaded_ = nullptr;  ///< whose triangles the card has
+  const SurfaceMesh* uploaded_ = nullptr;  ///< its triangles are on the graphics card
 };
 
 /// A picture that no window shows.

@@ -189,7 +189,7 @@ class Viewer {
   Camera camera_;
   Display display_;
   int width_ = 0, height_ = 0;
-  bool past_end_ = false;                  ///< the scene's duration is over, and a person wants to go on
+  bool past_end_ = false;                  ///< the user continues after the scene's duration
   double grabbed_depth_ = 0;               ///< of the dragged particle, along the viewing direction [m]
   double shown_low_ = 0, shown_high_ = 0;  ///< values since the colours were fitted
   long frames_ = 0;

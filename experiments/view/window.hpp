@@ -12,7 +12,7 @@ struct ViewOptions {
   int width = 1280;  ///< [pixels]
   int height = 800;
   long frames = 0;               ///< with a shot: how many sixtieths of a second to simulate before it
-  std::filesystem::path shot{};  ///< where to put a picture; empty: a window for a person
+  std::filesystem::path shot{};  ///< where to put a picture; empty: an interactive window
   bool log = false;              ///< a line of JSON on stdout for everything that is done in the window
 };
 

@@ -39,7 +39,7 @@ Matrix9 stiffness(const Lame& m, const Matrix3d& f, bool projected) {
 
 SolidLaw st_venant_kirchhoff() {
   return {.name = "st_venant_kirchhoff",
-          .summary = "finite elements, linear in Green's strain: exact in rotations, soft when crushed",
+          .summary = "finite elements, linear in Green's strain: exact in rotations, soft in compression",
           .energy = energy,
           .stress = stress,
           .stiffness = stiffness};

@@ -73,8 +73,8 @@ TEST(Modes, AreTheDenseOnes) {
   }
 }
 
-// Crushed to a twentieth, every corner is pushed apart along all of its edges. Without the tangent's negative
-// part: such short springs have negative transverse stiffness, which would hide the guard's.
+// Compressed to a twentieth, every corner is pushed apart along all of its edges. Without the tangent's
+// negative part: such short springs have negative transverse stiffness, which would hide the guard's.
 TEST(Modes, OfAGuardedBodyStayBelowTheBoundWhereItIsCrushed) {
   BodyConfig guarded = config(VoxelGrid::box(3, 3, 3));
   guarded.fold_guard = 20;
@@ -161,7 +161,7 @@ TEST(Modes, OfAHeldBarAreAChains) {
       1, 1e-6);
 }
 
-// A body crushed to half its height buckles: the state is unstable.
+// A body compressed to half its height buckles: the state is unstable.
 TEST(Modes, SayWhenAStateIsNotStable) {
   const Body body(config(VoxelGrid::box(3, 3, 3)));
   SpringSystem<double> system(body, {});

@@ -174,8 +174,8 @@ struct Agreement {
 };
 
 /// Refines one method until its error is no longer significant or its next run would take too long; false if
-/// stopped. Whether it converges to the reference is judged by the extrapolation too, because methods of low
-/// order would need days of small steps to agree; until they agree, runs may take longer.
+/// stopped. Whether it converges to the reference is decided from the extrapolation too, because methods of
+/// low order would need days of small steps to agree; until they agree, runs may take longer.
 bool measure_method(Problem& p, const Reference& reference, const IntegratorInfo& info,
                     const PrecisionConfig& config, PrecisionTables& tables, const Progress& progress) {
   const bool adaptive = info.stepping == Stepping::adaptive;

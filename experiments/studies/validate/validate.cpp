@@ -65,7 +65,7 @@ ExperimentResult run_validate(const ExperimentOptions& options, Progress& progre
   return result;
 }
 
-/// What a reader of the tables and charts has to know about each case.
+/// A description of each case, for readers of the tables and charts.
 Table case_table(const std::vector<ValidationCase>& cases) {
   Table table({{"case"},
                {"description"},

@@ -47,7 +47,7 @@ class Redraw : public ::testing::Test {
 
 TEST_F(Redraw, DrawsTheSamePicturesAgain) {
   const std::string svg = read_file(directory() / "energy.svg"), png = read_file(directory() / "energy.png");
-  // Another commit and machine: the picture belongs to the run, whoever draws it.
+  // The picture shows the commit and machine of the run, whichever program draws it.
   Json meta = Json::parse(read_file(directory() / "meta.json"));
   EXPECT_NE(svg.find(meta["provenance"]["commit"].get<std::string>().substr(0, 7)), std::string::npos);
   for (const char* picture : {"energy.svg", "energy.png"}) write_atomically(directory() / picture, "old");

@@ -179,7 +179,7 @@ TEST(TimingSummary, FindsTheLargestBodyUnderForty) {
   const Table beyond = timing_summary(synthetic({20, 30, 50}, 1e-7, 3));
   EXPECT_EQ(beyond.number(0, "largest_cells_40ms"), 73);
   EXPECT_EQ(beyond.text(0, "how"), "extrapolated");
-  // 1e-10 n^3 = 0.04 at n = 737: too far to say.
+  // 1e-10 n^3 = 0.04 at n = 737: too far to extrapolate.
   const Table far = timing_summary(synthetic({20, 30, 50}, 1e-10, 3));
   EXPECT_TRUE(std::isnan(far.number(0, "largest_cells_40ms")));
   EXPECT_NE(far.text(0, "status"), "ok");

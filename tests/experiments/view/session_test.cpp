@@ -113,7 +113,7 @@ TEST(Session, KeepsPositionsAndVelocitiesWhenTheMaterialChanges) {
   EXPECT_EQ(largest_difference(v, session.velocities()), 0);
   EXPECT_NEAR(session.scene().body.springs.edge, 4 * scene("voxel_creature").body.springs.edge, 1e-6);
   EXPECT_LT(session.dt(), 0.55 * dt);  // "safe" follows the material
-  session.step();                      // the new simulation goes on from there
+  session.step();                      // the new simulation continues from there
   const Field<double> moved = session.positions();
   double farthest = 0;
   for (const std::ptrdiff_t site : session.body().sites())
@@ -200,7 +200,7 @@ TEST(Session, IsPulledByAParticle) {
   EXPECT_GT(momentum, 1e-3);
   session.advance(0.05);
   session.record();
-  EXPECT_NEAR(session.measures().momentum[0], momentum, 1e-9 * momentum);  // nobody pulls any more
+  EXPECT_NEAR(session.measures().momentum[0], momentum, 1e-9 * momentum);  // the pull has ended
 }
 
 TEST(Session, CannotBePulledWhereItIsHeld) {
