@@ -72,7 +72,7 @@ void measure_cells(const BodySystem<Real>& system, const State<Real>& state, Mea
     for (int c = 0; c < 8; ++c) smallest = std::min(smallest, corner_volume(corners, c));
   });
   m.volume_ratio = volume_ratio(body, state.x);
-  m.volume_ratio_paper = thesis / (rest * double(body.cell_count()));
+  m.volume_ratio_thesis = thesis / (rest * double(body.cell_count()));
   m.min_jacobian = smallest / rest;
 }
 

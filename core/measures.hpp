@@ -9,18 +9,18 @@ namespace mss {
 
 /// Measures of a body at one moment: a row of series.csv.
 struct Measures {
-  double t = 0;                   ///< [s]
-  double kinetic = 0;             ///< [J]
-  double elastic = 0;             ///< of springs and the guard against folding, or of finite elements [J]
-  double volume_energy = 0;       ///< eq. 3-1 summed over cells [J]
-  double gravitational = 0;       ///< potential of gravity, from z = 0, of loads and of penalty planes [J]
-  double volume_ratio = 1;        ///< exact enclosed volume over volume at rest
-  double volume_ratio_paper = 1;  ///< the same with eq. 3-5, 3-6
-  Vec3 momentum = Vec3::Zero();   ///< [kg m/s]
-  Vec3 spin = Vec3::Zero();       ///< angular momentum about the centre of mass [kg m^2/s]
-  double max_speed = 0;           ///< [m/s]
-  double max_stretch = 0;         ///< largest | |d|/L0 - 1 | of a spring
-  double min_jacobian = 1;        ///< smallest signed volume of a cell corner's three edges, over h^3
+  double t = 0;                    ///< [s]
+  double kinetic = 0;              ///< [J]
+  double elastic = 0;              ///< of springs and the guard against folding, or of finite elements [J]
+  double volume_energy = 0;        ///< eq. 3-1 summed over cells [J]
+  double gravitational = 0;        ///< potential of gravity, from z = 0, of loads and of penalty planes [J]
+  double volume_ratio = 1;         ///< exact enclosed volume over volume at rest
+  double volume_ratio_thesis = 1;  ///< the same with eq. 3-5, 3-6
+  Vec3 momentum = Vec3::Zero();    ///< [kg m/s]
+  Vec3 spin = Vec3::Zero();        ///< angular momentum about the centre of mass [kg m^2/s]
+  double max_speed = 0;            ///< [m/s]
+  double max_stretch = 0;          ///< largest | |d|/L0 - 1 | of a spring
+  double min_jacobian = 1;         ///< smallest signed volume of a cell corner's three edges, over h^3
 
   /// Kinetic and stored energy of the body itself [J].
   double mechanical() const { return kinetic + elastic + volume_energy; }
@@ -41,7 +41,7 @@ inline constexpr std::array<MeasureColumn, 17> measure_columns{{
     {"gravitational", "J", [](const Measures& m) { return m.gravitational; }},
     {"total", "J", [](const Measures& m) { return m.total(); }},
     {"volume_ratio", "", [](const Measures& m) { return m.volume_ratio; }},
-    {"volume_ratio_paper", "", [](const Measures& m) { return m.volume_ratio_paper; }},
+    {"volume_ratio_paper", "", [](const Measures& m) { return m.volume_ratio_thesis; }},
     {"momentum_x", "kg m/s", [](const Measures& m) { return m.momentum[0]; }},
     {"momentum_y", "kg m/s", [](const Measures& m) { return m.momentum[1]; }},
     {"momentum_z", "kg m/s", [](const Measures& m) { return m.momentum[2]; }},

@@ -101,7 +101,7 @@ constexpr Quantity interval{"an interval", "a positive number of seconds", posit
 constexpr Quantity tolerance{"a tolerance", "a number above 0 and below 1",
                              [](double value) { return value > 0 && value < 1; }};
 constexpr int most_threads = 1024;
-constexpr Quantity thread_count{"a number of threads", "a whole number from 0 (all that pay) to 1024",
+constexpr Quantity thread_count{"a number of threads", "a whole number from 0 (as many as save time) to 1024",
                                 [](double value) { return value >= 0 && value <= most_threads; }};
 
 const std::vector<std::pair<std::string, Topology>> topologies{

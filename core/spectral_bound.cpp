@@ -71,6 +71,6 @@ SpectralBound bound_of(const Body& body, bool guarding) {
 
 SpectralBound spectral_bound(const Body& body) { return bound_of(body, false); }
 
-SpectralBound crushed_spectral_bound(const Body& body) { return bound_of(body, true); }
+SpectralBound guarded_spectral_bound(const Body& body) { return bound_of(body, true); }
 
 }  // namespace mss

@@ -22,6 +22,6 @@ SpectralBound spectral_bound(const Body& body);
 /// The same with a guard against folding that acts everywhere, though at rest it acts nowhere: at the
 /// three edges of each corner of a cell, two corners an edge, it adds 12 guarded_corner_stiffness() to a
 /// block. Steps that must be stable under strong compression need this.
-SpectralBound crushed_spectral_bound(const Body& body);
+SpectralBound guarded_spectral_bound(const Body& body);
 
 }  // namespace mss

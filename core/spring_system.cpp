@@ -337,7 +337,7 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
   const Sweeps<Real>& sweeps = this->body().config().fold_guard != 0 ? kernel_.guarded : kernel_.plain;
   const auto sweep = pass.finish == Finish::product
                          ? (pass.sum.kind == Tangent::projected ? sweeps.projected : sweeps.elastic)
-                         : (damped_ ? sweeps.damped : sweeps.undamped).serving(whole_content_);
+                         : (damped_ ? sweeps.damped : sweeps.undamped).for_content(whole_content_);
   SweepPlane<Real> p{};
   p.row = lattice.row;
   p.plane = lattice.plane;

@@ -80,7 +80,7 @@ struct ForceSweeps {
   Sweep<Real> any, edges_and_faces, no_volumes, no_bodies, no_faces;
 
   /// The leanest for a body whose blocks together have these BlockContent bits.
-  Sweep<Real> serving(std::uint32_t content) const {
+  Sweep<Real> for_content(std::uint32_t content) const {
     if ((content & (block_bodies | block_volumes)) == 0) return edges_and_faces;
     if ((content & block_faces) == 0) return no_faces;
     if ((content & block_volumes) == 0) return no_volumes;

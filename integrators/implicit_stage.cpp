@@ -38,7 +38,7 @@ double Newton::residual(System<double>& system, const ImplicitStage& stage, Stat
                         Work& work) {
   state.x.array() = stage.x_base->array() + stage.gamma * state.v.array();
   system.constrain(stage.t, state.x, state.v);
-  system.force(stage.t, state.x, stage.v_seen ? *stage.v_seen : state.v, residual_);
+  system.force(stage.t, state.x, stage.force_velocity ? *stage.force_velocity : state.v, residual_);
   ++work.force_evaluations;
   for (int axis = 0; axis < 3; ++axis) {
     double* r = residual_.axis(axis);
@@ -77,7 +77,7 @@ Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<d
   const double target = tolerance * norm;
   for (int iteration = 0; iteration < most_iterations && norm > 0; ++iteration) {
     const TangentSum sum{.mass = 1,
-                         .damping = stage.v_seen ? 0 : stage.gamma,
+                         .damping = stage.force_velocity ? 0 : stage.gamma,
                          .stiffness = stage.gamma * stage.gamma,
                          .kind = kind_};
     const Status status =

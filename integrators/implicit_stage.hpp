@@ -15,7 +15,7 @@ struct ImplicitStage {
   double gamma = 0;  ///< [s]
   const Field<double>* x_base = nullptr;
   const Field<double>* v_base = nullptr;
-  const Field<double>* v_seen = nullptr;  ///< constant velocities for the forces instead of v
+  const Field<double>* force_velocity = nullptr;  ///< constant velocities for the forces instead of v
 };
 
 /// Newton's method with backtracking for implicit stages.

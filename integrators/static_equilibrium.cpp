@@ -54,7 +54,8 @@ class StaticEquilibrium final : public Integrator<double> {
   /// One step from rest; restores the positions if it fails.
   Status relax(System<double>& system, State<double>& state, double tau, Work& work) {
     x_ = state.x;
-    const ImplicitStage stage{.t = state.t, .gamma = tau, .x_base = &x_, .v_base = &rest_, .v_seen = &rest_};
+    const ImplicitStage stage{
+        .t = state.t, .gamma = tau, .x_base = &x_, .v_base = &rest_, .force_velocity = &rest_};
     const Status status = newton_.solve(system, stage, state, work);
     if (status != Status::ok) state.x = x_;
     state.v = rest_;

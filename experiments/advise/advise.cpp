@@ -310,7 +310,7 @@ void Search::try_threads() {
 }
 
 /// Those that might be the cheapest once more, interleaved: single times of a busy machine mislead.
-void Search::time_again(double worth) {
+void Search::remeasure_cheapest(double worth) {
   constexpr int rounds = 5;
   std::vector<std::size_t> close;
   for (std::size_t i = 0; i < trials().size(); ++i)
@@ -336,7 +336,7 @@ void Search::decide_undecided(const ErrorEstimator& estimator, double uncertaint
       trial.meets = others = true;
       trial.verdict = Verdict::meets;
     }
-  if (others) time_again();
+  if (others) remeasure_cheapest();
 }
 
 /// Compares with a reference that was not used in the search: candidates whose error against it is too large
@@ -407,7 +407,7 @@ Advice Search::find() {
   if (accurate) {
     for (const SceneEdit& lattice : find_lattices()) try_methods(lattice);
     try_threads();
-    if (!stopped()) time_again();
+    if (!stopped()) remeasure_cheapest();
     if (!stopped() && cheapest()) check();
     if (!state_.was_stopped) advice_.best = cheapest();
     if (!advice_.best && !state_.was_stopped) advice_.explanation = nothing_meets;
@@ -440,7 +440,7 @@ Advice Search::grid(int finest_level, int reference_level) {
   }
   try_threads();
   constexpr double misled = 2;  // by a single time
-  if (!stopped()) time_again(misled);
+  if (!stopped()) remeasure_cheapest(misled);
   advice_.best = cheapest();
   if (!advice_.best && !state_.was_stopped) advice_.explanation = references_.why_grid_fails();
   advice_.within_budget = advice_.best && (!request().budget || best_cost() <= *request().budget);

@@ -10,7 +10,7 @@
 namespace mss::advise {
 
 /// Candidates that would take so much longer than the cheapest so far are dropped.
-inline constexpr double worth_trying = 1.3;
+inline constexpr double cost_margin = 1.3;
 
 /// The search for the cheapest candidate: lattices that keep the error, then methods for them.
 class Search {
@@ -32,7 +32,7 @@ class Search {
   Result run(const SceneEdit& candidate, const Limits& limits);
   Result simulate(const SceneEdit& candidate, const Limits& limits);
   Result try_lattice(const SceneEdit& lattice);
-  Limits worth() const { return {request().error + references_.uncertainty(), worth_trying * best_cost()}; }
+  Limits worth() const { return {request().error + references_.uncertainty(), cost_margin * best_cost()}; }
   double least_cost(const SceneEdit& candidate) const;
 
   std::vector<SceneEdit> fillings(int level) const;
@@ -41,7 +41,7 @@ class Search {
   std::vector<std::vector<SceneEdit>> methods(const SceneEdit& lattice);
   void try_methods(const SceneEdit& lattice);
   void try_threads();
-  void time_again(double worth = worth_trying);
+  void remeasure_cheapest(double worth = cost_margin);
   void check();
   void decide_undecided(const ErrorEstimator& estimator, double uncertainty);
   void explain_budget();

@@ -87,7 +87,7 @@ std::size_t report_deviations(const CheckChoice& choice, const fs::path& baselin
     const std::string now = read_file(fs::path(choice.directory) / name);
     const std::string table = fs::path(name).stem().string();
     const auto moved = compare(read_file(baselines / name), now, info.baseline);
-    const auto wrong = judge(truths, table, now, info.baseline);
+    const auto wrong = compare_with_truths(truths, table, now, info.baseline);
     for (const Deviation& d : moved) fmt::print("{}: {}\n", name, to_string(d));
     for (const Deviation& d : wrong) fmt::print("{}: {}\n", name, to_string(d, "should be"));
     total += moved.size() + wrong.size();
@@ -179,7 +179,7 @@ void check_scenes(const CheckChoice& choice, int& exit_status) {
       exit_status = exit_interrupted;
       return;
     }
-    const std::vector<Deviation> wrong = judge(scene, end);
+    const std::vector<Deviation> wrong = compare_with_expectations(scene, end);
     for (const Deviation& d : wrong) fmt::print("{}\n", to_string(d, "should be"));
     expectations += scene.expectations.size();
     total += wrong.size();

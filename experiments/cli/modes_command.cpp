@@ -110,7 +110,7 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   const Table table = modes_table(slow.modes);
   const double omega_max = fast.modes.front().omega, bound = system->spectral_bound().omega,
                guarding =
-                   std::pow(crushed_spectral_bound(body).omega, 2) - std::pow(spectral_bound(body).omega, 2),
+                   std::pow(guarded_spectral_bound(body).omega, 2) - std::pow(spectral_bound(body).omega, 2),
                crushed = std::sqrt(bound * bound + guarding);
   write_atomically(directory / "modes.csv", table.csv());
   write_atomically(directory / "summary.json",

@@ -42,7 +42,7 @@ Json to_json(const SleepReport& sleep) {
   return {{"share", sleep.share},
           {"seconds_per_step_asleep", sleep.seconds_asleep},
           {"seconds_per_step_awake", sleep.seconds_awake},
-          {"most_apart", sleep.most_apart},
+          {"most_apart", sleep.largest_deviation},
           {"apart_at_end", sleep.apart_at_end}};
 }
 
@@ -55,8 +55,8 @@ std::string description(const SleepReport& sleep, double bound) {
       "{:.3g} % of the body slept{}; compared with a run without sleep, particles end up to {:.3g} m away "
       "and "
       "were up to {:.3g} m away, {} {:.3g} m allowed",
-      100 * sleep.share, cost, sleep.apart_at_end, sleep.most_apart,
-      sleep.most_apart > bound ? "more than the" : "of", bound);
+      100 * sleep.share, cost, sleep.apart_at_end, sleep.largest_deviation,
+      sleep.largest_deviation > bound ? "more than the" : "of", bound);
 }
 
 Json summary(const Scene& scene, const SimulationResult& result, const Table& series) {

@@ -161,8 +161,8 @@ std::vector<Truth> read_truths(const std::filesystem::path& file) {
   return truths;
 }
 
-std::vector<Deviation> judge(const std::vector<Truth>& truths, const std::string& table, std::string_view now,
-                             const Baseline& baseline) {
+std::vector<Deviation> compare_with_truths(const std::vector<Truth>& truths, const std::string& table,
+                                           std::string_view now, const Baseline& baseline) {
   const Parsed parsed(now);
   std::vector<Deviation> wrong;
   for (const Truth& truth : truths) {

@@ -59,8 +59,8 @@ struct Truth {
 std::vector<Truth> read_truths(const std::filesystem::path& file);
 
 /// Compares the table of that name, as CSV, with the truths about it; truths about other tables are ignored.
-std::vector<Deviation> judge(const std::vector<Truth>& truths, const std::string& table, std::string_view now,
-                             const Baseline& baseline);
+std::vector<Deviation> compare_with_truths(const std::vector<Truth>& truths, const std::string& table,
+                                           std::string_view now, const Baseline& baseline);
 
 /// A deviation as one line; `introduction` goes before the expected value: "was" or "should be".
 std::string to_string(const Deviation& deviation, std::string_view introduction = "was");

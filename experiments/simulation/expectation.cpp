@@ -113,7 +113,7 @@ SceneEnd read_scene_end(const fs::path& directory) {
   return end;
 }
 
-std::vector<Deviation> judge(const Scene& scene, const SceneEnd& end) {
+std::vector<Deviation> compare_with_expectations(const Scene& scene, const SceneEnd& end) {
   std::vector<Deviation> wrong;
   if (end.status != "ok") wrong.push_back({scene.name, "status", "ok", end.status, "must be the same"});
   for (const Expectation& e : scene.expectations) {

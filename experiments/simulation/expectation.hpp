@@ -23,6 +23,6 @@ SceneEnd scene_end_of(const SimulationResult& result);
 SceneEnd read_scene_end(const std::filesystem::path& directory);
 
 /// Compares a scene's end with the scene's [expect]. A status other than ok deviates too.
-std::vector<Deviation> judge(const Scene& scene, const SceneEnd& end);
+std::vector<Deviation> compare_with_expectations(const Scene& scene, const SceneEnd& end);
 
 }  // namespace mss

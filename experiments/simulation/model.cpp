@@ -77,7 +77,7 @@ void check_model(const std::string& name, const BodyConfig& body, bool single_pr
         fmt::format("model '{}' computes in double precision only; give precision = \"double\"", name));
 }
 
-void tell_model(Chart& chart, const std::string& model) {
+void add_model_to_subtitle(Chart& chart, const std::string& model) {
   if (model != spring_model) chart.subtitle += "; model: " + model;
 }
 

@@ -11,7 +11,7 @@ namespace mss {
 
 /// `fold_guard` of guarded bodies, k_g over the shear modulus: enough; at 10 one random state in some hundred
 /// stays trapped.
-inline constexpr double usual_fold_guard = 20;
+inline constexpr double default_fold_guard = 20;
 
 /// One line for each model: its name and summary.
 std::vector<std::pair<std::string, std::string>> models();
@@ -31,6 +31,6 @@ void check_model_name(const std::string& model);
 void check_model(const std::string& model, const BodyConfig& body, bool single_precision);
 
 /// Adds to a chart's subtitle what fills the bodies, if not springs.
-void tell_model(Chart& chart, const std::string& model);
+void add_model_to_subtitle(Chart& chart, const std::string& model);
 
 }  // namespace mss

@@ -40,7 +40,7 @@ void NonSleepingReference<Real>::advance_and_compare(const SceneRun<Real>& sleep
   shares_ += sleeping.system().share_asleep();
   ++intervals_;
   report_.apart_at_end = largest_distance(sleeping, run_);
-  report_.most_apart = std::max(report_.most_apart, report_.apart_at_end);
+  report_.largest_deviation = std::max(report_.largest_deviation, report_.apart_at_end);
 }
 
 template <class Real>

@@ -13,7 +13,7 @@ struct SleepReport {
   double share = 0;  ///< of all planes of particles that slept, mean over time
   double seconds_asleep = std::numeric_limits<double>::quiet_NaN();  ///< of a step while all sleep; median
   double seconds_awake = std::numeric_limits<double>::quiet_NaN();   ///< of a step of the reference; median
-  double most_apart = 0;  ///< largest distance of a particle in both runs, of any row [m]
+  double largest_deviation = 0;  ///< largest distance of a particle in both runs, of any row [m]
   double apart_at_end = 0;
 };
 

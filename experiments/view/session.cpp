@@ -30,7 +30,7 @@ class Simulation {
   virtual double dt() const = 0;
   virtual void read(Field<double>& x, Field<double>& v) const = 0;
   virtual void write(double t, const Field<double>& x, const Field<double>& v) = 0;
-  virtual Tether gentle_tether(std::ptrdiff_t site) const = 0;
+  virtual Tether stable_tether(std::ptrdiff_t site) const = 0;
   virtual void tie(const std::optional<Tether>& tether) = 0;
 };
 
@@ -60,8 +60,8 @@ class SimulationIn final : public Simulation {
     }
     run_.go_on_from(state);
   }
-  Tether gentle_tether(std::ptrdiff_t site) const override {
-    return mss::gentle_tether(run_.system().body(), run_.system().spectral_bound(), site);
+  Tether stable_tether(std::ptrdiff_t site) const override {
+    return mss::stable_tether(run_.system().body(), run_.system().spectral_bound(), site);
   }
   void tie(const std::optional<Tether>& tether) override {
     tethered_.tie(tether);
@@ -145,7 +145,7 @@ void Session::change(const SceneEdit& settings) {
   simulation->write(t_, x_, v_);
   if (tether_) {  // a pull as strong as the new material allows
     const Vec3 anchor = tether_->anchor;
-    tether_ = simulation->gentle_tether(tether_->site);
+    tether_ = simulation->stable_tether(tether_->site);
     tether_->anchor = anchor;
     simulation->tie(tether_);
   }
@@ -159,7 +159,7 @@ void Session::change(const SceneEdit& settings) {
 bool Session::grab(std::ptrdiff_t site) {
   const HeldSites held(*body_, scene_.environment.holds);
   if (held.holds(site, 0) && held.holds(site, 1) && held.holds(site, 2)) return false;
-  tether_ = simulation_->gentle_tether(site);
+  tether_ = simulation_->stable_tether(site);
   pull(x_.at(site));
   return true;
 }

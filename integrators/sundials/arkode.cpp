@@ -22,7 +22,7 @@ class Arkode final : public Integrator<double> {
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     if (!(t_end > state.t)) return Status::ok;
-    if (!session_ && only_follow_holds(system, state, t_end)) return Status::ok;
+    if (!session_ && advance_if_all_prescribed(system, state, t_end)) return Status::ok;
     if (!session_) session_ = std::make_unique<Session>(system, state, options_);
     return session_->advance(state, t_end, work);
   }

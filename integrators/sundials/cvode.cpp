@@ -130,7 +130,7 @@ void Session::attach_eliminated(const IntegratorOptions& options) {
   matrix_ = std::move(eliminated.matrix);
   solver_ = std::move(eliminated.solver);
   CVodeSetLinearSolver(cvode_.get(), solver_.get(), matrix_.get());
-  CVodeSetJacFn(cvode_.get(), remember_state);
+  CVodeSetJacFn(cvode_.get(), store_jacobian_state);
 }
 
 /// dg/dy = [0, I; -M^-1 K, -M^-1 C], by rows, with an entry for every diagonal element.
@@ -284,7 +284,7 @@ class Cvode final : public Integrator<double> {
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     if (!(t_end > state.t)) return Status::ok;
-    if (!session_ && only_follow_holds(system, state, t_end)) return Status::ok;
+    if (!session_ && advance_if_all_prescribed(system, state, t_end)) return Status::ok;
     if (!session_) session_ = std::make_unique<Session>(system, state, options_, linear_);
     return session_->advance(state, t_end, work);
   }

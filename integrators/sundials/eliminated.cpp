@@ -111,7 +111,8 @@ int solve(SUNLinearSolver s, SUNMatrix m, N_Vector x, N_Vector b, double) {
 
 }  // namespace
 
-int remember_state(double t, N_Vector y, N_Vector, SUNMatrix jacobian, void*, N_Vector, N_Vector, N_Vector) {
+int store_jacobian_state(double t, N_Vector y, N_Vector, SUNMatrix jacobian, void*, N_Vector, N_Vector,
+                         N_Vector) {
   Where& at = where(jacobian);
   at.problem->fields(t, y);
   at.t = t;

@@ -31,6 +31,7 @@ struct Eliminated {
 Eliminated make_eliminated(FirstOrder& problem, const IntegratorOptions& options, SUNContext context);
 
 /// CVODE's Jacobian callback for that matrix: stores the state.
-int remember_state(double t, N_Vector y, N_Vector, SUNMatrix jacobian, void*, N_Vector, N_Vector, N_Vector);
+int store_jacobian_state(double t, N_Vector y, N_Vector, SUNMatrix jacobian, void*, N_Vector, N_Vector,
+                         N_Vector);
 
 }  // namespace mss::sundials

@@ -8,7 +8,7 @@
 
 namespace mss::sundials {
 
-bool only_follow_holds(System<double>& system, State<double>& state, double t_end) {
+bool advance_if_all_prescribed(System<double>& system, State<double>& state, double t_end) {
   if (!unknowns_of(system).empty()) return false;
   state.t = t_end;
   system.constrain(t_end, state.x, state.v);

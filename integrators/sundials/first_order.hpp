@@ -30,7 +30,7 @@ using Vector = std::unique_ptr<std::remove_pointer_t<N_Vector>, VectorRelease>;
 
 /// Where every coordinate is prescribed there is nothing to solve, and SUNDIALS has no empty vectors: writes
 /// the state at t_end. False, and nothing is done, where there is an unknown.
-bool only_follow_holds(System<double>& system, State<double>& state, double t_end);
+bool advance_if_all_prescribed(System<double>& system, State<double>& state, double t_end);
 
 /// A system in first-order form: y' = g(t, y) with y = (x, v) of the unknowns. Prescribed coordinates are
 /// not among them; they are written before every evaluation.

@@ -23,7 +23,7 @@ const std::vector<CalculixRow>& calculix_rows();
 /// finest.
 struct CalculixValue {
   double value;
-  double doubt;
+  double uncertainty;
 };
 
 /// Throws std::out_of_range if the table has no three meshes of it that converge.

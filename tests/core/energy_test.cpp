@@ -125,7 +125,7 @@ TEST(Motion, RigidlyMovedBodyHasNoForce) {
     for (const std::ptrdiff_t site : body.sites()) EXPECT_LT(f.at(site).norm(), 1e-12 * unit) << shape.name;
     const Measures m = measure(system, state);
     EXPECT_NEAR(m.volume_ratio, 1, 1e-12);
-    EXPECT_NEAR(m.volume_ratio_paper, 1, 1e-12);
+    EXPECT_NEAR(m.volume_ratio_thesis, 1, 1e-12);
     EXPECT_NEAR(m.min_jacobian, 1, 1e-12);
     EXPECT_LT(m.max_stretch, 1e-12);
     EXPECT_LT(m.elastic, 1e-20);

@@ -58,7 +58,7 @@ struct Tethered {
         springs(body, environment),
         system(springs),
         state(springs.rest_state()),
-        tether(gentle_tether(body, springs.spectral_bound(), body.sites().back())) {
+        tether(stable_tether(body, springs.spectral_bound(), body.sites().back())) {
     testing::randomise(body, state, 0.2, 0.5, 3);
     tether.anchor = state.x.at(tether.site) + Vec3(0.3, -0.2, 0.1);
   }

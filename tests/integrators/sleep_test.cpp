@@ -65,7 +65,7 @@ struct Driven {
 };
 
 template <class Real>
-double most_apart(const Driven<Real>& a, const Driven<Real>& b) {
+double largest_deviation(const Driven<Real>& a, const Driven<Real>& b) {
   double most = 0;
   for (const std::ptrdiff_t site : a.system.particles())
     most = std::max(most, (a.state.x.at(site) - b.state.x.at(site)).norm());
@@ -99,7 +99,7 @@ TEST_P(Sleeping, EndsWithinTheBoundUnderEveryMethod) {
     twin.until(2);
     EXPECT_TRUE(run.system.all_asleep());
     EXPECT_EQ(fastest(run), 0);
-    EXPECT_LT(most_apart(run, twin), bound);
+    EXPECT_LT(largest_deviation(run, twin), bound);
     const State<double> asleep = run.state;
     const auto evaluations = run.work.force_evaluations;
     run.until(2.1);
@@ -113,12 +113,12 @@ TEST_P(Sleeping, EndsWithinTheBoundUnderEveryMethod) {
     run.until(2.15);
     twin.until(2.15);
     EXPECT_EQ(run.system.share_asleep(), 0);
-    EXPECT_GT(most_apart(twin, Driven<double>(body, {}, method, {})), 5 * bound);
-    EXPECT_LT(most_apart(run, twin), bound);
+    EXPECT_GT(largest_deviation(twin, Driven<double>(body, {}, method, {})), 5 * bound);
+    EXPECT_LT(largest_deviation(run, twin), bound);
     run.until(5);
     twin.until(5);
     EXPECT_TRUE(run.system.all_asleep());
-    EXPECT_LT(most_apart(run, twin), bound);
+    EXPECT_LT(largest_deviation(run, twin), bound);
   }
 }
 
@@ -184,7 +184,7 @@ TEST(Sleep, OfOnePartLeavesTheOtherAwake) {
   twin.until(0.45);
   EXPECT_GT(run.system.share_asleep(), 0.2);
   EXPECT_LT(run.system.share_asleep(), 0.9);
-  EXPECT_LT(most_apart(run, twin), bound);
+  EXPECT_LT(largest_deviation(run, twin), bound);
   const std::ptrdiff_t plane = body.lattice().plane;
   EXPECT_EQ(run.state.v.at(plane * 2), Vec3::Zero());
 }
@@ -196,7 +196,7 @@ TEST(Sleep, IsOffWhileAParticleIsTied) {
   ASSERT_TRUE(run.system.all_asleep());
   TetheredSystem<double> tethered(run.system);
   const std::ptrdiff_t site = body.sites().back();
-  Tether tether = gentle_tether(body, run.system.spectral_bound(), site);
+  Tether tether = stable_tether(body, run.system.spectral_bound(), site);
   tether.anchor = run.state.x.at(site);
   tethered.tie(tether);
   run.system.wake_all();

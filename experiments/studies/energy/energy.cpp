@@ -217,7 +217,7 @@ Chart energy_chart(const Table& rows, const Table& settings) {
   }
   for (const auto& [reason, points] : failed)
     chart.series.push_back({.label = "failed: " + reason, .points = points, .lines = false});
-  tell_model(chart, setting_text(settings, "model"));
+  add_model_to_subtitle(chart, setting_text(settings, "model"));
   return chart;
 }
 

@@ -40,7 +40,7 @@ std::string name_of(std::uint64_t seed) { return fmt::format("random {}", seed);
 StressCase stress_case_of(const FailureScene& scene, double severity, bool guarded) {
   StressCase stress_case = unloaded_cube();
   scene.set(stress_case, severity);
-  if (guarded) stress_case.body.fold_guard = usual_fold_guard;
+  if (guarded) stress_case.body.fold_guard = default_fold_guard;
   return stress_case;
 }
 
@@ -141,7 +141,7 @@ Json configuration(const FailureConfig& c) {
   for (const FailureScene& scene : c.scenes)
     scenes.push_back({{"name", scene.name}, {"severities", scene.severities}});
   return {{"scenes", scenes},
-          {"fold_guard", usual_fold_guard},
+          {"fold_guard", default_fold_guard},
           {"integrators", c.integrators},
           {"random_scenes", c.random_scenes},
           {"seed", c.seed}};

@@ -54,7 +54,7 @@ struct FailureRun {
 };
 
 /// Runs a case for twenty times as long as sound takes through the cube and back. Methods with a guaranteed
-/// step take the safe one (guarded, that of crushed_spectral_bound()); explicit Euler, which has none, takes
+/// step take the safe one (guarded, that of guarded_spectral_bound()); explicit Euler, which has none, takes
 /// 0.9 of the one predicted about rest, guarded or not; the others take ten times the safe step of
 /// semi_implicit_euler, or intervals of that length if they choose their own steps.
 FailureRun try_scene(const StressCase& stress_case, const IntegratorInfo& method);

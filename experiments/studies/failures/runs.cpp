@@ -64,7 +64,7 @@ double speed_of_sound(const BodyConfig& body) { return std::sqrt(young / body.de
 /// The step or interval that a method is given: see try_scene().
 double step_for(const IntegratorInfo& method, BodySystem<double>& system) {
   constexpr double longer = 10;
-  const SpectralBound bound = crushed_spectral_bound(system.body());
+  const SpectralBound bound = guarded_spectral_bound(system.body());
   if (!method.limit)
     return longer * safe_share * guaranteed_step(find_integrator("semi_implicit_euler"), bound);
   if (const double sure = guaranteed_step(method, bound); sure > 0) return safe_share * sure;

@@ -182,7 +182,7 @@ Drawings draw_precision(const std::vector<NamedTable>& tables) {
     for (const Cost cost : {Cost::wall_time, Cost::force_evaluations})
       drawings.charts.push_back({fmt::format("precision_{}_{}", scene, column_of(cost)),
                                  precision_chart(rows, references, scene, cost)});
-  for (NamedChart& chart : drawings.charts) tell_model(chart.chart, references.text(0, "model"));
+  for (NamedChart& chart : drawings.charts) add_model_to_subtitle(chart.chart, references.text(0, "model"));
   return drawings;
 }
 

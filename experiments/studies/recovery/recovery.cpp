@@ -111,7 +111,7 @@ RecoveryModel material_model(Stiffness stiffness, const std::string& name, doubl
 }
 
 RecoveryModel with_guard(RecoveryModel model) {
-  model.body.fold_guard = usual_fold_guard;
+  model.body.fold_guard = default_fold_guard;
   model.name += ", guarded";
   return model;
 }

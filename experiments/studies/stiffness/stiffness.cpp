@@ -317,7 +317,7 @@ Drawings draw_stiffness(const std::vector<NamedTable>& tables) {
   if (rows.size() > 0) drawings.charts.push_back({"stiffness", stiffness_overview(rows)});
   for (const int n : sizes(rows))
     drawings.charts.push_back({fmt::format("stiffness_{}", n), stiffness_chart(rows, n)});
-  for (NamedChart& chart : drawings.charts) tell_model(chart.chart, model);
+  for (NamedChart& chart : drawings.charts) add_model_to_subtitle(chart.chart, model);
   return drawings;
 }
 

@@ -36,7 +36,7 @@ int threads(const benchmark::State& bench) { return int(bench.range(1)); }
 template <class Real, std::size_t kernel, bool guarded>
 void sweep(benchmark::State& bench) {
   BodyConfig config = timing_cube(cells(bench));
-  config.fold_guard = guarded ? usual_fold_guard : 0;
+  config.fold_guard = guarded ? default_fold_guard : 0;
   const Body body(config);
   SpringSystem<Real> system(body, {.gravity = gravity}, {threads(bench), sweep_kernels<Real>()[kernel].name});
   State<Real> state = system.rest_state();

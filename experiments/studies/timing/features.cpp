@@ -38,7 +38,7 @@ constexpr std::array<Variant, 9> variants{
       [](BodyConfig&, Environment& environment) {
         environment.planes = {{.point = Vec3(0, 0, -1)}};  // lower than the body falls
       }},
-     {"with fold guard", [](BodyConfig& body, Environment&) { body.fold_guard = usual_fold_guard; }},
+     {"with fold guard", [](BodyConfig& body, Environment&) { body.fold_guard = default_fold_guard; }},
      {workload_name, [](BodyConfig&, Environment&) {}},
      {"no damping", [](BodyConfig& body, Environment&) { body.damping = {}; }, true},
      {"no volume force", [](BodyConfig& body, Environment&) { body.springs.volume = 0; }, true},
@@ -46,7 +46,7 @@ constexpr std::array<Variant, 9> variants{
      {"no body diagonals, with fold guard",
       [](BodyConfig& body, Environment&) {
         refill(body, 1);
-        body.fold_guard = usual_fold_guard;
+        body.fold_guard = default_fold_guard;
       }},
      {"no face diagonals", [](BodyConfig& body, Environment&) { refill(body, 0); }, true},
      {"edges and faces only",

@@ -82,7 +82,7 @@ History run_sampled(const Fall& fall, const std::string& integrator, double shar
     if (history.status != Status::ok) break;
     history.t.push_back(state.t);
     history.drift.push_back(m.volume_ratio - 1);
-    history.thesis.push_back(m.volume_ratio_paper - 1);
+    history.thesis.push_back(m.volume_ratio_thesis - 1);
     history.worst.push_back(worst_cell(fall.body, state.x));
   }
   return history;

@@ -108,7 +108,7 @@ void add_equilibrium(Table& rows, const VolumeConfig& config, const VolumeModel&
                  .angle = load.angle,
                  .springs = body.config().springs,
                  .drift = m.volume_ratio - 1,
-                 .drift_thesis = m.volume_ratio_paper - 1,
+                 .drift_thesis = m.volume_ratio_thesis - 1,
                  .worst_cell = worst_cell(body, state.x),
                  .predicted = predicted(model, load, body.config()),
                  .status = status});

@@ -139,7 +139,7 @@ TEST(Modes, OfAScene) {
   }
 }
 
-TEST(Modes, TellTheStepThatHoldsWhereAGuardActs) {
+TEST(Modes, PrintTheStableStepWhereAGuardActs) {
   const Directory directory;
   const ProgramRun run = mss({"modes", "cantilever", "--count", "1", "--out", directory / "guarded", "--set",
                               "material.fold_guard=20"});
@@ -203,7 +203,7 @@ std::string tip(const std::string& value) {
   return "displacement = { box = [[2, 0, 0], [2, 1, 1]], value = " + value + ", within = 1e-3 }\n";
 }
 
-TEST(Check, JudgesScenesByWhatTheyExpect) {
+TEST(Check, ComparesScenesWithTheirExpectations) {
   const Directory directory;
   const std::string right = directory / "right.toml", wrong = directory / "wrong.toml";
   const std::string met = "[expect]\nvolume_ratio = { value = 1, within = 1e-3 }\n" + tip("[0, 0, -0.0282]");
@@ -222,7 +222,7 @@ TEST(Check, JudgesScenesByWhatTheyExpect) {
 }
 
 // Results of another program in the files of `mss run` are checked in the same way.
-TEST(Check, JudgesResultsWithoutSimulating) {
+TEST(Check, ComparesResultsWithoutSimulating) {
   const Directory directory;
   const std::string scene = directory / "scene.toml", results = directory / "results";
   write_atomically(scene, beam("[expect]\nmax_speed = { value = 0, within = 0 }\n" + tip("[0, 0, -0.0282]")));

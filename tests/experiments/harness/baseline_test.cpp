@@ -94,31 +94,31 @@ Truth truth() {
           .source = "a closed form"};
 }
 
-TEST(Truths, AreJudgedApartFromBaselines) {
-  EXPECT_TRUE(judge({truth()}, "t", table, rules).empty());
-  EXPECT_TRUE(judge({truth()}, "another", table, rules).empty());
+TEST(Truths, AreComparedApartFromBaselines) {
+  EXPECT_TRUE(compare_with_truths({truth()}, "t", table, rules).empty());
+  EXPECT_TRUE(compare_with_truths({truth()}, "another", table, rules).empty());
   Truth wrong = truth();
   wrong.value = 0.26;
-  EXPECT_TRUE(judge({wrong}, "another", table, rules).empty());
-  const auto found = judge({wrong}, "t", table, rules);
+  EXPECT_TRUE(compare_with_truths({wrong}, "another", table, rules).empty());
+  const auto found = compare_with_truths({wrong}, "t", table, rules);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(
       to_string(found.front(), "should be"),
       "model = thesis, cells = 4: drift: should be 0.26, is 0.25; the truth, by a closed form; may be off "
       "by 0.001");
   wrong.absolute = 0.011;
-  EXPECT_TRUE(judge({wrong}, "t", table, rules).empty());
+  EXPECT_TRUE(compare_with_truths({wrong}, "t", table, rules).empty());
 }
 
 TEST(Truths, WithoutTheirRowOrNumberAreNotMet) {
   Truth gone = truth();
   gone.row = "model = thesis, cells = 5";
-  EXPECT_EQ(judge({gone}, "t", table, rules).size(), 1U);
+  EXPECT_EQ(compare_with_truths({gone}, "t", table, rules).size(), 1U);
   gone = truth();
   gone.column = "drfit";
-  EXPECT_EQ(judge({gone}, "t", table, rules).size(), 1U);
-  EXPECT_EQ(judge({truth()}, "t", planted("0.25,", "nan,"), rules).size(), 1U);
-  EXPECT_EQ(judge({truth()}, "t", planted("0.25,", ","), rules).size(), 1U);
+  EXPECT_EQ(compare_with_truths({gone}, "t", table, rules).size(), 1U);
+  EXPECT_EQ(compare_with_truths({truth()}, "t", planted("0.25,", "nan,"), rules).size(), 1U);
+  EXPECT_EQ(compare_with_truths({truth()}, "t", planted("0.25,", ","), rules).size(), 1U);
 }
 
 }  // namespace

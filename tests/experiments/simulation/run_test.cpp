@@ -137,7 +137,7 @@ TEST_F(RunCommand, StrikesAreGivenOnceUnderEveryKindOfMethod) {
   }
 }
 
-TEST_F(RunCommand, TellsWhatSleepSavedAndWhatItCost) {
+TEST_F(RunCommand, ReportsTimeSavedAndErrorOfSleep) {
   const ProgramRun result = run("soft_blocks");
   ASSERT_EQ(result.exit_status, 0) << result.output;
   EXPECT_NE(result.output.find("% of the body slept"), std::string::npos) << result.output;
@@ -163,7 +163,7 @@ TEST_F(RunCommand, SleepIsForExplicitMethodsOfSprings) {
   }
 }
 
-TEST_F(RunCommand, SafeStepHolds) {
+TEST_F(RunCommand, SafeStepIsStable) {
   ASSERT_EQ(
       run(write("cube.toml", cube), {"--set", "solve.dt=safe", "--set", "solve.duration=2"}).exit_status, 0);
   EXPECT_GT(summary()["dt"], 1e-4);

@@ -20,7 +20,7 @@ FailureRun try_one(const std::string& scene, double severity, const std::string&
   EXPECT_NE(found, all.end()) << scene;
   StressCase stress_case = unloaded_cube();
   found->set(stress_case, severity);
-  if (guarded) stress_case.body.fold_guard = usual_fold_guard;
+  if (guarded) stress_case.body.fold_guard = default_fold_guard;
   return try_scene(stress_case, find_integrator(integrator));
 }
 

@@ -119,7 +119,7 @@ TEST(PrecisionSummary, NamesTheCheapestAndTheNext) {
   EXPECT_EQ(summary.text(2, "status"), "no runner-up");
 }
 
-TEST(PrecisionSummary, SaysWhatNobodyReached) {
+TEST(PrecisionSummary, NamesUnreachedErrors) {
   const Table summary = precision_summary(planted({{"a", 5e-3, 1.0}}));
   EXPECT_EQ(summary.text(2, "status"), "not reached");
   EXPECT_EQ(summary.text(2, "integrator"), "none");

@@ -27,8 +27,8 @@ TEST(Session, GoesWhereMssRunGoesBitForBit) {
   for (const char* precision : {"double", "single"}) {
     const Scene s =
         scene("free_cube", {std::string("solve.precision='") + precision + "'", "solve.duration=0.2"});
-    Progress nobody;
-    const SimulationResult run = simulate(s, nobody);
+    Progress silent;
+    const SimulationResult run = simulate(s, silent);
     Session session(s);
     for (int frame = 0; frame < 12; ++frame) session.advance(1.0 / 60);
     EXPECT_EQ(session.steps(), run.work.steps);
@@ -40,8 +40,8 @@ TEST(Session, GoesWhereMssRunGoesBitForBit) {
 
 TEST(Session, SleepsAndIsStruckAsInMssRun) {
   const Scene s = scene("soft_blocks", {"solve.duration=3.3", "solve.threads=1"});
-  Progress nobody;
-  const SimulationResult run = simulate(s, nobody);
+  Progress silent;
+  const SimulationResult run = simulate(s, silent);
   Session session(s);
   while (session.time() < 3.299) session.advance(0.02);
   for (std::size_t id = 0; id < run.particles.size(); ++id)

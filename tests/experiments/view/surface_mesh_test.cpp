@@ -100,7 +100,7 @@ TEST(SurfaceMesh, CarriesValuesToCornersAndTheirMeanToCentres) {
     EXPECT_NEAR(vertex.value, at(vertex.position).sum(), 1e-5);
 }
 
-TEST(SurfaceMesh, KnowsWhereEdgesOfCellsAre) {
+TEST(SurfaceMesh, MarksEdgesOfCells) {
   const Body body(testing::test_config(VoxelGrid::box(3, 2, 2)));
   const SurfaceMesh mesh(body);
   const auto cells = [&](std::size_t i) {
