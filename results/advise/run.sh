@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Advice for eight scenes, everything there is to try beside it, and advice.csv that compares the two; then a
-# cube asked for less and less error:
+# Advice for eight scenes, every candidate beside it, and advice.csv that compares the two; then a cube with
+# decreasing error limits:
 #   results/advise/run.sh [OUT [SCENE ...]]    of these only: their rows are replaced
 set -uo pipefail  # one scene that fails leaves the others
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -13,10 +13,10 @@ mkdir -p "$out"
 json() { sed -n "s/^ *\"$2\": \([^,]*\),\{0,1\}$/\1/p" "$1/meta.json" | tail -1; }
 
 # A row of advice.csv. The columns up to the ninth are a candidate; in the grid's table the advised one has the
-# error against the grid's reference, which the advisor did not see, and a time taken beside the cheapest's.
+# error against the grid's reference, which the advisor did not use, and a time taken beside the cheapest's.
 compare() {
   local scene=$1 error=$2 of=$3 advice=$out/$1 grid=$out/${1}_grid
-  awk -F, -v OFS=, -v scene="$scene" -v asked="$error" -v of="$of" \
+  awk -F, -v OFS=, -v scene="$scene" -v requested="$error" -v of="$of" \
     -v seconds="$(json "$advice" seconds)" -v all="$(json "$grid" seconds)" '
     function candidate(  key, i) { key = $1; for (i = 2; i <= 8; ++i) key = key FS $i; return key }
     FNR == 1 { next }
@@ -28,7 +28,7 @@ compare() {
     }
     $NF == "advised" { advised = candidate(); cell = $1; precision = $4; integrator = $5; dt = $7; found = $10 }
     END {
-      print scene, of, asked, cell, precision, integrator, dt, found, error, share,
+      print scene, of, requested, cell, precision, integrator, dt, found, error, share,
             least == "" || cost == "" ? "" : cost / least, seconds, all, tried, seconds / all
     }' "$advice/advise.csv" "$grid/advise.csv" > "$out/row.csv"
   { head -1 "$out/advice.csv"; sed 1d "$out/advice.csv" | grep -v "^$scene,"; cat "$out/row.csv"; } > "$out/advice.new"
@@ -37,30 +37,30 @@ compare() {
   { printf '{\n  "script": "results/advise/run.sh",\n'; sed -n '/^  "provenance"/,$p' "$advice/meta.json"; } > "$out/meta.json"
 }
 
-asked() { [[ $only == "  " || $only == *" $1 "* ]]; }
+selected() { [[ $only == "  " || $only == *" $1 "* ]]; }
 
-# scene, error, of, finest level of the grid, what else is said to mss
-ask() {
+# scene, error, of, finest level of the grid, further options of mss
+advise() {
   local scene=$1 error=$2 of=$3 finest=$4
-  asked "$scene" || return 0
+  selected "$scene" || return 0
   "$mss" advise "$scene" --error "$error" --of "$of" --out "$out/$scene" "${@:5}"
   "$mss" advise "$scene" --error "$error" --of "$of" --grid "$finest" --out "$out/${scene}_grid" "${@:5}"
   compare "$scene" "$error" "$of"
 }
 
 [[ -f $out/advice.csv && $only != "  " ]] ||
-  echo "scene,of,asked,cell_size,precision,integrator,dt,error_found,error_in_grid,share_run_in_grid,cost_over_cheapest,seconds_advising,seconds_grid,tried_in_grid,share_of_grid" > "$out/advice.csv"
-ask fig5_2_throw 1% displacement 8
-ask fig5_1_twist 3% volume 6 --set hold.1.turn.rate=0.785  # finer lattices fold at 60 degrees
-ask hanging_bar 1% displacement 7
-ask jelly_slope 5% displacement 5 --set solve.duration=1
-ask thin_slab 10% frequency 4 --patience 10
-ask voxel_creature 5% volume 3 --patience 10 --set solve.duration=0.5
-ask cantilever 10% displacement 6 --set solve.duration=2 --patience 10
-ask stiff_block 10% displacement 6 --set solve.duration=0.1 --patience 10
+  echo "scene,of,requested,cell_size,precision,integrator,dt,error_found,error_in_grid,share_run_in_grid,cost_over_cheapest,seconds_advising,seconds_grid,tried_in_grid,share_of_grid" > "$out/advice.csv"
+advise fig5_2_throw 1% displacement 8
+advise fig5_1_twist 3% volume 6 --set hold.1.turn.rate=0.785  # finer lattices fold at 60 degrees
+advise hanging_bar 1% displacement 7
+advise jelly_slope 5% displacement 5 --set solve.duration=1
+advise thin_slab 10% frequency 4 --patience 10
+advise voxel_creature 5% volume 3 --patience 10 --set solve.duration=0.5
+advise cantilever 10% displacement 6 --set solve.duration=2 --patience 10
+advise stiff_block 10% displacement 6 --set solve.duration=0.1 --patience 10
 
-# The same scene asked for less and less error.
+# One scene with decreasing error limits.
 for error in 10% 1% 0.1%; do
-  asked free_cube || continue
+  selected free_cube || continue
   "$mss" advise free_cube --error "$error" --patience 200 --out "$out/free_cube_${error%\%}"
 done
