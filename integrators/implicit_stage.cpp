@@ -1,8 +1,8 @@
-// Newton's method: (M + gamma C + gamma^2 K) dv = r = gamma f - M (v - v_base). Where damping is off, r is
-// minus the gradient of an energy, and dv, from a positive definite matrix, is a descent direction: so a step
-// is halved if the slope r.dv has turned against it by more than half of what it was. This needs no energy,
-// and, unlike a decrease of |r|, which projected tangents do not guarantee, it does not stall. Nocedal and
-// Wright, Numerical Optimization, chapter 3.
+// Newton's method: (M + gamma C + gamma gamma_x K) dv = r = gamma f - M (v - v_base). Where damping is off, r
+// is minus the gradient of an energy, and dv, from a positive definite matrix, is a descent direction: so a
+// step is halved if the slope r.dv has turned against it by more than half of what it was. This needs no
+// energy, and, unlike a decrease of |r|, which projected tangents do not guarantee, it does not stall.
+// Nocedal and Wright, Numerical Optimization, chapter 3.
 #include "integrators/implicit_stage.hpp"
 
 #include <cmath>
@@ -36,7 +36,7 @@ Newton::Newton(const IntegratorOptions& options)
 /// Places x and prescribed coordinates for state.v, fills residual_ and returns its norm.
 double Newton::residual(System<double>& system, const ImplicitStage& stage, State<double>& state,
                         Work& work) {
-  state.x.array() = stage.x_base->array() + stage.gamma * state.v.array();
+  state.x.array() = stage.x_base->array() + stage.gamma_x * state.v.array();
   system.constrain(stage.t, state.x, state.v);
   system.force(stage.t, state.x, stage.force_velocity ? *stage.force_velocity : state.v, residual_);
   ++work.force_evaluations;
@@ -65,7 +65,7 @@ bool Newton::search(System<double>& system, const ImplicitStage& stage, State<do
 }
 
 double Newton::largest_move(const ImplicitStage& stage) const {
-  return stage.gamma * step_.array().abs().maxCoeff();
+  return stage.gamma_x * step_.array().abs().maxCoeff();
 }
 
 Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) {
@@ -78,7 +78,7 @@ Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<d
   for (int iteration = 0; iteration < most_iterations && norm > 0; ++iteration) {
     const TangentSum sum{.mass = 1,
                          .damping = stage.force_velocity ? 0 : stage.gamma,
-                         .stiffness = stage.gamma * stage.gamma,
+                         .stiffness = stage.gamma * stage.gamma_x,
                          .kind = kind_};
     const Status status =
         solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);

@@ -8,11 +8,15 @@
 namespace mss {
 
 /// One implicit stage of a method: find the velocity v at time t with
-///   M (v - v_base) = gamma f(t, x, v),   x = x_base + gamma v.
-/// Backward Euler is one such stage, implicit midpoint and TR-BDF2 are made of them.
+///   M (v - v_base) = gamma f(t, x, v),   x = x_base + gamma_x v.
+/// Backward Euler is one such stage, implicit midpoint and TR-BDF2 are made of them. In the words of Hairer,
+/// Norsett and Wanner (Solving ODEs I, II.14) gamma is dt a_ii, the diagonal coefficient of a Runge-Kutta-
+/// Nystrom method for velocities, and gamma gamma_x is dt^2 abar_ii, that for positions. A Runge-Kutta method
+/// applied to (x, v) has gamma_x = gamma; of Newmark's family gamma_x is beta/gamma dt in Newmark's letters.
 struct ImplicitStage {
-  double t = 0;      ///< [s]
-  double gamma = 0;  ///< [s]
+  double t = 0;            ///< [s]
+  double gamma = 0;        ///< [s]
+  double gamma_x = gamma;  ///< [s]
   const Field<double>* x_base = nullptr;
   const Field<double>* v_base = nullptr;
   const Field<double>* force_velocity = nullptr;  ///< constant velocities for the forces instead of v

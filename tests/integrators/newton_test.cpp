@@ -1,7 +1,7 @@
 // Newton's method on stages it can and cannot solve: failure is a status, never a silent wrong state.
 #include <gtest/gtest.h>
 
-#include "integrators/integrator.hpp"
+#include "integrators/implicit_stage.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss {
@@ -20,7 +20,7 @@ struct Scenario {
   }
 };
 
-/// Largest |M (v - v0) - dt f| of one step of backward Euler, over the weight.
+/// Largest |M (v - v0) - dt f| of one stage, over the weight.
 double defect(Scenario& s, const State<double>& before, double dt) {
   Field<double> f(s.system.size());
   s.system.force(s.state.t, s.state.x, s.state.v, f);
@@ -40,6 +40,18 @@ TEST(Newton, SolvesStronglyDeformedStages) {
     EXPECT_LT(defect(s, before, 0.01), 1e-7);
     EXPECT_GT(s.work.factorisations, 1);
   }
+}
+
+TEST(Newton, SolvesStagesWithACoefficientOfTheirOwnForPositions) {
+  Scenario s;
+  testing::randomise(s.body, s.state, 0.1, 0.1, 3);
+  const State<double> before = s.state;
+  const ImplicitStage stage{.gamma = 0.02, .gamma_x = 0.005, .x_base = &before.x, .v_base = &before.v};
+  ASSERT_EQ(Newton({}).solve(s.system, stage, s.state, s.work), Status::ok);
+  EXPECT_LT(defect(s, before, stage.gamma), 1e-9);
+  EXPECT_LT((s.state.x.array() - before.x.array() - stage.gamma_x * s.state.v.array()).abs().maxCoeff(),
+            1e-14);
+  EXPECT_LE(s.work.linear_solves, 8);  // quadratic convergence: the matrix is that of this stage
 }
 
 TEST(Newton, ElasticTangentsNeedFewerIterations) {
