@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrators/linear/unknowns.hpp"
+
 namespace mss {
 
 namespace {
@@ -31,17 +33,12 @@ double dot(const Field<double>& x, const Field<double>& y, BlockJacobi::Range ra
 }  // namespace
 
 void BlockJacobi::prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
-                          const TangentSum& sum) {
-  Tangents<double>& tangents = tangents_of(system);
-  if (inverse_.empty()) {
-    inverse_.assign(6, AlignedArray<double>(system.size()));
-    mask_ = Field<double>(system.size());
-    for (const auto [site, axis] : tangents.unknowns()) mask_.axis(axis)[site] = 1;
-  }
-  tangents.diagonal(t, x, v, sum, blocks_);
+                          const TangentSum& sum, const Field<double>& mask) {
+  if (inverse_.empty()) inverse_.assign(6, AlignedArray<double>(system.size()));
+  tangents_of(system).diagonal(t, x, v, sum, blocks_);
   for (std::size_t p = 0; p < blocks_.size(); ++p) {
     const std::ptrdiff_t site = system.particles()[p];
-    const Vec3 is_free = mask_.at(site);
+    const Vec3 is_free = mask.at(site);
     Eigen::Matrix3d block = is_free.asDiagonal() * blocks_[p] * is_free.asDiagonal();
     block.diagonal() += Vec3::Ones() - is_free;
     const Eigen::Matrix3d inverse = is_free.asDiagonal() * block.inverse() * is_free.asDiagonal();
@@ -69,47 +66,54 @@ BlockJacobi::Products BlockJacobi::apply(const Field<double>& r, Field<double>& 
 
 Status ConjugateGradients::prepare(System<double>& system, double t, const Field<double>& x,
                                    const Field<double>& v, const TangentSum& sum, Work& work) {
-  if (residual_.size() == 0)
+  if (residual_.size() == 0) {
     for (Field<double>* field : {&residual_, &z_, &direction_, &image_})
       *field = Field<double>(system.size());
+    mask_ = mask_of_unknowns(system);
+  }
   system_ = &system;
   most_iterations_ = std::max(100L, long(tangents_of(system).unknowns().size()));
-  preconditioner_.prepare(system, t, x, v, sum);
   prepare_product(system, t, x, v, sum, work);
   ++work.jacobians;
+  return prepare_preconditioner(system, t, x, v, sum, work);
+}
+
+Status ConjugateGradients::prepare_preconditioner(System<double>& system, double t, const Field<double>& x,
+                                                  const Field<double>& v, const TangentSum& sum, Work&) {
+  block_jacobi_.prepare(system, t, x, v, sum, mask_);
   return Status::ok;
 }
 
-/// Calls part(range) for ranges of sites that do not depend on the number of threads.
-template <class Part>
-void ConjugateGradients::for_each_range(Part&& part) {
+ConjugateGradients::Products ConjugateGradients::precondition(const std::function<void(Range)>& update,
+                                                              const Field<double>& r, Field<double>& z,
+                                                              double) {
+  return sum_over_ranges([&](Range range) {
+    update(range);
+    return block_jacobi_.apply(r, z, range);
+  });
+}
+
+ConjugateGradients::Products ConjugateGradients::sum_over_ranges(const std::function<Products(Range)>& part) {
   constexpr std::ptrdiff_t sites = 1024;
   const std::ptrdiff_t size = system_->size();
   sums_.resize(std::size_t((size + sites - 1) / sites));
   system_->parallel(std::ptrdiff_t(sums_.size()), [&](std::ptrdiff_t i) {
-    part(BlockJacobi::Range{i * sites, std::min((i + 1) * sites, size)}, sums_[std::size_t(i)]);
+    sums_[std::size_t(i)] = part({i * sites, std::min((i + 1) * sites, size)});
   });
-}
-
-/// Adds up what part(range) returns, always in the same order.
-template <class Part>
-auto ConjugateGradients::sum_over_ranges(Part&& part) {
-  for_each_range([&](BlockJacobi::Range range, BlockJacobi::Products& sum) { sum = part(range); });
-  BlockJacobi::Products total;
+  Products total;
   for (const auto& [rz, rr] : sums_) total = {total.rz + rz, total.rr + rr};
   return total;
 }
 
 Status ConjugateGradients::solve(const Field<double>& rhs, Field<double>& solution, Work& work) {
-  using Range = BlockJacobi::Range;
-  using Products = BlockJacobi::Products;
   ++work.linear_solves;
   solution.array() = 0;
-  residual_.array() = rhs.array() * preconditioner_.mask().array();
-  auto [rz, rr] = sum_over_ranges([&](Range r) { return preconditioner_.apply(residual_, direction_, r); });
+  residual_.array() = rhs.array() * mask_.array();
+  auto [rz, rr] = precondition([](Range) {}, residual_, direction_, 0);
   const double target = tolerance_ * tolerance_ * rr;
   for (long iteration = 0; rr > target; ++iteration) {
     if (iteration == most_iterations_) return Status::linear_stalled;
+    if (rz <= 0) return Status::not_positive_definite;
     product(direction_, image_);
     ++work.products;
     system_->clear_prescribed(image_);
@@ -118,13 +122,16 @@ Status ConjugateGradients::solve(const Field<double>& rhs, Field<double>& soluti
     if (!std::isfinite(curvature)) return Status::non_finite;
     if (curvature <= 0) return Status::not_positive_definite;
     const double step = rz / curvature;
-    const auto [rz_new, rr_new] = sum_over_ranges([&](Range r) {
+    const auto update = [&](Range r) {
       combine(step, direction_, 1, solution, r);
       combine(-step, image_, 1, residual_, r);
-      return preconditioner_.apply(residual_, z_, r);
-    });
+    };
+    const auto [rz_new, rr_new] = precondition(update, residual_, z_, target);
     const double share = rz_new / rz;
-    for_each_range([&](Range r, Products&) { combine(1, z_, share, direction_, r); });
+    sum_over_ranges([&](Range r) {
+      combine(1, z_, share, direction_, r);
+      return Products{};
+    });
     rz = rz_new;
     rr = rr_new;
   }

@@ -23,6 +23,13 @@ inline void scatter(const std::vector<Unknown>& unknowns, const Eigen::VectorXd&
   for (const auto [site, axis] : unknowns) field.axis(axis)[site] = *in++;
 }
 
+/// 1 at unknowns, 0 elsewhere.
+inline Field<double> mask_of_unknowns(System<double>& system) {
+  Field<double> mask(system.size());
+  for (const auto [site, axis] : tangents_of(system).unknowns()) mask.axis(axis)[site] = 1;
+  return mask;
+}
+
 /// Roots of the masses that the unknowns have.
 inline Eigen::VectorXd root_masses(System<double>& system) {
   const std::vector<Unknown>& unknowns = tangents_of(system).unknowns();

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "integrators/linear/conjugate_gradients.hpp"
+#include "integrators/linear/unknowns.hpp"
 #include "integrators/sundials/eliminated.hpp"
 
 namespace mss {
@@ -87,6 +88,7 @@ class Session {
   long steps_ = 0, factorisations_ = 0, solves_ = 0;  ///< counted so far
   SparseMatrix stiffness_, damping_;                  ///< of KLU
   BlockJacobi preconditioner_;                        ///< of GMRES
+  Field<double> mask_;                                ///< of unknowns
   Field<double> rhs_, change_, product_;
 };
 
@@ -187,9 +189,10 @@ int Session::prepare_preconditioner(double t, N_Vector y, N_Vector, int, int* up
                                     void* self) {
   Session& s = *static_cast<Session*>(self);
   s.problem_.fields(t, y);
+  if (s.mask_.size() == 0) s.mask_ = mask_of_unknowns(s.problem_.system());
   s.preconditioner_.prepare(
       s.problem_.system(), t, s.problem_.x(), s.problem_.v(),
-      {.mass = 1, .damping = gamma, .stiffness = gamma * gamma, .kind = Tangent::projected});
+      {.mass = 1, .damping = gamma, .stiffness = gamma * gamma, .kind = Tangent::projected}, s.mask_);
   ++s.problem_.work->jacobians;
   *updated = 1;
   return 0;
