@@ -5,8 +5,6 @@
 namespace mss {
 
 BlockMatrix::BlockMatrix(const Body& body, const HeldSites& held) : body_(body) {
-  id_.assign(std::size_t(body.lattice().size), -1);
-  for (std::size_t p = 0; p < body.sites().size(); ++p) id_[std::size_t(body.sites()[p])] = int(p);
   find_neighbours();
   build_pattern(held);
 }
@@ -18,8 +16,7 @@ void BlockMatrix::find_neighbours() {
   body_.for_each_cell([&](std::ptrdiff_t site) {
     for (int c = 0; c < 8; ++c)
       for (int d = 0; d < 8; ++d)
-        meets[std::size_t(id_[std::size_t(site + lattice.corner(c))]) * neighbours +
-              std::size_t(offset(c, d))] = true;
+        meets[particle(site + lattice.corner(c)) * neighbours + std::size_t(offset(c, d))] = true;
   });
   block_.assign(meets.size(), -1);
   block_start_.assign(1, 0);
@@ -29,7 +26,7 @@ void BlockMatrix::find_neighbours() {
       const auto i = std::ptrdiff_t(o) % 3 - 1, j = std::ptrdiff_t(o) / 3 % 3 - 1,
                  k = std::ptrdiff_t(o) / 9 - 1;
       block_[p * neighbours + o] = int(column_.size());
-      column_.push_back(id_[std::size_t(body_.sites()[p] + i + lattice.row * j + lattice.plane * k)]);
+      column_.push_back(body_.particle(body_.sites()[p] + i + lattice.row * j + lattice.plane * k));
     }
     block_start_.push_back(int(column_.size()));
   }
@@ -45,7 +42,7 @@ void BlockMatrix::build_pattern(const HeldSites& held) {
       }
   std::vector<int> start{0}, inner;
   for (const Unknown& row : unknowns_) {
-    const auto p = std::size_t(id_[std::size_t(row.site)]);
+    const std::size_t p = particle(row.site);
     for (int b = block_start_[p]; b < block_start_[p + 1]; ++b)
       for (int axis = 0; axis < 3; ++axis) {
         const int column = unknown_of[3 * std::size_t(column_[std::size_t(b)]) + std::size_t(axis)];
@@ -68,12 +65,6 @@ void BlockMatrix::begin(double mass) {
     const int diagonal = block_[p * neighbours + neighbours / 2];
     at(diagonal).diagonal().array() = mass * body_.mass(body_.sites()[p]);
   }
-}
-
-void BlockMatrix::begin_diagonal(double mass, std::vector<Eigen::Matrix3d>& blocks) const {
-  blocks.resize(body_.particle_count());
-  for (std::size_t p = 0; p < blocks.size(); ++p)
-    blocks[p] = mass * body_.mass(body_.sites()[p]) * Eigen::Matrix3d::Identity();
 }
 
 void BlockMatrix::write(SparseMatrix& matrix) const {

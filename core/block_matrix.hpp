@@ -20,13 +20,8 @@ class BlockMatrix {
   /// With an entry for every number that may not be zero; all are zero.
   const SparseMatrix& pattern() const { return pattern_; }
 
-  /// Index in Body::sites() of the particle at a site.
-  std::size_t particle(std::ptrdiff_t site) const { return std::size_t(id_[std::size_t(site)]); }
-
   /// Begins with `mass` times the mass matrix.
   void begin(double mass);
-  /// The same for the blocks on the diagonal alone, by particle; resized and overwritten.
-  void begin_diagonal(double mass, std::vector<Eigen::Matrix3d>& blocks) const;
 
   /// Adds to the block of two corners of the cell whose lower corner is at a site.
   void add(std::ptrdiff_t site, int row_corner, int column_corner, const Eigen::Matrix3d& block) {
@@ -53,11 +48,11 @@ class BlockMatrix {
   Eigen::Map<Eigen::Matrix3d> at(int block) {
     return Eigen::Map<Eigen::Matrix3d>(numbers_.data() + 9 * std::size_t(block));
   }
+  std::size_t particle(std::ptrdiff_t site) const { return std::size_t(body_.particle(site)); }
   void find_neighbours();
   void build_pattern(const HeldSites& held);
 
   const Body& body_;
-  std::vector<int> id_;           ///< particle of a site; -1 where there is none
   std::vector<int> block_;        ///< per particle and offset in {-1, 0, 1}^3: index of that block; -1: none
   std::vector<int> column_;       ///< per block: particle of its columns
   std::vector<int> block_start_;  ///< per particle: its first block, and one more

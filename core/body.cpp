@@ -1,36 +1,62 @@
 #include "core/body.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
 #include <unordered_map>
+
+#include "core/error.hpp"
 
 namespace mss {
 
 namespace {
 
-/// Bit of the cell at offset (di, dj, dk) in {-1, 0, 1}^3 from a site's own cell.
-constexpr std::uint32_t neighbour_bit(int di, int dj, int dk) {
-  return 1U << unsigned((di + 1) + 3 * (dj + 1) + 9 * (dk + 1));
-}
-
 constexpr int corner_bit(int corner, int axis) { return (corner >> axis) & 1; }
 
-/// Cells of a neighbourhood that touch all the given corners of the central cell: for one corner that is the
-/// particle's up to eight cells, for the two ends of a spring the cells that share it.
-int cells_touching(std::uint32_t neighbourhood, int corner_a, int corner_b) {
-  int count = 0;
-  for (int dk = -1; dk <= 1; ++dk)
-    for (int dj = -1; dj <= 1; ++dj)
-      for (int di = -1; di <= 1; ++di) {
-        const std::array<int, 3> d{di, dj, dk};
-        bool touches = true;
-        for (int axis = 0; axis < 3; ++axis)
-          for (const int corner : {corner_a, corner_b}) {
-            const int from_cell = corner_bit(corner, axis) - d[std::size_t(axis)];
-            touches = touches && (from_cell == 0 || from_cell == 1);
-          }
-        if (touches && (neighbourhood & neighbour_bit(di, dj, dk)) != 0) ++count;
+/// Which of the 27 cells around a site touch both given corners of its own cell, as bits: for one corner
+/// twice these are the particle's up to eight cells, for the two ends of a spring those that share it.
+constexpr std::uint32_t cells_touching(int corner_a, int corner_b) {
+  std::uint32_t cells = 0;
+  for (int cell = 0; cell < 27; ++cell) {
+    const std::array<int, 3> d{cell % 3 - 1, cell / 3 % 3 - 1, cell / 9 - 1};
+    bool touches = true;
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int corner : {corner_a, corner_b}) {
+        const int from_cell = corner_bit(corner, axis) - d[std::size_t(axis)];
+        touches = touches && (from_cell == 0 || from_cell == 1);
       }
-  return count;
+    if (touches) cells |= 1U << unsigned(cell);
+  }
+  return cells;
 }
+
+constexpr auto cells_of_corner = [] {
+  std::array<std::uint32_t, 8> cells{};
+  for (int c = 0; c < 8; ++c) cells[std::size_t(c)] = cells_touching(c, c);
+  return cells;
+}();
+constexpr auto cells_of_slot = [] {
+  std::array<std::uint32_t, spring_slots.size()> cells{};
+  for (std::size_t s = 0; s < cells.size(); ++s)
+    cells[s] = cells_touching(spring_slots[s].a, spring_slots[s].b);
+  return cells;
+}();
+
+/// The fill factors of some of these cells, added.
+double sum_of(const std::array<float, 27>& fill, std::uint32_t cells) {
+  double sum = 0;
+  for (; cells != 0; cells &= cells - 1) sum += double(fill[std::size_t(std::countr_zero(cells))]);
+  return sum;
+}
+
+struct HashCells {
+  std::size_t operator()(const std::array<float, 27>& cells) const {
+    std::size_t hash = 14695981039346656037U;  // FNV-1a
+    for (const float fill : cells) hash = (hash ^ std::bit_cast<std::uint32_t>(fill)) * 1099511628211U;
+    return hash;
+  }
+};
 
 bool in_topology(Topology topology, std::size_t slot) {
   if (spring_slots[slot].kind != SpringSlot::Class::face) return true;
@@ -45,50 +71,74 @@ Body::Body(const BodyConfig& config)
     : config_(config),
       lattice_(config.voxels.nx(), config.voxels.ny(), config.voxels.nz()),
       eighth_mass_(config.density * config.cell_size * config.cell_size * config.cell_size / 8) {
-  count_corners();
+  check_fill();
+  find_particles();
   classify_sites();
   add_weights();
 }
 
-void Body::count_corners() {
+void Body::check_fill() const {
+  const std::vector<float>& fill = config_.cell_fill;
+  if (fill.empty()) return;
+  const VoxelGrid& voxels = config_.voxels;
+  const auto boxed = std::size_t(voxels.nx()) * std::size_t(voxels.ny()) * std::size_t(voxels.nz());
+  if (fill.size() != boxed)
+    throw InputError(fmt::format("{} fill factors for a box of {} cells", fill.size(), boxed));
+  if (config_.sharing != Sharing::weighted)
+    throw InputError("fill factors need springs that cells share by weight (sharing = \"weighted\")");
+  for (int k = 0; k < voxels.nz(); ++k)
+    for (int j = 0; j < voxels.ny(); ++j)
+      for (int i = 0; i < voxels.nx(); ++i)
+        if (const float f = this->fill(i, j, k); voxels.at(i, j, k) && !(f > 0 && f <= 1))
+          throw InputError(fmt::format("fill factor {} of cell ({}, {}, {}) is not in (0, 1]", f, i, j, k));
+}
+
+/// 0 where there is no cell.
+float Body::fill(int i, int j, int k) const {
+  if (!config_.voxels.at(i, j, k)) return 0;
+  return config_.cell_fill.empty() ? 1 : config_.cell_fill[config_.voxels.index(i, j, k)];
+}
+
+void Body::find_particles() {
   cell_.assign(std::size_t(lattice_.size), 0);
-  corner_cells_.assign(std::size_t(lattice_.size), 0);
+  particle_.assign(std::size_t(lattice_.size), -1);
   const VoxelGrid& voxels = config_.voxels;
   for (int k = 0; k < voxels.nz(); ++k)
     for (int j = 0; j < voxels.ny(); ++j)
       for (int i = 0; i < voxels.nx(); ++i) {
         if (!voxels.at(i, j, k)) continue;
         ++cells_;
+        filled_cells_ += double(fill(i, j, k));
         const std::ptrdiff_t site = lattice_.site(i, j, k);
         cell_[std::size_t(site)] = 1;
-        for (int c = 0; c < 8; ++c) ++corner_cells_[std::size_t(site + lattice_.corner(c))];
+        for (int c = 0; c < 8; ++c) particle_[std::size_t(site + lattice_.corner(c))] = 0;
       }
   for (std::ptrdiff_t site = 0; site < lattice_.sites; ++site)
-    if (corner_cells_[std::size_t(site)] != 0) site_of_.push_back(site);
+    if (int& particle = particle_[std::size_t(site)]; particle == 0) {
+      particle = int(site_of_.size());
+      site_of_.push_back(site);
+    }
 }
 
 void Body::classify_sites() {
   kind_.assign(std::size_t(lattice_.size), 0);
   elements_.emplace_back();  // kind 0: nothing
-  std::unordered_map<std::uint32_t, std::uint32_t> kind_of{{0, 0}};
+  std::unordered_map<Neighbourhood, std::uint32_t, HashCells> kind_of{{Neighbourhood{}, 0}};
   const VoxelGrid& voxels = config_.voxels;
-  const auto column = [&](int i, int j, int k) {  // the nine cells with this i, as bits of di = -1
-    std::uint32_t bits = 0;
-    for (int dk = -1; dk <= 1; ++dk)
-      for (int dj = -1; dj <= 1; ++dj)
-        if (voxels.at(i, j + dj, k + dk)) bits |= neighbour_bit(-1, dj, dk);
-    return bits;
-  };
   for (int k = 0; k <= voxels.nz(); ++k)
     for (int j = 0; j <= voxels.ny(); ++j) {
-      std::uint32_t left = 0, centre = 0, right = column(0, j, k);
+      Neighbourhood cells{};
+      const auto add_column = [&](int i) {  // moves on along x
+        for (std::size_t row = 0; row < 9; ++row) {
+          std::copy_n(&cells[3 * row + 1], 2, &cells[3 * row]);
+          cells[3 * row + 2] = fill(i, j + int(row) % 3 - 1, k + int(row) / 3 - 1);
+        }
+      };
+      add_column(0);
       for (int i = 0; i <= voxels.nx(); ++i) {
-        left = centre;
-        centre = right;
-        right = column(i + 1, j, k);
-        const std::uint32_t neighbourhood = left | centre << 1U | right << 2U;
-        const auto [entry, is_new] = kind_of.try_emplace(neighbourhood, std::uint32_t(elements_.size()));
-        if (is_new) elements_.push_back(elements_from(neighbourhood));
+        add_column(i + 1);
+        const auto [entry, is_new] = kind_of.try_emplace(cells, std::uint32_t(elements_.size()));
+        if (is_new) elements_.push_back(elements_from(cells));
         kind_[std::size_t(lattice_.site(i, j, k))] = entry->second;
       }
     }
@@ -105,27 +155,37 @@ void Body::add_weights() {
   }
 }
 
-SiteElements Body::elements_from(std::uint32_t neighbourhood) const {
-  SiteElements e;
-  const std::array<double, 3> class_stiffness{config_.springs.edge, config_.springs.face,
-                                              config_.springs.body};
+double Body::interior_stiffness(std::size_t slot) const {
+  if (!in_topology(config_.topology, slot)) return 0;
+  const std::array<double, 3> of_class{config_.springs.edge, config_.springs.face, config_.springs.body};
+  return of_class[static_cast<std::size_t>(spring_slots[slot].kind)];
+}
+
+double Body::interior_fold_guard() const {
+  return config_.fold_guard * cubic_stiffness(config_.springs, config_.cell_size).c44;
+}
+
+SiteElements Body::elements_from(const Neighbourhood& cells) const {
   constexpr std::array<double, 3> cells_of_interior_spring{4, 2, 1};
+  std::array<double, 8> mass{};  // of the cell's corners
+  for (std::size_t c = 0; c < mass.size(); ++c) mass[c] = eighth_mass_ * sum_of(cells, cells_of_corner[c]);
+  SiteElements e;
   for (std::size_t s = 0; s < spring_slots.size(); ++s) {
     const auto [a, b, kind] = spring_slots[s];
-    const int sharing_cells = cells_touching(neighbourhood, a, b);
-    if (sharing_cells == 0 || !in_topology(config_.topology, s)) continue;
-    const auto c = static_cast<std::size_t>(kind);
-    const double weight =
-        config_.sharing == Sharing::uniform ? 1 : double(sharing_cells) / cells_of_interior_spring[c];
-    const double mass_a = eighth_mass_ * cells_touching(neighbourhood, a, a);
-    const double mass_b = eighth_mass_ * cells_touching(neighbourhood, b, b);
-    e.stiffness[s] = weight * class_stiffness[c];
-    e.damping[s] = config_.damping.coefficient(e.stiffness[s], mass_a, mass_b, rest_length(kind));
+    const double shared = sum_of(cells, cells_of_slot[s]);
+    if (shared == 0) continue;
+    const double weight = config_.sharing == Sharing::uniform
+                              ? 1
+                              : shared / cells_of_interior_spring[static_cast<std::size_t>(kind)];
+    e.weight[group_of[s]] = weight;
+    e.stiffness[s] = weight * interior_stiffness(s);
+    if (e.stiffness[s] != 0)
+      e.damping[s] = config_.damping.coefficient(e.stiffness[s], mass[std::size_t(a)], mass[std::size_t(b)],
+                                                 rest_length(kind));
   }
-  if ((neighbourhood & neighbour_bit(0, 0, 0)) != 0) {
-    e.volume = config_.springs.volume;
-    e.fold_guard = config_.fold_guard * cubic_stiffness(config_.springs, config_.cell_size).c44;
-  }
+  e.volume = e.weight[spring_groups - 1] * config_.springs.volume;
+  e.fold_guard = e.weight[spring_groups - 1] * interior_fold_guard();
+  e.corner_fill = sum_of(cells, cells_of_corner[0]);
   return e;
 }
 

@@ -38,13 +38,21 @@ inline constexpr std::array<SpringSlot, 13> spring_slots{{
     {3, 4, SpringSlot::Class::body},
 }};
 
+/// Springs of a site that the same cells share have equal weights: the three edges, the diagonals of the
+/// three faces, and the body diagonals.
+inline constexpr int spring_groups = 7;
+inline constexpr std::array<std::uint8_t, 13> group_of{0, 1, 2, 3, 4, 5, 3, 4, 5, 6, 6, 6, 6};
+
 /// What a site contributes: the stiffness and damping of its thirteen springs and the volume stiffness of its
 /// cell.
 struct SiteElements {
+  /// Stiffness over that of interior springs, by group; the last is also the cell's, for k_vol and k_g.
+  std::array<double, spring_groups> weight{};
   std::array<double, spring_slots.size()> stiffness{};  ///< [N/m]; 0 where there is no spring
   std::array<double, spring_slots.size()> damping{};    ///< [kg/s]
   double volume = 0;                                    ///< k_vol of the cell [Pa]; 0 where there is no cell
   double fold_guard = 0;                                ///< k_g of the cell [Pa]; the same
+  double corner_fill = 0;  ///< fill factors of the cells at the particle, added; 0: no particle
 };
 
 /// A closed axis-aligned box in rest coordinates [m].
@@ -63,6 +71,9 @@ struct Weight {
 /// Everything that defines a body at rest.
 struct BodyConfig {
   VoxelGrid voxels = VoxelGrid::box(1, 1, 1);
+  /// By VoxelGrid::index(), how much of a cell the material fills, in (0, 1]: it scales the cell's share of
+  /// springs, its volume force and its mass. Empty: every cell is full. With Sharing::weighted only.
+  std::vector<float> cell_fill{};
   double cell_size = 1;  ///< h [m]
   Vec3 origin = Vec3::Zero();
   Topology topology = Topology::full;
@@ -83,10 +94,11 @@ struct BodyConfig {
 
 /// A body at rest: cells, particles, masses and springs on a lattice. Immutable.
 ///
-/// Springs are not stored. Whether a spring exists, its shared stiffness and its damping follow from the 3 x
-/// 3 x 3 cells around its site, so sites with equal neighbourhoods share one SiteElements.
+/// Springs are not stored. Whether a spring exists, its shared stiffness and its damping follow from the fill
+/// factors of the 3 x 3 x 3 cells around its site, so sites with equal neighbourhoods share one SiteElements.
 class Body {
  public:
+  /// Throws InputError for fill factors that are too few, not in (0, 1], or with Sharing::uniform.
   explicit Body(const BodyConfig& config);
 
   const BodyConfig& config() const { return config_; }
@@ -95,15 +107,17 @@ class Body {
   std::size_t cell_count() const { return cells_; }
   std::size_t particle_count() const { return site_of_.size(); }
   std::size_t spring_count() const { return springs_; }
-  double total_mass() const { return config_.density * double(cells_) * cell_volume() + all_weights_; }
+  double total_mass() const { return config_.density * filled_cells_ * cell_volume() + all_weights_; }
   double cell_volume() const { return config_.cell_size * config_.cell_size * config_.cell_size; }
 
   /// Lattice site of every particle, ascending: the particle's id is its index in this list.
   const std::vector<std::ptrdiff_t>& sites() const { return site_of_; }
+  /// The reverse: id of the particle at a site; -1 where there is none.
+  int particle(std::ptrdiff_t site) const { return particle_[std::size_t(site)]; }
 
   /// Mass of the particle at a site [kg]; 0 where there is none. Eq. 2-2, and its share of weights.
   double mass(std::ptrdiff_t site) const {
-    const double cells = eighth_mass_ * corner_cells_[std::size_t(site)];
+    const double cells = eighth_mass_ * elements_at(site).corner_fill;
     return weight_.empty() ? cells : cells + weight_[std::size_t(site)];
   }
 
@@ -119,6 +133,11 @@ class Body {
   std::uint32_t element_kind(std::ptrdiff_t site) const { return kind_[std::size_t(site)]; }
   const std::vector<SiteElements>& elements() const { return elements_; }
   const SiteElements& elements_at(std::ptrdiff_t site) const { return elements_[element_kind(site)]; }
+
+  /// Stiffness of an interior spring of a slot [N/m]; 0 where the topology has none.
+  double interior_stiffness(std::size_t slot) const;
+  /// k_g of a full cell [Pa].
+  double interior_fold_guard() const;
 
   bool has_cell(std::ptrdiff_t site) const { return cell_[std::size_t(site)] != 0; }
 
@@ -147,10 +166,15 @@ class Body {
   std::vector<std::ptrdiff_t> select(const Vec3& lower, const Vec3& upper) const;
 
  private:
-  void count_corners();
+  /// Fill factors of the 27 cells around a site, x first; its own is in the middle.
+  using Neighbourhood = std::array<float, 27>;
+
+  void check_fill() const;
+  float fill(int i, int j, int k) const;
+  void find_particles();
   void classify_sites();
   void add_weights();
-  SiteElements elements_from(std::uint32_t neighbourhood) const;
+  SiteElements elements_from(const Neighbourhood& cells) const;
 
   static constexpr std::array<double, 3> length_factor_{1.0, 1.4142135623730951, 1.7320508075688772};
 
@@ -158,12 +182,13 @@ class Body {
   Lattice lattice_;
   double eighth_mass_;  ///< rho h^3 / 8 [kg]
   std::size_t cells_ = 0;
+  double filled_cells_ = 0;  ///< fill factors of all cells, added
   std::size_t springs_ = 0;
-  std::vector<std::uint8_t> cell_;          ///< per site: 1 where a cell has its lower corner
-  std::vector<std::uint8_t> corner_cells_;  ///< per site: number of cells that touch it
-  std::vector<double> weight_;              ///< per site, beside that of cells [kg]; empty: there are none
-  double all_weights_ = 0;                  ///< [kg]
+  std::vector<std::uint8_t> cell_;  ///< per site: 1 where a cell has its lower corner
+  std::vector<double> weight_;      ///< per site, beside that of cells [kg]; empty: there are none
+  double all_weights_ = 0;          ///< [kg]
   std::vector<std::ptrdiff_t> site_of_;
+  std::vector<int> particle_;  ///< per site
   std::vector<std::uint32_t> kind_;
   std::vector<SiteElements> elements_;
 };

@@ -9,6 +9,12 @@ BlockMatrix& BodyTangents<Real>::blocks() {
 }
 
 template <class Real>
+const std::vector<Unknown>& BodyTangents<Real>::unknowns() {
+  if (unknowns_.empty()) unknowns_ = unknowns_of(system_);
+  return unknowns_;
+}
+
+template <class Real>
 void BodyTangents<Real>::values(double, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                                 SparseMatrix& matrix) {
   BlockMatrix& m = blocks();
@@ -32,11 +38,13 @@ void BodyTangents<Real>::product(double t, const Field<Real>& x, const Field<Rea
 template <class Real>
 void BodyTangents<Real>::diagonal(double, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                                   std::vector<Eigen::Matrix3d>& diagonal) {
-  const BlockMatrix& m = blocks();
-  m.begin_diagonal(sum.mass, diagonal);
-  add_diagonal(x, v, sum, m, diagonal);
+  const std::vector<std::ptrdiff_t>& sites = body().sites();
+  diagonal.resize(sites.size());
+  for (std::size_t p = 0; p < sites.size(); ++p)
+    diagonal[p] = sum.mass * body().mass(sites[p]) * Eigen::Matrix3d::Identity();
+  add_diagonal(x, v, sum, diagonal);
   if (!system_.contact().has_penalties()) return;
-  for (const std::ptrdiff_t site : body().sites()) diagonal[m.particle(site)] += penalty_at(site, x, v, sum);
+  for (std::size_t p = 0; p < sites.size(); ++p) diagonal[p] += penalty_at(sites[p], x, v, sum);
 }
 
 template class BodyTangents<float>;

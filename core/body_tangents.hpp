@@ -15,7 +15,7 @@ class BodyTangents : public Tangents<Real> {
   /// The system must outlive it.
   explicit BodyTangents(BodySystem<Real>& system) : system_(system) {}
 
-  const std::vector<Unknown>& unknowns() final { return blocks().unknowns(); }
+  const std::vector<Unknown>& unknowns() final;
   SparseMatrix pattern() final { return blocks().pattern(); }
   void values(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
               SparseMatrix& matrix) final;
@@ -32,13 +32,13 @@ class BodyTangents : public Tangents<Real> {
                    BlockMatrix& blocks) const = 0;
   /// Adds its blocks on the diagonal, one per particle.
   virtual void add_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                            const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal) const = 0;
+                            std::vector<Eigen::Matrix3d>& diagonal) = 0;
   /// The product of the cells' tangent and of masses with p; overwritten.
   virtual void multiply(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                         const Field<Real>& p, Field<Real>& out) = 0;
 
  private:
-  /// Built at the first use, as it is large and explicit methods have none.
+  /// Built at the first use: it is large, and only matrices that are stored need it.
   BlockMatrix& blocks();
   Eigen::Matrix3d penalty_at(std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v,
                              const TangentSum& sum) const {
@@ -46,6 +46,7 @@ class BodyTangents : public Tangents<Real> {
   }
 
   BodySystem<Real>& system_;
+  std::vector<Unknown> unknowns_;
   std::unique_ptr<BlockMatrix> blocks_;
 };
 

@@ -105,21 +105,9 @@ void add_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, c
   });
 }
 
-template <class Real>
-void add_tangent_diagonal(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                          const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal) {
-  for_each_element(body, x, v, sum, [&](std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block) {
-    if (c == d) diagonal[blocks.particle(site + body.lattice().corner(c))] += block;
-  });
-}
-
 template void add_tangent(const Body&, const Field<float>&, const Field<float>&, const TangentSum&,
                           BlockMatrix&);
 template void add_tangent(const Body&, const Field<double>&, const Field<double>&, const TangentSum&,
                           BlockMatrix&);
-template void add_tangent_diagonal(const Body&, const Field<float>&, const Field<float>&, const TangentSum&,
-                                   const BlockMatrix&, std::vector<Eigen::Matrix3d>&);
-template void add_tangent_diagonal(const Body&, const Field<double>&, const Field<double>&, const TangentSum&,
-                                   const BlockMatrix&, std::vector<Eigen::Matrix3d>&);
 
 }  // namespace mss

@@ -39,9 +39,4 @@ template <class Real>
 void add_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                  BlockMatrix& blocks);
 
-/// Adds its blocks on the diagonal, one per particle.
-template <class Real>
-void add_tangent_diagonal(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                          const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal);
-
 }  // namespace mss

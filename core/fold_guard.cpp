@@ -118,6 +118,20 @@ void add_fold_guard_change(double stiffness, double shortest, const double (&cor
   });
 }
 
+void add_fold_guard_diagonal(double stiffness, double shortest, const double (&corners)[8][3], bool projected,
+                             double (&blocks)[8][6]) {
+  std::array<Vec3, 8> at;
+  for (std::size_t c = 0; c < 8; ++c) at[c] = Vec3(corners[c][0], corners[c][1], corners[c][2]);
+  FoldGuardTangent(stiffness, shortest, at, projected ? Tangent::projected : Tangent::elastic)
+      .for_each_block([&](int c, int d, const Eigen::Matrix3d& block) {
+        if (c != d) return;
+        for (int a = 0; a < 3; ++a) {
+          blocks[c][a] += block(a, a);
+          blocks[c][3 + a] += block((a + 1) % 3, (a + 2) % 3);
+        }
+      });
+}
+
 FoldGuardTangent::FoldGuardTangent(double stiffness, double shortest, const std::array<Vec3, 8>& corners,
                                    Tangent kind) {
   for_each_guarded(stiffness, shortest, corners, [&](int at, const GuardedCorner& guarded) {

@@ -15,7 +15,7 @@ namespace mss {
 
 namespace {
 
-static_assert(springs_per_site == int(spring_slots.size()));
+static_assert(springs_per_site == int(spring_slots.size()) && weights_per_lane == spring_groups);
 
 template <class Real>
 SweepKernel<Real> find_kernel(const std::string& name) {
@@ -79,11 +79,13 @@ struct SpringSystem<Real>::Pass {
   double dt;
   const Field<Real>* x;
   const Field<Real>* v;          ///< product: the directions
-  Field<Real>* out = nullptr;    ///< force, acceleration or product
+  Field<Real>* out = nullptr;    ///< but for kick_drift: the result
   State<Real>* state = nullptr;  ///< kick_drift: updated in place
   KickDrift update{};
-  TangentSum sum{};  ///< product
+  TangentSum sum{};  ///< of a product or diagonal
 
+  /// Whether what is added up are forces.
+  bool takes_loads() const { return finish == Finish::force || moves_particles(); }
   /// Whether planes that sleep are skipped.
   bool moves_particles() const { return finish == Finish::kick_drift || finish == Finish::acceleration; }
 };
@@ -102,6 +104,7 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
       damped_(body.config().damping.law != Damping::Law::none) {
   const Lattice& lattice = body.lattice();
   blocks_ = (lattice.used() + kernel_.lanes - 1) / kernel_.lanes;
+  interior_ = interior_coefficients();
   build_dictionary();
   build_masses();
   const std::ptrdiff_t scratch = lattice.plane;
@@ -114,6 +117,20 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
 
 template <class Real>
 SpringSystem<Real>::~SpringSystem() = default;
+
+template <class Real>
+InteriorCoefficients<Real> SpringSystem<Real>::interior_coefficients() const {
+  const Body& body = this->body();
+  InteriorCoefficients<Real> c{};
+  for (std::size_t s = 0; s < spring_slots.size(); ++s) {
+    const double k = body.interior_stiffness(s);
+    c.stiffness[s] = static_cast<Real>(k);
+    c.rest_pull[s] = static_cast<Real>(k * body.rest_length(spring_slots[s].kind) / kernel_.rsqrt_scale);
+  }
+  c.volume = static_cast<Real>(body.config().springs.volume / (64 * body.cell_volume()));
+  c.guard = static_cast<Real>(guarded_corner_stiffness(body.interior_fold_guard(), body.config().cell_size));
+  return c;
+}
 
 /// Blocks with equal sites share an entry: a large box has a few dozen.
 template <class Real>
@@ -131,32 +148,41 @@ void SpringSystem<Real>::build_dictionary() {
       entry_.push_back(entry_of.try_emplace(kinds, std::uint32_t(entry_of.size())).first->second);
     }
 
+  entry_.insert(entry_.end(), 2, 0);  // a sweep looks ahead
+
   content_.assign(entry_of.size(), 0);
   dictionary_ = AlignedArray<Real>(std::ptrdiff_t(entry_of.size() * width) * coefficients_per_lane);
-  const double volume_factor = 1 / (64 * this->body().cell_volume());
   for (const auto& [lane_kinds, entry] : entry_of) {
     Real* coefficients = dictionary_.data() + std::size_t(entry) * width * coefficients_per_lane;
+    std::uint32_t content = 0;
+    bool has_particle = false;
     for (std::size_t lane = 0; lane < width; ++lane) {
       const SiteElements& e = this->body().elements()[lane_kinds[lane]];
-      for (std::size_t s = 0; s < spring_slots.size(); ++s) {
-        const auto kind = spring_slots[s].kind;
-        Real* c = coefficients + 3 * width * s + lane;
-        c[0] = static_cast<Real>(e.stiffness[s]);
-        c[width] = static_cast<Real>(e.stiffness[s] * this->body().rest_length(kind) / kernel_.rsqrt_scale);
-        c[2 * width] = static_cast<Real>(e.damping[s] / (kernel_.rsqrt_scale * kernel_.rsqrt_scale));
-        if (e.stiffness[s] != 0)
-          content_[entry] |= kind == SpringSlot::Class::edge   ? block_edges
-                             : kind == SpringSlot::Class::face ? block_faces
-                                                               : block_bodies;
-      }
-      coefficients[3 * width * spring_slots.size() + lane] = static_cast<Real>(e.volume * volume_factor);
-      coefficients[width * (3 * spring_slots.size() + 1) + lane] =
-          static_cast<Real>(guarded_corner_stiffness(e.fold_guard, this->body().config().cell_size));
-      if (e.volume != 0) content_[entry] |= block_volumes;
-      if (e.fold_guard != 0) content_[entry] |= block_guards;
+      content |= fill_lane(e, coefficients + lane);
+      has_particle = has_particle || e.corner_fill != 0;
     }
-    whole_content_ |= content_[entry];
+    content_[entry] = has_particle ? content : block_empty;
+    whole_content_ |= content;
   }
+}
+
+/// Writes one lane of a block's coefficients and returns its contents.
+template <class Real>
+std::uint32_t SpringSystem<Real>::fill_lane(const SiteElements& e, Real* coefficients) const {
+  const auto width = std::size_t(kernel_.lanes);
+  const double scale2 = double(kernel_.rsqrt_scale) * double(kernel_.rsqrt_scale);
+  std::uint32_t content = (e.volume != 0 ? block_volumes : 0U) | (e.fold_guard != 0 ? block_guards : 0U);
+  for (std::size_t group = 0; group < e.weight.size(); ++group)
+    coefficients[width * group] = static_cast<Real>(e.weight[group]);
+  for (std::size_t s = 0; s < spring_slots.size(); ++s) {
+    coefficients[width * (weights_per_lane + s)] = static_cast<Real>(e.damping[s] / scale2);
+    if (e.stiffness[s] == 0) continue;
+    const auto kind = spring_slots[s].kind;
+    content |= kind == SpringSlot::Class::edge   ? block_edges
+               : kind == SpringSlot::Class::face ? block_faces
+                                                 : block_bodies;
+  }
+  return content;
 }
 
 template <class Real>
@@ -174,13 +200,13 @@ StoredEnergy SpringSystem<Real>::stored_energy(const Field<Real>& x) const {
         const double change = (x.at(b) - x.at(a)).norm() - this->body().rest_length(slot.kind);
         energy.elastic += 0.5 * stiffness * change * change;
       });
-  const double rest = this->body().cell_volume(), stiffness = this->body().config().springs.volume;
-  const double size = this->body().config().cell_size;
+  const double rest = this->body().cell_volume(), size = this->body().config().cell_size;
   this->body().for_each_cell([&](std::ptrdiff_t site) {
+    const SiteElements& e = this->body().elements_at(site);
     const double change = thesis_volume(corners_of(this->body(), x, site)) - rest;
-    energy.volume += 0.5 * stiffness * change * change / rest;
-    if (const double guard = this->body().elements_at(site).fold_guard; guard != 0)
-      energy.elastic += fold_guard_energy(guarded_corner_stiffness(guard, size), guarded_length(size),
+    energy.volume += 0.5 * e.volume * change * change / rest;
+    if (e.fold_guard != 0)
+      energy.elastic += fold_guard_energy(guarded_corner_stiffness(e.fold_guard, size), guarded_length(size),
                                           corners_of(this->body(), x, site));
   });
   return energy;
@@ -219,10 +245,21 @@ void SpringSystem<Real>::SpringTangents::add(const Field<Real>& x, const Field<R
 }
 
 template <class Real>
-void SpringSystem<Real>::SpringTangents::add_diagonal(const Field<Real>& x, const Field<Real>& v,
-                                                      const TangentSum& sum, const BlockMatrix& blocks,
-                                                      std::vector<Eigen::Matrix3d>& diagonal) const {
-  add_tangent_diagonal(this->body(), x, v, sum, blocks, diagonal);
+void SpringSystem<Real>::SpringTangents::add_diagonal(const Field<Real>& x, const Field<Real>&,
+                                                      const TangentSum& sum,
+                                                      std::vector<Eigen::Matrix3d>& diagonal) {
+  if (straight_.size() == 0) straight_ = mixed_ = Field<Real>(system_.size());
+  system_.diagonal_blocks(x, sum, straight_, mixed_);
+  for (std::size_t p = 0; p < diagonal.size(); ++p) {
+    const std::ptrdiff_t site = system_.particles()[p];
+    diagonal[p].diagonal() += straight_.at(site);
+    const Vec3 mixed = mixed_.at(site);
+    for (int a = 0; a < 3; ++a) {
+      const int b = (a + 1) % 3, c = (a + 2) % 3;
+      diagonal[p](b, c) += mixed[a];
+      diagonal[p](c, b) += mixed[a];
+    }
+  }
 }
 
 template <class Real>
@@ -230,6 +267,14 @@ void SpringSystem<Real>::SpringTangents::multiply(double t, const Field<Real>& x
                                                   const TangentSum& sum, const Field<Real>& p,
                                                   Field<Real>& out) {
   system_.run({.finish = Finish::product, .t = t, .dt = 0, .x = &x, .v = &p, .out = &out, .sum = sum}, 1);
+}
+
+template <class Real>
+void SpringSystem<Real>::diagonal_blocks(const Field<Real>& x, const TangentSum& sum, Field<Real>& straight,
+                                         Field<Real>& mixed) {
+  run({.finish = Finish::straight_diagonal, .t = 0, .dt = 0, .x = &x, .v = &x, .out = &straight, .sum = sum},
+      1);
+  run({.finish = Finish::mixed_diagonal, .t = 0, .dt = 0, .x = &x, .v = &x, .out = &mixed, .sum = sum}, 1);
 }
 
 template <class Real>
@@ -320,6 +365,23 @@ void SpringSystem<Real>::step_slab(const Pass& pass, int rank, long step) {
   announce(slab.finished, done + 1);
 }
 
+template <class Real>
+Sweep<Real> SpringSystem<Real>::sweep_for(const Pass& pass) const {
+  const Sweeps<Real>& sweeps = this->body().config().fold_guard != 0 ? kernel_.guarded : kernel_.plain;
+  const bool projected = pass.sum.kind == Tangent::projected;
+  const auto& diagonal = projected ? sweeps.projected_diagonal : sweeps.elastic_diagonal;
+  switch (pass.finish) {
+    case Finish::product:
+      return projected ? sweeps.projected : sweeps.elastic;
+    case Finish::straight_diagonal:
+      return diagonal.straight;
+    case Finish::mixed_diagonal:
+      return diagonal.mixed;
+    default:
+      return (damped_ ? sweeps.damped : sweeps.undamped).for_content(whole_content_);
+  }
+}
+
 /// Sweeps a plane in pieces that stay in the first-level cache and, if `below` is given, finishes each piece
 /// at once: no later block reads those particles again.
 template <class Real>
@@ -334,16 +396,14 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
     std::fill_n(own.axis[a], begun, Real(0));
     std::fill_n(above.axis[a], begun, Real(0));
   }
-  const Sweeps<Real>& sweeps = this->body().config().fold_guard != 0 ? kernel_.guarded : kernel_.plain;
-  const auto sweep = pass.finish == Finish::product
-                         ? (pass.sum.kind == Tangent::projected ? sweeps.projected : sweeps.elastic)
-                         : (damped_ ? sweeps.damped : sweeps.undamped).for_content(whole_content_);
+  const Sweep<Real> sweep = sweep_for(pass);
   SweepPlane<Real> p{};
   p.row = lattice.row;
   p.plane = lattice.plane;
   p.entry = entry_.data() + blocks_ * plane;
   p.dictionary = dictionary_.data();
   p.content = content_.data();
+  p.interior = interior_;
   p.rest_volume = static_cast<Real>(this->body().cell_volume());
   p.guarded_length = static_cast<Real>(guarded_length(this->body().config().cell_size));
   p.x = const_streams(*pass.x, offset);
@@ -364,7 +424,7 @@ template <class Real>
 void SpringSystem<Real>::finish_plane(const Pass& pass, int plane, std::ptrdiff_t first, std::ptrdiff_t last,
                                       const Streams<Real>& own, const ConstStreams<Real>& below, double t) {
   const std::ptrdiff_t offset = this->body().lattice().plane * plane;
-  if (!this->loads().empty() && pass.finish != Finish::product)
+  if (!this->loads().empty() && pass.takes_loads())
     this->loads().add(offset + first, offset + last,
                       std::array<Real*, 3>{own.axis[0] + first, own.axis[1] + first, own.axis[2] + first});
   FinishPlane<Real> p{};
@@ -378,9 +438,9 @@ void SpringSystem<Real>::finish_plane(const Pass& pass, int plane, std::ptrdiff_
     p.out = streams(*pass.out, offset);
     p.direction = const_streams(*pass.v, offset);
     p.mass = static_cast<Real>(pass.sum.mass);
-    (pass.finish == Finish::force          ? kernel_.store_force
-     : pass.finish == Finish::acceleration ? kernel_.store_acceleration
-                                           : kernel_.store_product)(p);
+    (pass.finish == Finish::acceleration ? kernel_.store_acceleration
+     : pass.finish == Finish::product    ? kernel_.store_product
+                                         : kernel_.store_force)(p);
     return;
   }
   p.x = streams(pass.state->x, offset);

@@ -42,6 +42,12 @@ class SpringSystem final : public BodySystem<Real> {
   void apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const override;
   void kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) override;
 
+  /// The symmetric 3 x 3 blocks on the diagonal of b C + c K at positions x, one per site, of springs and
+  /// cells alone: overwritten with their xx, yy, zz and their yz, zx, xy, 0 where there is no particle. Of
+  /// Tangent::exact there are none; the elastic ones are returned.
+  void diagonal_blocks(const Field<Real>& x, const TangentSum& sum, Field<Real>& straight,
+                       Field<Real>& mixed);
+
  private:
   class SpringTangents final : public BodyTangents<Real> {
    public:
@@ -51,21 +57,25 @@ class SpringSystem final : public BodySystem<Real> {
     void add(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
              BlockMatrix& blocks) const override;
     void add_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                      const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal) const override;
+                      std::vector<Eigen::Matrix3d>& diagonal) override;
     void multiply(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                   const Field<Real>& p, Field<Real>& out) override;
 
     SpringSystem& system_;
+    Field<Real> straight_, mixed_;  ///< of the diagonal
   };
 
   struct Slab;
-  enum class Finish { force, acceleration, product, kick_drift };
+  enum class Finish { force, acceleration, product, straight_diagonal, mixed_diagonal, kick_drift };
   struct Pass;
   bool is_asleep(const Pass& pass, int plane) const;
   bool needs_cells(const Pass& pass, int plane) const;
 
   void stop_sleeping(Field<Real>& a) const;
+  InteriorCoefficients<Real> interior_coefficients() const;
+  std::uint32_t fill_lane(const SiteElements& elements, Real* coefficients) const;
   void build_dictionary();
+  Sweep<Real> sweep_for(const Pass& pass) const;
   void build_masses();
   void run(const Pass& pass, long steps);
   void step_slab(const Pass& pass, int rank, long step);
@@ -79,10 +89,11 @@ class SpringSystem final : public BodySystem<Real> {
   bool damped_;
 
   std::ptrdiff_t blocks_;               ///< per plane
-  std::vector<std::uint32_t> entry_;    ///< per plane and block: dictionary entry
+  std::vector<std::uint32_t> entry_;    ///< per plane and block, and two more: dictionary entry
   std::vector<std::uint32_t> content_;  ///< per entry
   std::uint32_t whole_content_ = 0;     ///< of all entries together
   AlignedArray<Real> dictionary_;
+  InteriorCoefficients<Real> interior_;
   AlignedArray<Real> inverse_mass_;
   Field<Real> nothing_below_;  ///< contribution from below to the lowest plane: zero
   std::vector<std::unique_ptr<Slab>> slabs_;

@@ -12,15 +12,27 @@ enum BlockContent : std::uint32_t {
   block_faces = 2,
   block_bodies = 4,
   block_volumes = 8,
-  block_guards = 16  ///< against folding
+  block_guards = 16,  ///< against folding
+  block_empty = 32    ///< no particle, and so nothing of the others
 };
 
-/// Coefficients of one block, each W numbers: for the thirteen springs k, k L0 and c, then k_vol / (64 V0)
-/// and guarded_corner_stiffness(). The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and
-/// u the differences of x and v. The kernel computes rsqrt_scale / |d|, so k L0 is stored divided by
-/// rsqrt_scale and c by its square.
 inline constexpr int springs_per_site = 13;
-inline constexpr int coefficients_per_lane = 3 * springs_per_site + 2;
+
+/// The seven weights of a site's springs, see SiteElements, then the dampings c of all thirteen divided by
+/// the square of rsqrt_scale. A block's coefficients are so many times W numbers.
+inline constexpr int weights_per_lane = 7;
+inline constexpr int coefficients_per_lane = weights_per_lane + springs_per_site;
+
+/// What weights multiply. The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and u the
+/// differences of x and v. The kernel computes rsqrt_scale / |d|, so k L0 is stored divided by rsqrt_scale
+/// and c by its square.
+template <class Real>
+struct InteriorCoefficients {
+  Real stiffness[springs_per_site];  ///< k
+  Real rest_pull[springs_per_site];  ///< k L0 / rsqrt_scale
+  Real volume;                       ///< k_vol / (64 V0)
+  Real guard;                        ///< guarded_corner_stiffness()
+};
 
 /// The three coordinates of a field, as raw pointers.
 template <class Real>
@@ -40,11 +52,12 @@ struct SweepPlane {
   std::ptrdiff_t plane;
   std::ptrdiff_t first_block;  ///< blocks to compute: [first_block, last_block)
   std::ptrdiff_t last_block;
-  const std::uint32_t* entry;    ///< per block of this plane: which dictionary entry
+  const std::uint32_t* entry;    ///< per block of this plane, and two more: which dictionary entry
   const Real* dictionary;        ///< entries of coefficients_per_lane x W numbers
   const std::uint32_t* content;  ///< per entry: BlockContent bits
-  Real rest_volume;              ///< V0 [m^3]
-  Real guarded_length;           ///< stretch of a corner below which the fold guard acts [m]
+  InteriorCoefficients<Real> interior;
+  Real rest_volume;     ///< V0 [m^3]
+  Real guarded_length;  ///< stretch of a corner below which the fold guard acts [m]
   ConstStreams<Real> x;
   ConstStreams<Real> v;  ///< velocities, or the directions of a product
   Real stiffness;        ///< weights of a product's K and C
@@ -95,6 +108,11 @@ struct Sweeps {
   ForceSweeps<Real> damped, undamped;
   /// -(b C + c K) p in place of forces, with p in `v`; elastic or projected (see Tangent).
   Sweep<Real> elastic, projected;
+  /// The 3 x 3 blocks on the diagonal of b C + c K in place of forces: xx, yy, zz or yz, zx, xy.
+  struct DiagonalSweeps {
+    Sweep<Real> straight, mixed;
+  };
+  DiagonalSweeps elastic_diagonal, projected_diagonal;
 };
 
 /// One copy of the sweep, compiled for one instruction set and precision.
@@ -125,6 +143,10 @@ void add_fold_guard_force(double stiffness, double shortest, const double (&corn
 /// Adds the change of these forces, to first order, when the corners move along `directions`.
 void add_fold_guard_change(double stiffness, double shortest, const double (&corners)[8][3],
                            const double (&directions)[8][3], bool projected, double (&change)[8][3]);
+
+/// Adds the xx, yy, zz, yz, zx, xy of the corners' own 3 x 3 blocks of that derivative, negative.
+void add_fold_guard_diagonal(double stiffness, double shortest, const double (&corners)[8][3], bool projected,
+                             double (&blocks)[8][6]);
 
 /// The kernels this processor can run, slowest first; never empty.
 template <class Real>

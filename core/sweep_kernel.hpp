@@ -77,6 +77,9 @@ MSS_INLINE Vec<Real> shift_in(const Vec<Real>& previous, const Vec<Real>& v) {
 inline constexpr int spring_ends[springs_per_site][2] = {
     {0, 1}, {0, 2}, {0, 4}, {0, 3}, {0, 5}, {0, 6}, {1, 2}, {1, 4}, {2, 4}, {0, 7}, {1, 6}, {2, 5}, {3, 4}};
 
+/// The group of each, in the order of mss::group_of.
+inline constexpr int spring_group[springs_per_site] = {0, 1, 2, 3, 4, 5, 3, 4, 5, 6, 6, 6, 6};
+
 template <class Real>
 MSS_INLINE Pack<Real> positive_part(Pack<Real> a) {
   const Pack<Real> zero{};
@@ -101,6 +104,12 @@ MSS_INLINE Pack<Real> guarded_volume(Pack<Real> shortest, Pack<Real> squared) {
   const Pack<Real> shortest2 = shortest * shortest, most = Real(0.5) * (squared - shortest2);
   return shortest * (most > shortest2 ? most : shortest2);
 }
+
+/// A spring's stiffness and damping as b C + c K need them: across I + along d d^T.
+template <class Real>
+struct SpringBlock {
+  Pack<Real> across, along;
+};
 
 /// W neighbouring cells: where their corners are, and their coefficients.
 template <class Real>
@@ -141,7 +150,7 @@ struct Cells {
     // In guarded lengths r is at most 7/2 r^2 + 1/14; a hundredth is for rounding.
     const Real begins = Real(1 / 14.0 + 1.01) * p.guarded_length, per_square = Real(3.5) / p.guarded_length;
     const Pack<Real> zero{};
-    const auto guarded = load(guard_stiffness()) > zero;
+    const auto guarded = p.interior.guard * cell_weight() > zero;
     const Vec<Real> a = difference(p.x, 9), b = difference(p.x, 10), c = difference(p.x, 11),
                     d = difference(p.x, 12), ab = ends_sum(9) - ends_sum(10),
                     cd = ends_sum(11) - ends_sum(12);
@@ -160,8 +169,16 @@ struct Cells {
     return load(p.x, corner[spring_ends[spring][1]]) + load(p.x, corner[spring_ends[spring][0]]);
   }
 
-  /// Guarded corners' stiffness, of each cell.
-  MSS_INLINE const Real* guard_stiffness() const { return coefficient + W * (3 * springs_per_site + 1); }
+  /// Of the group that a spring belongs to.
+  MSS_INLINE Pack<Real> weight(int spring) const { return load(coefficient + W * spring_group[spring]); }
+  MSS_INLINE Pack<Real> spring_damping(int spring) const {
+    return load(coefficient + W * (weights_per_lane + spring));
+  }
+  /// k - r k L0, with r = rsqrt_scale / |d|.
+  MSS_INLINE Pack<Real> undamped_tension(int spring, Pack<Real> r) const {
+    return weight(spring) * (p.interior.stiffness[spring] - r * p.interior.rest_pull[spring]);
+  }
+  MSS_INLINE Pack<Real> cell_weight() const { return weight(springs_per_site - 1); }
 
   /// For each cell, whether GuardedCorner::may_act() holds of any of its corners.
   MSS_INLINE auto guard_may_act() const {
@@ -183,8 +200,9 @@ struct Cells {
   template <class Add>
   MSS_INLINE void guard_each(Vec<Real> (&force)[8], Add&& add) const {
     const auto acts = guard_may_act();
+    const Pack<Real> guard_stiffness = p.interior.guard * cell_weight();
     for (int lane = 0; lane < W; ++lane) {
-      const double stiffness = guard_stiffness()[lane];
+      const double stiffness = guard_stiffness[lane];
       if (!(stiffness > 0) || !acts[lane]) continue;
       double pull[8][3] = {};
       add(stiffness, lane, pull);
@@ -199,6 +217,19 @@ struct Cells {
   MSS_INLINE void gather(const ConstStreams<Real>& s, int lane, double (&at)[8][3]) const {
     for (int c = 0; c < 8; ++c)
       for (int a = 0; a < 3; ++a) at[c][a] = s.axis[a][corner[c] + lane];
+  }
+
+  /// The 3 x 3 block of spring i of those started, across I + along d d^T.
+  template <bool Projected, int... Spring>
+  MSS_INLINE SpringBlock<Real> spring_block(const Started<Spring...>& s, int i) const {
+    constexpr Real unscale = 1 / (rsqrt_scale<Real> * rsqrt_scale<Real>);
+    const Pack<Real> r = scaled_rsqrt(s.squared[i], s.estimate[i]);
+    const int spring = s.spring[i];
+    Pack<Real> across = undamped_tension(spring, r);
+    if constexpr (Projected) across = positive_part<Real>(across);
+    const Pack<Real> k = weight(spring) * p.interior.stiffness[spring];
+    const Pack<Real> along = (unscale * p.stiffness) * (k - across) + p.damping * spring_damping(spring);
+    return {p.stiffness * across, along * (r * r)};
   }
 
   /// Adds f to the first end of a spring and takes it from the second.
@@ -221,12 +252,15 @@ struct Force : Cells<Real> {
   template <int... Spring>
   MSS_INLINE Pack<Real> tension(const Started<Spring...>& s, int i) const {
     const Pack<Real> r = scaled_rsqrt(s.squared[i], s.estimate[i]);
-    const Real* c = coefficient + 3 * W * s.spring[i];
-    const Pack<Real> k = load(c), k_rest = load(c + W);
-    if constexpr (Damped)
-      return k + r * ((load(c + 2 * W) * dot(s.d[i], this->difference(p.v, s.spring[i]))) * r - k_rest);
-    else
-      return k - r * k_rest;
+    const int spring = s.spring[i];
+    if constexpr (Damped) {
+      const Pack<Real> w = this->weight(spring), k = w * p.interior.stiffness[spring],
+                       k_rest = w * p.interior.rest_pull[spring];
+      return k +
+             r * ((this->spring_damping(spring) * dot(s.d[i], this->difference(p.v, spring))) * r - k_rest);
+    } else {
+      return this->undamped_tension(spring, r);
+    }
   }
 
   template <int... Spring>
@@ -247,7 +281,7 @@ struct Force : Cells<Real> {
       // The edges are four times too long: V is 64 and a face 16 times too large; k_vol / (4 V0) makes up for
       // that.
       const Pack<Real> volume = Real(1.0 / 64) * dot(e.x, yz);
-      const Pack<Real> pressure = load(coefficient + 3 * W * springs_per_site) * (volume - p.rest_volume);
+      const Pack<Real> pressure = (p.interior.volume * this->cell_weight()) * (volume - p.rest_volume);
       const Vec<Real> px = pressure * yz, upper = pressure * (xy + zx), lower = pressure * (xy - zx);
       push[0] = upper + px;
       push[1] = upper - px;
@@ -282,17 +316,11 @@ struct ForceChange : Cells<Real> {
   template <int... Spring>
   using Started = typename Cells<Real>::template Started<Spring...>;
 
-  /// Of spring i, whose ends move apart by e: across (e - u u.e) + along u u.e, with across = k (1 - L0/|d|).
+  /// across (e - u u.e) + along u u.e, of spring i, whose ends move apart by e.
   template <int... Spring>
   MSS_INLINE Vec<Real> response(const Started<Spring...>& s, int i, const Vec<Real>& e) const {
-    constexpr Real unscale = 1 / (rsqrt_scale<Real> * rsqrt_scale<Real>);
-    const Pack<Real> r = scaled_rsqrt(s.squared[i], s.estimate[i]);
-    const Real* c = coefficient + 3 * W * s.spring[i];
-    const Pack<Real> k = load(c);
-    Pack<Real> across = k - r * load(c + W);
-    if constexpr (Projected) across = positive_part<Real>(across);
-    const Pack<Real> along = (unscale * p.stiffness) * (k - across) + p.damping * load(c + 2 * W);
-    return (p.stiffness * across) * e + (along * (r * r) * dot(s.d[i], e)) * s.d[i];
+    const SpringBlock<Real> b = this->template spring_block<Projected>(s, i);
+    return b.across * e + (b.along * dot(s.d[i], e)) * s.d[i];
   }
 
   template <int... Spring>
@@ -309,7 +337,7 @@ struct ForceChange : Cells<Real> {
                                  this->difference(p.v, 11), this->difference(p.v, 12)};
     const Edges<Real> e(s.d[0], s.d[1], t.d[0], t.d[1]), de(change[0], change[1], change[2], change[3]);
     const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
-    Pack<Real> stiffness = p.stiffness * load(coefficient + 3 * W * springs_per_site);
+    Pack<Real> stiffness = p.stiffness * (p.interior.volume * this->cell_weight());
     if constexpr (Projected) stiffness = positive_part<Real>(stiffness);
     const Pack<Real> swelling = Real(1.0 / 64) * (dot(de.x, yz) + (dot(de.y, zx) + dot(de.z, xy)));
     Vec<Real> px = (stiffness * swelling) * yz, py = (stiffness * swelling) * zx,
@@ -337,6 +365,64 @@ struct ForceChange : Cells<Real> {
   }
 };
 
+/// The blocks on the diagonal of b C + c K in place of forces: their xx, yy, zz, or, if Mixed, yz, zx, xy.
+template <class Real, bool Projected, bool Mixed>
+struct DiagonalBlock : Cells<Real> {
+  using Cells<Real>::p;
+  template <int... Spring>
+  using Started = typename Cells<Real>::template Started<Spring...>;
+
+  /// The three numbers of d d^T.
+  MSS_INLINE static Vec<Real> square(const Vec<Real>& d) {
+    if constexpr (Mixed)
+      return {d.y * d.z, d.z * d.x, d.x * d.y};
+    else
+      return {d.x * d.x, d.y * d.y, d.z * d.z};
+  }
+  template <int... Spring>
+  MSS_INLINE Vec<Real> block_of(const Started<Spring...>& s, int i) const {
+    const SpringBlock<Real> b = this->template spring_block<Projected>(s, i);
+    const Vec<Real> along = b.along * square(s.d[i]);
+    if constexpr (Mixed)
+      return along;
+    else
+      return along + Vec<Real>{b.across, b.across, b.across};
+  }
+
+  template <int... Spring>
+  MSS_INLINE void pull(const Started<Spring...>& s, Vec<Real> (&sums)[8]) const {
+    for (int i = 0; i < s.count; ++i) {
+      const Vec<Real> block = block_of(s, i);
+      for (const int end : spring_ends[s.spring[i]]) sums[end] = sums[end] + block;
+    }
+  }
+
+  template <std::uint32_t>
+  MSS_INLINE void cell(Vec<Real> (&sums)[8]) const {
+    const auto s = this->template start<9, 10>();
+    const auto t = this->template start<11, 12>();
+    const Edges<Real> e(s.d[0], s.d[1], t.d[0], t.d[1]);
+    const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
+    Pack<Real> stiffness = Real(1.0 / 64) * p.stiffness * (p.interior.volume * this->cell_weight());
+    if constexpr (Projected) stiffness = positive_part<Real>(stiffness);
+    sums[0] = stiffness * square((xy + zx) + yz) + block_of(s, 0);
+    sums[1] = stiffness * square((xy + zx) - yz) + block_of(s, 1);
+    sums[2] = stiffness * square((xy - zx) + yz) + block_of(t, 0);
+    sums[3] = stiffness * square((xy - zx) - yz) + block_of(t, 1);
+    for (int i = 0; i < 4; ++i) sums[7 - i] = sums[i];
+  }
+
+  void guard(Vec<Real> (&sums)[8]) const {
+    this->guard_each(sums, [&](double stiffness, int lane, double(&pull)[8][3]) {
+      double x[8][3], blocks[8][6] = {};
+      this->gather(p.x, lane, x);
+      add_fold_guard_diagonal(p.stiffness * stiffness, p.guarded_length, x, Projected, blocks);
+      for (int c = 0; c < 8; ++c)
+        for (int a = 0; a < 3; ++a) pull[c][a] += blocks[c][Mixed ? 3 + a : a];
+    });
+  }
+};
+
 /// The last (x+1) corners' forces of a block: own, own one row on, above, above one row on.
 template <class Real>
 struct Carry {
@@ -352,6 +438,15 @@ MSS_INLINE void pass_on(const SweepPlane<Real>& p, const Streams<Real>& sums, st
   // A block longer than a row contains its own (y+1) corners: it adds to their sums instead of beginning
   // them.
   store(sums, q + p.row, p.row < lanes<Real> ? load(sums, q + p.row) + y : y);
+}
+
+/// Of a block without particles, which only begins the sums of the next row.
+template <class Real>
+MSS_INLINE void skip_block(const SweepPlane<Real>& p, std::ptrdiff_t q, Carry<Real>& carry) {
+  carry = {};
+  if (p.row < lanes<Real>) return;
+  store(p.own, q + p.row, Vec<Real>{});
+  store(p.above, q + p.row, Vec<Real>{});
 }
 
 template <class Block, class Real>
@@ -433,6 +528,17 @@ MSS_INLINE const Real* coefficients_of(const SweepPlane<Real>& p, std::uint32_t 
   return p.dictionary + std::ptrdiff_t(entry) * std::ptrdiff_t{coefficients_per_lane} * lanes<Real>;
 }
 
+/// Fetches the coefficients of the block after the next: bodies that are no boxes have more of them than a
+/// second-level cache holds.
+template <class Real>
+MSS_INLINE void prefetch_coefficients(const SweepPlane<Real>& p, std::ptrdiff_t block,
+                                      const Real* coefficient) {
+  constexpr int line = 64 / int(sizeof(Real));
+  const Real* next = coefficients_of(p, p.entry[block + 2]);
+  if (next == coefficient) return;
+  for (int i = 0; i < coefficients_per_lane * lanes<Real>; i += line) __builtin_prefetch(next + i);
+}
+
 /// Of any body. `Guards`: block_guards or 0.
 template <class Block, std::uint32_t Guards, class Real>
 void sweep_any(SweepPlane<Real>& argument) {
@@ -444,6 +550,7 @@ void sweep_any(SweepPlane<Real>& argument) {
     const std::uint32_t entry = p.entry[b];
     const Real* coefficient = coefficients_of(p, entry);
     const std::uint32_t content = p.content[entry];
+    prefetch_coefficients(p, b, coefficient);
     if constexpr (Guards != 0)
       // Of force changes, which have no leaner sweep; without it here forces of full bodies are 4 to 6 %
       // slower.
@@ -452,6 +559,9 @@ void sweep_any(SweepPlane<Real>& argument) {
         continue;
       }
     switch (content) {
+      case block_empty:
+        skip_block(p, b * W, carry);
+        break;
       case 0:
         do_block<Block, 0>(p, b * W, coefficient, carry);
         break;
@@ -483,7 +593,11 @@ void sweep_all_with(SweepPlane<Real>& argument) {
   for (std::ptrdiff_t b = p.first_block; b < p.last_block; ++b) {
     const std::uint32_t entry = p.entry[b];
     const Real* coefficient = coefficients_of(p, entry);
+    prefetch_coefficients(p, b, coefficient);
     switch (p.content[entry]) {
+      case block_empty:
+        skip_block(p, b * W, carry);
+        break;
       case 0:
         do_block<Block, 0>(p, b * W, coefficient, carry);
         break;
@@ -542,7 +656,9 @@ void store_product(const FinishPlane<Real>& p) {
 }
 template <class Real>
 void kick_drift(const FinishPlane<Real>& p) {
-  for (std::ptrdiff_t q = p.first; q < p.last; q += lanes<Real>) update(p, q, acceleration(p, q));
+  const Pack<Real> zero{};
+  for (std::ptrdiff_t q = p.first; q < p.last; q += lanes<Real>)
+    if (any(load(p.inverse_mass + q) > zero)) update(p, q, acceleration(p, q));
 }
 template <class Real>
 void kick_drift_stored(const FinishPlane<Real>& p) {
@@ -558,13 +674,21 @@ ForceSweeps<Real> make_force_sweeps() {
           sweep_all_with<Block, block_edges | block_bodies | block_volumes | Guards, Real>};
 }
 
+template <class Real, std::uint32_t Guards, bool Projected>
+typename Sweeps<Real>::DiagonalSweeps make_diagonal_sweeps() {
+  return {sweep_any<DiagonalBlock<Real, Projected, false>, Guards, Real>,
+          sweep_any<DiagonalBlock<Real, Projected, true>, Guards, Real>};
+}
+
 /// `Guards`: block_guards or 0.
 template <class Real, std::uint32_t Guards>
 Sweeps<Real> make_sweeps() {
   return {make_force_sweeps<Real, Force<Real, true>, Guards>(),
           make_force_sweeps<Real, Force<Real, false>, Guards>(),
           sweep_any<ForceChange<Real, false>, Guards, Real>,
-          sweep_any<ForceChange<Real, true>, Guards, Real>};
+          sweep_any<ForceChange<Real, true>, Guards, Real>,
+          make_diagonal_sweeps<Real, Guards, false>(),
+          make_diagonal_sweeps<Real, Guards, true>()};
 }
 
 template <class Real>

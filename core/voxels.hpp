@@ -30,9 +30,17 @@ class VoxelGrid {
   /// True where a cell is; false outside the box too, so that callers need no border cases.
   bool at(int i, int j, int k) const {
     const bool inside = i >= 0 && j >= 0 && k >= 0 && i < size_[0] && j < size_[1] && k < size_[2];
-    return inside && cells_[offset(i, j, k)] != 0;
+    return inside && cells_[index(i, j, k)] != 0;
   }
-  void set(int i, int j, int k, bool present) { cells_[offset(i, j, k)] = present ? 1 : 0; }
+  void set(int i, int j, int k, bool present) { cells_[index(i, j, k)] = present ? 1 : 0; }
+
+  /// Of a cell inside the box among all nx ny nz, x first.
+  std::size_t index(int i, int j, int k) const {
+    return static_cast<std::size_t>(i) +
+           static_cast<std::size_t>(size_[0]) *
+               (static_cast<std::size_t>(j) +
+                static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(k));
+  }
 
   std::size_t count() const;
 
@@ -42,13 +50,6 @@ class VoxelGrid {
   VoxelGrid merge(int parts) const;
 
  private:
-  std::size_t offset(int i, int j, int k) const {
-    return static_cast<std::size_t>(i) +
-           static_cast<std::size_t>(size_[0]) *
-               (static_cast<std::size_t>(j) +
-                static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(k));
-  }
-
   std::array<int, 3> size_;
   std::vector<std::uint8_t> cells_;
 };

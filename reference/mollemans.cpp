@@ -179,13 +179,16 @@ void MollemansSystem::MollemansTangents::multiply(double t, const Field<double>&
 }
 
 void MollemansSystem::MollemansTangents::add_diagonal(const Field<double>& x, const Field<double>& v,
-                                                      const TangentSum& sum, const BlockMatrix& blocks,
-                                                      std::vector<Matrix3d>& diagonal) const {
-  add_tangent_diagonal(system_.bare_, x, v, sum, blocks, diagonal);
+                                                      const TangentSum& sum,
+                                                      std::vector<Matrix3d>& diagonal) {
+  std::vector<Matrix3d> springs;
+  system_.springs_.tangents()->diagonal(
+      0, x, v, {.damping = sum.damping, .stiffness = sum.stiffness, .kind = sum.kind}, springs);
+  for (std::size_t p = 0; p < diagonal.size(); ++p) diagonal[p] += springs[p];
   for (const std::ptrdiff_t site : system_.cells_.cells()) {
     const CellMatrix k = cell(x, site, sum);
     for (int c = 0; c < 8; ++c)
-      diagonal[blocks.particle(site + body().lattice().corner(c))] += block_of(k, c, c);
+      diagonal[std::size_t(body().particle(site + body().lattice().corner(c)))] += block_of(k, c, c);
   }
 }
 

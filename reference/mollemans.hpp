@@ -40,7 +40,7 @@ class MollemansSystem final : public BodySystem<double> {
     void add(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
              BlockMatrix& blocks) const override;
     void add_diagonal(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                      const BlockMatrix& blocks, std::vector<Eigen::Matrix3d>& diagonal) const override;
+                      std::vector<Eigen::Matrix3d>& diagonal) override;
     void multiply(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
                   const Field<double>& p, Field<double>& out) override;
     CellMatrix cell(const Field<double>& x, std::ptrdiff_t site, const TangentSum& sum) const;

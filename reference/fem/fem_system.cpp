@@ -186,12 +186,11 @@ void FemSystem::FemTangents::multiply(double, const Field<double>& x, const Fiel
 }
 
 void FemSystem::FemTangents::add_diagonal(const Field<double>& x, const Field<double>& v,
-                                          const TangentSum& sum, const BlockMatrix& blocks,
-                                          std::vector<Matrix3d>& diagonal) const {
+                                          const TangentSum& sum, std::vector<Matrix3d>& diagonal) {
   for (const std::ptrdiff_t site : system_.cells_.cells()) {
     const CellMatrix k = system_.element_.tangent(system_.gather(x, site), system_.gather(v, site), sum);
     for (int c = 0; c < 8; ++c)
-      diagonal[blocks.particle(site + body().lattice().corner(c))] += block_of(k, c, c);
+      diagonal[std::size_t(body().particle(site + body().lattice().corner(c)))] += block_of(k, c, c);
   }
 }
 
