@@ -1,5 +1,6 @@
 # Options every target of the project shares. Nothing here relaxes floating point: no -ffast-math anywhere, and
-# contraction to fused multiply-adds only in the sweep (see core/CMakeLists.txt).
+# contraction to fused multiply-adds only in the sweep (core/CMakeLists.txt) and the loops of quasi-Newton methods
+# (integrators/CMakeLists.txt).
 add_library(mss_options INTERFACE)
 target_include_directories(mss_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(mss_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual

@@ -51,10 +51,11 @@ cholmod_sparse view(const SparseMatrix& matrix) {
   return s;
 }
 
-cholmod_dense view(double* numbers, Eigen::Index size) {
+cholmod_dense view(double* numbers, Eigen::Index rows, Eigen::Index columns) {
   cholmod_dense d{};
-  d.nrow = d.nzmax = d.d = std::size_t(size);
-  d.ncol = 1;
+  d.nrow = d.d = std::size_t(rows);
+  d.ncol = std::size_t(columns);
+  d.nzmax = d.nrow * d.ncol;
   d.x = numbers;
   d.xtype = CHOLMOD_REAL;
   d.dtype = CHOLMOD_DOUBLE;
@@ -100,14 +101,13 @@ Status Cholesky::factor(const SparseMatrix& matrix) {
   return w.common.status == CHOLMOD_NOT_POSDEF ? Status::not_positive_definite : Status::ok;
 }
 
-void Cholesky::solve(const Eigen::VectorXd& rhs, Eigen::VectorXd& solution) {
-  if (rhs.size() == 0) return solution.resize(0);
+const double* Cholesky::solve(const double* rhs, Eigen::Index rows, Eigen::Index columns) {
   const OneThread one_thread;
   Workspace& w = *workspace_;
-  cholmod_dense b = view(const_cast<double*>(rhs.data()), rhs.size());
+  cholmod_dense b = view(const_cast<double*>(rhs), rows, columns);
   if (!cholmod_solve2(CHOLMOD_A, w.factor, &b, nullptr, &w.x, nullptr, &w.y, &w.e, &w.common))
     throw std::bad_alloc();
-  solution = Eigen::Map<const Eigen::VectorXd>(static_cast<const double*>(w.x->x), rhs.size());
+  return static_cast<const double*>(w.x->x);
 }
 
 namespace {

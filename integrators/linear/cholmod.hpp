@@ -23,10 +23,18 @@ class Cholesky {
   /// have the same pattern. Status ok or not_positive_definite.
   Status factor(const SparseMatrix& matrix);
 
-  /// Solves with the last factor.
-  void solve(const Eigen::VectorXd& rhs, Eigen::VectorXd& solution);
+  /// Solves with the last factor: a vector, or a matrix whose columns are right-hand sides.
+  template <class Dense>
+  void solve(const Dense& rhs, Dense& solution) {
+    if (rhs.size() == 0)
+      solution.resizeLike(rhs);
+    else
+      solution = Eigen::Map<const Dense>(solve(rhs.data(), rhs.rows(), rhs.cols()), rhs.rows(), rhs.cols());
+  }
 
  private:
+  const double* solve(const double* rhs, Eigen::Index rows, Eigen::Index columns);
+
   struct Workspace;
   std::unique_ptr<Workspace> workspace_;
 };

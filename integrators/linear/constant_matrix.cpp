@@ -1,0 +1,141 @@
+#include "integrators/linear/constant_matrix.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "integrators/linear/cholmod.hpp"
+
+namespace mss {
+
+namespace {
+
+std::size_t index(SpringSlot::Class kind) { return static_cast<std::size_t>(kind); }
+
+double interior_stiffness(const SpringConstants& springs, SpringSlot::Class kind) {
+  return std::array{springs.edge, springs.face, springs.body}[index(kind)];
+}
+
+/// The matrix for the particles that are free along some axes, and these axes.
+struct FreeParticles {
+  std::vector<int> axes;
+  std::vector<std::ptrdiff_t> sites;
+  std::vector<int> row;  ///< per site; -1: held
+  Eigen::MatrixXd rhs, solution;
+  Cholesky cholesky;
+};
+
+class CholeskySolver final : public ConstantSolver {
+ public:
+  CholeskySolver(const Body& body, const System<double>& system);
+  Status prepare(const ConstantMatrix& matrix) override;
+  void solve(System<double>& system, const Field<double>& rhs, Field<double>& solution) override;
+
+ private:
+  SparseMatrix assemble(const ConstantMatrix& matrix, const FreeParticles& particles) const;
+
+  const Body& body_;
+  std::vector<std::unique_ptr<FreeParticles>> groups_;
+};
+
+CholeskySolver::CholeskySolver(const Body& body, const System<double>& system) : body_(body) {
+  const Field<double> is_free = free_coordinates(system);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double* mask = is_free.axis(axis);
+    const auto same = std::find_if(groups_.begin(), groups_.end(), [&](const auto& group) {
+      return std::equal(mask, mask + system.size(), is_free.axis(group->axes.front()));
+    });
+    if (same != groups_.end()) {
+      (*same)->axes.push_back(axis);
+      continue;
+    }
+    auto group = std::make_unique<FreeParticles>();
+    group->axes = {axis};
+    group->row.assign(std::size_t(system.size()), -1);
+    for (const std::ptrdiff_t site : body.sites())
+      if (mask[site] != 0) {
+        group->row[std::size_t(site)] = int(group->sites.size());
+        group->sites.push_back(site);
+      }
+    groups_.push_back(std::move(group));
+  }
+}
+
+SparseMatrix CholeskySolver::assemble(const ConstantMatrix& matrix, const FreeParticles& particles) const {
+  std::vector<Eigen::Triplet<double>> entries;
+  const auto join = [&](std::ptrdiff_t a, std::ptrdiff_t b, double weight) {
+    const int row_a = particles.row[std::size_t(a)], row_b = particles.row[std::size_t(b)];
+    if (row_a >= 0) entries.emplace_back(row_a, row_a, weight);
+    if (row_b >= 0) entries.emplace_back(row_b, row_b, weight);
+    if (row_a < 0 || row_b < 0) return;
+    entries.emplace_back(row_a, row_b, -weight);
+    entries.emplace_back(row_b, row_a, -weight);
+  };
+  body_.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double stiffness,
+                            double) {
+    join(a, b,
+         matrix.spring[index(slot.kind)] * stiffness / interior_stiffness(body_.config().springs, slot.kind));
+  });
+  body_.for_each_cell([&](std::ptrdiff_t site) {
+    for (int c = 0; c < 8; ++c)
+      for (const int step : {1, 2, 4})
+        if ((c & step) == 0)
+          join(site + body_.lattice().corner(c), site + body_.lattice().corner(c | step), matrix.cell_edge);
+  });
+  for (std::size_t i = 0; i < particles.sites.size(); ++i)
+    entries.emplace_back(int(i), int(i), matrix.mass * body_.mass(particles.sites[i]));
+  const auto rows = Eigen::Index(particles.sites.size());
+  SparseMatrix assembled(rows, rows);
+  assembled.setFromTriplets(entries.begin(), entries.end());
+  return assembled;
+}
+
+Status CholeskySolver::prepare(const ConstantMatrix& matrix) {
+  for (const auto& group : groups_)
+    if (const Status status = group->cholesky.factor(assemble(matrix, *group)); status != Status::ok)
+      return status;
+  return Status::ok;
+}
+
+void CholeskySolver::solve(System<double>&, const Field<double>& rhs, Field<double>& solution) {
+  solution.array() = 0;
+  for (const auto& group : groups_) {
+    group->rhs.resize(Eigen::Index(group->sites.size()), Eigen::Index(group->axes.size()));
+    for (std::size_t c = 0; c < group->axes.size(); ++c)
+      for (std::size_t i = 0; i < group->sites.size(); ++i)
+        group->rhs(Eigen::Index(i), Eigen::Index(c)) = rhs.axis(group->axes[c])[group->sites[i]];
+    group->cholesky.solve(group->rhs, group->solution);
+    for (std::size_t c = 0; c < group->axes.size(); ++c)
+      for (std::size_t i = 0; i < group->sites.size(); ++i)
+        solution.axis(group->axes[c])[group->sites[i]] = group->solution(Eigen::Index(i), Eigen::Index(c));
+  }
+}
+
+}  // namespace
+
+ConstantMatrix bounding_matrix(const Body& body, double a, double b, double c) {
+  const BodyConfig& config = body.config();
+  // Of an interior spring: between two whole particles.
+  const double mass = config.density * body.cell_volume();
+  ConstantMatrix matrix{.mass = a};
+  for (const auto kind : {SpringSlot::Class::edge, SpringSlot::Class::face, SpringSlot::Class::body}) {
+    const double k = interior_stiffness(config.springs, kind);
+    matrix.spring[index(kind)] =
+        c * k + b * config.damping.coefficient(k, mass, mass, body.rest_length(kind));
+  }
+  if (config.topology == Topology::edges_body) matrix.spring[index(SpringSlot::Class::face)] = 0;
+  matrix.cell_edge = c * 0.75 * std::max(config.springs.volume, 0.0) * config.cell_size;
+  return matrix;
+}
+
+Field<double> free_coordinates(const System<double>& system) {
+  Field<double> is_free(system.size());
+  for (const std::ptrdiff_t site : system.particles()) is_free.set(site, Vec3::Ones());
+  system.clear_prescribed(is_free);
+  return is_free;
+}
+
+std::unique_ptr<ConstantSolver> cholesky_solver(const Body& body, const System<double>& system) {
+  return std::make_unique<CholeskySolver>(body, system);
+}
+
+}  // namespace mss
