@@ -82,7 +82,8 @@ struct SpringSystem<Real>::Pass {
   Field<Real>* out = nullptr;    ///< but for kick_drift: the result
   State<Real>* state = nullptr;  ///< kick_drift: updated in place
   KickDrift update{};
-  TangentSum sum{};  ///< of a product or diagonal
+  TangentSum sum{};     ///< of a product or diagonal
+  bool springs = true;  ///< false: as if there were none
 
   /// Whether what is added up are forces.
   bool takes_loads() const { return finish == Finish::force || moves_particles(); }
@@ -271,10 +272,15 @@ void SpringSystem<Real>::SpringTangents::multiply(double t, const Field<Real>& x
 
 template <class Real>
 void SpringSystem<Real>::diagonal_blocks(const Field<Real>& x, const TangentSum& sum, Field<Real>& straight,
-                                         Field<Real>& mixed) {
-  run({.finish = Finish::straight_diagonal, .t = 0, .dt = 0, .x = &x, .v = &x, .out = &straight, .sum = sum},
-      1);
-  run({.finish = Finish::mixed_diagonal, .t = 0, .dt = 0, .x = &x, .v = &x, .out = &mixed, .sum = sum}, 1);
+                                         Field<Real>& mixed, bool springs) {
+  Pass pass{.finish = Finish::straight_diagonal, .t = 0, .dt = 0, .x = &x, .v = &x, .out = &straight};
+  pass.sum = sum;
+  pass.springs = springs;
+  if (!springs) pass.sum.damping = 0;
+  run(pass, 1);
+  pass.finish = Finish::mixed_diagonal;
+  pass.out = &mixed;
+  run(pass, 1);
 }
 
 template <class Real>
@@ -404,6 +410,10 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
   p.dictionary = dictionary_.data();
   p.content = content_.data();
   p.interior = interior_;
+  if (!pass.springs) {
+    std::fill(std::begin(p.interior.stiffness), std::end(p.interior.stiffness), Real(0));
+    std::fill(std::begin(p.interior.rest_pull), std::end(p.interior.rest_pull), Real(0));
+  }
   p.rest_volume = static_cast<Real>(this->body().cell_volume());
   p.guarded_length = static_cast<Real>(guarded_length(this->body().config().cell_size));
   p.x = const_streams(*pass.x, offset);

@@ -43,10 +43,10 @@ class SpringSystem final : public BodySystem<Real> {
   void kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) override;
 
   /// The symmetric 3 x 3 blocks on the diagonal of b C + c K at positions x, one per site, of springs and
-  /// cells alone: overwritten with their xx, yy, zz and their yz, zx, xy, 0 where there is no particle. Of
-  /// Tangent::exact there are none; the elastic ones are returned.
-  void diagonal_blocks(const Field<Real>& x, const TangentSum& sum, Field<Real>& straight,
-                       Field<Real>& mixed);
+  /// cells alone, or without `springs` of cells alone: overwritten with their xx, yy, zz and their yz, zx,
+  /// xy, 0 where there is no particle. Of Tangent::exact there are none; the elastic ones are returned.
+  void diagonal_blocks(const Field<Real>& x, const TangentSum& sum, Field<Real>& straight, Field<Real>& mixed,
+                       bool springs = true);
 
  private:
   class SpringTangents final : public BodyTangents<Real> {

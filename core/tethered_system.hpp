@@ -56,9 +56,10 @@ class TetheredSystem final : public SystemWrapper<Real> {
                  const Field<Real>& p, Field<Real>& out) override;
     void diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                   std::vector<Eigen::Matrix3d>& blocks) override;
+    const BodySystem<Real>* body_system() const override { return other().body_system(); }
 
    private:
-    Tangents<Real>& other() { return *system_.other().tangents(); }
+    Tangents<Real>& other() const { return *system_.other().tangents(); }
     /// What the tether adds to the diagonal.
     double added(const TangentSum& sum) const {
       return sum.stiffness * system_.tether_->stiffness + sum.damping * system_.tether_->damping;

@@ -1,37 +1,7 @@
-// Block-Jacobi preconditioned conjugate gradients without a matrix: a product costs about one force
-// evaluation, through the same sweep.
-#include "integrators/linear/conjugate_gradients.hpp"
+// Block-Jacobi preconditioned conjugate gradients that build no matrix.
+#include "integrators/linear/matrix_free.hpp"
 
 namespace mss {
-
-namespace {
-
-class MatrixFree final : public ConjugateGradients {
- public:
-  using ConjugateGradients::ConjugateGradients;
-
- protected:
-  void prepare_product(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
-                       const TangentSum& sum, Work&) override {
-    tangents_ = &tangents_of(system);
-    t_ = t;
-    x_ = &x;
-    v_ = &v;
-    sum_ = sum;
-  }
-  void product(const Field<double>& p, Field<double>& out) override {
-    tangents_->product(t_, *x_, *v_, sum_, p, out);
-  }
-
- private:
-  Tangents<double>* tangents_ = nullptr;
-  double t_ = 0;
-  const Field<double>* x_ = nullptr;
-  const Field<double>* v_ = nullptr;
-  TangentSum sum_;
-};
-
-}  // namespace
 
 LinearSolverInfo matrix_free() {
   return {.name = "matrix_free",
