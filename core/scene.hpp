@@ -21,11 +21,11 @@ struct SolveConfig {
   double duration = 1;       ///< [s]
   int threads = 0;           ///< 0: as many as save time
   Precision precision = Precision::dbl;
-  std::string linear_solver = "cholmod";  ///< of implicit methods
-  Tangent tangent = Tangent::elastic;     ///< of implicit methods; projected where that is indefinite
-  double tolerance = 1e-6;                ///< of adaptive methods: local error over a cell's size
-  double every = 0.01;                    ///< seconds between rows of series.csv
-  SleepRule sleep{};                      ///< of springs driven by explicit methods of fixed step
+  std::string linear_solver = "automatic";  ///< of implicit methods
+  Tangent tangent = Tangent::elastic;       ///< of implicit methods; projected where that is indefinite
+  double tolerance = 1e-6;                  ///< of adaptive methods: local error over a cell's size
+  double every = 0.01;                      ///< seconds between rows of series.csv
+  SleepRule sleep{};                        ///< of springs driven by explicit methods of fixed step
 };
 
 /// A result that a scene file states in advance; `mss check SCENE` compares it with what was simulated.

@@ -59,13 +59,13 @@ class Integrator {
 /// What a user may set about a method.
 struct IntegratorOptions {
   double dt = 1e-3;  ///< step of fixed-step methods, first step of adaptive ones; 0: they choose it [s]
-  std::string linear_solver = "cholmod";  ///< of implicit methods
-  Tangent tangent = Tangent::elastic;     ///< of implicit methods; projected where the elastic is indefinite
-  double linear_tolerance = 1e-10;        ///< of iterative linear solvers: residual over right-hand side
-  double tolerance = 1e-6;                ///< of adaptive methods: local error over the scales below
-  double length_scale = 1;                ///< of positions [m]
-  double speed_scale = 1;                 ///< of velocities [m/s]
-  long most_steps = 10000000;  ///< adaptive methods may take in one advance, or until its next event
+  std::string linear_solver = "automatic";  ///< of implicit methods
+  Tangent tangent = Tangent::elastic;  ///< of implicit methods; projected where the elastic is indefinite
+  double linear_tolerance = 1e-10;     ///< of iterative linear solvers: residual over right-hand side
+  double tolerance = 1e-6;             ///< of adaptive methods: local error over the scales below
+  double length_scale = 1;             ///< of positions [m]
+  double speed_scale = 1;              ///< of velocities [m/s]
+  long most_steps = 10000000;          ///< adaptive methods may take in one advance, or until its next event
 };
 
 /// Largest step [s] for which a method is stable on the test equation x'' = -omega^2 x - damping x'; 0 if

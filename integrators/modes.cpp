@@ -181,7 +181,7 @@ Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int 
     found = dense_pairs(system, state, roots);
   } else {
     const double shift = -1e-6 * fastest * fastest;  // K alone is singular without holds
-    const auto solver = find_linear_solver("cholmod").make(0);
+    const auto solver = find_linear_solver("automatic").make(1e-12);
     const TangentSum sum{.mass = -shift, .stiffness = 1, .kind = Tangent::elastic};
     Status status = solver->prepare(system, state.t, state.x, state.v, sum, work);
     ShiftedInverse inverse(system, *solver, roots, work);

@@ -273,7 +273,7 @@ std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
         }
         all.push_back(chain);
       } else if (method.implicit) {
-        for (const char* solver : {"cholmod", "matrix_free"}) {
+        for (const char* solver : {"automatic", "matrix_free"}) {
           c.linear_solver = solver;
           steps(c, unit, {256, 128, 64, 32, 16, 8, 4});
         }

@@ -123,7 +123,7 @@ TEST(Scene, FillsInDefaults) {
   EXPECT_FALSE(scene.solve.dt.has_value());
   EXPECT_EQ(scene.solve.threads, 0);
   EXPECT_EQ(scene.solve.precision, Precision::dbl);
-  EXPECT_EQ(scene.solve.linear_solver, "cholmod");
+  EXPECT_EQ(scene.solve.linear_solver, "automatic");
   EXPECT_EQ(scene.solve.tangent, Tangent::elastic);
   EXPECT_EQ(scene.solve.tolerance, 1e-6);
   EXPECT_TRUE(scene.warnings.empty());

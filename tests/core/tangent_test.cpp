@@ -158,18 +158,35 @@ void compare_products(double tolerance) {
 TEST(Tangent, ProductEqualsTheMatrixInDouble) { compare_products<double>(1e-13); }
 TEST(Tangent, ProductEqualsTheMatrixInSingle) { compare_products<float>(1e-5); }
 
-TEST(Tangent, DiagonalIsTheMatrixs) {
-  BodyConfig config = testing::test_config(VoxelGrid::box(2, 3, 2));
-  config.fold_guard = 5;
-  Scenario s(config, 0.6, 5);
-  const TangentSum sum{.mass = 3, .damping = 0.2, .stiffness = 0.7, .kind = Tangent::projected};
-  const Dense matrix = s.tangent(sum);
-  std::vector<Eigen::Matrix3d> blocks;
-  s.system.tangents()->diagonal(0, s.state.x, s.state.v, sum, blocks);
-  ASSERT_EQ(blocks.size(), s.body.particle_count());
-  for (Eigen::Index p = 0; p < Eigen::Index(blocks.size()); ++p)
-    EXPECT_LT((blocks[std::size_t(p)] - matrix.block<3, 3>(3 * p, 3 * p)).norm(), 1e-14 * matrix.norm());
+template <class Real>
+void compare_diagonals(double tolerance) {
+  for (const auto& shape : testing::test_shapes())
+    for (const double guard : {0.0, 5.0})
+      for (const auto& kernel : sweep_kernels<Real>()) {
+        BodyConfig config = testing::test_config(shape.voxels);
+        config.fold_guard = guard;
+        const Body body(config);
+        SpringSystem<Real> system(body, {}, {.threads = 2, .kernel = kernel.name});
+        State<Real> state = system.rest_state();
+        testing::randomise(body, state, guard > 0 ? 0.6 : 0.3, 0.5, 5);
+        for (const Tangent kind : {Tangent::elastic, Tangent::projected}) {
+          const TangentSum sum{.mass = 3, .damping = 0.2, .stiffness = 0.7, .kind = kind};
+          SparseMatrix matrix = system.tangents()->pattern();
+          system.tangents()->values(0, state.x, state.v, sum, matrix);
+          std::vector<Eigen::Matrix3d> blocks;
+          system.tangents()->diagonal(0, state.x, state.v, sum, blocks);
+          ASSERT_EQ(blocks.size(), body.particle_count());
+          for (int p = 0; p < int(blocks.size()); ++p)
+            for (int a = 0; a < 3; ++a)
+              for (int b = 0; b < 3; ++b)
+                ASSERT_NEAR(blocks[std::size_t(p)](a, b), matrix.coeff(3 * p + a, 3 * p + b),
+                            tolerance * matrix.norm())
+                    << shape.name << " " << kernel.name;
+        }
+      }
 }
+TEST(Tangent, DiagonalIsTheMatrixsInDouble) { compare_diagonals<double>(1e-13); }
+TEST(Tangent, DiagonalIsTheMatrixsInSingle) { compare_diagonals<float>(1e-5); }
 
 }  // namespace
 }  // namespace mss

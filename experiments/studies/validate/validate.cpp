@@ -25,7 +25,7 @@ Json configuration(const ValidationConfig& config) {
           {"cells", config.cells},
           {"refinement", config.refinement},
           {"repetitions", config.repetitions},
-          {"linear_solver", "cholmod"},
+          {"linear_solver", "automatic"},
           {"sharing", "weighted"},
           {"threads", config.threads}};
 }
