@@ -81,6 +81,20 @@ SweepKernel<Real> general_kernel();
 FeatureTables measure_features(const FeatureTimingConfig& config, Progress& progress);
 Chart features_chart(const Table& table);
 
+/// Settings of the comparison of a ball and of a random body with a box of as many cells per edge, on one
+/// thread.
+struct ShapeTimingConfig {
+  std::vector<int> cells{20, 33, 40, 60};  ///< per edge
+  int repetitions = 21;
+  double sample_seconds = 10e-3;
+};
+
+/// Time per particle of a step of the workload and of a tangent product, and its ratio to the box's: median
+/// and quartiles over pairs of samples; a row per body, operation, precision and size. Sizes that were not
+/// complete in a precision when it was stopped are left out there.
+Table measure_shapes(const ShapeTimingConfig& config, Progress& progress);
+Chart shapes_chart(const Table& table);
+
 /// The charts of the experiment.
 Drawings draw_timing(const std::vector<NamedTable>& tables);
 

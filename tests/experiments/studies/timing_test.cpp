@@ -126,6 +126,8 @@ TEST(Timing, PoolsPassesOverAllSizes) {
   EXPECT_EQ(order, (std::vector<double>{2, 3, 3, 2, 2, 3}));
 }
 
+ShapeTimingConfig tiny_shapes() { return {.cells = {2, 3}, .repetitions = 3, .sample_seconds = 1e-5}; }
+
 TEST(Timing, DrawsFromItsFiles) {
   Progress silent;
   TimingConfig config = tiny();
@@ -137,6 +139,7 @@ TEST(Timing, DrawsFromItsFiles) {
                                                    {"timing_summary", timing_summary(tables.rows)},
                                                    {"timing_features", features.features},
                                                    {"timing_lean", features.lean},
+                                                   {"timing_shapes", measure_shapes(tiny_shapes(), silent)},
                                                    {"timing_raw", tables.raw}});
 }
 
@@ -237,6 +240,40 @@ TEST(TimingFeatures, HasARowForEveryVariant) {
   const Chart chart = features_chart(table);
   EXPECT_EQ(chart.series.size(), 4U);
   EXPECT_EQ(chart.y.names.size(), 9U);
+}
+
+TEST(TimingShapes, HasARowForEveryBodyAndOperation) {
+  Progress progress;
+  const Table table = measure_shapes(tiny_shapes(), progress);
+  ASSERT_EQ(table.size(), 3U * 2 * 2 * 2);
+  EXPECT_EQ(table.distinct("body"), (std::vector<std::string>{"box", "ball", "random70"}));
+  EXPECT_EQ(table.distinct("operation"), (std::vector<std::string>{"step", "tangent_product"}));
+  for (std::size_t r = 0; r < table.size(); ++r) {
+    EXPECT_EQ(table.text(r, "status"), "ok");
+    EXPECT_EQ(table.number(r, "repeats"), 3);
+    EXPECT_GT(table.number(r, "q1"), 0);
+    EXPECT_LE(table.number(r, "q1"), table.number(r, "ns_per_particle"));
+    EXPECT_LE(table.number(r, "ns_per_particle"), table.number(r, "q3"));
+    EXPECT_LE(table.number(r, "over_box_q1"), table.number(r, "over_box"));
+    EXPECT_LE(table.number(r, "over_box"), table.number(r, "over_box_q3"));
+    if (table.text(r, "body") == "box") {
+      EXPECT_EQ(table.number(r, "over_box"), 1);
+    }
+    if (table.text(r, "body") == "ball" && table.number(r, "cells") == 3) {
+      EXPECT_EQ(table.number(r, "particles"), 64 - 8);  // a box without its corners
+    }
+  }
+  const Chart chart = shapes_chart(table);
+  ASSERT_EQ(chart.series.size(), 2U * 2 * 2);
+  for (const ChartSeries& series : chart.series) EXPECT_EQ(series.points.size(), 2U) << series.label;
+}
+
+TEST(TimingShapes, KeepsFinishedSizesWhenStopped) {
+  // stopped() is called before each of 3 samples of 3 bodies, of 2 operations in 2 precisions.
+  StopAt in_second_size(3 * 3 * 2 * 2 + 5);
+  const Table table = measure_shapes(tiny_shapes(), in_second_size);
+  ASSERT_EQ(table.size(), 3U * 2 * 2);
+  for (std::size_t r = 0; r < table.size(); ++r) EXPECT_EQ(table.number(r, "cells"), 2);
 }
 
 /// A step takes 1 us, but now and then a disturbance adds 4 ms.
