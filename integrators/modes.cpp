@@ -169,6 +169,10 @@ Status find_slowest(ShiftedInverse& inverse, double shift, Index count, std::vec
   }
 }
 
+/// Particles of bodies whose matrix is factored: Lanczos solves with one matrix about a hundred times, so
+/// that a factorisation pays in larger bodies than for a single solve.
+constexpr std::size_t most_factored = 20000;
+
 }  // namespace
 
 Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int count, Work& work) {
@@ -181,7 +185,8 @@ Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int 
     found = dense_pairs(system, state, roots);
   } else {
     const double shift = -1e-6 * fastest * fastest;  // K alone is singular without holds
-    const auto solver = find_linear_solver("automatic").make(1e-12);
+    const bool large = system.particles().size() > most_factored;
+    const auto solver = find_linear_solver(large ? "multigrid" : "cholmod").make(1e-12);
     const TangentSum sum{.mass = -shift, .stiffness = 1, .kind = Tangent::elastic};
     Status status = solver->prepare(system, state.t, state.x, state.v, sum, work);
     ShiftedInverse inverse(system, *solver, roots, work);
