@@ -8,13 +8,22 @@
 
 namespace mss {
 
-namespace {
-
-Vec3 sides(int corner) {
+Vec3 corner_sides(int corner) {
   return {(corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0, (corner & 4) != 0 ? 1.0 : -1.0};
 }
 
-}  // namespace
+Eigen::Matrix3d mean_edges(const std::array<Vec3, 8>& corners) {
+  Eigen::Matrix3d edges = Eigen::Matrix3d::Zero();
+  for (int c = 0; c < 8; ++c) edges += corners[std::size_t(c)] * corner_sides(c).transpose() / 4;
+  return edges;
+}
+
+Eigen::Matrix3d volume_slopes(const Eigen::Matrix3d& edges) {
+  const Vec3 x = edges.col(0), y = edges.col(1), z = edges.col(2);
+  Eigen::Matrix3d slopes;
+  slopes << y.cross(z), z.cross(x), x.cross(y);
+  return slopes;
+}
 
 SpringTangent spring_tangent(double k, double c, double rest_length, const Vec3& d, const Vec3& w,
                              Tangent kind) {
@@ -36,13 +45,10 @@ SpringTangent spring_tangent(double k, double c, double rest_length, const Vec3&
 }
 
 CellTangent::CellTangent(double k_vol, double rest_volume, const std::array<Vec3, 8>& corners, Tangent kind)
-    : stiffness_(k_vol / rest_volume), mean_edges_(Eigen::Matrix3d::Zero()) {
-  for (int c = 0; c < 8; ++c) mean_edges_ += corners[std::size_t(c)] * sides(c).transpose() / 4;
-  const Vec3 x = mean_edges_.col(0), y = mean_edges_.col(1), z = mean_edges_.col(2);
-  Eigen::Matrix3d faces;
-  faces << y.cross(z), z.cross(x), x.cross(y);
-  for (int c = 0; c < 8; ++c) gradient_[std::size_t(c)] = faces * sides(c) / 4;
-  pressure_ = stiffness_ * (x.dot(faces.col(0)) - rest_volume);
+    : stiffness_(k_vol / rest_volume), mean_edges_(mean_edges(corners)) {
+  const Eigen::Matrix3d slopes = volume_slopes(mean_edges_);
+  for (int c = 0; c < 8; ++c) gradient_[std::size_t(c)] = slopes * corner_sides(c) / 4;
+  pressure_ = stiffness_ * (mean_edges_.col(0).dot(slopes.col(0)) - rest_volume);
   if (kind == Tangent::projected) {
     stiffness_ = std::max(0.0, stiffness_);
     pressure_ = 0;
@@ -51,7 +57,8 @@ CellTangent::CellTangent(double k_vol, double rest_volume, const std::array<Vec3
 
 Eigen::Matrix3d CellTangent::block(int c, int d) const {
   Eigen::Matrix3d k = stiffness_ * gradient_[std::size_t(c)] * gradient_[std::size_t(d)].transpose();
-  if (pressure_ != 0) k -= cross_matrix(pressure_ / 16 * mean_edges_ * sides(c).cross(sides(d)));
+  if (pressure_ != 0)
+    k -= cross_matrix(pressure_ / 16 * mean_edges_ * corner_sides(c).cross(corner_sides(d)));
   return k;
 }
 

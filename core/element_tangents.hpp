@@ -17,6 +17,14 @@ struct SpringTangent {
 SpringTangent spring_tangent(double k, double c, double rest_length, const Vec3& d, const Vec3& w,
                              Tangent kind);
 
+/// A corner's sides, -1 or 1 along each axis.
+Vec3 corner_sides(int corner);
+/// A cell's mean edges F = [X Y Z], whose volume det F is the thesis's, eq. 3-5 and 3-6.
+Eigen::Matrix3d mean_edges(const std::array<Vec3, 8>& corners);
+/// The volume's derivatives by F: [Y x Z, Z x X, X x Y]; those by a corner are a quarter of their sum, each
+/// times the corner's side.
+Eigen::Matrix3d volume_slopes(const Eigen::Matrix3d& edges);
+
 /// Second derivatives of the volume energy k_vol (V - V0)^2 / (2 V0) of eq. 3-5 and 3-6 by a cell's corners.
 /// With s_c the corner's sides (+-1) and F = [X Y Z] the mean edges,
 ///   g_c = dV/dx_c = F^-T s_c det F / 4,   H_cc' = d^2V/dx_c dx_c' = -[F (s_c x s_c')]x / 16,

@@ -37,8 +37,8 @@ KnownKeys make_known_keys() {
       {"plane", {"point", "normal", "contact", "restitution", "friction"}},
       {"start", {"velocity", "spin"}},
       {"solve",
-       {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "tangent", "tolerance",
-        "every", "sleep", "sleep_after"}},
+       {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "tangent", "spectral_radius",
+        "tolerance", "every", "sleep", "sleep_after"}},
   };
   for (const MeasureColumn& column : measure_columns) {
     keys["expect"].emplace_back(column.name);
@@ -100,6 +100,10 @@ constexpr Quantity duration{"a duration", "a finite number of seconds that is no
 constexpr Quantity interval{"an interval", "a positive number of seconds", positive};
 constexpr Quantity tolerance{"a tolerance", "a number above 0 and below 1",
                              [](double value) { return value > 0 && value < 1; }};
+constexpr Quantity spectral_radius{
+    "a spectral radius at infinite steps",
+    "a number from 0 (damps at once what a step cannot resolve) to 1 (keeps it)",
+    [](double value) { return value >= 0 && value <= 1; }};
 constexpr int most_threads = 1024;
 constexpr Quantity thread_count{"a number of threads", "a whole number from 0 (as many as save time) to 1024",
                                 [](double value) { return value >= 0 && value <= most_threads; }};
@@ -349,6 +353,7 @@ SolveConfig read_solve(const TomlTable& solve) {
   if (solve.has("linear_solver"))
     config.linear_solver = solve.text("linear_solver", "a linear solver", "its name, such as \"cholmod\"");
   config.tangent = solve.choice("tangent", "a tangent", tangents, config.tangent);
+  config.spectral_radius = solve.number("spectral_radius", spectral_radius, config.spectral_radius);
   config.tolerance = solve.number("tolerance", tolerance, config.tolerance);
   config.every = solve.number("every", interval, config.every);
   config.sleep.bound = solve.number("sleep", sleep_bound, config.sleep.bound);

@@ -23,6 +23,7 @@ struct SolveConfig {
   Precision precision = Precision::dbl;
   std::string linear_solver = "automatic";  ///< of implicit methods
   Tangent tangent = Tangent::elastic;       ///< of implicit methods; projected where that is indefinite
+  double spectral_radius = 0.9;             ///< of generalized_alpha, at infinite steps
   double tolerance = 1e-6;                  ///< of adaptive methods: local error over a cell's size
   double every = 0.01;                      ///< seconds between rows of series.csv
   SleepRule sleep{};                        ///< of springs driven by explicit methods of fixed step

@@ -89,6 +89,7 @@ Json to_json(const SolveConfig& solve) {
           {"precision", to_string(solve.precision)},
           {"linear_solver", solve.linear_solver},
           {"tangent", to_string(solve.tangent)},
+          {"spectral_radius", solve.spectral_radius},
           {"tolerance", solve.tolerance},
           {"every", solve.every},
           {"sleep", solve.sleep.bound},

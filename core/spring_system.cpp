@@ -101,6 +101,7 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
     : BodySystem<Real>(body, environment, mss::spectral_bound(body), team_size(body, execution.threads),
                        execution.sleep),
       tangents_(*this),
+      discrete_gradient_(body),
       kernel_(kernel),
       damped_(body.config().damping.law != Damping::Law::none) {
   const Lattice& lattice = body.lattice();

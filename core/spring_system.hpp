@@ -7,6 +7,7 @@
 
 #include "core/body_system.hpp"
 #include "core/body_tangents.hpp"
+#include "core/discrete_gradient.hpp"
 #include "core/sweep.hpp"
 
 namespace mss {
@@ -39,6 +40,7 @@ class SpringSystem final : public BodySystem<Real> {
   void force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) override;
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
   Tangents<Real>* tangents() override { return &tangents_; }
+  DiscreteGradient<Real>* discrete_gradient() override { return &discrete_gradient_; }
   void apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const override;
   void kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) override;
 
@@ -85,6 +87,7 @@ class SpringSystem final : public BodySystem<Real> {
                     const Streams<Real>& own, const ConstStreams<Real>& below, double t);
 
   SpringTangents tangents_;
+  SpringDiscreteGradient<Real> discrete_gradient_;
   SweepKernel<Real> kernel_;
   bool damped_;
 

@@ -12,6 +12,9 @@
 
 namespace mss {
 
+template <class Real>
+class DiscreteGradient;
+
 /// The linear update that every one-stage explicit method makes from an acceleration a:
 ///   v' = (v + kick_before a) + kick_after a,   x' = x + drift_old v + drift_new v'.
 /// All four are times [s]. The two kicks are added one after the other, so that a method that stops between
@@ -59,6 +62,9 @@ class System {
 
   /// Derivatives of the forces; nullptr if the model has none, and then only explicit methods can be used.
   virtual Tangents<Real>* tangents() { return nullptr; }
+
+  /// What an energy-conserving method needs beside the force; nullptr if the model has none.
+  virtual DiscreteGradient<Real>* discrete_gradient() { return nullptr; }
 
   /// Contact and sleep; nullptr if nothing happens between steps.
   virtual StepEvents<Real>* events() { return nullptr; }

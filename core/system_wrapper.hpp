@@ -20,6 +20,7 @@ class SystemWrapper : public System<Real> {
   void constrain(double t, Field<Real>& x, Field<Real>& v) const final { other_.constrain(t, x, v); }
   void clear_prescribed(Field<Real>& field) const final { other_.clear_prescribed(field); }
   Tangents<Real>* tangents() override { return other_.tangents(); }
+  DiscreteGradient<Real>* discrete_gradient() override { return other_.discrete_gradient(); }
   StepEvents<Real>* events() override { return other_.events(); }
   void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) final {
     other_.parallel(count, task);

@@ -3,9 +3,15 @@
 // step is halved if the slope r.dv has turned against it by more than half of what it was. This needs no
 // energy, and, unlike a decrease of |r|, which projected tangents do not guarantee, it does not stall.
 // Nocedal and Wright, Numerical Optimization, chapter 3.
+//
+// A step that conserves energy has another force than K and C belong to; its own tangent is unsymmetric. With
+// the projected ones at its midpoint the iteration converges linearly, by a factor of about ten where springs
+// turn by a few tenths of a radian a step.
 #include "integrators/implicit_stage.hpp"
 
 #include <cmath>
+
+#include "core/discrete_gradient.hpp"
 
 namespace mss {
 
@@ -14,11 +20,20 @@ namespace {
 /// Of the residual, to that before the first iteration.
 constexpr double tolerance = 1e-10;
 
-constexpr int most_iterations = 60;
 constexpr int most_halvings = 12;
 
-/// Moves below this share of the coordinates are rounding.
-constexpr double negligible = 1e-14;
+/// When a stage counts as solved.
+struct Goal {
+  int most_iterations;
+  double negligible;    ///< moves below this share of the coordinates are rounding
+  int idle_iterations;  ///< that a small residual must have stayed as large as it was
+};
+constexpr Goal ordinary{.most_iterations = 60, .negligible = 1e-14, .idle_iterations = 0};
+/// Where what remains is energy: until rounding lets neither moves nor residuals become smaller.
+constexpr Goal conserving{.most_iterations = 200, .negligible = 1e-16, .idle_iterations = 3};
+
+/// An iteration that leaves more than this share of the residual is idle.
+constexpr double reduced = 0.9;
 
 double dot(const System<double>& system, const Field<double>& a, const Field<double>& b) {
   double sum = 0;
@@ -39,6 +54,10 @@ double Newton::residual(System<double>& system, const ImplicitStage& stage, Stat
   state.x.array() = stage.x_base->array() + stage.gamma_x * state.v.array();
   system.constrain(stage.t, state.x, state.v);
   system.force(stage.t, state.x, stage.force_velocity ? *stage.force_velocity : state.v, residual_);
+  if (stage.conserve_from) {
+    x_end_.array() = 2 * state.x.array() - stage.conserve_from->array();
+    discrete_gradient_of(system).correct(*stage.conserve_from, x_end_, residual_);
+  }
   ++work.force_evaluations;
   for (int axis = 0; axis < 3; ++axis) {
     double* r = residual_.axis(axis);
@@ -71,23 +90,28 @@ double Newton::largest_move(const ImplicitStage& stage) const {
 Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) {
   tangents_of(system);  // throws if there are none, even where nothing moves
   if (residual_.size() == 0)
-    for (Field<double>* field : {&residual_, &step_, &v_before_}) *field = Field<double>(system.size());
-  double norm = residual(system, stage, state, work);
+    for (Field<double>* field : {&residual_, &step_, &v_before_, &x_end_})
+      *field = Field<double>(system.size());
+  double norm = residual(system, stage, state, work), least = norm;
   if (!std::isfinite(norm)) return Status::non_finite;
+  const Goal goal = stage.conserve_from ? conserving : ordinary;
   const double target = tolerance * norm;
-  for (int iteration = 0; iteration < most_iterations && norm > 0; ++iteration) {
+  for (int iteration = 0, idle = 0; iteration < goal.most_iterations && norm > 0; ++iteration) {
     const TangentSum sum{.mass = 1,
                          .damping = stage.force_velocity ? 0 : stage.gamma,
                          .stiffness = stage.gamma * stage.gamma_x,
-                         .kind = kind_};
+                         .kind = stage.conserve_from ? Tangent::projected : kind_};
     const Status status =
         solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
     if (status != Status::ok) return status;
-    const bool rounding = largest_move(stage) <= negligible * state.x.array().abs().maxCoeff();
-    if (!search(system, stage, state, norm, work)) return rounding ? Status::ok : Status::newton_stalled;
-    if (rounding || norm <= target) return Status::ok;
+    const bool rounding = largest_move(stage) <= goal.negligible * state.x.array().abs().maxCoeff();
+    if (!search(system, stage, state, norm, work))
+      return rounding || idle > 0 ? Status::ok : Status::newton_stalled;
+    idle = norm > target || norm < reduced * least ? 0 : idle + 1;
+    least = std::min(least, norm);
+    if (rounding || (norm <= target && idle >= goal.idle_iterations)) return Status::ok;
   }
-  return norm > target ? Status::newton_stalled : Status::ok;
+  return norm > 0 ? Status::newton_stalled : Status::ok;
 }
 
 }  // namespace mss

@@ -20,6 +20,10 @@ struct ImplicitStage {
   const Field<double>* x_base = nullptr;
   const Field<double>* v_base = nullptr;
   const Field<double>* force_velocity = nullptr;  ///< constant velocities for the forces instead of v
+  /// Positions at the beginning of a step with x at its middle: forces are then the discrete gradient over
+  /// the whole step (core/discrete_gradient.hpp), and the stage is solved to rounding, because what remains
+  /// is energy gained or lost.
+  const Field<double>* conserve_from = nullptr;
 };
 
 /// Newton's method with backtracking for implicit stages.
@@ -42,6 +46,7 @@ class Newton {
   Field<double> residual_;  ///< gamma f - M (v - v_base)
   Field<double> step_;
   Field<double> v_before_;  ///< the step
+  Field<double> x_end_;     ///< of a step that conserves energy
 };
 
 /// Completes the facts of a method that computes in double precision only.

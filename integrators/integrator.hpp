@@ -62,6 +62,7 @@ struct IntegratorOptions {
   std::string linear_solver = "automatic";  ///< of implicit methods
   Tangent tangent = Tangent::elastic;  ///< of implicit methods; projected where the elastic is indefinite
   double linear_tolerance = 1e-10;     ///< of iterative linear solvers: residual over right-hand side
+  double spectral_radius = 0.9;        ///< of generalized_alpha, at infinite steps; from 0 to 1
   double tolerance = 1e-6;             ///< of adaptive methods: local error over the scales below
   double length_scale = 1;             ///< of positions [m]
   double speed_scale = 1;              ///< of velocities [m/s]
@@ -91,6 +92,7 @@ struct IntegratorInfo {
   int order_damped = 1;
   bool implicit = false;
   bool symplectic = false;         ///< without damping
+  bool energy_exact = false;       ///< without damping; needs a discrete gradient
   StabilityLimit limit = nullptr;  ///< nullptr: stable for any step
   /// Of one-step methods that take x' = z x / dt to R(z) x: coefficients of R, ascending. Empty: others.
   std::vector<double> polynomial = {};

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/system.hpp"
+#include "tests/oscillator.hpp"
 
 namespace mss::testing {
 
@@ -31,6 +31,7 @@ class Chain final : public System<double> {
         f.axis(axis)[i] = -stiffness_ * (bend(x, axis, i) + beta_ * bend(v, axis, i));
   }
   Tangents<double>* tangents() override { return &tangents_; }
+  DiscreteGradient<double>* discrete_gradient() override { return &discrete_gradient_; }
 
  private:
   /// 2 y_i - y_{i-1} - y_{i+1}, with walls at 0.
@@ -87,6 +88,7 @@ class Chain final : public System<double> {
   double mass_ = 0.3;
   std::vector<std::ptrdiff_t> sites_;
   ChainTangents tangents_{*this};
+  LinearDiscreteGradient discrete_gradient_;
 };
 
 }  // namespace mss::testing

@@ -3,9 +3,15 @@
 #include <cmath>
 #include <complex>
 
-#include "core/system.hpp"
+#include "core/discrete_gradient.hpp"
 
 namespace mss::testing {
+
+/// Of linear forces: that at the midpoint is one.
+class LinearDiscreteGradient final : public DiscreteGradient<double> {
+ public:
+  void correct(const Field<double>&, const Field<double>&, Field<double>&) override {}
+};
 
 /// One particle on a damped spring along x: x'' = -w^2 x - c x'. Its solution is known, and it is a System of
 /// its own: methods are tested on any System, not on the sweep.
@@ -22,6 +28,7 @@ class Oscillator final : public System<double> {
   }
 
   Tangents<double>* tangents() override { return &tangents_; }
+  DiscreteGradient<double>* discrete_gradient() override { return &discrete_gradient_; }
 
   State<double> start(double x, double v) const {
     State<double> state{0, Field<double>(1), Field<double>(1)};
@@ -74,6 +81,7 @@ class Oscillator final : public System<double> {
   double mass_ = 0.7;
   std::vector<std::ptrdiff_t> particles_{0};
   OscillatorTangents tangents_{*this};
+  LinearDiscreteGradient discrete_gradient_;
 };
 
 }  // namespace mss::testing

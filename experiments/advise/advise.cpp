@@ -262,7 +262,9 @@ std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
       SceneEdit c = lattice;
       c.precision = precision;
       c.integrator = method.name;
-      if (method.stepping == Stepping::equilibrium || (precision == Precision::single && !method.make_single))
+      if (method.stepping == Stepping::equilibrium ||
+          (precision == Precision::single && !method.make_single) ||
+          (method.energy_exact && family().given().model != spring_model))
         continue;
       if (method.stepping == Stepping::adaptive) {
         std::vector<SceneEdit> chain;

@@ -34,6 +34,17 @@ std::vector<std::string> moving_integrators(const std::vector<std::string>& name
   return all;
 }
 
+std::vector<std::string> moving_integrators(const std::vector<std::string>& named, const std::string& model) {
+  std::vector<std::string> able;
+  for (const std::string& name : moving_integrators(named))
+    if (model == spring_model || !find_integrator(name).energy_exact)
+      able.push_back(name);
+    else if (!named.empty())
+      throw InputError(fmt::format("{} moves bodies of model \"{}\" only, and --model is \"{}\"", name,
+                                   spring_model, model));
+  return able;
+}
+
 std::vector<std::string> limited_integrators(const std::vector<std::string>& named) {
   std::vector<std::string> limited;
   for (const std::string& name : moving_integrators(named))

@@ -98,6 +98,8 @@ struct ExperimentInfo {
 /// The integrators that an experiment on motion compares: those named, or all. Throws InputError for unknown
 /// names and for methods that compute equilibria.
 std::vector<std::string> moving_integrators(const std::vector<std::string>& named);
+/// Of these, those that can move bodies of a model. Throws InputError if one that is named cannot.
+std::vector<std::string> moving_integrators(const std::vector<std::string>& named, const std::string& model);
 /// Of these, those with a largest stable step. Throws InputError if one that is named has none.
 std::vector<std::string> limited_integrators(const std::vector<std::string>& named);
 

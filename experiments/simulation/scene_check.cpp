@@ -32,6 +32,14 @@ void check_table(const Scene& scene, const char* table, const std::function<void
   }
 }
 
+/// Only springs have a discrete gradient.
+void check_energy_exact(const Scene& scene, const IntegratorInfo& method) {
+  if (!method.energy_exact || scene.model == spring_model) return;
+  throw InputError(
+      fmt::format("{} is for model \"{}\", and material.model is \"{}\"; give another integrator",
+                  method.name, spring_model, scene.model));
+}
+
 /// Collisions at the end of steps need a method of fixed step.
 void check_contact(const Scene& scene, const IntegratorInfo& method) {
   const std::vector<Plane>& planes = scene.environment.planes;
@@ -75,6 +83,7 @@ void check_solve(const Scene& scene) {
           "integrator '{}' computes in double precision only; give precision = \"double\"", method.name));
     find_linear_solver(scene.solve.linear_solver);
     check_sleep(scene, method);
+    check_energy_exact(scene, method);
   });
   check_table(scene, "plane", [&] { check_contact(scene, find_integrator(scene.solve.integrator)); });
   if (scene.solve.dt && *scene.solve.dt > scene.solve.duration)

@@ -33,6 +33,7 @@ IntegratorOptions method_options(const Scene& scene, const BodySystem<Real>& sys
       .dt = step_of(scene, find_integrator(scene.solve.integrator), system.spectral_bound()),
       .linear_solver = scene.solve.linear_solver,
       .tangent = scene.solve.tangent,
+      .spectral_radius = scene.solve.spectral_radius,
       .tolerance = scene.solve.tolerance};
   scale_errors(options, system);
   return options;

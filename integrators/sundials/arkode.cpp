@@ -1,10 +1,15 @@
-// ARKODE's explicit Runge-Kutta pair of Dormand and Prince, orders 5 and 4, on y = (x, v): adaptive steps,
-// four times the stages of a multistep method but no history. J. Comput. Appl. Math. 6 (1980) 19.
+// ARKODE's Runge-Kutta methods on y = (x, v), with adaptive steps: several stages where a multistep method
+// has one, but no history.
+// - Explicit: the pair of Dormand and Prince, orders 5 and 4. J. Comput. Appl. Math. 6 (1980) 19.
+// - Diagonally implicit with an explicit first stage: ESDIRK4(3)7L[2]SA of Kennedy and Carpenter, orders 4
+// and
+//   3, stiffly accurate and L-stable. All its stages have the same matrix. Appl. Numer. Math. 146 (2019) 221.
+#include <arkode/arkode_arkstep.h>
 #include <arkode/arkode_erkstep.h>
 
 #include <stdexcept>
 
-#include "integrators/sundials/first_order.hpp"
+#include "integrators/sundials/eliminated.hpp"
 
 namespace mss {
 
@@ -15,7 +20,118 @@ using namespace sundials;
 struct ErkRelease {
   void operator()(void* memory) const { ERKStepFree(&memory); }
 };
+struct ArkRelease {
+  void operator()(void* memory) const { ARKStepFree(&memory); }
+};
 
+Status status_of(int flag) {
+  if (flag >= 0) return Status::ok;
+  switch (flag) {
+    case ARK_TOO_MUCH_WORK:
+      return Status::step_limit;
+    case ARK_TOO_MUCH_ACC:
+    case ARK_ERR_FAILURE:
+      return Status::tolerance_missed;
+    case ARK_CONV_FAILURE:
+      return Status::newton_stalled;
+    case ARK_LSETUP_FAIL:
+      return Status::not_positive_definite;
+    case ARK_LSOLVE_FAIL:
+      return Status::linear_stalled;
+    case ARK_RHSFUNC_FAIL:
+    case ARK_FIRST_RHSFUNC_ERR:
+    case ARK_REPTD_RHSFUNC_ERR:
+    case ARK_UNREC_RHSFUNC_ERR:
+      return Status::non_finite;
+    default:
+      throw std::logic_error("ARKODE returned " + std::to_string(flag));
+  }
+}
+
+int rate(double t, N_Vector y, N_Vector ydot, void* problem) {
+  return static_cast<FirstOrder*>(problem)->rate(t, y, ydot) ? 0 : 1;  // 1: a smaller step may help
+}
+
+/// What both kinds need for one system, from the first advance to a reset.
+struct Problem {
+  Problem(System<double>& system, const State<double>& state, const IntegratorOptions& options)
+      : form(system, context.get()), tolerances(form.tolerances(options)) {
+    form.load(state);
+  }
+  void count(long now, Work& work) { work.steps += now - std::exchange(steps, now); }
+
+  Context context = make_context();
+  FirstOrder form;
+  Vector tolerances;
+  long steps = 0;  ///< counted so far
+};
+
+class Explicit {
+ public:
+  Explicit(System<double>& system, const State<double>& state, const IntegratorOptions& options)
+      : problem_(system, state, options),
+        erk_(ERKStepCreate(rate, state.t, problem_.form.y(), problem_.context.get())) {
+    ERKStepSetErrFile(erk_.get(), nullptr);  // failures are statuses
+    ERKStepSetTableNum(erk_.get(), ARKODE_DORMAND_PRINCE_7_4_5);
+    ERKStepSVtolerances(erk_.get(), 0, problem_.tolerances.get());
+    ERKStepSetUserData(erk_.get(), &problem_.form);
+    ERKStepSetMaxNumSteps(erk_.get(), options.most_steps);
+    ERKStepSetInitStep(erk_.get(), options.dt);
+  }
+
+  Status advance(State<double>& state, double t_end, Work& work) {
+    problem_.form.work = &work;
+    ERKStepSetStopTime(erk_.get(), t_end);
+    const int flag = ERKStepEvolve(erk_.get(), t_end, problem_.form.y(), &state.t, ARK_NORMAL);
+    problem_.form.store(state);
+    long now = 0;
+    ERKStepGetNumSteps(erk_.get(), &now);
+    problem_.count(now, work);
+    return status_of(flag);
+  }
+
+ private:
+  Problem problem_;
+  std::unique_ptr<void, ErkRelease> erk_;
+};
+
+class DiagonallyImplicit {
+ public:
+  DiagonallyImplicit(System<double>& system, const State<double>& state, const IntegratorOptions& options)
+      : problem_(system, state, options),
+        eliminated_(make_eliminated(problem_.form, options, problem_.context.get())),
+        ark_(ARKStepCreate(nullptr, rate, state.t, problem_.form.y(), problem_.context.get())) {
+    ARKStepSetErrFile(ark_.get(), nullptr);  // failures are statuses
+    ARKStepSetTableNum(ark_.get(), ARKODE_ESDIRK437L2SA_7_3_4, ARKODE_ERK_NONE);
+    ARKStepSVtolerances(ark_.get(), 0, problem_.tolerances.get());
+    ARKStepSetUserData(ark_.get(), &problem_.form);
+    ARKStepSetMaxNumSteps(ark_.get(), options.most_steps);
+    ARKStepSetInitStep(ark_.get(), options.dt);
+    ARKStepSetLinearSolver(ark_.get(), eliminated_.solver.get(), eliminated_.matrix.get());
+    ARKStepSetJacFn(ark_.get(), store_jacobian_state);
+    ARKStepSetDeduceImplicitRhs(ark_.get(), 1);  // from a stage's solution, not by one more force
+    // A rate of convergence from before the step changed would let Newton's method end too early.
+    ARKStepSetNonlinCRDown(ark_.get(), 1);
+  }
+
+  Status advance(State<double>& state, double t_end, Work& work) {
+    problem_.form.work = &work;
+    ARKStepSetStopTime(ark_.get(), t_end);
+    const int flag = ARKStepEvolve(ark_.get(), t_end, problem_.form.y(), &state.t, ARK_NORMAL);
+    problem_.form.store(state);
+    long now = 0;
+    ARKStepGetNumSteps(ark_.get(), &now);
+    problem_.count(now, work);
+    return status_of(flag);
+  }
+
+ private:
+  Problem problem_;
+  Eliminated eliminated_;
+  std::unique_ptr<void, ArkRelease> ark_;
+};
+
+template <class Session>
 class Arkode final : public Integrator<double> {
  public:
   explicit Arkode(const IntegratorOptions& options) : options_(options) {}
@@ -30,59 +146,6 @@ class Arkode final : public Integrator<double> {
   void reset() override { session_.reset(); }
 
  private:
-  struct Session {
-    Session(System<double>& system, const State<double>& state, const IntegratorOptions& options)
-        : problem(system, context.get()), tolerances(problem.tolerances(options)) {
-      problem.load(state);
-      erk.reset(ERKStepCreate(rate, state.t, problem.y(), context.get()));
-      ERKStepSetErrFile(erk.get(), nullptr);  // failures are statuses
-      ERKStepSetTableNum(erk.get(), ARKODE_DORMAND_PRINCE_7_4_5);
-      ERKStepSVtolerances(erk.get(), 0, tolerances.get());
-      ERKStepSetUserData(erk.get(), &problem);
-      ERKStepSetMaxNumSteps(erk.get(), options.most_steps);
-      ERKStepSetInitStep(erk.get(), options.dt);
-    }
-
-    static int rate(double t, N_Vector y, N_Vector ydot, void* problem) {
-      return static_cast<FirstOrder*>(problem)->rate(t, y, ydot) ? 0 : 1;  // 1: a smaller step may help
-    }
-
-    Status advance(State<double>& state, double t_end, Work& work) {
-      problem.work = &work;
-      ERKStepSetStopTime(erk.get(), t_end);
-      const int flag = ERKStepEvolve(erk.get(), t_end, problem.y(), &state.t, ARK_NORMAL);
-      problem.store(state);
-      long now = 0;
-      ERKStepGetNumSteps(erk.get(), &now);
-      work.steps += now - std::exchange(steps, now);
-      return status_of(flag);
-    }
-
-    static Status status_of(int flag) {
-      if (flag >= 0) return Status::ok;
-      switch (flag) {
-        case ARK_TOO_MUCH_WORK:
-          return Status::step_limit;
-        case ARK_TOO_MUCH_ACC:
-        case ARK_ERR_FAILURE:
-          return Status::tolerance_missed;
-        case ARK_RHSFUNC_FAIL:
-        case ARK_FIRST_RHSFUNC_ERR:
-        case ARK_REPTD_RHSFUNC_ERR:
-        case ARK_UNREC_RHSFUNC_ERR:
-          return Status::non_finite;
-        default:
-          throw std::logic_error("ARKODE returned " + std::to_string(flag));
-      }
-    }
-
-    Context context = make_context();
-    FirstOrder problem;
-    Vector tolerances;
-    std::unique_ptr<void, ErkRelease> erk;
-    long steps = 0;  ///< counted so far
-  };
-
   IntegratorOptions options_;
   std::unique_ptr<Session> session_;
 };
@@ -93,7 +156,18 @@ IntegratorInfo arkode_erk() {
   return {.name = "arkode_erk",
           .summary = "ARKODE, explicit Runge-Kutta of Dormand and Prince, order 5: adaptive",
           .stepping = Stepping::adaptive,
-          .make_double = [](const IntegratorOptions& o) { return std::make_unique<Arkode>(o); }};
+          .make_double = [](const IntegratorOptions& o) { return std::make_unique<Arkode<Explicit>>(o); }};
+}
+IntegratorInfo arkode_dirk() {
+  return {.name = "arkode_dirk",
+          .summary =
+              "ARKODE, diagonally implicit Runge-Kutta, order 4, positions eliminated: adaptive, for what is "
+              "stiff",
+          .stepping = Stepping::adaptive,
+          .implicit = true,
+          .make_double = [](const IntegratorOptions& o) {
+            return std::make_unique<Arkode<DiagonallyImplicit>>(o);
+          }};
 }
 
 }  // namespace mss

@@ -102,6 +102,7 @@ TEST(Scene, ReadsStartAndSolve) {
   EXPECT_EQ(scene.solve.precision, Precision::single);
   EXPECT_EQ(scene.solve.linear_solver, "matrix_free");
   EXPECT_EQ(scene.solve.tangent, Tangent::projected);
+  EXPECT_EQ(scene.solve.spectral_radius, 0.5);
   EXPECT_EQ(scene.solve.tolerance, 1e-5);
   EXPECT_EQ(scene.solve.every, 0.5);
 }
@@ -125,6 +126,7 @@ TEST(Scene, FillsInDefaults) {
   EXPECT_EQ(scene.solve.precision, Precision::dbl);
   EXPECT_EQ(scene.solve.linear_solver, "automatic");
   EXPECT_EQ(scene.solve.tangent, Tangent::elastic);
+  EXPECT_EQ(scene.solve.spectral_radius, 0.9);
   EXPECT_EQ(scene.solve.tolerance, 1e-6);
   EXPECT_TRUE(scene.warnings.empty());
 }

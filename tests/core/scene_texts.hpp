@@ -95,6 +95,7 @@ threads = 2
 precision = "single"
 linear_solver = "matrix_free"
 tangent = "projected"
+spectral_radius = 0.5
 tolerance = 1e-5
 every = 0.5
 )";

@@ -80,7 +80,7 @@ TEST(ExplicitModel, IsRefusedByEveryImplicitMethodInOneSentence) {
       }
     }
   }
-  EXPECT_EQ(refused, 3 * 8);
+  EXPECT_EQ(refused, 3 * 11);
 }
 
 }  // namespace

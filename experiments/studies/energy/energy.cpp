@@ -20,7 +20,8 @@ namespace mss::studies::energy {
 namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
-constexpr double lost = 0.5;  ///< relative energy errors above this leave nothing to compare
+constexpr double lost = 0.5;     ///< relative energy errors above this leave nothing to compare
+constexpr double exact = 1e-10;  ///< below is what rounding adds up to
 /// Growth of the error over the last tenfold of time that still counts as bounded; a random walk has three, a
 /// steady drift ten.
 constexpr double bounded = 2;
@@ -131,6 +132,7 @@ ExperimentResult run_energy(const ExperimentOptions& options, Progress& progress
 std::string conclusion(double before, double after, const std::string& status) {
   if (status != "ok") return "lost: " + status;
   if (after > lost) return "lost";
+  if (std::max(before, after) < exact) return "exact";
   return after <= bounded * before ? "bounded" : "drifts";
 }
 
@@ -142,7 +144,7 @@ EnergyConfig energy_config(const ExperimentOptions& options) {
   config.body.fill({.young = 1e4, .poisson = 0.3}, 0.5);
   config.model = options.model;
   if (options.quick) config.steps = 10000;
-  config.integrators = moving_integrators(options.integrators);
+  config.integrators = moving_integrators(options.integrators, options.model);
   return config;
 }
 

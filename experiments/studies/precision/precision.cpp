@@ -139,7 +139,7 @@ std::vector<NamedTable> precision_files(PrecisionTables tables) {
 
 PrecisionConfig precision_config(const ExperimentOptions& options) {
   PrecisionConfig config;
-  config.integrators = moving_integrators(options.integrators);
+  config.integrators = moving_integrators(options.integrators, options.model);
   config.model = options.model;
   if (options.quick) {
     config.seconds_per_run = config.seconds_to_agree = 0.3;

@@ -1,0 +1,104 @@
+// The position-extended Forest-Ruth-like method of Omelyan, Mryglod and Folk, a composition of drifts and
+// kicks:
+//   x += xi dt v;   v += (1/2 - lambda) dt a;   x += chi dt v;   v += lambda dt a;
+//   x += (1 - 2 (chi + xi)) dt v;   and back again in the reverse order;   a = M^-1 f(x, v) at every kick.
+// Four forces a step. Fourth order and symplectic without damping; a damping force uses the velocity before
+// the kick, which reduces it to first order. Comput. Phys. Commun. 146 (2002) 188.
+#include <cmath>
+
+#include "integrators/fixed_step.hpp"
+
+namespace mss {
+
+namespace {
+
+constexpr double xi = 0.1786178958448091, lambda = -0.2123418310626054, chi = -0.06626458266981849;
+
+/// A kick, then a drift, in shares of a step; the first kick follows a drift of xi.
+struct Stage {
+  double kick, drift;
+};
+constexpr Stage stages[]{
+    {0.5 - lambda, chi}, {lambda, 1 - 2 * (chi + xi)}, {lambda, chi}, {0.5 - lambda, xi}};
+
+template <class Real>
+class Pefrl final : public Integrator<Real> {
+ public:
+  explicit Pefrl(const IntegratorOptions& options) : dt_(options.dt) {}
+
+  Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
+    const StepEvents<Real>* events = system.events();
+    const bool collides = events && events->collides();
+    return advance_fixed(*this, system, state, dt_, t_end, work, [&](long steps) {
+      for (long n = 0; n < steps; ++n) step(system, collides, state);
+      work.force_evaluations += 4 * steps;
+    });
+  }
+
+ private:
+  void step(System<Real>& system, bool collides, State<Real>& state) {
+    const double t = state.t;
+    if (no_kick_.size() == 0) no_kick_ = a_ = Field<Real>(system.size());
+    system.apply({.drift_old = xi * dt_}, no_kick_, xi * dt_, state);
+    for (const auto [kick, drift] : stages) {
+      const KickDrift update{.kick_before = kick * dt_, .drift_new = drift * dt_};
+      if (collides) {  // what sticks to a plane must not sink within a step, so its acceleration is needed
+        system.acceleration(state.t, state.x, state.v, a_);
+        system.apply(update, a_, drift * dt_, state);
+      } else {
+        system.kick_drift(update, drift * dt_, 1, state);
+      }
+    }
+    state.t = t + dt_;
+  }
+
+  double dt_;
+  Field<Real> no_kick_;  ///< zero
+  Field<Real> a_;
+};
+
+/// Whether a step leaves x'' = -w^2 x - c x', with w dt and c dt given, bounded: both eigenvalues of its
+/// matrix lie in the unit circle.
+bool is_stable(double omega, double damping) {
+  double x[2] = {1, 0}, v[2] = {0, 1};  // of the two columns
+  for (int i = 0; i < 2; ++i) {
+    x[i] += xi * v[i];
+    for (const auto [kick, drift] : stages) {
+      v[i] -= kick * (omega * omega * x[i] + damping * v[i]);
+      x[i] += drift * v[i];
+    }
+  }
+  const double trace = x[0] + v[1], determinant = x[0] * v[1] - x[1] * v[0];
+  constexpr double rounding = 1e-13;
+  return std::abs(determinant) <= 1 + rounding && std::abs(trace) <= 1 + determinant + rounding;
+}
+
+/// The first step that is not stable, as small ones are: found on a grid, then by bisection.
+double pefrl_limit(double omega, double damping) {
+  constexpr double fine = 0.02;
+  const double unit = fine / std::max(omega, damping);
+  double low = unit, high = 2 * unit;
+  while (is_stable(omega * high, damping * high)) {
+    low = high;
+    high += unit;
+  }
+  while (high - low > 1e-12 * high) {
+    const double middle = (low + high) / 2;
+    (is_stable(omega * middle, damping * middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+}  // namespace
+
+IntegratorInfo pefrl() {
+  return describe<Pefrl>(
+      {.name = "pefrl",
+       .summary = "Omelyan, Mryglod and Folk: fourth order and symplectic undamped, four forces a step",
+       .order_undamped = 4,
+       .order_damped = 1,
+       .symplectic = true,
+       .limit = pefrl_limit});
+}
+
+}  // namespace mss
