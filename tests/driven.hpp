@@ -10,7 +10,8 @@
 
 namespace mss::testing {
 
-/// Expects that every integrator that can takes a system through a short motion, against RK4 with half the step.
+/// Expects that every integrator that can takes a system through a short motion, against RK4 with half the
+/// step.
 inline void expect_driven_by_every_integrator(BodySystem<double>& system) {
   const double dt = 0.01 / system.spectral_bound().omega, duration = 500 * dt;
   const auto end_of = [&](const std::string& name, double step) {
