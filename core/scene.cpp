@@ -37,8 +37,8 @@ KnownKeys make_known_keys() {
       {"plane", {"point", "normal", "contact", "restitution", "friction"}},
       {"start", {"velocity", "spin"}},
       {"solve",
-       {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "tangent", "spectral_radius",
-        "tolerance", "every", "sleep", "sleep_after"}},
+      {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "nonlinear_solver",
+        "iterations", "tangent", "spectral_radius", "tolerance", "every", "sleep", "sleep_after"}},
   };
   for (const MeasureColumn& column : measure_columns) {
     keys["expect"].emplace_back(column.name);
@@ -105,6 +105,9 @@ constexpr Quantity spectral_radius{
     "a number from 0 (damps at once what a step cannot resolve) to 1 (keeps it)",
     [](double value) { return value >= 0 && value <= 1; }};
 constexpr int most_threads = 1024;
+constexpr Quantity iteration_count{"a number of iterations",
+                                   "a whole number from 0 (as many as the tolerance needs) to 1000000",
+                                   [](double n) { return n >= 0 && n <= 1e6; }};
 constexpr Quantity thread_count{"a number of threads", "a whole number from 0 (as many as save time) to 1024",
                                 [](double value) { return value >= 0 && value <= most_threads; }};
 
@@ -352,6 +355,10 @@ SolveConfig read_solve(const TomlTable& solve) {
   config.precision = solve.choice("precision", "a precision", precisions, config.precision);
   if (solve.has("linear_solver"))
     config.linear_solver = solve.text("linear_solver", "a linear solver", "its name, such as \"cholmod\"");
+  if (solve.has("nonlinear_solver"))
+    config.nonlinear_solver =
+        solve.text("nonlinear_solver", "a nonlinear solver", "its name, such as \"lbfgs\"");
+  config.iterations = solve.whole("iterations", iteration_count, config.iterations);
   config.tangent = solve.choice("tangent", "a tangent", tangents, config.tangent);
   config.spectral_radius = solve.number("spectral_radius", spectral_radius, config.spectral_radius);
   config.tolerance = solve.number("tolerance", tolerance, config.tolerance);

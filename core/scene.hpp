@@ -22,6 +22,8 @@ struct SolveConfig {
   int threads = 0;           ///< 0: as many as save time
   Precision precision = Precision::dbl;
   std::string linear_solver = "automatic";  ///< of implicit methods
+  std::string nonlinear_solver = "newton";  ///< of implicit methods and `static`
+  int iterations = 0;                       ///< of it, in every stage; 0: as many as its tolerance needs
   Tangent tangent = Tangent::elastic;       ///< of implicit methods; projected where that is indefinite
   double spectral_radius = 0.9;             ///< of generalized_alpha, at infinite steps
   double tolerance = 1e-6;                  ///< of adaptive methods: local error over a cell's size

@@ -88,6 +88,8 @@ Json to_json(const SolveConfig& solve) {
           {"threads", solve.threads},
           {"precision", to_string(solve.precision)},
           {"linear_solver", solve.linear_solver},
+          {"nonlinear_solver", solve.nonlinear_solver},
+          {"iterations", solve.iterations},
           {"tangent", to_string(solve.tangent)},
           {"spectral_radius", solve.spectral_radius},
           {"tolerance", solve.tolerance},

@@ -9,13 +9,14 @@ namespace {
 
 class BackwardEuler final : public Integrator<double> {
  public:
-  explicit BackwardEuler(const IntegratorOptions& options) : dt_(options.dt), newton_(options) {}
+  explicit BackwardEuler(const IntegratorOptions& options)
+      : dt_(options.dt), solver_(make_nonlinear_solver(options)) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     return advance_step_by_step(*this, system, state, dt_, t_end, work, [&] {
       x_ = state.x;
       v_ = state.v;
-      const Status status = newton_.solve(
+      const Status status = solver_->solve(
           system, {.t = state.t + dt_, .gamma = dt_, .x_base = &x_, .v_base = &v_}, state, work);
       if (status == Status::ok) state.t += dt_;
       return status;
@@ -24,7 +25,7 @@ class BackwardEuler final : public Integrator<double> {
 
  private:
   double dt_;
-  Newton newton_;
+  std::unique_ptr<NonlinearSolver> solver_;
   Field<double> x_, v_;  ///< at the beginning of the step
 };
 

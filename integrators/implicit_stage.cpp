@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "core/discrete_gradient.hpp"
+#include "core/suggest.hpp"
 
 namespace mss {
 
@@ -46,6 +47,7 @@ double dot(const System<double>& system, const Field<double>& a, const Field<dou
 
 Newton::Newton(const IntegratorOptions& options)
     : kind_(options.tangent),
+      iterations_(options.iterations),
       linear_(find_linear_solver(options.linear_solver).make(options.linear_tolerance)) {}
 
 /// Places x and prescribed coordinates for state.v, fills residual_ and returns its norm.
@@ -95,8 +97,9 @@ Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<d
   double norm = residual(system, stage, state, work), least = norm;
   if (!std::isfinite(norm)) return Status::non_finite;
   const Goal goal = stage.conserve_from ? conserving : ordinary;
-  const double target = tolerance * norm;
-  for (int iteration = 0, idle = 0; iteration < goal.most_iterations && norm > 0; ++iteration) {
+  const double target = iterations_ > 0 ? 0 : tolerance * norm;
+  const int most = iterations_ > 0 ? iterations_ : goal.most_iterations;
+  for (int iteration = 0, idle = 0; iteration < most && norm > 0; ++iteration) {
     const TangentSum sum{.mass = 1,
                          .damping = stage.force_velocity ? 0 : stage.gamma,
                          .stiffness = stage.gamma * stage.gamma_x,
@@ -111,7 +114,23 @@ Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<d
     least = std::min(least, norm);
     if (rounding || (norm <= target && idle >= goal.idle_iterations)) return Status::ok;
   }
-  return norm > 0 ? Status::newton_stalled : Status::ok;
+  return norm > 0 && iterations_ == 0 ? Status::newton_stalled : Status::ok;
+}
+
+NonlinearSolverInfo newton() {
+  return {.name = "newton",
+          .summary =
+              "Newton's method: the tangent, assembled or not, and a linear solver; any model, converges "
+              "quadratically",
+          .make = [](const IntegratorOptions& o) { return std::make_unique<Newton>(o); }};
+}
+
+const NonlinearSolverInfo& find_nonlinear_solver(std::string_view name) {
+  return find_named(nonlinear_solvers(), name, "nonlinear solver", "nonlinear_solvers");
+}
+
+std::unique_ptr<NonlinearSolver> make_nonlinear_solver(const IntegratorOptions& options) {
+  return find_nonlinear_solver(options.nonlinear_solver).make(options);
 }
 
 }  // namespace mss

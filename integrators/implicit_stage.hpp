@@ -1,6 +1,10 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "integrators/fixed_step.hpp"
 #include "integrators/linear/linear_solver.hpp"
@@ -26,14 +30,42 @@ struct ImplicitStage {
   const Field<double>* conserve_from = nullptr;
 };
 
-/// Newton's method with backtracking for implicit stages.
-class Newton {
+/// Solves implicit stages.
+class NonlinearSolver {
  public:
-  explicit Newton(const IntegratorOptions& options);
+  NonlinearSolver() = default;
+  NonlinearSolver(const NonlinearSolver&) = delete;
+  NonlinearSolver& operator=(const NonlinearSolver&) = delete;
+  virtual ~NonlinearSolver() = default;
 
   /// Solves a stage; state.v holds a guess on entry, state.x and state.v the solution on return, state.t does
-  /// not change. Prescribed coordinates have their values at the stage's time.
-  Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
+  /// not change. Prescribed coordinates have their values at the stage's time. The system and its holds must
+  /// be the same at every call. Throws InputError if the solver cannot serve the system.
+  virtual Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state,
+                       Work& work) = 0;
+};
+
+/// Facts about a nonlinear solver.
+struct NonlinearSolverInfo {
+  std::string name;
+  std::string summary;  ///< one line for `mss list`
+  std::function<std::unique_ptr<NonlinearSolver>(const IntegratorOptions&)> make;
+};
+
+/// All nonlinear solvers; the first is the default.
+const std::vector<NonlinearSolverInfo>& nonlinear_solvers();
+
+/// The solver of that name. Throws InputError that names the nearest known one.
+const NonlinearSolverInfo& find_nonlinear_solver(std::string_view name);
+
+/// The solver that the options name.
+std::unique_ptr<NonlinearSolver> make_nonlinear_solver(const IntegratorOptions& options);
+
+/// Newton's method with backtracking.
+class Newton final : public NonlinearSolver {
+ public:
+  explicit Newton(const IntegratorOptions& options);
+  Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) override;
 
  private:
   double residual(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
@@ -42,6 +74,7 @@ class Newton {
   double largest_move(const ImplicitStage& stage) const;
 
   Tangent kind_;
+  int iterations_;
   std::unique_ptr<LinearSolver> linear_;
   Field<double> residual_;  ///< gamma f - M (v - v_base)
   Field<double> step_;

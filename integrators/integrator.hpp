@@ -64,9 +64,11 @@ struct IntegratorOptions {
   double linear_tolerance = 1e-10;     ///< of iterative linear solvers: residual over right-hand side
   double spectral_radius = 0.9;        ///< of generalized_alpha, at infinite steps; from 0 to 1
   double tolerance = 1e-6;             ///< of adaptive methods: local error over the scales below
-  double length_scale = 1;             ///< of positions [m]
-  double speed_scale = 1;              ///< of velocities [m/s]
-  long most_steps = 10000000;          ///< adaptive methods may take in one advance, or until its next event
+  std::string nonlinear_solver = "newton";  ///< of implicit methods and `static`
+  int iterations = 0;                       ///< of it, in every stage; 0: as many as its tolerance needs
+  double length_scale = 1;                  ///< of positions [m]
+  double speed_scale = 1;                   ///< of velocities [m/s]
+  long most_steps = 10000000;  ///< adaptive methods may take in one advance, or until its next event
 };
 
 /// Largest step [s] for which a method is stable on the test equation x'' = -omega^2 x - damping x'; 0 if

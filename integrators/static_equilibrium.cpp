@@ -23,7 +23,7 @@ constexpr double negligible = 1e-11;
 
 class StaticEquilibrium final : public Integrator<double> {
  public:
-  explicit StaticEquilibrium(const IntegratorOptions& options) : newton_(options) {}
+  explicit StaticEquilibrium(const IntegratorOptions& options) : solver_(make_nonlinear_solver(options)) {}
   void reset() override { settled_force_ = -1; }
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
@@ -56,7 +56,7 @@ class StaticEquilibrium final : public Integrator<double> {
     x_ = state.x;
     const ImplicitStage stage{
         .t = state.t, .gamma = tau, .x_base = &x_, .v_base = &rest_, .force_velocity = &rest_};
-    const Status status = newton_.solve(system, stage, state, work);
+    const Status status = solver_->solve(system, stage, state, work);
     if (status != Status::ok) state.x = x_;
     state.v = rest_;
     return status;
@@ -96,7 +96,7 @@ class StaticEquilibrium final : public Integrator<double> {
     return largest > 0 ? std::sqrt(largest) : 1;
   }
 
-  Newton newton_;
+  std::unique_ptr<NonlinearSolver> solver_;
   Field<double> x_;     ///< before the step
   Field<double> rest_;  ///< zero
   Field<double> force_;

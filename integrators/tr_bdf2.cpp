@@ -14,7 +14,8 @@ namespace {
 
 class TrBdf2 final : public Integrator<double> {
  public:
-  explicit TrBdf2(const IntegratorOptions& options) : dt_(options.dt), newton_(options) {}
+  explicit TrBdf2(const IntegratorOptions& options)
+      : dt_(options.dt), solver_(make_nonlinear_solver(options)) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     return advance_step_by_step(*this, system, state, dt_, t_end, work,
@@ -34,7 +35,8 @@ class TrBdf2 final : public Integrator<double> {
     x_base_ = x_;
     x_base_.array() += d * v_.array();
     const auto solve = [&](double t) {
-      return newton_.solve(system, {.t = t, .gamma = d, .x_base = &x_base_, .v_base = &v_base_}, state, work);
+      return solver_->solve(system, {.t = t, .gamma = d, .x_base = &x_base_, .v_base = &v_base_}, state,
+                            work);
     };
     const Status status = solve(state.t + g * dt_);
     if (status != Status::ok) return status;
@@ -45,7 +47,7 @@ class TrBdf2 final : public Integrator<double> {
   }
 
   double dt_;
-  Newton newton_;
+  std::unique_ptr<NonlinearSolver> solver_;
   Field<double> x_, v_;  ///< at the beginning of the step
   Field<double> x_base_, v_base_;
 };

@@ -1,4 +1,4 @@
-// `mss list`: integrators, linear solvers, models, scenes and experiments, one line each.
+// `mss list`: integrators, solvers, models, scenes and experiments, one line each.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -11,6 +11,7 @@
 #include "experiments/harness/experiment.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/scene_files.hpp"
+#include "integrators/implicit_stage.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
 
@@ -32,6 +33,12 @@ Lines linear_solver_lines() {
   return lines;
 }
 
+Lines nonlinear_solver_lines() {
+  Lines lines;
+  for (const NonlinearSolverInfo& info : nonlinear_solvers()) lines.emplace_back(info.name, info.summary);
+  return lines;
+}
+
 Lines experiment_lines() {
   Lines lines;
   for (const ExperimentInfo& info : experiments()) lines.emplace_back(info.command(), info.summary);
@@ -47,6 +54,7 @@ void print(const Lines& lines, const char* indent) {
 void list(const std::string& kind) {
   const std::vector<std::pair<std::string, Lines (*)()>> kinds{{"integrators", integrator_lines},
                                                                {"linear_solvers", linear_solver_lines},
+                                                               {"nonlinear_solvers", nonlinear_solver_lines},
                                                                {"models", models},
                                                                {"scenes", listed_scenes},
                                                                {"experiments", experiment_lines}};
@@ -65,10 +73,11 @@ void list(const std::string& kind) {
 
 void add(CLI::App& app, int&) {
   CLI::App* command = app.add_subcommand(
-      "list", "names that the other commands take: integrators, linear solvers, models, scenes, experiments");
+      "list", "names that the other commands take: integrators, solvers, models, scenes, experiments");
   const auto kind = std::make_shared<std::string>();
-  command->add_option("kind", *kind,
-                      "integrators, linear_solvers, models, scenes or experiments; all if left out");
+  command->add_option(
+      "kind", *kind,
+      "integrators, linear_solvers, nonlinear_solvers, models, scenes or experiments; all if left out");
   command->callback([kind] { list(*kind); });
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "experiments/simulation/model.hpp"
+#include "integrators/implicit_stage.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
 #include "integrators/stable_step.hpp"
@@ -82,6 +83,7 @@ void check_solve(const Scene& scene) {
       throw InputError(fmt::format(
           "integrator '{}' computes in double precision only; give precision = \"double\"", method.name));
     find_linear_solver(scene.solve.linear_solver);
+    find_nonlinear_solver(scene.solve.nonlinear_solver);
     check_sleep(scene, method);
     check_energy_exact(scene, method);
   });

@@ -34,7 +34,9 @@ IntegratorOptions method_options(const Scene& scene, const BodySystem<Real>& sys
       .linear_solver = scene.solve.linear_solver,
       .tangent = scene.solve.tangent,
       .spectral_radius = scene.solve.spectral_radius,
-      .tolerance = scene.solve.tolerance};
+      .tolerance = scene.solve.tolerance,
+      .nonlinear_solver = scene.solve.nonlinear_solver,
+      .iterations = scene.solve.iterations};
   scale_errors(options, system);
   return options;
 }

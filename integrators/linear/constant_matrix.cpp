@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "integrators/linear/cholmod.hpp"
+#include "integrators/linear/unknowns.hpp"
 
 namespace mss {
 
@@ -26,7 +27,7 @@ struct FreeParticles {
 
 class CholeskySolver final : public ConstantSolver {
  public:
-  CholeskySolver(const Body& body, const System<double>& system);
+  CholeskySolver(const Body& body, System<double>& system);
   Status prepare(const ConstantMatrix& matrix) override;
   void solve(System<double>& system, const Field<double>& rhs, Field<double>& solution) override;
 
@@ -37,12 +38,12 @@ class CholeskySolver final : public ConstantSolver {
   std::vector<std::unique_ptr<FreeParticles>> groups_;
 };
 
-CholeskySolver::CholeskySolver(const Body& body, const System<double>& system) : body_(body) {
-  const Field<double> is_free = free_coordinates(system);
+CholeskySolver::CholeskySolver(const Body& body, System<double>& system) : body_(body) {
+  const Field<double> unknown = mask_of_unknowns(system);
   for (int axis = 0; axis < 3; ++axis) {
-    const double* mask = is_free.axis(axis);
+    const double* mask = unknown.axis(axis);
     const auto same = std::find_if(groups_.begin(), groups_.end(), [&](const auto& group) {
-      return std::equal(mask, mask + system.size(), is_free.axis(group->axes.front()));
+      return std::equal(mask, mask + system.size(), unknown.axis(group->axes.front()));
     });
     if (same != groups_.end()) {
       (*same)->axes.push_back(axis);
@@ -76,10 +77,11 @@ SparseMatrix CholeskySolver::assemble(const ConstantMatrix& matrix, const FreePa
          matrix.spring[index(slot.kind)] * stiffness / interior_stiffness(body_.config().springs, slot.kind));
   });
   body_.for_each_cell([&](std::ptrdiff_t site) {
+    const double weight = matrix.cell_edge * body_.elements_at(site).weight.back();  // by its fill factor
     for (int c = 0; c < 8; ++c)
       for (const int step : {1, 2, 4})
         if ((c & step) == 0)
-          join(site + body_.lattice().corner(c), site + body_.lattice().corner(c | step), matrix.cell_edge);
+          join(site + body_.lattice().corner(c), site + body_.lattice().corner(c | step), weight);
   });
   for (std::size_t i = 0; i < particles.sites.size(); ++i)
     entries.emplace_back(int(i), int(i), matrix.mass * body_.mass(particles.sites[i]));
@@ -127,14 +129,7 @@ ConstantMatrix bounding_matrix(const Body& body, double a, double b, double c) {
   return matrix;
 }
 
-Field<double> free_coordinates(const System<double>& system) {
-  Field<double> is_free(system.size());
-  for (const std::ptrdiff_t site : system.particles()) is_free.set(site, Vec3::Ones());
-  system.clear_prescribed(is_free);
-  return is_free;
-}
-
-std::unique_ptr<ConstantSolver> cholesky_solver(const Body& body, const System<double>& system) {
+std::unique_ptr<ConstantSolver> cholesky_solver(const Body& body, System<double>& system) {
   return std::make_unique<CholeskySolver>(body, system);
 }
 

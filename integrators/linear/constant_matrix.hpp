@@ -47,18 +47,15 @@ class ConstantSolver {
   virtual void solve(System<double>& system, const Field<double>& rhs, Field<double>& solution) = 0;
 };
 
-/// 1 at coordinates that nothing prescribes, 0 at others and where there is no particle; shape 3 x sites.
-Field<double> free_coordinates(const System<double>& system);
-
 /// By eigenvectors along the axes of a box (separable.hpp). Throws InputError where they are not those of
 /// the matrix.
-std::unique_ptr<ConstantSolver> separable_solver(const Body& body, const System<double>& system);
+std::unique_ptr<ConstantSolver> separable_solver(const Body& body, System<double>& system);
 
 /// By CHOLMOD, for any body and any holds. One matrix serves all axes that hold the same particles.
-std::unique_ptr<ConstantSolver> cholesky_solver(const Body& body, const System<double>& system);
+std::unique_ptr<ConstantSolver> cholesky_solver(const Body& body, System<double>& system);
 
 /// Why a body and its holds have no separable matrix, as the rest of a sentence after "separable"; empty:
-/// they have one.
-std::string why_not_separable(const Body& body, const Field<double>& free);
+/// they have one. `mask`: 1 at unknowns, 0 elsewhere; shape 3 x sites.
+std::string why_not_separable(const Body& body, const Field<double>& mask);
 
 }  // namespace mss

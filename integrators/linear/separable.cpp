@@ -15,6 +15,7 @@
 
 #include "core/error.hpp"
 #include "integrators/linear/constant_matrix.hpp"
+#include "integrators/linear/unknowns.hpp"
 #include "integrators/linear/vector_kernels.hpp"
 
 namespace mss {
@@ -79,11 +80,11 @@ void for_each_place(const Lattice& lattice, Visit&& visit) {
 }
 
 /// The faces of which every particle is held.
-HeldFaces held_faces(const Lattice& lattice, const double* is_free) {
+HeldFaces held_faces(const Lattice& lattice, const double* mask) {
   HeldFaces faces;
   faces.axis.fill({true, true});
   for_each_place(lattice, [&](const std::array<int, 3>& at, std::ptrdiff_t site) {
-    if (is_free[site] == 0) return;
+    if (mask[site] == 0) return;
     for (std::size_t a = 0; a < 3; ++a) {
       if (at[a] == 0) faces.axis[a].low = false;
       if (at[a] == lattice.cells[a]) faces.axis[a].high = false;
@@ -93,19 +94,19 @@ HeldFaces held_faces(const Lattice& lattice, const double* is_free) {
 }
 
 /// Whether nothing but these faces is held.
-bool are_all(const HeldFaces& faces, const Lattice& lattice, const double* is_free) {
+bool are_all(const HeldFaces& faces, const Lattice& lattice, const double* mask) {
   bool all = true;
   for_each_place(lattice, [&](const std::array<int, 3>& at, std::ptrdiff_t site) {
     bool held = false;
     for (int a = 0; a < 3; ++a) held = held || faces(a, at[std::size_t(a)], lattice.cells[std::size_t(a)]);
-    all = all && (is_free[site] == 0) == held;
+    all = all && (mask[site] == 0) == held;
   });
   return all;
 }
 
 class SeparableSolver final : public ConstantSolver {
  public:
-  SeparableSolver(const Body& body, const Field<double>& is_free);
+  SeparableSolver(const Body& body, const Field<double>& mask);
   Status prepare(const ConstantMatrix& matrix) override;
   void solve(System<double>& system, const Field<double>& rhs, Field<double>& solution) override {
     system.parallel(3,
@@ -128,11 +129,11 @@ class SeparableSolver final : public ConstantSolver {
   std::vector<Coordinate> coordinates_;
 };
 
-SeparableSolver::SeparableSolver(const Body& body, const Field<double>& is_free)
+SeparableSolver::SeparableSolver(const Body& body, const Field<double>& mask)
     : lattice_(body.lattice()), cell_mass_(body.config().density * body.cell_volume()) {
   const std::ptrdiff_t size = lattice_.used() * lattice_.planes() + transform_padding;
   for (int c = 0; c < 3; ++c) {
-    const HeldFaces faces = held_faces(lattice_, is_free.axis(c));
+    const HeldFaces faces = held_faces(lattice_, mask.axis(c));
     Coordinate coordinate;
     for (std::size_t a = 0; a < 3; ++a) coordinate.axes.emplace_back(lattice_.cells[a], faces.axis[a]);
     for (AlignedArray<double>* array : {&coordinate.inverse, &coordinate.room[0], &coordinate.room[1]})
@@ -199,31 +200,32 @@ void SeparableSolver::solve(const double* rhs, double* solution, std::ptrdiff_t 
 
 }  // namespace
 
-std::string why_not_separable(const Body& body, const Field<double>& is_free) {
+std::string why_not_separable(const Body& body, const Field<double>& mask) {
   const BodyConfig& config = body.config();
   const VoxelGrid& voxels = config.voxels;
   const auto box = std::size_t(voxels.nx()) * std::size_t(voxels.ny()) * std::size_t(voxels.nz());
   if (body.cell_count() != box)
     return fmt::format("is for boxes, and {} of the {} cells of this body's are empty",
                        box - body.cell_count(), box);
+  if (!config.cell_fill.empty()) return "is for full cells, and this body's have fill factors";
   if (config.sharing != Sharing::weighted)
     return "is for sharing = \"weighted\", and this body's is \"uniform\"";
   if (config.topology == Topology::one_diagonal)
     return "is for both diagonals of a face or none, and this body's topology is \"one_diagonal\"";
   if (!config.weights.empty()) return "is for the masses of cells alone, and this body has weights";
   for (int c = 0; c < 3; ++c)
-    if (const HeldFaces faces = held_faces(body.lattice(), is_free.axis(c));
-        !are_all(faces, body.lattice(), is_free.axis(c)))
+    if (const HeldFaces faces = held_faces(body.lattice(), mask.axis(c));
+        !are_all(faces, body.lattice(), mask.axis(c)))
       return fmt::format("is for boxes held by whole faces, and the hold of {} takes a part of one",
                          "xyz"[c]);
   return "";
 }
 
-std::unique_ptr<ConstantSolver> separable_solver(const Body& body, const System<double>& system) {
-  const Field<double> is_free = free_coordinates(system);
-  if (const std::string reason = why_not_separable(body, is_free); !reason.empty())
+std::unique_ptr<ConstantSolver> separable_solver(const Body& body, System<double>& system) {
+  const Field<double> mask = mask_of_unknowns(system);
+  if (const std::string reason = why_not_separable(body, mask); !reason.empty())
     throw InputError(fmt::format("separable {}; cholmod takes any body", reason));
-  return std::make_unique<SeparableSolver>(body, is_free);
+  return std::make_unique<SeparableSolver>(body, mask);
 }
 
 }  // namespace mss

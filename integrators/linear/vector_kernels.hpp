@@ -32,9 +32,9 @@ struct VectorKernels {
   /// v += a p, x = x_base + b v
   void (*move)(double a, const double* p, double b, const double* x_base, double* v, double* x,
                std::ptrdiff_t n);
-  /// g = m (v - v_base) - b g where the mask is not 0, else 0
-  void (*gradient)(const double* mask, const double* m, const double* v, const double* v_base, double b,
-                   double* g, std::ptrdiff_t n);
+  /// g = m (v - v_base) - b g where m is not 0, else 0
+  void (*gradient)(const double* m, const double* v, const double* v_base, double b, double* g,
+                   std::ptrdiff_t n);
 };
 
 /// The fastest that this processor runs.

@@ -99,12 +99,12 @@ inline void move(double a, const double* p, double b, const double* x_base, doub
   }
 }
 
-inline void gradient(const double* mask, const double* m, const double* v, const double* v_base, double b,
-                     double* g, std::ptrdiff_t n) {
+inline void gradient(const double* m, const double* v, const double* v_base, double b, double* g,
+                     std::ptrdiff_t n) {
 #pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     const double value = m[i] * (v[i] - v_base[i]) - b * g[i];
-    g[i] = mask[i] != 0 ? value : 0;
+    g[i] = m[i] != 0 ? value : 0;
   }
 }
 

@@ -101,6 +101,8 @@ TEST(Scene, ReadsStartAndSolve) {
   EXPECT_EQ(scene.solve.threads, 2);
   EXPECT_EQ(scene.solve.precision, Precision::single);
   EXPECT_EQ(scene.solve.linear_solver, "matrix_free");
+  EXPECT_EQ(scene.solve.nonlinear_solver, "lbfgs");
+  EXPECT_EQ(scene.solve.iterations, 5);
   EXPECT_EQ(scene.solve.tangent, Tangent::projected);
   EXPECT_EQ(scene.solve.spectral_radius, 0.5);
   EXPECT_EQ(scene.solve.tolerance, 1e-5);
@@ -125,6 +127,8 @@ TEST(Scene, FillsInDefaults) {
   EXPECT_EQ(scene.solve.threads, 0);
   EXPECT_EQ(scene.solve.precision, Precision::dbl);
   EXPECT_EQ(scene.solve.linear_solver, "automatic");
+  EXPECT_EQ(scene.solve.nonlinear_solver, "newton");
+  EXPECT_EQ(scene.solve.iterations, 0);
   EXPECT_EQ(scene.solve.tangent, Tangent::elastic);
   EXPECT_EQ(scene.solve.spectral_radius, 0.9);
   EXPECT_EQ(scene.solve.tolerance, 1e-6);

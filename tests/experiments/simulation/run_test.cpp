@@ -286,6 +286,7 @@ TEST_F(RunCommand, BadScenesLeaveNothing) {
       {with(good, "velocity_verlet\"\ndt = 1e-4", "tr_bdf2\"\ndt = \"safe\""), "any step"},
       {with(good, "velocity_verlet\"", "cvode_bdf\"\nprecision = \"single\""), "double precision only"},
       {with(good, "velocity_verlet\"", "backward_euler\"\nlinear_solver = \"cholmid\""), "'cholmod'"},
+      {with(good, "velocity_verlet\"", "backward_euler\"\nnonlinear_solver = \"lbfg\""), "'lbfgs'"},
       {with(good, "density = 1000", "density = 1000\nmodel = \"corotated\""), "'corotational'"},
       {with(with(good, "density = 1000", "density = 1000\nmodel = \"linear\""), "dt = 1e-4",
             "dt = 1e-4\nprecision = \"single\""),
