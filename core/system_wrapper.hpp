@@ -29,6 +29,7 @@ class SystemWrapper : public System<Real> {
     other_.apply(update, a, dt, state);
   }
 
+ protected:
   System<Real>& other() { return other_; }
 
  private:

@@ -28,6 +28,7 @@ struct ImplicitStage {
   /// the whole step (core/discrete_gradient.hpp), and the stage is solved to rounding, because what remains
   /// is energy gained or lost.
   const Field<double>* conserve_from = nullptr;
+  double enough = 0;  ///< quasi-Newton methods may stop once an iteration moves coordinates by this [m, rms]
 };
 
 /// Solves implicit stages.

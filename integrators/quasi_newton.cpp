@@ -21,7 +21,6 @@
 
 #include "core/error.hpp"
 #include "core/spring_system.hpp"
-#include "core/system_wrapper.hpp"
 #include "integrators/implicit_stage.hpp"
 #include "integrators/linear/constant_matrix.hpp"
 #include "integrators/linear/unknowns.hpp"
@@ -124,16 +123,15 @@ class QuasiNewton final : public NonlinearSolver {
   Products sg_, ug_;                 ///< with g where the last step began
   double zg_ = 0;                    ///< the same
   double slope_ = 0;                 ///< p.g there; the step p is pairs_.s[pairs_.count]
+  double size_ = 0;                  ///< |p|
   double length_ = 0;                ///< of the step taken, in p; 0: none yet
   double norm_ = 0, slope_now_ = 0;  ///< |g| and p.g at the end of the step
   std::vector<Sums> sums_;
 };
 
-/// The springs that a system drives, whatever wraps them.
+/// The springs that a system drives.
 const SpringSystem<double>& springs_of(System<double>& system, const std::string& name) {
-  System<double>* inner = &system;
-  while (auto* wrapper = dynamic_cast<SystemWrapper<double>*>(inner)) inner = &wrapper->other();
-  const auto* springs = dynamic_cast<const SpringSystem<double>*>(inner);
+  const auto* springs = dynamic_cast<const SpringSystem<double>*>(tangents_of(system).body_system());
   if (!springs)
     throw InputError(fmt::format(
         "nonlinear_solver \"{}\" needs the constant matrix of springs, which this model has not; \"newton\" "
@@ -230,7 +228,7 @@ void QuasiNewton::choose_step(System<double>& system, Work& work) {
   Field<double>& p = pairs_.s[std::size_t(count)];
   slope_ = -zg_;
   for (int i = 0; i < count; ++i) slope_ -= of_s[i] * sg_[i] + of_u[i] * ug_[i];
-  sum_over_parts(system, [&](std::ptrdiff_t first, std::ptrdiff_t n, Sums&) {
+  const Sums sums = sum_over_parts(system, [&](std::ptrdiff_t first, std::ptrdiff_t n, Sums& sum) {
     double* out = from(p, first);
     std::fill_n(out, n, 0.0);
     vector_kernels().add(-1, from(z_, first), out, n);
@@ -238,7 +236,9 @@ void QuasiNewton::choose_step(System<double>& system, Work& work) {
       vector_kernels().add(-of_s[i], from(pairs_.s[std::size_t(i)], first), out, n);
       vector_kernels().add(-of_u[i], from(pairs_.u[std::size_t(i)], first), out, n);
     }
+    sum[0] = vector_kernels().dot(out, out, n);
   });
+  size_ = std::sqrt(sums[0]);
 }
 
 void QuasiNewton::take_products(System<double>& system) {
@@ -309,12 +309,14 @@ Status QuasiNewton::solve(System<double>& system, const ImplicitStage& stage, St
   if (!std::isfinite(norm_)) return Status::non_finite;
   const double target = iterations_ > 0 ? 0 : tolerance * norm_;
   const int most = iterations_ > 0 ? iterations_ : most_iterations;
+  const double coordinates = std::sqrt(3 * double(system.particles().size()));
+  const double enough =
+      coordinates * std::max(stage.enough, negligible * state.x.array().abs().maxCoeff()) / stage.gamma_x;
   for (int iteration = 0; iteration < most && norm_ > target; ++iteration) {
     choose_step(system, work);
-    const bool rounding = stage.gamma_x * pairs_.s[std::size_t(pairs_.count)].array().abs().maxCoeff() <=
-                          negligible * state.x.array().abs().maxCoeff();
-    if (!search(system, stage, state, work)) return rounding ? Status::ok : Status::newton_stalled;
-    if (rounding) return Status::ok;
+    const bool small = size_ <= enough;
+    if (!search(system, stage, state, work)) return small ? Status::ok : Status::newton_stalled;
+    if (small) return Status::ok;
   }
   return norm_ <= target || iterations_ > 0 ? Status::ok : Status::newton_stalled;
 }

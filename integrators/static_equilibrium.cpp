@@ -1,10 +1,12 @@
 // Static equilibrium, f(t, x, 0) = 0, by pseudo-transient continuation: steps of backward Euler that start
 // from rest each time,
 //   M (x' - x) / tau^2 = f(t, x', 0),
-// solved by Newton's method. Each one lowers the potential energy, and the first moves no further than the
-// body would fall in tau, so that it does not jump into a folded state; as tau grows, inertia vanishes and
-// Newton's method converges quadratically. Prescribed coordinates have their values at time t. Kelley and
-// Keyes, SIAM J. Numer. Anal. 35 (1998) 508.
+// solved by a nonlinear solver. Each one lowers the potential energy. Newton's method begins with short
+// steps, the first no further than the body would fall in tau, so that it does not jump into a folded state;
+// as tau grows, inertia vanishes and it converges quadratically. Quasi-Newton methods, whose matrix bounds
+// the tangent, go downhill from anywhere and take long steps at once, until none moves the body by more than
+// the tolerance. Prescribed coordinates have their values at time t. Kelley and Keyes, SIAM J. Numer. Anal.
+// 35 (1998) 508.
 #include <limits>
 
 #include "integrators/implicit_stage.hpp"
@@ -18,12 +20,18 @@ constexpr double growth = 10;
 constexpr int most_steps = 60;
 constexpr int most_stuck = 3;  ///< steps of the largest tau without convergence: the body falls
 
+/// Of quasi-Newton methods: a body of a hundred cells falls far in it, a loose one hardly drifts.
+constexpr double long_tau = 1e5;
+
 /// Steps of the largest tau that move coordinates by less than this share count as converged.
 constexpr double negligible = 1e-11;
 
 class StaticEquilibrium final : public Integrator<double> {
  public:
-  explicit StaticEquilibrium(const IntegratorOptions& options) : solver_(make_nonlinear_solver(options)) {}
+  explicit StaticEquilibrium(const IntegratorOptions& options)
+      : solver_(make_nonlinear_solver(options)),
+        by_newton_(options.nonlinear_solver == "newton"),
+        enough_(options.tolerance * options.length_scale) {}
   void reset() override { settled_force_ = -1; }
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
@@ -33,13 +41,20 @@ class StaticEquilibrium final : public Integrator<double> {
     state.v = rest_;
     if (still_at_rest(system, state, work)) return Status::ok;
     const double unit = 1 / stiffest(system, state);
+    return by_newton_ ? continue_to_rest(system, state, unit, work)
+                      : descend(system, state, long_tau * unit, work);
+  }
+
+ private:
+  /// Ever longer steps.
+  Status continue_to_rest(System<double>& system, State<double>& state, double unit, Work& work) {
     double tau = first_tau * unit;
     double before = std::numeric_limits<double>::infinity();
     for (int step = 0, stuck = 0; step < most_steps && stuck < most_stuck; ++step) {
       const Status status = relax(system, state, tau, work);
       ++work.steps;
       if (status == Status::ok && tau >= last_tau * unit) {
-        const double move = largest_move(state);
+        const double move = largest_move(state) / state.x.array().abs().maxCoeff();
         if (move <= negligible) return settle(system, state, work);
         if (move > before / 2) ++stuck;
         before = move;
@@ -50,21 +65,39 @@ class StaticEquilibrium final : public Integrator<double> {
     return Status::newton_stalled;
   }
 
- private:
-  /// One step from rest; restores the positions if it fails.
+  /// Steps of one length; what a step has reached stays, even if it stalls.
+  Status descend(System<double>& system, State<double>& state, double tau, Work& work) {
+    double before = std::numeric_limits<double>::infinity();
+    for (int step = 0, stuck = 0; step < most_steps && stuck < most_stuck; ++step) {
+      const Status status = relax(system, state, tau, work);
+      ++work.steps;
+      if (status != Status::ok) return status;
+      const double move = largest_move(state);
+      if (move <= enough_) return settle(system, state, work);
+      if (move > before / 2) ++stuck;
+      before = move;
+    }
+    return Status::newton_stalled;
+  }
+
+  /// One step from rest; Newton's method restores the positions if it fails.
   Status relax(System<double>& system, State<double>& state, double tau, Work& work) {
     x_ = state.x;
-    const ImplicitStage stage{
-        .t = state.t, .gamma = tau, .x_base = &x_, .v_base = &rest_, .force_velocity = &rest_};
+    const ImplicitStage stage{.t = state.t,
+                              .gamma = tau,
+                              .x_base = &x_,
+                              .v_base = &rest_,
+                              .force_velocity = &rest_,
+                              .enough = enough_ / 10};
     const Status status = solver_->solve(system, stage, state, work);
-    if (status != Status::ok) state.x = x_;
+    if (status != Status::ok && by_newton_) state.x = x_;
     state.v = rest_;
     return status;
   }
 
-  /// Of the last step, relative to the largest coordinate.
+  /// Of the last step [m].
   double largest_move(const State<double>& state) const {
-    return (state.x.array() - x_.array()).abs().maxCoeff() / state.x.array().abs().maxCoeff();
+    return (state.x.array() - x_.array()).abs().maxCoeff();
   }
 
   Status settle(System<double>& system, const State<double>& state, Work& work) {
@@ -97,6 +130,8 @@ class StaticEquilibrium final : public Integrator<double> {
   }
 
   std::unique_ptr<NonlinearSolver> solver_;
+  bool by_newton_;
+  double enough_;       ///< moves of quasi-Newton methods [m]
   Field<double> x_;     ///< before the step
   Field<double> rest_;  ///< zero
   Field<double> force_;
@@ -109,7 +144,7 @@ IntegratorInfo static_equilibrium() {
   return describe_double<StaticEquilibrium>(
       {.name = "static",
        .summary =
-           "no motion: where a body comes to rest at the end time, by Newton's method with continuation",
+           "no motion: where a body comes to rest at the end time, by a nonlinear solver with continuation",
        .stepping = Stepping::equilibrium,
        .implicit = true});
 }

@@ -13,7 +13,7 @@ namespace mss {
 namespace {
 
 double step_of(const Scene& scene, const IntegratorInfo& method, const SpectralBound& bound) {
-  if (method.stepping == Stepping::equilibrium) return 0;
+  if (method.stepping == Stepping::equilibrium && !method.limit) return 0;
   if (scene.solve.dt) return *scene.solve.dt;
   if (method.stepping == Stepping::adaptive) return 0;  // the method's own choice
   const double safe = safe_share * stable_step(method, bound);

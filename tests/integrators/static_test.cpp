@@ -116,5 +116,84 @@ TEST(Static, SaysThatAFallingBodyHasNoEquilibrium) {
   EXPECT_EQ(find_rest(system, state, work), Status::newton_stalled);
 }
 
+/// A cube of n^3 cells and 1 m between two plates, pressed to a share of its height.
+struct Pressed {
+  Pressed(int n, double share, double poisson = 0.3)
+      : body(config(n, poisson)), system(body, environment(share)) {
+    options.length_scale = body.config().cell_size;
+  }
+  static BodyConfig config(int n, double poisson) {
+    BodyConfig config{.voxels = VoxelGrid::box(n, n, n), .cell_size = 1.0 / n};
+    config.fill({.young = 1e6, .poisson = poisson}, 0.5);
+    return config;
+  }
+  static Environment environment(double share) {
+    return {.holds = {{.box = {{0, 0, 0}, {1, 1, 0}}},
+                      {.box = {{0, 0, 1}, {1, 1, 1}}, .displacement = Vec3(0, 0, share - 1)}}};
+  }
+  Status rest(const std::string& method) {
+    state = system.rest_state();
+    return find_integrator(method).make<double>(options)->advance(system, state, 1, work);
+  }
+  double energy() const {
+    const StoredEnergy energy = system.stored_energy(state.x);
+    return energy.elastic + energy.volume;
+  }
+
+  Body body;
+  SpringSystem<double> system;
+  State<double> state;
+  IntegratorOptions options;
+  Work work;
+};
+
+TEST(Static, IsTheSameByEverySolver) {
+  Pressed cube(4, 0.9);
+  ASSERT_EQ(cube.rest("static"), Status::ok);
+  const Field<double> expected = cube.state.x;
+  const auto error = [&] { return (cube.state.x.array() - expected.array()).abs().maxCoeff(); };
+  for (const double tolerance : {1e-3, 1e-6}) {  // of cells of 0.25 m
+    cube.options.tolerance = tolerance;
+    for (const char* solver : {"projective", "lbfgs"}) {
+      cube.options.nonlinear_solver = solver;
+      ASSERT_EQ(cube.rest("static"), Status::ok) << solver;
+      EXPECT_LT(error(), tolerance) << solver;
+      EXPECT_EQ(cube.state.v.array().abs().maxCoeff(), 0);
+    }
+    cube.options.dt = 0.9 * 2 / cube.system.spectral_bound().omega;
+    ASSERT_EQ(cube.rest("dynamic_relaxation"), Status::ok);
+    EXPECT_LT(error(), tolerance);
+    EXPECT_EQ(cube.state.t, 1);
+    EXPECT_EQ(cube.state.v.array().abs().maxCoeff(), 0);
+  }
+}
+
+TEST(Static, DynamicRelaxationSaysThatAFallingBodyDoesNotRest) {
+  const Body body(testing::test_config(VoxelGrid::box(2, 2, 2)));
+  SpringSystem<double> system(body, {.gravity = Vec3(0, 0, -9.81)});
+  State<double> state = system.rest_state();
+  Work work;
+  const auto method = find_integrator("dynamic_relaxation").make<double>({.dt = 0.005, .most_steps = 1000});
+  EXPECT_EQ(method->advance(system, state, 1, work), Status::step_limit);
+  EXPECT_EQ(work.steps, 1000);
+}
+
+// Its springs' tangents are indefinite far from rest; the constant matrix is not.
+TEST(Static, QuasiNewtonMethodsRestWhereNewtonsMethodStalls) {
+  Pressed cube(3, 0.4, 0.45);
+  const auto rest = [&] {
+    cube.state = cube.system.rest_state();
+    testing::randomise(cube.body, cube.state, 0.15, 0, 4);
+    return find_integrator("static")
+        .make<double>(cube.options)
+        ->advance(cube.system, cube.state, 1, cube.work);
+  };
+  EXPECT_EQ(rest(), Status::newton_stalled);
+  const double stalled = cube.energy();
+  cube.options.nonlinear_solver = "lbfgs";
+  EXPECT_EQ(rest(), Status::ok);
+  EXPECT_LT(cube.energy(), stalled * (1 + 1e-6));
+}
+
 }  // namespace
 }  // namespace mss
