@@ -15,14 +15,15 @@ namespace {
 
 class EnergyMomentum final : public Integrator<double> {
  public:
-  explicit EnergyMomentum(const IntegratorOptions& options) : dt_(options.dt), newton_(options) {}
+  explicit EnergyMomentum(const IntegratorOptions& options)
+      : dt_(options.dt), solver_(make_nonlinear_solver(options)) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     return advance_step_by_step(*this, system, state, dt_, t_end, work, [&] {
       x_ = state.x;
       v_ = state.v;
       const double half = dt_ / 2;
-      const Status status = newton_.solve(
+      const Status status = solver_->solve(
           system, {.t = state.t + half, .gamma = half, .x_base = &x_, .v_base = &v_, .conserve_from = &x_},
           state, work);
       if (status != Status::ok) return status;
@@ -36,7 +37,7 @@ class EnergyMomentum final : public Integrator<double> {
 
  private:
   double dt_;
-  Newton newton_;
+  std::unique_ptr<NonlinearSolver> solver_;
   Field<double> x_, v_;  ///< at the beginning of the step
 };
 

@@ -24,7 +24,7 @@ class GeneralizedAlpha final : public Integrator<double> {
       : dt_(options.dt),
         mass_share_((2 * options.spectral_radius - 1) / (options.spectral_radius + 1)),
         force_share_(options.spectral_radius / (options.spectral_radius + 1)),
-        newton_(options) {}
+        solver_(make_nonlinear_solver(options)) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     return advance_step_by_step(*this, system, state, dt_, t_end, work,
@@ -42,13 +42,13 @@ class GeneralizedAlpha final : public Integrator<double> {
         x_.array() + dt_ * (1 - ratio) * v_.array() + dt_ * dt_ * (0.5 - ratio) * acceleration_.array();
     v_base_.array() = v_.array() + dt_ * gamma * f / (1 - m) * force_.array() +
                       dt_ * (1 - gamma - gamma * m / (1 - m)) * acceleration_.array();
-    const Status status = newton_.solve(system,
-                                        {.t = state.t + dt_,
-                                         .gamma = dt_ * gamma * (1 - f) / (1 - m),
-                                         .gamma_x = dt_ * ratio,
-                                         .x_base = &x_base_,
-                                         .v_base = &v_base_},
-                                        state, work);
+    const Status status = solver_->solve(system,
+                                         {.t = state.t + dt_,
+                                          .gamma = dt_ * gamma * (1 - f) / (1 - m),
+                                          .gamma_x = dt_ * ratio,
+                                          .x_base = &x_base_,
+                                          .v_base = &v_base_},
+                                         state, work);
     if (status != Status::ok) return status;
     acceleration_.array() =
         (state.v.array() - v_.array()) / (dt_ * gamma) - (1 - gamma) / gamma * acceleration_.array();
@@ -71,7 +71,7 @@ class GeneralizedAlpha final : public Integrator<double> {
   double dt_;
   double mass_share_;   ///< m, of the old acceleration
   double force_share_;  ///< f, of the old force
-  Newton newton_;
+  std::unique_ptr<NonlinearSolver> solver_;
   Field<double> x_, v_;         ///< at the beginning of the step
   Field<double> force_;         ///< over mass, at the beginning of the step
   Field<double> acceleration_;  ///< a_0; empty before the first step

@@ -19,6 +19,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/discrete_gradient.hpp"
 #include "core/error.hpp"
 #include "core/spring_system.hpp"
 #include "integrators/implicit_stage.hpp"
@@ -30,8 +31,10 @@ namespace mss {
 
 namespace {
 
-/// Of the gradient, to that before the first iteration.
-constexpr double tolerance = 1e-10;
+/// Of the gradient, to that before the first iteration; and where energy is to be conserved, or until so many
+/// iterations have not halved it.
+constexpr double tolerance = 1e-10, rounding = 1e-15;
+constexpr int most_idle = 4;
 
 constexpr int most_iterations = 2000;
 constexpr int most_halvings = 12;
@@ -119,6 +122,7 @@ class QuasiNewton final : public NonlinearSolver {
   ConstantMatrix matrix_;
   Field<double> mass_;  ///< 0 where there is no unknown
   Field<double> gradient_, z_, z_before_;
+  Field<double> x_end_;  ///< of a step that conserves energy
   Pairs pairs_;
   Products sg_, ug_;                 ///< with g where the last step began
   double zg_ = 0;                    ///< the same
@@ -150,7 +154,8 @@ void QuasiNewton::begin(System<double>& system) {
   const Field<double> mask = mask_of_unknowns(system);
   solver_ = why_not_separable(*body_, mask).empty() ? separable_solver(*body_, system)
                                                     : cholesky_solver(*body_, system);
-  for (Field<double>* field : {&mass_, &gradient_, &z_, &z_before_}) *field = Field<double>(system.size());
+  for (Field<double>* field : {&mass_, &gradient_, &z_, &z_before_, &x_end_})
+    *field = Field<double>(system.size());
   for (int i = 0; i <= pairs_kept_; ++i) {
     pairs_.s[std::size_t(i)] = Field<double>(system.size());
     if (pairs_kept_ > 0) pairs_.u[std::size_t(i)] = Field<double>(system.size());
@@ -199,6 +204,10 @@ void QuasiNewton::move(System<double>& system, const ImplicitStage& stage, State
 void QuasiNewton::evaluate(System<double>& system, const ImplicitStage& stage, State<double>& state,
                            Work& work) {
   system.force(stage.t, state.x, stage.force_velocity ? *stage.force_velocity : state.v, gradient_);
+  if (stage.conserve_from) {
+    x_end_.array() = 2 * state.x.array() - stage.conserve_from->array();
+    discrete_gradient_of(system).correct(*stage.conserve_from, x_end_, gradient_);
+  }
   ++work.force_evaluations;
   const Field<double>& p = pairs_.s[std::size_t(pairs_.count)];
   const auto [squares, slope] = [&] {
@@ -307,18 +316,22 @@ Status QuasiNewton::solve(System<double>& system, const ImplicitStage& stage, St
   system.constrain(stage.t, state.x, state.v);
   evaluate(system, stage, state, work);
   if (!std::isfinite(norm_)) return Status::non_finite;
-  const double target = iterations_ > 0 ? 0 : tolerance * norm_;
+  const double good = tolerance * norm_;
+  const double target = iterations_ > 0 ? 0 : stage.conserve_from ? rounding * norm_ : good;
   const int most = iterations_ > 0 ? iterations_ : most_iterations;
   const double coordinates = std::sqrt(3 * double(system.particles().size()));
   const double enough =
       coordinates * std::max(stage.enough, negligible * state.x.array().abs().maxCoeff()) / stage.gamma_x;
-  for (int iteration = 0; iteration < most && norm_ > target; ++iteration) {
+  for (int iteration = 0, idle = 0; iteration < most && norm_ > target; ++iteration) {
     choose_step(system, work);
+    const double before = norm_;
     const bool small = size_ <= enough;
-    if (!search(system, stage, state, work)) return small ? Status::ok : Status::newton_stalled;
-    if (small) return Status::ok;
+    if (!search(system, stage, state, work))
+      return small || before <= good ? Status::ok : Status::newton_stalled;
+    idle = norm_ <= good && norm_ > before / 2 ? idle + 1 : 0;
+    if (small || idle == most_idle) return Status::ok;
   }
-  return norm_ <= target || iterations_ > 0 ? Status::ok : Status::newton_stalled;
+  return norm_ <= good || iterations_ > 0 ? Status::ok : Status::newton_stalled;
 }
 
 }  // namespace

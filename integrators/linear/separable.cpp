@@ -14,7 +14,9 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/spring_system.hpp"
 #include "integrators/linear/constant_matrix.hpp"
+#include "integrators/linear/matrix_free.hpp"
 #include "integrators/linear/unknowns.hpp"
 #include "integrators/linear/vector_kernels.hpp"
 
@@ -226,6 +228,61 @@ std::unique_ptr<ConstantSolver> separable_solver(const Body& body, System<double
   if (const std::string reason = why_not_separable(body, mask); !reason.empty())
     throw InputError(fmt::format("separable {}; cholmod takes any body", reason));
   return std::make_unique<SeparableSolver>(body, mask);
+}
+
+namespace {
+
+/// Conjugate gradients for the tangent itself, preconditioned by a constant matrix that bounds it.
+class Separable final : public MatrixFree {
+ public:
+  using MatrixFree::MatrixFree;
+
+ protected:
+  Status prepare_preconditioner(System<double>& system, double, const Field<double>&, const Field<double>&,
+                                const TangentSum& sum, Work&) override {
+    system_ = &system;
+    const auto* springs = dynamic_cast<const SpringSystem<double>*>(tangents_of(system).body_system());
+    if (!springs)
+      throw InputError(
+          "the linear solver 'separable' is for boxes of springs, which this model is not; choose "
+          "'matrix_free' or 'cholmod'");
+    if (!solver_) solver_ = separable_solver(springs->body(), system);
+    return solver_->prepare(bounding_matrix(springs->body(), sum.mass, sum.damping, sum.stiffness));
+  }
+
+  Products precondition(const std::function<void(Range)>& update, const Field<double>& r, Field<double>& z,
+                        double enough) override {
+    Products products = sum_over_ranges([&](Range range) {
+      update(range);
+      return Products{0, dot(r, r, range)};
+    });
+    if (!(products.rr > enough)) return products;
+    solver_->solve(*system_, r, z);
+    products.rz = sum_over_ranges([&](Range range) { return Products{dot(r, z, range), 0}; }).rz;
+    return products;
+  }
+
+ private:
+  static double dot(const Field<double>& a, const Field<double>& b, Range range) {
+    double sum = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      sum += vector_kernels().dot(a.axis(axis) + range.first, b.axis(axis) + range.first,
+                                  range.last - range.first);
+    return sum;
+  }
+
+  System<double>* system_ = nullptr;
+  std::unique_ptr<ConstantSolver> solver_;
+};
+
+}  // namespace
+
+LinearSolverInfo separable() {
+  return {
+      .name = "separable",
+      .summary =
+          "conjugate gradients, an exact solution of a constant matrix as preconditioner; boxes of springs",
+      .make = [](double tolerance) { return std::make_unique<Separable>(tolerance); }};
 }
 
 }  // namespace mss

@@ -101,13 +101,13 @@ TEST(ConjugateGradients, AreTheSameWithAndWithoutTheMatrix) {
 // Big enough for sums over several ranges of sites.
 TEST(ConjugateGradients, GiveTheSameBitsForAnyNumberOfThreads) {
   const Body body(testing::test_config(VoxelGrid::box(12, 12, 12)));
-  const auto solve = [&](int threads) {
+  const auto solve = [&](const char* name, int threads) {
     SpringSystem<double> system(body, {}, {.threads = threads});
     State<double> state = system.rest_state();
     testing::randomise(body, state, 0.1, 0.5, 5);
     Field<double> rhs(system.size()), solution(system.size());
     system.force(0, state.x, state.v, rhs);
-    const auto solver = find_linear_solver("matrix_free").make(1e-8);
+    const auto solver = find_linear_solver(name).make(1e-8);
     Work work;
     const TangentSum sum{.mass = 1, .damping = 0.01, .stiffness = 1e-4, .kind = Tangent::projected};
     EXPECT_EQ(solver->prepare(system, 0, state.x, state.v, sum, work), Status::ok);
@@ -115,11 +115,13 @@ TEST(ConjugateGradients, GiveTheSameBitsForAnyNumberOfThreads) {
     EXPECT_GT(work.products, 5);
     return solution;
   };
-  const Field<double> one = solve(1);
-  for (const int threads : {2, 3, 5, 8}) {
-    const Field<double> other = solve(threads);
-    EXPECT_EQ(std::memcmp(one.axis(0), other.axis(0), std::size_t(one.size()) * sizeof(double)), 0)
-        << threads;
+  for (const char* name : {"matrix_free", "separable"}) {
+    const Field<double> one = solve(name, 1);
+    for (const int threads : {2, 3, 5, 8}) {
+      const Field<double> other = solve(name, threads);
+      EXPECT_EQ(std::memcmp(one.axis(0), other.axis(0), std::size_t(one.size()) * sizeof(double)), 0)
+          << name << " " << threads;
+    }
   }
 }
 

@@ -229,7 +229,7 @@ StiffnessConfig stiffness_config(const ExperimentOptions& options) {
   for (int decade = 4; decade <= 10; ++decade) config.young.push_back(std::pow(10.0, decade));
   constexpr int any = std::numeric_limits<int>::max();
   for (const LinearSolverInfo& linear : linear_solvers())
-    if (linear.name != "automatic") config.methods.push_back({"cvode_bdf", linear.name, any});
+    if (linear.name != "automatic" && linear.name != "separable") config.methods.push_back({"cvode_bdf", linear.name, any});
   config.methods.push_back({"cvode_bdf_gmres", "", any});
   config.methods.push_back({klu, "", 7});
   config.methods.push_back({"cvode_adams", "", any});

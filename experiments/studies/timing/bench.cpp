@@ -14,6 +14,7 @@
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/timing/timing.hpp"
 #include "integrators/linear/cholmod.hpp"
+#include "integrators/linear/constant_matrix.hpp"
 #include "integrators/linear/linear_solver.hpp"
 #include "reference/algorithm1.hpp"
 #include "reference/plain_loop.hpp"
@@ -80,6 +81,27 @@ void implicit_step(benchmark::State& bench) {
   bench.counters["factorisations"] = double(work.factorisations) / double(work.steps);
 }
 
+/// Five iterations of L-BFGS in place of the linear solve.
+void lbfgs_step(benchmark::State& bench) {
+  ImplicitCase c(cells(bench), threads(bench));
+  const auto method =
+      find_integrator("backward_euler")
+          .make<double>({.dt = ImplicitCase::dt, .nonlinear_solver = "lbfgs", .iterations = 5});
+  Work work;
+  while (bench.KeepRunning()) method->advance(c.system, c.state, c.state.t + ImplicitCase::dt, work);
+  bench.counters["forces"] = double(work.force_evaluations) / double(work.steps);
+}
+
+/// The constant matrix of quasi-Newton methods: three right-hand sides.
+void separable_solve(benchmark::State& bench) {
+  ImplicitCase c(cells(bench), threads(bench));
+  const auto solver = separable_solver(c.body, c.system);
+  Field<double> rhs(c.system.size()), solution(c.system.size());
+  c.system.force(0, c.state.x, c.state.v, rhs);
+  solver->prepare(bounding_matrix(c.body, 1, ImplicitCase::dt, ImplicitCase::dt * ImplicitCase::dt));
+  while (bench.KeepRunning()) solver->solve(c.system, rhs, solution);
+}
+
 void factor_and_solve(benchmark::State& bench) {
   ImplicitCase c(cells(bench), threads(bench));
   SparseMatrix matrix = c.system.tangents()->pattern();
@@ -143,7 +165,9 @@ int main(int argc, char** argv) {
   add_sweeps<float>("single", thread_counts, kernels);
   add("algorithm_1", algorithm1, thread_counts);
   add("plain_loop", plain_loop, {1});
-  add("implicit/step", implicit_step, {1}, {7, 10, 15});
+  add("implicit/step", implicit_step, {1}, {7, 10, 20});
+  add("implicit/lbfgs_step", lbfgs_step, thread_counts, {7, 10, 20});
+  add("implicit/separable_solve", separable_solve, thread_counts, {7, 10, 20});
   add("implicit/factor_and_solve", factor_and_solve, {1}, {7, 10, 15});
   add("implicit/pcg", conjugate_gradients<false>, {1}, {7, 10, 20});
   add("implicit/matrix_free", conjugate_gradients<true>, thread_counts, {7, 10, 20});
