@@ -35,10 +35,11 @@ void BodySystem<Real>::constrain(double t, Field<Real>& x, Field<Real>& v) const
 
 template <class Real>
 void BodySystem<Real>::add_gravity(Field<Real>& f) const {
-  if (environment_.gravity.isZero(0)) return;
-  for (const std::ptrdiff_t site : body_.sites())
-    for (int a = 0; a < 3; ++a)
+  for (int a = 0; a < 3; ++a) {
+    if (environment_.gravity[a] == 0) continue;
+    for (const std::ptrdiff_t site : body_.sites())
       f.axis(a)[site] += static_cast<Real>(body_.mass(site) * environment_.gravity[a]);
+  }
 }
 
 template <class Real>
