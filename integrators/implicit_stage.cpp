@@ -97,7 +97,7 @@ Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<d
   double norm = residual(system, stage, state, work), least = norm;
   if (!std::isfinite(norm)) return Status::non_finite;
   const Goal goal = stage.conserve_from ? conserving : ordinary;
-  const double target = iterations_ > 0 ? 0 : tolerance * norm;
+  const double good = tolerance * norm, target = iterations_ > 0 ? 0 : good;
   const int most = iterations_ > 0 ? iterations_ : goal.most_iterations;
   for (int iteration = 0, idle = 0; iteration < most && norm > 0; ++iteration) {
     const TangentSum sum{.mass = 1,
@@ -107,12 +107,13 @@ Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<d
     const Status status =
         solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
     if (status != Status::ok) return status;
-    const bool rounding = largest_move(stage) <= goal.negligible * state.x.array().abs().maxCoeff();
+    const double move = largest_move(stage) / state.x.array().abs().maxCoeff(), before = norm;
     if (!search(system, stage, state, norm, work))
-      return rounding || idle > 0 ? Status::ok : Status::newton_stalled;
-    idle = norm > target || norm < reduced * least ? 0 : idle + 1;
+      return move <= ordinary.negligible || before <= good ? Status::ok : Status::newton_stalled;
+    const bool near = norm <= target || move <= ordinary.negligible;
+    idle = !near || norm < reduced * least ? 0 : idle + 1;
     least = std::min(least, norm);
-    if (rounding || (norm <= target && idle >= goal.idle_iterations)) return Status::ok;
+    if (move <= goal.negligible || (near && idle >= goal.idle_iterations)) return Status::ok;
   }
   return norm > 0 && iterations_ == 0 ? Status::newton_stalled : Status::ok;
 }

@@ -278,7 +278,10 @@ INSTANTIATE_TEST_SUITE_P(Registry, AdaptiveMethod,
                          methods([](const IntegratorInfo& m) { return m.stepping == Stepping::adaptive; }),
                          name);
 INSTANTIATE_TEST_SUITE_P(Registry, LimitedMethod,
-                         methods([](const IntegratorInfo& m) { return m.limit != nullptr; }), name);
+                         methods([](const IntegratorInfo& m) {
+                           return m.stepping == Stepping::fixed && m.limit != nullptr;
+                         }),
+                         name);
 INSTANTIATE_TEST_SUITE_P(Registry, UnlimitedMethod, methods([](const IntegratorInfo& m) {
                            return !m.limit && m.stepping == Stepping::fixed;
                          }),

@@ -10,7 +10,7 @@ namespace mss::studies::convergence {
 namespace {
 
 ConvergenceConfig small_config() {
-  ConvergenceConfig config = convergence_config({.cells = {3}, .quick = true});
+  ConvergenceConfig config = convergence_config({.quick = true, .cells = {3}});
   config.dt_omega = {30};
   config.iterations = {1, 50};
   return config;
