@@ -112,6 +112,7 @@ class QuasiNewton final : public NonlinearSolver {
   void evaluate(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
   void choose_step(System<double>& system, Work& work);
   void take_products(System<double>& system);
+  void forget(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
   bool search(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
 
   std::string name_;
@@ -233,10 +234,13 @@ void QuasiNewton::choose_step(System<double>& system, Work& work) {
   take_products(system);
   Products of_s, of_u;
   pairs_.expand(sg_, ug_, of_s, of_u);
+  slope_ = -zg_ - of_s.dot(sg_) - of_u.dot(ug_);
+  if (!(slope_ < 0)) {  // uphill, by rounding
+    pairs_.count = 0;
+    slope_ = -zg_;
+  }
   const int count = pairs_.count;
   Field<double>& p = pairs_.s[std::size_t(count)];
-  slope_ = -zg_;
-  for (int i = 0; i < count; ++i) slope_ -= of_s[i] * sg_[i] + of_u[i] * ug_[i];
   const Sums sums = sum_over_parts(system, [&](std::ptrdiff_t first, std::ptrdiff_t n, Sums& sum) {
     double* out = from(p, first);
     std::fill_n(out, n, 0.0);
@@ -306,6 +310,15 @@ bool QuasiNewton::search(System<double>& system, const ImplicitStage& stage, Sta
   return false;
 }
 
+/// Goes back to where the last step began, to go on from there without pairs.
+void QuasiNewton::forget(System<double>& system, const ImplicitStage& stage, State<double>& state,
+                         Work& work) {
+  move(system, stage, state, -length_);
+  pairs_.count = 0;
+  length_ = 0;
+  evaluate(system, stage, state, work);
+}
+
 Status QuasiNewton::solve(System<double>& system, const ImplicitStage& stage, State<double>& state,
                           Work& work) {
   if (!solver_) begin(system);
@@ -326,8 +339,12 @@ Status QuasiNewton::solve(System<double>& system, const ImplicitStage& stage, St
     choose_step(system, work);
     const double before = norm_;
     const bool small = size_ <= enough;
-    if (!search(system, stage, state, work))
-      return small || before <= good ? Status::ok : Status::newton_stalled;
+    if (!search(system, stage, state, work)) {
+      if (small || before <= good) return Status::ok;
+      if (pairs_.count == 0) return Status::newton_stalled;
+      forget(system, stage, state, work);
+      continue;
+    }
     idle = norm_ <= good && norm_ > before / 2 ? idle + 1 : 0;
     if (small || idle == most_idle) return Status::ok;
   }
