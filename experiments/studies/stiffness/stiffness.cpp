@@ -14,7 +14,6 @@
 #include "experiments/harness/settings.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
-#include "integrators/linear/linear_solver.hpp"
 #include "integrators/stable_step.hpp"
 
 namespace mss::studies::stiffness {
@@ -145,18 +144,6 @@ std::vector<ChartPoint> ratios(const Table& rows, const std::string& method, int
   return points;
 }
 
-/// The x from which on the ratios stay above 1, interpolated in logarithms; 0: all of them do, NaN: the last
-/// does not.
-double last_crossing(const std::vector<ChartPoint>& ratios) {
-  if (ratios.empty() || ratios.back().y <= 1) return none;
-  for (std::size_t i = ratios.size() - 1; i-- > 0;) {
-    const ChartPoint &a = ratios[i], &b = ratios[i + 1];
-    if (a.y > 1) continue;
-    return a.x * std::pow(b.x / a.x, std::log(1 / a.y) / std::log(b.y / a.y));
-  }
-  return 0;
-}
-
 std::vector<int> sizes(const Table& rows) {
   const std::vector<double> cells = rows.distinct_numbers("cells");
   return {cells.begin(), cells.end()};
@@ -169,7 +156,8 @@ std::pair<double, double> range_of(const std::vector<ChartPoint>& points) {
   return {low->y, high->y};
 }
 
-Json configuration(const StiffnessConfig& c) {
+Json configuration(const StiffnessConfig& c, const LinearSolveConfig& linear,
+                   const CrossoverConfig& crossover) {
   Json methods = Json::array();
   for (const StiffMethod& m : c.methods)
     methods.push_back({{"name", m.name()}, {"largest_cells", m.largest_cells}});
@@ -184,7 +172,27 @@ Json configuration(const StiffnessConfig& c) {
           {"tolerance", c.tolerance},
           {"repetitions", c.repetitions},
           {"order", "methods in turn, the first one changing from repetition to repetition"},
-          {"threads", c.threads}};
+          {"threads", c.threads},
+          {"linear_solvers",
+           {{"body", "cube of 1 m, bent by 0.5 rad, stretched by 10 %, noise of 0.01 cells, its bottom held"},
+            {"damping_ratio", 0.01},
+            {"solvers", linear.solvers},
+            {"cells", linear.cells},
+            {"dt_omega", linear.dt_omega},
+            {"poisson", linear.poisson},
+            {"poisson_cells", linear.poisson_cells},
+            {"more_poisson", linear.more_poisson},
+            {"tolerance", linear.tolerance},
+            {"repetitions", linear.repetitions},
+            {"seconds_per_row", linear.seconds_per_row}}},
+          {"crossover",
+           {{"body", "the same without noise"},
+            {"implicit", crossover.implicit},
+            {"cells", crossover.cells},
+            {"dt_omega", crossover.dt_omega},
+            {"frame", crossover.frame},
+            {"repetitions", crossover.repetitions},
+            {"seconds_per_row", crossover.seconds_per_row}}}};
 }
 
 constexpr const char* caption =
@@ -197,17 +205,38 @@ constexpr const char* caption =
     "first "
     "method, divided by the distance that the body moved. KLU factors the whole first-order system and is "
     "left "
-    "out above 7 cells per edge. Not varied: undamped bodies, whose vibrations BDF would have to resolve.";
+    "out above 7 cells per edge. Not varied: undamped bodies, whose vibrations BDF would have to resolve. "
+    "Linear "
+    "solvers alone are compared on one solve of an implicit step, and one step of backward Euler with the "
+    "fastest of them with the explicit steps of the same 1/60 s.";
+
+std::string crossover_sentence(const Table& summary, std::size_t row) {
+  const double from = summary.number(row, "cheaper_from_dt_omega");
+  return fmt::format("n = {:<3} implicit step of 1/60 s ({}) and the explicit ones it replaces: {}\n",
+                     summary.number(row, "cells"), summary.text(row, "step"),
+                     std::isnan(from) ? summary.text(row, "status")
+                                      : fmt::format("cheaper from dt omega = {:.0f} on", from));
+}
 
 ExperimentResult run_stiffness(const ExperimentOptions& options, Progress& progress) {
   const StiffnessConfig config = stiffness_config(options);
+  const LinearSolveConfig linear = linear_solve_config(options);
+  const CrossoverConfig crossover = crossover_config(options);
   const StiffnessTables tables = measure_stiffness(config, progress);
   ExperimentResult result{
-      .status = tables.status, .caption = caption, .configuration = configuration(config)};
+      .status = tables.status, .caption = caption, .configuration = configuration(config, linear, crossover)};
   result.tables = stiffness_files(config, tables.rows);
   const Table& summary = find_table(result.tables, "stiffness_summary");
   for (std::size_t r = 0; r < summary.size(); ++r)
     result.summary += fmt::format("n = {:<3} {}\n", summary.number(r, "cells"), summary.text(r, "sentence"));
+  Table solves = measure_linear_solves(linear, progress), frames = measure_crossover(crossover, progress);
+  if (progress.stopped()) result.status = Status::interrupted;
+  result.tables.push_back({"stiffness_solver_ratios", linear_solve_ratios(solves)});
+  result.tables.push_back({"stiffness_solvers", std::move(solves)});
+  const Table cheaper = crossover_summary(frames);
+  for (std::size_t r = 0; r < cheaper.size(); ++r) result.summary += crossover_sentence(cheaper, r);
+  result.tables.push_back({"stiffness_crossover_summary", cheaper});
+  result.tables.push_back({"stiffness_crossover", std::move(frames)});
   return result;
 }
 
@@ -228,12 +257,37 @@ StiffnessConfig stiffness_config(const ExperimentOptions& options) {
     config.cells = options.quick ? std::vector<int>{3, 5} : std::vector<int>{3, 5, 7, 10};
   for (int decade = 4; decade <= 10; ++decade) config.young.push_back(std::pow(10.0, decade));
   constexpr int any = std::numeric_limits<int>::max();
-  for (const LinearSolverInfo& linear : linear_solvers())
-    if (linear.name != "automatic" && linear.name != "separable") config.methods.push_back({"cvode_bdf", linear.name, any});
+  for (const std::string& linear : compared_solvers()) config.methods.push_back({"cvode_bdf", linear, any});
   config.methods.push_back({"cvode_bdf_gmres", "", any});
   config.methods.push_back({klu, "", 7});
   config.methods.push_back({"cvode_adams", "", any});
   config.methods.push_back({"damped_verlet", "", any});
+  return config;
+}
+
+LinearSolveConfig linear_solve_config(const ExperimentOptions& options) {
+  LinearSolveConfig config;
+  config.model = options.model;
+  if (options.quick) {
+    config.cells = {5, 10};
+    config.repetitions = 3;
+  }
+  if (!options.cells.empty()) config.cells = options.cells;
+  constexpr int most = 20;  // larger ones would take long
+  config.poisson_cells = 0;
+  for (const int n : config.cells)
+    if (n <= most) config.poisson_cells = std::max(n, config.poisson_cells);
+  return config;
+}
+
+CrossoverConfig crossover_config(const ExperimentOptions& options) {
+  CrossoverConfig config;
+  config.model = options.model;
+  if (options.quick) {
+    config.cells = {5, 10};
+    config.repetitions = 3;
+  }
+  if (!options.cells.empty()) config.cells = options.cells;
   return config;
 }
 
@@ -250,6 +304,16 @@ StiffnessTables measure_stiffness(const StiffnessConfig& config, Progress& progr
       }
     }
   return tables;
+}
+
+double last_crossing(const std::vector<ChartPoint>& ratios) {
+  if (ratios.empty() || ratios.back().y <= 1) return none;
+  for (std::size_t i = ratios.size() - 1; i-- > 0;) {
+    const ChartPoint &a = ratios[i], &b = ratios[i + 1];
+    if (a.y > 1) continue;
+    return a.x * std::pow(b.x / a.x, std::log(1 / a.y) / std::log(b.y / a.y));
+  }
+  return 0;
 }
 
 Table stiffness_summary(const Table& rows) {
@@ -292,8 +356,9 @@ Chart stiffness_overview(const Table& rows) {
       .subtitle = "CVODE's BDF, 1/60 s of a damped cube: time with other linear solvers / time with CHOLMOD",
       .x = {.label = "Young's modulus", .logarithmic = true, .unit = "Pa"},
       .y = {.label = "time / time with CHOLMOD", .logarithmic = true}};
-  for (const auto& [method, name] : {std::pair{klu, "KLU"}, std::pair{"cvode_bdf_gmres", "GMRES"},
-                                     std::pair{"cvode_bdf/matrix_free", "matrix-free"}})
+  for (const auto& [method, name] :
+       {std::pair{klu, "KLU"}, std::pair{"cvode_bdf_gmres", "GMRES"},
+        std::pair{"cvode_bdf/matrix_free", "matrix-free"}, std::pair{"cvode_bdf/multigrid", "multigrid"}})
     for (const int n : sizes(rows))
       if (ChartSeries series{.label = fmt::format("{}, n = {}", name, n), .points = ratios(rows, method, n)};
           !series.points.empty())
@@ -317,6 +382,16 @@ Drawings draw_stiffness(const std::vector<NamedTable>& tables) {
   if (rows.size() > 0) drawings.charts.push_back({"stiffness", stiffness_overview(rows)});
   for (const int n : sizes(rows))
     drawings.charts.push_back({fmt::format("stiffness_{}", n), stiffness_chart(rows, n)});
+  for (const auto& [name, table] : tables) {  // results of earlier versions have none of these
+    if (table.size() == 0) continue;
+    if (name == "stiffness_solvers") {
+      drawings.charts.push_back({"stiffness_solvers", linear_solve_chart(table)});
+      drawings.charts.push_back({"stiffness_iterations", iterations_chart(table)});
+    } else if (name == "stiffness_crossover") {
+      drawings.charts.push_back({"stiffness_crossover", crossover_chart(table)});
+      drawings.charts.push_back({"stiffness_crossover_error", crossover_error_chart(table)});
+    }
+  }
   for (NamedChart& chart : drawings.charts) add_model_to_subtitle(chart.chart, model);
   return drawings;
 }
@@ -336,7 +411,9 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
 
 ExperimentInfo experiment() {
   return {.name = "stiffness",
-          .summary = "the cost of CVODE's BDF with each linear solver, against stiffness",
+          .summary =
+              "the cost of linear solvers and of CVODE's BDF with each; when implicit steps are cheaper than "
+              "explicit ones",
           .accepts = {.cells = true, .largest_cells = 30, .model = true},
           .run = run_stiffness,
           .draw = draw_stiffness,
