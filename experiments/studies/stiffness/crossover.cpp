@@ -130,7 +130,7 @@ std::vector<Runner> explicit_runners(Frame& frame) {
 /// An implicit step with every linear solver that is not too large.
 std::vector<Runner> implicit_runners(const CrossoverConfig& config, int n) {
   std::vector<Runner> all;
-  for (const std::string& solver : compared_solvers())
+  for (const std::string& solver : compared_solvers(config.model))
     if (!is_too_large(solver, n, false))
       all.push_back({.name = config.implicit + "/" + solver,
                      .info = &find_integrator(config.implicit),

@@ -140,10 +140,12 @@ std::vector<ChartSeries> series_of(const Table& rows, ChartPoint (*point)(const 
 
 }  // namespace
 
-std::vector<std::string> compared_solvers() {
+std::vector<std::string> compared_solvers(const std::string& model) {
   std::vector<std::string> names;
-  for (const LinearSolverInfo& info : linear_solvers())
-    if (info.name != "automatic") names.push_back(info.name);  // one of the others
+  for (const LinearSolverInfo& info : linear_solvers()) {
+    const bool refused = info.name == "separable" && model != spring_model;
+    if (info.name != "automatic" && !refused) names.push_back(info.name);  // automatic is one of the others
+  }
   return names;
 }
 

@@ -257,7 +257,8 @@ StiffnessConfig stiffness_config(const ExperimentOptions& options) {
     config.cells = options.quick ? std::vector<int>{3, 5} : std::vector<int>{3, 5, 7, 10};
   for (int decade = 4; decade <= 10; ++decade) config.young.push_back(std::pow(10.0, decade));
   constexpr int any = std::numeric_limits<int>::max();
-  for (const std::string& linear : compared_solvers()) config.methods.push_back({"cvode_bdf", linear, any});
+  for (const std::string& linear : compared_solvers())
+    if (linear != "separable") config.methods.push_back({"cvode_bdf", linear, any});  // for boxes alone
   config.methods.push_back({"cvode_bdf_gmres", "", any});
   config.methods.push_back({klu, "", 7});
   config.methods.push_back({"cvode_adams", "", any});
@@ -268,6 +269,7 @@ StiffnessConfig stiffness_config(const ExperimentOptions& options) {
 LinearSolveConfig linear_solve_config(const ExperimentOptions& options) {
   LinearSolveConfig config;
   config.model = options.model;
+  config.solvers = compared_solvers(options.model);
   if (options.quick) {
     config.cells = {5, 10};
     config.repetitions = 3;

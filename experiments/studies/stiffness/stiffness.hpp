@@ -43,8 +43,8 @@ StiffnessTables measure_stiffness(const StiffnessConfig& config, Progress& progr
 inline constexpr double charted_dt_omega = 300;
 inline constexpr double charted_poisson = 0.3;
 
-/// All linear solvers but those that only choose among the others.
-std::vector<std::string> compared_solvers();
+/// All linear solvers that take a cube of this model, but those that only choose among the others.
+std::vector<std::string> compared_solvers(const std::string& model = spring_model);
 
 /// Whether a linear solver is left out of bodies with this number of cells per edge: it would take minutes.
 /// `charted`: in the one case that charts show against cells, which may take longer.
