@@ -381,7 +381,7 @@ ConvergenceConfig convergence_config(const ExperimentOptions& options) {
       config.solvers.push_back({"newton", linear.name});
   config.solvers.push_back({"projective", ""});
   config.solvers.push_back({"lbfgs", ""});
-  config.iterations = {1, 2, 3, 5, 7, 10, 20, 50, 100};
+  config.iterations = {1, 2, 3, 5, 10, 20, 50};
   if (options.quick) {
     config.cells = options.cells.empty() ? 4 : config.cells;
     config.repetitions = 1;

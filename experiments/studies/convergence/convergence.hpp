@@ -23,7 +23,7 @@ struct ConvergenceConfig {
   std::vector<double> dt_omega;  ///< step times the bound on frequencies
   std::vector<SolverPair> solvers;
   std::vector<int> iterations;  ///< ascending
-  int repetitions = 5;
+  int repetitions = 3;
   int threads = 1;
 };
 ConvergenceConfig convergence_config(const ExperimentOptions& options);
