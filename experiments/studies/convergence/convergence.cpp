@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
 
 #include "core/error.hpp"
@@ -260,7 +261,8 @@ constexpr const char* caption =
     "method with every linear solver. The step minimises an objective, kinetic and potential; the gap is how "
     "far the objective is above the lowest value that any solver reached, divided by how far it was at the "
     "start, where every particle keeps its velocity. Times are medians of a whole step with its set-up, one "
-    "thread. A solver is stopped after so many iterations and keeps what it has; a marker is such a run. "
+    "thread. A solver is stopped after so many iterations and keeps what it has; a marker is such a run, a "
+    "black one on the upper edge a run that failed. "
     "Gaps below 1e-12 are rounding and not drawn. Free bodies have a constant linear momentum, which all "
     "solvers should keep; spin is lost by backward Euler itself, so that a converged step loses some too. "
     "Not "
@@ -294,12 +296,18 @@ std::vector<ChartPoint> points(const Table& rows, const std::string& solver, con
   return result;
 }
 
-/// One series a solver that reached anything.
+/// One series a solver that reached anything, and markers on the upper edge for runs that failed.
 void add_series(Chart& chart, const Table& rows, const char* x, double scale, const char* y) {
   for (const std::string& solver : rows.distinct("solver")) {
     chart.series.push_back({.label = solver, .points = points(rows, solver, x, scale, y)});
     if (chart.series.back().points.empty()) chart.series.pop_back();
   }
+  std::map<std::string, std::vector<ChartPoint>> failed;
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    if (const std::string& status = rows.text(r, "status"); status != "ok")
+      failed[rows.text(r, "solver") + ": " + status].push_back({scale * rows.number(r, x), chart.y.high});
+  for (const auto& [reason, points] : failed)
+    chart.series.push_back({.label = reason, .points = points, .lines = false});
 }
 
 Chart base_chart(const Table& settings, const std::string& start, double dt_omega) {
@@ -333,7 +341,7 @@ Chart spin_chart(const Table& rows, const Table& settings) {
   Chart chart = base_chart(settings, "twisted", charted_dt_omega);
   chart.title = "Spin lost by a step that is stopped early";
   chart.x = {.label = "iterations", .logarithmic = true};
-  chart.y = {.label = "change of spin / spin", .logarithmic = true};
+  chart.y = {.label = "change of spin / spin", .logarithmic = true, .high = 10};
   add_series(chart, rows.where("start", "twisted").where("dt_omega", charted_dt_omega), "iterations", 1,
              "spin_change");
   return chart;
