@@ -159,8 +159,8 @@ bool add_rows(int n, const ShapeTimingConfig& config, const Progress& progress, 
 std::string label_of(const Table& table, std::size_t row) {
   const bool product = table.text(row, "operation") == "tangent_product";
   const bool random = table.text(row, "body") == "random70";
-  return fmt::format("{}, {}, {}", random ? "random 70 %" : table.text(row, "body"),
-                     product ? "product" : "step", table.text(row, "precision"));
+  return fmt::format("{}, {}, {}", random ? "random" : table.text(row, "body"), product ? "product" : "step",
+                     table.text(row, "precision"));
 }
 
 }  // namespace
