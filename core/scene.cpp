@@ -37,7 +37,7 @@ KnownKeys make_known_keys() {
       {"plane", {"point", "normal", "contact", "restitution", "friction"}},
       {"start", {"velocity", "spin"}},
       {"solve",
-      {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "nonlinear_solver",
+       {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "nonlinear_solver",
         "iterations", "tangent", "spectral_radius", "tolerance", "every", "sleep", "sleep_after"}},
   };
   for (const MeasureColumn& column : measure_columns) {

@@ -45,6 +45,15 @@ double dot(const System<double>& system, const Field<double>& a, const Field<dou
 
 }  // namespace
 
+void stage_force(System<double>& system, const ImplicitStage& stage, const State<double>& state,
+                 Field<double>& x_end, Field<double>& force) {
+  system.force(stage.t, state.x, stage.force_velocity ? *stage.force_velocity : state.v, force);
+  if (!stage.conserve_from) return;
+  if (x_end.size() == 0) x_end = Field<double>(system.size());
+  x_end.array() = 2 * state.x.array() - stage.conserve_from->array();
+  discrete_gradient_of(system).correct(*stage.conserve_from, x_end, force);
+}
+
 Newton::Newton(const IntegratorOptions& options)
     : kind_(options.tangent),
       iterations_(options.iterations),
@@ -55,11 +64,7 @@ double Newton::residual(System<double>& system, const ImplicitStage& stage, Stat
                         Work& work) {
   state.x.array() = stage.x_base->array() + stage.gamma_x * state.v.array();
   system.constrain(stage.t, state.x, state.v);
-  system.force(stage.t, state.x, stage.force_velocity ? *stage.force_velocity : state.v, residual_);
-  if (stage.conserve_from) {
-    x_end_.array() = 2 * state.x.array() - stage.conserve_from->array();
-    discrete_gradient_of(system).correct(*stage.conserve_from, x_end_, residual_);
-  }
+  stage_force(system, stage, state, x_end_, residual_);
   ++work.force_evaluations;
   for (int axis = 0; axis < 3; ++axis) {
     double* r = residual_.axis(axis);
@@ -92,8 +97,7 @@ double Newton::largest_move(const ImplicitStage& stage) const {
 Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) {
   tangents_of(system);  // throws if there are none, even where nothing moves
   if (residual_.size() == 0)
-    for (Field<double>* field : {&residual_, &step_, &v_before_, &x_end_})
-      *field = Field<double>(system.size());
+    for (Field<double>* field : {&residual_, &step_, &v_before_}) *field = Field<double>(system.size());
   double norm = residual(system, stage, state, work), least = norm;
   if (!std::isfinite(norm)) return Status::non_finite;
   const Goal goal = stage.conserve_from ? conserving : ordinary;

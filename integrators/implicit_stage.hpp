@@ -31,6 +31,10 @@ struct ImplicitStage {
   double enough = 0;  ///< quasi-Newton methods may stop once an iteration moves coordinates by this [m, rms]
 };
 
+/// The forces of a stage at state.x and state.v, shape 3 x sites; overwritten. `x_end` is scratch.
+void stage_force(System<double>& system, const ImplicitStage& stage, const State<double>& state,
+                 Field<double>& x_end, Field<double>& force);
+
 /// Solves implicit stages.
 class NonlinearSolver {
  public:

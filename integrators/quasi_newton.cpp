@@ -19,7 +19,6 @@
 #include <cmath>
 #include <vector>
 
-#include "core/discrete_gradient.hpp"
 #include "core/error.hpp"
 #include "core/spring_system.hpp"
 #include "integrators/implicit_stage.hpp"
@@ -155,8 +154,7 @@ void QuasiNewton::begin(System<double>& system) {
   const Field<double> mask = mask_of_unknowns(system);
   solver_ = why_not_separable(*body_, mask).empty() ? separable_solver(*body_, system)
                                                     : cholesky_solver(*body_, system);
-  for (Field<double>* field : {&mass_, &gradient_, &z_, &z_before_, &x_end_})
-    *field = Field<double>(system.size());
+  for (Field<double>* field : {&mass_, &gradient_, &z_, &z_before_}) *field = Field<double>(system.size());
   for (int i = 0; i <= pairs_kept_; ++i) {
     pairs_.s[std::size_t(i)] = Field<double>(system.size());
     if (pairs_kept_ > 0) pairs_.u[std::size_t(i)] = Field<double>(system.size());
@@ -204,11 +202,7 @@ void QuasiNewton::move(System<double>& system, const ImplicitStage& stage, State
 /// The gradient where the body is, its norm, and p.g.
 void QuasiNewton::evaluate(System<double>& system, const ImplicitStage& stage, State<double>& state,
                            Work& work) {
-  system.force(stage.t, state.x, stage.force_velocity ? *stage.force_velocity : state.v, gradient_);
-  if (stage.conserve_from) {
-    x_end_.array() = 2 * state.x.array() - stage.conserve_from->array();
-    discrete_gradient_of(system).correct(*stage.conserve_from, x_end_, gradient_);
-  }
+  stage_force(system, stage, state, x_end_, gradient_);
   ++work.force_evaluations;
   const Field<double>& p = pairs_.s[std::size_t(pairs_.count)];
   const auto [squares, slope] = [&] {

@@ -93,6 +93,19 @@ ConjugateGradients::Products ConjugateGradients::precondition(const std::functio
   });
 }
 
+ConjugateGradients::Products ConjugateGradients::precondition_whole(
+    const std::function<void(Range)>& update, const Field<double>& r, Field<double>& z, double enough,
+    const std::function<void(double)>& apply) {
+  Products products = sum_over_ranges([&](Range range) {
+    update(range);
+    return Products{0, dot(r, r, range)};
+  });
+  if (!(products.rr > enough) || !std::isfinite(products.rr)) return products;
+  apply(std::sqrt(products.rr));
+  products.rz = sum_over_ranges([&](Range range) { return Products{dot(r, z, range)}; }).rz;
+  return products;
+}
+
 ConjugateGradients::Products ConjugateGradients::sum_over_ranges(const std::function<Products(Range)>& part) {
   constexpr std::ptrdiff_t sites = 1024;
   const std::ptrdiff_t size = system_->size();

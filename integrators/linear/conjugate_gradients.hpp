@@ -61,6 +61,10 @@ class ConjugateGradients : public LinearSolver {
   virtual Products precondition(const std::function<void(Range)>& update, const Field<double>& r,
                                 Field<double>& z, double enough);
 
+  /// precondition() for one that needs the whole residual: apply(|r|) sets z, unless r.r <= enough.
+  Products precondition_whole(const std::function<void(Range)>& update, const Field<double>& r,
+                              Field<double>& z, double enough, const std::function<void(double)>& apply);
+
   /// Calls part(range) for ranges of sites that do not depend on the number of threads, and adds up what it
   /// returns, always in the same order.
   Products sum_over_ranges(const std::function<Products(Range)>& part);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/body_system.hpp"
 #include "core/error.hpp"
@@ -30,6 +29,13 @@ class Multigrid final : public MatrixFree {
   void place(const BodySystem<double>& body_system, const Field<double>& x);
   void add_penalties(const BodySystem<double>& body_system, const Field<double>& x, const Field<double>& v,
                      const TangentSum& sum);
+  template <class Part>
+  void for_each_coordinate(Part&& part) {
+    sum_over_ranges([&](Range range) {
+      for (int axis = 0; axis < 3; ++axis) part(axis, range);
+      return Products{};
+    });
+  }
 
   std::unique_ptr<MultigridLevel> finest_;
   Field<float> x_, r_, z_;
@@ -82,49 +88,23 @@ Status Multigrid::prepare_preconditioner(System<double>& system, double, const F
 ConjugateGradients::Products Multigrid::precondition(const std::function<void(Range)>& update,
                                                      const Field<double>& r, Field<double>& z,
                                                      double enough) {
-  const Products before = sum_over_ranges([&](Range range) {
-    update(range);
-    Products sum;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double* from = r.axis(axis);
-      double squared = 0;
-#pragma omp simd reduction(+ : squared)
-      for (std::ptrdiff_t i = range.first; i < range.last; ++i) squared += from[i] * from[i];
-      sum.rr += squared;
-    }
-    return sum;
-  });
-  if (!(before.rr > enough) || !std::isfinite(before.rr)) return before;
-  const double norm = std::sqrt(before.rr);
-  const auto scale = 1 / norm;
-  sum_over_ranges([&](Range range) {
-    for (int axis = 0; axis < 3; ++axis) {
+  return precondition_whole(update, r, z, enough, [&](double norm) {
+    const double scale = 1 / norm;
+    for_each_coordinate([&](int axis, Range range) {
       const double* from = r.axis(axis);
       float* to = r_.axis(axis);
 #pragma omp simd
       for (std::ptrdiff_t i = range.first; i < range.last; ++i) to[i] = float(scale * from[i]);
-    }
-    return Products{};
-  });
-  finest_->cycle(r_, z_);
-  Products after = sum_over_ranges([&](Range range) {
-    Products sum;
-    for (int axis = 0; axis < 3; ++axis) {
+    });
+    finest_->cycle(r_, z_);
+    for_each_coordinate([&](int axis, Range range) {
       const float* from = z_.axis(axis);
-      const double *residual = r.axis(axis), *is_free = mask().axis(axis);
+      const double* is_free = mask().axis(axis);
       double* to = z.axis(axis);
-      double product = 0;
-#pragma omp simd reduction(+ : product)
-      for (std::ptrdiff_t i = range.first; i < range.last; ++i) {
-        to[i] = norm * is_free[i] * double(from[i]);
-        product += to[i] * residual[i];
-      }
-      sum.rz += product;
-    }
-    return sum;
+#pragma omp simd
+      for (std::ptrdiff_t i = range.first; i < range.last; ++i) to[i] = norm * is_free[i] * double(from[i]);
+    });
   });
-  after.rr = before.rr;
-  return after;
 }
 
 }  // namespace

@@ -252,25 +252,10 @@ class Separable final : public MatrixFree {
 
   Products precondition(const std::function<void(Range)>& update, const Field<double>& r, Field<double>& z,
                         double enough) override {
-    Products products = sum_over_ranges([&](Range range) {
-      update(range);
-      return Products{0, dot(r, r, range)};
-    });
-    if (!(products.rr > enough)) return products;
-    solver_->solve(*system_, r, z);
-    products.rz = sum_over_ranges([&](Range range) { return Products{dot(r, z, range), 0}; }).rz;
-    return products;
+    return precondition_whole(update, r, z, enough, [&](double) { solver_->solve(*system_, r, z); });
   }
 
  private:
-  static double dot(const Field<double>& a, const Field<double>& b, Range range) {
-    double sum = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      sum += vector_kernels().dot(a.axis(axis) + range.first, b.axis(axis) + range.first,
-                                  range.last - range.first);
-    return sum;
-  }
-
   System<double>* system_ = nullptr;
   std::unique_ptr<ConstantSolver> solver_;
 };

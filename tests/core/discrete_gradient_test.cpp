@@ -65,6 +65,14 @@ TEST(DiscreteGradient, DoesTheWorkThatTheEnergyLoses) {
     }
 }
 
+TEST(DiscreteGradient, KnowsOfFillFactors) {
+  BodyConfig config = undamped(VoxelGrid::box(3, 2, 4), 700);
+  for (int cell = 0; cell < 24; ++cell) config.cell_fill.push_back(cell % 2 == 0 ? 0.25F : 0.75F);
+  Step step(config, 0.8);
+  EXPECT_NEAR(step.work(step.conserving_force()), step.lost(),
+              1e-11 * measure(step.system, step.from).elastic);
+}
+
 TEST(DiscreteGradient, TurnsNothing) {
   Step step(undamped(VoxelGrid::box(3, 2, 4), 0), 0.8);
   const Field<double> f = step.conserving_force(), x = step.middle();

@@ -277,8 +277,7 @@ INSTANTIATE_TEST_SUITE_P(Registry, FixedStepMethod,
 INSTANTIATE_TEST_SUITE_P(Registry, AdaptiveMethod,
                          methods([](const IntegratorInfo& m) { return m.stepping == Stepping::adaptive; }),
                          name);
-INSTANTIATE_TEST_SUITE_P(Registry, LimitedMethod,
-                         methods([](const IntegratorInfo& m) {
+INSTANTIATE_TEST_SUITE_P(Registry, LimitedMethod, methods([](const IntegratorInfo& m) {
                            return m.stepping == Stepping::fixed && m.limit != nullptr;
                          }),
                          name);
