@@ -95,9 +95,13 @@ struct IntegratorInfo {
   bool implicit = false;
   bool symplectic = false;         ///< without damping
   bool energy_exact = false;       ///< without damping; needs a discrete gradient
+  bool springs_only = false;       ///< steps springs and cells themselves; no other model, and no forces
   StabilityLimit limit = nullptr;  ///< nullptr: stable for any step
   /// Of one-step methods that take x' = z x / dt to R(z) x: coefficients of R, ascending. Empty: others.
   std::vector<double> polynomial = {};
+
+  /// Whether it moves bodies of springs only.
+  bool needs_springs() const { return energy_exact || springs_only; }
 
   template <class Real>
   std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) const;

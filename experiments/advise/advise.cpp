@@ -264,7 +264,7 @@ std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
       c.integrator = method.name;
       if (method.stepping == Stepping::equilibrium ||
           (precision == Precision::single && !method.make_single) ||
-          (method.energy_exact && family().given().model != spring_model))
+          (method.needs_springs() && family().given().model != spring_model))
         continue;
       if (method.stepping == Stepping::adaptive) {
         std::vector<SceneEdit> chain;

@@ -37,7 +37,7 @@ std::vector<std::string> moving_integrators(const std::vector<std::string>& name
 std::vector<std::string> moving_integrators(const std::vector<std::string>& named, const std::string& model) {
   std::vector<std::string> able;
   for (const std::string& name : moving_integrators(named))
-    if (model == spring_model || !find_integrator(name).energy_exact)
+    if (model == spring_model || !find_integrator(name).needs_springs())
       able.push_back(name);
     else if (!named.empty())
       throw InputError(fmt::format("{} moves bodies of model \"{}\" only, and --model is \"{}\"", name,

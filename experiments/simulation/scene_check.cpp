@@ -33,12 +33,22 @@ void check_table(const Scene& scene, const char* table, const std::function<void
   }
 }
 
-/// Only springs have a discrete gradient.
-void check_energy_exact(const Scene& scene, const IntegratorInfo& method) {
-  if (!method.energy_exact || scene.model == spring_model) return;
-  throw InputError(
-      fmt::format("{} is for model \"{}\", and material.model is \"{}\"; give another integrator",
-                  method.name, spring_model, scene.model));
+/// Methods for springs, and what those that step springs one by one cannot do.
+void check_springs(const Scene& scene, const IntegratorInfo& method) {
+  if (!method.needs_springs()) return;
+  if (scene.model != spring_model)
+    throw InputError(
+        fmt::format("{} is for model \"{}\", and material.model is \"{}\"; give another integrator",
+                    method.name, spring_model, scene.model));
+  if (!method.springs_only) return;
+  if (scene.body.springs.volume < 0)
+    throw InputError(fmt::format(
+        "{} needs an energy that has a lower bound, and none has where the volume stiffness is negative, as "
+        "Poisson's ratio below 1/4 makes it; give another integrator",
+        method.name));
+  if (scene.body.fold_guard > 0)
+    throw InputError(fmt::format(
+        "{} has no local solution for fold_guard; set it to 0, or give another integrator", method.name));
 }
 
 /// Collisions at the end of steps need a method of fixed step.
@@ -59,7 +69,7 @@ void check_sleep(const Scene& scene, const IntegratorInfo& method) {
   if (scene.model != spring_model)
     throw InputError(fmt::format("sleep is for model \"{}\", and material.model is \"{}\"; leave it out",
                                  spring_model, scene.model));
-  if (method.implicit || method.stepping != Stepping::fixed)
+  if (method.implicit || method.springs_only || method.stepping != Stepping::fixed)
     throw InputError(fmt::format(
         "sleep is for explicit methods of fixed step, and {} is none; leave it out, or give another "
         "integrator",
@@ -85,7 +95,7 @@ void check_solve(const Scene& scene) {
     find_linear_solver(scene.solve.linear_solver);
     find_nonlinear_solver(scene.solve.nonlinear_solver);
     check_sleep(scene, method);
-    check_energy_exact(scene, method);
+    check_springs(scene, method);
   });
   check_table(scene, "plane", [&] { check_contact(scene, find_integrator(scene.solve.integrator)); });
   if (scene.solve.dt && *scene.solve.dt > scene.solve.duration)

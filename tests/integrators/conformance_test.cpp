@@ -21,6 +21,7 @@ class Method : public ::testing::TestWithParam<std::string> {
   const IntegratorInfo& info() const { return find_integrator(GetParam()); }
 };
 class FixedStepMethod : public Method {};
+class OrderedMethod : public Method {};  ///< of fixed step, for any system
 class AdaptiveMethod : public Method {};
 class LimitedMethod : public Method {};    ///< stable up to a step
 class UnlimitedMethod : public Method {};  ///< of fixed step, stable at any
@@ -41,10 +42,10 @@ double observed_order(const IntegratorInfo& info, double damping) {
   return std::log2(coarse / fine);
 }
 
-TEST_P(FixedStepMethod, HasItsDeclaredOrderUndamped) {
+TEST_P(OrderedMethod, HasItsDeclaredOrderUndamped) {
   EXPECT_NEAR(observed_order(info(), 0), info().order_undamped, 0.05);
 }
-TEST_P(FixedStepMethod, HasItsDeclaredOrderDamped) {
+TEST_P(OrderedMethod, HasItsDeclaredOrderDamped) {
   EXPECT_NEAR(observed_order(info(), 0.6), info().order_damped, 0.05);
 }
 
@@ -274,6 +275,10 @@ INSTANTIATE_TEST_SUITE_P(Registry, Method,
 INSTANTIATE_TEST_SUITE_P(Registry, FixedStepMethod,
                          methods([](const IntegratorInfo& m) { return m.stepping == Stepping::fixed; }),
                          name);
+INSTANTIATE_TEST_SUITE_P(Registry, OrderedMethod, methods([](const IntegratorInfo& m) {
+                           return m.stepping == Stepping::fixed && !m.springs_only;
+                         }),
+                         name);
 INSTANTIATE_TEST_SUITE_P(Registry, AdaptiveMethod,
                          methods([](const IntegratorInfo& m) { return m.stepping == Stepping::adaptive; }),
                          name);
@@ -282,7 +287,7 @@ INSTANTIATE_TEST_SUITE_P(Registry, LimitedMethod, methods([](const IntegratorInf
                          }),
                          name);
 INSTANTIATE_TEST_SUITE_P(Registry, UnlimitedMethod, methods([](const IntegratorInfo& m) {
-                           return !m.limit && m.stepping == Stepping::fixed;
+                           return !m.limit && m.stepping == Stepping::fixed && !m.springs_only;
                          }),
                          name);
 INSTANTIATE_TEST_SUITE_P(Registry, SinglePrecisionMethod,

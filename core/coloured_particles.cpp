@@ -1,0 +1,147 @@
+#include "core/coloured_particles.hpp"
+
+#include <algorithm>
+#include <map>
+
+namespace mss {
+
+template <class Real>
+ColouredParticles<Real>::ColouredParticles(const SpringSystem<Real>& springs)
+    : body_(springs.body()), kernel_(projection_kernels<Real>().back()), lattice_(body_.lattice()) {
+  for (Field<Real>* field : {&x_, &v_, &u_, &acceleration_, &inverse_mass_})
+    *field = Field<Real>(lattice_.size());
+  const Lattice& sites = body_.lattice();
+  for (const std::ptrdiff_t site : body_.sites()) {
+    const std::ptrdiff_t in_plane = site % sites.plane;
+    index_.push_back(
+        lattice_.index(int(in_plane % sites.row), int(in_plane / sites.row), int(site / sites.plane)));
+  }
+  find_masses(springs.held());
+}
+
+template <class Real>
+void ColouredParticles<Real>::find_masses(const HeldSites& held_sites) {
+  mass_kind_.assign(std::size_t(lattice_.size()), 0);
+  std::map<double, std::uint32_t> kind_of{{0, 0}};
+  for (std::size_t p = 0; p < index_.size(); ++p) {
+    const std::ptrdiff_t site = body_.sites()[p];
+    const double inverse = 1 / body_.mass(site);
+    int held = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool holds = held_sites.holds(site, axis);
+      held += holds ? 1 : 0;
+      inverse_mass_.axis(axis)[index_[p]] = static_cast<Real>(holds ? 0 : inverse);
+    }
+    partly_held_ = partly_held_ || (held > 0 && held < 3);
+    const auto [known, is_new] = kind_of.try_emplace(held < 3 ? inverse : 0, std::uint32_t(masses_.size()));
+    if (is_new) masses_.push_back(inverse);
+    mass_kind_[std::size_t(index_[p])] = known->second;
+  }
+}
+
+template <class Real>
+void ColouredParticles<Real>::take(const State<Real>& state) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (std::size_t p = 0; p < index_.size(); ++p) {
+      x_.axis(axis)[index_[p]] = state.x.axis(axis)[body_.sites()[p]];
+      v_.axis(axis)[index_[p]] = state.v.axis(axis)[body_.sites()[p]];
+    }
+}
+
+template <class Real>
+void ColouredParticles<Real>::take_acceleration(const Field<Real>& acceleration) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (std::size_t p = 0; p < index_.size(); ++p)
+      acceleration_.axis(axis)[index_[p]] =
+          inverse_mass_.axis(axis)[index_[p]] > 0 ? acceleration.axis(axis)[body_.sites()[p]] : Real(0);
+}
+
+template <class Real>
+void ColouredParticles<Real>::give(State<Real>& state) const {
+  for (int axis = 0; axis < 3; ++axis)
+    for (std::size_t p = 0; p < index_.size(); ++p) {
+      state.x.axis(axis)[body_.sites()[p]] = x_.axis(axis)[index_[p]];
+      state.v.axis(axis)[body_.sites()[p]] = v_.axis(axis)[index_[p]];
+    }
+}
+
+template <class Real>
+ProjectionStep<Real> ColouredParticles<Real>::step(double dt) {
+  const auto streams = [](Field<Real>& f) { return Streams<Real>{{f.axis(0), f.axis(1), f.axis(2)}}; };
+  return {lattice_.size(),
+          streams(x_),
+          streams(v_),
+          streams(u_),
+          {{acceleration_.axis(0), acceleration_.axis(1), acceleration_.axis(2)}},
+          static_cast<Real>(dt)};
+}
+
+template <class Real>
+void ColouredParticles<Real>::predict(double dt) {
+  kernel_.predict(step(dt));
+}
+
+template <class Real>
+void ColouredParticles<Real>::predict(double dt, Field<Real>& target) {
+  ProjectionStep<Real> p = step(dt);
+  p.moved = {{target.axis(0), target.axis(1), target.axis(2)}};
+  kernel_.predict(p);
+  u_.array() = static_cast<Real>(dt) * v_.array();
+}
+
+template <class Real>
+void ColouredParticles<Real>::set_displacement(std::ptrdiff_t site, int axis, Real u) {
+  u_.axis(axis)[index_[std::size_t(body_.particle(site))]] = u;
+}
+
+template <class Real>
+void ColouredParticles<Real>::finish(double dt) {
+  kernel_.finish(step(dt));
+}
+
+template <class Real>
+ConstStreams<Real> ColouredParticles<Real>::before() const {
+  return {{x_.axis(0), x_.axis(1), x_.axis(2)}};
+}
+template <class Real>
+Streams<Real> ColouredParticles<Real>::moved() {
+  return {{u_.axis(0), u_.axis(1), u_.axis(2)}};
+}
+template <class Real>
+ConstStreams<Real> ColouredParticles<Real>::inverse_mass() const {
+  return {{inverse_mass_.axis(0), inverse_mass_.axis(1), inverse_mass_.axis(2)}};
+}
+
+ColouredBlocks::ColouredBlocks(const ColouredLattice& lattice, int lanes, int lane_size,
+                               const Describe& describe)
+    : lane_size_(lane_size) {
+  std::map<Block, std::uint32_t> entry_of;
+  for (int colour = 0; colour < ColouredLattice::colours; ++colour) {
+    const std::array<int, 3> parity{colour & 1, (colour >> 1) & 1, colour >> 2};
+    if (parity[0] > lattice.cells[0] || parity[1] > lattice.cells[1]) continue;
+    for (int plane = 0; plane < lattice.planes(colour); ++plane)
+      for (std::ptrdiff_t first = 0; first < lattice.plane; first += lanes) {
+        Block block(std::size_t(lanes * lane_size), 0);
+        for (int lane = 0; lane < lanes; ++lane) {
+          const std::ptrdiff_t q = first + lane;
+          const std::array<int, 3> site{int(2 * (q % lattice.row)) + parity[0],
+                                        int(2 * (q / lattice.row)) + parity[1], 2 * plane + parity[2]};
+          if (site[0] <= lattice.cells[0] && site[1] <= lattice.cells[1])
+            describe(colour, site, plane * lattice.plane + q, block.data() + std::size_t(lane * lane_size));
+        }
+        std::uint32_t entry = 0;
+        if (std::any_of(block.begin(), block.end(), [](std::uint32_t n) { return n != 0; })) {
+          const auto [known, is_new] = entry_of.try_emplace(block, std::uint32_t(blocks_.size()));
+          entry = known->second;
+          if (is_new) blocks_.push_back(std::move(block));
+        }
+        entries_[std::size_t(colour)].push_back(entry);
+      }
+  }
+  if (blocks_.size() > 1) blocks_.front().assign(blocks_[1].size(), 0);
+}
+
+template class ColouredParticles<float>;
+template class ColouredParticles<double>;
+
+}  // namespace mss

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "core/coloured_lattice.hpp"
+#include "core/projection.hpp"
+#include "core/spring_system.hpp"
+
+namespace mss {
+
+/// The particles of a body in the layout of a ColouredLattice, and the beginning and end of steps whose
+/// unknowns are their displacements u = x - x_n.
+template <class Real>
+class ColouredParticles {
+ public:
+  /// The body of `springs` must outlive it.
+  explicit ColouredParticles(const SpringSystem<Real>& springs);
+
+  const Body& body() const { return body_; }
+  const ColouredLattice& lattice() const { return lattice_; }
+
+  /// Takes over positions and velocities.
+  void take(const State<Real>& state);
+  /// And accelerations that are constant during steps; those of held coordinates do not count.
+  void take_acceleration(const Field<Real>& acceleration);
+  /// Writes the positions and velocities of all particles.
+  void give(State<Real>& state) const;
+
+  /// Begins a step: u = dt v + dt^2 a, where particles would be without springs.
+  void predict(double dt);
+  /// The same, written to `target`, and u = dt v.
+  void predict(double dt, Field<Real>& target);
+  /// The displacement of a particle in this step [m].
+  void set_displacement(std::ptrdiff_t site, int axis, Real u);
+  /// Ends a step: x += u, v = u / dt.
+  void finish(double dt);
+
+  /// Before the step.
+  ConstStreams<Real> before() const;
+  Streams<Real> moved();
+  /// 0 along axes that are held, and where there is no particle [1/kg].
+  ConstStreams<Real> inverse_mass() const;
+  /// Whether some particle is held along some axes only.
+  bool partly_held() const { return partly_held_; }
+
+  /// The distinct inverse masses, 0 first: of particles held along all axes, and where there is none.
+  const std::vector<double>& masses() const { return masses_; }
+  /// Which of them an index has.
+  std::uint32_t mass_kind(std::ptrdiff_t index) const { return mass_kind_[std::size_t(index)]; }
+
+ private:
+  void find_masses(const HeldSites& held);
+  ProjectionStep<Real> step(double dt);
+
+  const Body& body_;
+  const ProjectionKernel<Real>& kernel_;
+  ColouredLattice lattice_;
+  std::vector<std::ptrdiff_t> index_;     ///< of every particle
+  std::vector<std::uint32_t> mass_kind_;  ///< per index
+  std::vector<double> masses_{0};
+  bool partly_held_ = false;
+  Field<Real> x_, v_, u_, acceleration_, inverse_mass_;
+};
+
+/// What a kernel that works on W neighbouring indices of a part must be told of them: `lane_size` numbers a
+/// lane, on which its coefficients depend beside the step. Equal blocks share an entry of a dictionary.
+class ColouredBlocks {
+ public:
+  /// A lane's numbers, of the site (i, j, k) that is at `within` its part.
+  using Describe = std::function<void(int colour, const std::array<int, 3>& site, std::ptrdiff_t within,
+                                      std::uint32_t* numbers)>;
+  /// All zeros are lanes with nothing to do; blocks of such lanes have entry 0.
+  ColouredBlocks(const ColouredLattice& lattice, int lanes, int lane_size, const Describe& describe);
+
+  /// Per block of a colour's part: which entry. Empty: the colour has no sites.
+  const std::vector<std::uint32_t>& entries(int colour) const { return entries_[std::size_t(colour)]; }
+  /// Number of entries, the empty one included.
+  std::size_t size() const { return blocks_.size(); }
+  const std::uint32_t* lane(std::size_t entry, int lane) const {
+    return blocks_[entry].data() + std::size_t(lane) * std::size_t(lane_size_);
+  }
+
+ private:
+  using Block = std::vector<std::uint32_t>;
+  int lane_size_;
+  std::array<std::vector<std::uint32_t>, ColouredLattice::colours> entries_;
+  std::vector<Block> blocks_{Block{}};
+};
+
+}  // namespace mss

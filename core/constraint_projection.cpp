@@ -1,0 +1,114 @@
+#include "core/constraint_projection.hpp"
+
+#include <algorithm>
+
+namespace mss {
+
+namespace {
+
+/// A lane is a cell, or a site with springs: the kind of its elements, from 1, and of its corners' masses.
+constexpr int lane_size = 9;
+
+bool has_constraints(const SiteElements& e) {
+  return e.volume != 0 ||
+         std::any_of(e.stiffness.begin(), e.stiffness.end(), [](double k) { return k != 0; });
+}
+
+template <class Real>
+ColouredBlocks blocks_of(const ColouredParticles<Real>& particles, int lanes) {
+  const Body& body = particles.body();
+  const auto describe = [&](int colour, const std::array<int, 3>& at, std::ptrdiff_t within,
+                            std::uint32_t* numbers) {
+    const std::uint32_t kind = body.element_kind(body.lattice().site(at[0], at[1], at[2]));
+    if (!has_constraints(body.elements()[kind])) return;
+    numbers[0] = 1 + kind;
+    for (int c = 0; c < 8; ++c)
+      numbers[1 + c] = particles.mass_kind(within + particles.lattice().corner(colour, c));
+  };
+  return {particles.lattice(), lanes, lane_size, describe};
+}
+
+}  // namespace
+
+template <class Real>
+ConstraintProjection<Real>::ConstraintProjection(const SpringSystem<Real>& springs, System<Real>& system,
+                                                 double dt, bool multipliers)
+    : system_(system),
+      particles_(springs),
+      kernel_(projection_kernels<Real>().back()),
+      damped_(springs.body().config().damping.law != Damping::Law::none),
+      keeps_multipliers_(multipliers || particles_.partly_held()),
+      dt_(dt),
+      blocks_(blocks_of(particles_, kernel_.lanes)) {
+  fill_dictionary();
+  for (int colour = 0; keeps_multipliers_ && colour < ColouredLattice::colours; ++colour)
+    multipliers_[std::size_t(colour)] = AlignedArray<Real>(std::ptrdiff_t(blocks_.entries(colour).size()) *
+                                                           kernel_.lanes * constraints_per_cell);
+}
+
+template <class Real>
+void ConstraintProjection<Real>::fill_dictionary() {
+  const std::ptrdiff_t size = std::ptrdiff_t(projection_coefficients) * kernel_.lanes;
+  dictionary_ = AlignedArray<Real>(size * std::ptrdiff_t(blocks_.size()));
+  for (std::size_t entry = 1; entry < blocks_.size(); ++entry)
+    for (int lane = 0; lane < kernel_.lanes; ++lane)
+      if (const std::uint32_t* numbers = blocks_.lane(entry, lane); numbers[0] != 0)
+        fill_lane(numbers, dictionary_.data() + size * std::ptrdiff_t(entry) + lane);
+}
+
+template <class Real>
+void ConstraintProjection<Real>::fill_lane(const std::uint32_t* lane, Real* coefficients) const {
+  const SiteElements& e = particles_.body().elements()[lane[0] - 1];
+  const double scale2 = double(kernel_.rsqrt_scale) * double(kernel_.rsqrt_scale);
+  const auto mobility = [&](int corner) { return particles_.masses()[lane[1 + corner]]; };
+  for (int s = 0; s < springs_per_site; ++s) {
+    const SpringSlot& slot = spring_slots[std::size_t(s)];
+    const double stiffness = e.stiffness[std::size_t(s)] * dt_ * dt_,
+                 damping = e.damping[std::size_t(s)] * dt_;
+    const double g = 1 / ((stiffness + damping) * (mobility(slot.a) + mobility(slot.b)) + 1);
+    Real* out = coefficients + std::ptrdiff_t(3) * s * kernel_.lanes;
+    out[0] = static_cast<Real>(stiffness * g / scale2);
+    out[kernel_.lanes] = static_cast<Real>(damping * g / scale2);
+    out[2 * kernel_.lanes] = static_cast<Real>(g);
+  }
+  coefficients[std::ptrdiff_t(3) * springs_per_site * kernel_.lanes] =
+      static_cast<Real>(e.volume * dt_ * dt_ / particles_.body().cell_volume());
+}
+
+template <class Real>
+void ConstraintProjection<Real>::begin_step() {
+  particles_.predict(dt_);
+  for (AlignedArray<Real>& multipliers : multipliers_) multipliers.fill(0);
+}
+
+template <class Real>
+void ConstraintProjection<Real>::iterate() {
+  const Body& body = particles_.body();
+  const ColouredLattice& lattice = particles_.lattice();
+  Projection<Real> p{};
+  p.dictionary = dictionary_.data();
+  for (std::size_t s = 0; s < spring_slots.size(); ++s)
+    p.rest_length[s] = static_cast<Real>(kernel_.rsqrt_scale * body.rest_length(spring_slots[s].kind));
+  p.rest_volume = static_cast<Real>(body.cell_volume());
+  p.before = particles_.before();
+  p.inverse_mass = particles_.inverse_mass();
+  p.moved = particles_.moved();
+  const auto pass = keeps_multipliers_ ? kernel_.general : damped_ ? kernel_.damped : kernel_.undamped;
+  for (int colour = 0; colour < ColouredLattice::colours; ++colour) {
+    if (blocks_.entries(colour).empty()) continue;
+    for (int c = 0; c < 8; ++c) p.corner[c] = lattice.corner(colour, c);
+    p.entry = blocks_.entries(colour).data();
+    p.multipliers = multipliers_[std::size_t(colour)].data();
+    system_.parallel(lattice.planes(colour), [&, p](std::ptrdiff_t plane) {
+      Projection<Real> part = p;
+      part.first = plane * lattice.plane;
+      part.last = part.first + lattice.plane;
+      pass(part);
+    });
+  }
+}
+
+template class ConstraintProjection<float>;
+template class ConstraintProjection<double>;
+
+}  // namespace mss

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/coloured_particles.hpp"
+
+namespace mss {
+
+/// The springs and cells of a body as compliant constraints, projected colour by colour: what a step of XPBD
+/// iterates.
+///
+/// Cells of one colour have no particle in common, so results are the same bits for any number of threads.
+template <class Real>
+class ConstraintProjection {
+ public:
+  /// Both must outlive it: `springs` are the body and its holds, the threads of `system`, which may be a
+  /// wrapper, do the work. `multipliers`: whether they are kept from one pass to the next.
+  ConstraintProjection(const SpringSystem<Real>& springs, System<Real>& system, double dt, bool multipliers);
+
+  ColouredParticles<Real>& particles() { return particles_; }
+
+  /// Begins a step: the particles' displacements without springs, multipliers 0.
+  void begin_step();
+  /// One pass over all constraints.
+  void iterate();
+
+ private:
+  void fill_dictionary();
+  void fill_lane(const std::uint32_t* lane, Real* coefficients) const;
+
+  System<Real>& system_;
+  ColouredParticles<Real> particles_;
+  const ProjectionKernel<Real>& kernel_;
+  bool damped_;
+  bool keeps_multipliers_;
+  double dt_;
+  ColouredBlocks blocks_;
+  AlignedArray<Real> dictionary_;
+  std::array<AlignedArray<Real>, ColouredLattice::colours> multipliers_;
+};
+
+}  // namespace mss

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/sweep.hpp"
+
+namespace mss {
+
+/// Sites around one, by (dx + 1) + 3 (dy + 1) + 9 (dz + 1): itself is in the middle.
+inline constexpr int sites_around = 27;
+
+/// Numbers per particle that a descent reads: k and c / (dt rsqrt_scale^2) of every neighbour's spring,
+/// k_vol / V0 of the eight cells, and m / dt^2.
+inline constexpr int descent_coefficients = 2 * sites_around + 8 + 1;
+
+/// What the pass over a range of one colour's particles reads and writes, in the layout of a ColouredLattice.
+///
+/// Particle i moves to the minimum of the quadratic model of a step's objective in its own coordinates, while
+/// all others stay: u_i += H^-1 f with u = x - x_n, and, over the springs s of the particle with differences
+/// d to the other ends, d = x_j - x_i, u_s = d / |d|, and over its cells,
+///   f = m / dt^2 (y_i - u_i) + sum (k (1 - L0 / |d|) + c / dt (u_j - u_i).d / |d|^2) d
+///       - sum k_vol / V0 (V - V0) grad V,
+///   H = m / dt^2 I + sum k (u_s u_s^T + max(0, 1 - L0 / |d|) (I - u_s u_s^T)) + c / dt u_s u_s^T
+///       + sum k_vol / V0 grad V grad V^T,
+/// y the displacement without springs. Chen, Liu, Yang and Yuksel, Vertex block descent, ACM TOG 43 (2024)
+/// 116. V is linear in each coordinate of one particle alone, so H has no more terms of it.
+template <class Real>
+struct Descent {
+  std::ptrdiff_t around[sites_around];  ///< from a particle's index within its part to its neighbours'
+  std::ptrdiff_t first, last;           ///< indices within the part, multiples of W; [first, last)
+  const std::uint32_t* entry;           ///< per W of this part: which dictionary entry; 0: nothing to do
+  const Real* dictionary;               ///< entries of descent_coefficients x W numbers
+  Real rest_length[sites_around];       ///< over rsqrt_scale [m]
+  Real rest_volume;                     ///< V0 [m^3]
+  ConstStreams<Real> before;            ///< x_n
+  ConstStreams<Real> target;            ///< y
+  ConstStreams<Real> inverse_mass;      ///< along each axis: 0 where it is held
+  Streams<Real> moved;                  ///< u
+};
+
+/// One copy of the descent, compiled for one instruction set and precision.
+template <class Real>
+struct DescentKernel {
+  const char* name;
+  int lanes;
+  Real rsqrt_scale;
+  void (*undamped)(const Descent<Real>&);
+  void (*damped)(const Descent<Real>&);
+};
+
+/// The kernels this processor can run, slowest first; never empty.
+template <class Real>
+const std::vector<DescentKernel<Real>>& descent_kernels();
+
+}  // namespace mss

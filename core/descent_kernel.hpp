@@ -1,0 +1,144 @@
+#pragma once
+
+// Vertex block descent, W particles of a colour at once, see descent.hpp. Included once per instruction set,
+// see simd.hpp.
+
+#include "core/cell_vectors.hpp"
+#include "core/descent.hpp"
+
+namespace mss::MSS_ISA {
+
+inline constexpr int middle = sites_around / 2;
+
+/// Symmetric 3 x 3 matrices.
+template <class Real>
+struct Symmetric {
+  Pack<Real> xx, yy, zz, yz, zx, xy;
+
+  MSS_INLINE void add(Pack<Real> scale, const Vec<Real>& d) {
+    const Vec<Real> s = scale * d;
+    xx = xx + s.x * d.x;
+    yy = yy + s.y * d.y;
+    zz = zz + s.z * d.z;
+    yz = yz + s.y * d.z;
+    zx = zx + s.z * d.x;
+    xy = xy + s.x * d.y;
+  }
+  MSS_INLINE void add_identity(Pack<Real> scale) {
+    xx = xx + scale;
+    yy = yy + scale;
+    zz = zz + scale;
+  }
+  /// By cofactors.
+  MSS_INLINE Vec<Real> solve(const Vec<Real>& b) const {
+    const Pack<Real> axx = yy * zz - yz * yz, axy = zx * yz - xy * zz, azx = xy * yz - zx * yy,
+                     ayy = xx * zz - zx * zx, ayz = xy * zx - xx * yz, azz = xx * yy - xy * xy;
+    const Pack<Real> scale = Real(1) / (xx * axx + (xy * axy + zx * azx));
+    return scale * Vec<Real>{axx * b.x + (axy * b.y + azx * b.z), axy * b.x + (ayy * b.y + ayz * b.z),
+                             azx * b.x + (ayz * b.y + azz * b.z)};
+  }
+};
+
+/// Place of a corner of a cell among the sites around its corner `own`.
+constexpr int place(int own, int corner) {
+  int at = middle;
+  for (int axis = 0, step = 1; axis < 3; ++axis, step *= 3)
+    at += step * (((corner >> axis) & 1) - ((own >> axis) & 1));
+  return at;
+}
+
+/// W particles and all that is around them.
+template <class Real, bool Damped>
+struct Descending {
+  static constexpr int W = lanes<Real>;
+  const Descent<Real>& p;
+  const Real* coefficient;
+  Vec<Real> x[sites_around];
+  Vec<Real> u[Damped ? sites_around : 1];
+  Vec<Real> force;
+  Symmetric<Real> hessian;
+
+  MSS_INLINE void add_spring(int other) {
+    constexpr Real unscale = 1 / (rsqrt_scale<Real> * rsqrt_scale<Real>);
+    const Vec<Real> d = x[other] - x[middle];
+    const Pack<Real> squared = squared_norm(d), r = scaled_rsqrt(squared, rsqrt_estimate(squared));
+    const Pack<Real> k = load(coefficient + W * other), strain = Real(1) - p.rest_length[other] * r;
+    const Pack<Real> across = k * positive_part<Real>(strain);
+    Pack<Real> pull = k * strain, along = unscale * (k - across);
+    if constexpr (Damped) {
+      const Pack<Real> damping = load(coefficient + W * (sites_around + other));
+      pull = pull + damping * (dot(d, u[other] - u[middle]) * (r * r));
+      along = along + damping;
+    }
+    force = force + pull * d;
+    hessian.add_identity(across);
+    hessian.add(along * (r * r), d);
+  }
+
+  /// Of the cell whose corner `own` the particle is. Edges are four times too long, see the sweep.
+  template <int own>
+  MSS_INLINE void add_volume() {
+    const Pack<Real> stiffness = load(coefficient + W * (2 * sites_around + own));
+    const Edges<Real> e(x[place(own, 7)] - x[place(own, 0)], x[place(own, 6)] - x[place(own, 1)],
+                        x[place(own, 5)] - x[place(own, 2)], x[place(own, 4)] - x[place(own, 3)]);
+    const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
+    const Vec<Real> by_x = (own & 1) != 0 ? yz : -yz, by_y = (own & 2) != 0 ? zx : -zx,
+                    by_z = (own & 4) != 0 ? xy : -xy;
+    const Vec<Real> slope = (Pack<Real>{} + Real(1.0 / 64)) * ((by_x + by_y) + by_z);
+    const Pack<Real> excess = Real(1.0 / 64) * dot(e.x, yz) - p.rest_volume;
+    force = force - (stiffness * excess) * slope;
+    hessian.add(stiffness, slope);
+  }
+};
+
+template <class Real, bool Damped>
+void descend(const Descent<Real>& argument) {
+  constexpr int W = lanes<Real>;
+  const Descent<Real> p = argument;  // a copy that the stores below cannot reach
+  const Pack<Real> zero{};
+  for (std::ptrdiff_t i = p.first; i < p.last; i += W) {
+    const std::uint32_t entry = p.entry[i / W];
+    if (entry == 0) continue;
+    Descending<Real, Damped> s{p, p.dictionary + std::ptrdiff_t(entry) * descent_coefficients * W, {}, {}, {},
+                               {}};
+    const std::ptrdiff_t own = p.around[middle] + i;
+    const Vec<Real> moved = load(p.moved, own);
+    for (int n = 0; n < sites_around; ++n) {
+      const Vec<Real> u = load(p.moved, p.around[n] + i);
+      s.x[n] = load(p.before, p.around[n] + i) + u;
+      if constexpr (Damped) s.u[n] = u;
+    }
+    const Pack<Real> inertia = load(s.coefficient + W * (2 * sites_around + 8));
+    s.force = inertia * (load(p.target, own) - moved);
+    s.hessian.add_identity(inertia);
+    for (int n = 0; n < sites_around; ++n)
+      if (n != middle) s.add_spring(n);
+    s.template add_volume<0>();
+    s.template add_volume<1>();
+    s.template add_volume<2>();
+    s.template add_volume<3>();
+    s.template add_volume<4>();
+    s.template add_volume<5>();
+    s.template add_volume<6>();
+    s.template add_volume<7>();
+    // Held axes do not move, and the others as if they were alone.
+    const Vec<Real> w = load(p.inverse_mass, own);
+    const auto fx = w.x > zero, fy = w.y > zero, fz = w.z > zero;
+    Symmetric<Real>& h = s.hessian;
+    h.xx = fx ? h.xx : zero + Real(1);
+    h.yy = fy ? h.yy : zero + Real(1);
+    h.zz = fz ? h.zz : zero + Real(1);
+    h.xy = (fx & fy) ? h.xy : zero;
+    h.yz = (fy & fz) ? h.yz : zero;
+    h.zx = (fz & fx) ? h.zx : zero;
+    const Vec<Real> force{fx ? s.force.x : zero, fy ? s.force.y : zero, fz ? s.force.z : zero};
+    store(p.moved, own, moved + h.solve(force));
+  }
+}
+
+template <class Real>
+DescentKernel<Real> make_descent_kernel(const char* name) {
+  return {name, lanes<Real>, rsqrt_scale<Real>, descend<Real, false>, descend<Real, true>};
+}
+
+}  // namespace mss::MSS_ISA

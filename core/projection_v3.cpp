@@ -1,0 +1,12 @@
+// One copy of the projection; CMakeLists.txt compiles this file for its instruction set.
+#define MSS_ISA isa_v3
+#include "core/projection_kernel.hpp"
+
+namespace mss {
+
+ProjectionKernel<float> projection_v3_float() { return MSS_ISA::make_projection_kernel<float>("x86-64-v3"); }
+ProjectionKernel<double> projection_v3_double() {
+  return MSS_ISA::make_projection_kernel<double>("x86-64-v3");
+}
+
+}  // namespace mss

@@ -1,0 +1,123 @@
+#include "core/vertex_descent.hpp"
+
+namespace mss {
+
+namespace {
+
+/// A lane is a particle: the kind of its mass, from 1, and those of the elements of the sites of whose
+/// corners 0 to 7 it is.
+constexpr int lane_size = 9;
+
+template <class Real>
+ColouredBlocks blocks_of(const ColouredParticles<Real>& particles, int lanes) {
+  const Body& body = particles.body();
+  const Lattice& sites = body.lattice();
+  const auto describe = [&](int colour, const std::array<int, 3>& at, std::ptrdiff_t within,
+                            std::uint32_t* numbers) {
+    const std::ptrdiff_t site = sites.site(at[0], at[1], at[2]);
+    if (body.particle(site) < 0) return;
+    numbers[0] = 1 + particles.mass_kind(within + particles.lattice().corner(colour, 0));
+    for (int c = 0; c < 8; ++c) {
+      const bool inside = at[0] >= (c & 1) && at[1] >= ((c >> 1) & 1) && at[2] >= (c >> 2);
+      numbers[1 + c] = inside ? 1 + body.element_kind(site - sites.corner(c)) : 0;
+    }
+  };
+  return {particles.lattice(), lanes, lane_size, describe};
+}
+
+/// Where the other end of a spring is among the sites around one end.
+int place_of(int own, int other) {
+  int at = sites_around / 2;
+  for (int axis = 0, step = 1; axis < 3; ++axis, step *= 3)
+    at += step * (((other >> axis) & 1) - ((own >> axis) & 1));
+  return at;
+}
+
+}  // namespace
+
+template <class Real>
+VertexDescent<Real>::VertexDescent(const SpringSystem<Real>& springs, System<Real>& system, double dt)
+    : system_(system),
+      particles_(springs),
+      kernel_(descent_kernels<Real>().back()),
+      damped_(springs.body().config().damping.law != Damping::Law::none),
+      dt_(dt),
+      blocks_(blocks_of(particles_, kernel_.lanes)),
+      target_(particles_.lattice().size()) {
+  fill_dictionary();
+}
+
+template <class Real>
+void VertexDescent<Real>::fill_dictionary() {
+  const std::ptrdiff_t size = std::ptrdiff_t(descent_coefficients) * kernel_.lanes;
+  dictionary_ = AlignedArray<Real>(size * std::ptrdiff_t(blocks_.size()));
+  for (std::size_t entry = 1; entry < blocks_.size(); ++entry)
+    for (int lane = 0; lane < kernel_.lanes; ++lane)
+      fill_lane(blocks_.lane(entry, lane), dictionary_.data() + size * std::ptrdiff_t(entry) + lane);
+}
+
+template <class Real>
+void VertexDescent<Real>::fill_lane(const std::uint32_t* lane, Real* coefficients) const {
+  Real& inertia = coefficients[std::ptrdiff_t(kernel_.lanes) * (2 * sites_around + 8)];
+  inertia = 1;  // keeps the matrix regular where there is no particle
+  if (lane[0] == 0) return;
+  const Body& body = particles_.body();
+  const double scale2 = double(kernel_.rsqrt_scale) * double(kernel_.rsqrt_scale);
+  if (const double inverse = particles_.masses()[lane[0] - 1]; inverse > 0)
+    inertia = static_cast<Real>(1 / (inverse * dt_ * dt_));
+  for (int own = 0; own < 8; ++own) {
+    if (lane[1 + own] == 0) continue;
+    const SiteElements& e = body.elements()[lane[1 + own] - 1];
+    for (std::size_t s = 0; s < spring_slots.size(); ++s) {
+      const SpringSlot& slot = spring_slots[s];
+      if (slot.a != own && slot.b != own) continue;
+      const int other = place_of(own, slot.a == own ? slot.b : slot.a);
+      coefficients[std::ptrdiff_t(kernel_.lanes) * other] += static_cast<Real>(e.stiffness[s]);
+      coefficients[std::ptrdiff_t(kernel_.lanes) * (sites_around + other)] +=
+          static_cast<Real>(e.damping[s] / (dt_ * scale2));
+    }
+    coefficients[std::ptrdiff_t(kernel_.lanes) * (2 * sites_around + own)] =
+        static_cast<Real>(e.volume / body.cell_volume());
+  }
+}
+
+template <class Real>
+void VertexDescent<Real>::begin_step() {
+  particles_.predict(dt_, target_);
+}
+
+template <class Real>
+void VertexDescent<Real>::iterate() {
+  const Body& body = particles_.body();
+  const ColouredLattice& lattice = particles_.lattice();
+  Descent<Real> p{};
+  p.dictionary = dictionary_.data();
+  for (int n = 0; n < sites_around; ++n) {
+    const int axes = (n % 3 != 1 ? 1 : 0) + (n / 3 % 3 != 1 ? 1 : 0) + (n / 9 != 1 ? 1 : 0);
+    if (axes > 0)
+      p.rest_length[n] =
+          static_cast<Real>(body.rest_length(SpringSlot::Class(axes - 1)) / kernel_.rsqrt_scale);
+  }
+  p.rest_volume = static_cast<Real>(body.cell_volume());
+  p.before = particles_.before();
+  p.target = {{target_.axis(0), target_.axis(1), target_.axis(2)}};
+  p.inverse_mass = particles_.inverse_mass();
+  p.moved = particles_.moved();
+  for (int colour = 0; colour < ColouredLattice::colours; ++colour) {
+    if (blocks_.entries(colour).empty()) continue;
+    for (int n = 0; n < sites_around; ++n)
+      p.around[n] = lattice.neighbour(colour, n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+    p.entry = blocks_.entries(colour).data();
+    system_.parallel(lattice.planes(colour), [&, p](std::ptrdiff_t plane) {
+      Descent<Real> part = p;
+      part.first = plane * lattice.plane;
+      part.last = part.first + lattice.plane;
+      (damped_ ? kernel_.damped : kernel_.undamped)(part);
+    });
+  }
+}
+
+template class VertexDescent<float>;
+template class VertexDescent<double>;
+
+}  // namespace mss

@@ -1,0 +1,41 @@
+#pragma once
+
+#include "core/coloured_particles.hpp"
+#include "core/descent.hpp"
+
+namespace mss {
+
+/// Minimises the objective of a step of backward Euler, particle by particle and colour by colour: what a
+/// step of vertex block descent iterates.
+///
+/// Particles of one colour are no neighbours, so results are the same bits for any number of threads.
+template <class Real>
+class VertexDescent {
+ public:
+  /// Both must outlive it: `springs` are the body and its holds, the threads of `system`, which may be a
+  /// wrapper, do the work.
+  VertexDescent(const SpringSystem<Real>& springs, System<Real>& system, double dt);
+
+  ColouredParticles<Real>& particles() { return particles_; }
+
+  /// Begins a step: the target is where particles would be without springs, and so is the first guess but for
+  /// accelerations.
+  void begin_step();
+  /// One pass over all particles.
+  void iterate();
+
+ private:
+  void fill_dictionary();
+  void fill_lane(const std::uint32_t* lane, Real* coefficients) const;
+
+  System<Real>& system_;
+  ColouredParticles<Real> particles_;
+  const DescentKernel<Real>& kernel_;
+  bool damped_;
+  double dt_;
+  ColouredBlocks blocks_;
+  AlignedArray<Real> dictionary_;
+  Field<Real> target_;
+};
+
+}  // namespace mss

@@ -1,0 +1,40 @@
+// Vertex block descent (Chen, Liu, Yang and Yuksel, ACM TOG 43 (2024) 116): a step of backward Euler as the
+// minimum of kinetic and stored energy, sought particle by particle (core/descent.hpp), in
+// `solve.iterations` passes from x_n + dt v_n:
+//   x_{n+1} = x_n + u,   v_{n+1} = u / dt.
+// With enough passes it is backward Euler; with few it is softer, more damped, and does not keep linear
+// momentum, because the last particle moves among neighbours that have moved already. Stable at any step.
+#include "core/vertex_descent.hpp"
+#include "integrators/coloured_method.hpp"
+
+namespace mss {
+
+namespace {
+
+template <class Real>
+struct Descents : VertexDescent<Real> {
+  Descents(const SpringSystem<Real>& springs, System<Real>& system, const IntegratorOptions& options)
+      : VertexDescent<Real>(springs, system, options.dt) {}
+};
+
+template <class Real>
+std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) {
+  return std::make_unique<ColouredMethod<Real, Descents<Real>>>(options, "vbd");
+}
+
+}  // namespace
+
+IntegratorInfo vbd() {
+  return {
+      .name = "vbd",
+      .summary =
+          "vertex block descent: a pass over all particles a step, or `iterations`, towards backward Euler; "
+          "any step, loses energy",
+      .order_undamped = 1,
+      .order_damped = 1,
+      .springs_only = true,
+      .make_single = make<float>,
+      .make_double = make<double>};
+}
+
+}  // namespace mss
