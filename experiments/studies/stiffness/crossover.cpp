@@ -8,9 +8,9 @@
 #include <limits>
 
 #include "experiments/harness/measure.hpp"
+#include "experiments/simulation/explicit_steps.hpp"
 #include "experiments/studies/stiffness/bent_cube.hpp"
 #include "experiments/studies/stiffness/stiffness.hpp"
-#include "integrators/stable_step.hpp"
 
 namespace mss::studies::stiffness {
 
@@ -35,6 +35,11 @@ struct Runner {
   double median() const { return status == Status::ok ? quartiles(repeated).median : none; }
 };
 
+Runner runner_of(const ExplicitSteps& choice) {
+  return {
+      .name = choice.info->name, .info = choice.info, .options = {.dt = choice.dt}, .steps = choice.steps};
+}
+
 /// A frame's motion of a cube whose largest frequency is dt_omega / frame.
 struct Frame {
   Frame(const CrossoverConfig& config, int n, double dt_omega)
@@ -43,7 +48,8 @@ struct Frame {
         cube(n, {.young = young, .poisson = charted_poisson}, 0),
         owned(cube.system(config.model)),
         system(*owned) {
-    Runner reference = explicit_runner(find_integrator(reference_method), reference_share);
+    Runner reference = runner_of(explicit_steps(find_integrator(reference_method), system.spectral_bound(),
+                                                duration, reference_share));
     State<double> end = advance(reference, *reference.info->make<double>(reference.options));
     if (reference.status == Status::ok) x_end = std::move(end.x);
   }
@@ -53,13 +59,6 @@ struct Frame {
     constexpr double probe = 1e6;
     const BentCube soft(n, {.young = probe, .poisson = charted_poisson}, 0);
     return probe * std::pow(omega / soft.system(config.model)->spectral_bound().omega, 2);
-  }
-
-  /// A method with the whole number of steps per frame that makes them at most this share of safe ones.
-  Runner explicit_runner(const IntegratorInfo& info, double share) const {
-    const double safe = share * safe_share * stable_step(info, system.spectral_bound());
-    const double steps = std::ceil(duration / safe);
-    return {.name = info.name, .info = &info, .options = {.dt = duration / steps}, .steps = long(steps)};
   }
 
   /// From the beginning to the end, which it returns.
@@ -102,29 +101,12 @@ struct Frame {
   Field<double> x_end{};  ///< of the reference; empty if it failed
 };
 
-/// Evaluations of forces in a step.
-std::int64_t evaluations(Frame& frame, const IntegratorInfo& info) {
-  State<double> state = frame.cube.state;
-  Work work;
-  const double dt = frame.explicit_runner(info, 1).options.dt;
-  info.make<double>({.dt = dt})->advance(frame.system, state, dt, work);
-  return work.force_evaluations;
-}
-
-/// Explicit methods at their safe steps, without those that need far more evaluations than the best.
+/// The cheapest explicit methods at their safe steps.
 std::vector<Runner> explicit_runners(Frame& frame) {
-  std::vector<std::pair<double, Runner>> all;
-  double fewest = std::numeric_limits<double>::infinity();
-  for (const IntegratorInfo& info : integrators()) {
-    if (!info.limit || !(guaranteed_step(info, frame.system.spectral_bound()) > 0)) continue;
-    const Runner runner = frame.explicit_runner(info, 1);
-    all.emplace_back(double(runner.steps * evaluations(frame, info)), runner);
-    fewest = std::min(fewest, all.back().first);
-  }
-  std::vector<Runner> best;
-  for (auto& [count, runner] : all)
-    if (count <= 1.2 * fewest) best.push_back(std::move(runner));
-  return best;
+  std::vector<Runner> runners;
+  for (const ExplicitSteps& choice : cheapest_explicit_steps(frame.system, frame.cube.state, frame.duration))
+    runners.push_back(runner_of(choice));
+  return runners;
 }
 
 /// An implicit step with every linear solver that is not too large.

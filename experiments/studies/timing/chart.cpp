@@ -206,9 +206,11 @@ Drawings draw_timing(const std::vector<NamedTable>& tables) {
   if (rows.size() > 0)
     drawings.charts.push_back({"timing", timing_chart(rows, find_table(tables, "timing_summary"))});
   if (features.size() > 0) drawings.charts.push_back({"timing_features", features_chart(features)});
-  for (const NamedTable& named : tables)  // results of earlier versions have no shapes
-    if (named.name == "timing_shapes" && named.table.size() > 0)
-      drawings.charts.push_back({"timing_shapes", shapes_chart(named.table)});
+  for (const auto& [name, table] : tables) {  // results of earlier versions have none of these
+    if (table.size() == 0) continue;
+    if (name == "timing_shapes") drawings.charts.push_back({name, shapes_chart(table)});
+    if (name == "timing_methods") drawings.charts.push_back({name, methods_chart(table)});
+  }
   return drawings;
 }
 

@@ -224,7 +224,7 @@ bool measure_size(const TimingConfig& config, int pass, Size& size, Table& raw, 
 }
 
 Json configuration(const TimingConfig& config, const FeatureTimingConfig& features,
-                   const ShapeTimingConfig& shapes) {
+                   const ShapeTimingConfig& shapes, const MethodTimingConfig& methods) {
   return {{"cells", config.cells},
           {"algorithm_1_threads", config.algorithm1_threads},
           {"structured_sweep_threads", config.core_threads},
@@ -249,6 +249,11 @@ Json configuration(const TimingConfig& config, const FeatureTimingConfig& featur
             {"threads", 1},
             {"repetitions", shapes.repetitions},
             {"sample_seconds", shapes.sample_seconds}}},
+          {"methods",
+           {{"cells", methods.cells},
+            {"threads", methods.threads},
+            {"repetitions", methods.repetitions},
+            {"sample_seconds", methods.sample_seconds}}},
           {"workload",
            {{"held_fixed", "cube edge and material; cell size and spring constants shrink as 1/n"},
             {"edge", Workload::edge},
@@ -281,23 +286,28 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
   const TimingConfig config = timing_config(options);
   FeatureTimingConfig features;
   ShapeTimingConfig shapes;
+  MethodTimingConfig methods{.threads = config.core_threads};
   if (options.quick) {
     features = {.cells = {7, 20}, .repetitions = 9};
     shapes = {.cells = {20}, .repetitions = 5, .sample_seconds = 4e-3};
+    methods = {.cells = {7, 20}, .threads = {1}, .repetitions = 5, .sample_seconds = 4e-3};
   }
   TimingTables tables = measure_timing(config, progress);
   const Table summary = timing_summary(tables.rows);
-  ExperimentResult result{
-      .status = tables.status, .caption = caption, .configuration = configuration(config, features, shapes)};
+  ExperimentResult result{.status = tables.status,
+                          .caption = caption,
+                          .configuration = configuration(config, features, shapes, methods)};
   if (tables.rows.size() > 0) result.summary = timing_text(tables.rows, summary);
   FeatureTables shares = measure_features(features, progress);
   Table per_particle = measure_shapes(shapes, progress);
+  Table iterations = measure_methods(methods, progress);
   if (progress.stopped()) result.status = Status::interrupted;
   result.tables = {{"timing", std::move(tables.rows)},
                    {"timing_summary", summary},
                    {"timing_features", std::move(shares.features)},
                    {"timing_lean", std::move(shares.lean)},
                    {"timing_shapes", std::move(per_particle)},
+                   {"timing_methods", std::move(iterations)},
                    {"timing_raw", std::move(tables.raw)}};
   return result;
 }

@@ -95,6 +95,20 @@ struct ShapeTimingConfig {
 Table measure_shapes(const ShapeTimingConfig& config, Progress& progress);
 Chart shapes_chart(const Table& table);
 
+/// Settings of the comparison of engines' methods with an explicit step.
+struct MethodTimingConfig {
+  std::vector<int> cells{7, 20, 50};  ///< per edge
+  std::vector<int> threads{1};
+  int repetitions = 21;
+  double sample_seconds = 10e-3;
+};
+
+/// Time of a step with one iteration, and its ratio to a step of semi-implicit Euler of the same precision:
+/// median and quartiles over pairs of samples; a row per method, precision, number of threads and size.
+/// Sizes that were not complete in a precision when it was stopped are left out there.
+Table measure_methods(const MethodTimingConfig& config, Progress& progress);
+Chart methods_chart(const Table& table);
+
 /// The charts of the experiment.
 Drawings draw_timing(const std::vector<NamedTable>& tables);
 

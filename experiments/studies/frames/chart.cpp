@@ -1,0 +1,191 @@
+// Charts and summaries of `mss frames`, from its tables alone.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "experiments/studies/frames/frames.hpp"
+
+namespace mss::studies::frames {
+
+namespace {
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+/// The rows that no other of the same method beats in both time and error, by time.
+std::vector<ChartPoint> envelope(const Table& rows, const std::string& cost, const std::string& error) {
+  std::vector<ChartPoint> points, best;
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    if (rows.text(r, "status") == "ok") points.push_back({rows.number(r, cost), rows.number(r, error)});
+  std::sort(points.begin(), points.end(), [](const ChartPoint& a, const ChartPoint& b) { return a.x < b.x; });
+  for (const ChartPoint& point : points)
+    if (best.empty() || point.y < best.back().y) best.push_back(point);
+  return best;
+}
+
+std::string description(const Table& rows) {
+  return FrameScene{.name = rows.text(0, "scene"),
+                    .cells = int(rows.number(0, "cells")),
+                    .young = rows.number(0, "young"),
+                    .poisson = rows.number(0, "poisson"),
+                    .damping_ratio = rows.number(0, "damping_ratio")}
+      .description();
+}
+
+/// What failed, on the upper edge.
+void add_failures(Chart& chart, const Table& rows, const std::string& cost) {
+  for (const std::string& method : rows.distinct("method")) {
+    const Table of_method = rows.where("method", method);
+    for (const std::string& status : of_method.distinct("status")) {
+      if (status == "ok") continue;
+      ChartSeries series{.label = fmt::format("{}: {}", method, status), .points = {}, .lines = false};
+      const Table failed = of_method.where("status", status);
+      for (std::size_t r = 0; r < failed.size(); ++r)
+        series.points.push_back({failed.number(r, cost), chart.y.high});
+      chart.series.push_back(std::move(series));
+    }
+  }
+}
+
+Chart motion_chart(const Table& rows) {
+  Chart chart{
+      .title = "Error of a motion against the time it takes",
+      .subtitle = fmt::format("half a second of a cantilevered cube in frames of 1/60 s; {}; envelope "
+                              "over steps and iterations; one thread",
+                              description(rows)),
+      .x = {.label = "wall time, set-up included", .logarithmic = true, .unit = "s"},
+      .y = {.label = "error over displacement", .logarithmic = true, .high = 1}};
+  for (const std::string& method : rows.distinct("method"))
+    if (ChartSeries series{.label = method,
+                           .points = envelope(rows.where("method", method), "seconds", "error")};
+        !series.points.empty())
+      chart.series.push_back(std::move(series));
+  add_failures(chart, rows, "seconds");
+  return chart;
+}
+
+/// Whether more iterations of a family are meant to come nearer to backward Euler.
+bool seeks_backward_euler(const std::string& method) {
+  return method.rfind("backward_euler/", 0) == 0 || method == "xpbd" || method == "vbd";
+}
+
+/// At one step a frame, of families with iterations.
+Chart iterations_chart(const Table& rows) {
+  Chart chart{.title = "Distance from converged backward Euler against iterations",
+              .subtitle = fmt::format("a step a frame of 1/60 s for half a second; cantilevered cube; {}",
+                                      description(rows)),
+              .x = {.label = "iterations a step", .logarithmic = true},
+              .y = {.label = "distance over displacement", .logarithmic = true, .high = 1}};
+  const Table single = rows.where("steps_per_frame", 1).where("kind", "family");
+  for (const std::string& method : single.distinct("method")) {
+    if (!seeks_backward_euler(method)) continue;
+    const Table of_method = single.where("method", method);
+    ChartSeries series{.label = method};
+    for (std::size_t r = 0; r < of_method.size(); ++r)
+      if (of_method.number(r, "iterations") > 0 && of_method.text(r, "status") == "ok")
+        series.points.push_back({of_method.number(r, "iterations"), of_method.number(r, "distance")});
+    if (!series.points.empty()) chart.series.push_back(std::move(series));
+  }
+  return chart;
+}
+
+Chart rest_chart(const Table& rows) {
+  Chart chart{.title = "Finding where a cube hangs at rest",
+              .subtitle = fmt::format("cube of 1 m, {} cells an edge, E = 1 MPa, ν = 0.3, held at one face; "
+                                      "one thread; bars are quartiles",
+                                      rows.number(0, "cells")),
+              .x = {.label = "wall time from straight to rest", .logarithmic = true, .unit = "s"},
+              .y = {.label = "error over displacement", .logarithmic = true, .low = 1e-10, .high = 1}};
+  for (const std::string& method : rows.distinct("method")) {
+    const Table of_method = rows.where("method", method);
+    ChartSeries series{.label = method};
+    for (std::size_t r = 0; r < of_method.size(); ++r)
+      if (of_method.text(r, "status") == "ok")
+        series.points.push_back(
+            {of_method.number(r, "seconds"), std::max(of_method.number(r, "error"), chart.y.low)});
+    if (!series.points.empty()) chart.series.push_back(std::move(series));
+  }
+  add_failures(chart, rows, "seconds");
+  return chart;
+}
+
+}  // namespace
+
+Table frames_summary(const Table& rows) {
+  Table summary({{"scene"},
+                 {"error"},
+                 {"method"},
+                 {"iterations"},
+                 {"steps_per_frame"},
+                 {"seconds", "s"},
+                 {"over_explicit"},
+                 {"over_explicit_q1"},
+                 {"over_explicit_q3"},
+                 {"status"}});
+  for (const std::string& scene : rows.distinct("scene"))
+    for (const double error : {0.1, 0.05, 0.02, 0.01}) {
+      const Table of_scene = rows.where("scene", scene).where("status", "ok");
+      std::size_t best = of_scene.size();
+      for (std::size_t r = 0; r < of_scene.size(); ++r)
+        if (of_scene.number(r, "error") <= error &&
+            (best == of_scene.size() || of_scene.number(r, "seconds") < of_scene.number(best, "seconds")))
+          best = r;
+      if (best == of_scene.size()) {
+        summary.add({scene, error, "", none, none, none, none, none, none, "no method tried reaches it"});
+        continue;
+      }
+      const auto number = [&](const char* column) { return of_scene.number(best, column); };
+      summary.add({scene, error, of_scene.text(best, "method"), std::int64_t(number("iterations")),
+                   std::int64_t(number("steps_per_frame")), number("seconds"), number("over_explicit"),
+                   number("over_explicit_q1"), number("over_explicit_q3"), "ok"});
+    }
+  return summary;
+}
+
+Table frames_iterations(const Table& rows) {
+  Table table({{"scene"},
+               {"method"},
+               {"iterations_to_10_percent"},
+               {"iterations_to_1_percent"},
+               {"lowest_distance"},
+               {"status"}});
+  const auto needed = [](const Table& of_method, double distance) {
+    double fewest = none;
+    for (std::size_t r = of_method.size(); r-- > 0 && of_method.number(r, "distance") <= distance;)
+      fewest = of_method.number(r, "iterations");
+    return fewest;
+  };
+  for (const std::string& scene : rows.distinct("scene")) {
+    const Table single = rows.where("scene", scene).where("steps_per_frame", 1).where("kind", "family");
+    for (const std::string& method : single.distinct("method")) {
+      const Table of_method = single.where("method", method);
+      if (!seeks_backward_euler(method)) continue;
+      double lowest = none;
+      for (std::size_t r = 0; r < of_method.size(); ++r)
+        lowest = std::fmin(lowest, of_method.number(r, "distance"));
+      const double ten = needed(of_method, 0.1), one = needed(of_method, 0.01);
+      std::string status = std::isfinite(one) ? "ok" : "not within 1 percent";
+      if (!std::isfinite(ten)) status = "not within 10 percent";
+      table.add({scene, method, ten, one, lowest, status});
+    }
+  }
+  return table;
+}
+
+Drawings draw_frames(const std::vector<NamedTable>& tables) {
+  const Table& rows = find_table(tables, "frames");
+  const Table& rest = find_table(tables, "frames_rest");
+  Drawings drawings;
+  for (const std::string& scene : rows.distinct("scene")) {
+    const Table of_scene = rows.where("scene", scene);
+    drawings.charts.push_back(
+        {drawings.charts.empty() ? "frames" : "frames_" + scene, motion_chart(of_scene)});
+    drawings.charts.push_back({"frames_iterations_" + scene, iterations_chart(of_scene)});
+  }
+  for (const std::string& scene : rest.distinct("scene"))
+    drawings.charts.push_back({"frames_rest_" + scene, rest_chart(rest.where("scene", scene))});
+  std::erase_if(drawings.charts, [](const NamedChart& chart) { return !has_points(chart.chart); });
+  return drawings;
+}
+
+}  // namespace mss::studies::frames

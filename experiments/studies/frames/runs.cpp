@@ -1,0 +1,310 @@
+// Motions at frame rate: references, timed runs, distances.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "experiments/harness/measure.hpp"
+#include "experiments/simulation/explicit_steps.hpp"
+#include "experiments/studies/frames/cube.hpp"
+#include "experiments/studies/frames/frames.hpp"
+
+namespace mss::studies::frames {
+
+namespace {
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* reference_method = "damped_verlet";
+constexpr double reference_share = 0.25;  ///< of the safe step; of second order, so a 16th of its error
+
+/// Positions at the end of every frame; empty if a frame failed.
+using Motion = std::vector<Field<double>>;
+
+/// One row: a method with its options, and what was measured of it.
+struct Run {
+  std::string name;
+  const IntegratorInfo* info;
+  IntegratorOptions options;
+  long steps;  ///< a frame
+  bool is_explicit;
+  std::vector<double> seconds = {};
+  Work work{};
+  Status status = Status::ok;
+  double error = none, distance = none;
+  double spent = 0;  ///< [s]
+};
+
+/// A scene with its references.
+class Problem {
+ public:
+  Problem(const FramesConfig& config, const FrameScene& scene)
+      : config_(config), cube_(scene, config.threads) {
+    Run truth = explicit_run(explicit_steps(find_integrator(reference_method), cube_.system.spectral_bound(),
+                                            frame, reference_share));
+    Run converged{.name = "backward_euler",
+                  .info = &find_integrator("backward_euler"),
+                  .options = {.dt = frame},
+                  .steps = 1,
+                  .is_explicit = false};
+    true_ = move(truth);
+    converged_ = move(converged);
+    for (const Field<double>& x : true_) displacement_ += cube_.squared_distance(x, cube_.start.x);
+  }
+
+  bool has_references() const { return !true_.empty() && !converged_.empty(); }
+
+  static Run explicit_run(const ExplicitSteps& choice) {
+    return {.name = choice.info->name,
+            .info = choice.info,
+            .options = {.dt = choice.dt},
+            .steps = choice.steps,
+            .is_explicit = true};
+  }
+
+  std::vector<Run> runs() {
+    std::vector<Run> all;
+    for (const ExplicitSteps& choice : cheapest_explicit_steps(cube_.system, cube_.start, frame))
+      all.push_back(explicit_run(choice));
+    for (const Family& family : config_.families)
+      for (const int steps : family.steps)
+        for (const int iterations : family.iterations) {
+          IntegratorOptions options{.dt = frame / steps, .iterations = iterations};
+          if (!family.nonlinear.empty()) options.nonlinear_solver = family.nonlinear;
+          if (!family.linear.empty()) options.linear_solver = family.linear;
+          all.push_back({.name = family.name(),
+                         .info = &find_integrator(family.integrator),
+                         .options = options,
+                         .steps = steps,
+                         .is_explicit = false});
+        }
+    return all;
+  }
+
+  void take(Run& run) const {
+    const bool first = run.seconds.empty();
+    const Motion motion = move(run);
+    run.spent += run.seconds.back();
+    if (!first || motion.empty()) return;
+    run.error = distance(motion, true_);
+    run.distance = distance(motion, converged_);
+  }
+
+ private:
+  /// The motion, its time in run.seconds.
+  Motion move(Run& run) const {
+    Motion motion;
+    State<double> state = cube_.start;
+    run.work = {};
+    std::unique_ptr<Integrator<double>> integrator;
+    double seconds = 0;
+    for (int i = 1; i <= config_.frames && run.status == Status::ok; ++i) {
+      seconds += seconds_of([&] {
+        if (!integrator) integrator = run.info->make<double>(run.options);
+        run.status = integrator->advance(cube_.system, state, i * frame, run.work);
+      });
+      motion.push_back(state.x);
+    }
+    run.seconds.push_back(seconds);
+    if (run.status == Status::ok && !motion.back().array().isFinite().all()) run.status = Status::non_finite;
+    if (run.status != Status::ok) motion.clear();
+    return motion;
+  }
+
+  double distance(const Motion& motion, const Motion& reference) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < motion.size(); ++i) sum += cube_.squared_distance(motion[i], reference[i]);
+    return std::sqrt(sum / displacement_);
+  }
+
+  const FramesConfig& config_;
+  Cube cube_;
+  Motion true_, converged_;
+  double displacement_ = 0;  ///< sum of squares of the true one [m^2]
+};
+
+/// Of the explicit run with the smallest median.
+const Run& fastest_explicit(const std::vector<Run>& runs) {
+  const Run* fastest = nullptr;
+  for (const Run& run : runs)
+    if (run.is_explicit && (!fastest || quartiles(run.seconds).median < quartiles(fastest->seconds).median))
+      fastest = &run;
+  return *fastest;
+}
+
+/// Quotients of samples of the same round.
+Quartiles ratio(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) ratios.push_back(a[i] / b[i]);
+  return quartiles(ratios);
+}
+
+void add_rows(Table& table, const FrameScene& scene, const std::vector<Run>& runs) {
+  const Run& fastest = fastest_explicit(runs);
+  for (const Run& run : runs) {
+    const Quartiles time = quartiles(run.seconds), over = ratio(run.seconds, fastest.seconds);
+    std::vector<Cell> row{scene.name,
+                          scene.cells,
+                          scene.young,
+                          scene.poisson,
+                          scene.damping_ratio,
+                          run.name,
+                          std::string(run.is_explicit ? "explicit" : "family"),
+                          run.options.iterations,
+                          std::int64_t(run.steps),
+                          time.median,
+                          time.q1,
+                          time.q3,
+                          over.median,
+                          over.q1,
+                          over.q3,
+                          std::int64_t(run.seconds.size()),
+                          run.error,
+                          run.distance};
+    for (Cell& cell : work_cells(run.work)) row.push_back(std::move(cell));
+    row.emplace_back(std::string(to_string(run.status)));
+    table.add(std::move(row));
+  }
+}
+
+Table empty_rows() {
+  std::vector<Column> columns{
+      {"scene"},   {"cells"},   {"young", "Pa"},   {"poisson"},          {"damping_ratio"},
+      {"method"},  {"kind"},    {"iterations"},    {"steps_per_frame"},  {"seconds", "s"},
+      {"q1", "s"}, {"q3", "s"}, {"over_explicit"}, {"over_explicit_q1"}, {"over_explicit_q3"},
+      {"repeats"}, {"error"},   {"distance"}};
+  for (Column& column : work_columns()) columns.push_back(std::move(column));
+  columns.push_back({"status"});
+  return Table(std::move(columns));
+}
+
+/// Interleaves all runs; false if stopped.
+bool measure_scene(const FramesConfig& config, const FrameScene& scene, Table& table,
+                   const Progress& progress) {
+  Problem problem(config, scene);
+  if (!problem.has_references())
+    throw std::runtime_error("no reference motion of " + scene.description());  // both are robust
+  std::vector<Run> runs = problem.runs();
+  const auto take = [&](std::size_t i) {
+    if (runs[i].spent < config.seconds_per_row) problem.take(runs[i]);
+  };
+  if (!interleave(config.repetitions, runs.size(), progress, take)) return false;
+  add_rows(table, scene, runs);
+  return true;
+}
+
+/// A round of one equilibrium.
+struct Rest {
+  const Family* family;
+  IntegratorOptions options;
+  std::vector<double> seconds = {};
+  Work work{};
+  Status status = Status::ok;
+  Field<double> x = {};
+  double spent = 0;  ///< [s]
+};
+
+void find_rest(const Cube& cube, Rest& rest) {
+  const IntegratorInfo& info = find_integrator(rest.family->integrator);
+  State<double> state = cube.start;
+  rest.work = {};
+  rest.seconds.push_back(seconds_of(
+      [&] { rest.status = info.make<double>(rest.options)->advance(cube.system, state, 0, rest.work); }));
+  rest.spent += rest.seconds.back();
+  rest.x = std::move(state.x);
+}
+
+bool stops_at_tolerance(const Family& family) {
+  return family.integrator != "static" || !(family.nonlinear.empty() || family.nonlinear == "newton");
+}
+
+std::vector<Rest> rests(const RestConfig& config, const Cube& cube) {
+  std::vector<Rest> all;
+  for (const Family& family : config.families) {
+    const IntegratorInfo& info = find_integrator(family.integrator);
+    IntegratorOptions options;
+    options.dt = info.limit ? safe_share * stable_step(info, cube.system.spectral_bound()) : frame;
+    if (!family.nonlinear.empty()) options.nonlinear_solver = family.nonlinear;
+    if (!family.linear.empty()) options.linear_solver = family.linear;
+    for (const double tolerance : config.tolerances) {
+      options.tolerance = tolerance;
+      all.push_back({.family = &family, .options = options});
+      if (!stops_at_tolerance(family)) break;
+    }
+  }
+  return all;
+}
+
+/// False if stopped.
+bool measure_rest_of(const RestConfig& config, const FrameScene& scene, Table& table,
+                     const Progress& progress) {
+  const Cube cube(scene, config.threads);
+  const Family newton{.integrator = "static"};
+  Rest truth{.family = &newton, .options = {}};
+  find_rest(cube, truth);
+  std::vector<Rest> all = rests(config, cube);
+  const auto take = [&](std::size_t i) {
+    if (all[i].spent < config.seconds_per_row) find_rest(cube, all[i]);
+  };
+  if (!interleave(config.repetitions, all.size(), progress, take)) return false;
+  const double displacement = cube.squared_distance(truth.x, cube.start.x);
+  for (const Rest& rest : all) {
+    const Quartiles time = quartiles(rest.seconds);
+    const double error =
+        rest.status == Status::ok ? std::sqrt(cube.squared_distance(rest.x, truth.x) / displacement) : none;
+    std::vector<Cell> row{scene.name,
+                          scene.cells,
+                          rest.family->name(),
+                          stops_at_tolerance(*rest.family) ? rest.options.tolerance : 0,
+                          time.median,
+                          time.q1,
+                          time.q3,
+                          std::int64_t(rest.seconds.size()),
+                          error};
+    for (Cell& cell : work_cells(rest.work)) row.push_back(std::move(cell));
+    row.emplace_back(std::string(to_string(rest.status)));
+    table.add(std::move(row));
+  }
+  return true;
+}
+
+}  // namespace
+
+std::string FrameScene::description() const {
+  return fmt::format("{} cells an edge, E = {:g} kPa, ν = {:g}, damping ratio {:g}", cells, young / 1e3,
+                     poisson, damping_ratio);
+}
+
+std::string Family::name() const {
+  std::string name = integrator;
+  if (!nonlinear.empty()) name += "/" + nonlinear;
+  if (!linear.empty()) name += "/" + linear;
+  return name;
+}
+
+FrameTables measure_frames(const FramesConfig& config, Progress& progress) {
+  FrameTables tables{empty_rows()};
+  for (std::size_t i = 0; i < config.scenes.size(); ++i) {
+    progress.report(double(i) / double(config.scenes.size()), config.scenes[i].description());
+    if (!measure_scene(config, config.scenes[i], tables.rows, progress)) {
+      tables.status = Status::interrupted;
+      break;
+    }
+  }
+  return tables;
+}
+
+Table measure_rest(const RestConfig& config, Progress& progress) {
+  std::vector<Column> columns{{"scene"},   {"cells"},   {"method"},  {"tolerance"}, {"seconds", "s"},
+                              {"q1", "s"}, {"q3", "s"}, {"repeats"}, {"error"}};
+  for (Column& column : work_columns()) columns.push_back(std::move(column));
+  columns.push_back({"status"});
+  Table table(std::move(columns));
+  for (const FrameScene& scene : config.scenes) {
+    progress.report(0.99, "rest: " + scene.description());
+    if (!measure_rest_of(config, scene, table, progress)) break;
+  }
+  return table;
+}
+
+}  // namespace mss::studies::frames

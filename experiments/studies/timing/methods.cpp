@@ -1,0 +1,142 @@
+// What a step, or one iteration of a step, of the methods that engines use costs beside an explicit step.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "core/spring_system.hpp"
+#include "experiments/simulation/simulation.hpp"
+#include "experiments/studies/timing/timing.hpp"
+#include "integrators/fixed_step.hpp"
+
+namespace mss::studies::timing {
+
+namespace {
+
+using Workload = TimingWorkload;
+
+constexpr const char* compared_with = "semi_implicit_euler";
+
+/// One iteration of a method at the step it is made for.
+struct Candidate {
+  const char* method;
+  const char* nonlinear_solver;  ///< nullptr: it has none
+  double dt;                     ///< [s]
+};
+constexpr double frame = 1.0 / 60;
+constexpr Candidate candidates[] = {{compared_with, nullptr, Workload::dt},
+                                    {"xpbd", nullptr, frame / 20},
+                                    {"vbd", nullptr, frame},
+                                    {"backward_euler", "lbfgs", frame}};
+
+std::string label(const Candidate& c) {
+  return c.nonlinear_solver ? fmt::format("{}/{}", c.method, c.nonlinear_solver) : c.method;
+}
+
+template <class Real>
+struct Competitor {
+  Competitor(const Candidate& c, int n, int threads)
+      : candidate(c),
+        body(timing_cube(n)),
+        system(body, {.gravity = Vec3(0, 0, Workload::gravity)}, {.threads = threads}),
+        start(stretched_state(system, Workload::stretch)),
+        state(start) {
+    IntegratorOptions options{.dt = c.dt, .iterations = 1};
+    if (c.nonlinear_solver) options.nonlinear_solver = c.nonlinear_solver;
+    integrator = find_integrator(c.method).make<Real>(options);
+  }
+
+  /// Seconds for that many steps, always from the start, so that all samples do the same.
+  double take(long steps) {
+    state = start;
+    integrator->reset();
+    Work work;
+    return seconds_of(
+        [&] { status = integrator->advance(system, state, double(steps) * candidate.dt, work); });
+  }
+
+  Candidate candidate;
+  Body body;
+  SpringSystem<Real> system;
+  State<Real> start, state;
+  std::unique_ptr<Integrator<Real>> integrator;
+  Status status = Status::ok;
+};
+
+template <class Real>
+bool add_rows(int n, int threads, const MethodTimingConfig& config, const Progress& progress, Table& table) {
+  std::vector<std::unique_ptr<Competitor<Real>>> all;
+  for (const Candidate& c : candidates) {
+    const IntegratorInfo& info = find_integrator(c.method);
+    if (sizeof(Real) == sizeof(double) || info.make_single)
+      all.push_back(std::make_unique<Competitor<Real>>(c, n, threads));
+  }
+  std::vector<long> steps;
+  for (const auto& c : all) {
+    c->take(1);
+    const long lasting =
+        sample_length(config.sample_seconds, [&](long count) { return c->take(count); }).steps;
+    steps.push_back(std::max(steps_between_checks, lasting));
+  }
+  std::vector<std::vector<double>> samples =
+      measure_interleaved(config.repetitions, all.size(), progress,
+                          [&](std::size_t i) { return all[i]->take(steps[i]) / double(steps[i]); });
+  if (progress.stopped()) return false;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    std::vector<double> over;
+    for (std::size_t s = 0; s < samples[i].size(); ++s) over.push_back(samples[i][s] / samples[0][s]);
+    const Quartiles time = quartiles(samples[i]), ratio = quartiles(over);
+    table.add({label(all[i]->candidate), std::string(sizeof(Real) == sizeof(float) ? "single" : "double"),
+               threads, n, time.median, time.q1, time.q3, ratio.median, ratio.q1, ratio.q3,
+               std::string(to_string(all[i]->status))});
+  }
+  return true;
+}
+
+}  // namespace
+
+Table measure_methods(const MethodTimingConfig& config, Progress& progress) {
+  Table table({{"method"},
+               {"precision"},
+               {"threads"},
+               {"cells"},
+               {"seconds_per_iteration", "s"},
+               {"q1", "s"},
+               {"q3", "s"},
+               {"over_explicit"},
+               {"over_explicit_q1"},
+               {"over_explicit_q3"},
+               {"status"}});
+  for (const int n : config.cells)
+    for (const int threads : config.threads) {
+      progress.report(0.99, fmt::format("methods, {} cells per edge", n));
+      if (!add_rows<double>(n, threads, config, progress, table) ||
+          !add_rows<float>(n, threads, config, progress, table))
+        return table;
+    }
+  return table;
+}
+
+Chart methods_chart(const Table& table) {
+  Chart chart{.title = "The cost of one iteration of engines' methods",
+              .subtitle =
+                  "full cube of 1 m, damped, with volume forces; in steps of semi-implicit Euler of the "
+                  "same precision; one thread",
+              .x = {.label = "time of an iteration / time of an explicit step", .low = 0},
+              .y = named_rows(table.distinct("method"))};
+  const std::vector<std::string> names = table.distinct("method");
+  const Table single_thread = table.where("threads", 1);
+  for (const double n : single_thread.distinct_numbers("cells"))
+    for (const std::string& precision : single_thread.distinct("precision")) {
+      const Table rows = single_thread.where("cells", n).where("precision", precision);
+      ChartSeries series{.label = fmt::format("n = {}, {}", n, precision), .joined = false};
+      for (std::size_t r = 0; r < rows.size(); ++r) {
+        const auto row = std::find(names.begin(), names.end(), rows.text(r, "method")) - names.begin();
+        series.points.push_back({rows.number(r, "over_explicit"), double(names.size()) - double(row)});
+      }
+      chart.series.push_back(std::move(series));
+    }
+  chart.lines.push_back({ReferenceLine::Direction::vertical, 1, ""});
+  return chart;
+}
+
+}  // namespace mss::studies::timing

@@ -1,0 +1,122 @@
+// `mss frames`: families approach what they should, rows say what failed, charts come from tables.
+#include "experiments/studies/frames/frames.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "experiments/simulation/cubes.hpp"
+#include "experiments/simulation/explicit_steps.hpp"
+#include "experiments/simulation/model.hpp"
+#include "tests/read_back.hpp"
+
+namespace mss::studies::frames {
+namespace {
+
+FramesConfig small_config() {
+  FramesConfig config = frames_config({.quick = true});
+  config.scenes = {{.name = "tiny", .cells = 2, .young = 1e5}};
+  config.frames = 6;
+  return config;
+}
+
+TEST(Frames, MoreIterationsComeNearerToConvergedBackwardEuler) {
+  FramesConfig config = small_config();
+  config.families = {{.integrator = "backward_euler"},
+                     {.integrator = "backward_euler", .nonlinear = "projective", .iterations = {1, 10, 100}},
+                     {.integrator = "backward_euler", .nonlinear = "lbfgs", .iterations = {1, 5, 30}}};
+  Progress progress;
+  const Table rows = measure_frames(config, progress).rows;
+  EXPECT_EQ(rows.where("method", "backward_euler").number(0, "distance"), 0);
+  for (const char* method : {"backward_euler/projective", "backward_euler/lbfgs"}) {
+    const Table family = rows.where("method", method);
+    ASSERT_EQ(family.size(), 3U);
+    EXPECT_GT(family.number(0, "distance"), 10 * family.number(1, "distance"));
+    EXPECT_LT(family.number(2, "distance"), 1e-6);
+    EXPECT_NEAR(family.number(2, "error"), rows.where("method", "backward_euler").number(0, "error"), 1e-6);
+  }
+}
+
+TEST(Frames, ExplicitMethodsFollowTheTrueMotion) {
+  FramesConfig config = small_config();
+  config.families.clear();
+  Progress progress;
+  const Table rows = measure_frames(config, progress).rows;
+  ASSERT_GT(rows.size(), 0U);
+  double fastest = INFINITY;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    EXPECT_EQ(rows.text(r, "kind"), "explicit");
+    EXPECT_LT(rows.number(r, "error"), 0.25);
+    fastest = std::min(fastest, rows.number(r, "over_explicit"));
+  }
+  EXPECT_EQ(fastest, 1);
+}
+
+TEST(Frames, SummariesNameTheCheapestAndWhatIsNotReached) {
+  Table rows({{"scene"},
+              {"method"},
+              {"kind"},
+              {"iterations"},
+              {"steps_per_frame"},
+              {"seconds"},
+              {"over_explicit"},
+              {"over_explicit_q1"},
+              {"over_explicit_q3"},
+              {"error"},
+              {"distance"},
+              {"status"}});
+  const auto add = [&](const char* method, int iterations, double seconds, double error, double distance) {
+    rows.add({"one", method, iterations > 0 ? "family" : "explicit", iterations, 1, seconds, seconds, seconds,
+              seconds, error, distance, "ok"});
+  };
+  add("verlet", 0, 1, 0.015, 0.3);
+  add("backward_euler/lbfgs", 1, 0.2, 0.2, 0.5);
+  add("backward_euler/lbfgs", 2, 0.3, 0.08, 0.05);
+  add("backward_euler/lbfgs", 5, 0.4, 0.07, 0.02);
+  const Table summary = frames_summary(rows);
+  ASSERT_EQ(summary.size(), 4U);  // 10, 5, 2 and 1 percent
+  EXPECT_EQ(summary.text(0, "method"), "backward_euler/lbfgs");
+  EXPECT_EQ(summary.number(0, "iterations"), 2);
+  EXPECT_EQ(summary.text(1, "method"), "verlet");
+  EXPECT_EQ(summary.text(3, "status"), "no method tried reaches it");
+  const Table iterations = frames_iterations(rows);
+  ASSERT_EQ(iterations.size(), 1U);
+  EXPECT_EQ(iterations.number(0, "iterations_to_10_percent"), 2);
+  EXPECT_EQ(iterations.text(0, "status"), "not within 1 percent");
+  EXPECT_EQ(iterations.number(0, "lowest_distance"), 0.02);
+}
+
+TEST(Frames, FindRestToTheirTolerance) {
+  RestConfig config = rest_config({.quick = true});
+  config.scenes = {{.name = "cube_2", .cells = 2}};
+  Progress progress;
+  const Table rows = measure_rest(config, progress);
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    EXPECT_EQ(rows.text(r, "status"), "ok");
+    if (rows.number(r, "tolerance") <= 1e-6)
+      EXPECT_LT(rows.number(r, "error"), 1e-3) << rows.text(r, "method");
+  }
+  const std::vector<NamedTable> tables{{"frames", measure_frames(small_config(), progress).rows},
+                                       {"frames_rest", rows}};
+  expect_same_drawings(find_experiment("frames"), tables);
+}
+
+TEST(ExplicitSteps, AreTheFewestSafeOnes) {
+  const Body body(unit_cube({.young = 1e5, .poisson = 0.3}, 1000, 2, 0));
+  const auto system = make_system<double>(spring_model, body, {}, 1);
+  const double duration = 1.0 / 60;
+  const IntegratorInfo& verlet = find_integrator("verlet");
+  const ExplicitSteps all = explicit_steps(verlet, system->spectral_bound(), duration),
+                      half = explicit_steps(verlet, system->spectral_bound(), duration, 0.5);
+  const double safe = safe_share * stable_step(verlet, system->spectral_bound());
+  EXPECT_LE(all.dt, safe);
+  EXPECT_GT(duration / double(all.steps - 1), safe);
+  EXPECT_GE(half.steps, 2 * all.steps - 1);
+  for (const ExplicitSteps& choice : cheapest_explicit_steps(*system, system->undeformed_state(), duration)) {
+    EXPECT_EQ(choice.info->stepping, Stepping::fixed);
+    EXPECT_NEAR(double(choice.steps) * choice.dt, duration, 1e-15);
+  }
+}
+
+}  // namespace
+}  // namespace mss::studies::frames
