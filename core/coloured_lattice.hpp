@@ -13,8 +13,8 @@ namespace mss {
 /// and eight is the fewest colours for which that is so: the corners of a cell are all neighbours. Corner
 /// c = bx + 2 by + 4 bz of every cell of a colour lies in one part, p ^ c, at the cell's own index there plus
 /// corner(p, c), so that a kernel reads the corners of neighbouring cells of a colour from contiguous memory.
-/// Every part has the dimensions of the largest, and there is room for what a kernel reads beyond the
-/// lattice.
+/// Every part has the dimensions of the largest. Planes end with room for the corners of what kernels take
+/// for cells beyond the last row, so that two pairs of planes have no number in common.
 struct ColouredLattice {
   static constexpr int colours = 8;
 
@@ -22,13 +22,15 @@ struct ColouredLattice {
       : row(lattice.cells[0] / 2 + 1), planes_in_part(lattice.cells[2] / 2 + 1), cells(lattice.cells) {
     constexpr std::ptrdiff_t align = Lattice::plane_align;
     const auto aligned = [](std::ptrdiff_t count) { return (count + align - 1) / align * align; };
-    plane = aligned(used());
+    plane = aligned(aligned(used()) + row + 1);
     before = aligned(1 + row + plane);
     part = plane * (planes_in_part + 1) + aligned(1 + row) + align;
   }
 
   /// Indices of a plane of a part that its rows cover.
   std::ptrdiff_t used() const { return row * (cells[1] / 2 + 1); }
+  /// The same in whole blocks of that many lanes.
+  std::ptrdiff_t used(int lanes) const { return (used() + lanes - 1) / lanes * lanes; }
 
   std::ptrdiff_t size() const { return before + colours * part; }
   static int colour(int i, int j, int k) { return (i & 1) + 2 * (j & 1) + 4 * (k & 1); }

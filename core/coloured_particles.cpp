@@ -6,8 +6,11 @@
 namespace mss {
 
 template <class Real>
-ColouredParticles<Real>::ColouredParticles(const SpringSystem<Real>& springs)
-    : body_(springs.body()), kernel_(projection_kernels<Real>().back()), lattice_(body_.lattice()) {
+ColouredParticles<Real>::ColouredParticles(const SpringSystem<Real>& springs, System<Real>& system)
+    : body_(springs.body()),
+      system_(system),
+      kernel_(projection_kernels<Real>().back()),
+      lattice_(body_.lattice()) {
   for (Field<Real>* field : {&x_, &v_, &u_, &acceleration_, &inverse_mass_})
     *field = Field<Real>(lattice_.size());
   const Lattice& sites = body_.lattice();
@@ -66,26 +69,34 @@ void ColouredParticles<Real>::give(State<Real>& state) const {
 }
 
 template <class Real>
-ProjectionStep<Real> ColouredParticles<Real>::step(double dt) {
+void ColouredParticles<Real>::for_each_range(double dt, Field<Real>& moved,
+                                             void (*pass)(const ProjectionStep<Real>&)) {
   const auto streams = [](Field<Real>& f) { return Streams<Real>{{f.axis(0), f.axis(1), f.axis(2)}}; };
-  return {lattice_.size(),
-          streams(x_),
-          streams(v_),
-          streams(u_),
-          {{acceleration_.axis(0), acceleration_.axis(1), acceleration_.axis(2)}},
-          static_cast<Real>(dt)};
+  const ProjectionStep<Real> all{0,
+                                 0,
+                                 streams(x_),
+                                 streams(v_),
+                                 streams(moved),
+                                 {{acceleration_.axis(0), acceleration_.axis(1), acceleration_.axis(2)}},
+                                 static_cast<Real>(dt)};
+  system_.parallel(lattice_.planes_in_part, [&](std::ptrdiff_t plane) {
+    ProjectionStep<Real> range = all;
+    for (int colour = 0; colour < ColouredLattice::colours; ++colour) {
+      range.first = lattice_.neighbour(colour, 0, 0, 0) + plane * lattice_.plane;
+      range.last = range.first + lattice_.used(kernel_.lanes);
+      pass(range);
+    }
+  });
 }
 
 template <class Real>
 void ColouredParticles<Real>::predict(double dt) {
-  kernel_.predict(step(dt));
+  for_each_range(dt, u_, kernel_.predict);
 }
 
 template <class Real>
 void ColouredParticles<Real>::predict(double dt, Field<Real>& target) {
-  ProjectionStep<Real> p = step(dt);
-  p.moved = {{target.axis(0), target.axis(1), target.axis(2)}};
-  kernel_.predict(p);
+  for_each_range(dt, target, kernel_.predict);
   u_.array() = static_cast<Real>(dt) * v_.array();
 }
 
@@ -96,7 +107,7 @@ void ColouredParticles<Real>::set_displacement(std::ptrdiff_t site, int axis, Re
 
 template <class Real>
 void ColouredParticles<Real>::finish(double dt) {
-  kernel_.finish(step(dt));
+  for_each_range(dt, u_, kernel_.finish);
 }
 
 template <class Real>
@@ -126,7 +137,7 @@ ColouredBlocks::ColouredBlocks(const ColouredLattice& lattice, int lanes, int la
           const std::ptrdiff_t q = first + lane;
           const std::array<int, 3> site{int(2 * (q % lattice.row)) + parity[0],
                                         int(2 * (q / lattice.row)) + parity[1], 2 * plane + parity[2]};
-          if (site[0] <= lattice.cells[0] && site[1] <= lattice.cells[1])
+          if (q < lattice.used() && site[0] <= lattice.cells[0] && site[1] <= lattice.cells[1])
             describe(colour, site, plane * lattice.plane + q, block.data() + std::size_t(lane * lane_size));
         }
         std::uint32_t entry = 0;

@@ -16,8 +16,8 @@ namespace mss {
 template <class Real>
 class ColouredParticles {
  public:
-  /// The body of `springs` must outlive it.
-  explicit ColouredParticles(const SpringSystem<Real>& springs);
+  /// The body of `springs` and `system`, whose threads do the work, must outlive it.
+  ColouredParticles(const SpringSystem<Real>& springs, System<Real>& system);
 
   const Body& body() const { return body_; }
   const ColouredLattice& lattice() const { return lattice_; }
@@ -53,9 +53,11 @@ class ColouredParticles {
 
  private:
   void find_masses(const HeldSites& held);
-  ProjectionStep<Real> step(double dt);
+  /// Calls pass(step) for ranges that together are all sites.
+  void for_each_range(double dt, Field<Real>& moved, void (*pass)(const ProjectionStep<Real>&));
 
   const Body& body_;
+  System<Real>& system_;
   const ProjectionKernel<Real>& kernel_;
   ColouredLattice lattice_;
   std::vector<std::ptrdiff_t> index_;     ///< of every particle
@@ -89,5 +91,20 @@ class ColouredBlocks {
   std::array<std::vector<std::uint32_t>, ColouredLattice::colours> entries_;
   std::vector<Block> blocks_{Block{}};
 };
+
+/// Calls visit(colour, first, last), cells or particles [first, last) of a colour's part, for all colours in
+/// ascending order, on the system's threads. Colours 0 to 3, those of even planes, touch a pair of planes
+/// that no other pair's do, and so do 4 to 7: so a pair gets its four colours one after the other, while it
+/// is in the cache, and what comes out is the same as if every colour were finished before the next.
+template <class Real, class Visit>
+void for_each_colour(System<Real>& system, const ColouredLattice& lattice, const ColouredBlocks& blocks,
+                     int lanes, Visit&& visit) {
+  for (const int lowest : {0, 4})
+    system.parallel(lattice.planes(lowest), [&](std::ptrdiff_t plane) {
+      for (int colour = lowest; colour < lowest + 4; ++colour)
+        if (!blocks.entries(colour).empty())
+          visit(colour, plane * lattice.plane, plane * lattice.plane + lattice.used(lanes));
+    });
+}
 
 }  // namespace mss

@@ -34,7 +34,7 @@ template <class Real>
 ConstraintProjection<Real>::ConstraintProjection(const SpringSystem<Real>& springs, System<Real>& system,
                                                  double dt, bool multipliers)
     : system_(system),
-      particles_(springs),
+      particles_(springs, system),
       kernel_(projection_kernels<Real>().back()),
       damped_(springs.body().config().damping.law != Damping::Law::none),
       keeps_multipliers_(multipliers || particles_.partly_held()),
@@ -93,19 +93,21 @@ void ConstraintProjection<Real>::iterate() {
   p.before = particles_.before();
   p.inverse_mass = particles_.inverse_mass();
   p.moved = particles_.moved();
-  const auto pass = keeps_multipliers_ ? kernel_.general : damped_ ? kernel_.damped : kernel_.undamped;
+  std::array<Projection<Real>, ColouredLattice::colours> of_colour;
+  of_colour.fill(p);
   for (int colour = 0; colour < ColouredLattice::colours; ++colour) {
-    if (blocks_.entries(colour).empty()) continue;
-    for (int c = 0; c < 8; ++c) p.corner[c] = lattice.corner(colour, c);
-    p.entry = blocks_.entries(colour).data();
-    p.multipliers = multipliers_[std::size_t(colour)].data();
-    system_.parallel(lattice.planes(colour), [&, p](std::ptrdiff_t plane) {
-      Projection<Real> part = p;
-      part.first = plane * lattice.plane;
-      part.last = part.first + lattice.plane;
-      pass(part);
-    });
+    Projection<Real>& own = of_colour[std::size_t(colour)];
+    own.entry = blocks_.entries(colour).data();
+    own.multipliers = multipliers_[std::size_t(colour)].data();
+    for (int c = 0; c < 8; ++c) own.corner[c] = lattice.corner(colour, c);
   }
+  const auto pass = keeps_multipliers_ ? kernel_.general : damped_ ? kernel_.damped : kernel_.undamped;
+  for_each_colour(system_, lattice, blocks_, kernel_.lanes, [&](int colour, std::ptrdiff_t first, std::ptrdiff_t last) {
+    Projection<Real> part = of_colour[std::size_t(colour)];
+    part.first = first;
+    part.last = last;
+    pass(part);
+  });
 }
 
 template class ConstraintProjection<float>;

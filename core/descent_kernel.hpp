@@ -53,9 +53,11 @@ struct Descending {
   static constexpr int W = lanes<Real>;
   const Descent<Real>& p;
   const Real* coefficient;
+  std::ptrdiff_t first;
   Vec<Real> x[sites_around];
-  Vec<Real> u[Damped ? sites_around : 1];
+  Vec<Real> moved;  ///< of the particles themselves
   Vec<Real> force;
+  Pack<Real> isotropic;  ///< of the Hessian, times the identity
   Symmetric<Real> hessian;
 
   MSS_INLINE void add_spring(int other) {
@@ -67,11 +69,11 @@ struct Descending {
     Pack<Real> pull = k * strain, along = unscale * (k - across);
     if constexpr (Damped) {
       const Pack<Real> damping = load(coefficient + W * (sites_around + other));
-      pull = pull + damping * (dot(d, u[other] - u[middle]) * (r * r));
+      pull = pull + damping * (dot(d, load(p.moved, p.around[other] + first) - moved) * (r * r));
       along = along + damping;
     }
     force = force + pull * d;
-    hessian.add_identity(across);
+    isotropic = isotropic + across;
     hessian.add(along * (r * r), d);
   }
 
@@ -99,18 +101,13 @@ void descend(const Descent<Real>& argument) {
   for (std::ptrdiff_t i = p.first; i < p.last; i += W) {
     const std::uint32_t entry = p.entry[i / W];
     if (entry == 0) continue;
-    Descending<Real, Damped> s{p, p.dictionary + std::ptrdiff_t(entry) * descent_coefficients * W, {}, {}, {},
-                               {}};
     const std::ptrdiff_t own = p.around[middle] + i;
-    const Vec<Real> moved = load(p.moved, own);
-    for (int n = 0; n < sites_around; ++n) {
-      const Vec<Real> u = load(p.moved, p.around[n] + i);
-      s.x[n] = load(p.before, p.around[n] + i) + u;
-      if constexpr (Damped) s.u[n] = u;
-    }
-    const Pack<Real> inertia = load(s.coefficient + W * (2 * sites_around + 8));
-    s.force = inertia * (load(p.target, own) - moved);
-    s.hessian.add_identity(inertia);
+    const Real* coefficient = p.dictionary + std::ptrdiff_t(entry) * descent_coefficients * W;
+    Descending<Real, Damped> s{p, coefficient, i, {}, load(p.moved, own), {}, {}, {}};
+    for (int n = 0; n < sites_around; ++n)
+      s.x[n] = load(p.before, p.around[n] + i) + load(p.moved, p.around[n] + i);
+    s.isotropic = load(coefficient + W * (2 * sites_around + 8));
+    s.force = s.isotropic * (load(p.target, own) - s.moved);
     for (int n = 0; n < sites_around; ++n)
       if (n != middle) s.add_spring(n);
     s.template add_volume<0>();
@@ -125,6 +122,7 @@ void descend(const Descent<Real>& argument) {
     const Vec<Real> w = load(p.inverse_mass, own);
     const auto fx = w.x > zero, fy = w.y > zero, fz = w.z > zero;
     Symmetric<Real>& h = s.hessian;
+    h.add_identity(s.isotropic);
     h.xx = fx ? h.xx : zero + Real(1);
     h.yy = fy ? h.yy : zero + Real(1);
     h.zz = fz ? h.zz : zero + Real(1);
@@ -132,7 +130,7 @@ void descend(const Descent<Real>& argument) {
     h.yz = (fy & fz) ? h.yz : zero;
     h.zx = (fz & fx) ? h.zx : zero;
     const Vec<Real> force{fx ? s.force.x : zero, fy ? s.force.y : zero, fz ? s.force.z : zero};
-    store(p.moved, own, moved + h.solve(force));
+    store(p.moved, own, s.moved + h.solve(force));
   }
 }
 

@@ -45,7 +45,7 @@ struct Projection {
 /// Arrays that the beginning and the end of a step go through, site by site.
 template <class Real>
 struct ProjectionStep {
-  std::ptrdiff_t size;
+  std::ptrdiff_t first, last;  ///< multiples of W; [first, last)
   Streams<Real> x, v, moved;
   ConstStreams<Real> acceleration;
   Real dt;

@@ -31,14 +31,15 @@ struct ProjectedCells {
     for (int c = 0; c < 8; ++c) store(p.moved, at(c), u[c]);
   }
 
-  /// Moves a corner by `impulse` over its mass.
-  MSS_INLINE void push(int corner, const Vec<Real>& impulse) {
-    Vec<Real>& moved = u[corner];
+  /// Moves two corners apart by `impulse` over their masses.
+  MSS_INLINE void push_apart(int a, int b, const Vec<Real>& impulse) {
     if constexpr (kind == Kind::general) {
-      const Vec<Real> w = load(p.inverse_mass, at(corner));
-      moved = {moved.x + w.x * impulse.x, moved.y + w.y * impulse.y, moved.z + w.z * impulse.z};
+      const Vec<Real> wa = load(p.inverse_mass, at(a)), wb = load(p.inverse_mass, at(b));
+      u[a] = {u[a].x + wa.x * impulse.x, u[a].y + wa.y * impulse.y, u[a].z + wa.z * impulse.z};
+      u[b] = {u[b].x - wb.x * impulse.x, u[b].y - wb.y * impulse.y, u[b].z - wb.z * impulse.z};
     } else {
-      moved = moved + load(p.inverse_mass.axis[0] + at(corner)) * impulse;
+      u[a] = u[a] + load(p.inverse_mass.axis[0] + at(a)) * impulse;
+      u[b] = u[b] - load(p.inverse_mass.axis[0] + at(b)) * impulse;
     }
   }
 
@@ -67,9 +68,7 @@ struct ProjectedCells {
       lambda = lambda - load(c + 2 * W) * before;
       store(kept, before + lambda);
     }
-    const Vec<Real> impulse = (lambda * r) * s.d;
-    push(spring_ends[spring][0], impulse);
-    push(spring_ends[spring][1], -impulse);
+    push_apart(spring_ends[spring][0], spring_ends[spring][1], (lambda * r) * s.d);
   }
 
   /// Springs without a common end, side by side: each is one chain of dependent operations.
@@ -102,10 +101,7 @@ struct ProjectedCells {
       store(kept, load(kept) + lambda);
     }
     const Pack<Real> pull = Real(1.0 / 64) * lambda;
-    for (int c = 0; c < 4; ++c) {
-      push(c, -(pull * slope[c]));
-      push(7 - c, pull * slope[c]);
-    }
+    for (int c = 0; c < 4; ++c) push_apart(7 - c, c, pull * slope[c]);
   }
   /// w |slope|^2.
   MSS_INLINE Pack<Real> mobility_of(int corner, const Vec<Real>& slope) const {
@@ -147,14 +143,14 @@ template <class Real>
 void predict(const ProjectionStep<Real>& p) {
   const Pack<Real> dt = Pack<Real>{} + p.dt, dt2 = dt * dt;
   const Streams<Real> v = p.v, moved = p.moved;
-  for (std::ptrdiff_t i = 0; i < p.size; i += lanes<Real>)
+  for (std::ptrdiff_t i = p.first; i < p.last; i += lanes<Real>)
     store(moved, i, dt * load(v, i) + dt2 * load(p.acceleration, i));
 }
 
 template <class Real>
 void finish(const ProjectionStep<Real>& p) {
   const Pack<Real> rate = Pack<Real>{} + Real(1) / p.dt;
-  for (std::ptrdiff_t i = 0; i < p.size; i += lanes<Real>) {
+  for (std::ptrdiff_t i = p.first; i < p.last; i += lanes<Real>) {
     const Vec<Real> u = load(p.moved, i);
     store(p.x, i, load(p.x, i) + u);
     store(p.v, i, rate * u);

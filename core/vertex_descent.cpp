@@ -38,7 +38,7 @@ int place_of(int own, int other) {
 template <class Real>
 VertexDescent<Real>::VertexDescent(const SpringSystem<Real>& springs, System<Real>& system, double dt)
     : system_(system),
-      particles_(springs),
+      particles_(springs, system),
       kernel_(descent_kernels<Real>().back()),
       damped_(springs.body().config().damping.law != Damping::Law::none),
       dt_(dt),
@@ -103,18 +103,20 @@ void VertexDescent<Real>::iterate() {
   p.target = {{target_.axis(0), target_.axis(1), target_.axis(2)}};
   p.inverse_mass = particles_.inverse_mass();
   p.moved = particles_.moved();
+  std::array<Descent<Real>, ColouredLattice::colours> of_colour;
+  of_colour.fill(p);
   for (int colour = 0; colour < ColouredLattice::colours; ++colour) {
-    if (blocks_.entries(colour).empty()) continue;
+    Descent<Real>& own = of_colour[std::size_t(colour)];
+    own.entry = blocks_.entries(colour).data();
     for (int n = 0; n < sites_around; ++n)
-      p.around[n] = lattice.neighbour(colour, n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-    p.entry = blocks_.entries(colour).data();
-    system_.parallel(lattice.planes(colour), [&, p](std::ptrdiff_t plane) {
-      Descent<Real> part = p;
-      part.first = plane * lattice.plane;
-      part.last = part.first + lattice.plane;
-      (damped_ ? kernel_.damped : kernel_.undamped)(part);
-    });
+      own.around[n] = lattice.neighbour(colour, n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
   }
+  for_each_colour(system_, lattice, blocks_, kernel_.lanes, [&](int colour, std::ptrdiff_t first, std::ptrdiff_t last) {
+    Descent<Real> part = of_colour[std::size_t(colour)];
+    part.first = first;
+    part.last = last;
+    (damped_ ? kernel_.damped : kernel_.undamped)(part);
+  });
 }
 
 template class VertexDescent<float>;
