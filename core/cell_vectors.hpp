@@ -61,6 +61,38 @@ MSS_INLINE Vec<Real> shift_in(const Vec<Real>& previous, const Vec<Real>& v) {
   return {shift_in(previous.x, v.x), shift_in(previous.y, v.y), shift_in(previous.z, v.z)};
 }
 
+/// Symmetric 3 x 3 matrices.
+template <class Real>
+struct Symmetric {
+  Pack<Real> xx, yy, zz, yz, zx, xy;
+
+  MSS_INLINE void add(Pack<Real> scale, const Vec<Real>& d) {
+    const Vec<Real> s = scale * d;
+    xx = xx + s.x * d.x;
+    yy = yy + s.y * d.y;
+    zz = zz + s.z * d.z;
+    yz = yz + s.y * d.z;
+    zx = zx + s.z * d.x;
+    xy = xy + s.x * d.y;
+  }
+  MSS_INLINE void add_identity(Pack<Real> scale) {
+    xx = xx + scale;
+    yy = yy + scale;
+    zz = zz + scale;
+  }
+  MSS_INLINE Pack<Real> determinant() const {
+    return xx * (yy * zz - yz * yz) + (xy * (zx * yz - xy * zz) + zx * (xy * yz - zx * yy));
+  }
+  /// By cofactors.
+  MSS_INLINE Vec<Real> solve(const Vec<Real>& b) const {
+    const Pack<Real> axx = yy * zz - yz * yz, axy = zx * yz - xy * zz, azx = xy * yz - zx * yy,
+                     ayy = xx * zz - zx * zx, ayz = xy * zx - xx * yz, azz = xx * yy - xy * xy;
+    const Pack<Real> scale = Real(1) / (xx * axx + (xy * axy + zx * azx));
+    return scale * Vec<Real>{axx * b.x + (axy * b.y + azx * b.z), axy * b.x + (ayy * b.y + ayz * b.z),
+                             azx * b.x + (ayz * b.y + azz * b.z)};
+  }
+};
+
 /// The corners each of a site's thirteen springs joins, in the order of mss::spring_slots.
 inline constexpr int spring_ends[springs_per_site][2] = {
     {0, 1}, {0, 2}, {0, 4}, {0, 3}, {0, 5}, {0, 6}, {1, 2}, {1, 4}, {2, 4}, {0, 7}, {1, 6}, {2, 5}, {3, 4}};

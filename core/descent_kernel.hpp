@@ -10,35 +10,6 @@ namespace mss::MSS_ISA {
 
 inline constexpr int middle = sites_around / 2;
 
-/// Symmetric 3 x 3 matrices.
-template <class Real>
-struct Symmetric {
-  Pack<Real> xx, yy, zz, yz, zx, xy;
-
-  MSS_INLINE void add(Pack<Real> scale, const Vec<Real>& d) {
-    const Vec<Real> s = scale * d;
-    xx = xx + s.x * d.x;
-    yy = yy + s.y * d.y;
-    zz = zz + s.z * d.z;
-    yz = yz + s.y * d.z;
-    zx = zx + s.z * d.x;
-    xy = xy + s.x * d.y;
-  }
-  MSS_INLINE void add_identity(Pack<Real> scale) {
-    xx = xx + scale;
-    yy = yy + scale;
-    zz = zz + scale;
-  }
-  /// By cofactors.
-  MSS_INLINE Vec<Real> solve(const Vec<Real>& b) const {
-    const Pack<Real> axx = yy * zz - yz * yz, axy = zx * yz - xy * zz, azx = xy * yz - zx * yy,
-                     ayy = xx * zz - zx * zx, ayz = xy * zx - xx * yz, azz = xx * yy - xy * xy;
-    const Pack<Real> scale = Real(1) / (xx * axx + (xy * axy + zx * azx));
-    return scale * Vec<Real>{axx * b.x + (axy * b.y + azx * b.z), axy * b.x + (ayy * b.y + ayz * b.z),
-                             azx * b.x + (ayz * b.y + azz * b.z)};
-  }
-};
-
 /// Place of a corner of a cell among the sites around its corner `own`.
 constexpr int place(int own, int corner) {
   int at = middle;

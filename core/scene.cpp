@@ -38,7 +38,7 @@ KnownKeys make_known_keys() {
       {"start", {"velocity", "spin"}},
       {"solve",
        {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "nonlinear_solver",
-        "iterations", "tangent", "spectral_radius", "tolerance", "every", "sleep", "sleep_after"}},
+        "iterations", "tangent", "spectral_radius", "region_width", "alpha", "tolerance", "every", "sleep", "sleep_after"}},
   };
   for (const MeasureColumn& column : measure_columns) {
     keys["expect"].emplace_back(column.name);
@@ -104,6 +104,10 @@ constexpr Quantity spectral_radius{
     "a spectral radius at infinite steps",
     "a number from 0 (damps at once what a step cannot resolve) to 1 (keeps it)",
     [](double value) { return value >= 0 && value <= 1; }};
+constexpr Quantity region_width{"a width of regions", "a whole number of cells from 0 (one region) to 16",
+                                [](double n) { return n >= 0 && n <= 16; }};
+constexpr Quantity alpha{"a share of the way to the goal", "a number above 0 and up to 1",
+                         [](double value) { return value > 0 && value <= 1; }};
 constexpr int most_threads = 1024;
 constexpr Quantity iteration_count{"a number of iterations",
                                    "a whole number from 0 (as many as the tolerance needs) to 1000000",
@@ -361,6 +365,8 @@ SolveConfig read_solve(const TomlTable& solve) {
   config.iterations = solve.whole("iterations", iteration_count, config.iterations);
   config.tangent = solve.choice("tangent", "a tangent", tangents, config.tangent);
   config.spectral_radius = solve.number("spectral_radius", spectral_radius, config.spectral_radius);
+  config.region_width = solve.whole("region_width", region_width, config.region_width);
+  config.alpha = solve.number("alpha", alpha, config.alpha);
   config.tolerance = solve.number("tolerance", tolerance, config.tolerance);
   config.every = solve.number("every", interval, config.every);
   config.sleep.bound = solve.number("sleep", sleep_bound, config.sleep.bound);

@@ -92,6 +92,8 @@ Json to_json(const SolveConfig& solve) {
           {"iterations", solve.iterations},
           {"tangent", to_string(solve.tangent)},
           {"spectral_radius", solve.spectral_radius},
+          {"region_width", solve.region_width},
+          {"alpha", solve.alpha},
           {"tolerance", solve.tolerance},
           {"every", solve.every},
           {"sleep", solve.sleep.bound},

@@ -66,6 +66,8 @@ struct IntegratorOptions {
   double tolerance = 1e-6;             ///< of adaptive methods: local error over the scales below
   std::string nonlinear_solver = "newton";  ///< of implicit methods and `static`
   int iterations = 0;                       ///< of it, in every stage; 0: as many as its tolerance needs
+  int region_width = 2;                     ///< of shape_matching, in cells; 0: one region
+  double alpha = 1;                         ///< of shape_matching: share of the way to the goal, from 0 to 1
   double length_scale = 1;                  ///< of positions [m]
   double speed_scale = 1;                   ///< of velocities [m/s]
   long most_steps = 10000000;  ///< adaptive methods may take in one advance, or until its next event
@@ -95,7 +97,8 @@ struct IntegratorInfo {
   bool implicit = false;
   bool symplectic = false;         ///< without damping
   bool energy_exact = false;       ///< without damping; needs a discrete gradient
-  bool springs_only = false;       ///< steps springs and cells themselves; no other model, and no forces
+  bool springs_only = false;       ///< steps bodies of springs in its own way; no other model, and no forces
+  bool has_modulus = true;         ///< false: not the motion of a material, however small the step
   StabilityLimit limit = nullptr;  ///< nullptr: stable for any step
   /// Of one-step methods that take x' = z x / dt to R(z) x: coefficients of R, ascending. Empty: others.
   std::vector<double> polynomial = {};

@@ -5,7 +5,7 @@
 // With enough passes it is backward Euler; with few it is softer, more damped, and does not keep linear
 // momentum, because the last particle moves among neighbours that have moved already. Stable at any step.
 #include "core/vertex_descent.hpp"
-#include "integrators/coloured_method.hpp"
+#include "integrators/pass_method.hpp"
 
 namespace mss {
 
@@ -14,12 +14,14 @@ namespace {
 template <class Real>
 struct Descents : VertexDescent<Real> {
   Descents(const SpringSystem<Real>& springs, System<Real>& system, const IntegratorOptions& options)
-      : VertexDescent<Real>(springs, system, options.dt) {}
+      : VertexDescent<Real>(springs, system, options.dt) {
+    check_local_solutions(springs.body().config(), "vbd");
+  }
 };
 
 template <class Real>
 std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) {
-  return std::make_unique<ColouredMethod<Real, Descents<Real>>>(options, "vbd");
+  return std::make_unique<PassMethod<Real, Descents<Real>>>(options, "vbd");
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 // to backward Euler without the springs' geometric stiffness, which is not quite backward Euler. Every
 // projection keeps linear momentum. Stable at any step; loses energy.
 #include "core/constraint_projection.hpp"
-#include "integrators/coloured_method.hpp"
+#include "integrators/pass_method.hpp"
 
 namespace mss {
 
@@ -18,12 +18,14 @@ namespace {
 template <class Real>
 struct Projections : ConstraintProjection<Real> {
   Projections(const SpringSystem<Real>& springs, System<Real>& system, const IntegratorOptions& options)
-      : ConstraintProjection<Real>(springs, system, options.dt, options.iterations > 1) {}
+      : ConstraintProjection<Real>(springs, system, options.dt, options.iterations > 1) {
+    check_local_solutions(springs.body().config(), "xpbd");
+  }
 };
 
 template <class Real>
 std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) {
-  return std::make_unique<ColouredMethod<Real, Projections<Real>>>(options, "xpbd");
+  return std::make_unique<PassMethod<Real, Projections<Real>>>(options, "xpbd");
 }
 
 }  // namespace

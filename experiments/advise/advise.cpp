@@ -262,7 +262,7 @@ std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
       SceneEdit c = lattice;
       c.precision = precision;
       c.integrator = method.name;
-      if (method.stepping == Stepping::equilibrium ||
+      if (method.stepping == Stepping::equilibrium || !method.has_modulus ||
           (precision == Precision::single && !method.make_single) ||
           (method.needs_springs() && family().given().model != spring_model))
         continue;

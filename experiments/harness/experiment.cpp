@@ -30,7 +30,7 @@ std::vector<std::string> moving_integrators(const std::vector<std::string>& name
   if (!named.empty()) return named;
   std::vector<std::string> all;
   for (const IntegratorInfo& info : integrators())
-    if (info.stepping != Stepping::equilibrium) all.push_back(info.name);
+    if (info.stepping != Stepping::equilibrium && info.has_modulus) all.push_back(info.name);
   return all;
 }
 

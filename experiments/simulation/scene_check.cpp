@@ -40,7 +40,7 @@ void check_springs(const Scene& scene, const IntegratorInfo& method) {
     throw InputError(
         fmt::format("{} is for model \"{}\", and material.model is \"{}\"; give another integrator",
                     method.name, spring_model, scene.model));
-  if (!method.springs_only) return;
+  if (!method.springs_only || !method.has_modulus) return;
   if (scene.body.springs.volume < 0)
     throw InputError(fmt::format(
         "{} needs an energy that has a lower bound, and none has where the volume stiffness is negative, as "

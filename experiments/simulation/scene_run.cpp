@@ -36,7 +36,9 @@ IntegratorOptions method_options(const Scene& scene, const BodySystem<Real>& sys
       .spectral_radius = scene.solve.spectral_radius,
       .tolerance = scene.solve.tolerance,
       .nonlinear_solver = scene.solve.nonlinear_solver,
-      .iterations = scene.solve.iterations};
+      .iterations = scene.solve.iterations,
+      .region_width = scene.solve.region_width,
+      .alpha = scene.solve.alpha};
   scale_errors(options, system);
   return options;
 }

@@ -370,6 +370,8 @@ constexpr Malformed malformed_solves[]{
      "spectral_radius = 1.2",
      10,
      {"solve.spectral_radius = 1.2", "from 0", "to 1"}},
+    {"regions_too_wide", "duration = 1", "region_width = 17", 10, {"solve.region_width = 17", "0", "16"}},
+    {"alpha_above_one", "duration = 1", "alpha = 1.5", 10, {"solve.alpha = 1.5", "up to 1"}},
     {"negative_spectral_radius",
      "duration = 1",
      "spectral_radius = -0.1",

@@ -105,6 +105,8 @@ TEST(Scene, ReadsStartAndSolve) {
   EXPECT_EQ(scene.solve.iterations, 5);
   EXPECT_EQ(scene.solve.tangent, Tangent::projected);
   EXPECT_EQ(scene.solve.spectral_radius, 0.5);
+  EXPECT_EQ(scene.solve.region_width, 3);
+  EXPECT_EQ(scene.solve.alpha, 0.25);
   EXPECT_EQ(scene.solve.tolerance, 1e-5);
   EXPECT_EQ(scene.solve.every, 0.5);
 }
@@ -131,6 +133,8 @@ TEST(Scene, FillsInDefaults) {
   EXPECT_EQ(scene.solve.iterations, 0);
   EXPECT_EQ(scene.solve.tangent, Tangent::elastic);
   EXPECT_EQ(scene.solve.spectral_radius, 0.9);
+  EXPECT_EQ(scene.solve.region_width, 2);
+  EXPECT_EQ(scene.solve.alpha, 1);
   EXPECT_EQ(scene.solve.tolerance, 1e-6);
   EXPECT_TRUE(scene.warnings.empty());
 }

@@ -98,6 +98,8 @@ nonlinear_solver = "lbfgs"
 iterations = 5
 tangent = "projected"
 spectral_radius = 0.5
+region_width = 3
+alpha = 0.25
 tolerance = 1e-5
 every = 0.5
 )";

@@ -173,7 +173,7 @@ struct Reached {
 
 Reached reach(Problem& p, const SolverPair& solver, int iterations, int repetitions) {
   IntegratorOptions options{.dt = p.dt()};
-  options.nonlinear_solver = solver.nonlinear;
+  if (!solver.nonlinear.empty()) options.nonlinear_solver = solver.nonlinear;
   options.iterations = iterations;
   if (!solver.linear.empty()) options.linear_solver = solver.linear;
   Reached reached;
@@ -183,7 +183,7 @@ Reached reach(Problem& p, const SolverPair& solver, int iterations, int repetiti
     state = p.before();
     Work work;
     seconds.push_back(seconds_of([&] {
-      reached.status = find_integrator("backward_euler")
+      reached.status = find_integrator(solver.method)
                            .make<double>(options)
                            ->advance(p.system(), state, state.t + p.dt(), work);
     }));
@@ -258,13 +258,15 @@ Json configuration(const ConvergenceConfig& c) {
 
 constexpr const char* caption =
     "One step of backward Euler from five hard states of a free cube, by every nonlinear solver, Newton's "
-    "method with every linear solver. The step minimises an objective, kinetic and potential; the gap is how "
+    "method with every linear solver, and by xpbd and vbd, which are meant to lead there. The step minimises "
+    "an objective, kinetic and potential; the gap is how "
     "far the objective is above the lowest value that any solver reached, divided by how far it was at the "
     "start, where every particle keeps its velocity. Times are medians of a whole step with its set-up, one "
     "thread. A solver is stopped after so many iterations and keeps what it has; a marker is such a run, a "
     "black one on the upper edge a run that failed. "
-    "Gaps below 1e-12 are rounding and not drawn. Free bodies have a constant linear momentum, which all "
-    "solvers should keep; spin is lost by backward Euler itself, so that a converged step loses some too. "
+    "Values below 1e-12 are rounding and not drawn. Free bodies have a constant linear momentum, which all "
+    "solvers but vbd keep in every iteration; spin is lost by backward Euler itself, so that a converged "
+    "step loses some too. "
     "Not "
     "varied: size, stiffness, damping, contact.";
 
@@ -337,13 +339,14 @@ Chart iterations_chart(const Table& rows, const Table& settings, double dt_omega
   return chart;
 }
 
-Chart spin_chart(const Table& rows, const Table& settings) {
+/// What a step that is stopped early does not keep.
+Chart early_chart(const Table& rows, const Table& settings, const char* quantity, const char* column) {
   Chart chart = base_chart(settings, "twisted", charted_dt_omega);
-  chart.title = "Spin lost by a step that is stopped early";
+  chart.title = fmt::format("What a step that is stopped early changes of the {}", quantity);
   chart.x = {.label = "iterations", .logarithmic = true};
-  chart.y = {.label = "change of spin / spin", .logarithmic = true, .high = 10};
+  chart.y = {.label = fmt::format("change of the {}, relative", quantity), .logarithmic = true, .high = 10};
   add_series(chart, rows.where("start", "twisted").where("dt_omega", charted_dt_omega), "iterations", 1,
-             "spin_change");
+             column);
   return chart;
 }
 
@@ -357,7 +360,9 @@ Drawings draw_convergence(const std::vector<NamedTable>& tables) {
   for (const double dt_omega : rows.where("start", "twisted").distinct_numbers("dt_omega"))
     drawings.charts.push_back(
         {fmt::format("convergence_iterations_{:g}", dt_omega), iterations_chart(rows, settings, dt_omega)});
-  drawings.charts.push_back({"convergence_spin", spin_chart(rows, settings)});
+  drawings.charts.push_back({"convergence_spin", early_chart(rows, settings, "spin", "spin_change")});
+  drawings.charts.push_back(
+      {"convergence_momentum", early_chart(rows, settings, "linear momentum", "momentum_change")});
   std::erase_if(drawings.charts, [](const NamedChart& chart) { return !has_points(chart.chart); });
   return drawings;
 }
@@ -387,8 +392,8 @@ ConvergenceConfig convergence_config(const ExperimentOptions& options) {
   for (const LinearSolverInfo& linear : linear_solvers())  // separable refuses the start with weights
     if (linear.name != "automatic" && linear.name != "separable")
       config.solvers.push_back({"newton", linear.name});
-  config.solvers.push_back({"projective", ""});
-  config.solvers.push_back({"lbfgs", ""});
+  for (const char* quasi_newton : {"projective", "lbfgs"}) config.solvers.push_back({quasi_newton});
+  for (const char* method : {"xpbd", "vbd"}) config.solvers.push_back({.method = method});
   config.iterations = {1, 2, 3, 5, 10, 20, 50};
   if (options.quick) {
     config.cells = options.cells.empty() ? 4 : config.cells;

@@ -8,12 +8,16 @@
 
 namespace mss::studies::convergence {
 
-/// A way to solve the equations of a step: a nonlinear solver and, of Newton's method, the linear solver.
+/// A way to solve the equations of a step: a nonlinear solver of backward Euler's and, of Newton's method,
+/// the linear solver; or a method whose iterations are meant to lead there.
 struct SolverPair {
-  std::string nonlinear;
-  std::string linear;  ///< empty: those with a constant matrix choose its solver themselves
+  std::string nonlinear = {};
+  std::string linear = {};  ///< empty: those with a constant matrix choose its solver themselves
+  std::string method = "backward_euler";
 
-  std::string name() const { return linear.empty() ? nonlinear : nonlinear + "/" + linear; }
+  std::string name() const {
+    return nonlinear.empty() ? method : linear.empty() ? nonlinear : nonlinear + "/" + linear;
+  }
 };
 
 /// Settings of `mss convergence`.

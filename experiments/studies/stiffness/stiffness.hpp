@@ -47,7 +47,7 @@ inline constexpr double charted_poisson = 0.3;
 std::vector<std::string> compared_solvers(const std::string& model = spring_model);
 
 /// Whether a linear solver is left out of bodies with this number of cells per edge: it would take minutes.
-/// `charted`: in the one case that charts show against cells, which may take longer.
+/// `charted`: in the cases that may take longer, that of charts against cells and statics.
 bool is_too_large(const std::string& solver, int cells, bool charted);
 
 /// Settings of the comparison of linear solvers: one solve of the projected matrix of an implicit step, from

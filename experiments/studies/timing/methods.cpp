@@ -26,7 +26,8 @@ constexpr double frame = 1.0 / 60;
 constexpr Candidate candidates[] = {{compared_with, nullptr, Workload::dt},
                                     {"xpbd", nullptr, frame / 20},
                                     {"vbd", nullptr, frame},
-                                    {"backward_euler", "lbfgs", frame}};
+                                    {"backward_euler", "lbfgs", frame},
+                                    {"shape_matching", nullptr, frame}};
 
 std::string label(const Candidate& c) {
   return c.nonlinear_solver ? fmt::format("{}/{}", c.method, c.nonlinear_solver) : c.method;

@@ -50,7 +50,7 @@ TEST(Failures, HaveTheRightOutcome) {
 // Across a spring of no length stiffness has no bound; implicit methods must be stable nevertheless.
 TEST(Failures, SpringsOfNoLengthAreStable) {
   for (const IntegratorInfo& method : integrators()) {
-    if (method.stepping == Stepping::equilibrium) continue;
+    if (method.stepping == Stepping::equilibrium || !method.has_modulus) continue;
     EXPECT_EQ(try_one("merged", 1, method.name).outcome, Outcome::stable) << method.name;
   }
 }

@@ -1,4 +1,4 @@
-#include "integrators/coloured_method.hpp"
+#include "integrators/pass_method.hpp"
 
 namespace mss {
 
@@ -8,18 +8,21 @@ const SpringSystem<Real>& springs_for(System<Real>& system, const std::string& m
   const auto* springs = dynamic_cast<const SpringSystem<Real>*>(tangents ? tangents->body_system() : nullptr);
   if (!springs)
     throw InputError(fmt::format(
-        "{} solves for the springs and volumes of single cells, which this model has not; choose the model "
+        "{} steps bodies of springs in a way of its own, which this model has not; choose the model "
         "\"springs\", or another method",
         method));
-  if (springs->body().config().springs.volume < 0)
+  return *springs;
+}
+
+void check_local_solutions(const BodyConfig& body, const std::string& method) {
+  if (body.springs.volume < 0)
     throw InputError(fmt::format(
         "{} needs an energy that has a lower bound, and none has where the volume stiffness is negative, as "
         "Poisson's ratio below 1/4 makes it; choose another method",
         method));
-  if (springs->body().config().fold_guard > 0)
+  if (body.fold_guard > 0)
     throw InputError(fmt::format(
         "{} has no local solution for fold_guard; set it to 0, or choose another method", method));
-  return *springs;
 }
 
 template <class Real>

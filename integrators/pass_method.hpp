@@ -12,10 +12,12 @@
 
 namespace mss {
 
-/// The springs that a system drives. Throws InputError if it drives something else, or what `method` has no
-/// local solution for.
+/// The springs that a system drives. Throws InputError if it drives something else.
 template <class Real>
 const SpringSystem<Real>& springs_for(System<Real>& system, const std::string& method);
+
+/// Throws InputError if a method that solves for springs and volumes one by one has no solution for a body's.
+void check_local_solutions(const BodyConfig& body, const std::string& method);
 
 /// The accelerations of a body in its environment by everything but springs and volumes.
 template <class Real>
@@ -41,13 +43,19 @@ class OuterAcceleration {
   Field<Real> alone_, whole_;
 };
 
-/// A method whose steps are passes over the colours of a lattice: `Passes`, made from springs, system and
-/// options, has particles(), begin_step() and iterate().
+/// A method whose steps are passes over the particles of a lattice, in a layout of its own: `Passes`, made
+/// from springs, system and options, has begin_step(), iterate() and particles(), see ColouredParticles, and
+/// reset() if it keeps a history.
 template <class Real, class Passes>
-class ColouredMethod final : public Integrator<Real> {
+class PassMethod final : public Integrator<Real> {
  public:
-  ColouredMethod(const IntegratorOptions& options, std::string name)
+  PassMethod(const IntegratorOptions& options, std::string name)
       : options_(options), name_(std::move(name)), iterations_(std::max(1, options.iterations)) {}
+
+  void reset() override {
+    if constexpr (requires { passes_->reset(); })
+      if (passes_) passes_->reset();
+  }
 
   Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     if (!passes_) begin(system);
@@ -70,7 +78,7 @@ class ColouredMethod final : public Integrator<Real> {
 
   /// Steps during which outer accelerations do not change.
   void take_steps(System<Real>& system, State<Real>& state, long steps) {
-    ColouredParticles<Real>& particles = passes_->particles();
+    auto& particles = passes_->particles();
     particles.take_acceleration(outer_->at(state));
     particles.take(state);
     for (long n = 0; n < steps; ++n) {

@@ -1,0 +1,41 @@
+// Shape matching (core/shape_matching.hpp): a step moves every particle as far as it would go without forces
+// between particles, and by a share of the way to where its regions, as rigid bodies, would have it:
+//   u = dt v_n + dt^2 M^-1 f_outer + alpha (goal(x_n) - x_n),   x_{n+1} = x_n + u,   v_{n+1} = u / dt,
+// Mueller, Heidelberger, Teschner and Gross, ACM TOG 24 (2005) 471, eq. 10 and 11. There are no springs in
+// it: `solve.region_width` and `solve.alpha` make a body stiff or soft, not Young's modulus. At rest
+// alpha (goal - x) = -dt^2 a, so how far it hangs through depends on alpha / dt^2. Double precision only:
+// what rounding does to a goal is divided by dt, and in single precision a free body drifts.
+#include "core/shape_matching.hpp"
+
+#include "integrators/pass_method.hpp"
+
+namespace mss {
+
+namespace {
+
+template <class Real>
+struct Matching : ShapeMatching<Real> {
+  Matching(const SpringSystem<Real>& springs, System<Real>& system, const IntegratorOptions& options)
+      : ShapeMatching<Real>(springs, system, options.dt, options.region_width, options.alpha) {}
+};
+
+template <class Real>
+std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) {
+  return std::make_unique<PassMethod<Real, Matching<Real>>>(options, "shape_matching");
+}
+
+}  // namespace
+
+IntegratorInfo shape_matching() {
+  return {
+      .name = "shape_matching",
+      .summary =
+          "lattice shape matching: regions return to their rest shapes; no springs and no modulus, any step",
+      .order_undamped = 0,
+      .order_damped = 0,
+      .springs_only = true,
+      .has_modulus = false,
+      .make_double = make<double>};
+}
+
+}  // namespace mss
