@@ -54,6 +54,9 @@ void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& acc
         .add_option("--threads", choice.options.threads, "Largest number of threads to measure; 0: all cores")
         ->check(whole_number(1, most_parallel, "all cores"))
         ->capture_default_str();
+  if (accepts.peers)
+    command.add_flag("--peers", choice.options.peers,
+                     "Time other programs' soft bodies too, where they are installed: Bullet's");
   if (accepts.seed)
     command.add_option("--seed", choice.options.seed, "Seed of the random numbers")
         ->check(whole_number(0, largest_seed))
@@ -144,6 +147,7 @@ void add(CLI::App& app, int& exit_status) {
   for (const ExperimentInfo& info : experiments()) add_experiment(app, info, exit_status);
   const auto choice = std::make_shared<Choice>();
   choice->directory = "out/reproduce";
+  choice->options.peers = true;
   CLI::App* command =
       app.add_subcommand("reproduce", "every experiment, and one page that shows every chart");
   add_options(*command, *choice, {});

@@ -27,6 +27,7 @@ struct ExperimentOptions {
   int threads = 0;                            ///< most threads of the core; 0: all cores
   std::string model = spring_model;           ///< of the bodies' material
   std::uint64_t seed = 1;
+  bool peers = false;                  ///< other programs too, where they are installed
   int processes = 0;                   ///< over which cases are split; 0: all cores
   std::filesystem::path journal = {};  ///< file for results of finished cases; empty: none
 };
@@ -40,6 +41,7 @@ struct ExperimentAccepts {
   bool model = false;
   bool threads = false;
   bool seed = false;
+  bool peers = false;
   bool processes = false;  ///< and keeps a journal, so that an interrupted run can be continued
 };
 

@@ -45,6 +45,7 @@ FramesConfig frames_config(const ExperimentOptions& options);
 
 struct FrameTables {
   Table rows;
+  Table fits;  ///< of methods without a modulus, how stiff they were made
   Status status = Status::ok;
 };
 

@@ -35,6 +35,18 @@ struct Run {
   double spent = 0;  ///< [s]
 };
 
+/// How the stiffness of a method without a modulus was chosen: by the mean deflection of the free end at
+/// rest.
+struct Fit {
+  std::string method;
+  long steps;       ///< a frame
+  double wanted;    ///< the springs' deflection [m]
+  double stiffest;  ///< the method's with alpha = 1 [m]
+  double alpha;
+
+  std::string status() const { return wanted < stiffest ? "too soft even with alpha = 1" : "ok"; }
+};
+
 /// A scene with its references.
 class Problem {
  public:
@@ -72,6 +84,7 @@ class Problem {
           IntegratorOptions options{.dt = frame / steps, .iterations = iterations};
           if (!family.nonlinear.empty()) options.nonlinear_solver = family.nonlinear;
           if (!family.linear.empty()) options.linear_solver = family.linear;
+          if (!find_integrator(family.integrator).has_modulus) options.alpha = fit(family, steps);
           all.push_back({.name = family.name(),
                          .info = &find_integrator(family.integrator),
                          .options = options,
@@ -80,6 +93,8 @@ class Problem {
         }
     return all;
   }
+
+  const std::vector<Fit>& fits() const { return fits_; }
 
   void take(Run& run) const {
     const bool first = run.seconds.empty();
@@ -91,6 +106,48 @@ class Problem {
   }
 
  private:
+  /// The alpha with which the free end hangs as far through as that of springs. At rest alpha (goal - x) is
+  /// -dt^2 g, so deflections grow as dt^2 / alpha.
+  double fit(const Family& family, int steps) {
+    if (deflection_ == 0) {
+      State<double> rest = cube_.start;
+      Work work;
+      find_integrator("static").make<double>({})->advance(cube_.system, rest, 0, work);
+      deflection_ = deflection(rest.x);
+      stiffest_ = stiffest_deflection(find_integrator(family.integrator));
+    }
+    Fit fit{family.name(), steps, deflection_, stiffest_ / double(steps) / double(steps), 1};
+    fit.alpha = std::min(1.0, fit.stiffest / fit.wanted);
+    fits_.push_back(fit);
+    return fit.alpha;
+  }
+
+  /// With alpha = 1 and a step a frame: steps from rest each, until they hardly move the free end.
+  double stiffest_deflection(const IntegratorInfo& info) {
+    constexpr int most_steps = 20000;
+    constexpr double negligible = 1e-6;
+    const auto integrator = info.make<double>({.dt = frame});
+    State<double> state = cube_.start;
+    Work work;
+    double before = 0, now = 0;
+    for (int i = 1; i <= most_steps; ++i) {
+      integrator->advance(cube_.system, state, state.t + frame, work);
+      state.v.array() = 0;
+      now = deflection(state.x);
+      if (std::abs(now - before) < negligible * std::abs(now)) break;
+      before = now;
+    }
+    return now;
+  }
+
+  /// Mean of the free end, downwards [m].
+  double deflection(const Field<double>& x) const {
+    double sum = 0;
+    const std::vector<std::ptrdiff_t> end = cube_.body.select({1, 0, 0}, {1, 1, 1});
+    for (const std::ptrdiff_t site : end) sum += cube_.start.x.at(site)[2] - x.at(site)[2];
+    return sum / double(end.size());
+  }
+
   /// The motion, its time in run.seconds.
   Motion move(Run& run) const {
     Motion motion;
@@ -120,7 +177,9 @@ class Problem {
   const FramesConfig& config_;
   Cube cube_;
   Motion true_, converged_;
-  double displacement_ = 0;  ///< sum of squares of the true one [m^2]
+  double displacement_ = 0;               ///< sum of squares of the true one [m^2]
+  double deflection_ = 0, stiffest_ = 0;  ///< at rest: of springs, of a method without a modulus [m]
+  std::vector<Fit> fits_;
 };
 
 /// Of the explicit run with the smallest median.
@@ -179,7 +238,7 @@ Table empty_rows() {
 }
 
 /// Interleaves all runs; false if stopped.
-bool measure_scene(const FramesConfig& config, const FrameScene& scene, Table& table,
+bool measure_scene(const FramesConfig& config, const FrameScene& scene, FrameTables& tables,
                    const Progress& progress) {
   Problem problem(config, scene);
   if (!problem.has_references())
@@ -189,7 +248,10 @@ bool measure_scene(const FramesConfig& config, const FrameScene& scene, Table& t
     if (runs[i].spent < config.seconds_per_row) problem.take(runs[i]);
   };
   if (!interleave(config.repetitions, runs.size(), progress, take)) return false;
-  add_rows(table, scene, runs);
+  add_rows(tables.rows, scene, runs);
+  for (const Fit& fit : problem.fits())
+    tables.fits.add(
+        {scene.name, fit.method, std::int64_t(fit.steps), fit.wanted, fit.stiffest, fit.alpha, fit.status()});
   return true;
 }
 
@@ -283,10 +345,16 @@ std::string Family::name() const {
 }
 
 FrameTables measure_frames(const FramesConfig& config, Progress& progress) {
-  FrameTables tables{empty_rows()};
+  FrameTables tables{empty_rows(), Table({{"scene"},
+                                          {"method"},
+                                          {"steps_per_frame"},
+                                          {"deflection", "m"},
+                                          {"deflection_with_alpha_1", "m"},
+                                          {"alpha"},
+                                          {"status"}})};
   for (std::size_t i = 0; i < config.scenes.size(); ++i) {
     progress.report(double(i) / double(config.scenes.size()), config.scenes[i].description());
-    if (!measure_scene(config, config.scenes[i], tables.rows, progress)) {
+    if (!measure_scene(config, config.scenes[i], tables, progress)) {
       tables.status = Status::interrupted;
       break;
     }

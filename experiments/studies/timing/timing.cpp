@@ -280,7 +280,9 @@ constexpr const char* caption =
     "published time (Fig. 5-3: n = 7, 40 ms, 8 threads on an i7-4712MQ); the bar is the same time if an "
     "update means 3 to 5 steps, as the text states elsewhere. Algorithm 1 with 8 threads shows the cost of "
     "more threads "
-    "than cores, if the machine has fewer.";
+    "than cores, if the machine has fewer. Bullet's soft body (--peers) has the same particles and springs "
+    "as "
+    "links of full stiffness, one iteration a step of 1/60 s, without collisions.";
 
 ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress) {
   const TimingConfig config = timing_config(options);
@@ -301,7 +303,14 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
   FeatureTables shares = measure_features(features, progress);
   Table per_particle = measure_shapes(shapes, progress);
   Table iterations = measure_methods(methods, progress);
+  if (options.peers) {
+    PeerTimingConfig peers{.threads = config.core_threads};
+    if (options.quick) peers = {.cells = {7, 20}, .threads = config.core_threads, .repetitions = 3};
+    result.tables.push_back({"timing_peers", measure_peers(peers, progress)});
+    result.summary += peers_text(result.tables.back().table);
+  }
   if (progress.stopped()) result.status = Status::interrupted;
+  const std::vector<NamedTable> others = std::move(result.tables);
   result.tables = {{"timing", std::move(tables.rows)},
                    {"timing_summary", summary},
                    {"timing_features", std::move(shares.features)},
@@ -309,6 +318,7 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
                    {"timing_shapes", std::move(per_particle)},
                    {"timing_methods", std::move(iterations)},
                    {"timing_raw", std::move(tables.raw)}};
+  result.tables.insert(result.tables.end(), others.begin(), others.end());
   return result;
 }
 
@@ -391,7 +401,7 @@ ExperimentInfo experiment() {
       .name = "timing",
       .summary =
           "time of one update against cells per edge: Algorithm 1, plain loop, structured sweep (Fig. 5-3)",
-      .accepts = {.cells = true, .largest_cells = 200, .threads = true},
+      .accepts = {.cells = true, .largest_cells = 200, .threads = true, .peers = true},
       .run = run_timing,
       .draw = draw_timing,
       .baseline = {.keys = {"cells"},

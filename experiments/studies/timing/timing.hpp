@@ -109,6 +109,21 @@ struct MethodTimingConfig {
 Table measure_methods(const MethodTimingConfig& config, Progress& progress);
 Chart methods_chart(const Table& table);
 
+/// Settings of the comparison with other programs.
+struct PeerTimingConfig {
+  std::vector<int> cells{7, 20, 50};  ///< per edge
+  std::vector<int> threads{1};        ///< of ours; the faster counts
+  int repetitions = 11;
+  double sample_seconds = 20e-3;
+};
+
+/// Time of one step of the same particles and springs in other programs as they come, over that of ours:
+/// median and quartiles over pairs of samples; a row per program and size. What is not installed has a row
+/// that says so.
+Table measure_peers(const PeerTimingConfig& config, Progress& progress);
+/// Its rows as lines.
+std::string peers_text(const Table& table);
+
 /// The charts of the experiment.
 Drawings draw_timing(const std::vector<NamedTable>& tables);
 

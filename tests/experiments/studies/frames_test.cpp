@@ -52,6 +52,22 @@ TEST(Frames, ExplicitMethodsFollowTheTrueMotion) {
   EXPECT_EQ(fastest, 1);
 }
 
+TEST(Frames, ShapeMatchingIsFittedToTheRestOfSprings) {
+  FramesConfig config = small_config();
+  config.scenes = {{.name = "hanging", .cells = 4, .young = 3e4, .damping_ratio = 0.5}};
+  config.families = {{.integrator = "shape_matching", .steps = {1, 4}}};
+  Progress progress;
+  const FrameTables tables = measure_frames(config, progress);
+  ASSERT_EQ(tables.fits.size(), 2U);
+  for (std::size_t r = 0; r < 2; ++r) {
+    EXPECT_EQ(tables.fits.text(r, "status"), "ok");
+    EXPECT_GT(tables.fits.number(r, "deflection"), 0.01);
+    EXPECT_NEAR(tables.fits.number(r, "deflection_with_alpha_1") / tables.fits.number(r, "alpha"),
+                tables.fits.number(r, "deflection"), 1e-12);
+  }
+  EXPECT_NEAR(tables.fits.number(0, "alpha") / tables.fits.number(1, "alpha"), 16, 1e-9);
+}
+
 TEST(Frames, SummariesNameTheCheapestAndWhatIsNotReached) {
   Table rows({{"scene"},
               {"method"},

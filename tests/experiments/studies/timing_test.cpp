@@ -8,6 +8,7 @@
 
 #include "core/spring_system.hpp"
 #include "experiments/simulation/simulation.hpp"
+#include "reference/bullet_cube.hpp"
 #include "tests/read_back.hpp"
 
 namespace mss::studies::timing {
@@ -299,6 +300,36 @@ TEST(TimingConfig, QuickLeavesOutTheLargestOnly) {
   options.threads = 1;
   EXPECT_EQ(timing_config(options).cells, (std::vector{4, 9}));
   EXPECT_EQ(timing_config(options).core_threads, std::vector{1});
+}
+
+TEST(TimingMethods, ComparesIterationsWithAnExplicitStep) {
+  Progress progress;
+  const Table rows = measure_methods({.cells = {2}, .repetitions = 1, .sample_seconds = 1e-4}, progress);
+  ASSERT_GT(rows.size(), 5U);
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    EXPECT_EQ(rows.text(r, "status"), "ok") << rows.text(r, "method");
+    if (rows.text(r, "method") == "semi_implicit_euler")
+      EXPECT_EQ(rows.number(r, "over_explicit"), 1);
+    else
+      EXPECT_GT(rows.number(r, "over_explicit"), 0.5) << rows.text(r, "method");
+  }
+  EXPECT_EQ(methods_chart(rows).series.size(), 2U);  // double and single precision
+}
+
+TEST(TimingPeers, TimeBulletOrSayThatItIsMissing) {
+  Progress progress;
+  const Table rows = measure_peers({.cells = {2}, .repetitions = 1, .sample_seconds = 1e-4}, progress);
+  ASSERT_EQ(rows.size(), 1U);
+  if (reference::BulletCube::version().empty()) {
+    EXPECT_EQ(rows.text(0, "status"), "not installed");
+    return;
+  }
+  EXPECT_EQ(rows.text(0, "status"), "ok");
+  EXPECT_GT(rows.number(0, "over_ours"), 1);
+  const Body body(timing_cube(2));
+  reference::BulletCube bullet(body, Vec3(0, 0, -10));
+  for (int step = 0; step < 100; ++step) bullet.step(0.01);  // s = g t^2 / 2 = 5 m
+  EXPECT_NEAR(bullet.position(0)[2] - body.rest_position(body.sites()[0])[2], -5, 0.2);
 }
 
 }  // namespace
