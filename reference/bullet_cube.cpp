@@ -21,7 +21,7 @@ std::string BulletCube::version() {
   return std::to_string(btGetVersion() / 100) + "." + std::to_string(btGetVersion() % 100);
 }
 
-BulletCube::BulletCube(const Body& body, const Vec3& gravity) : engine_(std::make_unique<Engine>()) {
+BulletCube::BulletCube(const Body& body, const Vec3& gravity) : engine_(std::make_shared<Engine>()) {
   engine_->world.m_broadphase = &engine_->broadphase;
   engine_->world.m_dispatcher = &engine_->dispatcher;
   engine_->world.m_gravity = btVector3(btScalar(gravity[0]), btScalar(gravity[1]), btScalar(gravity[2]));

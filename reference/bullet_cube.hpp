@@ -28,7 +28,7 @@ class BulletCube {
 
  private:
   struct Engine;
-  std::unique_ptr<Engine> engine_;
+  std::shared_ptr<Engine> engine_;  // shared, as it is defined where Bullet is
 };
 
 }  // namespace mss::reference

@@ -5,8 +5,6 @@
 
 namespace mss::reference {
 
-struct BulletCube::Engine {};
-
 std::string BulletCube::version() { return ""; }
 BulletCube::BulletCube(const Body&, const Vec3&) { throw std::logic_error("built without Bullet"); }
 BulletCube::~BulletCube() = default;

@@ -148,9 +148,9 @@ std::string layout_commands(const Chart& chart) {
                                 screen(page_height - 105), screen(129 + legend));
   out += fmt::format("set key {} Left reverse samplen 3\n", legend_place(chart.legend));
   if (below) {
-    // gnuplot reserves a quarter more width than the letters of this font take, in units of a wide letter.
+    // gnuplot reserves a fifth more width than the letters of this font take, in units of a wide letter.
     out += fmt::format("set key at screen 0.015, screen {} left top vertical maxrows {} width {}\n",
-                       screen(54 + legend), rows, columns == 2 ? -0.2 * double(longest) : 0.0);
+                       screen(54 + legend), rows, columns == 2 ? -0.15 * double(longest) : 0.0);
   }
   if (!chart.legend_title.empty())
     out += fmt::format("set key title {} left\n", scaled_text(chart.legend_title, 0.9));

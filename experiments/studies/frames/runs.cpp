@@ -333,7 +333,7 @@ bool measure_rest_of(const RestConfig& config, const FrameScene& scene, Table& t
 }  // namespace
 
 std::string FrameScene::description() const {
-  return fmt::format("{} cells an edge, E = {:g} kPa, ν = {:g}, damping ratio {:g}", cells, young / 1e3,
+  return fmt::format("{} cells an edge, E = {:g} MPa, ν = {:g}, damping ratio {:g}", cells, young / 1e6,
                      poisson, damping_ratio);
 }
 
