@@ -83,11 +83,13 @@ struct Symmetric {
   MSS_INLINE Pack<Real> determinant() const {
     return xx * (yy * zz - yz * yz) + (xy * (zx * yz - xy * zz) + zx * (xy * yz - zx * yy));
   }
-  /// By cofactors.
+  /// By cofactors, of the matrix over xx, so that they do not overflow in single precision.
   MSS_INLINE Vec<Real> solve(const Vec<Real>& b) const {
-    const Pack<Real> axx = yy * zz - yz * yz, axy = zx * yz - xy * zz, azx = xy * yz - zx * yy,
-                     ayy = xx * zz - zx * zx, ayz = xy * zx - xx * yz, azz = xx * yy - xy * xy;
-    const Pack<Real> scale = Real(1) / (xx * axx + (xy * axy + zx * azx));
+    const Pack<Real> unit = Real(1) / xx, y = unit * yy, z = unit * zz, p = unit * yz, q = unit * zx,
+                     r = unit * xy;
+    const Pack<Real> axx = y * z - p * p, axy = q * p - r * z, azx = r * p - q * y, ayy = z - q * q,
+                     ayz = r * q - p, azz = y - r * r;
+    const Pack<Real> scale = unit / (axx + (r * axy + q * azx));
     return scale * Vec<Real>{axx * b.x + (axy * b.y + azx * b.z), axy * b.x + (ayy * b.y + ayz * b.z),
                              azx * b.x + (ayz * b.y + azz * b.z)};
   }

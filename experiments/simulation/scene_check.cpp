@@ -10,6 +10,7 @@
 #include "integrators/implicit_stage.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
+#include "integrators/pass_method.hpp"
 #include "integrators/stable_step.hpp"
 
 namespace mss {
@@ -40,15 +41,7 @@ void check_springs(const Scene& scene, const IntegratorInfo& method) {
     throw InputError(
         fmt::format("{} is for model \"{}\", and material.model is \"{}\"; give another integrator",
                     method.name, spring_model, scene.model));
-  if (!method.springs_only || !method.has_modulus) return;
-  if (scene.body.springs.volume < 0)
-    throw InputError(fmt::format(
-        "{} needs an energy that has a lower bound, and none has where the volume stiffness is negative, as "
-        "Poisson's ratio below 1/4 makes it; give another integrator",
-        method.name));
-  if (scene.body.fold_guard > 0)
-    throw InputError(fmt::format(
-        "{} has no local solution for fold_guard; set it to 0, or give another integrator", method.name));
+  if (method.springs_only && method.has_modulus) check_local_solutions(scene.body, method.name);
 }
 
 /// Collisions at the end of steps need a method of fixed step.

@@ -182,13 +182,13 @@ class Problem {
   std::vector<Fit> fits_;
 };
 
-/// Of the explicit run with the smallest median.
+/// The explicit run with the smallest median.
 const Run& fastest_explicit(const std::vector<Run>& runs) {
-  const Run* fastest = nullptr;
-  for (const Run& run : runs)
-    if (run.is_explicit && (!fastest || quartiles(run.seconds).median < quartiles(fastest->seconds).median))
-      fastest = &run;
-  return *fastest;
+  const auto time = [](const Run& run) {
+    return run.is_explicit ? quartiles(run.seconds).median : std::numeric_limits<double>::infinity();
+  };
+  return *std::min_element(runs.begin(), runs.end(),
+                           [&](const Run& a, const Run& b) { return time(a) < time(b); });
 }
 
 /// Quotients of samples of the same round.

@@ -49,6 +49,7 @@ bool add_row(int n, const PeerTimingConfig& config, const Progress& progress, Ta
   std::vector<std::unique_ptr<Ours>> ours;
   for (const int threads : config.threads) ours.push_back(std::make_unique<Ours>(body, threads));
   std::vector<long> steps;
+  steps.reserve(ours.size());
   for (const auto& one : ours)
     steps.push_back(std::max(steps_between_checks, sample_length(config.sample_seconds, [&](long count) {
                                                      return one->take(count);
