@@ -233,7 +233,9 @@ TEST_P(Method, FollowsHolds) {
     EXPECT_NEAR(state.x.at(site)[2], body.rest_position(site)[2] + 0.1, 1e-12);
     contraction = std::max(contraction, std::abs(state.x.at(site)[0] - body.rest_position(site)[0]));
   }
-  if (info().has_modulus) EXPECT_GT(contraction, 1e-4);  // the other coordinates are free
+  if (info().has_modulus) {
+    EXPECT_GT(contraction, 1e-4);  // the other coordinates are free
+  }
 }
 
 TEST_P(SinglePrecisionMethod, WorksInSinglePrecision) {
