@@ -41,9 +41,12 @@ ConstraintProjection<Real>::ConstraintProjection(const SpringSystem<Real>& sprin
       dt_(dt),
       blocks_(blocks_of(particles_, kernel_.lanes)) {
   fill_dictionary();
-  for (int colour = 0; keeps_multipliers_ && colour < ColouredLattice::colours; ++colour)
-    multipliers_[std::size_t(colour)] = AlignedArray<Real>(std::ptrdiff_t(blocks_.entries(colour).size()) *
-                                                           kernel_.lanes * constraints_per_cell);
+  for (int colour = 0; colour < ColouredLattice::colours; ++colour) {
+    if (keeps_multipliers_)
+      multipliers_[std::size_t(colour)] = AlignedArray<Real>(std::ptrdiff_t(blocks_.entries(colour).size()) *
+                                                             kernel_.lanes * constraints_per_cell);
+    parts_[std::size_t(colour)] = part_of(colour);
+  }
 }
 
 template <class Real>
@@ -82,32 +85,32 @@ void ConstraintProjection<Real>::begin_step() {
 }
 
 template <class Real>
-void ConstraintProjection<Real>::iterate() {
+Projection<Real> ConstraintProjection<Real>::part_of(int colour) {
   const Body& body = particles_.body();
-  const ColouredLattice& lattice = particles_.lattice();
   Projection<Real> p{};
+  p.entry = blocks_.entries(colour).data();
   p.dictionary = dictionary_.data();
+  p.multipliers = multipliers_[std::size_t(colour)].data();
+  for (int c = 0; c < 8; ++c) p.corner[c] = particles_.lattice().corner(colour, c);
   for (std::size_t s = 0; s < spring_slots.size(); ++s)
     p.rest_length[s] = static_cast<Real>(kernel_.rsqrt_scale * body.rest_length(spring_slots[s].kind));
   p.rest_volume = static_cast<Real>(body.cell_volume());
   p.before = particles_.before();
   p.inverse_mass = particles_.inverse_mass();
   p.moved = particles_.moved();
-  std::array<Projection<Real>, ColouredLattice::colours> of_colour;
-  of_colour.fill(p);
-  for (int colour = 0; colour < ColouredLattice::colours; ++colour) {
-    Projection<Real>& own = of_colour[std::size_t(colour)];
-    own.entry = blocks_.entries(colour).data();
-    own.multipliers = multipliers_[std::size_t(colour)].data();
-    for (int c = 0; c < 8; ++c) own.corner[c] = lattice.corner(colour, c);
-  }
+  return p;
+}
+
+template <class Real>
+void ConstraintProjection<Real>::iterate() {
   const auto pass = keeps_multipliers_ ? kernel_.general : damped_ ? kernel_.damped : kernel_.undamped;
-  for_each_colour(system_, lattice, blocks_, kernel_.lanes, [&](int colour, std::ptrdiff_t first, std::ptrdiff_t last) {
-    Projection<Real> part = of_colour[std::size_t(colour)];
-    part.first = first;
-    part.last = last;
-    pass(part);
-  });
+  for_each_colour(system_, particles_.lattice(), blocks_, kernel_.lanes,
+                  [&](int colour, std::ptrdiff_t first, std::ptrdiff_t last) {
+                    Projection<Real> part = parts_[std::size_t(colour)];
+                    part.first = first;
+                    part.last = last;
+                    pass(part);
+                  });
 }
 
 template class ConstraintProjection<float>;

@@ -18,6 +18,10 @@ class ConstraintProjection {
   /// wrapper, do the work. `multipliers`: whether they are kept from one pass to the next.
   ConstraintProjection(const SpringSystem<Real>& springs, System<Real>& system, double dt, bool multipliers);
 
+  /// What its passes read and write points into it.
+  ConstraintProjection(const ConstraintProjection&) = delete;
+  ConstraintProjection& operator=(const ConstraintProjection&) = delete;
+
   ColouredParticles<Real>& particles() { return particles_; }
 
   /// Begins a step: the particles' displacements without springs, multipliers 0.
@@ -28,6 +32,7 @@ class ConstraintProjection {
  private:
   void fill_dictionary();
   void fill_lane(const std::uint32_t* lane, Real* coefficients) const;
+  Projection<Real> part_of(int colour);
 
   System<Real>& system_;
   ColouredParticles<Real> particles_;
@@ -38,6 +43,7 @@ class ConstraintProjection {
   ColouredBlocks blocks_;
   AlignedArray<Real> dictionary_;
   std::array<AlignedArray<Real>, ColouredLattice::colours> multipliers_;
+  std::array<Projection<Real>, ColouredLattice::colours> parts_;  ///< what a pass over a colour is told
 };
 
 }  // namespace mss

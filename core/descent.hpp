@@ -11,6 +11,21 @@ namespace mss {
 /// Sites around one, by (dx + 1) + 3 (dy + 1) + 9 (dz + 1): itself is in the middle.
 inline constexpr int sites_around = 27;
 
+/// of[own][other]: the place of a cell's corner `other` among the sites around its corner `own`. An array,
+/// not a function, because loops are compiled once per instruction set, see simd.hpp.
+struct CornerPlaces {
+  int of[8][8] = {};
+  constexpr CornerPlaces() {
+    for (int own = 0; own < 8; ++own)
+      for (int other = 0; other < 8; ++other) {
+        of[own][other] = sites_around / 2;
+        for (int axis = 0, step = 1; axis < 3; ++axis, step *= 3)
+          of[own][other] += step * (((other >> axis) & 1) - ((own >> axis) & 1));
+      }
+  }
+};
+inline constexpr CornerPlaces corner_places;
+
 /// Numbers per particle that a descent reads: k and c / (dt rsqrt_scale^2) of every neighbour's spring,
 /// k_vol / V0 of the eight cells, and m / dt^2.
 inline constexpr int descent_coefficients = 2 * sites_around + 8 + 1;

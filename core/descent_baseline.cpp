@@ -4,7 +4,11 @@
 
 namespace mss {
 
-DescentKernel<float> descent_baseline_float() { return MSS_ISA::make_descent_kernel<float>("baseline"); }
-DescentKernel<double> descent_baseline_double() { return MSS_ISA::make_descent_kernel<double>("baseline"); }
+template <class Real>
+DescentKernel<Real> descent_baseline() {
+  return MSS_ISA::make_descent_kernel<Real>("baseline");
+}
+template DescentKernel<float> descent_baseline();
+template DescentKernel<double> descent_baseline();
 
 }  // namespace mss

@@ -10,14 +10,6 @@ namespace mss::MSS_ISA {
 
 inline constexpr int middle = sites_around / 2;
 
-/// Place of a corner of a cell among the sites around its corner `own`.
-constexpr int place(int own, int corner) {
-  int at = middle;
-  for (int axis = 0, step = 1; axis < 3; ++axis, step *= 3)
-    at += step * (((corner >> axis) & 1) - ((own >> axis) & 1));
-  return at;
-}
-
 /// W particles and all that is around them.
 template <class Real, bool Damped>
 struct Descending {
@@ -52,8 +44,8 @@ struct Descending {
   template <int own>
   MSS_INLINE void add_volume() {
     const Pack<Real> stiffness = load(coefficient + W * (2 * sites_around + own));
-    const Edges<Real> e(x[place(own, 7)] - x[place(own, 0)], x[place(own, 6)] - x[place(own, 1)],
-                        x[place(own, 5)] - x[place(own, 2)], x[place(own, 4)] - x[place(own, 3)]);
+    constexpr const int(&at)[8] = corner_places.of[own];
+    const Edges<Real> e(x[at[7]] - x[at[0]], x[at[6]] - x[at[1]], x[at[5]] - x[at[2]], x[at[4]] - x[at[3]]);
     const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
     const Vec<Real> by_x = (own & 1) != 0 ? yz : -yz, by_y = (own & 2) != 0 ? zx : -zx,
                     by_z = (own & 4) != 0 ? xy : -xy;

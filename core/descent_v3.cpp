@@ -4,7 +4,11 @@
 
 namespace mss {
 
-DescentKernel<float> descent_v3_float() { return MSS_ISA::make_descent_kernel<float>("x86-64-v3"); }
-DescentKernel<double> descent_v3_double() { return MSS_ISA::make_descent_kernel<double>("x86-64-v3"); }
+template <class Real>
+DescentKernel<Real> descent_v3() {
+  return MSS_ISA::make_descent_kernel<Real>("x86-64-v3");
+}
+template DescentKernel<float> descent_v3();
+template DescentKernel<double> descent_v3();
 
 }  // namespace mss

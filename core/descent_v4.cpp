@@ -4,7 +4,11 @@
 
 namespace mss {
 
-DescentKernel<float> descent_v4_float() { return MSS_ISA::make_descent_kernel<float>("x86-64-v4"); }
-DescentKernel<double> descent_v4_double() { return MSS_ISA::make_descent_kernel<double>("x86-64-v4"); }
+template <class Real>
+DescentKernel<Real> descent_v4() {
+  return MSS_ISA::make_descent_kernel<Real>("x86-64-v4");
+}
+template DescentKernel<float> descent_v4();
+template DescentKernel<double> descent_v4();
 
 }  // namespace mss

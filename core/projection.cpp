@@ -1,49 +1,21 @@
 #include "core/projection.hpp"
 
-#include <type_traits>
+#include "core/instruction_sets.hpp"
 
 namespace mss {
 
-ProjectionKernel<float> projection_baseline_float();
-ProjectionKernel<double> projection_baseline_double();
-#if defined(__x86_64__)
-ProjectionKernel<float> projection_v3_float();
-ProjectionKernel<double> projection_v3_double();
-ProjectionKernel<float> projection_v4_float();
-ProjectionKernel<double> projection_v4_double();
-#endif
-
-namespace {
-
+// projection_baseline.cpp, projection_v3.cpp and projection_v4.cpp
 template <class Real>
-ProjectionKernel<Real> choose(ProjectionKernel<float> (*single)(), ProjectionKernel<double> (*dbl)()) {
-  if constexpr (std::is_same_v<Real, float>)
-    return single();
-  else
-    return dbl();
-}
-
+ProjectionKernel<Real> projection_baseline();
 template <class Real>
-std::vector<ProjectionKernel<Real>> runnable_kernels() {
-  std::vector<ProjectionKernel<Real>> kernels{
-      choose<Real>(projection_baseline_float, projection_baseline_double)};
-#if defined(__x86_64__)
-  __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-    kernels.push_back(choose<Real>(projection_v3_float, projection_v3_double));
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512cd"))
-    kernels.push_back(choose<Real>(projection_v4_float, projection_v4_double));
-#endif
-  return kernels;
-}
-
-}  // namespace
+ProjectionKernel<Real> projection_v3();
+template <class Real>
+ProjectionKernel<Real> projection_v4();
 
 template <class Real>
 const std::vector<ProjectionKernel<Real>>& projection_kernels() {
-  static const std::vector<ProjectionKernel<Real>> kernels = runnable_kernels<Real>();
+  static const std::vector<ProjectionKernel<Real>> kernels =
+      runnable_copies(projection_baseline<Real>, projection_v3<Real>, projection_v4<Real>);
   return kernels;
 }
 

@@ -4,11 +4,11 @@
 
 namespace mss {
 
-ProjectionKernel<float> projection_baseline_float() {
-  return MSS_ISA::make_projection_kernel<float>("baseline");
+template <class Real>
+ProjectionKernel<Real> projection_baseline() {
+  return MSS_ISA::make_projection_kernel<Real>("baseline");
 }
-ProjectionKernel<double> projection_baseline_double() {
-  return MSS_ISA::make_projection_kernel<double>("baseline");
-}
+template ProjectionKernel<float> projection_baseline();
+template ProjectionKernel<double> projection_baseline();
 
 }  // namespace mss

@@ -4,9 +4,11 @@
 
 namespace mss {
 
-ProjectionKernel<float> projection_v3_float() { return MSS_ISA::make_projection_kernel<float>("x86-64-v3"); }
-ProjectionKernel<double> projection_v3_double() {
-  return MSS_ISA::make_projection_kernel<double>("x86-64-v3");
+template <class Real>
+ProjectionKernel<Real> projection_v3() {
+  return MSS_ISA::make_projection_kernel<Real>("x86-64-v3");
 }
+template ProjectionKernel<float> projection_v3();
+template ProjectionKernel<double> projection_v3();
 
 }  // namespace mss

@@ -4,9 +4,11 @@
 
 namespace mss {
 
-ProjectionKernel<float> projection_v4_float() { return MSS_ISA::make_projection_kernel<float>("x86-64-v4"); }
-ProjectionKernel<double> projection_v4_double() {
-  return MSS_ISA::make_projection_kernel<double>("x86-64-v4");
+template <class Real>
+ProjectionKernel<Real> projection_v4() {
+  return MSS_ISA::make_projection_kernel<Real>("x86-64-v4");
 }
+template ProjectionKernel<float> projection_v4();
+template ProjectionKernel<double> projection_v4();
 
 }  // namespace mss

@@ -38,7 +38,8 @@ KnownKeys make_known_keys() {
       {"start", {"velocity", "spin"}},
       {"solve",
        {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "nonlinear_solver",
-        "iterations", "tangent", "spectral_radius", "region_width", "alpha", "tolerance", "every", "sleep", "sleep_after"}},
+        "iterations", "tangent", "spectral_radius", "region_width", "alpha", "tolerance", "every", "sleep",
+        "sleep_after"}},
   };
   for (const MeasureColumn& column : measure_columns) {
     keys["expect"].emplace_back(column.name);

@@ -4,7 +4,6 @@
 
 namespace mss {
 
-ShapeKernel<float> shape_baseline_float() { return MSS_ISA::make_shape_kernel<float>("baseline"); }
-ShapeKernel<double> shape_baseline_double() { return MSS_ISA::make_shape_kernel<double>("baseline"); }
+ShapeKernel shape_baseline() { return MSS_ISA::make_shape_kernel("baseline"); }
 
 }  // namespace mss

@@ -11,20 +11,20 @@ constexpr int few_turns = 3, many_turns = 30;
 
 }  // namespace
 
-template <class Real>
-ShapeMatching<Real>::ShapeMatching(const SpringSystem<Real>& springs, System<Real>& system, double dt,
-                                   int width, double alpha)
+ShapeMatching::ShapeMatching(const SpringSystem<double>& springs, System<double>& system, double dt,
+                             int width, double alpha)
     : body_(springs.body()),
       system_(system),
-      kernel_(shape_kernels<Real>().back()),
+      kernel_(shape_kernels().back()),
       dt_(dt),
       width_(width),
       whole_body_(width == 0) {
   const std::array<int, 3>& cells = body_.lattice().cells;
-  const auto whole_vectors = [&](std::ptrdiff_t n) { return (n + 15) / 16 * 16; };
+  constexpr std::ptrdiff_t align = Lattice::plane_align;
+  const auto whole_vectors = [](std::ptrdiff_t n) { return (n + align - 1) / align * align; };
   row_ = cells[0] + 1 + 2 * width_;
-  plane_ = whole_vectors(row_ * (cells[1] + 1 + 2 * width_)) + 16;  // what the last vector reaches
-  size_ = plane_ * (cells[2] + 1 + 2 * width_) + whole_vectors(width_ + 16);
+  plane_ = whole_vectors(row_ * (cells[1] + 1 + 2 * width_)) + align;  // what the last vector reaches
+  size_ = plane_ * (cells[2] + 1 + 2 * width_) + whole_vectors(width_ + align);
   for (auto* field : {&rest_, &rest_centre_, &x_, &v_, &u_, &acceleration_, &freedom_})
     field->fill(Array(size_));
   for (Array* field : {&share_, &region_mass_, &inverse_regions_}) *field = Array(size_);
@@ -36,8 +36,7 @@ ShapeMatching<Real>::ShapeMatching(const SpringSystem<Real>& springs, System<Rea
   reset();
 }
 
-template <class Real>
-void ShapeMatching<Real>::place(const HeldSites& held, double alpha) {
+void ShapeMatching::place(const HeldSites& held, double alpha) {
   const Lattice& lattice = body_.lattice();
   Vec3 middle = Vec3::Zero();
   for (const std::ptrdiff_t site : body_.sites())
@@ -49,15 +48,14 @@ void ShapeMatching<Real>::place(const HeldSites& held, double alpha) {
     index_.push_back(index);
     const Vec3 rest = body_.rest_position(site) - middle;
     for (int axis = 0; axis < 3; ++axis) {
-      rest_[std::size_t(axis)][index] = static_cast<Real>(rest[axis]);
-      freedom_[std::size_t(axis)][index] = static_cast<Real>(held.holds(site, axis) ? 0 : alpha);
+      rest_[std::size_t(axis)][index] = rest[axis];
+      freedom_[std::size_t(axis)][index] = held.holds(site, axis) ? 0 : alpha;
     }
   }
 }
 
 /// How many regions every particle is in, and masses and centres of the regions.
-template <class Real>
-void ShapeMatching<Real>::find_regions() {
+void ShapeMatching::find_regions() {
   Array count(size_);
   for (const std::ptrdiff_t i : index_) count[i] = 1;
   if (whole_body_) {
@@ -67,7 +65,7 @@ void ShapeMatching<Real>::find_regions() {
     for (const std::ptrdiff_t i : index_) inverse_regions_[i] = 1 / count[i];
   }
   for (std::size_t p = 0; p < index_.size(); ++p)
-    share_[index_[p]] = static_cast<Real>(body_.mass(body_.sites()[p])) * inverse_regions_[index_[p]];
+    share_[index_[p]] = body_.mass(body_.sites()[p]) * inverse_regions_[index_[p]];
   region_mass_ = share_;
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (const std::ptrdiff_t i : index_) rest_centre_[axis][i] = share_[i] * rest_[axis][i];
@@ -82,16 +80,14 @@ void ShapeMatching<Real>::find_regions() {
   region_mass_ = mass;
 }
 
-template <class Real>
-void ShapeMatching<Real>::reset() {
+void ShapeMatching::reset() {
   for (std::size_t n = 0; n < 4; ++n) rotation_[n].fill(n == 3 ? 1 : 0);
   turned_before_ = false;
 }
 
 /// Calls part(first, last) for the rows of every plane that has particles.
-template <class Real>
 template <class Part>
-void ShapeMatching<Real>::for_each_plane(Part&& part) {
+void ShapeMatching::for_each_plane(Part&& part) {
   const std::array<int, 3>& cells = body_.lattice().cells;
   system_.parallel(cells[2] + 1, [&](std::ptrdiff_t k) {
     const std::ptrdiff_t first = plane_ * (k + width_) + row_ * width_;
@@ -101,8 +97,7 @@ void ShapeMatching<Real>::for_each_plane(Part&& part) {
 }
 
 /// Sums along x, y and z, one after the other. Sites beyond the body are 0 before each.
-template <class Real>
-void ShapeMatching<Real>::sum_over_regions(Affine& fields, Affine& scratch) {
+void ShapeMatching::sum_over_regions(Affine& fields, Affine& scratch) {
   const auto along = [&](std::ptrdiff_t step, Affine& from, Affine& to) {
     for_each_plane([&](std::ptrdiff_t first, std::ptrdiff_t last) {
       for (std::size_t n = 0; n < affine_size; ++n)
@@ -116,12 +111,11 @@ void ShapeMatching<Real>::sum_over_regions(Affine& fields, Affine& scratch) {
 }
 
 /// The same of one field, when regions are made.
-template <class Real>
-void ShapeMatching<Real>::sum_over_regions(Array& field) {
+void ShapeMatching::sum_over_regions(Array& field) {
   if (whole_body_) {
     double total = 0;
     for (const std::ptrdiff_t i : index_) total += field[i];
-    for (const std::ptrdiff_t i : index_) field[i] = static_cast<Real>(total);
+    for (const std::ptrdiff_t i : index_) field[i] = total;
     return;
   }
   Array scratch(size_);
@@ -133,9 +127,8 @@ void ShapeMatching<Real>::sum_over_regions(Array& field) {
   }
 }
 
-template <class Real>
-ShapeSites<Real> ShapeMatching<Real>::sites(std::ptrdiff_t first, std::ptrdiff_t last) {
-  ShapeSites<Real> s{};
+ShapeSites ShapeMatching::sites(std::ptrdiff_t first, std::ptrdiff_t last) {
+  ShapeSites s{};
   s.first = first;
   s.last = last;
   s.turns = turned_before_ ? few_turns : many_turns;
@@ -154,15 +147,13 @@ ShapeSites<Real> ShapeMatching<Real>::sites(std::ptrdiff_t first, std::ptrdiff_t
   return s;
 }
 
-template <class Real>
-void ShapeMatching<Real>::iterate() {
-  const auto run = [&](void (*pass)(const ShapeSites<Real>&)) {
+void ShapeMatching::iterate() {
+  const auto run = [&](void (*pass)(const ShapeSites&)) {
     for_each_plane([&](std::ptrdiff_t first, std::ptrdiff_t last) { pass(sites(first, last)); });
   };
   run(kernel_.moments);
   if (whole_body_) {
-    for (Array& field : affine_) sum_over_regions(field);
-    run(kernel_.match);
+    match_whole_body();
   } else {
     sum_over_regions(affine_, scratch_);
     run(kernel_.match);
@@ -172,8 +163,16 @@ void ShapeMatching<Real>::iterate() {
   turned_before_ = true;
 }
 
-template <class Real>
-void ShapeMatching<Real>::take(const State<Real>& state) {
+/// There is one region, that of the first particle: what it says is said to all.
+void ShapeMatching::match_whole_body() {
+  for (Array& field : affine_) sum_over_regions(field);
+  const std::ptrdiff_t first = index_.front();
+  kernel_.match(sites(first, first + kernel_.lanes));
+  for (Array& field : affine_)
+    for (const std::ptrdiff_t i : index_) field[i] = field[first];
+}
+
+void ShapeMatching::take(const State<double>& state) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t p = 0; p < index_.size(); ++p) {
       x_[axis][index_[p]] = state.x.axis(int(axis))[body_.sites()[p]];
@@ -181,16 +180,14 @@ void ShapeMatching<Real>::take(const State<Real>& state) {
     }
 }
 
-template <class Real>
-void ShapeMatching<Real>::take_acceleration(const Field<Real>& acceleration) {
+void ShapeMatching::take_acceleration(const Field<double>& acceleration) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t p = 0; p < index_.size(); ++p)
       acceleration_[axis][index_[p]] =
-          freedom_[axis][index_[p]] > 0 ? acceleration.axis(int(axis))[body_.sites()[p]] : Real(0);
+          freedom_[axis][index_[p]] > 0 ? acceleration.axis(int(axis))[body_.sites()[p]] : double(0);
 }
 
-template <class Real>
-void ShapeMatching<Real>::give(State<Real>& state) const {
+void ShapeMatching::give(State<double>& state) const {
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t p = 0; p < index_.size(); ++p) {
       state.x.axis(int(axis))[body_.sites()[p]] = x_[axis][index_[p]];
@@ -198,9 +195,8 @@ void ShapeMatching<Real>::give(State<Real>& state) const {
     }
 }
 
-template <class Real>
-void ShapeMatching<Real>::begin_step() {
-  const Real dt = static_cast<Real>(dt_), dt2 = dt * dt;
+void ShapeMatching::begin_step() {
+  const double dt = dt_, dt2 = dt * dt;
   for_each_plane([&](std::ptrdiff_t first, std::ptrdiff_t last) {
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (std::ptrdiff_t i = first; i < last; ++i)
@@ -208,14 +204,12 @@ void ShapeMatching<Real>::begin_step() {
   });
 }
 
-template <class Real>
-void ShapeMatching<Real>::set_displacement(std::ptrdiff_t site, int axis, Real u) {
+void ShapeMatching::set_displacement(std::ptrdiff_t site, int axis, double u) {
   u_[std::size_t(axis)][index_[std::size_t(body_.particle(site))]] = u;
 }
 
-template <class Real>
-void ShapeMatching<Real>::finish(double dt) {
-  const Real rate = static_cast<Real>(1 / dt);
+void ShapeMatching::finish(double dt) {
+  const double rate = 1 / dt;
   for_each_plane([&](std::ptrdiff_t first, std::ptrdiff_t last) {
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (std::ptrdiff_t i = first; i < last; ++i) {
@@ -224,7 +218,5 @@ void ShapeMatching<Real>::finish(double dt) {
       }
   });
 }
-
-template class ShapeMatching<double>;
 
 }  // namespace mss

@@ -17,26 +17,26 @@ namespace mss {
 ///
 /// There are no springs in it, and no modulus: how stiff a body is follows from the width, the step, and
 /// `alpha`, the share of the way to its goal that a particle goes in a step.
-template <class Real>
 class ShapeMatching {
  public:
   /// Both must outlive it: `springs` are the body and its holds, the threads of `system`, which may be a
   /// wrapper, do the work.
-  ShapeMatching(const SpringSystem<Real>& springs, System<Real>& system, double dt, int width, double alpha);
+  ShapeMatching(const SpringSystem<double>& springs, System<double>& system, double dt, int width,
+                double alpha);
 
   ShapeMatching& particles() { return *this; }
 
   /// Takes over positions and velocities.
-  void take(const State<Real>& state);
+  void take(const State<double>& state);
   /// And accelerations that are constant during steps; those of held coordinates do not count.
-  void take_acceleration(const Field<Real>& acceleration);
+  void take_acceleration(const Field<double>& acceleration);
   /// Writes the positions and velocities of all particles.
-  void give(State<Real>& state) const;
+  void give(State<double>& state) const;
 
   /// Begins a step: u = dt v + dt^2 a.
   void begin_step();
   /// The displacement of a particle in this step [m].
-  void set_displacement(std::ptrdiff_t site, int axis, Real u);
+  void set_displacement(std::ptrdiff_t site, int axis, double u);
   /// u += alpha (goal - x).
   void iterate();
   /// Ends a step: x += u, v = u / dt.
@@ -45,7 +45,7 @@ class ShapeMatching {
   void reset();
 
  private:
-  using Array = AlignedArray<Real>;
+  using Array = AlignedArray<double>;
   using Affine = std::array<Array, affine_size>;
 
   void place(const HeldSites& held, double alpha);
@@ -54,11 +54,12 @@ class ShapeMatching {
   void for_each_plane(Part&& part);
   void sum_over_regions(Affine& fields, Affine& scratch);
   void sum_over_regions(Array& field);
-  ShapeSites<Real> sites(std::ptrdiff_t first, std::ptrdiff_t last);
+  void match_whole_body();
+  ShapeSites sites(std::ptrdiff_t first, std::ptrdiff_t last);
 
   const Body& body_;
-  System<Real>& system_;
-  const ShapeKernel<Real>& kernel_;
+  System<double>& system_;
+  const ShapeKernel& kernel_;
   double dt_;
   int width_;        ///< of margins and regions
   bool whole_body_;  ///< one region

@@ -4,7 +4,6 @@
 
 namespace mss {
 
-ShapeKernel<float> shape_v3_float() { return MSS_ISA::make_shape_kernel<float>("x86-64-v3"); }
-ShapeKernel<double> shape_v3_double() { return MSS_ISA::make_shape_kernel<double>("x86-64-v3"); }
+ShapeKernel shape_v3() { return MSS_ISA::make_shape_kernel("x86-64-v3"); }
 
 }  // namespace mss

@@ -4,7 +4,6 @@
 
 namespace mss {
 
-ShapeKernel<float> shape_v4_float() { return MSS_ISA::make_shape_kernel<float>("x86-64-v4"); }
-ShapeKernel<double> shape_v4_double() { return MSS_ISA::make_shape_kernel<double>("x86-64-v4"); }
+ShapeKernel shape_v4() { return MSS_ISA::make_shape_kernel("x86-64-v4"); }
 
 }  // namespace mss

@@ -4,7 +4,11 @@
 
 namespace mss {
 
-SweepKernel<float> sweep_baseline_float() { return MSS_ISA::make_kernel<float>("baseline"); }
-SweepKernel<double> sweep_baseline_double() { return MSS_ISA::make_kernel<double>("baseline"); }
+template <class Real>
+SweepKernel<Real> sweep_baseline() {
+  return MSS_ISA::make_kernel<Real>("baseline");
+}
+template SweepKernel<float> sweep_baseline();
+template SweepKernel<double> sweep_baseline();
 
 }  // namespace mss

@@ -4,7 +4,11 @@
 
 namespace mss {
 
-SweepKernel<float> sweep_v3_float() { return MSS_ISA::make_kernel<float>("x86-64-v3"); }
-SweepKernel<double> sweep_v3_double() { return MSS_ISA::make_kernel<double>("x86-64-v3"); }
+template <class Real>
+SweepKernel<Real> sweep_v3() {
+  return MSS_ISA::make_kernel<Real>("x86-64-v3");
+}
+template SweepKernel<float> sweep_v3();
+template SweepKernel<double> sweep_v3();
 
 }  // namespace mss

@@ -4,7 +4,11 @@
 
 namespace mss {
 
-SweepKernel<float> sweep_v4_float() { return MSS_ISA::make_kernel<float>("x86-64-v4"); }
-SweepKernel<double> sweep_v4_double() { return MSS_ISA::make_kernel<double>("x86-64-v4"); }
+template <class Real>
+SweepKernel<Real> sweep_v4() {
+  return MSS_ISA::make_kernel<Real>("x86-64-v4");
+}
+template SweepKernel<float> sweep_v4();
+template SweepKernel<double> sweep_v4();
 
 }  // namespace mss

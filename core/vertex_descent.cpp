@@ -25,14 +25,6 @@ ColouredBlocks blocks_of(const ColouredParticles<Real>& particles, int lanes) {
   return {particles.lattice(), lanes, lane_size, describe};
 }
 
-/// Where the other end of a spring is among the sites around one end.
-int place_of(int own, int other) {
-  int at = sites_around / 2;
-  for (int axis = 0, step = 1; axis < 3; ++axis, step *= 3)
-    at += step * (((other >> axis) & 1) - ((own >> axis) & 1));
-  return at;
-}
-
 }  // namespace
 
 template <class Real>
@@ -45,6 +37,8 @@ VertexDescent<Real>::VertexDescent(const SpringSystem<Real>& springs, System<Rea
       blocks_(blocks_of(particles_, kernel_.lanes)),
       target_(particles_.lattice().size()) {
   fill_dictionary();
+  for (int colour = 0; colour < ColouredLattice::colours; ++colour)
+    parts_[std::size_t(colour)] = part_of(colour);
 }
 
 template <class Real>
@@ -71,7 +65,7 @@ void VertexDescent<Real>::fill_lane(const std::uint32_t* lane, Real* coefficient
     for (std::size_t s = 0; s < spring_slots.size(); ++s) {
       const SpringSlot& slot = spring_slots[s];
       if (slot.a != own && slot.b != own) continue;
-      const int other = place_of(own, slot.a == own ? slot.b : slot.a);
+      const int other = corner_places.of[own][slot.a == own ? slot.b : slot.a];
       coefficients[std::ptrdiff_t(kernel_.lanes) * other] += static_cast<Real>(e.stiffness[s]);
       coefficients[std::ptrdiff_t(kernel_.lanes) * (sites_around + other)] +=
           static_cast<Real>(e.damping[s] / (dt_ * scale2));
@@ -87,14 +81,15 @@ void VertexDescent<Real>::begin_step() {
 }
 
 template <class Real>
-void VertexDescent<Real>::iterate() {
+Descent<Real> VertexDescent<Real>::part_of(int colour) {
   const Body& body = particles_.body();
-  const ColouredLattice& lattice = particles_.lattice();
   Descent<Real> p{};
+  p.entry = blocks_.entries(colour).data();
   p.dictionary = dictionary_.data();
   for (int n = 0; n < sites_around; ++n) {
-    const int axes = (n % 3 != 1 ? 1 : 0) + (n / 3 % 3 != 1 ? 1 : 0) + (n / 9 != 1 ? 1 : 0);
-    if (axes > 0)
+    const int dx = n % 3 - 1, dy = n / 3 % 3 - 1, dz = n / 9 - 1;
+    p.around[n] = particles_.lattice().neighbour(colour, dx, dy, dz);
+    if (const int axes = dx * dx + dy * dy + dz * dz; axes > 0)
       p.rest_length[n] =
           static_cast<Real>(body.rest_length(SpringSlot::Class(axes - 1)) / kernel_.rsqrt_scale);
   }
@@ -103,20 +98,19 @@ void VertexDescent<Real>::iterate() {
   p.target = {{target_.axis(0), target_.axis(1), target_.axis(2)}};
   p.inverse_mass = particles_.inverse_mass();
   p.moved = particles_.moved();
-  std::array<Descent<Real>, ColouredLattice::colours> of_colour;
-  of_colour.fill(p);
-  for (int colour = 0; colour < ColouredLattice::colours; ++colour) {
-    Descent<Real>& own = of_colour[std::size_t(colour)];
-    own.entry = blocks_.entries(colour).data();
-    for (int n = 0; n < sites_around; ++n)
-      own.around[n] = lattice.neighbour(colour, n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-  }
-  for_each_colour(system_, lattice, blocks_, kernel_.lanes, [&](int colour, std::ptrdiff_t first, std::ptrdiff_t last) {
-    Descent<Real> part = of_colour[std::size_t(colour)];
-    part.first = first;
-    part.last = last;
-    (damped_ ? kernel_.damped : kernel_.undamped)(part);
-  });
+  return p;
+}
+
+template <class Real>
+void VertexDescent<Real>::iterate() {
+  const auto pass = damped_ ? kernel_.damped : kernel_.undamped;
+  for_each_colour(system_, particles_.lattice(), blocks_, kernel_.lanes,
+                  [&](int colour, std::ptrdiff_t first, std::ptrdiff_t last) {
+                    Descent<Real> part = parts_[std::size_t(colour)];
+                    part.first = first;
+                    part.last = last;
+                    pass(part);
+                  });
 }
 
 template class VertexDescent<float>;

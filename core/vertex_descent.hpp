@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "core/coloured_particles.hpp"
 #include "core/descent.hpp"
 
@@ -16,6 +18,10 @@ class VertexDescent {
   /// wrapper, do the work.
   VertexDescent(const SpringSystem<Real>& springs, System<Real>& system, double dt);
 
+  /// What its passes read and write points into it.
+  VertexDescent(const VertexDescent&) = delete;
+  VertexDescent& operator=(const VertexDescent&) = delete;
+
   ColouredParticles<Real>& particles() { return particles_; }
 
   /// Begins a step: the target is where particles would be without springs, and so is the first guess but for
@@ -27,6 +33,7 @@ class VertexDescent {
  private:
   void fill_dictionary();
   void fill_lane(const std::uint32_t* lane, Real* coefficients) const;
+  Descent<Real> part_of(int colour);
 
   System<Real>& system_;
   ColouredParticles<Real> particles_;
@@ -36,6 +43,7 @@ class VertexDescent {
   ColouredBlocks blocks_;
   AlignedArray<Real> dictionary_;
   Field<Real> target_;
+  std::array<Descent<Real>, ColouredLattice::colours> parts_;  ///< what a pass over a colour is told
 };
 
 }  // namespace mss

@@ -43,14 +43,20 @@ class OuterAcceleration {
   Field<Real> alone_, whole_;
 };
 
-/// A method whose steps are passes over the particles of a lattice, in a layout of its own: `Passes`, made
-/// from springs, system and options, has begin_step(), iterate() and particles(), see ColouredParticles, and
-/// reset() if it keeps a history.
+/// A method whose steps are passes over the particles of a lattice, in a layout of its own: `Passes` has
+/// begin_step(), iterate() and particles(), see ColouredParticles, and reset() if it keeps a history.
 template <class Real, class Passes>
 class PassMethod final : public Integrator<Real> {
  public:
-  PassMethod(const IntegratorOptions& options, std::string name)
-      : options_(options), name_(std::move(name)), iterations_(std::max(1, options.iterations)) {}
+  /// Makes passes when the first step begins; may throw InputError.
+  using MakePasses = std::unique_ptr<Passes> (*)(const SpringSystem<Real>&, System<Real>&,
+                                                 const IntegratorOptions&);
+
+  PassMethod(const IntegratorOptions& options, std::string name, MakePasses make_passes)
+      : options_(options),
+        name_(std::move(name)),
+        make_passes_(make_passes),
+        iterations_(std::max(1, options.iterations)) {}
 
   void reset() override {
     if constexpr (requires { passes_->reset(); })
@@ -71,7 +77,7 @@ class PassMethod final : public Integrator<Real> {
  private:
   void begin(System<Real>& system) {
     springs_ = &springs_for(system, name_);
-    passes_ = std::make_unique<Passes>(*springs_, system, options_);
+    passes_ = make_passes_(*springs_, system, options_);
     outer_ = std::make_unique<OuterAcceleration<Real>>(*springs_, system);
     holds_move_ = springs_->held().move(0, 0, springs_->body().lattice().sites);
   }
@@ -105,6 +111,7 @@ class PassMethod final : public Integrator<Real> {
 
   IntegratorOptions options_;
   std::string name_;
+  MakePasses make_passes_;
   int iterations_;
   const SpringSystem<Real>* springs_ = nullptr;
   std::unique_ptr<Passes> passes_;

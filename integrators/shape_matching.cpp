@@ -13,15 +13,13 @@ namespace mss {
 
 namespace {
 
-template <class Real>
-struct Matching : ShapeMatching<Real> {
-  Matching(const SpringSystem<Real>& springs, System<Real>& system, const IntegratorOptions& options)
-      : ShapeMatching<Real>(springs, system, options.dt, options.region_width, options.alpha) {}
-};
+std::unique_ptr<ShapeMatching> make_passes(const SpringSystem<double>& springs, System<double>& system,
+                                           const IntegratorOptions& options) {
+  return std::make_unique<ShapeMatching>(springs, system, options.dt, options.region_width, options.alpha);
+}
 
-template <class Real>
-std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) {
-  return std::make_unique<PassMethod<Real, Matching<Real>>>(options, "shape_matching");
+std::unique_ptr<Integrator<double>> make(const IntegratorOptions& options) {
+  return std::make_unique<PassMethod<double, ShapeMatching>>(options, "shape_matching", make_passes);
 }
 
 }  // namespace
@@ -35,7 +33,7 @@ IntegratorInfo shape_matching() {
       .order_damped = 0,
       .springs_only = true,
       .has_modulus = false,
-      .make_double = make<double>};
+      .make_double = make};
 }
 
 }  // namespace mss

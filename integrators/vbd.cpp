@@ -12,16 +12,15 @@ namespace mss {
 namespace {
 
 template <class Real>
-struct Descents : VertexDescent<Real> {
-  Descents(const SpringSystem<Real>& springs, System<Real>& system, const IntegratorOptions& options)
-      : VertexDescent<Real>(springs, system, options.dt) {
-    check_local_solutions(springs.body().config(), "vbd");
-  }
-};
+std::unique_ptr<VertexDescent<Real>> make_passes(const SpringSystem<Real>& springs, System<Real>& system,
+                                                 const IntegratorOptions& options) {
+  check_local_solutions(springs.body().config(), "vbd");
+  return std::make_unique<VertexDescent<Real>>(springs, system, options.dt);
+}
 
 template <class Real>
 std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) {
-  return std::make_unique<PassMethod<Real, Descents<Real>>>(options, "vbd");
+  return std::make_unique<PassMethod<Real, VertexDescent<Real>>>(options, "vbd", make_passes<Real>);
 }
 
 }  // namespace

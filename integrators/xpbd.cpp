@@ -16,16 +16,16 @@ namespace mss {
 namespace {
 
 template <class Real>
-struct Projections : ConstraintProjection<Real> {
-  Projections(const SpringSystem<Real>& springs, System<Real>& system, const IntegratorOptions& options)
-      : ConstraintProjection<Real>(springs, system, options.dt, options.iterations > 1) {
-    check_local_solutions(springs.body().config(), "xpbd");
-  }
-};
+std::unique_ptr<ConstraintProjection<Real>> make_passes(const SpringSystem<Real>& springs,
+                                                        System<Real>& system,
+                                                        const IntegratorOptions& options) {
+  check_local_solutions(springs.body().config(), "xpbd");
+  return std::make_unique<ConstraintProjection<Real>>(springs, system, options.dt, options.iterations > 1);
+}
 
 template <class Real>
 std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) {
-  return std::make_unique<PassMethod<Real, Projections<Real>>>(options, "xpbd");
+  return std::make_unique<PassMethod<Real, ConstraintProjection<Real>>>(options, "xpbd", make_passes<Real>);
 }
 
 }  // namespace

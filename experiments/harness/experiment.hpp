@@ -97,8 +97,8 @@ struct ExperimentInfo {
   std::string command() const { return under.empty() ? name : under + " " + name; }
 };
 
-/// The integrators that an experiment on motion compares: those named, or all that move a material. Throws InputError for unknown
-/// names and for methods that compute equilibria.
+/// The integrators that an experiment on motion compares: those named, or all that move a material. Throws
+/// InputError for unknown names and for methods that compute equilibria.
 std::vector<std::string> moving_integrators(const std::vector<std::string>& named);
 /// Of these, those that can move bodies of a model. Throws InputError if one that is named cannot.
 std::vector<std::string> moving_integrators(const std::vector<std::string>& named, const std::string& model);

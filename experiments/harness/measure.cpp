@@ -14,6 +14,12 @@ Quartiles quartiles(const std::vector<double>& sample) {
   return {quantile(sample, 0.5), quantile(sample, 0.25), quantile(sample, 0.75)};
 }
 
+Quartiles quartiles_of_ratio(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) ratios.push_back(a[i] / b[i]);
+  return quartiles(ratios);
+}
+
 bool interleave(int repetitions, std::size_t count, const Progress& progress,
                 const std::function<void(std::size_t)>& task) {
   for (int repetition = 0; repetition < repetitions; ++repetition)

@@ -37,6 +37,9 @@ struct Quartiles {
 };
 Quartiles quartiles(const std::vector<double>& sample);
 
+/// Of a[i] / b[i], samples taken in the same round, as far as both go: what disturbed one disturbed both.
+Quartiles quartiles_of_ratio(const std::vector<double>& a, const std::vector<double>& b);
+
 /// Runs task(0) ... task(count - 1) in turn, `repetitions` times, the first one changing from round to round,
 /// so that whatever disturbs the machine affects all of them alike. False if stopped on the way.
 bool interleave(int repetitions, std::size_t count, const Progress& progress,

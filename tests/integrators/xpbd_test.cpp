@@ -5,6 +5,7 @@
 
 #include "core/constraint_projection.hpp"
 #include "core/error.hpp"
+#include "core/tethered_system.hpp"
 #include "integrators/integrator.hpp"
 #include "reference/projected_constraints.hpp"
 #include "tests/random_bodies.hpp"
@@ -151,7 +152,27 @@ TEST(Xpbd, IsStableAtAnyStep) {
   }
 }
 
-TEST(Xpbd, FollowsHoldsLoadsPenaltiesAndWrappersLikeSemiImplicitEuler) {
+/// Expects that small steps of xpbd end within a hundredth of the way that semi-implicit Euler goes, and that
+/// this is at least `way` [m].
+void expect_like_semi_implicit_euler(System<double>& system, const State<double>& start, double way) {
+  const auto end = [&](const char* method) {
+    State<double> state = start;
+    Work work;
+    EXPECT_EQ(find_integrator(method).make<double>({.dt = 1e-5})->advance(system, state, 0.1, work),
+              Status::ok);
+    return state;
+  };
+  const State<double> a = end("xpbd"), b = end("semi_implicit_euler");
+  double largest = 0, moved = 0;
+  for (const std::ptrdiff_t site : system.particles()) {
+    largest = std::max(largest, (a.x.at(site) - b.x.at(site)).norm());
+    moved = std::max(moved, (b.x.at(site) - start.x.at(site)).norm());
+  }
+  EXPECT_GT(moved, way);
+  EXPECT_LT(largest, 0.01 * moved);
+}
+
+TEST(Xpbd, FollowsHoldsLoadsAndPenaltiesLikeSemiImplicitEuler) {
   const Body body(testing::test_config(VoxelGrid::box(2, 2, 3)));
   const Vec3 low = body.config().origin, high = low + Vec3(0.4, 0.4, 0.6);
   const Environment environment{
@@ -160,21 +181,19 @@ TEST(Xpbd, FollowsHoldsLoadsPenaltiesAndWrappersLikeSemiImplicitEuler) {
       .loads = {{.box = {low, {high[0], high[1], low[2]}}, .force = Vec3(0, 3, 0)}},
       .planes = {{.point = low - Vec3(0, 0, 0.001), .contact = ContactLaw::penalty}}};
   SpringSystem<double> system(body, environment, {.threads = 1});
-  const auto end = [&](const char* method) {
-    State<double> state = system.rest_state();
-    Work work;
-    EXPECT_EQ(find_integrator(method).make<double>({.dt = 1e-5})->advance(system, state, 0.1, work),
-              Status::ok);
-    return state;
-  };
-  const State<double> a = end("xpbd"), b = end("semi_implicit_euler");
-  double largest = 0, moved = 0;
-  for (const std::ptrdiff_t site : body.sites()) {
-    largest = std::max(largest, (a.x.at(site) - b.x.at(site)).norm());
-    moved = std::max(moved, (b.x.at(site) - body.rest_position(site)).norm());
-  }
-  EXPECT_GT(moved, 1e-3);
-  EXPECT_LT(largest, 0.01 * moved);
+  expect_like_semi_implicit_euler(system, system.rest_state(), 1e-3);
+}
+
+TEST(Xpbd, FollowsAWrapperLikeSemiImplicitEuler) {
+  const Body body(testing::test_config(VoxelGrid::box(2, 2, 3)));
+  SpringSystem<double> system(body, {}, {.threads = 1});
+  TetheredSystem<double> tethered(system);
+  const std::ptrdiff_t corner = body.sites().back();
+  tethered.tie(Tether{.site = corner,
+                      .anchor = body.rest_position(corner) + Vec3(0.1, 0.05, 0),
+                      .stiffness = 50,
+                      .damping = 0.1});
+  expect_like_semi_implicit_euler(tethered, system.rest_state(), 1e-2);
 }
 
 /// The message of the error that a body causes.

@@ -40,11 +40,15 @@ struct Run {
 struct Fit {
   std::string method;
   long steps;       ///< a frame
-  double wanted;    ///< the springs' deflection [m]
-  double stiffest;  ///< the method's with alpha = 1 [m]
-  double alpha;
+  double wanted;    ///< the springs' deflection [m]; NaN: their rest was not found
+  double stiffest;  ///< the method's with alpha = 1 [m]; NaN: it does not come to rest
+  double alpha;     ///< 1 where that is as good as any
 
-  std::string status() const { return wanted < stiffest ? "too soft even with alpha = 1" : "ok"; }
+  std::string status() const {
+    if (std::isnan(wanted)) return "no rest of the springs";
+    if (std::isnan(stiffest)) return "no rest with alpha = 1";
+    return wanted < stiffest ? "too soft even with alpha = 1" : "ok";
+  }
 };
 
 /// A scene with its references.
@@ -112,32 +116,33 @@ class Problem {
     if (deflection_ == 0) {
       State<double> rest = cube_.start;
       Work work;
-      find_integrator("static").make<double>({})->advance(cube_.system, rest, 0, work);
-      deflection_ = deflection(rest.x);
+      const Status found = find_integrator("static").make<double>({})->advance(cube_.system, rest, 0, work);
+      deflection_ = found == Status::ok ? deflection(rest.x) : none;
       stiffest_ = stiffest_deflection(find_integrator(family.integrator));
     }
     Fit fit{family.name(), steps, deflection_, stiffest_ / double(steps) / double(steps), 1};
-    fit.alpha = std::min(1.0, fit.stiffest / fit.wanted);
+    if (fit.stiffest < fit.wanted) fit.alpha = fit.stiffest / fit.wanted;
     fits_.push_back(fit);
     return fit.alpha;
   }
 
-  /// With alpha = 1 and a step a frame: steps from rest each, until they hardly move the free end.
+  /// With alpha = 1 and a step a frame: steps from rest each, until they hardly move the free end. NaN if
+  /// they do not stop moving it.
   double stiffest_deflection(const IntegratorInfo& info) {
     constexpr int most_steps = 20000;
     constexpr double negligible = 1e-6;
     const auto integrator = info.make<double>({.dt = frame});
     State<double> state = cube_.start;
     Work work;
-    double before = 0, now = 0;
+    double before = 0;
     for (int i = 1; i <= most_steps; ++i) {
-      integrator->advance(cube_.system, state, state.t + frame, work);
+      if (integrator->advance(cube_.system, state, state.t + frame, work) != Status::ok) return none;
       state.v.array() = 0;
-      now = deflection(state.x);
-      if (std::abs(now - before) < negligible * std::abs(now)) break;
+      const double now = deflection(state.x);
+      if (std::abs(now - before) < negligible * std::abs(now)) return now;
       before = now;
     }
-    return now;
+    return none;
   }
 
   /// Mean of the free end, downwards [m].
@@ -168,7 +173,9 @@ class Problem {
     return motion;
   }
 
+  /// NaN if there is no reference.
   double distance(const Motion& motion, const Motion& reference) const {
+    if (reference.empty()) return none;
     double sum = 0;
     for (std::size_t i = 0; i < motion.size(); ++i) sum += cube_.squared_distance(motion[i], reference[i]);
     return std::sqrt(sum / displacement_);
@@ -191,17 +198,15 @@ const Run& fastest_explicit(const std::vector<Run>& runs) {
                            [&](const Run& a, const Run& b) { return time(a) < time(b); });
 }
 
-/// Quotients of samples of the same round.
-Quartiles ratio(const std::vector<double>& a, const std::vector<double>& b) {
-  std::vector<double> ratios;
-  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) ratios.push_back(a[i] / b[i]);
-  return quartiles(ratios);
+std::string status_of(const Run& run, bool has_references) {
+  if (run.status == Status::ok && !has_references) return "the reference failed";
+  return std::string(to_string(run.status));
 }
 
-void add_rows(Table& table, const FrameScene& scene, const std::vector<Run>& runs) {
+void add_rows(Table& table, const FrameScene& scene, const std::vector<Run>& runs, bool has_references) {
   const Run& fastest = fastest_explicit(runs);
   for (const Run& run : runs) {
-    const Quartiles time = quartiles(run.seconds), over = ratio(run.seconds, fastest.seconds);
+    const Quartiles time = quartiles(run.seconds), over = quartiles_of_ratio(run.seconds, fastest.seconds);
     std::vector<Cell> row{scene.name,
                           scene.cells,
                           scene.young,
@@ -221,7 +226,7 @@ void add_rows(Table& table, const FrameScene& scene, const std::vector<Run>& run
                           run.error,
                           run.distance};
     for (Cell& cell : work_cells(run.work)) row.push_back(std::move(cell));
-    row.emplace_back(std::string(to_string(run.status)));
+    row.emplace_back(status_of(run, has_references));
     table.add(std::move(row));
   }
 }
@@ -241,14 +246,12 @@ Table empty_rows() {
 bool measure_scene(const FramesConfig& config, const FrameScene& scene, FrameTables& tables,
                    const Progress& progress) {
   Problem problem(config, scene);
-  if (!problem.has_references())
-    throw std::runtime_error("no reference motion of " + scene.description());  // both are robust
   std::vector<Run> runs = problem.runs();
   const auto take = [&](std::size_t i) {
     if (runs[i].spent < config.seconds_per_row) problem.take(runs[i]);
   };
   if (!interleave(config.repetitions, runs.size(), progress, take)) return false;
-  add_rows(tables.rows, scene, runs);
+  add_rows(tables.rows, scene, runs, problem.has_references());
   for (const Fit& fit : problem.fits())
     tables.fits.add(
         {scene.name, fit.method, std::int64_t(fit.steps), fit.wanted, fit.stiffest, fit.alpha, fit.status()});

@@ -129,13 +129,6 @@ const Runner& fastest(const std::vector<Runner>& runners) {
   });
 }
 
-/// Of quotients of samples taken in the same round.
-Quartiles ratio(const std::vector<double>& a, const std::vector<double>& b) {
-  std::vector<double> ratios;
-  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) ratios.push_back(a[i] / b[i]);
-  return quartiles(ratios);
-}
-
 std::string status_of(const Frame& frame, const Runner& implicit, const Runner& best) {
   if (frame.x_end.size() == 0) return "the reference failed";
   return std::string(to_string(implicit.status != Status::ok ? implicit.status : best.status));
@@ -149,8 +142,8 @@ void add_row(Table& table, int n, double dt_omega, const Frame& frame, const Run
     row.insert(row.end(),
                {runner->name, std::int64_t(runner->steps), time.median, time.q1, time.q3, runner->error});
   }
-  const Quartiles over_repeated = ratio(best.repeated, implicit.repeated),
-                  over_first = ratio(best.first, implicit.first);
+  const Quartiles over_repeated = quartiles_of_ratio(best.repeated, implicit.repeated),
+                  over_first = quartiles_of_ratio(best.first, implicit.first);
   row.insert(row.end(), {over_repeated.median, over_repeated.q1, over_repeated.q3,
                          quartiles(implicit.first).median, over_first.median, over_first.q1, over_first.q3,
                          std::int64_t(std::min(implicit.repeated.size(), best.repeated.size())),

@@ -83,9 +83,7 @@ bool add_rows(int n, int threads, const MethodTimingConfig& config, const Progre
                           [&](std::size_t i) { return all[i]->take(steps[i]) / double(steps[i]); });
   if (progress.stopped()) return false;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    std::vector<double> over;
-    for (std::size_t s = 0; s < samples[i].size(); ++s) over.push_back(samples[i][s] / samples[0][s]);
-    const Quartiles time = quartiles(samples[i]), ratio = quartiles(over);
+    const Quartiles time = quartiles(samples[i]), ratio = quartiles_of_ratio(samples[i], samples[0]);
     table.add({label(all[i]->candidate), std::string(sizeof(Real) == sizeof(float) ? "single" : "double"),
                threads, n, time.median, time.q1, time.q3, ratio.median, ratio.q1, ratio.q3,
                std::string(to_string(all[i]->status))});

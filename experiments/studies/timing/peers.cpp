@@ -63,9 +63,7 @@ bool add_row(int n, const PeerTimingConfig& config, const Progress& progress, Ta
   std::size_t best = 0;
   for (std::size_t i = 1; i < ours.size(); ++i)
     if (quartiles(samples[i]).median < quartiles(samples[best]).median) best = i;
-  std::vector<double> over;
-  for (std::size_t s = 0; s < samples[best].size(); ++s) over.push_back(samples.back()[s] / samples[best][s]);
-  const Quartiles peer = quartiles(samples.back()), ratio = quartiles(over);
+  const Quartiles peer = quartiles(samples.back()), ratio = quartiles_of_ratio(samples.back(), samples[best]);
   const bool finite = bullet.position(0).allFinite();
   table.add({"Bullet", reference::BulletCube::version(), n, peer.median, peer.q1, peer.q3,
              quartiles(samples[best]).median, config.threads[best], ratio.median, ratio.q1, ratio.q3,

@@ -126,13 +126,6 @@ std::vector<std::vector<double>> samples(const Operation<Real>& operation,
   return taken;
 }
 
-/// Quotients of samples taken in the same round.
-Quartiles ratio(const std::vector<double>& a, const std::vector<double>& b) {
-  std::vector<double> ratios;
-  for (std::size_t i = 0; i < a.size(); ++i) ratios.push_back(a[i] / b[i]);
-  return quartiles(ratios);
-}
-
 template <class Real>
 bool add_rows(int n, const ShapeTimingConfig& config, const Progress& progress, Table& table) {
   std::vector<std::unique_ptr<Subject<Real>>> subjects;
@@ -142,7 +135,7 @@ bool add_rows(int n, const ShapeTimingConfig& config, const Progress& progress, 
     const std::vector<std::vector<double>> ns = samples(operation, subjects, config, progress);
     if (ns.empty()) return false;
     for (std::size_t i = 0; i < shapes.size(); ++i) {
-      const Quartiles own = quartiles(ns[i]), over_box = ratio(ns[i], ns.front());
+      const Quartiles own = quartiles(ns[i]), over_box = quartiles_of_ratio(ns[i], ns.front());
       const std::string precision = sizeof(Real) == sizeof(float) ? "single" : "double";
       const Status status = subjects[i]->is_sound() ? Status::ok : Status::non_finite;
       grown.add({std::string(shapes[i].name), std::string(operation.name), precision, n,
