@@ -43,12 +43,25 @@ void ColouredParticles<Real>::find_masses(const HeldSites& held_sites) {
 }
 
 template <class Real>
+template <class Visit>
+void ColouredParticles<Real>::for_each_half_row(Visit&& visit) const {
+  const Lattice& sites = body_.lattice();
+  for (int k = 0; k <= sites.cells[2]; ++k)
+    for (int j = 0; j <= sites.cells[1]; ++j)
+      for (int parity = 0; parity <= std::min(1, sites.cells[0]); ++parity)
+        visit(lattice_.index(parity, j, k), sites.site(parity, j, k), (sites.cells[0] - parity) / 2 + 1);
+}
+
+template <class Real>
 void ColouredParticles<Real>::take(const State<Real>& state) {
-  for (int axis = 0; axis < 3; ++axis)
-    for (std::size_t p = 0; p < index_.size(); ++p) {
-      x_.axis(axis)[index_[p]] = state.x.axis(axis)[body_.sites()[p]];
-      v_.axis(axis)[index_[p]] = state.v.axis(axis)[body_.sites()[p]];
-    }
+  const auto copy = [&](Field<Real>& to, const Field<Real>& from) {
+    for_each_half_row([&](std::ptrdiff_t index, std::ptrdiff_t site, int count) {
+      for (int axis = 0; axis < 3; ++axis)
+        for (int i = 0; i < count; ++i) to.axis(axis)[index + i] = from.axis(axis)[site + 2 * i];
+    });
+  };
+  copy(x_, state.x);
+  copy(v_, state.v);
 }
 
 template <class Real>
@@ -61,43 +74,55 @@ void ColouredParticles<Real>::take_acceleration(const Field<Real>& acceleration)
 
 template <class Real>
 void ColouredParticles<Real>::give(State<Real>& state) const {
-  for (int axis = 0; axis < 3; ++axis)
-    for (std::size_t p = 0; p < index_.size(); ++p) {
-      state.x.axis(axis)[body_.sites()[p]] = x_.axis(axis)[index_[p]];
-      state.v.axis(axis)[body_.sites()[p]] = v_.axis(axis)[index_[p]];
-    }
+  const auto copy = [&](Field<Real>& to, const Field<Real>& from) {
+    for_each_half_row([&](std::ptrdiff_t index, std::ptrdiff_t site, int count) {
+      for (int axis = 0; axis < 3; ++axis)
+        for (int i = 0; i < count; ++i) to.axis(axis)[site + 2 * i] = from.axis(axis)[index + i];
+    });
+  };
+  copy(state.x, x_);
+  copy(state.v, v_);
 }
 
 template <class Real>
-void ColouredParticles<Real>::for_each_range(double dt, Field<Real>& moved,
-                                             void (*pass)(const ProjectionStep<Real>&)) {
+void ColouredParticles<Real>::pass_over_plane(double dt, Field<Real>& target, int parity,
+                                              std::ptrdiff_t plane, StepPass pass) {
   const auto streams = [](Field<Real>& f) { return Streams<Real>{{f.axis(0), f.axis(1), f.axis(2)}}; };
-  const ProjectionStep<Real> all{0,
-                                 0,
-                                 streams(x_),
-                                 streams(v_),
-                                 streams(moved),
-                                 {{acceleration_.axis(0), acceleration_.axis(1), acceleration_.axis(2)}},
-                                 static_cast<Real>(dt)};
+  ProjectionStep<Real> range{0,
+                             0,
+                             streams(x_),
+                             streams(v_),
+                             streams(u_),
+                             streams(target),
+                             {{acceleration_.axis(0), acceleration_.axis(1), acceleration_.axis(2)}},
+                             static_cast<Real>(dt)};
+  for (int part = 4 * parity; part < 4 * parity + 4; ++part) {
+    range.first = lattice_.neighbour(part, 0, 0, 0) + plane * lattice_.plane;
+    range.last = range.first + lattice_.used(kernel_.lanes);
+    pass(range);
+  }
+}
+
+template <class Real>
+void ColouredParticles<Real>::pass_over_all(double dt, Field<Real>& target, StepPass pass) {
   system_.parallel(lattice_.planes_in_part, [&](std::ptrdiff_t plane) {
-    ProjectionStep<Real> range = all;
-    for (int colour = 0; colour < ColouredLattice::colours; ++colour) {
-      range.first = lattice_.neighbour(colour, 0, 0, 0) + plane * lattice_.plane;
-      range.last = range.first + lattice_.used(kernel_.lanes);
-      pass(range);
-    }
+    for (const int parity : {0, 1}) pass_over_plane(dt, target, parity, plane, pass);
   });
 }
 
 template <class Real>
-void ColouredParticles<Real>::predict(double dt) {
-  for_each_range(dt, u_, kernel_.predict);
+void ColouredParticles<Real>::predict(double dt, Field<Real>& target) {
+  pass_over_all(dt, target, kernel_.predict);
 }
 
 template <class Real>
-void ColouredParticles<Real>::predict(double dt, Field<Real>& target) {
-  for_each_range(dt, target, kernel_.predict);
-  u_.array() = static_cast<Real>(dt) * v_.array();
+void ColouredParticles<Real>::proceed(double dt, Field<Real>& target) {
+  pass_over_all(dt, target, kernel_.proceed);
+}
+
+template <class Real>
+void ColouredParticles<Real>::proceed(double dt, Field<Real>& target, int parity, std::ptrdiff_t plane) {
+  pass_over_plane(dt, target, parity, plane, kernel_.proceed);
 }
 
 template <class Real>
@@ -107,7 +132,7 @@ void ColouredParticles<Real>::set_displacement(std::ptrdiff_t site, int axis, Re
 
 template <class Real>
 void ColouredParticles<Real>::finish(double dt) {
-  for_each_range(dt, u_, kernel_.finish);
+  pass_over_all(dt, u_, kernel_.finish);
 }
 
 template <class Real>

@@ -29,10 +29,13 @@ class ColouredParticles {
   /// Writes the positions and velocities of all particles.
   void give(State<Real>& state) const;
 
-  /// Begins a step: u = dt v + dt^2 a, where particles would be without springs.
-  void predict(double dt);
-  /// The same, written to `target`, and u = dt v.
+  /// Begins a step: u = dt v, and the target is where particles would be without springs, dt v + dt^2 a. It
+  /// may be displacement().
   void predict(double dt, Field<Real>& target);
+  /// finish(), then predict() with the same accelerations, in one; velocities are not kept.
+  void proceed(double dt, Field<Real>& target);
+  /// The same in one plane of the parts with that parity of z.
+  void proceed(double dt, Field<Real>& target, int parity, std::ptrdiff_t plane);
   /// The displacement of a particle in this step [m].
   void set_displacement(std::ptrdiff_t site, int axis, Real u);
   /// Ends a step: x += u, v = u / dt.
@@ -41,6 +44,7 @@ class ColouredParticles {
   /// Before the step.
   ConstStreams<Real> before() const;
   Streams<Real> moved();
+  Field<Real>& displacement() { return u_; }
   /// 0 along axes that are held, and where there is no particle [1/kg].
   ConstStreams<Real> inverse_mass() const;
   /// Whether some particle is held along some axes only.
@@ -53,8 +57,14 @@ class ColouredParticles {
 
  private:
   void find_masses(const HeldSites& held);
-  /// Calls pass(step) for ranges that together are all sites.
-  void for_each_range(double dt, Field<Real>& moved, void (*pass)(const ProjectionStep<Real>&));
+  /// Calls visit(index, site, count) for every second site of every row: `count` of them, from `site` on,
+  /// have the indices from `index` on. Sites without a particle, which stay as they are, are among them.
+  template <class Visit>
+  void for_each_half_row(Visit&& visit) const;
+  using StepPass = void (*)(const ProjectionStep<Real>&);
+  /// Over one plane of the parts with that parity of z, and over all, on the system's threads.
+  void pass_over_plane(double dt, Field<Real>& target, int parity, std::ptrdiff_t plane, StepPass pass);
+  void pass_over_all(double dt, Field<Real>& target, StepPass pass);
 
   const Body& body_;
   System<Real>& system_;
@@ -96,15 +106,26 @@ class ColouredBlocks {
 /// ascending order, on the system's threads. Colours 0 to 3, those of even planes, touch a pair of planes
 /// that no other pair's do, and so do 4 to 7: so a pair gets its four colours one after the other, while it
 /// is in the cache, and what comes out is the same as if every colour were finished before the next.
-template <class Real, class Visit>
+///
+/// Calls finished(parity, plane) when what is left touches the corners of no more cells in a plane of the
+/// parts with that parity of z.
+template <class Real, class Visit, class Finished>
 void for_each_colour(System<Real>& system, const ColouredLattice& lattice, const ColouredBlocks& blocks,
-                     int lanes, Visit&& visit) {
-  for (const int lowest : {0, 4})
-    system.parallel(lattice.planes(lowest), [&](std::ptrdiff_t plane) {
-      for (int colour = lowest; colour < lowest + 4; ++colour)
-        if (!blocks.entries(colour).empty())
-          visit(colour, plane * lattice.plane, plane * lattice.plane + lattice.used(lanes));
-    });
+                     int lanes, Visit&& visit, Finished&& finished) {
+  const auto visit_pair = [&](int lowest, std::ptrdiff_t plane) {
+    for (int colour = lowest; colour < lowest + 4; ++colour)
+      if (!blocks.entries(colour).empty())
+        visit(colour, plane * lattice.plane, plane * lattice.plane + lattice.used(lanes));
+  };
+  system.parallel(lattice.planes(0), [&](std::ptrdiff_t plane) {
+    visit_pair(0, plane);
+    if (plane == 0) finished(0, plane);
+  });
+  system.parallel(lattice.planes(4), [&](std::ptrdiff_t plane) {
+    visit_pair(4, plane);
+    finished(1, plane);
+    if (plane + 1 < lattice.planes(0)) finished(0, plane + 1);
+  });
 }
 
 }  // namespace mss

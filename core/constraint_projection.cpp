@@ -14,6 +14,13 @@ bool has_constraints(const SiteElements& e) {
          std::any_of(e.stiffness.begin(), e.stiffness.end(), [](double k) { return k != 0; });
 }
 
+/// Whether only springs between corners 0 to 3, which lie in one plane, have a stiffness.
+bool is_flat(const SiteElements& e) {
+  for (std::size_t s = 0; s < spring_slots.size(); ++s)
+    if (e.stiffness[s] != 0 && (spring_slots[s].a >= 4 || spring_slots[s].b >= 4)) return false;
+  return e.volume == 0;
+}
+
 template <class Real>
 ColouredBlocks blocks_of(const ColouredParticles<Real>& particles, int lanes) {
   const Body& body = particles.body();
@@ -53,10 +60,13 @@ template <class Real>
 void ConstraintProjection<Real>::fill_dictionary() {
   const std::ptrdiff_t size = std::ptrdiff_t(projection_coefficients) * kernel_.lanes;
   dictionary_ = AlignedArray<Real>(size * std::ptrdiff_t(blocks_.size()));
+  is_flat_.assign(blocks_.size(), 1);
   for (std::size_t entry = 1; entry < blocks_.size(); ++entry)
     for (int lane = 0; lane < kernel_.lanes; ++lane)
-      if (const std::uint32_t* numbers = blocks_.lane(entry, lane); numbers[0] != 0)
+      if (const std::uint32_t* numbers = blocks_.lane(entry, lane); numbers[0] != 0) {
         fill_lane(numbers, dictionary_.data() + size * std::ptrdiff_t(entry) + lane);
+        if (!is_flat(particles_.body().elements()[numbers[0] - 1])) is_flat_[entry] = 0;
+      }
 }
 
 template <class Real>
@@ -80,7 +90,12 @@ void ConstraintProjection<Real>::fill_lane(const std::uint32_t* lane, Real* coef
 
 template <class Real>
 void ConstraintProjection<Real>::begin_step() {
-  particles_.predict(dt_);
+  particles_.predict(dt_, particles_.displacement());
+  forget_multipliers();
+}
+
+template <class Real>
+void ConstraintProjection<Real>::forget_multipliers() {
   for (AlignedArray<Real>& multipliers : multipliers_) multipliers.fill(0);
 }
 
@@ -90,6 +105,7 @@ Projection<Real> ConstraintProjection<Real>::part_of(int colour) {
   Projection<Real> p{};
   p.entry = blocks_.entries(colour).data();
   p.dictionary = dictionary_.data();
+  p.is_flat = is_flat_.data();
   p.multipliers = multipliers_[std::size_t(colour)].data();
   for (int c = 0; c < 8; ++c) p.corner[c] = particles_.lattice().corner(colour, c);
   for (std::size_t s = 0; s < spring_slots.size(); ++s)
@@ -102,15 +118,28 @@ Projection<Real> ConstraintProjection<Real>::part_of(int colour) {
 }
 
 template <class Real>
+template <class Finished>
+void ConstraintProjection<Real>::pass(Finished&& finished) {
+  const auto project = keeps_multipliers_ ? kernel_.general : damped_ ? kernel_.damped : kernel_.undamped;
+  for_each_colour(
+      system_, particles_.lattice(), blocks_, kernel_.lanes,
+      [&](int colour, std::ptrdiff_t first, std::ptrdiff_t last) {
+        project(parts_[std::size_t(colour)], first, last);
+      },
+      finished);
+}
+
+template <class Real>
 void ConstraintProjection<Real>::iterate() {
-  const auto pass = keeps_multipliers_ ? kernel_.general : damped_ ? kernel_.damped : kernel_.undamped;
-  for_each_colour(system_, particles_.lattice(), blocks_, kernel_.lanes,
-                  [&](int colour, std::ptrdiff_t first, std::ptrdiff_t last) {
-                    Projection<Real> part = parts_[std::size_t(colour)];
-                    part.first = first;
-                    part.last = last;
-                    pass(part);
-                  });
+  pass([](int, std::ptrdiff_t) {});
+}
+
+template <class Real>
+void ConstraintProjection<Real>::iterate_into_next_step() {
+  pass([&](int parity, std::ptrdiff_t plane) {
+    particles_.proceed(dt_, particles_.displacement(), parity, plane);
+  });
+  forget_multipliers();
 }
 
 template class ConstraintProjection<float>;

@@ -28,10 +28,18 @@ class ConstraintProjection {
   void begin_step();
   /// One pass over all constraints.
   void iterate();
+  /// The same; then ends the step and begins the next, with the same accelerations: plane by plane, while its
+  /// particles are in the cache.
+  void iterate_into_next_step();
 
  private:
   void fill_dictionary();
   void fill_lane(const std::uint32_t* lane, Real* coefficients) const;
+  void forget_multipliers();
+  /// Calls finished(parity, plane) for a plane of the parts with that parity of z when none of its particles
+  /// will be moved again in this pass.
+  template <class Finished>
+  void pass(Finished&& finished);
   Projection<Real> part_of(int colour);
 
   System<Real>& system_;
@@ -42,6 +50,7 @@ class ConstraintProjection {
   double dt_;
   ColouredBlocks blocks_;
   AlignedArray<Real> dictionary_;
+  std::vector<std::uint8_t> is_flat_;  ///< per entry, see Projection
   std::array<AlignedArray<Real>, ColouredLattice::colours> multipliers_;
   std::array<Projection<Real>, ColouredLattice::colours> parts_;  ///< what a pass over a colour is told
 };

@@ -27,10 +27,13 @@ struct CornerPlaces {
 inline constexpr CornerPlaces corner_places;
 
 /// Numbers per particle that a descent reads: k and c / (dt rsqrt_scale^2) of every neighbour's spring,
-/// k_vol / V0 of the eight cells, and m / dt^2.
+/// k_vol / V0 / 64^2 of the eight cells, and m / dt^2.
 inline constexpr int descent_coefficients = 2 * sites_around + 8 + 1;
 
-/// What the pass over a range of one colour's particles reads and writes, in the layout of a ColouredLattice.
+/// Whether particles in the plane below, and in that above, matter to some of W particles.
+inline constexpr int plane_below = 1, plane_above = 2;
+
+/// What the pass over one colour's particles reads and writes, in the layout of a ColouredLattice.
 ///
 /// Particle i moves to the minimum of the quadratic model of a step's objective in its own coordinates, while
 /// all others stay: u_i += H^-1 f with u = x - x_n, and, over the springs s of the particle with differences
@@ -44,11 +47,11 @@ inline constexpr int descent_coefficients = 2 * sites_around + 8 + 1;
 template <class Real>
 struct Descent {
   std::ptrdiff_t around[sites_around];  ///< from a particle's index within its part to its neighbours'
-  std::ptrdiff_t first, last;           ///< indices within the part, multiples of W; [first, last)
   const std::uint32_t* entry;           ///< per W of this part: which dictionary entry; 0: nothing to do
   const Real* dictionary;               ///< entries of descent_coefficients x W numbers
+  const std::uint8_t* planes;           ///< per entry: plane_below + plane_above, what is not zero of these
   Real rest_length[sites_around];       ///< over rsqrt_scale [m]
-  Real rest_volume;                     ///< V0 [m^3]
+  Real rest_volume;                     ///< 64 V0 [m^3]
   ConstStreams<Real> before;            ///< x_n
   ConstStreams<Real> target;            ///< y
   ConstStreams<Real> inverse_mass;      ///< along each axis: 0 where it is held
@@ -58,11 +61,13 @@ struct Descent {
 /// One copy of the descent, compiled for one instruction set and precision.
 template <class Real>
 struct DescentKernel {
+  /// Over indices [first, last) within a part, multiples of W.
+  using Pass = void (*)(const Descent<Real>&, std::ptrdiff_t first, std::ptrdiff_t last);
+
   const char* name;
   int lanes;
   Real rsqrt_scale;
-  void (*undamped)(const Descent<Real>&);
-  void (*damped)(const Descent<Real>&);
+  Pass undamped, damped;
 };
 
 /// The kernels this processor can run, slowest first; never empty.

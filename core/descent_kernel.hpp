@@ -23,13 +23,24 @@ struct Descending {
   Pack<Real> isotropic;  ///< of the Hessian, times the identity
   Symmetric<Real> hessian;
 
+  /// Positions of the nine sites of a plane, from 0 for that below.
+  MSS_INLINE void take_plane(int plane) {
+    for (int n = 9 * plane; n < 9 * (plane + 1); ++n)
+      x[n] = load(p.before, p.around[n] + first) + load(p.moved, p.around[n] + first);
+  }
+  MSS_INLINE void add_springs_to_plane(int plane) {
+    for (int n = 9 * plane; n < 9 * (plane + 1); ++n)
+      if (n != middle) add_spring(n);
+  }
+
   MSS_INLINE void add_spring(int other) {
     constexpr Real unscale = 1 / (rsqrt_scale<Real> * rsqrt_scale<Real>);
     const Vec<Real> d = x[other] - x[middle];
     const Pack<Real> squared = squared_norm(d), r = scaled_rsqrt(squared, rsqrt_estimate(squared));
     const Pack<Real> k = load(coefficient + W * other), strain = Real(1) - p.rest_length[other] * r;
-    const Pack<Real> across = k * positive_part<Real>(strain);
-    Pack<Real> pull = k * strain, along = unscale * (k - across);
+    Pack<Real> pull = k * strain;
+    const Pack<Real> across = positive_part<Real>(pull);
+    Pack<Real> along = unscale * (k - across);
     if constexpr (Damped) {
       const Pack<Real> damping = load(coefficient + W * (sites_around + other));
       pull = pull + damping * (dot(d, load(p.moved, p.around[other] + first) - moved) * (r * r));
@@ -40,7 +51,8 @@ struct Descending {
     hessian.add(along * (r * r), d);
   }
 
-  /// Of the cell whose corner `own` the particle is. Edges are four times too long, see the sweep.
+  /// Of the cell whose corner `own` the particle is. Edges are four times too long, see the sweep, so the
+  /// volume is 64 times too large, and so is its gradient.
   template <int own>
   MSS_INLINE void add_volume() {
     const Pack<Real> stiffness = load(coefficient + W * (2 * sites_around + own));
@@ -49,38 +61,47 @@ struct Descending {
     const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
     const Vec<Real> by_x = (own & 1) != 0 ? yz : -yz, by_y = (own & 2) != 0 ? zx : -zx,
                     by_z = (own & 4) != 0 ? xy : -xy;
-    const Vec<Real> slope = (Pack<Real>{} + Real(1.0 / 64)) * ((by_x + by_y) + by_z);
-    const Pack<Real> excess = Real(1.0 / 64) * dot(e.x, yz) - p.rest_volume;
+    const Vec<Real> slope = (by_x + by_y) + by_z;
+    const Pack<Real> excess = dot(e.x, yz) - p.rest_volume;
     force = force - (stiffness * excess) * slope;
     hessian.add(stiffness, slope);
   }
 };
 
 template <class Real, bool Damped>
-void descend(const Descent<Real>& argument) {
+void descend(const Descent<Real>& argument, std::ptrdiff_t first, std::ptrdiff_t last) {
   constexpr int W = lanes<Real>;
   const Descent<Real> p = argument;  // a copy that the stores below cannot reach
   const Pack<Real> zero{};
-  for (std::ptrdiff_t i = p.first; i < p.last; i += W) {
+  for (std::ptrdiff_t i = first; i < last; i += W) {
     const std::uint32_t entry = p.entry[i / W];
     if (entry == 0) continue;
     const std::ptrdiff_t own = p.around[middle] + i;
     const Real* coefficient = p.dictionary + std::ptrdiff_t(entry) * descent_coefficients * W;
     Descending<Real, Damped> s{p, coefficient, i, {}, load(p.moved, own), {}, {}, {}};
-    for (int n = 0; n < sites_around; ++n)
-      s.x[n] = load(p.before, p.around[n] + i) + load(p.moved, p.around[n] + i);
+    const bool below = (p.planes[entry] & plane_below) != 0, above = (p.planes[entry] & plane_above) != 0;
     s.isotropic = load(coefficient + W * (2 * sites_around + 8));
     s.force = s.isotropic * (load(p.target, own) - s.moved);
-    for (int n = 0; n < sites_around; ++n)
-      if (n != middle) s.add_spring(n);
-    s.template add_volume<0>();
-    s.template add_volume<1>();
-    s.template add_volume<2>();
-    s.template add_volume<3>();
-    s.template add_volume<4>();
-    s.template add_volume<5>();
-    s.template add_volume<6>();
-    s.template add_volume<7>();
+    s.take_plane(1);
+    if (below) {
+      s.take_plane(0);
+      s.add_springs_to_plane(0);
+    }
+    s.add_springs_to_plane(1);
+    if (above) {
+      s.take_plane(2);
+      s.add_springs_to_plane(2);
+      s.template add_volume<0>();
+      s.template add_volume<1>();
+      s.template add_volume<2>();
+      s.template add_volume<3>();
+    }
+    if (below) {
+      s.template add_volume<4>();
+      s.template add_volume<5>();
+      s.template add_volume<6>();
+      s.template add_volume<7>();
+    }
     // Held axes do not move, and the others as if they were alone.
     const Vec<Real> w = load(p.inverse_mass, own);
     const auto fx = w.x > zero, fy = w.y > zero, fz = w.z > zero;

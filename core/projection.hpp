@@ -15,7 +15,7 @@ inline constexpr int projection_coefficients = 3 * springs_per_site + 1;
 /// Constraints that a cell projects: its thirteen springs and its volume.
 inline constexpr int constraints_per_cell = springs_per_site + 1;
 
-/// What the pass over a range of one colour's cells reads and writes. Streams and arrays have the layout of a
+/// What the pass over one colour's cells reads and writes. Streams and arrays have the layout of a
 /// ColouredLattice; `corner` leads from a cell's index to its corners.
 ///
 /// u = x - x_n are the displacements of the step, n the direction of a spring from its second end to its
@@ -31,9 +31,9 @@ inline constexpr int constraints_per_cell = springs_per_site + 1;
 template <class Real>
 struct Projection {
   std::ptrdiff_t corner[8];
-  std::ptrdiff_t first, last;  ///< cells, multiples of W; [first, last)
-  const std::uint32_t* entry;  ///< per W cells of this colour: which dictionary entry; 0: nothing to do
-  const Real* dictionary;      ///< entries of projection_coefficients x W numbers
+  const std::uint32_t* entry;   ///< per W cells of this colour: which dictionary entry; 0: nothing to do
+  const Real* dictionary;       ///< entries of projection_coefficients x W numbers
+  const std::uint8_t* is_flat;  ///< per entry: whether it has springs between corners 0 to 3 only
   Real rest_length[springs_per_site];  ///< times rsqrt_scale [m]
   Real rest_volume;                    ///< V0 [m^3]
   ConstStreams<Real> before;           ///< x_n
@@ -47,6 +47,7 @@ template <class Real>
 struct ProjectionStep {
   std::ptrdiff_t first, last;  ///< multiples of W; [first, last)
   Streams<Real> x, v, moved;
+  Streams<Real> target;  ///< may be `moved`
   ConstStreams<Real> acceleration;
   Real dt;
 };
@@ -54,19 +55,22 @@ struct ProjectionStep {
 /// One copy of the projection, compiled for one instruction set and precision.
 template <class Real>
 struct ProjectionKernel {
+  /// Over cells [first, last) of a colour, multiples of W.
+  using Pass = void (*)(const Projection<Real>&, std::ptrdiff_t first, std::ptrdiff_t last);
+
   const char* name;
   int lanes;
   Real rsqrt_scale;
-  /// u = dt v + dt^2 a.
+  /// u = dt v, then target = dt v + dt^2 a.
   void (*predict)(const ProjectionStep<Real>&);
+  /// The end of a step and the beginning of the next, without storing v: the same bits as one after the other.
+  void (*proceed)(const ProjectionStep<Real>&);
   /// x += u, v = u / dt.
   void (*finish)(const ProjectionStep<Real>&);
   /// Without damping; with it; the same with multipliers kept from one pass to the next, and masses that
   /// differ between axes. The first two begin with lam = 0 and do not keep it, and take the masses along x
   /// for all axes.
-  void (*undamped)(const Projection<Real>&);
-  void (*damped)(const Projection<Real>&);
-  void (*general)(const Projection<Real>&);
+  Pass undamped, damped, general;
 };
 
 /// The kernels this processor can run, slowest first; never empty.

@@ -184,7 +184,7 @@ void ShapeMatching::take_acceleration(const Field<double>& acceleration) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t p = 0; p < index_.size(); ++p)
       acceleration_[axis][index_[p]] =
-          freedom_[axis][index_[p]] > 0 ? acceleration.axis(int(axis))[body_.sites()[p]] : double(0);
+          freedom_[axis][index_[p]] > 0 ? acceleration.axis(int(axis))[body_.sites()[p]] : 0;
 }
 
 void ShapeMatching::give(State<double>& state) const {
@@ -196,11 +196,23 @@ void ShapeMatching::give(State<double>& state) const {
 }
 
 void ShapeMatching::begin_step() {
-  const double dt = dt_, dt2 = dt * dt;
+  const double dt2 = dt_ * dt_;
   for_each_plane([&](std::ptrdiff_t first, std::ptrdiff_t last) {
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (std::ptrdiff_t i = first; i < last; ++i)
-        u_[axis][i] = dt * v_[axis][i] + dt2 * acceleration_[axis][i];
+        u_[axis][i] = dt_ * v_[axis][i] + dt2 * acceleration_[axis][i];
+  });
+}
+
+void ShapeMatching::iterate_into_next_step() {
+  iterate();
+  const double dt2 = dt_ * dt_, rate = 1 / dt_;
+  for_each_plane([&](std::ptrdiff_t first, std::ptrdiff_t last) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (std::ptrdiff_t i = first; i < last; ++i) {
+        x_[axis][i] += u_[axis][i];
+        u_[axis][i] = dt_ * (rate * u_[axis][i]) + dt2 * acceleration_[axis][i];
+      }
   });
 }
 

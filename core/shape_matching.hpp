@@ -39,6 +39,8 @@ class ShapeMatching {
   void set_displacement(std::ptrdiff_t site, int axis, double u);
   /// u += alpha (goal - x).
   void iterate();
+  /// The same; then ends the step and begins the next, with the same accelerations.
+  void iterate_into_next_step();
   /// Ends a step: x += u, v = u / dt.
   void finish(double dt);
   /// Forgets how regions were turned, where the next search for rotations would begin.

@@ -45,9 +45,13 @@ template <class Real>
 void VertexDescent<Real>::fill_dictionary() {
   const std::ptrdiff_t size = std::ptrdiff_t(descent_coefficients) * kernel_.lanes;
   dictionary_ = AlignedArray<Real>(size * std::ptrdiff_t(blocks_.size()));
+  planes_.assign(blocks_.size(), 0);
   for (std::size_t entry = 1; entry < blocks_.size(); ++entry)
-    for (int lane = 0; lane < kernel_.lanes; ++lane)
-      fill_lane(blocks_.lane(entry, lane), dictionary_.data() + size * std::ptrdiff_t(entry) + lane);
+    for (int lane = 0; lane < kernel_.lanes; ++lane) {
+      Real* coefficients = dictionary_.data() + size * std::ptrdiff_t(entry) + lane;
+      fill_lane(blocks_.lane(entry, lane), coefficients);
+      planes_[entry] = std::uint8_t(planes_[entry] | planes_of(coefficients));
+    }
 }
 
 template <class Real>
@@ -71,8 +75,24 @@ void VertexDescent<Real>::fill_lane(const std::uint32_t* lane, Real* coefficient
           static_cast<Real>(e.damping[s] / (dt_ * scale2));
     }
     coefficients[std::ptrdiff_t(kernel_.lanes) * (2 * sites_around + own)] =
-        static_cast<Real>(e.volume / body.cell_volume());
+        static_cast<Real>(e.volume / body.cell_volume() / (64.0 * 64));
   }
+}
+
+/// Where other particles matter to one: plane_below, plane_above.
+template <class Real>
+std::uint8_t VertexDescent<Real>::planes_of(const Real* coefficients) const {
+  const auto any = [&](int first, int last) {
+    for (int n = first; n < last; ++n)
+      if (coefficients[std::ptrdiff_t(kernel_.lanes) * n] != 0) return true;
+    return false;
+  };
+  constexpr int level = sites_around / 3, volumes = 2 * sites_around;
+  const bool below =
+      any(0, level) || any(sites_around, sites_around + level) || any(volumes + 4, volumes + 8);
+  const bool above = any(2 * level, 3 * level) || any(sites_around + 2 * level, 2 * sites_around) ||
+                     any(volumes, volumes + 4);
+  return std::uint8_t((below ? plane_below : 0) | (above ? plane_above : 0));
 }
 
 template <class Real>
@@ -86,6 +106,7 @@ Descent<Real> VertexDescent<Real>::part_of(int colour) {
   Descent<Real> p{};
   p.entry = blocks_.entries(colour).data();
   p.dictionary = dictionary_.data();
+  p.planes = planes_.data();
   for (int n = 0; n < sites_around; ++n) {
     const int dx = n % 3 - 1, dy = n / 3 % 3 - 1, dz = n / 9 - 1;
     p.around[n] = particles_.lattice().neighbour(colour, dx, dy, dz);
@@ -93,7 +114,7 @@ Descent<Real> VertexDescent<Real>::part_of(int colour) {
       p.rest_length[n] =
           static_cast<Real>(body.rest_length(SpringSlot::Class(axes - 1)) / kernel_.rsqrt_scale);
   }
-  p.rest_volume = static_cast<Real>(body.cell_volume());
+  p.rest_volume = static_cast<Real>(64 * body.cell_volume());
   p.before = particles_.before();
   p.target = {{target_.axis(0), target_.axis(1), target_.axis(2)}};
   p.inverse_mass = particles_.inverse_mass();
@@ -104,13 +125,18 @@ Descent<Real> VertexDescent<Real>::part_of(int colour) {
 template <class Real>
 void VertexDescent<Real>::iterate() {
   const auto pass = damped_ ? kernel_.damped : kernel_.undamped;
-  for_each_colour(system_, particles_.lattice(), blocks_, kernel_.lanes,
-                  [&](int colour, std::ptrdiff_t first, std::ptrdiff_t last) {
-                    Descent<Real> part = parts_[std::size_t(colour)];
-                    part.first = first;
-                    part.last = last;
-                    pass(part);
-                  });
+  for_each_colour(
+      system_, particles_.lattice(), blocks_, kernel_.lanes,
+      [&](int colour, std::ptrdiff_t first, std::ptrdiff_t last) {
+        pass(parts_[std::size_t(colour)], first, last);
+      },
+      [](int, std::ptrdiff_t) {});
+}
+
+template <class Real>
+void VertexDescent<Real>::iterate_into_next_step() {
+  iterate();
+  particles_.proceed(dt_, target_);
 }
 
 template class VertexDescent<float>;

@@ -29,10 +29,13 @@ class VertexDescent {
   void begin_step();
   /// One pass over all particles.
   void iterate();
+  /// The same; then ends the step and begins the next, with the same accelerations.
+  void iterate_into_next_step();
 
  private:
   void fill_dictionary();
   void fill_lane(const std::uint32_t* lane, Real* coefficients) const;
+  std::uint8_t planes_of(const Real* coefficients) const;
   Descent<Real> part_of(int colour);
 
   System<Real>& system_;
@@ -42,6 +45,7 @@ class VertexDescent {
   double dt_;
   ColouredBlocks blocks_;
   AlignedArray<Real> dictionary_;
+  std::vector<std::uint8_t> planes_;  ///< per entry, see Descent
   Field<Real> target_;
   std::array<Descent<Real>, ColouredLattice::colours> parts_;  ///< what a pass over a colour is told
 };

@@ -44,7 +44,8 @@ class OuterAcceleration {
 };
 
 /// A method whose steps are passes over the particles of a lattice, in a layout of its own: `Passes` has
-/// begin_step(), iterate() and particles(), see ColouredParticles, and reset() if it keeps a history.
+/// begin_step(), iterate(), iterate_into_next_step() and particles(), see ColouredParticles, and reset() if
+/// it keeps a history.
 template <class Real, class Passes>
 class PassMethod final : public Integrator<Real> {
  public:
@@ -82,17 +83,22 @@ class PassMethod final : public Integrator<Real> {
     holds_move_ = springs_->held().move(0, 0, springs_->body().lattice().sites);
   }
 
-  /// Steps during which outer accelerations do not change.
+  /// Steps during which outer accelerations do not change, and only one if holds move.
   void take_steps(System<Real>& system, State<Real>& state, long steps) {
     auto& particles = passes_->particles();
-    particles.take_acceleration(outer_->at(state));
+    if (!knows_accelerations_ || outer_->varies()) particles.take_acceleration(outer_->at(state));
+    knows_accelerations_ = true;
     particles.take(state);
+    passes_->begin_step();
+    if (holds_move_) follow_holds(system, state);
     for (long n = 0; n < steps; ++n) {
-      passes_->begin_step();
-      if (holds_move_) follow_holds(system, state);
-      for (int i = 0; i < iterations_; ++i) passes_->iterate();
-      particles.finish(options_.dt);
+      for (int i = 1; i < iterations_; ++i) passes_->iterate();
+      if (n + 1 < steps)
+        passes_->iterate_into_next_step();
+      else
+        passes_->iterate();
     }
+    particles.finish(options_.dt);
     particles.give(state);
     state.t += double(steps) * options_.dt;
     system.constrain(state.t, state.x, state.v);
@@ -116,7 +122,7 @@ class PassMethod final : public Integrator<Real> {
   const SpringSystem<Real>* springs_ = nullptr;
   std::unique_ptr<Passes> passes_;
   std::unique_ptr<OuterAcceleration<Real>> outer_;
-  bool holds_move_ = false;
+  bool holds_move_ = false, knows_accelerations_ = false;
   State<Real> end_;
 };
 

@@ -103,9 +103,9 @@ struct MethodTimingConfig {
   double sample_seconds = 10e-3;
 };
 
-/// Time of a step with one iteration, and its ratio to a step of semi-implicit Euler of the same precision:
-/// median and quartiles over pairs of samples; a row per method, precision, number of threads and size.
-/// Sizes that were not complete in a precision when it was stopped are left out there.
+/// Time of an iteration with its share of the step, and its ratio to a step of semi-implicit Euler of the
+/// same precision: median and quartiles over pairs of samples; a row per method, precision, number of threads
+/// and size. Sizes that were not complete in a precision when it was stopped are left out there.
 Table measure_methods(const MethodTimingConfig& config, Progress& progress);
 Chart methods_chart(const Table& table);
 
