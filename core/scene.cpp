@@ -38,8 +38,8 @@ KnownKeys make_known_keys() {
       {"start", {"velocity", "spin"}},
       {"solve",
        {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "nonlinear_solver",
-        "iterations", "tangent", "spectral_radius", "region_width", "alpha", "tolerance", "every", "sleep",
-        "sleep_after"}},
+        "iterations", "tangent", "spectral_radius", "acceleration", "region_width", "alpha", "tolerance",
+        "every", "sleep", "sleep_after"}},
   };
   for (const MeasureColumn& column : measure_columns) {
     keys["expect"].emplace_back(column.name);
@@ -105,6 +105,8 @@ constexpr Quantity spectral_radius{
     "a spectral radius at infinite steps",
     "a number from 0 (damps at once what a step cannot resolve) to 1 (keeps it)",
     [](double value) { return value >= 0 && value <= 1; }};
+constexpr Quantity radius_of_a_pass{"a spectral radius", "a number from 0 (no acceleration) to below 1",
+                                    [](double x) { return x >= 0 && x < 1; }};
 constexpr Quantity region_width{"a width of regions", "a whole number of cells from 0 (one region) to 16",
                                 [](double n) { return n >= 0 && n <= 16; }};
 constexpr Quantity alpha{"a share of the way to the goal", "a number above 0 and up to 1",
@@ -366,6 +368,7 @@ SolveConfig read_solve(const TomlTable& solve) {
   config.iterations = solve.whole("iterations", iteration_count, config.iterations);
   config.tangent = solve.choice("tangent", "a tangent", tangents, config.tangent);
   config.spectral_radius = solve.number("spectral_radius", spectral_radius, config.spectral_radius);
+  config.acceleration = solve.number("acceleration", radius_of_a_pass, config.acceleration);
   config.region_width = solve.whole("region_width", region_width, config.region_width);
   config.alpha = solve.number("alpha", alpha, config.alpha);
   config.tolerance = solve.number("tolerance", tolerance, config.tolerance);

@@ -26,6 +26,7 @@ struct SolveConfig {
   int iterations = 0;                       ///< of it, in every stage; 0: as many as its tolerance needs
   Tangent tangent = Tangent::elastic;       ///< of implicit methods; projected where that is indefinite
   double spectral_radius = 0.9;             ///< of generalized_alpha, at infinite steps
+  double acceleration = 0;                  ///< of vbd: spectral radius of a pass; 0: none
   int region_width = 2;                     ///< of shape_matching, in cells; 0: one region
   double alpha = 1;                         ///< of shape_matching: share of the way to the goal in a step
   double tolerance = 1e-6;                  ///< of adaptive methods: local error over a cell's size

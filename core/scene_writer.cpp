@@ -92,6 +92,7 @@ Json to_json(const SolveConfig& solve) {
           {"iterations", solve.iterations},
           {"tangent", to_string(solve.tangent)},
           {"spectral_radius", solve.spectral_radius},
+          {"acceleration", solve.acceleration},
           {"region_width", solve.region_width},
           {"alpha", solve.alpha},
           {"tolerance", solve.tolerance},

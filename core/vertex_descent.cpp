@@ -28,15 +28,18 @@ ColouredBlocks blocks_of(const ColouredParticles<Real>& particles, int lanes) {
 }  // namespace
 
 template <class Real>
-VertexDescent<Real>::VertexDescent(const SpringSystem<Real>& springs, System<Real>& system, double dt)
+VertexDescent<Real>::VertexDescent(const SpringSystem<Real>& springs, System<Real>& system, double dt,
+                                   double acceleration)
     : system_(system),
       particles_(springs, system),
       kernel_(descent_kernels<Real>().back()),
       damped_(springs.body().config().damping.law != Damping::Law::none),
       dt_(dt),
+      squared_radius_(acceleration * acceleration),
       blocks_(blocks_of(particles_, kernel_.lanes)),
       target_(particles_.lattice().size()) {
   fill_dictionary();
+  if (acceleration > 0) last_ = one_before_ = Field<Real>(target_.size());
   for (int colour = 0; colour < ColouredLattice::colours; ++colour)
     parts_[std::size_t(colour)] = part_of(colour);
 }
@@ -97,6 +100,7 @@ std::uint8_t VertexDescent<Real>::planes_of(const Real* coefficients) const {
 
 template <class Real>
 void VertexDescent<Real>::begin_step() {
+  passes_ = 0;
   particles_.predict(dt_, target_);
 }
 
@@ -123,7 +127,7 @@ Descent<Real> VertexDescent<Real>::part_of(int colour) {
 }
 
 template <class Real>
-void VertexDescent<Real>::iterate() {
+void VertexDescent<Real>::pass() {
   const auto pass = damped_ ? kernel_.damped : kernel_.undamped;
   for_each_colour(
       system_, particles_.lattice(), blocks_, kernel_.lanes,
@@ -134,8 +138,23 @@ void VertexDescent<Real>::iterate() {
 }
 
 template <class Real>
+void VertexDescent<Real>::iterate() {
+  if (last_.size() == 0) return pass();
+  Field<Real>& u = particles_.displacement();
+  std::swap(one_before_, last_);
+  last_.array() = u.array();
+  pass();
+  ++passes_;
+  weight_ = passes_ == 1 ? 1 : passes_ == 2 ? 2 / (2 - squared_radius_) : 4 / (4 - squared_radius_ * weight_);
+  if (passes_ == 1) return;
+  const Real weight = static_cast<Real>(weight_);
+  u.array() = weight * (u.array() - one_before_.array()) + one_before_.array();
+}
+
+template <class Real>
 void VertexDescent<Real>::iterate_into_next_step() {
   iterate();
+  passes_ = 0;
   particles_.proceed(dt_, target_);
 }
 

@@ -16,7 +16,8 @@ class VertexDescent {
  public:
   /// Both must outlive it: `springs` are the body and its holds, the threads of `system`, which may be a
   /// wrapper, do the work.
-  VertexDescent(const SpringSystem<Real>& springs, System<Real>& system, double dt);
+  /// `acceleration`: spectral radius of a pass, from 0 to below 1; 0: passes are not accelerated.
+  VertexDescent(const SpringSystem<Real>& springs, System<Real>& system, double dt, double acceleration = 0);
 
   /// What its passes read and write points into it.
   VertexDescent(const VertexDescent&) = delete;
@@ -27,7 +28,10 @@ class VertexDescent {
   /// Begins a step: the target is where particles would be without springs, and so is the first guess but for
   /// accelerations.
   void begin_step();
-  /// One pass over all particles.
+  /// One pass over all particles, and Chebyshev's semi-iteration if it is accelerated: u_k = w_k (u -
+  /// u_{k-2})
+  /// + u_{k-2}, u what the pass makes of u_{k-1}, w_1 = 1, w_2 = 2 / (2 - rho^2), w_k = 4 / (4 - rho^2
+  /// w_{k-1}). Chen, Liu, Yang and Yuksel, section 3.8.
   void iterate();
   /// The same; then ends the step and begins the next, with the same accelerations.
   void iterate_into_next_step();
@@ -36,6 +40,7 @@ class VertexDescent {
   void fill_dictionary();
   void fill_lane(const std::uint32_t* lane, Real* coefficients) const;
   std::uint8_t planes_of(const Real* coefficients) const;
+  void pass();
   Descent<Real> part_of(int colour);
 
   System<Real>& system_;
@@ -43,10 +48,14 @@ class VertexDescent {
   const DescentKernel<Real>& kernel_;
   bool damped_;
   double dt_;
+  double squared_radius_;  ///< of a pass
+  double weight_ = 1;      ///< w_k
+  int passes_ = 0;         ///< of this step
   ColouredBlocks blocks_;
   AlignedArray<Real> dictionary_;
   std::vector<std::uint8_t> planes_;  ///< per entry, see Descent
   Field<Real> target_;
+  Field<Real> last_, one_before_;  ///< u_{k-1}, u_{k-2}; empty without acceleration
   std::array<Descent<Real>, ColouredLattice::colours> parts_;  ///< what a pass over a colour is told
 };
 

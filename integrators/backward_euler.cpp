@@ -37,7 +37,9 @@ IntegratorInfo backward_euler() {
        .summary = "implicit Euler (2-13) by Newton's method: first order, any step, loses energy",
        .order_undamped = 1,
        .order_damped = 1,
-       .implicit = true});
+       .implicit = true,
+       .iterates = true,
+       .variants = {"/lbfgs:5"}});
 }
 
 }  // namespace mss

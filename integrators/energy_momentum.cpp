@@ -52,6 +52,7 @@ IntegratorInfo energy_momentum() {
        .order_undamped = 2,
        .order_damped = 2,
        .implicit = true,
+       .iterates = true,
        .energy_exact = true});
 }
 

@@ -88,7 +88,8 @@ IntegratorInfo generalized_alpha() {
            "1: Newmark's trapezoidal rule",
        .order_undamped = 2,
        .order_damped = 2,
-       .implicit = true});
+       .implicit = true,
+       .iterates = true});
 }
 
 }  // namespace mss

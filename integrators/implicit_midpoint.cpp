@@ -45,6 +45,7 @@ IntegratorInfo implicit_midpoint() {
        .order_undamped = 2,
        .order_damped = 2,
        .implicit = true,
+       .iterates = true,
        .symplectic = true});
 }
 

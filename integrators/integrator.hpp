@@ -66,10 +66,11 @@ struct IntegratorOptions {
   double tolerance = 1e-6;             ///< of adaptive methods: local error over the scales below
   std::string nonlinear_solver = "newton";  ///< of implicit methods and `static`
   int iterations = 0;                       ///< of it, in every stage; 0: as many as its tolerance needs
-  int region_width = 2;                     ///< of shape_matching, in cells; 0: one region
-  double alpha = 1;                         ///< of shape_matching: share of the way to the goal, from 0 to 1
-  double length_scale = 1;                  ///< of positions [m]
-  double speed_scale = 1;                   ///< of velocities [m/s]
+  double acceleration = 0;     ///< of vbd, Chebyshev's: spectral radius of a pass, from 0 to below 1; 0: none
+  int region_width = 2;        ///< of shape_matching, in cells; 0: one region
+  double alpha = 1;            ///< of shape_matching: share of the way to the goal, from 0 to 1
+  double length_scale = 1;     ///< of positions [m]
+  double speed_scale = 1;      ///< of velocities [m/s]
   long most_steps = 10000000;  ///< adaptive methods may take in one advance, or until its next event
 };
 
@@ -95,6 +96,7 @@ struct IntegratorInfo {
   int order_undamped = 1;  ///< of positions at a fixed time; of methods of fixed step
   int order_damped = 1;
   bool implicit = false;
+  bool iterates = false;           ///< as often as `iterations` says
   bool symplectic = false;         ///< without damping
   bool energy_exact = false;       ///< without damping; needs a discrete gradient
   bool springs_only = false;       ///< steps bodies of springs in its own way; no other model, and no forces
@@ -102,6 +104,10 @@ struct IntegratorInfo {
   StabilityLimit limit = nullptr;  ///< nullptr: stable for any step
   /// Of one-step methods that take x' = z x / dt to R(z) x: coefficients of R, ascending. Empty: others.
   std::vector<double> polynomial = {};
+
+  std::string nonlinear_solver = {};  ///< of a variant that has its own
+  /// Endings of its name that experiments try as methods of their own, see find_integrator().
+  std::vector<std::string> variants = {};
 
   /// Whether it moves bodies of springs only.
   bool needs_springs() const { return energy_exact || springs_only; }
@@ -126,7 +132,12 @@ inline std::unique_ptr<Integrator<double>> IntegratorInfo::make(const Integrator
 /// All methods, in the order they are listed and charted.
 const std::vector<IntegratorInfo>& integrators();
 
-/// The method of that name. Throws InputError that names the nearest known one.
+/// The method of that name. Its variants METHOD:N, METHOD/SOLVER and METHOD/SOLVER:N iterate N times, in that
+/// nonlinear solver, whatever the options say: "vbd:5", "backward_euler/lbfgs:5". Throws InputError that
+/// names the nearest known one, or says why there is no such variant.
 const IntegratorInfo& find_integrator(std::string_view name);
+
+/// The method without its number of iterations: methods that differ in it only are a family.
+std::string family_of(std::string_view name);
 
 }  // namespace mss

@@ -146,7 +146,8 @@ IntegratorInfo static_equilibrium() {
        .summary =
            "no motion: where a body comes to rest at the end time, by a nonlinear solver with continuation",
        .stepping = Stepping::equilibrium,
-       .implicit = true});
+       .implicit = true,
+       .iterates = true});
 }
 
 }  // namespace mss

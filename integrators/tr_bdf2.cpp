@@ -61,7 +61,8 @@ IntegratorInfo tr_bdf2() {
            "trapezoid, then BDF2 (Bathe's composite scheme): second order, any step, damps the unresolved",
        .order_undamped = 2,
        .order_damped = 2,
-       .implicit = true});
+       .implicit = true,
+       .iterates = true});
 }
 
 }  // namespace mss

@@ -4,6 +4,8 @@
 //   x_{n+1} = x_n + u,   v_{n+1} = u / dt.
 // With enough passes it is backward Euler; with few it is softer, more damped, and does not keep linear
 // momentum, because the last particle moves among neighbours that have moved already. Stable at any step.
+// `solve.acceleration` rho > 0 adds Chebyshev's semi-iteration, for rho the spectral radius of a pass; too
+// large a rho makes passes diverge.
 #include "core/vertex_descent.hpp"
 #include "integrators/pass_method.hpp"
 
@@ -15,7 +17,7 @@ template <class Real>
 std::unique_ptr<VertexDescent<Real>> make_passes(const SpringSystem<Real>& springs, System<Real>& system,
                                                  const IntegratorOptions& options) {
   check_local_solutions(springs.body().config(), "vbd");
-  return std::make_unique<VertexDescent<Real>>(springs, system, options.dt);
+  return std::make_unique<VertexDescent<Real>>(springs, system, options.dt, options.acceleration);
 }
 
 template <class Real>
@@ -33,7 +35,9 @@ IntegratorInfo vbd() {
           "any step, loses energy",
       .order_undamped = 1,
       .order_damped = 1,
+      .iterates = true,
       .springs_only = true,
+      .variants = {":5", ":20"},
       .make_single = make<float>,
       .make_double = make<double>};
 }

@@ -38,7 +38,9 @@ IntegratorInfo xpbd() {
           "any step, loses energy",
       .order_undamped = 1,
       .order_damped = 1,
+      .iterates = true,
       .springs_only = true,
+      .variants = {":5", ":20"},
       .make_single = make<float>,
       .make_double = make<double>};
 }

@@ -17,6 +17,8 @@ struct BulletCube::Engine {
   std::unique_ptr<btSoftBody> body;
 };
 
+std::string BulletCube::precision() { return sizeof(btScalar) == sizeof(float) ? "single" : "double"; }
+
 std::string BulletCube::version() {
   return std::to_string(btGetVersion() / 100) + "." + std::to_string(btGetVersion() % 100);
 }

@@ -14,6 +14,8 @@ class BulletCube {
  public:
   /// The version built with; empty: none.
   static std::string version();
+  /// "single" or "double", what it was built to compute with.
+  static std::string precision();
 
   /// Throws std::logic_error where there is none.
   BulletCube(const Body& body, const Vec3& gravity);

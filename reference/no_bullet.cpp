@@ -6,6 +6,7 @@
 namespace mss::reference {
 
 std::string BulletCube::version() { return ""; }
+std::string BulletCube::precision() { return ""; }
 BulletCube::BulletCube(const Body&, const Vec3&) { throw std::logic_error("built without Bullet"); }
 BulletCube::~BulletCube() = default;
 void BulletCube::step(double) {}

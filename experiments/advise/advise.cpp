@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "experiments/advise/search.hpp"
+#include "experiments/harness/experiment.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/scene_check.hpp"
 
@@ -30,6 +31,7 @@ std::string description(const SceneFamily& family, const Trial& trial) {
 double least_forces(const SceneEdit& candidate) {
   constexpr double factorisation = 30, general_factorisation = 300, iterations = 6;
   if (candidate.integrator == "cvode_bdf_klu") return general_factorisation;
+  if (!find_integrator(candidate.integrator).nonlinear_solver.empty()) return iterations;
   const bool iterates = candidate.linear_solver == "matrix_free" || candidate.integrator == "cvode_bdf_gmres";
   return iterates ? iterations : factorisation;
 }
@@ -258,12 +260,12 @@ std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
     all.push_back(chain);
   };
   for (const Precision precision : {Precision::single, Precision::dbl})
-    for (const IntegratorInfo& method : integrators()) {
+    for (const std::string& name : moving_families({})) {
+      const IntegratorInfo& method = find_integrator(name);
       SceneEdit c = lattice;
       c.precision = precision;
-      c.integrator = method.name;
-      if (method.stepping == Stepping::equilibrium || !method.has_modulus ||
-          (precision == Precision::single && !method.make_single) ||
+      c.integrator = name;
+      if ((precision == Precision::single && !method.make_single) ||
           (method.needs_springs() && family().given().model != spring_model))
         continue;
       if (method.stepping == Stepping::adaptive) {
@@ -274,11 +276,15 @@ std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
           chain.push_back(c);
         }
         all.push_back(chain);
+      } else if (!method.nonlinear_solver.empty()) {
+        steps(c, unit, {256, 128, 64, 32, 16, 8, 4});
       } else if (method.implicit) {
         for (const char* solver : {"automatic", "matrix_free"}) {
           c.linear_solver = solver;
           steps(c, unit, {256, 128, 64, 32, 16, 8, 4});
         }
+      } else if (!method.limit) {
+        steps(c, unit, {64, 32, 16, 8, 4, 2, 1, 0.5});
       } else if (const double safe = safe_step(method.name, bound); safe > 0) {
         steps(c, safe, {1, 0.5, 0.25, 0.125});
       }

@@ -34,15 +34,38 @@ std::vector<std::string> moving_integrators(const std::vector<std::string>& name
   return all;
 }
 
-std::vector<std::string> moving_integrators(const std::vector<std::string>& named, const std::string& model) {
+std::vector<std::string> moving_families(const std::vector<std::string>& named) {
+  std::vector<std::string> all;
+  for (const std::string& name : moving_integrators(named)) {
+    all.push_back(name);
+    if (named.empty())
+      for (const std::string& ending : find_integrator(name).variants) all.push_back(name + ending);
+  }
+  return all;
+}
+
+namespace {
+
+/// Throws InputError if one that is named cannot move bodies of a model; leaves it out if none is named.
+std::vector<std::string> able(const std::vector<std::string>& names, bool named, const std::string& model) {
   std::vector<std::string> able;
-  for (const std::string& name : moving_integrators(named))
+  for (const std::string& name : names)
     if (model == spring_model || !find_integrator(name).needs_springs())
       able.push_back(name);
-    else if (!named.empty())
+    else if (named)
       throw InputError(fmt::format("{} moves bodies of model \"{}\" only, and --model is \"{}\"", name,
                                    spring_model, model));
   return able;
+}
+
+}  // namespace
+
+std::vector<std::string> moving_integrators(const std::vector<std::string>& named, const std::string& model) {
+  return able(moving_integrators(named), !named.empty(), model);
+}
+
+std::vector<std::string> moving_families(const std::vector<std::string>& named, const std::string& model) {
+  return able(moving_families(named), !named.empty(), model);
 }
 
 std::vector<std::string> limited_integrators(const std::vector<std::string>& named) {

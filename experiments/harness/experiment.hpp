@@ -102,7 +102,11 @@ struct ExperimentInfo {
 std::vector<std::string> moving_integrators(const std::vector<std::string>& named);
 /// Of these, those that can move bodies of a model. Throws InputError if one that is named cannot.
 std::vector<std::string> moving_integrators(const std::vector<std::string>& named, const std::string& model);
-/// Of these, those with a largest stable step. Throws InputError if one that is named has none.
+/// The same with the variants of methods beside those that they are of, where none is named.
+std::vector<std::string> moving_families(const std::vector<std::string>& named);
+std::vector<std::string> moving_families(const std::vector<std::string>& named, const std::string& model);
+/// Of moving_integrators(), those with a largest stable step. Throws InputError if one that is named has
+/// none.
 std::vector<std::string> limited_integrators(const std::vector<std::string>& named);
 
 /// The journal that the options name, or one in memory. Throws as Journal() does.

@@ -17,12 +17,13 @@ struct OutcomeText {
   Outcome outcome;
   std::string_view name, label;
 };
-constexpr std::array<OutcomeText, 6> texts{{{Outcome::stable, "stable", "stable"},
+constexpr std::array<OutcomeText, 7> texts{{{Outcome::stable, "stable", "stable"},
                                             {Outcome::loses_energy, "loses_energy", "loses energy"},
                                             {Outcome::folds, "folds", "folds"},
                                             {Outcome::blows_up, "blows_up", "blows up"},
                                             {Outcome::stalls, "stalls", "solver stalls"},
-                                            {Outcome::too_many_steps, "too_many_steps", "too many steps"}}};
+                                            {Outcome::too_many_steps, "too_many_steps", "too many steps"},
+                                            {Outcome::refused, "refused", "refused by the method"}}};
 
 }  // namespace
 
@@ -59,7 +60,12 @@ Outcome run_sampled(BodySystem<double>& system, State<double>& state, long sampl
   constexpr double blown_up = 10;  // times the initial energy
   extremes.initial_energy = extremes.max_energy = measure(system, state).mechanical();
   for (long i = 1; i <= samples; ++i) {
-    const Status status = advance(i);
+    Status status = Status::ok;
+    try {
+      status = advance(i);
+    } catch (const InputError&) {
+      return Outcome::refused;
+    }
     if (status != Status::ok) return outcome_of(status);
     const Measures m = measure(system, state);
     if (!(m.mechanical() <= blown_up * extremes.initial_energy)) return Outcome::blows_up;

@@ -14,11 +14,12 @@ namespace mss {
 /// How the run of a method on a body ends.
 enum class Outcome {
   stable,
-  loses_energy,   ///< more than the body's damping dissipates
-  folds,          ///< a corner of a cell is inverted
-  blows_up,       ///< many times the initial energy, or numbers that are not finite
-  stalls,         ///< a solver finds no solution
-  too_many_steps  ///< for one interval, of methods that choose their own
+  loses_energy,    ///< more than the body's damping dissipates
+  folds,           ///< a corner of a cell is inverted
+  blows_up,        ///< many times the initial energy, or numbers that are not finite
+  stalls,          ///< a solver finds no solution
+  too_many_steps,  ///< for one interval, of methods that choose their own
+  refused          ///< the method has no step for such a body
 };
 
 /// As tables write it, for example "blows_up".
@@ -41,10 +42,10 @@ struct RunExtremes {
   double final_jacobian = std::numeric_limits<double>::quiet_NaN();  ///< least one of the last sample
 };
 
-/// Advances a state through so many samples: `advance` takes it to the sample of that number, 1 the first;
-/// `sample` receives the measures there. Ends early with the outcome of an advance that fails, and as
-/// blows_up once the energy exceeds ten times the initial one. Stable otherwise: the caller decides whether
-/// the body has folded or lost energy.
+/// Advances a state through so many samples; refused if `advance` throws InputError: `advance` takes it to
+/// the sample of that number, 1 the first; `sample` receives the measures there. Ends early with the outcome
+/// of an advance that fails, and as blows_up once the energy exceeds ten times the initial one. Stable
+/// otherwise: the caller decides whether the body has folded or lost energy.
 Outcome run_sampled(BodySystem<double>& system, State<double>& state, long samples,
                     const std::function<Status(long)>& advance, RunExtremes& extremes,
                     const std::function<void(const Measures&)>& sample = {});

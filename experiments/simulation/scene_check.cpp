@@ -34,6 +34,17 @@ void check_table(const Scene& scene, const char* table, const std::function<void
   }
 }
 
+/// A variant of a method says itself what other keys say.
+void check_variant(const SolveConfig& solve) {
+  const std::string& name = solve.integrator;
+  if (solve.iterations != 0 && name.find(':') != std::string::npos)
+    throw InputError(
+        fmt::format("iterations = {} beside integrator = \"{}\"; give one of them", solve.iterations, name));
+  if (solve.nonlinear_solver != SolveConfig{}.nonlinear_solver && name.find('/') != std::string::npos)
+    throw InputError(fmt::format("nonlinear_solver = \"{}\" beside integrator = \"{}\"; give one of them",
+                                 solve.nonlinear_solver, name));
+}
+
 /// Methods for springs, and what those that step springs one by one cannot do.
 void check_springs(const Scene& scene, const IntegratorInfo& method) {
   if (!method.needs_springs()) return;
@@ -87,6 +98,7 @@ void check_solve(const Scene& scene) {
           "integrator '{}' computes in double precision only; give precision = \"double\"", method.name));
     find_linear_solver(scene.solve.linear_solver);
     find_nonlinear_solver(scene.solve.nonlinear_solver);
+    check_variant(scene.solve);
     check_sleep(scene, method);
     check_springs(scene, method);
   });

@@ -37,6 +37,7 @@ IntegratorOptions method_options(const Scene& scene, const BodySystem<Real>& sys
       .tolerance = scene.solve.tolerance,
       .nonlinear_solver = scene.solve.nonlinear_solver,
       .iterations = scene.solve.iterations,
+      .acceleration = scene.solve.acceleration,
       .region_width = scene.solve.region_width,
       .alpha = scene.solve.alpha};
   scale_errors(options, system);

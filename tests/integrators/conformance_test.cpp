@@ -305,6 +305,53 @@ TEST(Registry, HasUniqueNamesAndSuggests) {
   }
 }
 
+/// Positions and velocities after a few steps of a method with these options.
+std::vector<Vec3> after_steps(std::string_view method, const IntegratorOptions& options) {
+  Scenario s;
+  Work work;
+  EXPECT_EQ(find_integrator(method).make<double>(options)->advance(s.system, s.state, 10 * options.dt, work),
+            Status::ok);
+  std::vector<Vec3> values;
+  for (const std::ptrdiff_t site : s.body.sites()) {
+    values.push_back(s.state.x.at(site));
+    values.push_back(s.state.v.at(site));
+  }
+  return values;
+}
+
+TEST(Variants, IterateAsTheirNamesSay) {
+  constexpr double dt = 5e-3;
+  EXPECT_EQ(after_steps("vbd:5", {.dt = dt}), after_steps("vbd", {.dt = dt, .iterations = 5}));
+  EXPECT_NE(after_steps("vbd:5", {.dt = dt}), after_steps("vbd:6", {.dt = dt}));
+  EXPECT_EQ(after_steps("backward_euler/lbfgs:3", {.dt = dt}),
+            after_steps("backward_euler", {.dt = dt, .nonlinear_solver = "lbfgs", .iterations = 3}));
+  EXPECT_EQ(find_integrator("vbd:5").name, "vbd:5");
+  EXPECT_EQ(family_of("backward_euler/lbfgs:3"), "backward_euler/lbfgs");
+  for (const IntegratorInfo& info : integrators())
+    for (const std::string& ending : info.variants)
+      EXPECT_EQ(find_integrator(info.name + ending).name, info.name + ending);
+}
+
+TEST(Variants, AreRefusedInWords) {
+  const auto refusal = [](const char* method) -> std::string {
+    try {
+      find_integrator(method);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(refusal("verlet:5").find("does not iterate"), std::string::npos) << refusal("verlet:5");
+  EXPECT_NE(refusal("xpbd/lbfgs").find("needs no nonlinear solver"), std::string::npos)
+      << refusal("xpbd/lbfgs");
+  EXPECT_NE(refusal("backward_euler/lbgfs").find("'lbfgs'"), std::string::npos)
+      << refusal("backward_euler/lbgfs");
+  EXPECT_NE(refusal("vbx:5").find("'vbd'"), std::string::npos) << refusal("vbx:5");
+  for (const char* method : {"vbd:", "vbd:0", "vbd:-1", "vbd:five", "vbd:5x", "vbd:99999999999"})
+    EXPECT_NE(refusal(method).find("allowed: 1 to 1000"), std::string::npos)
+        << method << ": " << refusal(method);
+}
+
 TEST(Verlet, IsSemiImplicitEulerInOtherVariables) {
   Scenario one, other;
   Work work;

@@ -31,7 +31,7 @@ struct Octaves {
 };
 Octaves octaves_of(const IntegratorInfo& method) {
   if (method.stepping == Stepping::adaptive) return {-1, 9};
-  return method.implicit ? Octaves{-2, 7} : Octaves{-6, 3};
+  return method.limit ? Octaves{-6, 3} : Octaves{-2, 7};
 }
 
 /// The coarse grid of steps.

@@ -88,11 +88,12 @@ double reference_at(const Json& body, double t) {
   return (1 - share) * energies[i].get<double>() + share * energies[std::min(i + 1, last)].get<double>();
 }
 
-/// Steps, or intervals, of a run: two slowest periods, with implicit methods 1.125; and enough for growth to
-/// show.
+/// Steps, or intervals, of a run: two slowest periods, with methods for any step 1.125; and enough for growth
+/// to show.
 long steps_of(const IntegratorInfo& method, double dt, double period) {
-  const long least = method.stepping == Stepping::adaptive ? 4 : method.implicit ? 48 : 512;
-  const double periods = method.stepping == Stepping::fixed && method.implicit ? 1.125 : 2;
+  const bool any_step = method.stepping == Stepping::fixed && !method.limit;
+  const long least = method.stepping == Stepping::adaptive ? 4 : any_step ? 48 : 512;
+  const double periods = any_step ? 1.125 : 2;
   return std::max(least, long(std::ceil(periods * period / dt)));
 }
 

@@ -144,7 +144,7 @@ EnergyConfig energy_config(const ExperimentOptions& options) {
   config.body.fill({.young = 1e4, .poisson = 0.3}, 0.5);
   config.model = options.model;
   if (options.quick) config.steps = 10000;
-  config.integrators = moving_integrators(options.integrators, options.model);
+  config.integrators = moving_families(options.integrators, options.model);
   return config;
 }
 
@@ -230,7 +230,7 @@ Drawings draw_energy(const std::vector<NamedTable>& tables) {
 }
 
 Table baseline_table(const BaselineOptions& options, Progress& progress) {
-  EnergyConfig config = energy_config({});
+  EnergyConfig config = energy_config({.integrators = moving_integrators({})});
   config.steps = options.quick ? 2000 : 20000;
   std::erase_if(config.integrators,
                 [](const std::string& name) { return find_integrator(name).stepping != Stepping::fixed; });
@@ -243,7 +243,7 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
 ExperimentInfo experiment() {
   return {.name = "energy",
           .summary = "energy of an undamped body over 100,000 steps, for every integrator",
-          .accepts = {.integrators = moving_integrators, .model = true},
+          .accepts = {.integrators = moving_families, .model = true},
           .run = run_energy,
           .draw = draw_energy,
           .baseline = {.keys = {"integrator", "step"},

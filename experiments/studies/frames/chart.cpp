@@ -64,7 +64,7 @@ Chart motion_chart(const Table& rows) {
 
 /// Whether more iterations of a family are meant to come nearer to backward Euler.
 bool seeks_backward_euler(const std::string& method) {
-  return method.rfind("backward_euler/", 0) == 0 || method == "xpbd" || method == "vbd";
+  return method.rfind("backward_euler/", 0) == 0 || method == "xpbd" || method.rfind("vbd", 0) == 0;
 }
 
 /// At one step a frame, of families with iterations.

@@ -28,6 +28,7 @@ struct Family {
   std::string linear = {};     ///< empty: the default
   std::vector<int> iterations{0};
   std::vector<int> steps{1};  ///< a frame
+  double acceleration = 0;    ///< of vbd
 
   std::string name() const;
 };

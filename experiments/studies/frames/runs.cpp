@@ -7,7 +7,7 @@
 
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/explicit_steps.hpp"
-#include "experiments/studies/frames/cube.hpp"
+#include "experiments/simulation/held_cube.hpp"
 #include "experiments/studies/frames/frames.hpp"
 
 namespace mss::studies::frames {
@@ -51,11 +51,15 @@ struct Fit {
   }
 };
 
+HeldCube cube_of(const FrameScene& scene, int threads) {
+  return {{.young = scene.young, .poisson = scene.poisson}, scene.cells, scene.damping_ratio, threads};
+}
+
 /// A scene with its references.
 class Problem {
  public:
   Problem(const FramesConfig& config, const FrameScene& scene)
-      : config_(config), cube_(scene, config.threads) {
+      : config_(config), cube_(cube_of(scene, config.threads)) {
     Run truth = explicit_run(explicit_steps(find_integrator(reference_method), cube_.system.spectral_bound(),
                                             frame, reference_share));
     Run converged{.name = "backward_euler",
@@ -85,7 +89,8 @@ class Problem {
     for (const Family& family : config_.families)
       for (const int steps : family.steps)
         for (const int iterations : family.iterations) {
-          IntegratorOptions options{.dt = frame / steps, .iterations = iterations};
+          IntegratorOptions options{
+              .dt = frame / steps, .iterations = iterations, .acceleration = family.acceleration};
           if (!family.nonlinear.empty()) options.nonlinear_solver = family.nonlinear;
           if (!family.linear.empty()) options.linear_solver = family.linear;
           if (!find_integrator(family.integrator).has_modulus) options.alpha = fit(family, steps);
@@ -182,7 +187,7 @@ class Problem {
   }
 
   const FramesConfig& config_;
-  Cube cube_;
+  HeldCube cube_;
   Motion true_, converged_;
   double displacement_ = 0;               ///< sum of squares of the true one [m^2]
   double deflection_ = 0, stiffest_ = 0;  ///< at rest: of springs, of a method without a modulus [m]
@@ -269,7 +274,7 @@ struct Rest {
   double spent = 0;  ///< [s]
 };
 
-void find_rest(const Cube& cube, Rest& rest) {
+void find_rest(const HeldCube& cube, Rest& rest) {
   const IntegratorInfo& info = find_integrator(rest.family->integrator);
   State<double> state = cube.start;
   rest.work = {};
@@ -283,7 +288,7 @@ bool stops_at_tolerance(const Family& family) {
   return family.integrator != "static" || !(family.nonlinear.empty() || family.nonlinear == "newton");
 }
 
-std::vector<Rest> rests(const RestConfig& config, const Cube& cube) {
+std::vector<Rest> rests(const RestConfig& config, const HeldCube& cube) {
   std::vector<Rest> all;
   for (const Family& family : config.families) {
     const IntegratorInfo& info = find_integrator(family.integrator);
@@ -303,7 +308,7 @@ std::vector<Rest> rests(const RestConfig& config, const Cube& cube) {
 /// False if stopped.
 bool measure_rest_of(const RestConfig& config, const FrameScene& scene, Table& table,
                      const Progress& progress) {
-  const Cube cube(scene, config.threads);
+  const HeldCube cube = cube_of(scene, config.threads);
   const Family newton{.integrator = "static"};
   Rest truth{.family = &newton, .options = {}};
   find_rest(cube, truth);
@@ -344,6 +349,7 @@ std::string Family::name() const {
   std::string name = integrator;
   if (!nonlinear.empty()) name += "/" + nonlinear;
   if (!linear.empty()) name += "/" + linear;
+  if (acceleration > 0) name += fmt::format(", rho = {}", acceleration);
   return name;
 }
 

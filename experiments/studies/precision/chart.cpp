@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,26 +16,53 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-/// The cheapest run of a method that meets an error.
-struct Cheapest {
-  std::string integrator;
-  double seconds = infinity;
-  double value = none;  ///< its step [s] or tolerance
-};
-Cheapest cheapest(const Table& runs, const std::string& integrator, double error) {
-  Cheapest best{integrator};
-  for (std::size_t r = 0; r < runs.size(); ++r)
-    if (runs.text(r, "integrator") == integrator && runs.number(r, "error") <= error &&
-        runs.number(r, "seconds") < best.seconds)
-      best = {integrator, runs.number(r, "seconds"), runs.number(r, "value")};
+/// Families of the methods in a table, in their order.
+std::vector<std::string> families(const Table& rows) {
+  std::vector<std::string> all;
+  for (const std::string& integrator : rows.distinct("integrator"))
+    if (std::find(all.begin(), all.end(), family_of(integrator)) == all.end())
+      all.push_back(family_of(integrator));
+  return all;
+}
+
+/// As in "vbd, best of 1, 5, 20 iterations".
+std::string family_label(const Table& rows, const std::string& family) {
+  std::vector<std::string> counts;
+  for (const std::string& integrator : rows.distinct("integrator"))
+    if (family_of(integrator) == family)
+      counts.push_back(integrator == family ? "1" : integrator.substr(family.size() + 1));
+  return counts.size() == 1 ? family : fmt::format("{}, best of {}", family, fmt::join(counts, ", "));
+}
+
+/// Of points of several members of a family those that no other beats in both error and cost.
+std::vector<ChartPoint> envelope(std::vector<ChartPoint> points) {
+  std::sort(points.begin(), points.end(), [](const ChartPoint& a, const ChartPoint& b) { return a.x < b.x; });
+  std::vector<ChartPoint> best;
+  for (const ChartPoint& point : points)
+    if (best.empty() || point.y < best.back().y) best.push_back(point);
   return best;
 }
 
-/// Of all methods that meet an error in the runs of one scene, cheapest first.
+/// The cheapest run of a family that meets an error.
+struct Cheapest {
+  std::string integrator;  ///< of the family
+  double seconds = infinity;
+  double value = none;  ///< its step [s] or tolerance
+};
+Cheapest cheapest(const Table& runs, const std::string& family, double error) {
+  Cheapest best{family};
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    if (family_of(runs.text(r, "integrator")) == family && runs.number(r, "error") <= error &&
+        runs.number(r, "seconds") < best.seconds)
+      best = {runs.text(r, "integrator"), runs.number(r, "seconds"), runs.number(r, "value")};
+  return best;
+}
+
+/// Of all families that meet an error in the runs of one scene, cheapest first.
 std::vector<Cheapest> ranking(const Table& runs, double error) {
   std::vector<Cheapest> all;
-  for (const std::string& integrator : runs.distinct("integrator"))
-    if (const Cheapest c = cheapest(runs, integrator, error); std::isfinite(c.seconds)) all.push_back(c);
+  for (const std::string& family : families(runs))
+    if (const Cheapest c = cheapest(runs, family, error); std::isfinite(c.seconds)) all.push_back(c);
   std::sort(all.begin(), all.end(),
             [](const Cheapest& a, const Cheapest& b) { return a.seconds < b.seconds; });
   return all;
@@ -118,16 +146,18 @@ Chart precision_chart(const Table& rows, const Table& references, const std::str
                     .unit = time ? "s" : ""},
               .y = {.label = "error of positions / displacement", .logarithmic = true}};
   double left = infinity, right = 0, lowest = 1;
-  for (const std::string& integrator : rows.distinct("integrator")) {
-    ChartSeries series{.label = integrator};
+  for (const std::string& family : families(rows)) {
+    const std::string label = family_label(rows, family);
+    ChartSeries series{.label = label};
     for (std::size_t r = 0; r < runs.size(); ++r) {
-      if (runs.text(r, "integrator") != integrator) continue;
+      if (family_of(runs.text(r, "integrator")) != family) continue;
       const double x = runs.number(r, column_of(cost)), error = runs.number(r, "error");
       left = std::min(left, x);
       right = std::max(right, x);
       if (runs.text(r, "status") == "ok") series.points.push_back({x, error});
       if (std::isfinite(error)) lowest = std::min(lowest, error);
     }
+    if (label != family) series.points = envelope(std::move(series.points));
     chart.series.push_back(std::move(series));
   }
   add_failures(chart, runs, cost);
@@ -148,20 +178,21 @@ Chart precision_overview(const Table& rows) {
               .y = {.label = "wall time / that of the cheapest method", .logarithmic = true}};
   std::vector<Table> scenes;
   for (const std::string& scene : rows.distinct("scene")) scenes.push_back(rows.where("scene", scene));
-  for (const std::string& integrator : rows.distinct("integrator"))
-    chart.series.push_back({.label = integrator});
+  const std::vector<std::string> names = families(rows);
+  for (const std::string& family : names) chart.series.push_back({.label = family_label(rows, family)});
   double highest = 10;
   for (int half_decade = -18; half_decade <= -2; ++half_decade) {
     const double error = std::pow(10, half_decade / 2.0);
-    std::map<std::string, std::vector<double>> ratios;  // by method, of the scenes where it reaches the error
+    std::map<std::string, std::vector<double>> ratios;  // by family, of the scenes where it reaches the error
     for (const Table& runs : scenes) {
       const std::vector<Cheapest> all = ranking(runs, error);
-      for (const Cheapest& c : all) ratios[c.integrator].push_back(c.seconds / all.front().seconds);
+      for (const Cheapest& c : all)
+        ratios[family_of(c.integrator)].push_back(c.seconds / all.front().seconds);
     }
-    for (ChartSeries& series : chart.series) {
-      if (ratios[series.label].size() < scenes.size()) continue;
-      const double ratio = geometric_mean(ratios[series.label]);
-      series.points.push_back({error, ratio});
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (ratios[names[i]].size() < scenes.size()) continue;
+      const double ratio = geometric_mean(ratios[names[i]]);
+      chart.series[i].points.push_back({error, ratio});
       highest = std::max(highest, ratio);
     }
   }

@@ -139,7 +139,7 @@ std::vector<NamedTable> precision_files(PrecisionTables tables) {
 
 PrecisionConfig precision_config(const ExperimentOptions& options) {
   PrecisionConfig config;
-  config.integrators = moving_integrators(options.integrators, options.model);
+  config.integrators = moving_families(options.integrators, options.model);
   config.model = options.model;
   if (options.quick) {
     config.seconds_per_run = config.seconds_to_agree = 0.3;
@@ -157,7 +157,7 @@ namespace {
 
 /// Methods of fixed step at steps well inside their stability: these errors are the same on every machine.
 Table baseline_table(const BaselineOptions& options, Progress& progress) {
-  PrecisionConfig config = precision_config({.quick = options.quick});
+  PrecisionConfig config = precision_config({.quick = options.quick, .integrators = moving_integrators({})});
   config.seconds_per_run = config.seconds_to_agree = 3600;
   config.finest_halving = options.quick ? 7 : 9;
   std::erase_if(config.integrators,
@@ -185,7 +185,7 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
 ExperimentInfo experiment() {
   return {.name = "precision",
           .summary = "error against cost for every integrator, on scenes with smooth solutions",
-          .accepts = {.integrators = moving_integrators, .model = true},
+          .accepts = {.integrators = moving_families, .model = true},
           .run = run_precision,
           .draw = draw_precision,
           .baseline = {

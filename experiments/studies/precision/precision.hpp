@@ -47,7 +47,8 @@ struct PrecisionTables {
 };
 PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress);
 
-/// For each scene and several accuracies: the cheapest method, and what the next one costs beside it.
+/// For each scene and several accuracies: the cheapest method, and what the next one, of another family,
+/// costs beside it.
 Table precision_summary(const Table& rows);
 
 /// All tables under the names of their files.

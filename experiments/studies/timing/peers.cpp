@@ -21,53 +21,85 @@ using Workload = TimingWorkload;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double peer_step = 1.0 / 60;  ///< [s]; a step takes as long whatever it is
 
-/// Our step with a number of threads.
-struct Ours {
+/// Something whose steps are timed.
+struct Stepper {
+  virtual ~Stepper() = default;
+  /// Seconds for that many steps.
+  virtual double take(long steps) = 0;
+};
+
+/// Our step in one precision with a number of threads.
+template <class Real>
+struct Ours final : Stepper {
   Ours(const Body& body, int threads)
       : system(body, {.gravity = Vec3(0, 0, Workload::gravity)}, {.threads = threads}),
-        integrator(find_integrator("semi_implicit_euler").make<double>({.dt = Workload::dt})),
+        integrator(find_integrator("semi_implicit_euler").make<Real>({.dt = Workload::dt})),
         state(stretched_state(system, Workload::stretch)) {}
-  double take(long steps) {
+  double take(long steps) override {
     return seconds_of(
         [&] { integrator->advance(system, state, state.t + double(steps) * Workload::dt, work); });
   }
-  SpringSystem<double> system;
-  std::unique_ptr<Integrator<double>> integrator;
-  State<double> state;
+  SpringSystem<Real> system;
+  std::unique_ptr<Integrator<Real>> integrator;
+  State<Real> state;
   Work work;
 };
 
-/// False if stopped.
-bool add_row(int n, const PeerTimingConfig& config, const Progress& progress, Table& table) {
-  const Body body(timing_cube(n));
-  reference::BulletCube bullet(body, Vec3(0, 0, Workload::gravity));
-  const auto take_peer = [&](long steps) {
+struct Bullet final : Stepper {
+  explicit Bullet(const Body& body) : cube(body, Vec3(0, 0, Workload::gravity)) {}
+  double take(long steps) override {
     return seconds_of([&] {
-      for (long i = 0; i < steps; ++i) bullet.step(peer_step);
+      for (long i = 0; i < steps; ++i) cube.step(peer_step);
     });
-  };
-  std::vector<std::unique_ptr<Ours>> ours;
-  for (const int threads : config.threads) ours.push_back(std::make_unique<Ours>(body, threads));
-  std::vector<long> steps;
-  steps.reserve(ours.size());
-  for (const auto& one : ours)
-    steps.push_back(std::max(steps_between_checks, sample_length(config.sample_seconds, [&](long count) {
-                                                     return one->take(count);
-                                                   }).steps));
-  const long peer_steps = sample_length(config.sample_seconds, take_peer).steps;
-  const auto samples = measure_interleaved(config.repetitions, ours.size() + 1, progress, [&](std::size_t i) {
-    return i < ours.size() ? ours[i]->take(steps[i]) / double(steps[i])
-                           : take_peer(peer_steps) / double(peer_steps);
+  }
+  reference::BulletCube cube;
+};
+
+/// What is measured of one size: the peer first, then ours.
+struct Subject {
+  std::string precision;
+  int threads;
+  std::unique_ptr<Stepper> stepper;
+  long steps;  ///< of a sample
+};
+
+std::vector<Subject> subjects_of(const Body& body, std::unique_ptr<Stepper> peer,
+                                 const PeerTimingConfig& config) {
+  std::vector<Subject> all;
+  all.push_back({reference::BulletCube::precision(), 1, std::move(peer), 1});
+  for (const int threads : config.threads) {
+    all.push_back({"single", threads, std::make_unique<Ours<float>>(body, threads), steps_between_checks});
+    all.push_back({"double", threads, std::make_unique<Ours<double>>(body, threads), steps_between_checks});
+  }
+  for (Subject& s : all) {
+    const auto seconds_for = [&](long count) { return s.stepper->take(count); };
+    s.steps = std::max(s.steps, sample_length(config.sample_seconds, seconds_for).steps);
+  }
+  return all;
+}
+
+/// False if stopped.
+bool add_rows(int n, const PeerTimingConfig& config, const Progress& progress, Table& table) {
+  const Body body(timing_cube(n));
+  auto peer = std::make_unique<Bullet>(body);
+  const Bullet& bullet = *peer;
+  const std::vector<Subject> subjects = subjects_of(body, std::move(peer), config);
+  const auto samples = measure_interleaved(config.repetitions, subjects.size(), progress, [&](std::size_t i) {
+    return subjects[i].stepper->take(subjects[i].steps) / double(subjects[i].steps);
   });
   if (progress.stopped()) return false;
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < ours.size(); ++i)
-    if (quartiles(samples[i]).median < quartiles(samples[best]).median) best = i;
-  const Quartiles peer = quartiles(samples.back()), ratio = quartiles_of_ratio(samples.back(), samples[best]);
-  const bool finite = bullet.position(0).allFinite();
-  table.add({"Bullet", reference::BulletCube::version(), n, peer.median, peer.q1, peer.q3,
-             quartiles(samples[best]).median, config.threads[best], ratio.median, ratio.q1, ratio.q3,
-             std::string(to_string(finite ? Status::ok : Status::non_finite))});
+  const auto time = [&](std::size_t i) { return quartiles(samples[i]); };
+  const bool finite = bullet.cube.position(0).allFinite();
+  for (const char* precision : {"single", "double"}) {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < subjects.size(); ++i)
+      if (subjects[i].precision == precision && (best == 0 || time(i).median < time(best).median)) best = i;
+    const Quartiles ratio = quartiles_of_ratio(samples[0], samples[best]);
+    table.add({"Bullet", reference::BulletCube::version(), subjects[0].precision, n, time(0).median,
+               time(0).q1, time(0).q3, std::string(precision), time(best).median, subjects[best].threads,
+               ratio.median, ratio.q1, ratio.q3,
+               std::string(to_string(finite ? Status::ok : Status::non_finite))});
+  }
   return true;
 }
 
@@ -76,10 +108,12 @@ bool add_row(int n, const PeerTimingConfig& config, const Progress& progress, Ta
 Table measure_peers(const PeerTimingConfig& config, Progress& progress) {
   Table table({{"program"},
                {"version"},
+               {"precision"},
                {"cells"},
                {"seconds_per_step", "s"},
                {"q1", "s"},
                {"q3", "s"},
+               {"our_precision"},
                {"our_seconds_per_step", "s"},
                {"our_threads"},
                {"over_ours"},
@@ -87,12 +121,12 @@ Table measure_peers(const PeerTimingConfig& config, Progress& progress) {
                {"over_ours_q3"},
                {"status"}});
   if (reference::BulletCube::version().empty()) {
-    table.add({"Bullet", "", 0, none, none, none, none, 0, none, none, none, "not installed"});
+    table.add({"Bullet", "", "", 0, none, none, none, "", none, 0, none, none, none, "not installed"});
     return table;
   }
   for (const int n : config.cells) {
     progress.report(0.99, fmt::format("Bullet, {} cells per edge", n));
-    if (!add_row(n, config, progress, table)) break;
+    if (!add_rows(n, config, progress, table)) break;
   }
   return table;
 }
@@ -100,11 +134,13 @@ Table measure_peers(const PeerTimingConfig& config, Progress& progress) {
 std::string peers_text(const Table& table) {
   std::string text;
   for (std::size_t r = 0; r < table.size(); ++r)
-    text += table.text(r, "status") == "not installed"
-                ? fmt::format("{}: not installed\n", table.text(r, "program"))
-                : fmt::format("{} {}, n = {}: a step takes {:.3g} ms, {:.1f} times ours\n",
-                              table.text(r, "program"), table.text(r, "version"), table.number(r, "cells"),
-                              1e3 * table.number(r, "seconds_per_step"), table.number(r, "over_ours"));
+    text +=
+        table.text(r, "status") == "not installed"
+            ? fmt::format("{}: not installed\n", table.text(r, "program"))
+            : fmt::format("{} {} in {} precision, n = {}: a step takes {:.3g} ms, {:.1f} times ours in {}\n",
+                          table.text(r, "program"), table.text(r, "version"), table.text(r, "precision"),
+                          table.number(r, "cells"), 1e3 * table.number(r, "seconds_per_step"),
+                          table.number(r, "over_ours"), table.text(r, "our_precision"));
   return text;
 }
 

@@ -118,8 +118,8 @@ struct PeerTimingConfig {
 };
 
 /// Time of one step of the same particles and springs in other programs as they come, over that of ours:
-/// median and quartiles over pairs of samples; a row per program and size. What is not installed has a row
-/// that says so.
+/// median and quartiles over pairs of samples; a row per program, size and precision of ours. What is not
+/// installed has a row that says so.
 Table measure_peers(const PeerTimingConfig& config, Progress& progress);
 /// Its rows as lines.
 std::string peers_text(const Table& table);

@@ -163,6 +163,20 @@ TEST_F(RunCommand, SleepIsForExplicitMethodsOfSprings) {
   }
 }
 
+TEST_F(RunCommand, TakesVariantsOfMethods) {
+  const fs::path scene = write("cube.toml", cube);
+  ASSERT_EQ(run(scene, {"--set", "solve.integrator=vbd:3", "--set", "solve.dt=0.01"}).exit_status, 0);
+  const std::string once = read_file(out() / "series.csv");
+  ASSERT_EQ(
+      run(scene, {"--set", "solve.integrator=vbd", "--set", "solve.iterations=3", "--set", "solve.dt=0.01"})
+          .exit_status,
+      0);
+  EXPECT_EQ(read_file(out() / "series.csv"), once);
+  const ProgramRun both = run(scene, {"--set", "solve.integrator=vbd:3", "--set", "solve.iterations=2"});
+  EXPECT_EQ(both.exit_status, 2);
+  EXPECT_NE(both.output.find("give one of them"), std::string::npos) << both.output;
+}
+
 TEST_F(RunCommand, SafeStepIsStable) {
   ASSERT_EQ(
       run(write("cube.toml", cube), {"--set", "solve.dt=safe", "--set", "solve.duration=2"}).exit_status, 0);

@@ -81,6 +81,26 @@ TEST(Atlas, FailuresHaveTheirNames) {
   EXPECT_EQ(adams.at(512), "too_many_steps");
 }
 
+TEST(Atlas, MethodsForAnyStepAreTriedAtLongOnes) {
+  const AtlasTables tables = run(small_atlas({"xpbd", "vbd:5"}), 2);
+  for (const char* method : {"xpbd", "vbd:5"}) {
+    const auto found = outcomes(tables.points, method, 0.1);
+    EXPECT_EQ(found.at(64), "loses_energy") << method;
+    for (const auto& [step, outcome] : found)
+      EXPECT_TRUE(outcome == "stable" || outcome == "loses_energy") << method << " " << step;
+  }
+}
+
+TEST(Atlas, AMethodWithoutAStepForABodyRefuses) {
+  AtlasConfig config = small_atlas({"xpbd"});
+  config.parameters[0].set = [](AtlasBody& body, double) {
+    body.cells = 2;
+    body.poisson = 0.1;
+  };
+  for (const auto& [step, outcome] : outcomes(run(config, 1).points, "xpbd", 0))
+    EXPECT_EQ(outcome, "refused");
+}
+
 TEST(Atlas, TheCompressedCubeFolds) {
   AtlasConfig config = small_atlas({"verlet"});
   config.parameters[0].name = "strain";

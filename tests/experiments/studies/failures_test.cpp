@@ -47,6 +47,12 @@ TEST(Failures, HaveTheRightOutcome) {
   EXPECT_EQ(try_one("drop", 1000, "velocity_verlet", true).outcome, Outcome::stable);
 }
 
+TEST(Failures, AMethodWithoutAStepForABodyRefuses) {
+  EXPECT_EQ(try_one("stretch", 1.2, "xpbd").outcome, Outcome::stable);
+  EXPECT_EQ(try_one("stretch", 1.2, "xpbd", true).outcome, Outcome::refused);
+  EXPECT_EQ(try_one("negative_volume", 0.1, "vbd:5").outcome, Outcome::refused);
+}
+
 // Across a spring of no length stiffness has no bound; implicit methods must be stable nevertheless.
 TEST(Failures, SpringsOfNoLengthAreStable) {
   for (const IntegratorInfo& method : integrators()) {

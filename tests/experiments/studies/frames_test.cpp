@@ -109,8 +109,9 @@ TEST(Frames, FindRestToTheirTolerance) {
   const Table rows = measure_rest(config, progress);
   for (std::size_t r = 0; r < rows.size(); ++r) {
     EXPECT_EQ(rows.text(r, "status"), "ok");
-    if (rows.number(r, "tolerance") <= 1e-6)
+    if (rows.number(r, "tolerance") <= 1e-6) {
       EXPECT_LT(rows.number(r, "error"), 1e-3) << rows.text(r, "method");
+    }
   }
   const std::vector<NamedTable> tables{{"frames", measure_frames(small_config(), progress).rows},
                                        {"frames_rest", rows}};

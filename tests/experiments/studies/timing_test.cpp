@@ -319,13 +319,16 @@ TEST(TimingMethods, ComparesIterationsWithAnExplicitStep) {
 TEST(TimingPeers, TimeBulletOrSayThatItIsMissing) {
   Progress progress;
   const Table rows = measure_peers({.cells = {2}, .repetitions = 1, .sample_seconds = 1e-4}, progress);
-  ASSERT_EQ(rows.size(), 1U);
   if (reference::BulletCube::version().empty()) {
+    ASSERT_EQ(rows.size(), 1U);
     EXPECT_EQ(rows.text(0, "status"), "not installed");
     return;
   }
-  EXPECT_EQ(rows.text(0, "status"), "ok");
-  EXPECT_GT(rows.number(0, "over_ours"), 1);
+  ASSERT_EQ(rows.size(), 2U);  // beside ours in single and in double precision
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    EXPECT_EQ(rows.text(r, "status"), "ok");
+    EXPECT_GT(rows.number(r, "over_ours"), 1);
+  }
   const Body body(timing_cube(2));
   reference::BulletCube bullet(body, Vec3(0, 0, -10));
   for (int step = 0; step < 100; ++step) bullet.step(0.01);  // s = g t^2 / 2 = 5 m

@@ -1,0 +1,231 @@
+// Which method is cheapest where: a held cube under gravity, over stiffness, damping and resolution, asked
+// for its motion to 10, 1 and 0.1 percent, for frames that only stay stable, and for its rest to 1 percent.
+// Every point is measured; the map is finer where another kind of method becomes the cheapest. Texts and the
+// map's grid are here, runs in runs.cpp, who is cheapest and where theory expects it in cheapest.cpp, maps in
+// chart.cpp.
+#include "experiments/studies/regimes/regimes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "experiments/harness/workers.hpp"
+
+namespace mss::studies::regimes {
+
+namespace {
+
+constexpr const char* caption =
+    "A cube of 1 m, 1000 kg/m^3, nu = 0.3, held at one face and released straight under gravity: a sixth of "
+    "a "
+    "second in frames of 1/60 s, and where it comes to rest. For every Young's modulus, damping ratio of its "
+    "springs and number of cells per edge, the kind of method that needs the least wall time to meet a "
+    "demand: a motion with an error of 10, 1 or 0.1 percent, frames that only stay stable (an error below "
+    "the "
+    "displacement itself), rest to 1 percent. A cell in two halves is a tie: upper half the cheapest, lower "
+    "half the next kind, whose quartiles overlap or whose median differs by less than a tenth. The line is "
+    "where explicit and implicit frames should cost the same, from the cost of one explicit step and of the "
+    "cheapest frame of a method for any step; it moves with the square of that ratio. Errors are root mean "
+    "squares over frames and particles, over the displacement, of the distance from damped Verlet at a "
+    "quarter of its safe step; where that would take too long nothing is drawn. One thread, set-up included. "
+    "Explicit methods: those that need at most 1.2 times the fewest force evaluations, at their safe step, a "
+    "half and a quarter of it. Not varied: shape, load, Poisson's ratio, contact, precision.";
+
+Json configuration(const RegimesConfig& c) {
+  return {{"cells", c.cells},
+          {"damping_ratios", c.damping_ratios},
+          {"moduli", c.moduli},
+          {"halvings", c.halvings},
+          {"frames", c.frames},
+          {"frame", frame},
+          {"repetitions", c.repetitions},
+          {"most_seconds", c.most_seconds}};
+}
+
+/// Young's modulus at a place between those of the coarse grid.
+double modulus_at(const RegimesConfig& c, double place) {
+  return c.moduli.front() * std::pow(c.moduli.back() / c.moduli.front(), place / double(c.moduli.size() - 1));
+}
+
+std::vector<Cell> cells_of(const RegimePoint& p) { return {p.cells, p.damping_ratio, p.young}; }
+
+void add_runs(const RegimePoint& point, const char* what, const Json& runs, Table& table) {
+  for (const Json& run : runs) {
+    std::vector<Cell> row = cells_of(point);
+    const std::string method = run["method"];
+    row.insert(row.end(), {std::string(what), method, number(run["steps"])});
+    for (const char* column : {"seconds", "q1", "q3", "error"}) row.emplace_back(number(run[column]));
+    row.emplace_back(run["status"].get<std::string>());
+    table.add(std::move(row));
+  }
+}
+
+void add_point(const RegimePoint& point, const Json& result, RegimesTables& tables) {
+  add_runs(point, "motion", result["motion"], tables.runs);
+  add_runs(point, "rest", result["rest"], tables.runs);
+  std::vector<Cell> row = cells_of(point);
+  const bool motion = !result["motion"].empty(), rest = !result["rest"].empty();
+  row.insert(row.end(), {number(result["explicit_step"]), number(result["explicit_dt"]),
+                         std::string(motion && rest ? "ok"
+                                     : motion       ? "no reference of the rest"
+                                                    : "the reference of the motion would take too long")});
+  tables.points.add(std::move(row));
+}
+
+RegimesTables empty_tables() {
+  return {Table({{"cells"},
+                 {"damping_ratio"},
+                 {"young", "Pa"},
+                 {"what"},
+                 {"method"},
+                 {"steps_or_tolerance"},
+                 {"seconds", "s"},
+                 {"q1", "s"},
+                 {"q3", "s"},
+                 {"error"},
+                 {"status"}}),
+          Table({{"cells"},
+                 {"damping_ratio"},
+                 {"young", "Pa"},
+                 {"explicit_step_seconds", "s"},
+                 {"safe_dt", "s"},
+                 {"status"}}),
+          Table(std::vector<Column>{}), Table(std::vector<Column>{})};
+}
+
+/// The kinds that are cheapest at a point, by demand.
+std::vector<std::string> kinds_at(const RegimePoint& point, const Json& result) {
+  RegimesTables tables = empty_tables();
+  add_point(point, result, tables);
+  const Table cheapest = cheapest_methods(tables.runs);
+  std::vector<std::string> kinds;
+  for (std::size_t r = 0; r < cheapest.size(); ++r) kinds.push_back(cheapest.text(r, "kind"));
+  return kinds;
+}
+
+/// Points of a row of the map as far as the journal has them, ascending; adds those that are missing to
+/// `open`, halfway between neighbours of different kinds too.
+std::vector<RegimePoint> row_of(const RegimesConfig& c, int cells, double ratio, const Journal& journal,
+                                std::vector<RegimePoint>& open) {
+  const std::size_t open_before = open.size();
+  std::vector<double> places;
+  for (std::size_t i = 0; i < c.moduli.size(); ++i) places.push_back(double(i));
+  const auto point_at = [&](double place) { return RegimePoint{cells, ratio, modulus_at(c, place)}; };
+  for (int halving = 0; halving <= c.halvings; ++halving) {
+    for (const double place : places)
+      if (!journal.find(point_at(place).name())) open.push_back(point_at(place));
+    if (halving == c.halvings || open.size() > open_before) break;
+    std::vector<double> between;
+    for (std::size_t i = 1; i < places.size(); ++i) {
+      const RegimePoint a = point_at(places[i - 1]), b = point_at(places[i]);
+      if (kinds_at(a, *journal.find(a.name())) != kinds_at(b, *journal.find(b.name())))
+        between.push_back((places[i - 1] + places[i]) / 2);
+    }
+    places.insert(places.end(), between.begin(), between.end());
+    std::sort(places.begin(), places.end());
+  }
+  std::vector<RegimePoint> row;
+  for (const double place : places)
+    if (journal.find(point_at(place).name())) row.push_back(point_at(place));
+  return row;
+}
+
+/// All rows of the map.
+std::vector<RegimePoint> points_of(const RegimesConfig& c, const Journal& journal,
+                                   std::vector<RegimePoint>& open) {
+  std::vector<RegimePoint> all;
+  for (const int cells : c.cells)
+    for (const double ratio : c.damping_ratios) {
+      const std::vector<RegimePoint> row = row_of(c, cells, ratio, journal, open);
+      all.insert(all.end(), row.begin(), row.end());
+    }
+  return all;
+}
+
+std::string summary(const RegimesTables& tables) {
+  std::string lines;
+  const Table& b = tables.boundaries;
+  for (std::size_t r = 0; r < b.size(); ++r)
+    lines += fmt::format(
+        "{:>2} cells, damping ratio {:<5g} explicit frames cost more from E = {:.2g} Pa on (predicted "
+        "{:.2g}); {}\n",
+        b.number(r, "cells"), b.number(r, "damping_ratio"), b.number(r, "measured"), b.number(r, "predicted"),
+        b.text(r, "status"));
+  return lines;
+}
+
+ExperimentResult run_regimes(const ExperimentOptions& options, Progress& progress) {
+  const RegimesConfig config = regimes_config(options);
+  Journal journal = open_journal(options, configuration(config));
+  RegimesTables tables = measure_regimes(config, options.processes, journal, progress);
+  ExperimentResult result{
+      .status = tables.status, .caption = caption, .configuration = configuration(config)};
+  result.summary = summary(tables);
+  result.tables = {{"regimes", std::move(tables.cheapest)},
+                   {"regimes_runs", std::move(tables.runs)},
+                   {"regimes_points", std::move(tables.points)},
+                   {"regimes_boundaries", std::move(tables.boundaries)}};
+  return result;
+}
+
+/// Errors, which are the same on every machine.
+Table baseline_table(const BaselineOptions& options, Progress& progress) {
+  RegimesConfig config = regimes_config({.quick = true});
+  config.cells = {options.quick ? 4 : 6};
+  config.damping_ratios = {0.05};
+  config.repetitions = 1;
+  config.most_seconds = 3600;
+  Journal journal;
+  return measure_regimes(config, 1, journal, progress)
+      .runs.select({"young", "what", "method", "steps_or_tolerance", "error", "status"});
+}
+
+}  // namespace
+
+RegimesConfig regimes_config(const ExperimentOptions& options) {
+  if (options.quick)
+    return {.cells = {4, 8}, .damping_ratios = {0.05, 0.5}, .moduli = {1e5, 1e7, 1e9}, .most_seconds = 3};
+  return {.cells = {4, 8, 16, 32},
+          .damping_ratios = {0.005, 0.05, 0.5},
+          .moduli = {1e4, 1e5, 1e6, 1e7, 1e8, 1e9},
+          .halvings = 1,
+          .most_seconds = 20};
+}
+
+RegimesTables measure_regimes(const RegimesConfig& config, int processes, Journal& journal,
+                              Progress& progress) {
+  RegimesTables tables = empty_tables();
+  std::vector<RegimePoint> points;
+  for (bool done = false; !done && tables.status == Status::ok;) {
+    std::vector<RegimePoint> open;
+    points = points_of(config, journal, open);
+    std::vector<Case> cases;
+    for (const RegimePoint& point : open)
+      cases.push_back({point.name(), [point, &config] { return compute_point(point, config); }});
+    done = cases.empty();
+    if (!done && !compute_cases(cases, processes, journal, progress)) {
+      tables.status = Status::interrupted;
+      std::vector<RegimePoint> missing;
+      points = points_of(config, journal, missing);
+    }
+  }
+  for (const RegimePoint& point : points) add_point(point, *journal.find(point.name()), tables);
+  tables.cheapest = cheapest_methods(tables.runs);
+  tables.boundaries = boundaries(tables.points, tables.runs, tables.cheapest, config.frames);
+  return tables;
+}
+
+ExperimentInfo experiment() {
+  return {.name = "regimes",
+          .summary = "which method is cheapest where: over stiffness, damping, resolution and what is asked",
+          .accepts = {.processes = true},
+          .run = run_regimes,
+          .draw = draw_regimes,
+          .baseline = {.keys = {"young", "what", "method", "steps_or_tolerance"},
+                       .rules = {{"error", 1e-3, 1e-6}},
+                       .table = baseline_table}};
+}
+
+}  // namespace mss::studies::regimes

@@ -1,0 +1,109 @@
+// `mss regimes`: who is cheapest, ties, predicted boundaries, finer grids where the kind changes.
+#include "experiments/studies/regimes/regimes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <tuple>
+
+#include "integrators/integrator.hpp"
+#include "tests/read_back.hpp"
+
+namespace mss::studies::regimes {
+namespace {
+
+/// Motions at one point as (method, seconds, error).
+Table planted(const std::vector<std::tuple<std::string, double, double>>& runs, double young = 1e6) {
+  Table table({{"cells"},
+               {"damping_ratio"},
+               {"young"},
+               {"what"},
+               {"method"},
+               {"steps_or_tolerance"},
+               {"seconds"},
+               {"q1"},
+               {"q3"},
+               {"error"},
+               {"status"}});
+  for (const auto& [method, seconds, error] : runs)
+    table.add({4, 0.05, young, std::string("motion"), method, 1.0, seconds, 0.99 * seconds, 1.01 * seconds,
+               error, std::string("ok")});
+  return table;
+}
+
+Table at(const Table& cheapest, const char* demand) { return cheapest.where("demand", demand); }
+
+TEST(Regimes, TheCheapestMeetsTheDemandAndTheNextIsOfAnotherKind) {
+  const Table cheapest = cheapest_methods(planted({{"verlet", 3, 1e-4},
+                                                   {"damped_verlet", 3.05, 1e-4},
+                                                   {"backward_euler/lbfgs:5", 1, 0.05},
+                                                   {"xpbd", 0.95, 0.3}}));
+  EXPECT_EQ(at(cheapest, "stable").text(0, "method"), "xpbd");
+  EXPECT_EQ(at(cheapest, "stable").number(0, "tie"), 1);  // with quasi-Newton steps
+  EXPECT_EQ(at(cheapest, "motion_10").text(0, "method"), "backward_euler/lbfgs:5");
+  EXPECT_EQ(at(cheapest, "motion_10").number(0, "tie"), 0);
+  EXPECT_DOUBLE_EQ(at(cheapest, "motion_10").number(0, "factor"), 3);
+  EXPECT_EQ(at(cheapest, "motion_1").text(0, "method"), "verlet");
+  EXPECT_EQ(at(cheapest, "motion_1").text(0, "status"), "no other kind met it");
+  EXPECT_EQ(at(cheapest, "rest_1").text(0, "status"), "no reference");
+  const Table nothing = cheapest_methods(planted({{"xpbd", 1, 0.3}}));
+  EXPECT_EQ(at(nothing, "motion_10").text(0, "status"), "nothing that was tried met it");
+}
+
+TEST(Regimes, KindsAreThoseOfTheFacts) {
+  EXPECT_EQ(kind_of("verlet"), Kind::explicit_steps);
+  EXPECT_EQ(kind_of("dynamic_relaxation"), Kind::explicit_steps);
+  EXPECT_EQ(kind_of("backward_euler_linear"), Kind::linear_systems);
+  EXPECT_EQ(kind_of("static"), Kind::linear_systems);
+  EXPECT_EQ(kind_of("static/lbfgs"), Kind::quasi_newton);
+  EXPECT_EQ(kind_of("tr_bdf2/lbfgs:4"), Kind::second_order);
+  EXPECT_EQ(kind_of("xpbd:10"), Kind::projections);
+  EXPECT_EQ(kind_of("vbd:5"), Kind::descents);
+  EXPECT_EQ(kind_labels().size(), std::size_t(Kind::none) + 1);
+}
+
+/// A frame of steps of 1 ms that take 1 ms costs 1/60 s, as does an implicit frame at E = 1e6; at 4e6 steps
+/// are half as long.
+TEST(Regimes, TheBoundaryIsWhereFramesCostTheSame) {
+  Table points({{"cells"}, {"damping_ratio"}, {"young"}, {"explicit_step_seconds"}, {"safe_dt"}, {"status"}});
+  points.add({4, 0.05, 1e6, 1e-3, 1e-3, std::string("ok")});
+  points.add({4, 0.05, 4e6, 1e-3, 5e-4, std::string("ok")});
+  const Table soft = planted({{"verlet", 1, 1e-4}, {"xpbd", 2 * frame, 0.3}}),
+              stiff = planted({{"verlet", 4, 1e-4}, {"xpbd", 2 * frame, 0.3}}, 4e6);
+  Table runs = soft;
+  for (const auto& row : stiff.rows()) runs.add(row);
+  const Table found = boundaries(points, runs, cheapest_methods(runs), 1);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_NEAR(found.number(0, "predicted"), 4e6, 1);  // twice the steps
+  EXPECT_NE(found.text(0, "status"), "ok");           // xpbd is the cheapest at both
+}
+
+TEST(Regimes, MeasuresRefinesAndDrawsFromItsFiles) {
+  RegimesConfig config{.cells = {2},
+                       .damping_ratios = {0.5},
+                       .moduli = {1e4, 1e10},
+                       .halvings = 1,
+                       .frames = 3,
+                       .repetitions = 1,
+                       .most_seconds = 2};
+  Journal journal;
+  Progress progress;
+  const RegimesTables tables = measure_regimes(config, 1, journal, progress);
+  EXPECT_EQ(tables.status, Status::ok);
+  EXPECT_EQ(tables.points.size(),
+            3U);  // and one halfway: explicit steps are the cheapest for soft bodies only
+  EXPECT_EQ(tables.cheapest.size(), 3 * demands().size());
+  for (std::size_t r = 0; r < tables.runs.size(); ++r)
+    EXPECT_TRUE(tables.runs.text(r, "status") != "ok" || tables.runs.number(r, "error") >= 0);
+  const std::vector<NamedTable> files{{"regimes", tables.cheapest},
+                                      {"regimes_runs", tables.runs},
+                                      {"regimes_points", tables.points},
+                                      {"regimes_boundaries", tables.boundaries}};
+  expect_same_drawings(find_experiment("regimes"), files);
+  const Drawings drawn = draw_regimes(files);
+  ASSERT_EQ(drawn.maps.size(), 1U);
+  EXPECT_EQ(drawn.maps[0].chart.panels.size(), demands().size());
+}
+
+}  // namespace
+}  // namespace mss::studies::regimes
