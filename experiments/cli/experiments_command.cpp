@@ -64,7 +64,8 @@ void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& acc
   if (accepts.processes)
     command
         .add_option("--processes", choice.options.processes,
-                    "Number of parallel processes; 0: all cores. Only times depend on it")
+                    "Number of parallel processes; 0: all cores (of `regimes`, "
+                    "whose results are times: one). Only times depend on it")
         ->check(whole_number(1, most_parallel, "all cores"))
         ->capture_default_str();
 }

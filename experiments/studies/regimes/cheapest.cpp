@@ -66,25 +66,38 @@ Table rows_of(const Table& table, double cells, double ratio) {
   return table.where("cells", cells).where("damping_ratio", ratio);
 }
 
-/// Least seconds of a frame that stays stable by a method for any step: the median over moduli.
-double cheapest_frame(const Table& runs, double frames) {
-  std::vector<double> seconds;
-  for (const double young : runs.distinct_numbers("young")) {
-    const Table motion = runs.where("young", young).where("what", "motion");
-    if (const auto row = quickest(motion, 1, [](Kind kind) { return kind != Kind::explicit_steps; }))
-      seconds.push_back(motion.number(*row, "seconds") / frames);
-  }
-  return quartiles(seconds).median;
+/// Least seconds of a frame that stays stable by a method for any step; NaN if none is.
+double cheapest_frame(const Table& runs, double young, int frames) {
+  const Table motion = runs.where("young", young).where("what", "motion");
+  const auto row = quickest(motion, 1, [](Kind kind) { return kind != Kind::explicit_steps; });
+  return row ? motion.number(*row, "seconds") / frames : none;
 }
 
-/// The safe step is inverse to the square root of the modulus.
-double predicted_modulus(const Table& points, double frame_seconds) {
-  std::vector<double> moduli;
-  for (std::size_t r = 0; r < points.size(); ++r) {
-    const double steps = frame_seconds / points.number(r, "explicit_step_seconds");
-    moduli.push_back(points.number(r, "young") * std::pow(steps * points.number(r, "safe_dt") / frame, 2));
+/// Where the ratio of two costs passes 1, from its logarithms at ascending moduli: between two of them, or
+/// beyond the last as the square root of the modulus that explicit frames cost.
+double crossing(const std::vector<double>& log_moduli, const std::vector<double>& log_ratios) {
+  if (log_ratios.empty()) return none;
+  if (log_ratios.front() >= 0) return std::exp(log_moduli.front() - 2 * log_ratios.front());
+  for (std::size_t i = 1; i < log_ratios.size(); ++i)
+    if (log_ratios[i] >= 0) {
+      const double share = -log_ratios[i - 1] / (log_ratios[i] - log_ratios[i - 1]);
+      return std::exp(log_moduli[i - 1] + share * (log_moduli[i] - log_moduli[i - 1]));
+    }
+  return std::exp(log_moduli.back() - 2 * log_ratios.back());
+}
+
+/// Where the safe explicit steps of a frame take as long as the cheapest frame of a method for any step.
+double predicted_modulus(const Table& points, const Table& runs, int frames) {
+  std::vector<double> moduli = points.distinct_numbers("young"), log_moduli, log_ratios;
+  std::sort(moduli.begin(), moduli.end());
+  for (const double young : moduli) {
+    const Table point = points.where("young", young);
+    const double steps = frame / point.number(0, "safe_dt"), any = cheapest_frame(runs, young, frames);
+    if (std::isnan(any)) continue;
+    log_moduli.push_back(std::log(young));
+    log_ratios.push_back(std::log(steps * point.number(0, "explicit_step_seconds") / any));
   }
-  return quartiles(moduli).median;
+  return crossing(log_moduli, log_ratios);
 }
 
 /// Between the last point where explicit steps are the cheapest and the first where they are not.
@@ -115,13 +128,7 @@ Kind kind_of(const std::string& method) {
 }
 
 std::vector<std::string> kind_labels() {
-  return {"explicit",
-          "implicit, linear systems",
-          "quasi-Newton, order 1",
-          "quasi-Newton, order 2",
-          "xpbd",
-          "vbd",
-          "none meets it"};
+  return {"explicit", "linear systems", "quasi-Newton", "quasi-Newton, order 2", "xpbd", "vbd", "none"};
 }
 
 const std::vector<Demand>& demands() {
@@ -158,19 +165,14 @@ Table cheapest_methods(const Table& runs) {
 }
 
 Table boundaries(const Table& points, const Table& runs, const Table& cheapest, int frames) {
-  Table table({{"cells"},
-               {"damping_ratio"},
-               {"frame_seconds", "s"},
-               {"predicted", "Pa"},
-               {"measured", "Pa"},
-               {"factor"},
-               {"status"}});
+  Table table(
+      {{"cells"}, {"damping_ratio"}, {"predicted", "Pa"}, {"measured", "Pa"}, {"factor"}, {"status"}});
   for (const double cells : points.distinct_numbers("cells"))
     for (const double ratio : points.where("cells", cells).distinct_numbers("damping_ratio")) {
-      const double seconds = cheapest_frame(rows_of(runs, cells, ratio), frames);
-      const double predicted = predicted_modulus(rows_of(points, cells, ratio), seconds);
+      const double predicted =
+          predicted_modulus(rows_of(points, cells, ratio), rows_of(runs, cells, ratio), frames);
       const double measured = measured_modulus(rows_of(cheapest, cells, ratio));
-      table.add({int(cells), ratio, seconds, predicted, measured, measured / predicted,
+      table.add({int(cells), ratio, predicted, measured, measured / predicted,
                  std::string(std::isnan(predicted)  ? "no method for any step stays stable"
                              : std::isnan(measured) ? "no change among the moduli tried"
                                                     : "ok")});

@@ -65,10 +65,10 @@ RegimesTables measure_regimes(const RegimesConfig& config, int processes, Journa
 /// tie if their quartiles overlap, or differ by less than a tenth.
 Table cheapest_methods(const Table& runs);
 
-/// For every resolution and damping the modulus from which frames that only stay stable are cheaper in
-/// implicit steps. Predicted: where the safe explicit steps of a frame, at what one of them takes, cost as
-/// much as the cheapest frame of a method for any step. Measured: between the neighbouring points of the map
-/// where the cheapest kind changes.
+/// For every resolution and damping the modulus from which frames that only stay stable are cheaper by a
+/// method for any step. Predicted: where as many explicit steps as a frame needs of the safe one, at what one
+/// of them takes, cost as much as such a method's cheapest frame. Measured: between the neighbouring points
+/// of the map where the cheapest kind changes.
 Table boundaries(const Table& points, const Table& runs, const Table& cheapest, int frames);
 
 /// The maps, a panel per resolution and demand.

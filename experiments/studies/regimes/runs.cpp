@@ -23,14 +23,15 @@ struct Family {
   std::vector<int> steps;
 };
 const std::vector<Family>& families() {
-  static const std::vector<Family> all{{"backward_euler_linear", {1, 2, 4, 8}},
-                                       {"backward_euler/lbfgs:2", {1, 4}},
-                                       {"backward_euler/lbfgs:5", {1, 4}},
+  static const std::vector<Family> all{{"backward_euler_linear", {1, 2, 4, 8, 16}},
+                                       {"backward_euler/lbfgs:2", {1, 2, 4, 8}},
+                                       {"backward_euler/lbfgs:5", {1, 2, 4, 8, 16}},
                                        {"backward_euler/lbfgs:10", {1}},
-                                       {"generalized_alpha/lbfgs:5", {1, 4}},
-                                       {"tr_bdf2/lbfgs:4", {1, 2, 4, 8}},
-                                       {"xpbd", {1, 5, 20, 50}},
-                                       {"xpbd:10", {1}},
+                                       {"generalized_alpha/lbfgs:5", {1, 2, 4, 8, 16}},
+                                       {"tr_bdf2/lbfgs:2", {1, 2, 4, 8, 16}},
+                                       {"tr_bdf2/lbfgs:4", {1, 2, 4, 8, 16}},
+                                       {"xpbd", {1, 2, 5, 10, 20, 50}},
+                                       {"xpbd:10", {1, 4}},
                                        {"vbd:5", {1, 4}},
                                        {"vbd:20", {1, 4}}};
   return all;
@@ -71,9 +72,9 @@ class Problem {
 
   /// False if the true motion would take too long.
   bool find_motion() {
-    constexpr double share = 0.25;  // of the safe step of a method of second order: a 16th of its error
-    const ExplicitSteps truth = explicit_steps(find_integrator("damped_verlet"), bound_, frame, share);
-    if (seconds_of_frame(truth) * config_.frames > config_.most_seconds) return false;
+    constexpr double share = 0.5, forces_per_step = 4;
+    const ExplicitSteps truth = explicit_steps(find_integrator("rk4"), bound_, frame, share);
+    if (forces_per_step * seconds_of_frame(truth) * config_.frames > config_.most_seconds) return false;
     Run run{.method = truth.info->name, .options = {.dt = truth.dt}, .steps = double(truth.steps)};
     true_ = move(run);
     scale_ = 0;
@@ -81,14 +82,24 @@ class Problem {
     return !true_.empty();
   }
 
-  std::vector<Run> motions() {
-    std::vector<Run> all;
+  /// Chains of runs of one method each, from the longest step on.
+  std::vector<std::vector<Run>> motions() {
+    std::vector<std::vector<Run>> all;
+    std::vector<const IntegratorInfo*> methods;
     for (const ExplicitSteps& choice : cheapest_explicit_steps(cube_.system, cube_.start, frame))
-      for (const double share : {1.0, 0.5, 0.25})
-        add_explicit(explicit_steps(*choice.info, bound_, frame, share), all);
-    for (const Family& family : families())
+      methods.push_back(choice.info);
+    for (const char* of_fourth_order : {"pefrl", "rk4"}) methods.push_back(&find_integrator(of_fourth_order));
+    for (const IntegratorInfo* info : methods) {
+      all.emplace_back();
+      for (const double share : {1.0, 0.5, 0.25, 0.125, 0.0625})
+        add_explicit(explicit_steps(*info, bound_, frame, share), all.back());
+    }
+    for (const Family& family : families()) {
+      all.emplace_back();
       for (const int steps : family.steps)
-        all.push_back({.method = family.method, .options = {.dt = frame / steps}, .steps = double(steps)});
+        all.back().push_back(
+            {.method = family.method, .options = {.dt = frame / steps}, .steps = double(steps)});
+    }
     return all;
   }
 
@@ -107,11 +118,15 @@ class Problem {
     return run.status == Status::ok && scale_ > 0;
   }
 
-  static std::vector<Run> rests() {
-    std::vector<Run> all;
-    for (const RestFamily& family : rest_families())
+  /// The same, from the largest tolerance on.
+  static std::vector<std::vector<Run>> rests() {
+    std::vector<std::vector<Run>> all;
+    for (const RestFamily& family : rest_families()) {
+      all.emplace_back();
       for (const double tolerance : family.tolerances)
-        all.push_back({.method = family.method, .options = {.tolerance = tolerance}, .steps = tolerance});
+        all.back().push_back(
+            {.method = family.method, .options = {.tolerance = tolerance}, .steps = tolerance});
+    }
     return all;
   }
 
@@ -180,15 +195,44 @@ class Problem {
   double scale_ = 0;  ///< sum of squares of the true displacements [m^2]
 };
 
-double spent(const Run& run) { return std::accumulate(run.seconds.begin(), run.seconds.end(), 0.0); }
+/// The least error that anything asks for.
+double tightest(bool at_rest) {
+  double error = 1;
+  for (const Demand& demand : demands())
+    if (demand.at_rest == at_rest) error = std::min(error, demand.error);
+  return error;
+}
 
-/// Interleaved; long runs are not repeated.
+/// Whether a run meets a demand, and takes at most twice the least time that does.
+bool is_contender(const std::vector<Run>& runs, const Run& run, bool at_rest) {
+  constexpr double near = 2;
+  const auto meets = [](const Run& r, double error) { return r.status == Status::ok && r.error <= error; };
+  for (const Demand& demand : demands()) {
+    if (demand.at_rest != at_rest || !meets(run, demand.error)) continue;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Run& other : runs)
+      if (meets(other, demand.error)) least = std::min(least, other.seconds.front());
+    if (run.seconds.front() <= near * least) return true;
+  }
+  return false;
+}
+
+/// Every chain until it meets the tightest demand, or takes too long; then, interleaved, those that might be
+/// the cheapest again.
 template <class Take>
-Json measured(const RegimesConfig& config, std::vector<Run> runs, Take&& take) {
-  interleave(config.repetitions, runs.size(), Progress{}, [&](std::size_t i) {
-    Run& run = runs[i];
-    if (run.status == Status::ok && spent(run) < config.most_seconds / 10) take(run);
-  });
+Json measured(const RegimesConfig& config, std::vector<std::vector<Run>> chains, bool at_rest, Take&& take) {
+  std::vector<Run> runs;
+  for (std::vector<Run>& chain : chains)
+    for (Run& run : chain) {
+      take(run);
+      runs.push_back(run);
+      if (run.error <= tightest(at_rest) || run.seconds.front() > config.most_seconds / 2) break;
+    }
+  std::vector<Run*> again;
+  for (Run& run : runs)
+    if (is_contender(runs, run, at_rest) && run.seconds.front() < config.most_seconds / 4)
+      again.push_back(&run);
+  interleave(config.repetitions - 1, again.size(), Progress{}, [&](std::size_t i) { take(*again[i]); });
   Json all = Json::array();
   for (const Run& run : runs) {
     const Quartiles time = quartiles(run.seconds);
@@ -215,9 +259,10 @@ Json compute_point(const RegimePoint& point, const RegimesConfig& config) {
   result["explicit_step"] = problem.seconds_per_step();
   result["explicit_dt"] = problem.bound_dt();
   if (problem.find_motion())
-    result["motion"] = measured(config, problem.motions(), [&](Run& run) { problem.take_motion(run); });
+    result["motion"] =
+        measured(config, problem.motions(), false, [&](Run& run) { problem.take_motion(run); });
   if (problem.find_rest())
-    result["rest"] = measured(config, Problem::rests(), [&](Run& run) { problem.take_rest(run); });
+    result["rest"] = measured(config, Problem::rests(), true, [&](Run& run) { problem.take_rest(run); });
   return result;
 }
 
