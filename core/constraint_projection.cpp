@@ -14,10 +14,11 @@ bool has_constraints(const SiteElements& e) {
          std::any_of(e.stiffness.begin(), e.stiffness.end(), [](double k) { return k != 0; });
 }
 
-/// Whether only springs between corners 0 to 3, which lie in one plane, have a stiffness.
+/// Whether only springs between corners 0 to 3, which lie in one plane, have a stiffness or a damper.
 bool is_flat(const SiteElements& e) {
   for (std::size_t s = 0; s < spring_slots.size(); ++s)
-    if (e.stiffness[s] != 0 && (spring_slots[s].a >= 4 || spring_slots[s].b >= 4)) return false;
+    if ((e.stiffness[s] != 0 || e.damping[s] != 0) && (spring_slots[s].a >= 4 || spring_slots[s].b >= 4))
+      return false;
   return e.volume == 0;
 }
 

@@ -17,11 +17,17 @@ struct Descending {
   const Descent<Real>& p;
   const Real* coefficient;
   std::ptrdiff_t first;
-  Vec<Real> x[sites_around];
-  Vec<Real> moved;  ///< of the particles themselves
+  Vec<Real> x[sites_around];  ///< only of planes that were taken
+  Vec<Real> moved;            ///< of the particles themselves
   Vec<Real> force;
   Pack<Real> isotropic;  ///< of the Hessian, times the identity
-  Symmetric<Real> hessian;
+  Symmetric<Real> hessian{};
+
+  MSS_INLINE Descending(const Descent<Real>& descent, const Real* numbers, std::ptrdiff_t i)
+      : p(descent), coefficient(numbers), first(i), moved(load(p.moved, p.around[middle] + i)) {
+    isotropic = load(coefficient + W * (2 * sites_around + 8));
+    force = isotropic * (load(p.target, p.around[middle] + i) - moved);
+  }
 
   /// Positions of the nine sites of a plane, from 0 for that below.
   MSS_INLINE void take_plane(int plane) {
@@ -78,10 +84,8 @@ void descend(const Descent<Real>& argument, std::ptrdiff_t first, std::ptrdiff_t
     if (entry == 0) continue;
     const std::ptrdiff_t own = p.around[middle] + i;
     const Real* coefficient = p.dictionary + std::ptrdiff_t(entry) * descent_coefficients * W;
-    Descending<Real, Damped> s{p, coefficient, i, {}, load(p.moved, own), {}, {}, {}};
+    Descending<Real, Damped> s(p, coefficient, i);
     const bool below = (p.planes[entry] & plane_below) != 0, above = (p.planes[entry] & plane_above) != 0;
-    s.isotropic = load(coefficient + W * (2 * sites_around + 8));
-    s.force = s.isotropic * (load(p.target, own) - s.moved);
     s.take_plane(1);
     if (below) {
       s.take_plane(0);

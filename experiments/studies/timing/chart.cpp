@@ -92,7 +92,7 @@ std::string plural(int threads) { return fmt::format("{} thread{}", threads, thr
 
 std::string label(const std::string& method, const std::string& precision, int threads) {
   const std::map<std::string, std::string> names{
-      {"algorithm_1", "Algorithm 1"}, {"plain_loop", "plain loop"}, {"structured_sweep", "structured sweep"}};
+      {"algorithm_1", "Algorithm 1"}, {"plain_loop", "plain loop"}, {"structured_sweep", "sweep in"}};
   const auto name = names.find(method);
   const std::string shown = name == names.end() ? method : name->second;
   return fmt::format("{}{}, {}", shown, method == "structured_sweep" ? " " + precision : "", plural(threads));

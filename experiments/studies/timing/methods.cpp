@@ -122,12 +122,13 @@ Table measure_methods(const MethodTimingConfig& config, Progress& progress) {
 }
 
 Chart methods_chart(const Table& table) {
-  Chart chart{.title = "The cost of one iteration of engines' methods",
-              .subtitle =
-                  "full cube of 1 m, damped, with volume forces; in steps of semi-implicit Euler of the "
-                  "same precision; of vbd a tenth of a step of ten, of the others a step of one; one thread",
-              .x = {.label = "time of an iteration / time of an explicit step", .low = 0},
-              .y = named_rows(table.distinct("method"))};
+  Chart chart{
+      .title = "The cost of one iteration of engines' methods",
+      .subtitle =
+          "damped cube with volume forces, one thread; over a step of semi-implicit Euler of the same "
+          "precision",
+      .x = {.label = "time of an iteration / time of an explicit step", .low = 0},
+      .y = named_rows(table.distinct("method"))};
   const std::vector<std::string> names = table.distinct("method");
   const Table single_thread = table.where("threads", 1);
   for (const double n : single_thread.distinct_numbers("cells"))

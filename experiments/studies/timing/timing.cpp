@@ -274,7 +274,7 @@ constexpr const char* caption =
     " grows, so spring constants shrink as 1/n. Points are medians, bars quartiles of samples that are "
     "interleaved, in passes over all sizes. Algorithm 1 is the thesis's, as written (12 atomic additions per "
     "spring); "
-    "the plain loop has one thread and no atomics; the structured sweep is this project's core. The "
+    "the plain loop has one thread and no atomics; the sweep is this project's core. The "
     "legend gives the exponent of time in n, fitted over n of 20 and more, and the largest n under 40 ms:"
     " interpolated between measured sizes, or by the fit where it lies beyond them. The star is the one "
     "published time (Fig. 5-3: n = 7, 40 ms, 8 threads on an i7-4712MQ); the bar is the same time if an "
