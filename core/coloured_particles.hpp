@@ -107,8 +107,8 @@ class ColouredBlocks {
 /// that no other pair's do, and so do 4 to 7: so a pair gets its four colours one after the other, while it
 /// is in the cache, and what comes out is the same as if every colour were finished before the next.
 ///
-/// Calls finished(parity, plane) when what is left touches the corners of no more cells in a plane of the
-/// parts with that parity of z.
+/// Calls finished(parity, plane) once no remaining cell has a corner in that plane of the parts with that
+/// parity of z.
 template <class Real, class Visit, class Finished>
 void for_each_colour(System<Real>& system, const ColouredLattice& lattice, const ColouredBlocks& blocks,
                      int lanes, Visit&& visit, Finished&& finished) {

@@ -39,7 +39,7 @@ void moments(const ShapeSites& argument) {
 struct Rotation {
   Vec<double> x, y, z;
   MSS_INLINE explicit Rotation(const Pack<double> (&q)[4]) {
-    const Pack<double> one = Pack<double>{} + double(1), two = one + one;
+    const Pack<double> one = Pack<double>{} + 1.0, two = one + one;
     x = {one - two * (q[1] * q[1] + q[2] * q[2]), two * (q[0] * q[1] + q[3] * q[2]),
          two * (q[0] * q[2] - q[3] * q[1])};
     y = {two * (q[0] * q[1] - q[3] * q[2]), one - two * (q[0] * q[0] + q[2] * q[2]),
@@ -60,9 +60,8 @@ MSS_INLINE void turn_towards(const Vec<double> (&a)[3], Pack<double> (&q)[4]) {
                      byy = a[0].y * r.x.y + (a[1].y * r.y.y + a[2].y * r.z.y),
                      bzz = a[0].z * r.x.z + (a[1].z * r.y.z + a[2].z * r.z.z);
   const auto mixed = [&](const Pack<double> Vec<double>::*m, const Pack<double> Vec<double>::*n) {
-    return double(-0.5) *
-           (((a[0].*m * r.x.*n) + (a[0].*n * r.x.*m)) +
-            (((a[1].*m * r.y.*n) + (a[1].*n * r.y.*m)) + ((a[2].*m * r.z.*n) + (a[2].*n * r.z.*m))));
+    return -0.5 * (((a[0].*m * r.x.*n) + (a[0].*n * r.x.*m)) +
+                   (((a[1].*m * r.y.*n) + (a[1].*n * r.y.*m)) + ((a[2].*m * r.z.*n) + (a[2].*n * r.z.*m))));
   };
   const Symmetric<double> second{byy + bzz,
                                  bzz + bxx,
@@ -70,12 +69,11 @@ MSS_INLINE void turn_towards(const Vec<double> (&a)[3], Pack<double> (&q)[4]) {
                                  mixed(&Vec<double>::y, &Vec<double>::z),
                                  mixed(&Vec<double>::z, &Vec<double>::x),
                                  mixed(&Vec<double>::x, &Vec<double>::y)};
-  const Pack<double> zero{}, along = bxx + (byy + bzz),
-                             size = (along > zero ? along : -along) + double(1e-30);
+  const Pack<double> zero{}, along = bxx + (byy + bzz), size = (along > zero ? along : -along) + 1e-30;
   const auto definite = (second.xx > zero) & (second.xx * second.yy > second.xy * second.xy) &
-                        (second.determinant() > double(1e-6) * (size * size * size));
-  const Vec<double> newton = second.solve(torque), scaled = (double(1) / size) * torque;
-  const Pack<double> one_half = zero + double(0.5);
+                        (second.determinant() > 1e-6 * (size * size * size));
+  const Vec<double> newton = second.solve(torque), scaled = (1.0 / size) * torque;
+  const Pack<double> one_half = zero + 0.5;
   const Vec<double> half =
       one_half * Vec<double>{definite ? newton.x : scaled.x, definite ? newton.y : scaled.y,
                              definite ? newton.z : scaled.z};
@@ -84,7 +82,7 @@ MSS_INLINE void turn_towards(const Vec<double> (&a)[3], Pack<double> (&q)[4]) {
                      y = q[1] + half.y * q[3] + (half.z * q[0] - half.x * q[2]),
                      z = q[2] + half.z * q[3] + (half.x * q[1] - half.y * q[0]);
   const Pack<double> squared = (x * x + y * y) + (z * z + w * w);
-  const Pack<double> scale = (double(1) / rsqrt_scale<double>)*scaled_rsqrt(squared, rsqrt_estimate(squared));
+  const Pack<double> scale = (1.0 / rsqrt_scale<double>)*scaled_rsqrt(squared, rsqrt_estimate(squared));
   q[0] = scale * x;
   q[1] = scale * y;
   q[2] = scale * z;
@@ -95,7 +93,7 @@ void match(const ShapeSites& argument) {
   const ShapeSites p = argument;
   const Pack<double> zero{};
   for (std::ptrdiff_t i = p.first; i < p.last; i += lanes<double>) {
-    const Pack<double> mass = load(p.region_mass + i), inverse = double(1) / mass;
+    const Pack<double> mass = load(p.region_mass + i), inverse = 1.0 / mass;
     const Vec<double> c0 = load3(p.rest_centre, i);
     const Vec<double> sum{load(p.affine[9] + i), load(p.affine[10] + i), load(p.affine[11] + i)};
     const Vec<double> centre = inverse * sum;

@@ -33,7 +33,7 @@ struct ShapeSites {
   double* moved[3];               ///< in and out: displacements of the step [m]
 };
 
-/// One copy of the loops of shape matching, compiled for one instruction set and precision.
+/// One copy of the loops of shape matching, compiled for one instruction set.
 struct ShapeKernel {
   const char* name;
   int lanes;

@@ -39,7 +39,7 @@ VertexDescent<Real>::VertexDescent(const SpringSystem<Real>& springs, System<Rea
       blocks_(blocks_of(particles_, kernel_.lanes)),
       target_(particles_.lattice().size()) {
   fill_dictionary();
-  if (acceleration > 0) last_ = one_before_ = Field<Real>(target_.size());
+  if (acceleration > 0) last_ = one_before_ = target_;
   for (int colour = 0; colour < ColouredLattice::colours; ++colour)
     parts_[std::size_t(colour)] = part_of(colour);
 }

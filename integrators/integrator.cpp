@@ -56,6 +56,9 @@ IntegratorInfo variant(const std::string& name) {
   if (!info.iterates)
     throw InputError(
         fmt::format("{} does not iterate, as '{}' would; leave out what follows its name", info.name, name));
+  if (solver.empty() && family_of(name).find('/') != std::string::npos)
+    throw InputError(
+        fmt::format("'{}' names no nonlinear solver after its /; name one, or leave the / out", name));
   if (!solver.empty() && !info.implicit)
     throw InputError(
         fmt::format("{} needs no nonlinear solver, which '{}' names; leave it out", info.name, name));

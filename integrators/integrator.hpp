@@ -65,7 +65,8 @@ struct IntegratorOptions {
   double spectral_radius = 0.9;        ///< of generalized_alpha, at infinite steps; from 0 to 1
   double tolerance = 1e-6;             ///< of adaptive methods: local error over the scales below
   std::string nonlinear_solver = "newton";  ///< of implicit methods and `static`
-  int iterations = 0;                       ///< of it, in every stage; 0: as many as its tolerance needs
+  int iterations =
+      0;  ///< of it, in every stage; 0: as many as its tolerance needs; passes of xpbd, vbd; 0: one
   double acceleration = 0;     ///< of vbd, Chebyshev's: spectral radius of a pass, from 0 to below 1; 0: none
   int region_width = 2;        ///< of shape_matching, in cells; 0: one region
   double alpha = 1;            ///< of shape_matching: share of the way to the goal, from 0 to 1

@@ -18,7 +18,9 @@ std::unique_ptr<ShapeMatching> make_passes(const SpringSystem<double>& springs, 
   return std::make_unique<ShapeMatching>(springs, system, options.dt, options.region_width, options.alpha);
 }
 
-std::unique_ptr<Integrator<double>> make(const IntegratorOptions& options) {
+/// One pass a step: goals follow from where particles were at its beginning.
+std::unique_ptr<Integrator<double>> make(IntegratorOptions options) {
+  options.iterations = 1;
   return std::make_unique<PassMethod<double, ShapeMatching>>(options, "shape_matching", make_passes);
 }
 

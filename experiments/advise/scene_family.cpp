@@ -10,6 +10,14 @@
 
 namespace mss::advise {
 
+namespace {
+
+/// Whether a candidate's integrator is a variant that says its number of iterations, or its solver.
+bool fixes_iterations(const SceneEdit& c) { return c.integrator.find(':') != std::string::npos; }
+bool fixes_solver(const SceneEdit& c) { return c.integrator.find('/') != std::string::npos; }
+
+}  // namespace
+
 SceneFamily::SceneFamily(const std::filesystem::path& file, const std::vector<std::string>& overrides)
     : given_(load_scene(file, overrides)) {
   const auto refuse = [&](const char* problem) {
@@ -73,6 +81,10 @@ std::vector<std::string> SceneFamily::settings(const SceneEdit& c) const {
   }
   if (c.damping.law == Damping::Law::ratio) set("damping.ratio", c.damping.zeta * finer);
   set("solve.integrator", c.integrator);
+  if (fixes_iterations(c) && given_.solve.iterations != SolveConfig{}.iterations)
+    set("solve.iterations", SolveConfig{}.iterations);
+  if (fixes_solver(c) && given_.solve.nonlinear_solver != SolveConfig{}.nonlinear_solver)
+    set("solve.nonlinear_solver", SolveConfig{}.nonlinear_solver);
   if (c.dt)
     set("solve.dt", *c.dt);
   else
@@ -84,7 +96,12 @@ std::vector<std::string> SceneFamily::settings(const SceneEdit& c) const {
   return all;
 }
 
-Scene SceneFamily::scene(const SceneEdit& candidate) const { return edited(given_, candidate); }
+Scene SceneFamily::scene(const SceneEdit& candidate) const {
+  Scene scene = edited(given_, candidate);
+  if (fixes_iterations(candidate)) scene.solve.iterations = SolveConfig{}.iterations;
+  if (fixes_solver(candidate)) scene.solve.nonlinear_solver = SolveConfig{}.nonlinear_solver;
+  return scene;
+}
 
 SpectralBound SceneFamily::bound(const SceneEdit& c) {
   const std::tuple key(c.level, c.face_share, c.volume_force);

@@ -42,7 +42,9 @@ void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& acc
   if (accepts.integrators)
     command
         .add_option("--integrators", choice.options.integrators,
-                    "Names from `mss list integrators`, as in rk4,cvode_bdf; all if left out")
+                    "Names from `mss list integrators`, as in rk4,cvode_bdf,vbd:5 (five iterations a step); "
+                    "all if left "
+                    "out")
         ->delimiter(',');
   if (accepts.model)
     command
@@ -64,8 +66,8 @@ void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& acc
   if (accepts.processes)
     command
         .add_option("--processes", choice.options.processes,
-                    "Number of parallel processes; 0: all cores (of `regimes`, "
-                    "whose results are times: one). Only times depend on it")
+                    "Number of parallel processes; 0: all cores (`regimes`: one). Only times, and what "
+                    "is concluded from times, depend on it")
         ->check(whole_number(1, most_parallel, "all cores"))
         ->capture_default_str();
 }

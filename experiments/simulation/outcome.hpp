@@ -42,7 +42,7 @@ struct RunExtremes {
   double final_jacobian = std::numeric_limits<double>::quiet_NaN();  ///< least one of the last sample
 };
 
-/// Advances a state through so many samples; refused if `advance` throws InputError: `advance` takes it to
+/// Advances a state through so many samples: `advance` takes it to
 /// the sample of that number, 1 the first; `sample` receives the measures there. Ends early with the outcome
 /// of an advance that fails, and as blows_up once the energy exceeds ten times the initial one. Stable
 /// otherwise: the caller decides whether the body has folded or lost energy.

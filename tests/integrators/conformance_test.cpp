@@ -347,6 +347,8 @@ TEST(Variants, AreRefusedInWords) {
   EXPECT_NE(refusal("backward_euler/lbgfs").find("'lbfgs'"), std::string::npos)
       << refusal("backward_euler/lbgfs");
   EXPECT_NE(refusal("vbx:5").find("'vbd'"), std::string::npos) << refusal("vbx:5");
+  EXPECT_NE(refusal("backward_euler/").find("names no nonlinear solver"), std::string::npos);
+  EXPECT_NE(refusal("backward_euler/:5").find("names no nonlinear solver"), std::string::npos);
   for (const char* method : {"vbd:", "vbd:0", "vbd:-1", "vbd:five", "vbd:5x", "vbd:99999999999"})
     EXPECT_NE(refusal(method).find("allowed: 1 to 1000"), std::string::npos)
         << method << ": " << refusal(method);

@@ -25,13 +25,22 @@ std::vector<std::string> families(const Table& rows) {
   return all;
 }
 
-/// As in "vbd, best of 1, 5, 20 iterations".
-std::string family_label(const Table& rows, const std::string& family) {
-  std::vector<std::string> counts;
+std::vector<std::string> members_of(const Table& rows, const std::string& family) {
+  std::vector<std::string> members;
   for (const std::string& integrator : rows.distinct("integrator"))
-    if (family_of(integrator) == family)
-      counts.push_back(integrator == family ? "1" : integrator.substr(family.size() + 1));
-  return counts.size() == 1 ? family : fmt::format("{}, best of {}", family, fmt::join(counts, ", "));
+    if (family_of(integrator) == family) members.push_back(integrator);
+  return members;
+}
+
+/// A member's name where there is only one, else as in "vbd, best of 1, 5, 20"; "all" is to the tolerance.
+std::string family_label(const std::string& family, const std::vector<std::string>& members) {
+  if (members.size() == 1) return members[0];
+  std::vector<std::string> counts;
+  for (const std::string& member : members)
+    counts.push_back(member != family                   ? member.substr(family.size() + 1)
+                     : find_integrator(family).implicit ? "all"
+                                                        : "1");
+  return fmt::format("{}, best of {}", family, fmt::join(counts, ", "));
 }
 
 /// Of points of several members of a family those that no other beats in both error and cost.
@@ -39,7 +48,7 @@ std::vector<ChartPoint> envelope(std::vector<ChartPoint> points) {
   std::sort(points.begin(), points.end(), [](const ChartPoint& a, const ChartPoint& b) { return a.x < b.x; });
   std::vector<ChartPoint> best;
   for (const ChartPoint& point : points)
-    if (best.empty() || point.y < best.back().y) best.push_back(point);
+    if (std::isfinite(point.y) && (best.empty() || point.y < best.back().y)) best.push_back(point);
   return best;
 }
 
@@ -147,8 +156,8 @@ Chart precision_chart(const Table& rows, const Table& references, const std::str
               .y = {.label = "error of positions / displacement", .logarithmic = true}};
   double left = infinity, right = 0, lowest = 1;
   for (const std::string& family : families(rows)) {
-    const std::string label = family_label(rows, family);
-    ChartSeries series{.label = label};
+    const std::vector<std::string> members = members_of(rows, family);
+    ChartSeries series{.label = family_label(family, members)};
     for (std::size_t r = 0; r < runs.size(); ++r) {
       if (family_of(runs.text(r, "integrator")) != family) continue;
       const double x = runs.number(r, column_of(cost)), error = runs.number(r, "error");
@@ -157,7 +166,7 @@ Chart precision_chart(const Table& rows, const Table& references, const std::str
       if (runs.text(r, "status") == "ok") series.points.push_back({x, error});
       if (std::isfinite(error)) lowest = std::min(lowest, error);
     }
-    if (label != family) series.points = envelope(std::move(series.points));
+    if (members.size() > 1) series.points = envelope(std::move(series.points));
     chart.series.push_back(std::move(series));
   }
   add_failures(chart, runs, cost);
@@ -179,7 +188,8 @@ Chart precision_overview(const Table& rows) {
   std::vector<Table> scenes;
   for (const std::string& scene : rows.distinct("scene")) scenes.push_back(rows.where("scene", scene));
   const std::vector<std::string> names = families(rows);
-  for (const std::string& family : names) chart.series.push_back({.label = family_label(rows, family)});
+  for (const std::string& family : names)
+    chart.series.push_back({.label = family_label(family, members_of(rows, family))});
   double highest = 10;
   for (int half_decade = -18; half_decade <= -2; ++half_decade) {
     const double error = std::pow(10, half_decade / 2.0);

@@ -63,7 +63,7 @@ MapChart map_of(const Table& cheapest, const Table& boundaries) {
   MapChart chart{.title = "Which method is cheapest where",
                  .subtitle =
                      "held cube of n cells an edge under gravity, 60 frames a second; two halves: a tie; "
-                     "line: frames of explicit and implicit steps cost the same",
+                     "line: explicit frames cost as much as any other",
                  .x = modulus_axis(*least, *most),
                  .y = y,
                  .kinds = kind_labels(),

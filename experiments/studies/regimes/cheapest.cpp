@@ -100,19 +100,19 @@ double predicted_modulus(const Table& points, const Table& runs, int frames) {
   return crossing(log_moduli, log_ratios);
 }
 
-/// Between the last point where explicit steps are the cheapest and the first where they are not.
+/// Between the first point, in ascending order, where explicit steps are not the cheapest and that before it.
 double measured_modulus(const Table& cheapest) {
-  double last_explicit = 0, first_other = infinity;
-  for (std::size_t r = 0; r < cheapest.size(); ++r) {
-    if (cheapest.text(r, "demand") != "stable") continue;
-    const double young = cheapest.number(r, "young");
-    const bool is_explicit = cheapest.text(r, "kind") == label_of(Kind::explicit_steps);
-    if (is_explicit)
-      last_explicit = std::max(last_explicit, young);
-    else if (cheapest.text(r, "kind") != label_of(Kind::none))
-      first_other = std::min(first_other, young);
+  const Table stable = cheapest.where("demand", "stable");
+  std::vector<double> moduli = stable.distinct_numbers("young");
+  std::sort(moduli.begin(), moduli.end());
+  double last_explicit = none;
+  for (const double young : moduli) {
+    const std::string& kind = stable.where("young", young).text(0, "kind");
+    if (kind == label_of(Kind::none)) continue;
+    if (kind != label_of(Kind::explicit_steps)) return std::sqrt(last_explicit * young);
+    last_explicit = young;
   }
-  return last_explicit > 0 && std::isfinite(first_other) ? std::sqrt(last_explicit * first_other) : none;
+  return none;
 }
 
 }  // namespace

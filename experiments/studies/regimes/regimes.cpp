@@ -67,11 +67,11 @@ void add_point(const RegimePoint& point, const Json& result, RegimesTables& tabl
   add_runs(point, "motion", result["motion"], tables.runs);
   add_runs(point, "rest", result["rest"], tables.runs);
   std::vector<Cell> row = cells_of(point);
-  const bool motion = !result["motion"].empty(), rest = !result["rest"].empty();
+  const std::string motion = result["motion_status"], rest = result["rest_status"];
   row.insert(row.end(), {number(result["explicit_step"]), number(result["explicit_dt"]),
-                         std::string(motion && rest ? "ok"
-                                     : motion       ? "no reference of the rest"
-                                                    : "the reference of the motion would take too long")});
+                         motion == "ok" ? rest
+                         : rest == "ok" ? motion
+                                        : motion + "; " + rest});
   tables.points.add(std::move(row));
 }
 

@@ -44,7 +44,7 @@ struct RegimesConfig {
   int halvings = 0;            ///< of that ratio, between neighbours where another kind is cheapest
   int frames = 10;
   int repetitions = 3;
-  double most_seconds = 10;  ///< that a reference may take, and all repetitions of a run
+  double most_seconds = 10;  ///< that the reference of a motion may take, and a run of it
 };
 RegimesConfig regimes_config(const ExperimentOptions& options);
 

@@ -70,16 +70,17 @@ class Problem {
         cube_({.young = point.young, .poisson = 0.3}, point.cells, point.damping_ratio, 1),
         bound_(cube_.system.spectral_bound()) {}
 
-  /// False if the true motion would take too long.
-  bool find_motion() {
+  /// "ok", or why there is no true motion.
+  std::string find_motion() {
     constexpr double share = 0.5, forces_per_step = 4;
     const ExplicitSteps truth = explicit_steps(find_integrator("rk4"), bound_, frame, share);
-    if (forces_per_step * seconds_of_frame(truth) * config_.frames > config_.most_seconds) return false;
+    if (forces_per_step * seconds_of_frame(truth) * config_.frames > config_.most_seconds)
+      return "the reference of the motion would take too long";
     Run run{.method = truth.info->name, .options = {.dt = truth.dt}, .steps = double(truth.steps)};
     true_ = move(run);
     scale_ = 0;
     for (const Field<double>& x : true_) scale_ += cube_.squared_distance(x, cube_.start.x);
-    return !true_.empty();
+    return true_.empty() ? "the reference of the motion failed" : "ok";
   }
 
   /// Chains of runs of one method each, from the longest step on.
@@ -88,7 +89,10 @@ class Problem {
     std::vector<const IntegratorInfo*> methods;
     for (const ExplicitSteps& choice : cheapest_explicit_steps(cube_.system, cube_.start, frame))
       methods.push_back(choice.info);
-    for (const char* of_fourth_order : {"pefrl", "rk4"}) methods.push_back(&find_integrator(of_fourth_order));
+    for (const char* of_fourth_order : {"pefrl", "rk4"})
+      if (const IntegratorInfo* info = &find_integrator(of_fourth_order);
+          std::find(methods.begin(), methods.end(), info) == methods.end())
+        methods.push_back(info);
     for (const IntegratorInfo* info : methods) {
       all.emplace_back();
       for (const double share : {1.0, 0.5, 0.25, 0.125, 0.0625})
@@ -111,21 +115,24 @@ class Problem {
     run.error = std::sqrt(sum / scale_);
   }
 
-  bool find_rest() {
+  /// The same of the rest.
+  std::string find_rest() {
     Run run{.method = "static", .options = {.tolerance = 1e-8}, .steps = 0};
     rest_ = settle(run);
     scale_ = cube_.squared_distance(rest_, cube_.start.x);
-    return run.status == Status::ok && scale_ > 0;
+    return run.status == Status::ok && scale_ > 0 ? "ok" : "the reference of the rest failed";
   }
 
   /// The same, from the largest tolerance on.
-  static std::vector<std::vector<Run>> rests() {
+  std::vector<std::vector<Run>> rests() const {
     std::vector<std::vector<Run>> all;
     for (const RestFamily& family : rest_families()) {
+      const IntegratorInfo& info = find_integrator(family.method);
+      const double dt = info.limit ? safe_share * stable_step(info, bound_) : frame;
       all.emplace_back();
       for (const double tolerance : family.tolerances)
         all.back().push_back(
-            {.method = family.method, .options = {.tolerance = tolerance}, .steps = tolerance});
+            {.method = family.method, .options = {.dt = dt, .tolerance = tolerance}, .steps = tolerance});
     }
     return all;
   }
@@ -258,11 +265,13 @@ Json compute_point(const RegimePoint& point, const RegimesConfig& config) {
   Json result{{"motion", Json::array()}, {"rest", Json::array()}};
   result["explicit_step"] = problem.seconds_per_step();
   result["explicit_dt"] = problem.bound_dt();
-  if (problem.find_motion())
+  result["motion_status"] = problem.find_motion();
+  if (result["motion_status"] == "ok")
     result["motion"] =
         measured(config, problem.motions(), false, [&](Run& run) { problem.take_motion(run); });
-  if (problem.find_rest())
-    result["rest"] = measured(config, Problem::rests(), true, [&](Run& run) { problem.take_rest(run); });
+  result["rest_status"] = problem.find_rest();
+  if (result["rest_status"] == "ok")
+    result["rest"] = measured(config, problem.rests(), true, [&](Run& run) { problem.take_rest(run); });
   return result;
 }
 

@@ -98,8 +98,9 @@ TEST(Atlas, AMethodWithoutAStepForABodyRefuses) {
     body.cells = 2;
     body.poisson = 0.1;
   };
-  for (const auto& [step, outcome] : outcomes(run(config, 1).points, "xpbd", 0))
-    EXPECT_EQ(outcome, "refused");
+  const auto found = outcomes(run(config, 1).points, "xpbd", AtlasBody{}.ratio);
+  ASSERT_FALSE(found.empty());
+  for (const auto& [step, outcome] : found) EXPECT_EQ(outcome, "refused") << step;
 }
 
 TEST(Atlas, TheCompressedCubeFolds) {

@@ -128,12 +128,14 @@ TEST(PrecisionSummary, TheNextIsOfAnotherFamily) {
 
 TEST(PrecisionChart, DrawsAFamilyAsItsEnvelope) {
   const Table references({{"scene"}, {"description"}, {"uncertainty"}, {"status"}});
-  const Chart chart = precision_chart(
-      planted(
-          {{"a", 1e-1, 1.0}, {"a", 1e-2, 4.0}, {"a:5", 2e-2, 2.0}, {"a:5", 1.5e-2, 5.0}, {"b", 1e-2, 3.0}}),
-      references, "s", Cost::wall_time);
+  const Chart chart = precision_chart(planted({{"vbd", 1e-1, 1.0},
+                                               {"vbd", 1e-2, 4.0},
+                                               {"vbd:5", 2e-2, 2.0},
+                                               {"vbd:5", 1.5e-2, 5.0},
+                                               {"b", 1e-2, 3.0}}),
+                                      references, "s", Cost::wall_time);
   ASSERT_EQ(chart.series.size(), 2U);
-  EXPECT_EQ(chart.series[0].label, "a, best of 1, 5");
+  EXPECT_EQ(chart.series[0].label, "vbd, best of 1, 5");
   ASSERT_EQ(chart.series[0].points.size(), 3U);  // without the one at 5 s
   EXPECT_EQ(chart.series[0].points[1].y, 2e-2);
   EXPECT_EQ(chart.series[1].label, "b");

@@ -62,8 +62,8 @@ TEST(Regimes, KindsAreThoseOfTheFacts) {
   EXPECT_EQ(kind_labels().size(), std::size_t(Kind::none) + 1);
 }
 
-/// A frame of steps of 1 ms that take 1 ms costs 1/60 s, as does an implicit frame at E = 1e6; at 4e6 steps
-/// are half as long.
+/// A frame of steps of 1 ms that take 1 ms costs 1/60 s at E = 1e6, and at 4e6, where steps are half as long,
+/// 2/60 s: what the other method's frame costs.
 TEST(Regimes, TheBoundaryIsWhereFramesCostTheSame) {
   Table points({{"cells"}, {"damping_ratio"}, {"young"}, {"explicit_step_seconds"}, {"safe_dt"}, {"status"}});
   points.add({4, 0.05, 1e6, 1e-3, 1e-3, std::string("ok")});
@@ -76,6 +76,25 @@ TEST(Regimes, TheBoundaryIsWhereFramesCostTheSame) {
   ASSERT_EQ(found.size(), 1U);
   EXPECT_NEAR(found.number(0, "predicted"), 4e6, 1);  // twice the steps
   EXPECT_NE(found.text(0, "status"), "ok");           // xpbd is the cheapest at both
+}
+
+TEST(Regimes, TheMeasuredBoundaryIsTheFirstChange) {
+  Table points({{"cells"}, {"damping_ratio"}, {"young"}, {"explicit_step_seconds"}, {"safe_dt"}, {"status"}});
+  Table runs = planted({}, 1e6);
+  const auto add = [&](double young, double explicit_seconds) {
+    points.add({4, 0.05, young, explicit_seconds * 1e-3 / frame, 1e-3, std::string("ok")});
+    const Table more = planted({{"verlet", explicit_seconds, 1e-4}, {"xpbd", 2.0, 0.3}}, young);
+    for (const auto& row : more.rows()) runs.add(row);
+  };
+  add(1e6, 1);
+  add(1e7, 4);
+  add(1e8, 1.9);  // noise
+  add(1e9, 40);
+  const Table found = boundaries(points, runs, cheapest_methods(runs), 1);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found.text(0, "status"), "ok");
+  EXPECT_NEAR(found.number(0, "measured"), std::sqrt(1e13), 1);
+  EXPECT_NEAR(found.number(0, "predicted"), std::sqrt(1e13), 1);  // halfway between a half and twice the cost
 }
 
 TEST(Regimes, MeasuresRefinesAndDrawsFromItsFiles) {
