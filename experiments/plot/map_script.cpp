@@ -131,7 +131,10 @@ std::string panel_commands(const MapChart& chart, const Grid& grid, int index,
   const double left = grid.left + column * grid.width(), top = grid.row_top(row) - 26;
   const std::optional<ChartAxis>& own_x = chart.panels[std::size_t(index)].x;
   ChartAxis x = own_x.value_or(chart.x), y = chart.y;
-  if (!own_x && !grid.is_lowest(index)) x.label = "";
+  if (!own_x && !grid.is_lowest(index)) {
+    x.label = "";
+    x.names.assign(x.names.size(), "");
+  }
   if (column > 0 || (grid.rows > 1 && row != (grid.rows - 1) / 2)) y.label = "";
   if (column > 0) y.names.assign(y.names.size(), "");
   const double foot = own_x ? 84 : 44;  // below a panel
