@@ -57,7 +57,8 @@ void ColouredParticles<Real>::take(const State<Real>& state) {
   const auto copy = [&](Field<Real>& to, const Field<Real>& from) {
     for_each_half_row([&](std::ptrdiff_t index, std::ptrdiff_t site, int count) {
       for (int axis = 0; axis < 3; ++axis)
-        for (int i = 0; i < count; ++i) to.axis(axis)[index + i] = from.axis(axis)[site + 2 * i];
+        for (int i = 0; i < count; ++i)
+          to.axis(axis)[index + i] = from.axis(axis)[site + std::ptrdiff_t(2) * i];
     });
   };
   copy(x_, state.x);
@@ -77,7 +78,8 @@ void ColouredParticles<Real>::give(State<Real>& state) const {
   const auto copy = [&](Field<Real>& to, const Field<Real>& from) {
     for_each_half_row([&](std::ptrdiff_t index, std::ptrdiff_t site, int count) {
       for (int axis = 0; axis < 3; ++axis)
-        for (int i = 0; i < count; ++i) to.axis(axis)[site + 2 * i] = from.axis(axis)[index + i];
+        for (int i = 0; i < count; ++i)
+          to.axis(axis)[site + std::ptrdiff_t(2) * i] = from.axis(axis)[index + i];
     });
   };
   copy(state.x, x_);

@@ -36,6 +36,7 @@ std::vector<std::string> members_of(const Table& rows, const std::string& family
 std::string family_label(const std::string& family, const std::vector<std::string>& members) {
   if (members.size() == 1) return members[0];
   std::vector<std::string> counts;
+  counts.reserve(members.size());
   for (const std::string& member : members)
     counts.push_back(member != family                   ? member.substr(family.size() + 1)
                      : find_integrator(family).implicit ? "all"

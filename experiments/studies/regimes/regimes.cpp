@@ -207,6 +207,7 @@ RegimesTables measure_regimes(const RegimesConfig& config, int processes, Journa
     std::vector<RegimePoint> open;
     points = points_of(config, journal, open);
     std::vector<Case> cases;
+    cases.reserve(open.size());
     for (const RegimePoint& point : open)
       cases.push_back({point.name(), [point, &config] { return compute_point(point, config); }});
     done = cases.empty();
