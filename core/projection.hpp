@@ -63,7 +63,8 @@ struct ProjectionKernel {
   Real rsqrt_scale;
   /// u = dt v, then target = dt v + dt^2 a.
   void (*predict)(const ProjectionStep<Real>&);
-  /// The end of a step and the beginning of the next, without storing v: the same bits as one after the other.
+  /// The end of a step and the beginning of the next, without storing v: the same bits as one after the
+  /// other.
   void (*proceed)(const ProjectionStep<Real>&);
   /// x += u, v = u / dt.
   void (*finish)(const ProjectionStep<Real>&);

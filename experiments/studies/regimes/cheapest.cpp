@@ -12,7 +12,6 @@ namespace mss::studies::regimes {
 namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Differences of medians below this factor are noise.
 constexpr double tie_factor = 1.1;

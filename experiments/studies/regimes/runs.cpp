@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/explicit_steps.hpp"
