@@ -23,7 +23,7 @@ struct MapPanel {
 };
 
 /// Maps of kinds over two axes, side by side. Kinds differ in lightness or hatching, so that they can be
-/// distinguished in a grey print too; at most seven.
+/// distinguished in a grey print too; at most eight.
 struct MapChart {
   std::string title;
   std::string subtitle;

@@ -14,12 +14,12 @@ namespace mss {
 
 namespace {
 
-/// From light to dark, then three that are hatched.
-constexpr std::array<const char*, 7> fills{
+/// From light to dark, one of them hatched, then three that are hatched in grey.
+constexpr std::array<const char*, 8> fills{
     "fc '#e4eef7' fs solid 1 border lc '#e4eef7'",   "fc '#f0b75b' fs solid 1 border lc '#f0b75b'",
-    "fc '#5f93c0' fs solid 1 border lc '#5f93c0'",   "fc '#8c1515' fs solid 1 border lc '#8c1515'",
-    "fc '#202020' fs pattern 2 border lc '#808080'", "fc '#202020' fs pattern 4 border lc '#808080'",
-    "fc '#b0b0b0' fs pattern 5 border lc '#d0d0d0'"};
+    "fc '#c0392b' fs pattern 1 border lc '#c0392b'", "fc '#5f93c0' fs solid 1 border lc '#5f93c0'",
+    "fc '#8c1515' fs solid 1 border lc '#8c1515'",   "fc '#202020' fs pattern 2 border lc '#808080'",
+    "fc '#202020' fs pattern 4 border lc '#808080'", "fc '#b0b0b0' fs pattern 5 border lc '#d0d0d0'"};
 
 constexpr double page_width = 1200, title_height = 100, foot_height = 105, panel_gap = 14;
 

@@ -15,8 +15,9 @@ namespace mss {
 enum class Outcome {
   stable,
   loses_energy,    ///< more than the body's damping dissipates
+  gains_energy,    ///< at some time more than 5 percent, which nothing supplies, but without growing on
   folds,           ///< a corner of a cell is inverted
-  blows_up,        ///< many times the initial energy, or numbers that are not finite
+  blows_up,        ///< energy grows on, or is ten times the initial one, or numbers are not finite
   stalls,          ///< a solver finds no solution
   too_many_steps,  ///< for one interval, of methods that choose their own
   refused          ///< the method has no step for such a body
@@ -42,12 +43,41 @@ struct RunExtremes {
   double final_jacobian = std::numeric_limits<double>::quiet_NaN();  ///< least one of the last sample
 };
 
-/// Advances a state through so many samples: `advance` takes it to
-/// the sample of that number, 1 the first; `sample` receives the measures there. Ends early with the outcome
-/// of an advance that fails, and as blows_up once the energy exceeds ten times the initial one. Stable
-/// otherwise: the caller decides whether the body has folded or lost energy.
-Outcome run_sampled(BodySystem<double>& system, State<double>& state, long samples,
-                    const std::function<Status(long)>& advance, RunExtremes& extremes,
-                    const std::function<void(const Measures&)>& sample = {});
+/// How long before the time of the positions the velocities that a method returns are those of, to second
+/// order [s]: half a step for symplectic methods of first order, which are leapfrog in other variables; taken
+/// together their positions and velocities have an energy that oscillates, even where the motion is exact.
+double velocity_lag(const IntegratorInfo& method, double dt);
+
+/// The run of a body that nothing supplies with energy: resting holds, planes, no loads and no gravity. Its
+/// kinetic and stored energy can only fall, and is compared with the initial one.
+class SampledRun {
+ public:
+  /// Energy above the initial one by more than this share is gained; by errors of a method, as nothing
+  /// supplies it. Between two windows of a run, energy that has grown so much is growing on.
+  static constexpr double tolerated_growth = 0.05;
+
+  /// `velocity_lag` [s]: see velocity_lag(). Energies are taken with velocities advanced by it.
+  SampledRun(BodySystem<double>& system, State<double>& state, double velocity_lag = 0);
+
+  /// Advances the state through a window of so many samples: `advance` takes it to the sample of that number,
+  /// 1 the first; `sample` receives the measures there. Ends early with the outcome of an advance that fails,
+  /// and as blows_up once the energy exceeds ten times the initial one. Otherwise gains_energy or stable, of
+  /// all windows so far: the caller decides whether the body has folded or lost energy.
+  Outcome run(long samples, const std::function<Status(long)>& advance,
+              const std::function<void(const Measures&)>& sample = {});
+
+  const RunExtremes& extremes() const { return extremes_; }
+  /// Mean energy of the last window's samples [J].
+  double mean_energy() const { return mean_energy_; }
+
+ private:
+  Measures measure_now();
+
+  BodySystem<double>& system_;
+  State<double>& state_;
+  double velocity_lag_;
+  RunExtremes extremes_;
+  double mean_energy_ = 0;
+};
 
 }  // namespace mss

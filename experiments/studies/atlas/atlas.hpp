@@ -32,13 +32,15 @@ struct AtlasParameter {
 };
 
 /// Steps of the atlas are dt omega_max = 2^(step / octave_parts), `step` an integer.
-inline constexpr int octave_parts = 8;
+inline constexpr int octave_parts = 32;
 double dt_omega(double step);
 
 struct AtlasConfig {
   std::vector<AtlasParameter> parameters;
   std::vector<std::string> integrators;
-  int finest = 1;      ///< least difference between two steps of different outcome, in parts of an octave
+  /// Least difference between two steps of different outcome, in parts of an octave: of methods with a
+  /// largest stable step, and of others.
+  int finest = 1, finest_without_limit = octave_parts / 8;
   bool quick = false;  ///< shorter ranges
 };
 AtlasConfig atlas_config(const ExperimentOptions& options);
@@ -59,7 +61,7 @@ Json compute(const AtlasCase& atlas_case, const Journal& journal);
 
 struct AtlasTables {
   Table points;      ///< per run
-  Table limits;      ///< per row of a map: omega_max, largest stable step, next outcome
+  Table limits;      ///< per row of a map: omega_max, largest stable step, next outcome, where energy grows
   Table parameters;  ///< every row that a map may have: its value and position on the map's axis
   Status status = Status::ok;
 };

@@ -56,12 +56,14 @@ std::vector<std::pair<int, Outcome>> read_steps(const AtlasConfig& config, const
       open.push_back(run);
   };
   const std::size_t open_before = open.size();
-  for (const int step : first_steps(config, find_integrator(integrator))) look_up(step);
+  const IntegratorInfo& method = find_integrator(integrator);
+  const int finest = method.limit ? config.finest : config.finest_without_limit;
+  for (const int step : first_steps(config, method)) look_up(step);
   for (std::size_t before = 0; before != known.size() && open.size() == open_before;) {
     before = known.size();
     const std::vector<std::pair<int, Outcome>> steps(known.begin(), known.end());
     for (std::size_t i = 1; i < steps.size(); ++i)
-      if (steps[i].second != steps[i - 1].second && steps[i].first - steps[i - 1].first > config.finest)
+      if (steps[i].second != steps[i - 1].second && steps[i].first - steps[i - 1].first > finest)
         look_up((steps[i].first + steps[i - 1].first) / 2);
   }
   return {known.begin(), known.end()};
@@ -167,19 +169,30 @@ void add_points(const AtlasParameter& parameter, const std::string& integrator, 
   }
 }
 
-/// Of a row, the largest step up to which all are stable, and the next outcome.
+/// Between which two steps the energy begins to grow without bound, of the first such change in a row: their
+/// geometric mean, dt omega_max; NaN if it does nowhere, or everywhere.
+double growth_limit(const AtlasRow& row) {
+  const auto grown = std::find_if(row.steps.begin(), row.steps.end(),
+                                  [](const auto& step) { return step.second == Outcome::blows_up; });
+  if (grown == row.steps.begin() || grown == row.steps.end()) return none;
+  return dt_omega((std::prev(grown)->first + grown->first) / 2.0);
+}
+
+/// Of a row, the largest step up to which all are stable, the next outcome, and the limit beside the
+/// predicted one.
 void add_limit(const AtlasParameter& parameter, const std::string& integrator, const AtlasRow& row,
                const Journal& journal, Table& limits) {
   const auto failed = std::find_if(row.steps.begin(), row.steps.end(),
                                    [](const auto& step) { return step.second != Outcome::stable; });
   const bool some = failed != row.steps.begin();
-  const double limit = predicted(journal, row.body, integrator);
+  const double limit = predicted(journal, row.body, integrator), grows = growth_limit(row);
   limits.add({parameter.name, integrator, parameter.value(row.level), omega_of(journal, row.body),
               some ? dt_omega(std::prev(failed)->first) : none,
-              std::string(to_string(failed == row.steps.end() ? Outcome::stable : failed->second)), limit,
-              !some                  ? "stable at no step tried"
-              : std::isfinite(limit) ? "ok"
-                                     : "no limit"});
+              std::string(to_string(failed == row.steps.end() ? Outcome::stable : failed->second)), grows,
+              limit, grows / limit,
+              !some                          ? "stable at no step tried"
+              : std::isfinite(grows / limit) ? "ok"
+                                             : "no limit"});
 }
 
 AtlasTables empty_tables() {
@@ -202,7 +215,9 @@ AtlasTables empty_tables() {
                            {"omega_max", "rad/s"},
                            {"stable_to"},
                            {"next_outcome"},
+                           {"limit"},
                            {"predicted"},
+                           {"limit_over_predicted"},
                            {"status"}}),
           .parameters = Table({{"parameter"}, {"label"}, {"position"}, {"value"}})};
 }

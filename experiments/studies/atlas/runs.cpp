@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 
 #include "core/measures.hpp"
@@ -19,7 +20,7 @@ namespace mss::studies::atlas {
 namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
-constexpr int reference_periods = 4, samples_per_period = 16;
+constexpr int samples_per_period = 16;
 
 BodyConfig cube(const AtlasBody& body) {
   return unit_cube({.young = 1e4, .poisson = body.poisson}, 1000, body.cells, body.ratio);
@@ -30,7 +31,7 @@ State<double> stretched(BodySystem<double>& system, double strain) {
   constexpr double fast_share = 0.01;
   State<double> state = system.rest_state();
   const Field<double> fast =
-      fast_disturbance(system, fast_share * std::abs(strain) * system.body().config().cell_size, 1);
+      fast_disturbance(system, state, fast_share * std::abs(strain) * system.body().config().cell_size, 1);
   for (const std::ptrdiff_t site : system.particles()) {
     Vec3 x = state.x.at(site);
     x[0] = 0.5 + (1 + strain) * (x[0] - 0.5);
@@ -39,14 +40,16 @@ State<double> stretched(BodySystem<double>& system, double strain) {
   return state;
 }
 
-/// The energy at samples over several slowest periods, by a method of small steps; shorter if it fails.
+/// The energy at samples until after the end of the longest step that is tried, by a method of small steps;
+/// shorter if it fails.
 Json reference_energies(BodySystem<double>& system, double strain, double omega, double period) {
-  constexpr double small = 0.05;  // dt omega_max
+  constexpr double small = 0.05, longest = 512;  // dt omega_max
   const auto method = find_integrator("damped_verlet").make<double>({.dt = small / omega});
   State<double> state = stretched(system, strain);
   Work work;
   Json energies = Json::array({measure(system, state).mechanical()});
-  for (int i = 1; i <= reference_periods * samples_per_period; ++i) {
+  const int samples = int(std::ceil((1 + longest / omega / period) * samples_per_period));
+  for (int i = 1; i <= samples; ++i) {
     if (method->advance(system, state, i * period / samples_per_period, work) != Status::ok) break;
     energies.push_back(measure(system, state).mechanical());
   }
@@ -88,55 +91,101 @@ double reference_at(const Json& body, double t) {
   return (1 - share) * energies[i].get<double>() + share * energies[std::min(i + 1, last)].get<double>();
 }
 
-/// Steps, or intervals, of a run: two slowest periods, with methods for any step 1.125; and enough for growth
-/// to show.
-long steps_of(const IntegratorInfo& method, double dt, double period) {
+/// How many steps, or intervals, a run has.
+struct Horizon {
+  long first;  ///< in which energy is compared with the reference
+  long last;   ///< after which energy must have stopped growing
+};
+
+/// First two slowest periods, of methods for any step 1.125. Growth is a rate per step: a method of first
+/// order that is too weakly damped grows by (dt omega)^2 a step, so methods with a limit go on for 64 times
+/// the inverse.
+Horizon horizon_of(const IntegratorInfo& method, double dt, double omega, double period) {
+  constexpr double growths = 64;
+  constexpr long most = 1L << 18;
   const bool any_step = method.stepping == Stepping::fixed && !method.limit;
   const long least = method.stepping == Stepping::adaptive ? 4 : any_step ? 48 : 512;
   const double periods = any_step ? 1.125 : 2;
-  return std::max(least, long(std::ceil(periods * period / dt)));
+  const long first = std::max(least, long(std::ceil(periods * period / dt)));
+  if (!method.limit) return {first, first};
+  return {first, std::max(first, std::min(most, long(growths / std::pow(dt * omega, 2))))};
 }
 
 /// Energy after one slowest period, over the initial one.
 struct RemainingEnergy {
   double energy = none, reference = none;
-  bool is_too_low() const { return reference - energy > std::max(0.5 * reference, 0.05); }
+  bool is_too_low() const {
+    constexpr double rounding = 1e-12;
+    return reference > rounding && energy < 0.5 * reference;
+  }
 };
 
-Json compute_outcome(const AtlasCase& run, const Json& body) {
-  constexpr long most_steps = 500;  // in one interval
-  constexpr long most_samples = 128;
-  const IntegratorInfo& method = find_integrator(run.integrator);
-  const double omega = body["omega"], period = body["period"];
-  const double dt = std::exp2(double(run.step) / octave_parts) / omega;
-  const Body cells(cube(run.body));
-  SpringSystem<double> system(cells, {}, {.threads = 1});
-  const double amplitude = std::abs(run.body.strain);
-  const bool adaptive = method.stepping == Stepping::adaptive;
-  const auto integrator = method.make<double>({.dt = adaptive ? 0 : dt,
-                                               .length_scale = amplitude,
-                                               .speed_scale = amplitude * 2 * std::numbers::pi / period,
-                                               .most_steps = most_steps});
-  State<double> state = stretched(system, run.body.strain);
-  const long steps = steps_of(method, dt, period), stride = std::max(1L, steps / most_samples);
+/// The integrator of a run and its state; counts steps from the start.
+struct AtlasRun {
+  AtlasRun(const AtlasCase& run, const IntegratorInfo& method, BodySystem<double>& of_body, double step,
+           double period)
+      : system(of_body), state(stretched(of_body, run.body.strain)), dt(step) {
+    constexpr long most_steps = 500;  // in one interval
+    const double amplitude = std::abs(run.body.strain);
+    integrator = method.make<double>({.dt = method.stepping == Stepping::adaptive ? 0 : dt,
+                                      .length_scale = amplitude,
+                                      .speed_scale = amplitude * 2 * std::numbers::pi / period,
+                                      .most_steps = most_steps});
+  }
+  Status advance_to(long step) { return integrator->advance(system, state, double(step) * dt, work); }
+
+  BodySystem<double>& system;
+  State<double> state;
+  double dt;
+  std::unique_ptr<Integrator<double>> integrator;
   Work work;
-  RunExtremes extremes;
+};
+
+/// Runs on in windows, each as long as all before, until the horizon's end or until energy has died away;
+/// blows up if it grows from the last window but one to the last.
+Outcome run_on(AtlasRun& run, SampledRun& sampled, long steps, long last, Outcome outcome) {
+  constexpr double died_away = 1e-5;
+  constexpr long window_samples = 64;
+  bool grows = false;
+  while (steps < last && (outcome == Outcome::stable || outcome == Outcome::gains_energy)) {
+    const double before = sampled.mean_energy();
+    const long stride = std::max(1L, steps / window_samples);
+    outcome =
+        sampled.run(steps / stride, [&](long sample) { return run.advance_to(steps + sample * stride); });
+    steps += steps / stride * stride;
+    grows = sampled.mean_energy() > (1 + SampledRun::tolerated_growth) * before;
+    if (!grows && sampled.mean_energy() < died_away * sampled.extremes().initial_energy) break;
+  }
+  return grows ? Outcome::blows_up : outcome;
+}
+
+Json compute_outcome(const AtlasCase& atlas_case, const Json& body) {
+  constexpr long most_samples = 128;
+  const IntegratorInfo& method = find_integrator(atlas_case.integrator);
+  const double omega = body["omega"], period = body["period"];
+  const double dt = dt_omega(atlas_case.step) / omega;
+  const Body cells(cube(atlas_case.body));
+  SpringSystem<double> system(cells, {}, {.threads = 1});
+  AtlasRun run(atlas_case, method, system, dt, period);
+  const Horizon horizon = horizon_of(method, dt, omega, period);
+  const long stride = std::max(1L, horizon.first / most_samples), samples = horizon.first / stride;
+  SampledRun sampled(system, run.state, velocity_lag(method, dt));
   RemainingEnergy remaining;
-  Outcome outcome = run_sampled(
-      system, state, steps / stride,
-      [&](long sample) { return integrator->advance(system, state, double(sample * stride) * dt, work); },
-      extremes,
+  Outcome outcome = sampled.run(
+      samples, [&](long sample) { return run.advance_to(sample * stride); },
       [&](const Measures& m) {
-        if (state.t < period || !std::isnan(remaining.energy)) return;
-        remaining = {m.mechanical() / extremes.initial_energy,
-                     reference_at(body, state.t) / extremes.initial_energy};
+        if (run.state.t < period || !std::isnan(remaining.energy)) return;
+        const double initial = sampled.extremes().initial_energy;
+        remaining = {m.mechanical() / initial, reference_at(body, run.state.t) / initial};
       });
+  outcome = run_on(run, sampled, samples * stride, horizon.last, outcome);
+  const RunExtremes& extremes = sampled.extremes();
   if (outcome == Outcome::stable)
     outcome = extremes.min_jacobian <= 0 ? Outcome::folds
               : remaining.is_too_low()   ? Outcome::loses_energy
                                          : Outcome::stable;
   return {{"outcome", int(outcome)},
-          {"seconds", state.t},
+          {"seconds", run.state.t},
           {"max_energy", extremes.max_energy / extremes.initial_energy},
           {"energy_left", remaining.energy},
           {"reference_left", remaining.reference},

@@ -1,4 +1,6 @@
-// The map of `mss stability failures`: outcome per method and severity, a panel per scene.
+// Bars of `mss stability failures`: how many methods have which outcome, a panel per scene.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "experiments/studies/failures/failures.hpp"
@@ -7,35 +9,39 @@ namespace mss::studies::failures {
 
 namespace {
 
-/// Numbers of a column, once each, in order of first appearance.
-std::vector<double> distinct_numbers(const Table& table, std::string_view column) {
-  std::vector<double> values;
-  for (std::size_t r = 0; r < table.size(); ++r)
-    if (const double value = table.number(r, column);
-        std::find(values.begin(), values.end(), value) == values.end())
-      values.push_back(value);
-  return values;
+/// The rows of one variant of a body.
+Table rows_of(const Table& rows, Variant variant) {
+  return rows.where("guarded", variant.guarded ? 1.0 : 0.0)
+      .where("guarded_step", variant.guarded_step ? 1.0 : 0.0);
 }
 
-/// The panel of a scene from its rows; methods from the top.
-MapPanel panel_of(const Table& rows, const std::string& label, const std::vector<std::string>& integrators) {
-  constexpr double gap = 0.06;
-  const std::vector<double> severities = distinct_numbers(rows, "severity");
+/// Adds a bar of the outcomes in the rows, in the order of the legend from the foot.
+void add_bar(const Table& rows, double left, double right, MapPanel& panel) {
+  double low = 0;
+  for (int kind = 0; kind < int(outcome_labels().size()); ++kind) {
+    const double high = low + double(rows.where("status", to_string(Outcome(kind))).size());
+    if (high > low) panel.cells.push_back({left, right, low, high, kind});
+    low = high;
+  }
+}
+
+/// The panel of a scene from its rows.
+MapPanel panel_of(const Table& rows, const std::string& label) {
+  constexpr double width = 0.28, gap = 0.03;  // of a bar, and beside it; severities are 1 apart
+  std::vector<double> severities;             // as listed, ascending or not
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    if (std::find(severities.begin(), severities.end(), rows.number(r, "severity")) == severities.end())
+      severities.push_back(rows.number(r, "severity"));
   MapPanel panel{.title = label,
                  .x = ChartAxis{.label = "", .low = -0.5, .high = double(severities.size()) - 0.5}};
   for (std::size_t s = 0; s < severities.size(); ++s) {
     panel.x->ticks.push_back(double(s));
     panel.x->names.push_back(short_number(severities[s]));
-  }
-  const auto place = [](const auto& values, const auto& value) {
-    return double(std::find(values.begin(), values.end(), value) - values.begin());
-  };
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    const double x = place(severities, rows.number(r, "severity"));
-    const double y = double(integrators.size()) - place(integrators, rows.text(r, "integrator"));
-    const bool guarded = rows.number(r, "guarded") != 0;
-    panel.cells.push_back({x - 0.5 + gap, x + 0.5 - gap, guarded ? y - 0.44 : y, guarded ? y : y + 0.44,
-                           int(read_outcome(rows.text(r, "status")))});
+    const Table of_severity = rows.where("severity", severities[s]);
+    for (std::size_t v = 0; v < variants.size(); ++v) {
+      const double middle = double(s) + (double(v) - 1) * (width + gap);
+      add_bar(rows_of(of_severity, variants[v]), middle - width / 2, middle + width / 2, panel);
+    }
   }
   return panel;
 }
@@ -44,18 +50,19 @@ MapPanel panel_of(const Table& rows, const std::string& label, const std::vector
 
 Drawings draw_failures(const std::vector<NamedTable>& tables) {
   const Table &rows = find_table(tables, "failures"), &scenes = find_table(tables, "failures_scenes");
-  const std::vector<std::string> integrators = rows.distinct("integrator");
-  MapChart chart{.title = "Where methods fail",
-                 .subtitle =
-                     "safe step, or ten times that of semi_implicit_euler; upper half of a bar: no "
-                     "fold guard, lower half: with fold guard",
+  const double methods = double(rows.distinct("integrator").size());
+  MapChart chart{.title = "Outcomes of stress cases",
+                 .subtitle = fmt::format(
+                     "{} methods at their safe steps; three bars: no fold guard; none, at the guarded "
+                     "body's step; with fold guard",
+                     methods),
                  .x = {.label = ""},
-                 .y = named_rows(integrators),
+                 .y = {.label = "methods", .low = 0, .high = methods},
                  .kinds = outcome_labels(),
-                 .panel_height = 400};
+                 .panel_height = 300};
   for (std::size_t s = 0; s < scenes.size(); ++s)
     if (const Table of_scene = rows.where("scene", scenes.text(s, "scene")); of_scene.size() > 0)
-      chart.panels.push_back(panel_of(of_scene, scenes.text(s, "label"), integrators));
+      chart.panels.push_back(panel_of(of_scene, scenes.text(s, "label")));
   return {.maps = {{"failures", std::move(chart)}}};
 }
 

@@ -5,11 +5,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <random>
 
 #include "core/spring_system.hpp"
+#include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/failures/failures.hpp"
 #include "integrators/stable_step.hpp"
@@ -20,7 +20,6 @@ namespace {
 
 constexpr double young = 1e6, density = 1000;  // [Pa], [kg/m^3]
 constexpr double n = failure_cells;
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 void fill(StressCase& c, double poisson, double face_share) {
   c.body.fill({.young = young, .poisson = poisson}, face_share);
@@ -65,11 +64,13 @@ double speed_of_sound(const BodyConfig& body) { return std::sqrt(young / body.de
 double step_for(const IntegratorInfo& method, BodySystem<double>& system) {
   constexpr double longer = 10;
   const SpectralBound bound = guarded_spectral_bound(system.body());
-  if (!method.limit)
-    return longer * safe_share * guaranteed_step(find_integrator("semi_implicit_euler"), bound);
-  if (const double sure = guaranteed_step(method, bound); sure > 0) return safe_share * sure;
+  const double usual = safe_share * guaranteed_step(find_integrator("semi_implicit_euler"), bound);
+  if (!method.limit) return longer * usual;
+  if (const double guaranteed = guaranteed_step(method, bound); guaranteed > 0)
+    return safe_share * guaranteed;
   Work work;
-  return safe_share * predicted_step(method, system, system.rest_state(), work).dt;
+  const double predicted = predicted_step(method, system, system.rest_state(), work).dt;
+  return predicted > 0 ? safe_share * predicted : usual;
 }
 
 State<double> start(BodySystem<double>& system, const StressCase& c) {
@@ -88,7 +89,6 @@ State<double> start(BodySystem<double>& system, const StressCase& c) {
 FailureRun run(BodySystem<double>& system, const IntegratorInfo& method, State<double> state, double dt,
                double step_ratio, double seconds) {
   constexpr long most_samples = 200, most_steps = 500;
-  if (!(dt > 0)) return {.outcome = Outcome::stalls, .dt = dt, .seconds = none};  // no step was found
   const bool adaptive = method.stepping == Stepping::adaptive;
   IntegratorOptions whole{.dt = adaptive ? 0 : dt, .most_steps = most_steps};
   scale_errors(whole, system);
@@ -108,15 +108,14 @@ FailureRun run(BodySystem<double>& system, const IntegratorInfo& method, State<d
     return status;
   };
   FailureRun result{.dt = dt};
-  result.outcome = run_sampled(
-      system, state, steps / stride,
-      [&](long sample) {
-        if (step_ratio == 1) return long_steps->advance(system, state, double(sample * stride) * dt, work);
-        Status status = Status::ok;
-        for (long i = 0; i < stride && status == Status::ok; ++i) status = one_pair();
-        return status;
-      },
-      result.extremes);
+  SampledRun sampled(system, state, velocity_lag(method, dt / step_ratio));
+  result.outcome = sampled.run(steps / stride, [&](long sample) {
+    if (step_ratio == 1) return long_steps->advance(system, state, double(sample * stride) * dt, work);
+    Status status = Status::ok;
+    for (long i = 0; i < stride && status == Status::ok; ++i) status = one_pair();
+    return status;
+  });
+  result.extremes = sampled.extremes();
   result.seconds = state.t;
   result.steps = work.steps;
   if (result.outcome == Outcome::stable && result.extremes.final_jacobian <= 0)
@@ -169,6 +168,13 @@ const std::vector<FailureScene>& failure_scenes() {
          weight_half(c, times);
          stretch(c, 1.3);
        }},
+      {"damping",
+       "damping ratio, stretch 1.3",
+       {0.05, 0.01, 0},
+       [](StressCase& c, double ratio) {
+         c.body.damping.zeta = ratio;
+         stretch(c, 1.3);
+       }},
       {"jump", "step ratio", {2, 10, 100}, [](StressCase& c, double factor) {
          c.step_ratio = factor;
          stretch(c, 1.3);
@@ -176,12 +182,18 @@ const std::vector<FailureScene>& failure_scenes() {
   return all;
 }
 
-FailureRun try_scene(const StressCase& stress_case, const IntegratorInfo& method) {
+FailureRun try_scene(const StressCase& stress_case, const IntegratorInfo& method, Variant variant) {
   constexpr double periods = 20;
-  const Body body(stress_case.body);
-  SpringSystem<double> system(body, stress_case.environment, {.threads = 1});
+  const auto config = [&](bool guarded) {
+    BodyConfig config = stress_case.body;
+    config.fold_guard = guarded ? default_fold_guard : 0;
+    return config;
+  };
+  const Body body(config(variant.guarded)), of_step(config(variant.guarded_step));
+  SpringSystem<double> system(body, stress_case.environment, {.threads = 1}),
+      system_of_step(of_step, stress_case.environment, {.threads = 1});
   const double slow = 2.0 / speed_of_sound(stress_case.body);  // there and back through 1 m [s]
-  const double dt = step_for(method, system);
+  const double dt = step_for(method, system_of_step);
   return run(system, method, start(system, stress_case), dt, stress_case.step_ratio, periods * slow);
 }
 

@@ -1,14 +1,14 @@
 // How `mss stability` finds the largest stable step.
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
-#include <random>
+#include <numbers>
 
-#include "core/spring_system.hpp"
-#include "experiments/harness/measure.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/disturbance.hpp"
+#include "experiments/simulation/equilibrium.hpp"
 #include "experiments/studies/stability/stability.hpp"
 #include "integrators/modes.hpp"
 #include "integrators/stable_step.hpp"
@@ -19,139 +19,184 @@ namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double bar_length = 3, bend = std::numbers::pi / 2;  // [m], [rad]
 
-double largest_speed(const State<double>& state) { return state.v.array().abs().maxCoeff(); }
+BodyConfig body_of(const StabilityConfig& config, Deformation deformation, int n, double ratio) {
+  BodyConfig body = unit_cube({.young = config.young, .poisson = config.poisson}, config.density, n, ratio);
+  if (deformation == Deformation::bent) body.voxels = VoxelGrid::box(int(bar_length) * n, n, n);
+  return body;
+}
 
-/// A body whose particles are displaced from rest by at most a millionth of a cell, so that its motion is
-/// linear.
-State<double> disturbed(const StabilityConfig& config, BodySystem<double>& system) {
+/// How much longer the body is between its clamps, relative to its length.
+double strain_of(Deformation deformation) {
+  return deformation == Deformation::stretched ? 0.3 : deformation == Deformation::compressed ? -0.2 : 0;
+}
+
+/// The middle of the circle that a bar is bent to.
+const Vec3 bend_centre(0, 0.5, 0.5 - bar_length / bend);
+
+/// Clamps at both ends, in place after a second at the latest.
+Environment clamps(Deformation deformation) {
+  if (deformation == Deformation::none) return {};
+  const double length = deformation == Deformation::bent ? bar_length : 1;
+  Hold end{.box = {{length, 0, 0}, {length, 1, 1}}, .displacement = strain_of(deformation) * Vec3::UnitX()};
+  if (deformation == Deformation::bent) {
+    end.displacement = -length * Vec3::UnitX();
+    end.turn = Turn{.axis = Vec3::UnitY(), .centre = bend_centre, .rate = bend, .until = 1};
+  }
+  return {.holds = {{.box = {{0, 0, 0}, {0, 1, 1}}}, end}};
+}
+
+/// Where a particle of the deformed body is, roughly.
+Vec3 roughly(Deformation deformation, const Vec3& rest) {
+  if (deformation != Deformation::bent) return {(1 + strain_of(deformation)) * rest[0], rest[1], rest[2]};
+  const Vec3 section(0, rest[1], rest[2]);
+  return bend_centre +
+         Eigen::AngleAxisd(bend * rest[0] / bar_length, Vec3::UnitY()) * (section - bend_centre);
+}
+
+/// Twice the kinetic energy [J].
+double motion(const Specimen& specimen, const State<double>& state) {
+  double sum = 0;
+  for (const std::ptrdiff_t site : specimen.system.particles())
+    sum += specimen.system.mass(site) * state.v.at(site).squaredNorm();
+  return sum;
+}
+
+/// The equilibrium with particles displaced by at most a millionth of a cell, so that their motion is linear.
+State<double> disturbed(const StabilityConfig& config, Specimen& specimen) {
   constexpr double share_of_cell = 1e-6;
-  State<double> state = system.rest_state();
-  state.x.array() +=
-      fast_disturbance(system, share_of_cell * system.body().config().cell_size, config.seed).array();
+  State<double> state = specimen.equilibrium;
+  state.x.array() += fast_disturbance(specimen.system, specimen.equilibrium,
+                                      share_of_cell * specimen.body.config().cell_size, config.seed)
+                         .array();
   return state;
 }
 
 /// Whether a step is stable. Runs a small motion in windows, each twice as long as the one before, and
-/// compares the largest speeds. The run ends once the speed has grown or decayed enough; otherwise a damped
-/// motion counts as stable if the largest speed of the last window is below that of the window before,
-/// because motions that decay have had time to do so. An undamped motion never decays; if it has not grown by
-/// the end, it grows by less than 3e-4 a step.
-bool is_stable(const StabilityConfig& config, const IntegratorInfo& method, BodySystem<double>& system,
-               double dt) {
-  constexpr double grown = 100, gone = 1e-5;
-  constexpr long first_window = 512, sample_every = 32;
-  const bool damped = system.body().config().damping.zeta > 0;
-  const long last_window = damped ? 65536 : 16384;
+/// compares their mean kinetic energies. The run ends once it has grown or decayed enough; otherwise the step
+/// is stable unless the last mean exceeds the one before by a percent, which in undamped motion it may by
+/// chance: growth of less than 1e-6 a step is not seen.
+bool is_stable(const StabilityConfig& config, const IntegratorInfo& method, Specimen& specimen, double dt) {
+  constexpr double grown = 1e4, gone = 1e-8, by_chance = 0.01;
+  constexpr long first_window = 512, sample_every = 8;
+  const long last_window = specimen.ratio > 0 ? 65536 : 16384;
   const auto integrator = method.make<double>({.dt = dt});
-  State<double> state = disturbed(config, system);
+  State<double> state = disturbed(config, specimen);
+  const double begin = state.t;
   Work work;
-  if (integrator->advance(system, state, dt, work) != Status::ok) return false;
-  const double begin = largest_speed(state);
-  double before = infinity;
-  long step = 1;
-  for (long window = first_window; window <= last_window; window *= 2) {
-    double speed = 0;
-    for (const long end = step + window; step < end;) {
-      step += sample_every;
-      if (integrator->advance(system, state, double(step) * dt, work) != Status::ok) return false;
-      speed = std::max(speed, largest_speed(state));
-      if (!(speed < grown * begin)) return false;
+  const auto mean_motion = [&](long first, long window) {
+    double sum = 0;
+    for (long step = first; step < first + window; step += sample_every) {
+      const double t = begin + double(step + sample_every) * dt;
+      if (integrator->advance(specimen.system, state, t, work) != Status::ok) return infinity;
+      sum += motion(specimen, state);
     }
-    if (speed < gone * begin) return true;
-    if (2 * window > last_window) return !damped || speed < before;
-    before = speed;
+    return sum / double(window / sample_every);
+  };
+  const double first = mean_motion(0, first_window);
+  double before = first;
+  long steps = first_window;
+  for (long window = first_window; window <= last_window; steps += window, window *= 2) {
+    const double now = mean_motion(steps, window);
+    if (!(now < grown * first)) return false;
+    if (now < gone * first) return true;
+    if (2 * window > last_window) return now <= (1 + by_chance) * before;
+    before = now;
   }
   return true;
 }
 
-/// Seconds per step, the least of several samples.
-double step_seconds(const IntegratorInfo& method, BodySystem<double>& system, double dt) {
-  constexpr int samples = 50;
-  constexpr long steps = 64;
-  const auto integrator = method.make<double>({.dt = dt});
-  State<double> state = system.rest_state();
+void add_row(const StabilityConfig& config, const IntegratorInfo& method, Specimen& specimen, Table& rows) {
+  const double guaranteed = guaranteed_step(method, specimen.system.spectral_bound());
+  const auto row = [&](double predicted, double measured, std::string_view status) {
+    const double omega = specimen.status == Status::ok ? specimen.omega : none;
+    rows.add({method.name, std::string(to_string(specimen.deformation)), specimen.cells, specimen.ratio,
+              omega, guaranteed, predicted, measured, measured / predicted, std::string(status)});
+  };
+  if (specimen.status != Status::ok) return row(none, none, to_string(specimen.status));
   Work work;
-  double least = infinity;
-  for (int sample = 1; sample <= samples; ++sample) {
-    const double seconds =
-        seconds_of([&] { integrator->advance(system, state, double(sample * steps) * dt, work); });
-    least = std::min(least, seconds / double(steps));
-  }
-  return least;
+  const PredictedStep predicted = predicted_step(method, specimen.system, specimen.equilibrium, work);
+  if (predicted.status != Status::ok) return row(none, none, to_string(predicted.status));
+  const MeasuredStep measured = measure_step(config, method, specimen);
+  if (measured.stable == 0) return row(predicted.dt, none, "no step is stable");
+  if (!std::isfinite(measured.unstable)) return row(predicted.dt, none, "every step is stable");
+  row(predicted.dt, (measured.stable + measured.unstable) / 2, "ok");
 }
 
-/// A cube at rest, and the frequency of its fastest mode.
-struct Specimen {
-  Specimen(const StabilityConfig& config, int n, double ratio)
-      : cells(n),
-        damping(ratio),
-        body(unit_cube({.young = config.young, .poisson = config.poisson}, config.density, n, ratio)),
-        system(body, {}, {.threads = config.threads}) {
-    Work work;
-    const Modes fastest = fastest_mode(system, system.rest_state(), work);
-    status = fastest.status;
-    if (status == Status::ok) omega = fastest.modes.front().omega;
-  }
+struct SpecimenChoice {
+  Deformation deformation;
   int cells;
-  double damping;
-  Body body;
-  SpringSystem<double> system;
-  Status status = Status::ok;
-  double omega = none;
+  double ratio;
 };
 
-void add_row(const StabilityConfig& config, const IntegratorInfo& method, Specimen& cube, Table& rows) {
-  SpringSystem<double>& system = cube.system;
-  const double guaranteed = guaranteed_step(method, system.spectral_bound());
-  Work work;
-  const PredictedStep predicted = predicted_step(method, system, system.rest_state(), work);
-  const Status known = cube.status == Status::ok ? predicted.status : cube.status;
-  if (known != Status::ok) {
-    rows.add({method.name, cube.cells, cube.damping, cube.omega, guaranteed, none, none, none, none, none,
-              std::string(to_string(known))});
-    return;
-  }
-  const MeasuredStep measured =
-      measure_step(config, method, system, predicted.dt > 0 ? predicted.dt : 2 / cube.omega);
-  const bool ok = measured.stable > 0 && std::isfinite(measured.unstable);
-  const double middle = ok ? (measured.stable + measured.unstable) / 2 : none;
-  const double seconds = ok ? step_seconds(method, system, measured.stable) : none;
-  rows.add({method.name, cube.cells, cube.damping, cube.omega, guaranteed, predicted.dt, middle,
-            middle / predicted.dt, seconds, middle / seconds,
-            ok                    ? "ok"
-            : measured.stable > 0 ? "every step is stable"
-                                  : "no step is stable"});
+std::vector<SpecimenChoice> specimens_of(const StabilityConfig& config) {
+  std::vector<SpecimenChoice> all;
+  for (const int n : config.cells)
+    for (const double ratio : config.ratios) all.push_back({Deformation::none, n, ratio});
+  for (const Deformation deformation : config.deformations)
+    for (const double ratio : config.deformed_ratios)
+      all.push_back({deformation, config.deformed_cells, ratio});
+  return all;
 }
 
 }  // namespace
 
-MeasuredStep measure_step(const StabilityConfig& config, const IntegratorInfo& method,
-                          BodySystem<double>& system, double guess) {
-  constexpr double least_share = 1e-2, most_share = 1e3;  // of the guess
-  double low = 0.97 * guess, high = 1.03 * guess;
-  if (is_stable(config, method, system, low)) {
-    while (is_stable(config, method, system, high)) {
-      low = high;
-      high *= 2;
-      if (high > most_share * guess) return {low, infinity};
-    }
-  } else {
-    do {
-      high = low;
-      low /= 2;
-      if (low < least_share * guess) return {};
-    } while (!is_stable(config, method, system, low));
+std::string_view to_string(Deformation deformation) {
+  switch (deformation) {
+    case Deformation::none:
+      return "none";
+    case Deformation::stretched:
+      return "stretched";
+    case Deformation::compressed:
+      return "compressed";
+    case Deformation::bent:
+      break;
+  }
+  return "bent";
+}
+
+Specimen::Specimen(const StabilityConfig& config, Deformation how, int n, double damping)
+    : deformation(how),
+      cells(n),
+      ratio(damping),
+      body(body_of(config, how, n, damping)),
+      system(body, clamps(how), {.threads = config.threads}),
+      equilibrium(system.rest_state()) {
+  if (how != Deformation::none) {
+    Equilibrium found = find_equilibrium(system, [&](const Vec3& rest) { return roughly(how, rest); });
+    equilibrium = std::move(found.state);
+    status = found.status;
+  }
+  if (status != Status::ok) return;
+  Work work;
+  const Modes fastest = fastest_mode(system, equilibrium, work);
+  status = fastest.status;
+  if (status == Status::ok) omega = fastest.modes.front().omega;
+}
+
+MeasuredStep measure_step(const StabilityConfig& config, const IntegratorInfo& method, Specimen& specimen) {
+  constexpr double share = 1e-2, smallest = 1e-3, largest = 1e4;  // of the time through a cell
+  const double through_cell = specimen.body.config().cell_size * std::sqrt(config.density / config.young);
+  double low = share * through_cell;
+  while (!is_stable(config, method, specimen, low))
+    if ((low /= 4) < smallest * through_cell) return {};
+  double high = 4 * low;
+  while (is_stable(config, method, specimen, high)) {
+    low = high;
+    high *= 4;
+    if (high > largest * through_cell) return {low, infinity};
   }
   while (high - low > config.resolution * low) {
     const double middle = (low + high) / 2;
-    (is_stable(config, method, system, middle) ? low : high) = middle;
+    (is_stable(config, method, specimen, middle) ? low : high) = middle;
   }
   return {low, high};
 }
 
 StabilityTables measure_stability(const StabilityConfig& config, Progress& progress) {
   StabilityTables tables{Table({{"integrator"},
+                                {"deformation"},
                                 {"cells"},
                                 {"ratio"},
                                 {"omega_max", "rad/s"},
@@ -159,23 +204,22 @@ StabilityTables measure_stability(const StabilityConfig& config, Progress& progr
                                 {"predicted", "s"},
                                 {"measured", "s"},
                                 {"measured_over_predicted"},
-                                {"seconds_per_step", "s"},
-                                {"real_time_factor"},
                                 {"status"}})};
-  const double total = double(config.cells.size() * config.ratios.size() * config.integrators.size());
+  const std::vector<SpecimenChoice> all = specimens_of(config);
+  const double total = double(all.size() * config.integrators.size());
   double done = 0;
-  for (const int n : config.cells)
-    for (const double ratio : config.ratios) {
-      Specimen cube(config, n, ratio);
-      for (const std::string& name : config.integrators) {
-        progress.report(done++ / total, fmt::format("{}, {} cells, damping ratio {:g}", name, n, ratio));
-        if (progress.stopped()) {
-          tables.status = Status::interrupted;
-          return tables;
-        }
-        add_row(config, find_integrator(name), cube, tables.rows);
+  for (const SpecimenChoice& choice : all) {
+    Specimen specimen(config, choice.deformation, choice.cells, choice.ratio);
+    for (const std::string& name : config.integrators) {
+      progress.report(done++ / total, fmt::format("{}, deformation {}, {} cells, damping ratio {:g}", name,
+                                                  to_string(choice.deformation), choice.cells, choice.ratio));
+      if (progress.stopped()) {
+        tables.status = Status::interrupted;
+        return tables;
       }
+      add_row(config, find_integrator(name), specimen, tables.rows);
     }
+  }
   return tables;
 }
 

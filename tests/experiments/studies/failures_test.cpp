@@ -5,23 +5,23 @@
 
 #include <algorithm>
 
-#include "experiments/simulation/model.hpp"
 #include "tests/experiments/stop_after.hpp"
 #include "tests/read_back.hpp"
 
 namespace mss::studies::failures {
 namespace {
 
+constexpr Variant guarded{.guarded = true, .guarded_step = true};
+
 FailureRun try_one(const std::string& scene, double severity, const std::string& integrator,
-                   bool guarded = false) {
+                   Variant variant = {}) {
   const auto& all = failure_scenes();
   const auto found =
       std::find_if(all.begin(), all.end(), [&](const FailureScene& s) { return s.name == scene; });
   EXPECT_NE(found, all.end()) << scene;
   StressCase stress_case = unloaded_cube();
   found->set(stress_case, severity);
-  if (guarded) stress_case.body.fold_guard = default_fold_guard;
-  return try_scene(stress_case, find_integrator(integrator));
+  return try_scene(stress_case, find_integrator(integrator), variant);
 }
 
 TEST(Failures, RandomScenesAreStableAtTheSafeStep) {
@@ -44,12 +44,44 @@ TEST(Failures, HaveTheRightOutcome) {
   EXPECT_EQ(try_one("spin", 10, "cvode_bdf").outcome, Outcome::too_many_steps);
   EXPECT_EQ(try_one("stretch", 4, "tr_bdf2").outcome, Outcome::stalls);
   EXPECT_EQ(try_one("drop", 1000, "velocity_verlet").outcome, Outcome::folds);
-  EXPECT_EQ(try_one("drop", 1000, "velocity_verlet", true).outcome, Outcome::stable);
+  EXPECT_EQ(try_one("drop", 1000, "velocity_verlet", guarded).outcome, Outcome::stable);
+}
+
+// A body takes the guarded body's step without its guard.
+TEST(Failures, CompareTheGuardAtOneStep) {
+  for (const char* method : {"verlet", "backward_euler", "explicit_euler"}) {
+    const FailureRun plain = try_one("stretch", 1.2, method),
+                     plain_shorter = try_one("stretch", 1.2, method, {.guarded_step = true}),
+                     with_guard = try_one("stretch", 1.2, method, guarded);
+    EXPECT_EQ(plain_shorter.dt, with_guard.dt) << method;
+    EXPECT_LE(plain_shorter.dt, plain.dt) << method;
+    EXPECT_NEAR(plain_shorter.extremes.min_jacobian, with_guard.extremes.min_jacobian, 1e-9)
+        << method << ": in so small a deformation the guard does not act";
+  }
+  EXPECT_LT(try_one("stretch", 1.2, "verlet", guarded).dt, 0.5 * try_one("stretch", 1.2, "verlet").dt);
+  const FailureRun plain = try_one("compression", 0.3, "verlet", {.guarded_step = true}),
+                   with_guard = try_one("compression", 0.3, "verlet", guarded);
+  EXPECT_GT(with_guard.extremes.initial_energy, 1.1 * plain.extremes.initial_energy);
+}
+
+TEST(Failures, UndampedExplicitEulerBlowsUpAtAnyStep) {
+  for (const Variant variant : variants)
+    EXPECT_EQ(try_one("damping", 0, "explicit_euler", variant).outcome, Outcome::blows_up);
+  EXPECT_EQ(try_one("damping", 0, "velocity_verlet").outcome, Outcome::stable);
+}
+
+// Energy above the initial one counts, though the body's damping dissipates it again.
+TEST(Failures, AGainOfEnergyIsOne) {
+  const FailureRun drop = try_one("drop", 0.1, "backward_euler", guarded);
+  EXPECT_EQ(drop.outcome, Outcome::gains_energy);
+  EXPECT_GT(drop.extremes.max_energy, 1.05 * drop.extremes.initial_energy);
+  const FailureRun stable = try_one("stretch", 1.2, "verlet");
+  EXPECT_LE(stable.extremes.max_energy, 1.05 * stable.extremes.initial_energy);
 }
 
 TEST(Failures, AMethodWithoutAStepForABodyRefuses) {
   EXPECT_EQ(try_one("stretch", 1.2, "xpbd").outcome, Outcome::stable);
-  EXPECT_EQ(try_one("stretch", 1.2, "xpbd", true).outcome, Outcome::refused);
+  EXPECT_EQ(try_one("stretch", 1.2, "xpbd", guarded).outcome, Outcome::refused);
   EXPECT_EQ(try_one("negative_volume", 0.1, "vbd:5").outcome, Outcome::refused);
 }
 
@@ -77,6 +109,20 @@ FailureConfig drops() {
   return config;
 }
 
+TEST(Failures, NameTheLeastJacobianAndTheLast) {
+  FailureConfig config = drops();
+  config.random_scenes = 0;
+  Journal journal;
+  Progress progress;
+  const Table rows = measure_failures(config, 2, journal, progress).rows;
+  int recovered = 0;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    EXPECT_LE(rows.number(r, "min_jacobian"), rows.number(r, "final_jacobian"));
+    recovered += rows.number(r, "min_jacobian") < 0 && rows.number(r, "final_jacobian") > 0 ? 1 : 0;
+  }
+  EXPECT_GT(recovered, 0);
+}
+
 TEST(Failures, AreTheSameHoweverTheyAreSplit) {
   const FailureConfig config = drops();
   const auto run = [&](int processes) {
@@ -85,7 +131,7 @@ TEST(Failures, AreTheSameHoweverTheyAreSplit) {
     return measure_failures(config, processes, journal, progress);
   };
   const FailureTables one = run(1), four = run(4);
-  EXPECT_EQ(one.rows.size(), 2U * 2 * 2);
+  EXPECT_EQ(one.rows.size(), 2U * 3 * 2);
   EXPECT_EQ(one.random.size(), 5U);
   EXPECT_EQ(one.rows.csv(), four.rows.csv());
   EXPECT_EQ(one.random.csv(), four.random.csv());
