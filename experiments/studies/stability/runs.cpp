@@ -78,31 +78,30 @@ State<double> disturbed(const StabilityConfig& config, Specimen& specimen) {
 /// is stable unless the last mean exceeds the one before by a percent, which in undamped motion it may by
 /// chance: growth of less than 1e-6 a step is not seen.
 bool is_stable(const StabilityConfig& config, const IntegratorInfo& method, Specimen& specimen, double dt) {
-  constexpr double grown = 1e4, gone = 1e-8, by_chance = 0.01;
+  constexpr double grown = 1e4, gone = 1e-8, by_chance = 0.01;  // of the motion after the first step
   constexpr long first_window = 512, sample_every = 8;
   const long last_window = specimen.ratio > 0 ? 65536 : 16384;
   const auto integrator = method.make<double>({.dt = dt});
   State<double> state = disturbed(config, specimen);
   const double begin = state.t;
   Work work;
-  const auto mean_motion = [&](long first, long window) {
-    double sum = 0;
-    for (long step = first; step < first + window; step += sample_every) {
-      const double t = begin + double(step + sample_every) * dt;
-      if (integrator->advance(specimen.system, state, t, work) != Status::ok) return infinity;
-      sum += motion(specimen, state);
-    }
-    return sum / double(window / sample_every);
+  // Twice the kinetic energy after so many steps; infinite if there is no such state.
+  const auto motion_after = [&](long step) {
+    const Status status = integrator->advance(specimen.system, state, begin + double(step) * dt, work);
+    return status == Status::ok ? motion(specimen, state) : infinity;
   };
-  const double first = mean_motion(0, first_window);
-  double before = first;
-  long steps = first_window;
-  for (long window = first_window; window <= last_window; steps += window, window *= 2) {
-    const double now = mean_motion(steps, window);
-    if (!(now < grown * first)) return false;
-    if (now < gone * first) return true;
-    if (2 * window > last_window) return now <= (1 + by_chance) * before;
-    before = now;
+  const double first = motion_after(1);
+  double before = infinity;
+  for (long step = 1, window = first_window; window <= last_window; window *= 2) {
+    double sum = 0;
+    for (const long end = step + window; step < end;) {
+      const double now = motion_after(step += sample_every);
+      if (!(now < grown * first)) return false;
+      sum += now / double(window / sample_every);
+    }
+    if (sum < gone * first) return true;
+    if (2 * window > last_window) return sum <= (1 + by_chance) * before;
+    before = sum;
   }
   return true;
 }
