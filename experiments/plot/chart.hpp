@@ -18,7 +18,7 @@ struct ChartPoint {
 /// A line with markers. Series differ by colour, dash pattern and marker, so that they can be distinguished
 /// in a grey print too.
 struct ChartSeries {
-  std::string label;  ///< as the legend shows it
+  std::string label = {};  ///< as the legend shows it; empty: not in the legend
   std::vector<ChartPoint> points = {};
   int style = -1;      ///< index into the chart styles; -1: the series' place in the chart
   bool lines = true;   ///< false: black markers (crosses, then open shapes) without a line, for what failed

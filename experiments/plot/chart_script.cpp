@@ -140,9 +140,12 @@ std::string layout_commands(const Chart& chart) {
   constexpr double legend_row = 27;
   const auto screen = [](double pixels) { return pixels / page_height; };
   const bool below = chart.legend == Chart::Legend::below;
-  std::size_t longest = 0;
-  for (const ChartSeries& series : chart.series) longest = std::max(longest, series.label.size());
-  const std::size_t columns = longest <= 24 ? 3 : 2, rows = (chart.series.size() + columns - 1) / columns;
+  std::size_t longest = 0, labels = 0;
+  for (const ChartSeries& series : chart.series) {
+    longest = std::max(longest, series.label.size());
+    labels += series.label.empty() ? 0 : 1;
+  }
+  const std::size_t columns = longest <= 24 ? 3 : 2, rows = (labels + columns - 1) / columns;
   const double legend = below ? legend_row * double(rows + (chart.legend_title.empty() ? 0 : 1)) : 0;
   std::string out = fmt::format("set tmargin at screen {}\nset bmargin at screen {}\n",
                                 screen(page_height - 105), screen(129 + legend));

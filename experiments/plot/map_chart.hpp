@@ -33,7 +33,8 @@ struct MapChart {
   std::vector<std::string> kinds;
   std::string line_label = {};  ///< of the panels' lines; empty: there are none
   std::vector<MapPanel> panels = {};
-  double panel_height = 240;  ///< [px]; width is a quarter of the page, or more where there are few
+  double panel_height = 240;  ///< [px]; widths share the page
+  int columns = 0;            ///< panels in a row; 0: up to four, fewer where there are few
 };
 
 /// A number for a narrow place: without the zero before its point.

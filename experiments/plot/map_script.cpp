@@ -27,9 +27,10 @@ constexpr double page_width = 1200, title_height = 100, foot_height = 105, panel
 struct Grid {
   explicit Grid(const MapChart& chart)
       : panels(int(chart.panels.size())),
-        columns(panels <= 2   ? 2
-                : panels <= 6 ? 3
-                              : 4),
+        columns(chart.columns > 0 ? chart.columns
+                : panels <= 2     ? 2
+                : panels <= 6     ? 3
+                                  : 4),
         height(chart.panel_height) {
     constexpr double letter = 9.5;
     std::size_t longest = 4;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/harness/measure.hpp"
+
 namespace mss {
 
 namespace {
@@ -38,6 +40,19 @@ std::vector<ExplicitSteps> cheapest_explicit_steps(BodySystem<double>& system, c
   for (const auto& [count, choice] : all)
     if (count <= 1.2 * fewest) cheapest.push_back(choice);
   return cheapest;
+}
+
+double explicit_step_seconds(BodySystem<double>& system) {
+  constexpr double enough = 5e-3;
+  const IntegratorInfo& info = find_integrator("semi_implicit_euler");
+  const double dt = safe_share * stable_step(info, system.spectral_bound());
+  const auto method = info.make<double>({.dt = dt});
+  State<double> state = system.undeformed_state();
+  Work work;
+  const auto seconds_for = [&](long steps) {
+    return seconds_of([&] { method->advance(system, state, state.t + double(steps) * dt, work); });
+  };
+  return sample_length(enough, seconds_for).seconds_per_step;
 }
 
 }  // namespace mss

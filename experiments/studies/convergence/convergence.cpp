@@ -260,16 +260,14 @@ Json configuration(const ConvergenceConfig& c) {
 constexpr const char* caption =
     "One step of backward Euler from five hard states of a free cube, by every nonlinear solver, Newton's "
     "method with every linear solver, and by xpbd and vbd, which are meant to lead there. The step minimises "
-    "an objective, kinetic and potential; the gap is how "
-    "far the objective is above the lowest value that any solver reached, divided by how far it was at the "
-    "start, where every particle keeps its velocity. Times are medians of a whole step with its set-up, one "
-    "thread. A solver is stopped after so many iterations and keeps what it has; a marker is such a run, a "
-    "black one on the upper edge a run that failed. "
-    "Values below 1e-12 are rounding and not drawn. Free bodies have a constant linear momentum, which all "
-    "solvers but vbd keep in every iteration; spin is lost by backward Euler itself, so that a converged "
-    "step loses some too. "
-    "Not "
-    "varied: size, stiffness, damping, contact.";
+    "an objective, kinetic and potential; the gap is how far the objective is above the lowest value that "
+    "any "
+    "solver reached, divided by how far it was at the start, where every particle keeps its velocity. Times "
+    "are medians of a whole step with its set-up, one thread. A solver is stopped after so many iterations "
+    "and keeps what it has; a marker is such a run, a black one on the upper edge a run that failed. Values "
+    "below 1e-12 are rounding and not drawn. Free bodies have a constant linear momentum, which all solvers "
+    "but vbd keep in every iteration; spin, in the table, is lost by backward Euler itself, so that a "
+    "converged step loses some too. Not varied: size, stiffness, damping, contact.";
 
 ExperimentResult run_convergence(const ExperimentOptions& options, Progress& progress) {
   const ConvergenceConfig config = convergence_config(options);
@@ -299,10 +297,13 @@ std::vector<ChartPoint> points(const Table& rows, const std::string& solver, con
   return result;
 }
 
-/// One series a solver that reached anything, and markers on the upper edge for runs that failed.
-void add_series(Chart& chart, const Table& rows, const char* x, double scale, const char* y) {
-  for (const std::string& solver : rows.distinct("solver")) {
-    chart.series.push_back({.label = solver, .points = points(rows, solver, x, scale, y)});
+/// One series a solver that reached anything, in a style that it has in all charts, and markers on the upper
+/// edge for runs that failed.
+void add_series(Chart& chart, const Table& rows, const std::vector<std::string>& solvers, const char* x,
+                double scale, const char* y) {
+  for (std::size_t i = 0; i < solvers.size(); ++i) {
+    chart.series.push_back(
+        {.label = solvers[i], .points = points(rows, solvers[i], x, scale, y), .style = int(i)});
     if (chart.series.back().points.empty()) chart.series.pop_back();
   }
   std::map<std::string, std::vector<ChartPoint>> failed;
@@ -326,7 +327,8 @@ Chart gap_chart(const Table& rows, const Table& settings, const std::string& sta
   chart.x = {.label = "wall time, set-up included [ms]", .logarithmic = true};
   chart.y = {
       .label = "objective gap / gap at the start", .logarithmic = true, .low = smallest_gap, .high = 10};
-  add_series(chart, rows.where("start", start).where("dt_omega", charted_dt_omega), "seconds", 1e3, "gap");
+  add_series(chart, rows.where("start", start).where("dt_omega", charted_dt_omega), rows.distinct("solver"),
+             "seconds", 1e3, "gap");
   return chart;
 }
 
@@ -336,34 +338,69 @@ Chart iterations_chart(const Table& rows, const Table& settings, double dt_omega
   chart.x = {.label = "iterations", .logarithmic = true};
   chart.y = {
       .label = "residual / residual at the start", .logarithmic = true, .low = smallest_gap, .high = 10};
-  add_series(chart, rows.where("start", "twisted").where("dt_omega", dt_omega), "iterations", 1, "residual");
+  add_series(chart, rows.where("start", "twisted").where("dt_omega", dt_omega), rows.distinct("solver"),
+             "iterations", 1, "residual");
   return chart;
 }
 
 /// What a step that is stopped early does not keep.
-Chart early_chart(const Table& rows, const Table& settings, const char* quantity, const char* column) {
+Chart momentum_chart(const Table& rows, const Table& settings) {
   Chart chart = base_chart(settings, "twisted", charted_dt_omega);
-  chart.title = fmt::format("What a step that is stopped early changes of the {}", quantity);
+  chart.title = "What a step that is stopped early changes of the linear momentum";
   chart.x = {.label = "iterations", .logarithmic = true};
-  chart.y = {.label = fmt::format("change of the {}, relative", quantity), .logarithmic = true, .high = 10};
-  add_series(chart, rows.where("start", "twisted").where("dt_omega", charted_dt_omega), "iterations", 1,
-             column);
+  chart.y = {.label = "change of the linear momentum, relative", .logarithmic = true, .high = 10};
+  add_series(chart, rows.where("start", "twisted").where("dt_omega", charted_dt_omega),
+             rows.distinct("solver"), "iterations", 1, "momentum_change");
+  return chart;
+}
+
+/// Time to a gap of 1 percent from every start with the longest two steps; right of a line, side by side,
+/// what does not come so near.
+Chart starts_chart(const Table& summary, const Table& settings) {
+  const std::vector<std::string> solvers = summary.distinct("solver");
+  std::vector<double> steps = summary.distinct_numbers("dt_omega");
+  if (steps.size() > 2) steps.erase(steps.begin(), steps.end() - 2);
+  std::vector<std::string> names;
+  std::vector<Table> rows;
+  for (const std::string& start : summary.distinct("start"))
+    for (const double dt_omega : steps) {
+      names.push_back(fmt::format("{}, {:g}", start, dt_omega));
+      std::replace(names.back().begin(), names.back().end(), '_', ' ');
+      rows.push_back(summary.where("start", start).where("dt_omega", dt_omega));
+    }
+  double latest = 0;
+  for (std::size_t r = 0; r < summary.size(); ++r)
+    latest = std::fmax(latest, 1e3 * summary.number(r, "seconds"));
+  const double edge = std::pow(10, std::ceil(std::log10(latest)));
+  Chart chart{
+      .title = "Time to within 1 percent of the solution of a hard step",
+      .subtitle = fmt::format("start, dt w of one step of backward Euler; free cube of {:g} cells an edge",
+                              setting_number(settings, "cells")),
+      .x = {.label = "wall time, set-up included [ms]", .logarithmic = true, .high = 10 * edge},
+      .y = named_rows(names),
+      .lines = {{ReferenceLine::Direction::vertical, edge, "not within 1 percent, or stalled"}}};
+  for (std::size_t i = 0; i < solvers.size(); ++i) {
+    ChartSeries series{.label = solvers[i], .style = int(i), .joined = false};
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      const Table of_solver = rows[row].where("solver", solvers[i]);
+      if (of_solver.size() == 0) continue;
+      const bool ok = of_solver.text(0, "status") == "ok";
+      const double right = edge * std::pow(10, (double(i) + 1) / (double(solvers.size()) + 1));
+      series.points.push_back({ok ? 1e3 * of_solver.number(0, "seconds") : right, double(rows.size() - row)});
+    }
+    chart.series.push_back(std::move(series));
+  }
   return chart;
 }
 
 Drawings draw_convergence(const std::vector<NamedTable>& tables) {
   const Table& rows = find_table(tables, "convergence");
   const Table& settings = find_table(tables, "convergence_settings");
-  Drawings drawings;
-  for (const std::string& start : rows.distinct("start"))
-    drawings.charts.push_back(
-        {drawings.charts.empty() ? "convergence" : "convergence_" + start, gap_chart(rows, settings, start)});
-  for (const double dt_omega : rows.where("start", "twisted").distinct_numbers("dt_omega"))
-    drawings.charts.push_back(
-        {fmt::format("convergence_iterations_{:g}", dt_omega), iterations_chart(rows, settings, dt_omega)});
-  drawings.charts.push_back({"convergence_spin", early_chart(rows, settings, "spin", "spin_change")});
-  drawings.charts.push_back(
-      {"convergence_momentum", early_chart(rows, settings, "linear momentum", "momentum_change")});
+  Drawings drawings{
+      .charts = {{"convergence", gap_chart(rows, settings, "twisted")},
+                 {"convergence_starts", starts_chart(find_table(tables, "convergence_summary"), settings)},
+                 {"convergence_iterations", iterations_chart(rows, settings, charted_dt_omega)},
+                 {"convergence_momentum", momentum_chart(rows, settings)}}};
   std::erase_if(drawings.charts, [](const NamedChart& chart) { return !has_points(chart.chart); });
   return drawings;
 }

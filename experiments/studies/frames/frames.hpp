@@ -7,9 +7,6 @@
 
 namespace mss::studies::frames {
 
-/// The time between two pictures [s].
-inline constexpr double frame = 1.0 / 60;
-
 /// A cube of 1 m and 1000 kg/m^3, held at the face x = 0, released straight under gravity.
 struct FrameScene {
   std::string name;
@@ -79,7 +76,7 @@ RestConfig rest_config(const ExperimentOptions& options);
 /// distance from there, over the displacement, root mean squares. Stops early if stopped.
 Table measure_rest(const RestConfig& config, Progress& progress);
 
-/// Charts of both.
+/// Four charts: all scenes, a motion, iterations, and a rest.
 Drawings draw_frames(const std::vector<NamedTable>& tables);
 
 }  // namespace mss::studies::frames

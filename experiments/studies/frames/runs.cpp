@@ -18,9 +18,6 @@ constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* reference_method = "damped_verlet";
 constexpr double reference_share = 0.25;  ///< of the safe step; of second order, so a 16th of its error
 
-/// Positions at the end of every frame; empty if a frame failed.
-using Motion = std::vector<Field<double>>;
-
 /// One row: a method with its options, and what was measured of it.
 struct Run {
   std::string name;
@@ -69,7 +66,7 @@ class Problem {
                   .is_explicit = false};
     true_ = move(truth);
     converged_ = move(converged);
-    for (const Field<double>& x : true_) displacement_ += cube_.squared_distance(x, cube_.start.x);
+    displacement_ = squared_displacement(cube_, true_);
   }
 
   bool has_references() const { return !true_.empty() && !converged_.empty(); }
@@ -107,7 +104,7 @@ class Problem {
 
   void take(Run& run) const {
     const bool first = run.seconds.empty();
-    const Motion motion = move(run);
+    const FramePositions motion = move(run);
     run.spent += run.seconds.back();
     if (!first || motion.empty()) return;
     run.error = distance(motion, true_);
@@ -158,37 +155,24 @@ class Problem {
     return sum / double(end.size());
   }
 
-  /// The motion, its time in run.seconds.
-  Motion move(Run& run) const {
-    Motion motion;
-    State<double> state = cube_.start;
-    run.work = {};
-    std::unique_ptr<Integrator<double>> integrator;
-    double seconds = 0;
-    for (int i = 1; i <= config_.frames && run.status == Status::ok; ++i) {
-      seconds += seconds_of([&] {
-        if (!integrator) integrator = run.info->make<double>(run.options);
-        run.status = integrator->advance(cube_.system, state, i * frame, run.work);
-      });
-      motion.push_back(state.x);
-    }
-    run.seconds.push_back(seconds);
-    if (run.status == Status::ok && !motion.back().array().isFinite().all()) run.status = Status::non_finite;
-    if (run.status != Status::ok) motion.clear();
-    return motion;
+  /// The motion, its time in run.seconds; empty if a frame failed.
+  FramePositions move(Run& run) const {
+    MeasuredMotion measured = measure_motion(cube_, *run.info, run.options, config_.frames);
+    run.work = measured.work;
+    run.status = measured.status;
+    run.seconds.push_back(measured.seconds);
+    return std::move(measured.motion);
   }
 
   /// NaN if there is no reference.
-  double distance(const Motion& motion, const Motion& reference) const {
+  double distance(const FramePositions& motion, const FramePositions& reference) const {
     if (reference.empty()) return none;
-    double sum = 0;
-    for (std::size_t i = 0; i < motion.size(); ++i) sum += cube_.squared_distance(motion[i], reference[i]);
-    return std::sqrt(sum / displacement_);
+    return std::sqrt(squared_distance(cube_, motion, reference) / displacement_);
   }
 
   const FramesConfig& config_;
   HeldCube cube_;
-  Motion true_, converged_;
+  FramePositions true_, converged_;
   double displacement_ = 0;               ///< sum of squares of the true one [m^2]
   double deflection_ = 0, stiffest_ = 0;  ///< at rest: of springs, of a method without a modulus [m]
   std::vector<Fit> fits_;

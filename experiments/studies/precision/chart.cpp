@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <set>
 
 #include "experiments/simulation/model.hpp"
 #include "experiments/studies/precision/precision.hpp"
@@ -56,7 +56,7 @@ std::vector<ChartPoint> envelope(std::vector<ChartPoint> points) {
 /// The cheapest run of a family that meets an error.
 struct Cheapest {
   std::string integrator;  ///< of the family
-  double seconds = infinity;
+  double seconds = infinity, q1 = none, q3 = none;
   double value = none;  ///< its step [s] or tolerance
 };
 Cheapest cheapest(const Table& runs, const std::string& family, double error) {
@@ -64,7 +64,8 @@ Cheapest cheapest(const Table& runs, const std::string& family, double error) {
   for (std::size_t r = 0; r < runs.size(); ++r)
     if (family_of(runs.text(r, "integrator")) == family && runs.number(r, "error") <= error &&
         runs.number(r, "seconds") < best.seconds)
-      best = {runs.text(r, "integrator"), runs.number(r, "seconds"), runs.number(r, "value")};
+      best = {runs.text(r, "integrator"), runs.number(r, "seconds"), runs.number(r, "q1"),
+              runs.number(r, "q3"), runs.number(r, "value")};
   return best;
 }
 
@@ -78,18 +79,50 @@ std::vector<Cheapest> ranking(const Table& runs, double error) {
   return all;
 }
 
-double geometric_mean(const std::vector<double>& numbers) {
-  double sum = 0;
-  for (const double x : numbers) sum += std::log(x);
-  return std::exp(sum / double(numbers.size()));
+bool is_tie(const Cheapest& first, const Cheapest& next) {
+  constexpr double noise = 1.1;
+  return next.q1 <= first.q3 || next.seconds <= noise * first.seconds;
+}
+
+std::string comparison(const Cheapest& first, const Cheapest& next) {
+  return is_tie(first, next)
+             ? fmt::format("tie with {}", next.integrator)
+             : fmt::format("next: {}, {:.2g} times the cost", next.integrator, next.seconds / first.seconds);
+}
+
+bool is_explicit(const std::string& integrator) {
+  const IntegratorInfo& info = find_integrator(integrator);
+  return !info.implicit && (info.limit || info.stepping == Stepping::adaptive);
+}
+
+/// Errors at which methods are compared, half a decade apart.
+std::vector<double> compared_errors() {
+  std::vector<double> errors;
+  for (int half_decade = -18; half_decade <= -2; ++half_decade)
+    errors.push_back(std::pow(10, half_decade / 2.0));
+  return errors;
+}
+
+/// Families that take at most ten times the least time at one of these errors, and those that always fail.
+std::vector<std::string> competitive_families(const Table& runs) {
+  constexpr double most = 10;
+  std::set<std::string> near;
+  for (const double error : compared_errors()) {
+    const std::vector<Cheapest> all = ranking(runs, error);
+    for (const Cheapest& c : all)
+      if (c.seconds <= most * all.front().seconds) near.insert(family_of(c.integrator));
+  }
+  for (const std::string& family : families(runs))
+    if (!std::isfinite(cheapest(runs, family, precision_worst).seconds)) near.insert(family);
+  std::vector<std::string> ordered = families(runs);
+  std::erase_if(ordered, [&](const std::string& family) { return near.count(family) == 0; });
+  return ordered;
 }
 
 double power_of_ten(double value, bool up) {
   const double exponent = std::log10(value);
   return std::pow(10, up ? std::ceil(exponent + 1e-9) : std::floor(exponent - 1e-9));
 }
-
-const char* column_of(Cost cost) { return cost == Cost::wall_time ? "seconds" : "force_evaluations"; }
 
 /// A line at ten uncertainties of the reference: smaller errors are not significant. Returns its place, or
 /// infinity if there is no reference.
@@ -101,18 +134,26 @@ double add_uncertainty(Chart& chart, const Table& reference) {
   return floor;
 }
 
-/// A series for each reason of failure, its markers on the upper edge.
-void add_failures(Chart& chart, const Table& runs, Cost cost) {
-  std::map<std::string, ChartSeries> failed;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    const std::string& status = runs.text(r, "status");
+/// A line for each reason of failure, above all errors, with the markers of the methods that failed.
+void add_failures(Chart& chart, const Table& runs, const std::vector<std::string>& drawn) {
+  double height = precision_worst;
+  for (const std::string& status : runs.distinct("status")) {
     if (status == "ok") continue;
-    ChartSeries& series = failed[status];
-    series.label = "failed: " + status;
-    series.lines = false;
-    series.points.push_back({runs.number(r, column_of(cost)), precision_worst});
+    const Table failed = runs.where("status", status);
+    std::vector<ChartSeries> added;
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+      ChartSeries series{.style = int(i), .joined = false};
+      for (std::size_t r = 0; r < failed.size(); ++r)
+        if (family_of(failed.text(r, "integrator")) == drawn[i])
+          series.points.push_back({failed.number(r, "seconds"), height});
+      if (!series.points.empty()) added.push_back(std::move(series));
+    }
+    if (added.empty()) continue;
+    chart.lines.push_back({ReferenceLine::Direction::horizontal, height, "failed: " + status});
+    chart.series.insert(chart.series.end(), added.begin(), added.end());
+    height *= 10;
   }
-  for (auto& [status, series] : failed) chart.series.push_back(std::move(series));
+  chart.y.high = height;
 }
 
 }  // namespace
@@ -125,43 +166,41 @@ Table precision_summary(const Table& rows) {
                  {"seconds", "s"},
                  {"runner_up"},
                  {"cost_ratio"},
+                 {"tie"},
                  {"comparison"},
                  {"status"}});
   for (const std::string& scene : rows.distinct("scene"))
     for (const double error : {1e-2, 1e-3, 1e-6}) {
       const std::vector<Cheapest> all = ranking(rows.where("scene", scene), error);
       if (all.empty()) {
-        summary.add({scene, error, std::string("none"), none, none, std::string(), none,
+        summary.add({scene, error, std::string("none"), none, none, std::string(), none, 0,
                      std::string("no method reached it in the time allowed"), std::string("not reached")});
         continue;
       }
       const bool alone = all.size() == 1;
       const double ratio = alone ? none : all[1].seconds / all[0].seconds;
       summary.add({scene, error, all[0].integrator, all[0].value, all[0].seconds,
-                   alone ? std::string() : all[1].integrator, ratio,
-                   alone ? std::string("no other reached it")
-                         : fmt::format("next: {}, {:.2g} times the cost", all[1].integrator, ratio),
+                   alone ? std::string() : all[1].integrator, ratio, !alone && is_tie(all[0], all[1]) ? 1 : 0,
+                   alone ? std::string("no other reached it") : comparison(all[0], all[1]),
                    std::string(alone ? "no runner-up" : "ok")});
     }
   return summary;
 }
 
-Chart precision_chart(const Table& rows, const Table& references, const std::string& scene, Cost cost) {
-  const bool time = cost == Cost::wall_time;
+Chart precision_chart(const Table& rows, const Table& references, const std::string& scene) {
   const Table reference = references.where("scene", scene), runs = rows.where("scene", scene);
-  Chart chart{.title = time ? "Error against wall time" : "Error against force evaluations",
+  Chart chart{.title = "Error against wall time",
               .subtitle = reference.size() > 0 ? reference.text(0, "description") : scene,
-              .x = {.label = time ? "wall time of the run" : "force evaluations of the run",
-                    .logarithmic = true,
-                    .unit = time ? "s" : ""},
+              .x = {.label = "wall time of the run", .logarithmic = true, .unit = "s"},
               .y = {.label = "error of positions / displacement", .logarithmic = true}};
+  const std::vector<std::string> drawn = competitive_families(runs);
   double left = infinity, right = 0, lowest = 1;
-  for (const std::string& family : families(rows)) {
+  for (const std::string& family : drawn) {
     const std::vector<std::string> members = members_of(rows, family);
     ChartSeries series{.label = family_label(family, members)};
     for (std::size_t r = 0; r < runs.size(); ++r) {
       if (family_of(runs.text(r, "integrator")) != family) continue;
-      const double x = runs.number(r, column_of(cost)), error = runs.number(r, "error");
+      const double x = runs.number(r, "seconds"), error = runs.number(r, "error");
       left = std::min(left, x);
       right = std::max(right, x);
       if (runs.text(r, "status") == "ok") series.points.push_back({x, error});
@@ -170,47 +209,40 @@ Chart precision_chart(const Table& rows, const Table& references, const std::str
     if (members.size() > 1) series.points = envelope(std::move(series.points));
     chart.series.push_back(std::move(series));
   }
-  add_failures(chart, runs, cost);
   lowest = std::min(lowest, add_uncertainty(chart, reference));
+  add_failures(chart, runs, drawn);
   chart.x.low = power_of_ten(left, false);
   chart.x.high = power_of_ten(right, true);
   chart.y.low = power_of_ten(lowest, false);
-  chart.y.high = 2 * precision_worst;
   return chart;
 }
 
 Chart precision_overview(const Table& rows) {
-  Chart chart{.title = "Cost of each method for a required accuracy",
-              .subtitle =
-                  "wall time over that of the cheapest method; geometric mean over scenes, where all "
-                  "are solved to that error",
-              .x = {.label = "required error of positions / displacement", .logarithmic = true},
-              .y = {.label = "wall time / that of the cheapest method", .logarithmic = true}};
-  std::vector<Table> scenes;
-  for (const std::string& scene : rows.distinct("scene")) scenes.push_back(rows.where("scene", scene));
-  const std::vector<std::string> names = families(rows);
-  for (const std::string& family : names)
-    chart.series.push_back({.label = family_label(family, members_of(rows, family))});
-  double highest = 10;
-  for (int half_decade = -18; half_decade <= -2; ++half_decade) {
-    const double error = std::pow(10, half_decade / 2.0);
-    std::map<std::string, std::vector<double>> ratios;  // by family, of the scenes where it reaches the error
-    for (const Table& runs : scenes) {
-      const std::vector<Cheapest> all = ranking(runs, error);
-      for (const Cheapest& c : all)
-        ratios[family_of(c.integrator)].push_back(c.seconds / all.front().seconds);
+  Chart chart{
+      .title =
+          "Is an implicit method worth its cost? Time of the cheapest one over the cheapest explicit one",
+      .subtitle =
+          "below 1 implicit methods win; one line a scene: cells, stiffness, damping (precision_references)",
+      .x = {.label = "required error of positions / displacement",
+            .logarithmic = true,
+            .low = 5e-10,
+            .high = 0.2},
+      .y = {.label = "cheapest for any step / cheapest explicit", .logarithmic = true}};
+  for (const std::string& scene : rows.distinct("scene")) {
+    const Table runs = rows.where("scene", scene);
+    ChartSeries series{.label = scene};
+    for (const double error : compared_errors()) {
+      double of_explicit = infinity, of_others = infinity;
+      for (const Cheapest& c : ranking(runs, error)) {
+        double& least = is_explicit(c.integrator) ? of_explicit : of_others;
+        least = std::min(least, c.seconds);
+      }
+      if (std::isfinite(of_explicit) && std::isfinite(of_others))
+        series.points.push_back({error, of_others / of_explicit});
     }
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (ratios[names[i]].size() < scenes.size()) continue;
-      const double ratio = geometric_mean(ratios[names[i]]);
-      chart.series[i].points.push_back({error, ratio});
-      highest = std::max(highest, ratio);
-    }
+    chart.series.push_back(std::move(series));
   }
-  chart.x.low = 5e-10;
-  chart.x.high = 0.2;
-  chart.y.low = 0.9;
-  chart.y.high = power_of_ten(highest, true);
+  chart.lines.push_back({ReferenceLine::Direction::horizontal, 1, "as cheap"});
   return chart;
 }
 
@@ -220,10 +252,14 @@ Drawings draw_precision(const std::vector<NamedTable>& tables) {
   Drawings drawings;
   if (rows.size() == 0) return drawings;
   drawings.charts.push_back({"precision", precision_overview(rows)});
-  for (const std::string& scene : rows.distinct("scene"))
-    for (const Cost cost : {Cost::wall_time, Cost::force_evaluations})
-      drawings.charts.push_back({fmt::format("precision_{}_{}", scene, column_of(cost)),
-                                 precision_chart(rows, references, scene, cost)});
+  std::vector<std::string> drawn;
+  for (std::size_t r = 0; r < references.size(); ++r)
+    if (references.number(r, "particles") > double(precision_small))
+      drawn.push_back(references.text(r, "scene"));
+  if (drawn.empty()) drawn = rows.distinct("scene");
+  for (const std::string& scene : drawn)
+    if (rows.where("scene", scene).size() > 0)
+      drawings.charts.push_back({"precision_" + scene, precision_chart(rows, references, scene)});
   for (NamedChart& chart : drawings.charts) add_model_to_subtitle(chart.chart, references.text(0, "model"));
   return drawings;
 }

@@ -23,13 +23,22 @@ struct PrecisionConfig {
   std::vector<PrecisionScene> scenes;
   std::vector<std::string> integrators;
   std::string model = spring_model;
-  double seconds_per_run = 1;          ///< a method's next run is left out if it would take longer,
-  double seconds_to_agree = 60;        ///< or, as long as it does not agree with the reference, this long
+  double seconds_per_run = 1;    ///< a method's next run is left out if it would take longer,
+  double seconds_to_agree = 20;  ///< or, in small bodies that do not agree with the reference yet, this long
+  int repetitions = 5;           ///< of every run,
+  double seconds_per_row = 0.5;  ///< until it has taken that long
   double reference_tolerance = 1e-12;  ///< of both reference methods
   int finest_halving = 22;             ///< most runs with steps of duration / 8, / 16, / 32 ...
   int threads = 1;
 };
 PrecisionConfig precision_config(const ExperimentOptions& options);
+
+/// Bodies of at most so many particles are small: their linear systems are factored, and methods refined
+/// until they agree with the reference.
+inline constexpr std::size_t precision_small = 200;
+
+/// The scenes with small bodies among those of a configuration.
+std::vector<PrecisionScene> small_scenes(std::vector<PrecisionScene> scenes);
 
 /// A run whose error is above this has a status of its own.
 inline constexpr double precision_worst = 10;
@@ -48,22 +57,21 @@ struct PrecisionTables {
 PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress);
 
 /// For each scene and several accuracies: the cheapest method, and what the next one, of another family,
-/// costs beside it.
+/// costs beside it; a tie if their quartiles overlap or their medians differ by less than a tenth.
 Table precision_summary(const Table& rows);
 
 /// All tables under the names of their files.
 std::vector<NamedTable> precision_files(PrecisionTables tables);
 
-/// What the error is drawn against.
-enum class Cost { wall_time, force_evaluations };
+/// Error against wall time for one scene, of the families that come within ten times the least time at some
+/// error; their failed runs on lines above, one a reason.
+Chart precision_chart(const Table& rows, const Table& references, const std::string& scene);
 
-/// Error against cost for one scene.
-Chart precision_chart(const Table& rows, const Table& references, const std::string& scene, Cost cost);
-
-/// Over all scenes: the cost of each method relative to that of the cheapest one, against the accuracy.
+/// For each scene: the time of the cheapest method for any step over that of the cheapest explicit one,
+/// against the error asked for.
 Chart precision_overview(const Table& rows);
 
-/// The overview and two charts a scene.
+/// The overview and a chart for each of the larger bodies, or for each body if there are only small ones.
 Drawings draw_precision(const std::vector<NamedTable>& tables);
 
 }  // namespace mss::studies::precision

@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/measures.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/simulation/explicit_steps.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/precision/precision.hpp"
@@ -27,7 +29,9 @@ struct Problem {
       for (const std::ptrdiff_t site : body.sites()) start.x.set(site, scene.start(start.x.at(site)));
     system.constrain(0, start.x, start.v);
     scale_errors(options, system);
+    if (!small()) options.linear_solver = "matrix_free";
   }
+  bool small() const { return body.particle_count() <= precision_small; }
   const PrecisionScene& scene;
   Body body;
   std::unique_ptr<BodySystem<double>> owned;
@@ -76,66 +80,69 @@ Reference find_reference(Problem& p, double tolerance) {
   return r;
 }
 
-/// The result of one run.
+/// One method with one step or tolerance, and what was measured of it.
 struct Run {
-  Status status = Status::ok;
+  const IntegratorInfo* info;
+  IntegratorOptions options;
+  std::vector<double> seconds = {};
+  Status status = Status::ok;  ///< this and the rest are of the first time
   Work work{};
-  double seconds = 0;
-  State<double> end;
+  State<double> end{};
+  double error = none, energy_drift = none, volume_drift = none;
+
+  double spent() const { return std::accumulate(seconds.begin(), seconds.end(), 0.0); }
 };
 
-Run run_once(Problem& p, const IntegratorInfo& info, const IntegratorOptions& options) {
-  Run run{.end = p.start};
-  const auto method = info.make<double>(options);
-  run.seconds =
-      seconds_of([&] { run.status = method->advance(p.system, run.end, p.scene.duration, run.work); });
-  const bool finite =
-      std::isfinite(measure(p.system, run.end).total());  // squares overflow before coordinates
-  if (run.status == Status::ok && !finite) run.status = Status::non_finite;
-  return run;
-}
-
-/// Short runs are repeated; their time is the median.
-Run run_timed(Problem& p, const IntegratorInfo& info, const IntegratorOptions& options) {
-  Run run = run_once(p, info, options);
-  std::vector<double> seconds{run.seconds};
-  while (run.status == Status::ok && seconds.size() < 5 && run.seconds < 0.02)
-    seconds.push_back(run_once(p, info, options).seconds);
-  run.seconds = quartiles(seconds).median;
-  return run;
+/// Once more.
+void take(Problem& p, Run& run) {
+  const auto method = run.info->make<double>(run.options);
+  State<double> state = p.start;
+  Work work;
+  Status status = Status::ok;
+  run.seconds.push_back(
+      seconds_of([&] { status = method->advance(p.system, state, p.scene.duration, work); }));
+  if (run.seconds.size() > 1) return;
+  const bool finite = std::isfinite(measure(p.system, state).total());  // squares overflow before coordinates
+  run.status = status == Status::ok && !finite ? Status::non_finite : status;
+  run.work = work;
+  run.end = std::move(state);
 }
 
 double error_of(const Problem& p, const Reference& reference, const Field<double>& x) {
   return distance(p.body, x, reference.x) / reference.displacement;
 }
 
-std::string status_text(const Run& run, double error) {
-  return error > precision_worst ? precision_diverged : std::string(to_string(run.status));
+/// Distances of a run from the reference.
+void compare(const Problem& p, const Reference& reference, Run& run) {
+  if (run.status != Status::ok) return;
+  const Measures m = measure(p.system, run.end);
+  run.error = error_of(p, reference, run.end.x);
+  run.energy_drift = std::abs(m.total() - reference.measures.total()) / reference.energy;
+  run.volume_drift = std::abs(m.volume_ratio - reference.measures.volume_ratio);
 }
 
-/// Adds the row of a run and returns its error.
-double add_row(Table& rows, Problem& p, const Reference& reference, const IntegratorInfo& info,
-               const IntegratorOptions& o, const Run& run) {
-  const bool adaptive = info.stepping == Stepping::adaptive;
-  double error = none, energy_drift = none, volume_drift = none;
-  if (run.status == Status::ok) {
-    const Measures m = measure(p.system, run.end);
-    error = error_of(p, reference, run.end.x);
-    energy_drift = std::abs(m.total() - reference.measures.total()) / reference.energy;
-    volume_drift = std::abs(m.volume_ratio - reference.measures.volume_ratio);
-  }
+std::string status_text(const Run& run) {
+  return run.error > precision_worst ? precision_diverged : std::string(to_string(run.status));
+}
+
+void add_row(Table& rows, const Problem& p, double step_seconds, const Run& run) {
+  const bool adaptive = run.info->stepping == Stepping::adaptive;
+  const Quartiles time = quartiles(run.seconds);
   std::vector<Cell> row{p.scene.name,
-                        info.name,
+                        run.info->name,
                         std::string(adaptive ? "tolerance" : "dt"),
-                        adaptive ? o.tolerance : o.dt,
-                        error,
-                        energy_drift,
-                        volume_drift,
-                        run.seconds};
+                        adaptive ? run.options.tolerance : run.options.dt,
+                        run.error,
+                        run.energy_drift,
+                        run.volume_drift,
+                        time.median,
+                        time.q1,
+                        time.q3,
+                        std::int64_t(run.seconds.size()),
+                        time.median / step_seconds};
   for (Cell& cell : work_cells(run.work)) row.push_back(std::move(cell));
-  row.emplace_back(status_text(run, error));
+  row.emplace_back(status_text(run));
   rows.add(std::move(row));
-  return error;
 }
 
 /// Richardson extrapolation to h = 0 of runs of a method of that order with steps h, h/2, h/4 ... (finest
@@ -175,34 +182,39 @@ struct Agreement {
 
 /// Refines one method until its error is no longer significant or its next run would take too long; false if
 /// stopped. Whether it converges to the reference is decided from the extrapolation too, because methods of
-/// low order would need days of small steps to agree; until they agree, runs may take longer.
-bool measure_method(Problem& p, const Reference& reference, const IntegratorInfo& info,
-                    const PrecisionConfig& config, PrecisionTables& tables, const Progress& progress) {
+/// low order would need days of small steps to agree; until they agree, runs of small bodies may take longer.
+bool refine(Problem& p, const Reference& reference, const IntegratorInfo& info, const PrecisionConfig& config,
+            std::vector<Run>& runs, Table& agreements, const Progress& progress) {
   const bool adaptive = info.stepping == Stepping::adaptive;
-  IntegratorOptions options = p.options;
   Agreement agreement;
   const int most_runs = adaptive ? 11 : config.finest_halving;
   double before = 0;
   for (int i = 0; i < most_runs; ++i) {
     if (progress.stopped()) return false;
-    options.dt = adaptive ? 0 : p.scene.duration / std::ldexp(8.0, i);
-    options.tolerance = std::pow(10.0, -1 - i);
-    const Run run = run_timed(p, info, options);
+    Run run{.info = &info, .options = p.options};
+    run.options.dt = adaptive ? 0 : p.scene.duration / std::ldexp(8.0, i);
+    run.options.tolerance = std::pow(10.0, -1 - i);
+    take(p, run);
+    compare(p, reference, run);
     agreement.add(p, reference, info, run);
-    if (add_row(tables.rows, p, reference, info, options, run) < 10 * reference.uncertainty) break;
-    const double growth = before > 0 ? std::clamp(run.seconds / before, 1.0, 4.0) : 2.0;
-    if (run.seconds * growth > (agreement.reached() ? config.seconds_per_run : config.seconds_to_agree))
+    const double seconds = run.seconds.front();
+    const bool insignificant = run.error < 10 * reference.uncertainty;
+    runs.push_back(std::move(run));
+    runs.back().end = {};
+    const double growth = before > 0 ? std::clamp(seconds / before, 1.0, 4.0) : 2.0;
+    const bool enough = agreement.reached() || !p.small();
+    if (insignificant || seconds * growth > (enough ? config.seconds_per_run : config.seconds_to_agree))
       break;
-    before = run.seconds;
+    before = seconds;
   }
-  tables.agreement.add(
-      {p.scene.name, info.name, agreement.tightest, agreement.extrapolated, agreement.status()});
+  agreements.add({p.scene.name, info.name, agreement.tightest, agreement.extrapolated, agreement.status()});
   return true;
 }
 
 Table empty_rows() {
-  std::vector<Column> columns{{"scene"}, {"integrator"},   {"parameter"},    {"value"},
-                              {"error"}, {"energy_drift"}, {"volume_drift"}, {"seconds", "s"}};
+  std::vector<Column> columns{{"scene"},   {"integrator"},   {"parameter"},    {"value"},
+                              {"error"},   {"energy_drift"}, {"volume_drift"}, {"seconds", "s"},
+                              {"q1", "s"}, {"q3", "s"},      {"repeats"},      {"explicit_steps"}};
   for (Column& column : work_columns()) columns.push_back(std::move(column));
   columns.push_back({"status"});
   return Table(std::move(columns));
@@ -214,6 +226,8 @@ Table empty_references() {
                 {"model"},
                 {"particles"},
                 {"springs"},
+                {"linear_solver"},
+                {"explicit_step_seconds", "s"},
                 {"duration", "s"},
                 {"displacement", "m"},
                 {"uncertainty"},
@@ -224,30 +238,44 @@ Table empty_agreement() {
   return Table({{"scene"}, {"integrator"}, {"tightest_error"}, {"extrapolated_error"}, {"status"}});
 }
 
+/// All methods on one scene, the runs repeated in turn; false if stopped, with what is finished.
+bool measure_scene(Problem& p, const Reference& reference, double step_seconds, const PrecisionConfig& config,
+                   PrecisionTables& tables, Progress& progress, double done) {
+  std::vector<Run> runs;
+  bool finished = true;
+  for (std::size_t m = 0; m < config.integrators.size() && finished; ++m) {
+    progress.report(done + double(m) / double(config.integrators.size() * config.scenes.size()),
+                    p.scene.name + ": " + config.integrators[m]);
+    finished = refine(p, reference, find_integrator(config.integrators[m]), config, runs, tables.agreement,
+                      progress);
+  }
+  finished = finished && interleave(config.repetitions - 1, runs.size(), progress, [&](std::size_t i) {
+               if (runs[i].status == Status::ok && runs[i].spent() < config.seconds_per_row) take(p, runs[i]);
+             });
+  for (const Run& run : runs) add_row(tables.rows, p, step_seconds, run);
+  return finished;
+}
+
 }  // namespace
 
 PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress) {
   PrecisionTables tables{empty_rows(), empty_references(), empty_agreement()};
   for (std::size_t i = 0; i < config.scenes.size(); ++i) {
     Problem problem(config.scenes[i], config);
-    progress.report(double(i) / double(config.scenes.size()), config.scenes[i].name + ": reference");
+    const double done = double(i) / double(config.scenes.size());
+    progress.report(done, config.scenes[i].name + ": reference");
     const Reference reference = find_reference(problem, config.reference_tolerance);
+    const double step_seconds = explicit_step_seconds(problem.system);
     const bool known = reference.status == Status::ok;
     tables.references.add({problem.scene.name, problem.scene.description, config.model,
                            std::int64_t(problem.body.particle_count()),
-                           std::int64_t(problem.body.spring_count()), problem.scene.duration,
-                           known ? reference.displacement : none, known ? reference.uncertainty : none,
-                           std::string(to_string(reference.status))});
+                           std::int64_t(problem.body.spring_count()), problem.options.linear_solver,
+                           step_seconds, problem.scene.duration, known ? reference.displacement : none,
+                           known ? reference.uncertainty : none, std::string(to_string(reference.status))});
     if (!known) continue;  // nothing to compare with
-    for (std::size_t m = 0; m < config.integrators.size(); ++m) {
-      progress.report(
-          (double(i) + double(m) / double(config.integrators.size())) / double(config.scenes.size()),
-          config.scenes[i].name + ": " + config.integrators[m]);
-      if (!measure_method(problem, reference, find_integrator(config.integrators[m]), config, tables,
-                          progress)) {
-        tables.status = Status::interrupted;
-        return tables;
-      }
+    if (!measure_scene(problem, reference, step_seconds, config, tables, progress, done)) {
+      tables.status = Status::interrupted;
+      break;
     }
   }
   return tables;

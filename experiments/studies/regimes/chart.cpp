@@ -1,5 +1,5 @@
-// The maps of `mss regimes`: the cheapest kind of method over Young's modulus and damping, a panel per
-// resolution and demand.
+// The maps of `mss regimes`: the cheapest kind of method over Young's modulus and damping, a row of panels
+// per resolution and a column per demand.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -68,9 +68,10 @@ MapChart map_of(const Table& cheapest, const Table& boundaries) {
                  .y = y,
                  .kinds = kind_labels(),
                  .line_label = "predicted",
-                 .panel_height = 190};
-  for (const Demand& demand : demands())
-    for (const double cells : cheapest.distinct_numbers("cells")) {
+                 .panel_height = 190,
+                 .columns = int(demands().size())};
+  for (const double cells : cheapest.distinct_numbers("cells"))
+    for (const Demand& demand : demands()) {
       MapPanel panel{.title = fmt::format("n = {:g}: {}", cells, demand.label)};
       const Table rows = cheapest.where("cells", cells).where("demand", demand.name);
       for (std::size_t i = 0; i < ratios.size(); ++i) {
@@ -90,7 +91,11 @@ MapChart map_of(const Table& cheapest, const Table& boundaries) {
 Drawings draw_regimes(const std::vector<NamedTable>& tables) {
   const Table& cheapest = find_table(tables, "regimes");
   if (cheapest.size() == 0) return {};
-  return {.maps = {{"regimes", map_of(cheapest, find_table(tables, "regimes_boundaries"))}}};
+  Drawings drawings{.maps = {{"regimes", map_of(cheapest, find_table(tables, "regimes_boundaries"))}}};
+  if (const Table& loaded = find_table(tables, "regimes_loaded"); loaded.size() > 0)
+    drawings.charts.push_back(
+        {"regimes_loaded", loaded_chart(loaded, find_table(tables, "regimes_crossings"))});
+  return drawings;
 }
 
 }  // namespace mss::studies::regimes

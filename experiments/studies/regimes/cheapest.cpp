@@ -57,7 +57,7 @@ void add_row(const RegimePoint& p, const Demand& demand, const Table& runs, Tabl
              next ? label_of(kind_of(asked.text(*next, "method"))) : std::string(),
              next ? asked.number(*next, "seconds") / seconds : none,
              next && is_tie(asked, *winner, *next) ? 1 : 0,
-             std::string(next ? "ok" : "no other kind met it")});
+             std::string(next ? "ok" : "no other kind met it in time")});
 }
 
 /// Rows of a resolution and damping.
@@ -70,19 +70,6 @@ double cheapest_frame(const Table& runs, double young, int frames) {
   const Table motion = runs.where("young", young).where("what", "motion");
   const auto row = quickest(motion, 1, [](Kind kind) { return kind != Kind::explicit_steps; });
   return row ? motion.number(*row, "seconds") / frames : none;
-}
-
-/// Where the ratio of two costs passes 1, from its logarithms at ascending moduli: between two of them, or
-/// beyond the last as the square root of the modulus that explicit frames cost.
-double crossing(const std::vector<double>& log_moduli, const std::vector<double>& log_ratios) {
-  if (log_ratios.empty()) return none;
-  if (log_ratios.front() >= 0) return std::exp(log_moduli.front() - 2 * log_ratios.front());
-  for (std::size_t i = 1; i < log_ratios.size(); ++i)
-    if (log_ratios[i] >= 0) {
-      const double share = -log_ratios[i - 1] / (log_ratios[i] - log_ratios[i - 1]);
-      return std::exp(log_moduli[i - 1] + share * (log_moduli[i] - log_moduli[i - 1]));
-    }
-  return std::exp(log_moduli.back() - 2 * log_ratios.back());
 }
 
 /// Where the safe explicit steps of a frame take as long as the cheapest frame of a method for any step.
@@ -116,6 +103,25 @@ double measured_modulus(const Table& cheapest) {
 
 }  // namespace
 
+double crossing(const std::vector<double>& log_moduli, const std::vector<double>& log_ratios) {
+  if (log_ratios.empty()) return none;
+  if (log_ratios.front() >= 0) return std::exp(log_moduli.front() - 2 * log_ratios.front());
+  for (std::size_t i = 1; i < log_ratios.size(); ++i)
+    if (log_ratios[i] >= 0) {
+      const double share = -log_ratios[i - 1] / (log_ratios[i] - log_ratios[i - 1]);
+      return std::exp(log_moduli[i - 1] + share * (log_moduli[i] - log_moduli[i - 1]));
+    }
+  return std::exp(log_moduli.back() - 2 * log_ratios.back());
+}
+
+double worst_factor(const Table& boundaries) {
+  double worst = none;
+  for (std::size_t r = 0; r < boundaries.size(); ++r)
+    if (const double factor = boundaries.number(r, "factor"); std::isfinite(factor))
+      worst = std::fmax(worst, std::max(factor, 1 / factor));
+  return worst;
+}
+
 Kind kind_of(const std::string& method) {
   const std::string family = family_of(method);
   if (family == "xpbd") return Kind::projections;
@@ -131,11 +137,11 @@ std::vector<std::string> kind_labels() {
 }
 
 const std::vector<Demand>& demands() {
-  static const std::vector<Demand> all{{"stable", "stays stable", false, 1},
-                                       {"motion_10", "motion to 10 %", false, 0.1},
-                                       {"motion_1", "motion to 1 %", false, 0.01},
-                                       {"motion_0.1", "motion to 0.1 %", false, 0.001},
-                                       {"rest_1", "rest to 1 %", true, 0.01}};
+  static const std::vector<Demand> all{{"stable", "stable", false, 1},
+                                       {"motion_10", "motion 10 %", false, 0.1},
+                                       {"motion_1", "motion 1 %", false, 0.01},
+                                       {"motion_0.1", "motion 0.1 %", false, 0.001},
+                                       {"rest_1", "rest 1 %", true, 0.01}};
   return all;
 }
 

@@ -1,15 +1,17 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/journal.hpp"
+#include "experiments/simulation/held_cube.hpp"
 
 namespace mss::studies::regimes {
 
-/// The time between two pictures [s].
-inline constexpr double frame = 1.0 / 60;
+/// Status of a run that was stopped before its end.
+inline constexpr const char* too_slow = "stopped, took too long";
 
 /// A point of the map: a cube held at one face and released under gravity.
 struct RegimePoint {
@@ -36,6 +38,15 @@ struct Demand {
 };
 const std::vector<Demand>& demands();
 
+/// A cube held at one face and pushed sideways at the opposite one, which it follows until it is at rest.
+struct LoadedConfig {
+  int cells = 10;              ///< per edge
+  double damping_ratio = 0.5;  ///< of every spring
+  double force = 1e5;          ///< [N]
+  int frames = 60;
+  std::vector<double> moduli;  ///< ascending [Pa]
+};
+
 /// What `mss regimes` computes.
 struct RegimesConfig {
   std::vector<int> cells;
@@ -44,22 +55,35 @@ struct RegimesConfig {
   int halvings = 0;            ///< of that ratio, between neighbours where another kind is cheapest
   int frames = 10;
   int repetitions = 3;
-  double most_seconds = 10;  ///< that the reference of a motion may take, and a run of it
+  double most_seconds = 10;            ///< that a run may take
+  double most_over_best = 4;           ///< times the time of one that meets every demand
+  double most_reference_seconds = 60;  ///< that the reference of a motion or a rest may take
+  LoadedConfig loaded = {};
+
+  /// Of a resolution; fine bodies, whose points take minutes, are halved once at most.
+  int halvings_of(int cells_per_edge) const { return cells_per_edge > 16 ? std::min(halvings, 1) : halvings; }
 };
 RegimesConfig regimes_config(const ExperimentOptions& options);
 
 /// The runs of one point, as the journal keeps them.
 Json compute_point(const RegimePoint& point, const RegimesConfig& config);
 
+/// The loaded cube of one modulus by every method, as the journal keeps it.
+Json compute_loaded(double young, const RegimesConfig& config);
+
 struct RegimesTables {
   Table runs;        ///< per point, motion or rest, method, and steps a frame or tolerance
   Table points;      ///< per point: what an explicit step takes, and the safe one
   Table cheapest;    ///< per point and demand
   Table boundaries;  ///< per resolution and damping: where explicit and implicit frames cost the same
+  Table loaded;      ///< the loaded cube: per modulus and method
+  Table crossings;   ///< of it: per implicit method, from where on it costs less than any explicit one
   Status status = Status::ok;
 };
 RegimesTables measure_regimes(const RegimesConfig& config, int processes, Journal& journal,
                               Progress& progress);
+/// All tables under the names of their files.
+std::vector<NamedTable> regimes_files(RegimesTables tables);
 
 /// Of the runs: for every point and demand the cheapest method that meets it, and the next of another kind; a
 /// tie if their quartiles overlap, or differ by less than a tenth.
@@ -71,7 +95,26 @@ Table cheapest_methods(const Table& runs);
 /// of the map where the cheapest kind changes.
 Table boundaries(const Table& points, const Table& runs, const Table& cheapest, int frames);
 
-/// The maps, a panel per resolution and demand.
+/// The largest of measured over predicted moduli and their inverses, over the rows where both are known; NaN
+/// if there is none.
+double worst_factor(const Table& boundaries);
+
+/// Where the ratio of two costs passes 1, from its logarithms at ascending moduli: between two of them, or
+/// beyond the first or last as if it grew as the square root of the modulus, as explicit steps do. NaN
+/// without any.
+double crossing(const std::vector<double>& log_moduli, const std::vector<double>& log_ratios);
+
+/// Per modulus and method of the loaded cube: wall time with quartiles, energies at the end [J], how far
+/// their sum is from that of velocity Verlet, over it, and how far the motion is, a root mean square over
+/// frames and particles, over that of the displacements.
+Table empty_loaded();
+void add_loaded(const LoadedConfig& config, double young, const Json& runs, Table& loaded);
+/// Per method that is no explicit one: the modulus from which on it takes less time than any of those.
+Table loaded_crossings(const Table& loaded);
+/// Wall time of the loaded cube against Young's modulus, a line a method.
+Chart loaded_chart(const Table& loaded, const Table& crossings);
+
+/// The maps, a row per resolution and a column per demand, and the loaded cube.
 Drawings draw_regimes(const std::vector<NamedTable>& tables);
 
 }  // namespace mss::studies::regimes

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/system_wrapper.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/explicit_steps.hpp"
 #include "experiments/simulation/held_cube.hpp"
@@ -42,10 +43,10 @@ struct RestFamily {
   std::vector<double> tolerances;
 };
 const std::vector<RestFamily>& rest_families() {
-  static const std::vector<RestFamily> all{{"static", {1e-6}},
+  static const std::vector<RestFamily> all{{"static/lbfgs", {1e-2, 1e-3, 1e-4}},
                                            {"static/projective", {1e-2, 1e-3, 1e-4}},
-                                           {"static/lbfgs", {1e-2, 1e-3, 1e-4}},
-                                           {"dynamic_relaxation", {1e-2, 1e-3, 1e-4}}};
+                                           {"dynamic_relaxation", {1e-2, 1e-3, 1e-4}},
+                                           {"static", {1e-6}}};
   return all;
 }
 
@@ -57,10 +58,38 @@ struct Run {
   std::vector<double> seconds = {};
   double error = none;
   Status status = Status::ok;
+  bool in_time = true;  ///< false: it was stopped
+
+  bool ok() const { return status == Status::ok && in_time; }
+  std::string outcome() const { return in_time ? std::string(to_string(status)) : too_slow; }
 };
 
-/// Positions at the end of every frame; empty if a frame failed.
-using Motion = std::vector<Field<double>>;
+/// What is thrown to end a computation that takes too long and cannot be told to stop.
+struct OutOfTime {};
+
+/// Another system, whose forces are refused once `most_seconds` have passed.
+class TimeLimited final : public SystemWrapper<double> {
+ public:
+  TimeLimited(System<double>& system, double most_seconds)
+      : SystemWrapper(system), most_seconds_(most_seconds) {}
+
+  void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override {
+    check();
+    other().force(t, x, v, f);
+  }
+  void acceleration(double t, const Field<double>& x, const Field<double>& v, Field<double>& a) override {
+    check();
+    other().acceleration(t, x, v, a);
+  }
+
+ private:
+  void check() const {
+    if (watch_.seconds() > most_seconds_) throw OutOfTime{};
+  }
+
+  double most_seconds_;
+  Stopwatch watch_;
+};
 
 class Problem {
  public:
@@ -73,12 +102,12 @@ class Problem {
   std::string find_motion() {
     constexpr double share = 0.5, forces_per_step = 4;
     const ExplicitSteps truth = explicit_steps(find_integrator("rk4"), bound_, frame, share);
-    if (forces_per_step * seconds_of_frame(truth) * config_.frames > config_.most_seconds)
+    if (forces_per_step * seconds_per_step() * double(truth.steps) * config_.frames >
+        config_.most_reference_seconds)
       return "the reference of the motion would take too long";
-    Run run{.method = truth.info->name, .options = {.dt = truth.dt}, .steps = double(truth.steps)};
-    true_ = move(run);
-    scale_ = 0;
-    for (const Field<double>& x : true_) scale_ += cube_.squared_distance(x, cube_.start.x);
+    MeasuredMotion measured = measure_motion(cube_, *truth.info, {.dt = truth.dt}, config_.frames);
+    true_ = std::move(measured.motion);
+    scale_ = squared_displacement(cube_, true_);
     return true_.empty() ? "the reference of the motion failed" : "ok";
   }
 
@@ -86,12 +115,11 @@ class Problem {
   std::vector<std::vector<Run>> motions() {
     std::vector<std::vector<Run>> all;
     std::vector<const IntegratorInfo*> methods;
+    for (const char* of_fourth_order : {"rk4", "pefrl"})  // first: they meet every demand at once
+      methods.push_back(&find_integrator(of_fourth_order));
     for (const ExplicitSteps& choice : cheapest_explicit_steps(cube_.system, cube_.start, frame))
-      methods.push_back(choice.info);
-    for (const char* of_fourth_order : {"pefrl", "rk4"})
-      if (const IntegratorInfo* info = &find_integrator(of_fourth_order);
-          std::find(methods.begin(), methods.end(), info) == methods.end())
-        methods.push_back(info);
+      if (std::find(methods.begin(), methods.end(), choice.info) == methods.end())
+        methods.push_back(choice.info);
     for (const IntegratorInfo* info : methods) {
       all.emplace_back();
       for (const double share : {1.0, 0.5, 0.25, 0.125, 0.0625})
@@ -106,20 +134,24 @@ class Problem {
     return all;
   }
 
-  void take_motion(Run& run) const {
-    const Motion motion = move(run);
-    if (motion.empty() || !std::isnan(run.error)) return;
-    double sum = 0;
-    for (std::size_t i = 0; i < motion.size(); ++i) sum += cube_.squared_distance(motion[i], true_[i]);
-    run.error = std::sqrt(sum / scale_);
+  /// One run more; its error from the first.
+  void take_motion(Run& run, double most_seconds) const {
+    const MeasuredMotion measured =
+        measure_motion(cube_, find_integrator(run.method), run.options, config_.frames, most_seconds);
+    run.seconds.push_back(measured.seconds);
+    run.status = measured.status;
+    run.in_time = measured.in_time;
+    if (measured.ok() && std::isnan(run.error))
+      run.error = std::sqrt(squared_distance(cube_, measured.motion, true_) / scale_);
   }
 
   /// The same of the rest.
   std::string find_rest() {
     Run run{.method = "static", .options = {.tolerance = 1e-8}, .steps = 0};
-    rest_ = settle(run);
+    rest_ = settle(run, config_.most_reference_seconds);
+    if (!run.in_time) return "the reference of the rest takes too long";
     scale_ = cube_.squared_distance(rest_, cube_.start.x);
-    return run.status == Status::ok && scale_ > 0 ? "ok" : "the reference of the rest failed";
+    return run.ok() && scale_ > 0 ? "ok" : "the reference of the rest failed";
   }
 
   /// The same, from the largest tolerance on.
@@ -136,59 +168,31 @@ class Problem {
     return all;
   }
 
-  void take_rest(Run& run) const {
-    const Field<double> x = settle(run);
-    if (run.status == Status::ok) run.error = std::sqrt(cube_.squared_distance(x, rest_) / scale_);
+  void take_rest(Run& run, double most_seconds) const {
+    const Field<double> x = settle(run, most_seconds);
+    if (run.ok()) run.error = std::sqrt(cube_.squared_distance(x, rest_) / scale_);
   }
 
-  /// Of one explicit step [s].
-  double seconds_per_step() const {
-    const auto method = find_integrator("semi_implicit_euler").make<double>({.dt = bound_dt()});
-    State<double> state = cube_.start;
-    Work work;
-    const auto seconds_for = [&](long steps) {
-      return seconds_of(
-          [&] { method->advance(cube_.system, state, state.t + double(steps) * bound_dt(), work); });
-    };
-    return sample_length(5e-3, seconds_for).seconds_per_step;
-  }
+  double seconds_per_step() const { return explicit_step_seconds(cube_.system); }
+  /// The safe explicit step that divides a frame [s].
   double bound_dt() const { return explicit_steps(find_integrator("semi_implicit_euler"), bound_, frame).dt; }
 
  private:
-  double seconds_of_frame(const ExplicitSteps& choice) const {
-    return seconds_per_step() * double(choice.steps);
-  }
-
   void add_explicit(const ExplicitSteps& choice, std::vector<Run>& all) const {
     all.push_back({.method = choice.info->name, .options = {.dt = choice.dt}, .steps = double(choice.steps)});
   }
 
-  Motion move(Run& run) const {
-    Motion motion;
+  Field<double> settle(Run& run, double most_seconds) const {
     State<double> state = cube_.start;
     Work work;
-    double seconds = 0;
-    std::unique_ptr<Integrator<double>> integrator;
-    for (int i = 1; i <= config_.frames && run.status == Status::ok && seconds < config_.most_seconds; ++i) {
-      seconds += seconds_of([&] {
-        if (!integrator) integrator = find_integrator(run.method).make<double>(run.options);
-        run.status = integrator->advance(cube_.system, state, i * frame, work);
-      });
-      motion.push_back(state.x);
-    }
-    run.seconds.push_back(seconds);
-    if (std::ssize(motion) < config_.frames && run.status == Status::ok) run.status = Status::step_limit;
-    if (run.status == Status::ok && !motion.back().array().isFinite().all()) run.status = Status::non_finite;
-    if (run.status != Status::ok) motion.clear();
-    return motion;
-  }
-
-  Field<double> settle(Run& run) const {
-    State<double> state = cube_.start;
-    Work work;
+    TimeLimited system(cube_.system, most_seconds);
+    run.in_time = true;
     run.seconds.push_back(seconds_of([&] {
-      run.status =
-          find_integrator(run.method).make<double>(run.options)->advance(cube_.system, state, 0, work);
+      try {
+        run.status = find_integrator(run.method).make<double>(run.options)->advance(system, state, 0, work);
+      } catch (const OutOfTime&) {
+        run.in_time = false;
+      }
     }));
     return std::move(state.x);
   }
@@ -196,7 +200,7 @@ class Problem {
   const RegimesConfig& config_;
   HeldCube cube_;
   SpectralBound bound_;
-  Motion true_;
+  FramePositions true_;
   Field<double> rest_;
   double scale_ = 0;  ///< sum of squares of the true displacements [m^2]
 };
@@ -209,10 +213,11 @@ double tightest(bool at_rest) {
   return error;
 }
 
+bool meets(const Run& run, double error) { return run.ok() && run.error <= error; }
+
 /// Whether a run meets a demand, and takes at most twice the least time that does.
 bool is_contender(const std::vector<Run>& runs, const Run& run, bool at_rest) {
   constexpr double near = 2;
-  const auto meets = [](const Run& r, double error) { return r.status == Status::ok && r.error <= error; };
   for (const Demand& demand : demands()) {
     if (demand.at_rest != at_rest || !meets(run, demand.error)) continue;
     double least = std::numeric_limits<double>::infinity();
@@ -223,22 +228,35 @@ bool is_contender(const std::vector<Run>& runs, const Run& run, bool at_rest) {
   return false;
 }
 
-/// Every chain until it meets the tightest demand, or takes too long; then, interleaved, those that might be
-/// the cheapest again.
+/// Every chain until it meets the tightest demand, or its next run would take too long: longer than any may,
+/// or so many times as long as one that meets every demand. `take` makes a run that is stopped after some
+/// time.
 template <class Take>
-Json measured(const RegimesConfig& config, std::vector<std::vector<Run>> chains, bool at_rest, Take&& take) {
+std::vector<Run> first_runs(const RegimesConfig& config, std::vector<std::vector<Run>> chains, bool at_rest,
+                            Take&& take) {
   std::vector<Run> runs;
+  double most_seconds = config.most_seconds;
   for (std::vector<Run>& chain : chains)
     for (Run& run : chain) {
-      take(run);
+      take(run, most_seconds);
       runs.push_back(run);
-      if (run.error <= tightest(at_rest) || run.seconds.front() > config.most_seconds / 2) break;
+      const bool enough = meets(run, tightest(at_rest));
+      if (enough) most_seconds = std::min(most_seconds, config.most_over_best * run.seconds.front());
+      if (enough || run.seconds.front() > most_seconds / 2) break;
     }
+  return runs;
+}
+
+/// The first runs; then, interleaved, those that might be the cheapest again.
+template <class Take>
+Json measured(const RegimesConfig& config, std::vector<std::vector<Run>> chains, bool at_rest, Take&& take) {
+  std::vector<Run> runs = first_runs(config, std::move(chains), at_rest, take);
   std::vector<Run*> again;
   for (Run& run : runs)
     if (is_contender(runs, run, at_rest) && run.seconds.front() < config.most_seconds / 4)
       again.push_back(&run);
-  interleave(config.repetitions - 1, again.size(), Progress{}, [&](std::size_t i) { take(*again[i]); });
+  interleave(config.repetitions - 1, again.size(), Progress{},
+             [&](std::size_t i) { take(*again[i], config.most_seconds); });
   Json all = Json::array();
   for (const Run& run : runs) {
     const Quartiles time = quartiles(run.seconds);
@@ -248,7 +266,7 @@ Json measured(const RegimesConfig& config, std::vector<std::vector<Run>> chains,
                    {"q1", time.q1},
                    {"q3", time.q3},
                    {"error", run.error},
-                   {"status", to_string(run.status)}});
+                   {"status", run.outcome()}});
   }
   return all;
 }
@@ -266,11 +284,13 @@ Json compute_point(const RegimePoint& point, const RegimesConfig& config) {
   result["explicit_dt"] = problem.bound_dt();
   result["motion_status"] = problem.find_motion();
   if (result["motion_status"] == "ok")
-    result["motion"] =
-        measured(config, problem.motions(), false, [&](Run& run) { problem.take_motion(run); });
+    result["motion"] = measured(config, problem.motions(), false, [&](Run& run, double most_seconds) {
+      problem.take_motion(run, most_seconds);
+    });
   result["rest_status"] = problem.find_rest();
   if (result["rest_status"] == "ok")
-    result["rest"] = measured(config, problem.rests(), true, [&](Run& run) { problem.take_rest(run); });
+    result["rest"] = measured(config, problem.rests(), true,
+                              [&](Run& run, double most_seconds) { problem.take_rest(run, most_seconds); });
   return result;
 }
 

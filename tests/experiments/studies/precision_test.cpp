@@ -72,9 +72,15 @@ TEST(Precision, FailuresAreRowsWithAReason) {
   ASSERT_GT(tables.rows.size(), 3U);
   EXPECT_EQ(tables.rows.text(0, "status"), "non_finite");
   EXPECT_TRUE(std::isnan(tables.rows.number(0, "error")));
-  const Chart chart = precision_chart(tables.rows, tables.references, config.scenes[0].name, Cost::wall_time);
-  EXPECT_EQ(chart.series.back().label, "failed: non_finite");
-  EXPECT_FALSE(chart.series.back().points.empty());
+  const Chart chart = precision_chart(tables.rows, tables.references, config.scenes[0].name);
+  const ReferenceLine& line = chart.lines.back();
+  EXPECT_EQ(line.label, "failed: non_finite");
+  const ChartSeries &method = chart.series.front(), &failed = chart.series.back();
+  EXPECT_EQ(method.label, "velocity_verlet");
+  EXPECT_EQ(failed.style, 0);  // the marker of the method
+  ASSERT_FALSE(failed.points.empty());
+  for (const ChartPoint& point : failed.points) EXPECT_EQ(point.y, line.at);
+  for (const ChartPoint& point : method.points) EXPECT_LT(point.y, line.at);
 }
 
 TEST(Precision, DrawsFromItsFiles) {
@@ -86,7 +92,7 @@ TEST(Precision, DrawsFromItsFiles) {
   const std::vector<NamedTable> tables = precision_files(measure_precision(config, progress));
   expect_same_drawings(find_experiment("precision"), tables);
   const Drawings drawings = draw_precision(tables);
-  ASSERT_EQ(drawings.charts.size(), 3U);  // the overview, and two of the scene
+  ASSERT_EQ(drawings.charts.size(), 2U);  // the overview, and the scene
   EXPECT_NE(drawings.charts[1].chart.subtitle.find("; model: corotational"), std::string::npos);
 }
 
@@ -98,12 +104,64 @@ TEST(Precision, KeepsFinishedRunsWhenStopped) {
   EXPECT_TRUE(errors_of(tables.rows, "cvode_bdf").empty());
 }
 
-/// Runs as (integrator, error, seconds) on one scene.
+/// Runs as (integrator, error, seconds) on one scene, quartiles 2 percent apart.
 Table planted(const std::vector<std::tuple<std::string, double, double>>& runs) {
-  Table rows({{"scene"}, {"integrator"}, {"value"}, {"error"}, {"seconds"}, {"status"}});
+  Table rows({{"scene"}, {"integrator"}, {"value"}, {"error"}, {"seconds"}, {"q1"}, {"q3"}, {"status"}});
   for (const auto& [integrator, error, seconds] : runs)
-    rows.add({std::string("s"), integrator, 1e-3, error, seconds, std::string("ok")});
+    rows.add({std::string("s"), integrator, 1e-3, error, seconds, 0.99 * seconds, 1.01 * seconds,
+              std::string("ok")});
   return rows;
+}
+
+TEST(Precision, TimesHaveQuartilesAndAreCountedInExplicitSteps) {
+  PrecisionConfig config = small_config();
+  config.integrators = {"velocity_verlet", "backward_euler_linear"};
+  config.finest_halving = 4;
+  config.repetitions = 3;
+  Progress progress;
+  const PrecisionTables tables = measure_precision(config, progress);
+  const double step = tables.references.number(0, "explicit_step_seconds");
+  EXPECT_GT(step, 0);
+  for (std::size_t r = 0; r < tables.rows.size(); ++r) {
+    const bool ok = tables.rows.text(r, "status") == "ok";
+    EXPECT_EQ(tables.rows.number(r, "repeats"), ok ? 3 : 1);
+    EXPECT_LE(tables.rows.number(r, "q1"), tables.rows.number(r, "seconds"));
+    EXPECT_GE(tables.rows.number(r, "q3"), tables.rows.number(r, "seconds"));
+    EXPECT_DOUBLE_EQ(tables.rows.number(r, "explicit_steps"), tables.rows.number(r, "seconds") / step);
+    if (tables.rows.text(r, "integrator") == "backward_euler_linear")
+      EXPECT_GT(tables.rows.number(r, "explicit_steps"), 2 * tables.rows.number(r, "force_evaluations"));
+  }
+}
+
+TEST(PrecisionSummary, OverlappingQuartilesAreATie) {
+  const Table summary = precision_summary(planted({{"a", 5e-3, 1.0}, {"b", 1e-2, 1.015}, {"b", 1e-7, 8.0}}));
+  EXPECT_EQ(summary.number(0, "tie"), 1);
+  EXPECT_EQ(summary.text(0, "comparison"), "tie with b");
+  const Table clear = precision_summary(planted({{"a", 5e-3, 1.0}, {"b", 1e-2, 1.2}}));
+  EXPECT_EQ(clear.number(0, "tie"), 0);
+}
+
+TEST(PrecisionChart, ComparesTheCheapestOfBothKinds) {
+  const Chart chart = precision_overview(planted({{"verlet", 1e-2, 2.0},
+                                                  {"rk4", 1e-5, 4.0},
+                                                  {"backward_euler", 1e-2, 1.0},
+                                                  {"tr_bdf2", 1e-2, 0.5},
+                                                  {"tr_bdf2", 1e-4, 8.0}}));
+  ASSERT_EQ(chart.series.size(), 1U);
+  for (const ChartPoint& point : chart.series[0].points) {
+    EXPECT_GE(point.x, 0.99e-4);
+    EXPECT_DOUBLE_EQ(point.y, point.x > 0.99e-2 ? 0.25 : 2);
+  }
+  EXPECT_EQ(chart.series[0].points.size(), 7U);  // from 1e-4 to 1e-1
+}
+
+TEST(PrecisionChart, LeavesOutWhatIsNeverWithinTenTimesTheLeastTime) {
+  const Table references({{"scene"}, {"description"}, {"uncertainty"}, {"status"}});
+  const Chart chart = precision_chart(
+      planted({{"verlet", 1e-2, 1.0}, {"rk4", 1e-5, 9.0}, {"backward_euler", 1e-2, 11.0}}), references, "s");
+  ASSERT_EQ(chart.series.size(), 2U);
+  EXPECT_EQ(chart.series[0].label, "verlet");
+  EXPECT_EQ(chart.series[1].label, "rk4");
 }
 
 TEST(PrecisionSummary, NamesTheCheapestAndTheNext) {
@@ -133,7 +191,7 @@ TEST(PrecisionChart, DrawsAFamilyAsItsEnvelope) {
                                                {"vbd:5", 2e-2, 2.0},
                                                {"vbd:5", 1.5e-2, 5.0},
                                                {"b", 1e-2, 3.0}}),
-                                      references, "s", Cost::wall_time);
+                                      references, "s");
   ASSERT_EQ(chart.series.size(), 2U);
   EXPECT_EQ(chart.series[0].label, "vbd, best of 1, 5");
   ASSERT_EQ(chart.series[0].points.size(), 3U);  // without the one at 5 s
@@ -155,7 +213,8 @@ TEST(PrecisionConfigTest, TakesEveryMethodOfTheRegistry) {
         << info.name;
   EXPECT_THROW(precision_config({.integrators = {"static"}}), InputError);
   EXPECT_EQ(precision_config({.integrators = {"rk4"}}).integrators, std::vector<std::string>{"rk4"});
-  EXPECT_EQ(precision_config({}).scenes.size(), 12U);
+  EXPECT_EQ(precision_config({}).scenes.size(), 7U);
+  EXPECT_EQ(small_scenes(precision_config({}).scenes).size(), 3U);
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ TEST(Regimes, TheCheapestMeetsTheDemandAndTheNextIsOfAnotherKind) {
   EXPECT_EQ(at(cheapest, "motion_10").number(0, "tie"), 0);
   EXPECT_DOUBLE_EQ(at(cheapest, "motion_10").number(0, "factor"), 3);
   EXPECT_EQ(at(cheapest, "motion_1").text(0, "method"), "verlet");
-  EXPECT_EQ(at(cheapest, "motion_1").text(0, "status"), "no other kind met it");
+  EXPECT_EQ(at(cheapest, "motion_1").text(0, "status"), "no other kind met it in time");
   EXPECT_EQ(at(cheapest, "rest_1").text(0, "status"), "no reference");
   const Table nothing = cheapest_methods(planted({{"xpbd", 1, 0.3}}));
   EXPECT_EQ(at(nothing, "motion_10").text(0, "status"), "nothing that was tried met it");
@@ -129,29 +129,127 @@ TEST(Regimes, TheGridIsFinerWhereTheKindChanges) {
   EXPECT_EQ(points_between("verlet", "damped_verlet"), 2U);
 }
 
+/// Explicit frames cost as the square root of the modulus, others a constant; measured to a tenth, on a grid
+/// of quarter decades.
+TEST(Regimes, PredictedAndMeasuredBoundariesAgreeWithinTheGrid) {
+  constexpr double step_seconds = 1e-6, other_frame = 1.3e-4;
+  for (const double noise : {0.9, 1.0, 1.1}) {
+    Table points(
+        {{"cells"}, {"damping_ratio"}, {"young"}, {"explicit_step_seconds"}, {"safe_dt"}, {"status"}});
+    Table runs = planted({}, 1e6);
+    for (int i = 0; i <= 20; ++i) {
+      const double young = 1e4 * std::pow(10, i / 4.0), steps = 5 * std::sqrt(young / 1e4);
+      points.add({4, 0.05, young, step_seconds, frame / steps, std::string("ok")});
+      const Table more =
+          planted({{"verlet", noise * steps * step_seconds, 1e-4}, {"xpbd", other_frame, 0.3}}, young);
+      for (const auto& row : more.rows()) runs.add(row);
+    }
+    const Table found = boundaries(points, runs, cheapest_methods(runs), 1);
+    ASSERT_EQ(found.size(), 1U);
+    const double exact = 1e4 * std::pow(other_frame / step_seconds / 5, 2);
+    EXPECT_NEAR(found.number(0, "predicted") / exact, 1, 1e-9);
+    EXPECT_GT(worst_factor(found), 1);
+    EXPECT_LT(worst_factor(found), std::pow(10, 1 / 8.0) / 0.81);  // half a cell of the grid, and the noise
+  }
+}
+
+TEST(Regimes, TheWorstFactorCountsBothWays) {
+  Table rows({{"factor"}, {"status"}});
+  rows.add({1.2, std::string("ok")});
+  rows.add({0.4, std::string("ok")});
+  rows.add({std::nan(""), std::string("no change")});
+  EXPECT_DOUBLE_EQ(worst_factor(rows), 2.5);
+  EXPECT_TRUE(std::isnan(worst_factor(rows.where("status", "no change"))));
+}
+
+/// The referee's cube, of fewer cells: at rest after a second, all methods store the energy that statics say,
+/// and the quasi-static answer does not depend on the step.
+TEST(Regimes, TheLoadedCubeComesToTheSameRestByEveryMethod) {
+  RegimesConfig config{.repetitions = 1, .loaded = {.cells = 4, .moduli = {1e9}}};
+  Table loaded = empty_loaded();
+  add_loaded(config.loaded, 1e9, compute_loaded(1e9, config), loaded);
+  const HeldCube cube({.young = 1e9, .poisson = 0.3}, 4, 0.5, 1,
+                      {{.box = {{1, 0, 0}, {1, 1, 1}}, .force = Vec3(0, 0, -1e5)}});
+  State<double> rest = cube.start;
+  Work work;
+  ASSERT_EQ(find_integrator("static").make<double>({})->advance(cube.system, rest, 0, work), Status::ok);
+  const double stored = cube.system.stored_energy(rest.x).elastic + cube.system.stored_energy(rest.x).volume;
+  ASSERT_GE(loaded.size(), 7U);
+  for (std::size_t r = 0; r < loaded.size(); ++r) {
+    const std::string& method = loaded.text(r, "method");
+    EXPECT_EQ(loaded.text(r, "status"), "ok") << method;
+    EXPECT_NEAR(loaded.number(r, "stored") / stored, 1, 1e-8) << method;
+    EXPECT_LT(loaded.number(r, "kinetic"), 1e-12 * stored) << method;
+    EXPECT_LT(loaded.number(r, "energy_difference"), 1e-8) << method;
+    if (loaded.text(r, "kind") == "implicit")
+      EXPECT_GT(loaded.number(r, "motion_difference"), 1e-4) << method;
+  }
+}
+
+/// Explicit steps cost as the square root of the modulus: 1 s at 1e8 Pa, 10 s at 1e10; the others 2 s.
+TEST(Regimes, LoadedCubesCrossWhereTimesAreEqual) {
+  Table loaded({{"young"}, {"method"}, {"kind"}, {"seconds"}, {"status"}});
+  for (const double young : {1e8, 1e9, 1e10}) {
+    loaded.add({young, "verlet", "explicit", std::sqrt(young / 1e8), "ok"});
+    loaded.add({young, "semi_implicit_euler", "explicit", 1.5 * std::sqrt(young / 1e8), "ok"});
+    loaded.add({young, "a", "implicit", 2.0, "ok"});
+    loaded.add({young, "b", "implicit", 0.5, "ok"});
+    loaded.add({young, "c", "implicit", 50.0, "ok"});
+    loaded.add({young, "d", "implicit", 0.1, "newton_stalled"});
+  }
+  const Table crossings = loaded_crossings(loaded);
+  ASSERT_EQ(crossings.size(), 4U);
+  EXPECT_NEAR(crossings.number(0, "young"), 4e8, 1);
+  EXPECT_EQ(crossings.text(0, "status"), "ok");
+  EXPECT_EQ(crossings.text(1, "status"), "costs less at every modulus tried");
+  EXPECT_EQ(crossings.text(2, "status"), "costs more at every modulus tried");
+  EXPECT_EQ(crossings.text(3, "status"), "no run finished");
+}
+
+/// A limit of time ends what cannot end in it, an equilibrium too, and no more is said of it than that.
+TEST(Regimes, RunsAreStoppedWhenTheyTakeTooLong) {
+  RegimesConfig config{.frames = 3, .repetitions = 1, .most_seconds = 1e-9};
+  const Json result = compute_point({2, 0.5, 1e6}, config);
+  for (const char* what : {"motion", "rest"}) {
+    EXPECT_EQ(result[std::string(what) + "_status"], "ok");
+    ASSERT_FALSE(result[what].empty());
+    for (const Json& run : result[what]) {
+      EXPECT_EQ(run["status"], too_slow) << run["method"];
+      EXPECT_TRUE(std::isnan(run["error"].get<double>())) << run["method"];
+    }
+  }
+  config.most_reference_seconds = 1e-9;
+  const Json without = compute_point({2, 0.5, 1e6}, config);
+  EXPECT_EQ(without["motion_status"], "the reference of the motion would take too long");
+  EXPECT_EQ(without["rest_status"], "the reference of the rest takes too long");
+}
+
 TEST(Regimes, MeasuresAndDrawsFromItsFiles) {
   RegimesConfig config{.cells = {2},
                        .damping_ratios = {0.5},
                        .moduli = {1e4, 1e10},
                        .frames = 3,
                        .repetitions = 1,
-                       .most_seconds = 2};
+                       .most_seconds = 2,
+                       .loaded = {.cells = 2, .frames = 3, .moduli = {1e8, 1e9}}};
   Journal journal;
   Progress progress;
-  const RegimesTables tables = measure_regimes(config, 1, journal, progress);
+  RegimesTables tables = measure_regimes(config, 1, journal, progress);
   EXPECT_EQ(tables.status, Status::ok);
   EXPECT_EQ(tables.points.size(), 2U);
   EXPECT_EQ(tables.cheapest.size(), 2 * demands().size());
+  EXPECT_EQ(tables.loaded.distinct_numbers("young").size(), 2U);
   for (std::size_t r = 0; r < tables.runs.size(); ++r)
     EXPECT_TRUE(tables.runs.text(r, "status") != "ok" || tables.runs.number(r, "error") >= 0);
-  const std::vector<NamedTable> files{{"regimes", tables.cheapest},
-                                      {"regimes_runs", tables.runs},
-                                      {"regimes_points", tables.points},
-                                      {"regimes_boundaries", tables.boundaries}};
+  const std::vector<NamedTable> files = regimes_files(std::move(tables));
   expect_same_drawings(find_experiment("regimes"), files);
   const Drawings drawn = draw_regimes(files);
   ASSERT_EQ(drawn.maps.size(), 1U);
   EXPECT_EQ(drawn.maps[0].chart.panels.size(), demands().size());
+  EXPECT_EQ(drawn.maps[0].chart.columns, int(demands().size()));
+  ASSERT_EQ(drawn.charts.size(), 1U);
+  EXPECT_EQ(drawn.charts[0].chart.series.size(),
+            find_table(files, "regimes_loaded").distinct("method").size());
 }
 
 }  // namespace
