@@ -186,8 +186,8 @@ PrecisionConfig precision_config(const ExperimentOptions& options) {
   config.scenes = small_bodies();
   config.scenes.push_back(turned_cube());
   if (options.quick) {
-    config.seconds_per_run = config.seconds_to_agree = 0.12;
-    config.seconds_per_row = 0.05;
+    config.seconds_per_run = config.seconds_to_agree = 0.06;
+    config.seconds_per_row = 0.03;
     return config;
   }
   config.scenes.push_back(twisted_cube());

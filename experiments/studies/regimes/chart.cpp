@@ -54,7 +54,7 @@ ChartAxis modulus_axis(double low, double high) {
 MapChart map_of(const Table& cheapest, const Table& boundaries) {
   const std::vector<double> ratios = cheapest.distinct_numbers("damping_ratio"),
                             moduli = cheapest.distinct_numbers("young");
-  ChartAxis y{.label = "damping ratio of every spring", .low = -0.5, .high = double(ratios.size()) - 0.5};
+  ChartAxis y{.label = "damping ratio", .low = -0.5, .high = double(ratios.size()) - 0.5};
   for (std::size_t i = 0; i < ratios.size(); ++i) {
     y.ticks.push_back(double(i));
     y.names.push_back(short_number(ratios[i]));

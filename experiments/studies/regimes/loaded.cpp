@@ -55,7 +55,7 @@ void take(const HeldCube& cube, const LoadedConfig& config, LoadedRun& run) {
   MeasuredMotion measured = measure_motion(cube, *run.info, run.options, config.frames);
   run.seconds.push_back(measured.seconds);
   if (run.seconds.size() > 1) return;
-  run.end = measure(cube.system, measured.end);
+  if (measured.ok()) run.end = measure(cube.system, measured.end);
   run.first = std::move(measured);
 }
 
@@ -142,7 +142,7 @@ void add_loaded(const LoadedConfig& config, double young, const Json& runs, Tabl
 }
 
 Table loaded_crossings(const Table& loaded) {
-  Table table({{"method"}, {"young", "Pa"}, {"status"}});
+  Table table({{"method"}, {"young", "Pa"}, {"largest_energy_difference"}, {"status"}});
   const std::map<double, double> least = quickest(loaded, "");
   for (const std::string& method : loaded.where("kind", "implicit").distinct("method")) {
     std::vector<double> log_moduli, log_ratios;
@@ -152,7 +152,12 @@ Table loaded_crossings(const Table& loaded) {
         log_ratios.push_back(std::log(other->second / seconds));
       }
     const double young = crossing(log_moduli, log_ratios);
-    table.add({method, young,
+    double difference = none;
+    const Table runs = loaded.where("method", method).where("status", "ok");
+    for (std::size_t r = 0; r < runs.size(); ++r)
+      if (runs.number(r, "young") >= young)
+        difference = std::fmax(difference, runs.number(r, "energy_difference"));
+    table.add({method, young, difference,
                std::string(std::isnan(young)                      ? "no run finished"
                            : std::log(young) < log_moduli.front() ? "costs less at every modulus tried"
                            : std::log(young) > log_moduli.back()  ? "costs more at every modulus tried"
@@ -174,6 +179,7 @@ Chart loaded_chart(const Table& loaded, const Table& crossings) {
     const Table rows = loaded.where("method", method);
     const bool is_explicit = rows.text(0, "kind") == "explicit";
     ChartSeries series{.label = is_explicit ? method + ", safe step" : method};
+    if (rows.where("status", "ok").size() == 0) series.label += ": " + rows.text(0, "status");
     for (std::size_t r = 0; r < rows.size(); ++r)
       if (rows.text(r, "status") == "ok")
         series.points.push_back(

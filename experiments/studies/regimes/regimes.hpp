@@ -109,7 +109,8 @@ double crossing(const std::vector<double>& log_moduli, const std::vector<double>
 /// frames and particles, over that of the displacements.
 Table empty_loaded();
 void add_loaded(const LoadedConfig& config, double young, const Json& runs, Table& loaded);
-/// Per method that is no explicit one: the modulus from which on it takes less time than any of those.
+/// Per method that is no explicit one: the modulus from which on it takes less time than any of those, and
+/// how far its energy is from that of velocity Verlet there, at most.
 Table loaded_crossings(const Table& loaded);
 /// Wall time of the loaded cube against Young's modulus, a line a method.
 Chart loaded_chart(const Table& loaded, const Table& crossings);
