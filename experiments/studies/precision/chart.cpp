@@ -218,16 +218,15 @@ Chart precision_chart(const Table& rows, const Table& references, const std::str
 }
 
 Chart precision_overview(const Table& rows) {
-  Chart chart{
-      .title =
-          "Is an implicit method worth its cost? Time of the cheapest one over the cheapest explicit one",
-      .subtitle =
-          "below 1 implicit methods win; one line a scene: cells, stiffness, damping (precision_references)",
-      .x = {.label = "required error of positions / displacement",
-            .logarithmic = true,
-            .low = 5e-10,
-            .high = 0.2},
-      .y = {.label = "cheapest for any step / cheapest explicit", .logarithmic = true}};
+  Chart chart{.title = "When is an implicit method worth its cost?",
+              .subtitle =
+                  "time of the cheapest method for any step over that of the cheapest explicit one; a "
+                  "line a scene; below 1 explicit loses",
+              .x = {.label = "required error of positions / displacement",
+                    .logarithmic = true,
+                    .low = 5e-10,
+                    .high = 0.2},
+              .y = {.label = "cheapest for any step / cheapest explicit", .logarithmic = true}};
   for (const std::string& scene : rows.distinct("scene")) {
     const Table runs = rows.where("scene", scene);
     ChartSeries series{.label = scene};

@@ -24,7 +24,7 @@ struct PrecisionConfig {
   std::vector<std::string> integrators;
   std::string model = spring_model;
   double seconds_per_run = 1;    ///< a method's next run is left out if it would take longer,
-  double seconds_to_agree = 20;  ///< or, in small bodies that do not agree with the reference yet, this long
+  double seconds_to_agree = 5;   ///< or, in small bodies that do not agree with the reference yet, this long
   int repetitions = 5;           ///< of every run,
   double seconds_per_row = 0.5;  ///< until it has taken that long
   double reference_tolerance = 1e-12;  ///< of both reference methods

@@ -128,8 +128,9 @@ TEST(Precision, TimesHaveQuartilesAndAreCountedInExplicitSteps) {
     EXPECT_LE(tables.rows.number(r, "q1"), tables.rows.number(r, "seconds"));
     EXPECT_GE(tables.rows.number(r, "q3"), tables.rows.number(r, "seconds"));
     EXPECT_DOUBLE_EQ(tables.rows.number(r, "explicit_steps"), tables.rows.number(r, "seconds") / step);
-    if (tables.rows.text(r, "integrator") == "backward_euler_linear")
+    if (tables.rows.text(r, "integrator") == "backward_euler_linear") {
       EXPECT_GT(tables.rows.number(r, "explicit_steps"), 2 * tables.rows.number(r, "force_evaluations"));
+    }
   }
 }
 

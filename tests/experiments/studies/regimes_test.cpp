@@ -165,7 +165,9 @@ TEST(Regimes, TheWorstFactorCountsBothWays) {
 /// Of fewer cells: at rest after a second, explicit methods and backward Euler store the energy that statics
 /// say. Methods of second order that iterate a few times do not come to rest with a step a frame.
 TEST(Regimes, TheLoadedCubeComesToTheSameRest) {
-  RegimesConfig config{.repetitions = 1, .loaded = {.cells = 4, .moduli = {1e9}}};
+  RegimesConfig config;
+  config.repetitions = 1;
+  config.loaded = {.cells = 4, .moduli = {1e9}};
   Table loaded = empty_loaded();
   add_loaded(config.loaded, 1e9, compute_loaded(1e9, config), loaded);
   const HeldCube cube({.young = 1e9, .poisson = 0.3}, 4, 0.5, 1,
@@ -182,8 +184,9 @@ TEST(Regimes, TheLoadedCubeComesToTheSameRest) {
     EXPECT_NEAR(loaded.number(r, "stored") / stored, 1, 1e-8) << method;
     EXPECT_LT(loaded.number(r, "kinetic"), 1e-12 * stored) << method;
     EXPECT_LT(loaded.number(r, "energy_difference"), 1e-8) << method;
-    if (loaded.text(r, "kind") == "implicit")
+    if (loaded.text(r, "kind") == "implicit") {
       EXPECT_GT(loaded.number(r, "motion_difference"), 1e-4) << method;
+    }
   }
 }
 
@@ -210,7 +213,10 @@ TEST(Regimes, LoadedCubesCrossWhereTimesAreEqual) {
 
 /// A limit of time ends what cannot end in it, an equilibrium too, and no more is said of it than that.
 TEST(Regimes, RunsAreStoppedWhenTheyTakeTooLong) {
-  RegimesConfig config{.frames = 3, .repetitions = 1, .most_seconds = 1e-9};
+  RegimesConfig config;
+  config.frames = 3;
+  config.repetitions = 1;
+  config.most_seconds = 1e-9;
   const Json result = compute_point({2, 0.5, 1e6}, config);
   for (const char* what : {"motion", "rest"}) {
     EXPECT_EQ(result[std::string(what) + "_status"], "ok");
