@@ -1,58 +1,93 @@
 #include "reference/plain_loop.hpp"
 
+#include <omp.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
 
 namespace mss::reference {
 
-PlainLoop::PlainLoop(const Algorithm1& model)
-    : gravity_(model.gravity()),
-      volume_stiffness_(model.volume_stiffness()),
-      cell_volume_(model.cell_volume()),
+template <class Real>
+PlainLoop<Real>::PlainLoop(const Algorithm1& model, int threads)
+    : threads_(threads),
+      gravity_(model.gravity().cast<Real>()),
+      volume_stiffness_(Real(model.volume_stiffness())),
+      cell_volume_(Real(model.cell_volume())),
       cells_(model.cells()) {
   for (const auto& p : model.particles()) {
-    x_.push_back(p.x);
-    v_.push_back(p.v);
-    mass_.push_back(p.mass);
+    x_.push_back(p.x.cast<Real>());
+    v_.push_back(p.v.cast<Real>());
+    mass_.push_back(Real(p.mass));
   }
-  f_.resize(x_.size());
+  f_.assign(std::size_t(threads), std::vector<Vector>(x_.size()));
   for (const auto& s : model.springs())
-    springs_.push_back({std::uint32_t(s.p1), std::uint32_t(s.p2), s.stiffness, s.rest_length, s.damping});
+    springs_.push_back(
+        {std::uint32_t(s.p1), std::uint32_t(s.p2), Real(s.stiffness), Real(s.rest_length), Real(s.damping)});
 }
 
-void PlainLoop::step(double dt) {
-  for (std::size_t i = 0; i < x_.size(); ++i) f_[i] = mass_[i] * gravity_;
-  for (const Spring& s : springs_) {
-    const Vec3 d = x_[s.b] - x_[s.a];
-    const double inverse = 1 / std::sqrt(d.squaredNorm());
-    const double damping = s.damping * inverse * d.dot(v_[s.b] - v_[s.a]);
-    const Vec3 f = (s.stiffness + inverse * (damping - s.stiffness * s.rest_length)) * d;
-    f_[s.a] += f;
-    f_[s.b] -= f;
+template <class Real>
+void PlainLoop<Real>::step(double dt) {
+  if (threads_ == 1) {
+    add_forces(0, 1);
+    move_particles(Real(dt), 0, 1);
+    return;
   }
-  if (volume_stiffness_ != 0) add_volume_forces();
-  for (std::size_t i = 0; i < x_.size(); ++i) {
-    v_[i] += dt / mass_[i] * f_[i];
+#pragma omp parallel num_threads(threads_)
+  {
+    const auto rank = std::size_t(omp_get_thread_num()), ranks = std::size_t(omp_get_num_threads());
+    add_forces(rank, ranks);
+#pragma omp barrier
+    move_particles(Real(dt), rank, ranks);
+  }
+}
+
+template <class Real>
+void PlainLoop<Real>::add_forces(std::size_t rank, std::size_t ranks) {
+  std::vector<Vector>& f = f_[rank];
+  for (Vector& force : f) force.setZero();
+  for (std::size_t i = springs_.size() * rank / ranks; i < springs_.size() * (rank + 1) / ranks; ++i) {
+    const Spring& s = springs_[i];
+    const Vector d = x_[s.b] - x_[s.a];
+    const Real inverse = 1 / std::sqrt(d.squaredNorm());
+    const Real damping = s.damping * inverse * d.dot(v_[s.b] - v_[s.a]);
+    const Vector force = (s.stiffness + inverse * (damping - s.stiffness * s.rest_length)) * d;
+    f[s.a] += force;
+    f[s.b] -= force;
+  }
+  if (volume_stiffness_ == 0) return;
+  for (std::size_t i = cells_.size() * rank / ranks; i < cells_.size() * (rank + 1) / ranks; ++i)
+    add_volume_force(cells_[i], f);
+}
+
+template <class Real>
+void PlainLoop<Real>::add_volume_force(const Algorithm1::Cell& cell, std::vector<Vector>& f) const {
+  const auto p = [&](int i) -> const Vector& { return x_[cell.p[std::size_t(i - 1)]]; };
+  const Vector a = p(8) - p(1), b = p(7) - p(2), c = p(6) - p(3), d = p(5) - p(4);
+  constexpr Real quarter = Real(0.25);
+  const Vector x = quarter * (a - b - c + d), y = quarter * (a + b - c - d), z = quarter * (a + b + c + d);
+  const Vector yz = y.cross(z), zx = z.cross(x), xy = x.cross(y);
+  const Real g = -volume_stiffness_ * (x.dot(yz) - cell_volume_) / (4 * cell_volume_);
+  const auto push = [&](int upper, int lower, const Vector& force) {
+    f[cell.p[std::size_t(upper - 1)]] += force;
+    f[cell.p[std::size_t(lower - 1)]] -= force;
+  };
+  push(8, 1, g * (yz + zx + xy));
+  push(7, 2, g * (-yz + zx + xy));
+  push(6, 3, g * (-yz - zx + xy));
+  push(5, 4, g * (yz - zx + xy));
+}
+
+template <class Real>
+void PlainLoop<Real>::move_particles(Real dt, std::size_t rank, std::size_t ranks) {
+  for (std::size_t i = x_.size() * rank / ranks; i < x_.size() * (rank + 1) / ranks; ++i) {
+    Vector force = mass_[i] * gravity_ + f_[0][i];
+    for (std::size_t r = 1; r < ranks; ++r) force += f_[r][i];
+    v_[i] += dt / mass_[i] * force;
     x_[i] += dt * v_[i];
   }
 }
 
-void PlainLoop::add_volume_forces() {
-  for (const Algorithm1::Cell& cell : cells_) {
-    const auto p = [&](int i) -> const Vec3& { return x_[cell.p[std::size_t(i - 1)]]; };
-    const Vec3 a = p(8) - p(1), b = p(7) - p(2), c = p(6) - p(3), d = p(5) - p(4);
-    const Vec3 x = 0.25 * (a - b - c + d), y = 0.25 * (a + b - c - d), z = 0.25 * (a + b + c + d);
-    const Vec3 yz = y.cross(z), zx = z.cross(x), xy = x.cross(y);
-    const double g = -volume_stiffness_ * (x.dot(yz) - cell_volume_) / (4 * cell_volume_);
-    const auto push = [&](int upper, int lower, const Vec3& force) {
-      f_[cell.p[std::size_t(upper - 1)]] += force;
-      f_[cell.p[std::size_t(lower - 1)]] -= force;
-    };
-    push(8, 1, g * (yz + zx + xy));
-    push(7, 2, g * (-yz + zx + xy));
-    push(6, 3, g * (-yz - zx + xy));
-    push(5, 4, g * (yz - zx + xy));
-  }
-}
+template class PlainLoop<float>;
+template class PlainLoop<double>;
 
 }  // namespace mss::reference

@@ -161,26 +161,47 @@ std::vector<Truth> read_truths(const std::filesystem::path& file) {
   return truths;
 }
 
+namespace {
+
+/// The cell of a row, by its keys, and a column; "nothing" if there is none.
+std::string cell_at(const Parsed& table, const Baseline& baseline, const std::string& keys,
+                    const std::string& column_name) {
+  const auto row = std::find_if(table.rows.begin(), table.rows.end(),
+                                [&](const Cells& r) { return key_of(table.header, r, baseline) == keys; });
+  const auto column = std::find(table.header.begin(), table.header.end(), column_name);
+  const auto place = std::size_t(column - table.header.begin());
+  if (row == table.rows.end() || column == table.header.end() || place >= row->size()) return "nothing";
+  return (*row)[place];
+}
+
+/// What a truth is about: a cell, or the ratio of two.
+std::string found_by(const Truth& truth, const Parsed& table, const Baseline& baseline) {
+  const std::size_t over = truth.row.find(truth_ratio);
+  const std::string above = cell_at(table, baseline, truth.row.substr(0, over), truth.column);
+  if (over == std::string::npos) return above;
+  const std::string below =
+      cell_at(table, baseline, truth.row.substr(over + truth_ratio.size()), truth.column);
+  const auto a = number(above), b = number(below);
+  return a && b ? fmt::format("{}", *a / *b) : "nothing";
+}
+
+}  // namespace
+
 std::vector<Deviation> compare_with_truths(const std::vector<Truth>& truths, const std::string& table,
                                            std::string_view now, const Baseline& baseline) {
   const Parsed parsed(now);
   std::vector<Deviation> wrong;
   for (const Truth& truth : truths) {
     if (truth.table != table) continue;
-    const auto row = std::find_if(parsed.rows.begin(), parsed.rows.end(), [&](const Cells& r) {
-      return key_of(parsed.header, r, baseline) == truth.row;
-    });
-    const auto column = std::find(parsed.header.begin(), parsed.header.end(), truth.column);
-    const auto place = std::size_t(column - parsed.header.begin());
-    const std::string right = fmt::format("{}", truth.value);
-    if (row == parsed.rows.end() || column == parsed.header.end() || place >= row->size()) {
-      wrong.push_back({truth.row, truth.column, right, "nothing", "the truth, by " + truth.source});
+    const std::string found = found_by(truth, parsed, baseline), right = fmt::format("{}", truth.value);
+    if (found == "nothing") {
+      wrong.push_back({truth.row, truth.column, right, found, "the truth, by " + truth.source});
       continue;
     }
-    const auto found = number((*row)[place]);
+    const auto value = number(found);
     const double most = std::max(truth.relative * std::abs(truth.value), truth.absolute);
-    if (found && std::abs(*found - truth.value) <= most) continue;
-    wrong.push_back({truth.row, truth.column, right, (*row)[place],
+    if (value && std::abs(*value - truth.value) <= most) continue;
+    wrong.push_back({truth.row, truth.column, right, found,
                      fmt::format("the truth, by {}; may be off by {:.2g}", truth.source, most)});
   }
   return wrong;

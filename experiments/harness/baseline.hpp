@@ -44,11 +44,15 @@ struct Deviation {
 /// rows in the same order, and every number must keep to its rule; numbers that are not finite never do.
 std::vector<Deviation> compare(std::string_view before, std::string_view now, const Baseline& baseline);
 
+inline constexpr std::string_view truth_ratio = " over ";
+
 /// A number that a table must contain because it is right: from a closed form, finite elements, or a
 /// converged reference. Unlike a baseline it is never promoted.
 struct Truth {
   std::string table;  ///< name of its file, without extension
-  std::string row;    ///< its keys, as in Deviation
+  /// Its keys, as in Deviation. Two rows joined by truth_ratio: the truth is about the ratio of their
+  /// numbers, as that of two errors, which a method's order predicts.
+  std::string row;
   std::string column;
   double value = 0;
   double relative = 0, absolute = 0;  ///< largest error allowed, whichever is more

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "core/measures.hpp"
 #include "experiments/harness/settings.hpp"
@@ -31,12 +32,12 @@ constexpr double largest_shown = 10;  ///< relative energy error
 struct Problem {
   explicit Problem(const EnergyConfig& c)
       : body(c.body),
-        owned(make_system<double>(c.model, body, {}, c.threads)),
+        owned(make_system<double>(c.model, body, c.environment, c.threads)),
         system(*owned),
         start(stretched_state(system, c.stretch)),
         steps(c.steps) {
     energy = measure(system, start).total();
-    dt = c.step_share * central_limit(system.spectral_bound().omega, 0);
+    dt = c.dt > 0 ? c.dt : c.step_share * central_limit(system.spectral_bound().omega, 0);
     options.dt = dt;
     options.tolerance = c.tolerance;
     scale_errors(options, system);
@@ -148,6 +149,19 @@ EnergyConfig energy_config(const ExperimentOptions& options) {
   return config;
 }
 
+EnergyConfig one_mode_config() {
+  EnergyConfig config;
+  constexpr double h = 1, density = 1000;
+  config.body = {.voxels = VoxelGrid::box(1, 1, 1), .cell_size = h, .density = density};
+  config.body.fill({.young = 1e4, .poisson = 0.3}, 0.5);
+  config.environment.holds = {{.box = {{0, 0, 0}, {h, h, 0}}},
+                              {.box = {{0, 0, h}, {h, h, h}}, .axes = {true, true, false}}};
+  config.stretch = 1 + 1e-6;
+  config.dt = mode_step / std::sqrt(2 * cubic_stiffness(config.body.springs, h).c11 / (density * h * h));
+  config.steps = 100;
+  return config;
+}
+
 EnergyTables measure_energy(const EnergyConfig& config, Progress& progress) {
   EnergyTables tables{
       Table({{"integrator"}, {"step"}, {"t", "s"}, {"energy_error"}, {"steps_taken"}, {"status"}})};
@@ -229,13 +243,24 @@ Drawings draw_energy(const std::vector<NamedTable>& tables) {
   return {.charts = {{"energy", energy_chart(rows, find_table(tables, "energy_settings"))}}};
 }
 
+/// The free cube, and the one mode of a cell whose energy has a closed form.
 Table baseline_table(const BaselineOptions& options, Progress& progress) {
-  EnergyConfig config = energy_config({.integrators = moving_integrators({})});
-  config.steps = options.quick ? 2000 : 20000;
-  std::erase_if(config.integrators,
+  EnergyConfig cube = energy_config({.integrators = moving_integrators({})}), mode = one_mode_config();
+  cube.steps = options.quick ? 2000 : 20000;
+  std::erase_if(cube.integrators,
                 [](const std::string& name) { return find_integrator(name).stepping != Stepping::fixed; });
-  config.threads = options.threads;
-  return measure_energy(config, progress).rows;
+  mode.integrators = cube.integrators;
+  cube.threads = mode.threads = options.threads;
+  Table table(
+      {{"start"}, {"integrator"}, {"step"}, {"t", "s"}, {"energy_error"}, {"steps_taken"}, {"status"}});
+  for (const auto& [start, config] : {std::pair{"stretched cube", &cube}, {"one mode", &mode}}) {
+    const Table rows = measure_energy(*config, progress).rows;
+    for (std::vector<Cell> row : rows.rows()) {
+      row.insert(row.begin(), std::string(start));
+      table.add(std::move(row));
+    }
+  }
+  return table;
 }
 
 }  // namespace
@@ -246,7 +271,7 @@ ExperimentInfo experiment() {
           .accepts = {.integrators = moving_families, .model = true},
           .run = run_energy,
           .draw = draw_energy,
-          .baseline = {.keys = {"integrator", "step"},
+          .baseline = {.keys = {"start", "integrator", "step"},
                        .rules = {{"t", 1e-12}, {"energy_error", 1e-4, 1e-10}},
                        .table = baseline_table}};
 }

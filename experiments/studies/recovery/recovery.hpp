@@ -51,6 +51,8 @@ RecoveryConfig recovery_config(const ExperimentOptions& options);
 
 /// Mirrored, a folded layer, a corner, edge, face and patch pushed in, flat, shrunk, random.
 const std::vector<TrappedState>& trapped_states();
+/// Rotated by two radians as a whole, which stores no energy: no trap, every model must recover from it.
+const TrappedState& turned_state();
 /// As charts and tables name it.
 std::string to_string(const TrappedState& state);
 

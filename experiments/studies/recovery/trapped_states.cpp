@@ -1,6 +1,8 @@
 // The states that `mss recovery` traps a cube in.
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+
 #include "experiments/studies/recovery/recovery.hpp"
 
 namespace mss::studies::recovery {
@@ -13,6 +15,11 @@ constexpr double perturbation = 1e-3;  ///< of places, by which seeds of a state
 bool is_top(double place) { return place > n - 0.5; }
 
 Vec3 mirrored(const Vec3& p, const Vec3& u, double) { return Vec3(n - p[0], p[1], p[2]) + perturbation * u; }
+
+Vec3 turned(const Vec3& p, const Vec3& u, double) {
+  const Vec3 middle = Vec3::Constant(n / 2);
+  return middle + Eigen::AngleAxisd(2, Vec3(1, 2, 3).normalized()) * (p - middle) + perturbation * u;
+}
 
 Vec3 folded_layer(const Vec3& p, const Vec3& u, double) {
   return Vec3(p[0], p[1], is_top(p[2]) ? n - 2 : p[2]) + perturbation * u;
@@ -60,6 +67,11 @@ const std::vector<TrappedState>& trapped_states() {
     return states;
   }();
   return all;
+}
+
+const TrappedState& turned_state() {
+  static const TrappedState state{"turned", 0, turned};
+  return state;
 }
 
 const std::vector<Landing>& landings() {

@@ -248,19 +248,4 @@ Chart crossover_chart(const Table& rows) {
   return chart;
 }
 
-Chart crossover_error_chart(const Table& rows) {
-  Chart chart{
-      .title = "The error of one implicit step, and of the explicit steps it replaces",
-      .subtitle =
-          "positions after 1/60 s, root mean square over how far they moved; reference: damped Verlet, "
-          "smaller steps",
-      .x = {.label = "Δt ω, step of 1/60 s times the largest frequency", .logarithmic = true},
-      .y = {.label = "error over motion", .logarithmic = true}};
-  for (const char* kind : {"implicit", "explicit"})
-    for (const double n : rows.distinct_numbers("cells"))
-      chart.series.push_back({.label = fmt::format("{}, n = {}", kind, n),
-                              .points = errors(rows, n, fmt::format("{}_error", kind))});
-  return chart;
-}
-
 }  // namespace mss::studies::stiffness

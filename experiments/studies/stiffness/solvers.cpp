@@ -220,37 +220,4 @@ Chart linear_solve_chart(const Table& rows) {
   return chart;
 }
 
-/// Spaced so that the ratio of bulk to shear modulus, to which 1 / (1 - 2 nu) is proportional for large
-/// ratios, grows evenly in logarithms.
-Chart iterations_chart(const Table& rows) {
-  const auto spacing = [](double poisson) { return 1 / (1 - 2 * poisson); };
-  int cells = 0;
-  std::vector<double> ratios;
-  for (const double n : rows.distinct_numbers("cells"))
-    if (const auto at = rows.where("cells", n).distinct_numbers("poisson"); at.size() >= ratios.size()) {
-      cells = int(n);
-      ratios = at;
-    }
-  const Table charted = rows.where("cells", cells).where("dt_omega", charted_dt_omega);
-  Chart chart{
-      .title = "Iterations of linear solvers towards incompressible material",
-      .subtitle = fmt::format("to a residual of 1e-6; {} cells per edge, Δt ω = {}; bent and stretched cube, "
-                              "one face held",
-                              cells, charted_dt_omega),
-      .x = {.label = "Poisson's ratio ν", .logarithmic = true},
-      .y = {.label = "iterations", .logarithmic = true},
-      .series = series_of(charted, [](const Table& t, std::size_t r) {
-        return ChartPoint{1 / (1 - 2 * t.number(r, "poisson")),
-                          t.number(r, "products") > 0 ? t.number(r, "products") : none};
-      })};
-  for (const double ratio : ratios) {
-    chart.x.ticks.push_back(spacing(ratio));
-    chart.x.names.push_back(fmt::format("{:g}", ratio));
-  }
-  std::erase_if(chart.series, [](const ChartSeries& s) {  // direct solvers
-    return std::none_of(s.points.begin(), s.points.end(), [](const ChartPoint& p) { return p.y > 0; });
-  });
-  return chart;
-}
-
 }  // namespace mss::studies::stiffness

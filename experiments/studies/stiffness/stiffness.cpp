@@ -23,7 +23,6 @@ namespace {
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* cholmod = "cvode_bdf/cholmod";
 constexpr const char* klu = "cvode_bdf_klu";
-constexpr double failure_height = 100;  ///< [s]; where failures are drawn
 
 BodyConfig cube(const StiffnessConfig& config, int n, double young) {
   BodyConfig body{.voxels = VoxelGrid::box(n, n, n), .cell_size = 1.0 / n};
@@ -333,25 +332,6 @@ Table stiffness_summary(const Table& rows) {
   return summary;
 }
 
-Chart stiffness_chart(const Table& rows, int cells) {
-  Chart chart{
-      .title = fmt::format("Time of a frame of a damped cube, {} cells per edge", cells),
-      .subtitle =
-          "1/60 s; CVODE's BDF with each linear solver and Adams at a tolerance of 1e-6, damped Verlet at "
-          "its safe step",
-      .x = {.label = "Young's modulus", .logarithmic = true, .unit = "Pa"},
-      .y = {.label = "wall time", .logarithmic = true, .unit = "s"}};
-  for (const std::string& method : rows.distinct("method"))
-    if (ChartSeries series{.label = method, .points = times(rows, method, cells)}; !series.points.empty())
-      chart.series.push_back(std::move(series));
-  for (std::size_t r = 0; r < rows.size(); ++r)
-    if (rows.text(r, "status") != "ok" && rows.number(r, "cells") == cells)
-      chart.series.push_back({.label = fmt::format("{}: {}", rows.text(r, "method"), rows.text(r, "status")),
-                              .points = {{rows.number(r, "young"), failure_height}},
-                              .lines = false});
-  return chart;
-}
-
 Chart stiffness_overview(const Table& rows) {
   Chart chart{
       .title = "The best linear solver for BDF",
@@ -382,17 +362,10 @@ Drawings draw_stiffness(const std::vector<NamedTable>& tables) {
   const std::string model = setting_text(find_table(tables, "stiffness_settings"), "model");
   Drawings drawings;
   if (rows.size() > 0) drawings.charts.push_back({"stiffness", stiffness_overview(rows)});
-  for (const int n : sizes(rows))
-    drawings.charts.push_back({fmt::format("stiffness_{}", n), stiffness_chart(rows, n)});
   for (const auto& [name, table] : tables) {  // results of earlier versions have none of these
     if (table.size() == 0) continue;
-    if (name == "stiffness_solvers") {
-      drawings.charts.push_back({"stiffness_solvers", linear_solve_chart(table)});
-      drawings.charts.push_back({"stiffness_iterations", iterations_chart(table)});
-    } else if (name == "stiffness_crossover") {
-      drawings.charts.push_back({"stiffness_crossover", crossover_chart(table)});
-      drawings.charts.push_back({"stiffness_crossover_error", crossover_error_chart(table)});
-    }
+    if (name == "stiffness_solvers") drawings.charts.push_back({name, linear_solve_chart(table)});
+    if (name == "stiffness_crossover") drawings.charts.push_back({name, crossover_chart(table)});
   }
   for (NamedChart& chart : drawings.charts) add_model_to_subtitle(chart.chart, model);
   return drawings;

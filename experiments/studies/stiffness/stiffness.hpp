@@ -74,9 +74,8 @@ Table measure_linear_solves(const LinearSolveConfig& config, Progress& progress)
 /// a repeated set-up.
 Table linear_solve_ratios(const Table& rows);
 
-/// Time of set-up and solve against cells, and iterations against Poisson's ratio.
+/// Time of set-up and solve against cells.
 Chart linear_solve_chart(const Table& rows);
-Chart iterations_chart(const Table& rows);
 
 /// Settings of the comparison of an implicit step with the explicit ones it replaces.
 struct CrossoverConfig {
@@ -100,9 +99,8 @@ Table measure_crossover(const CrossoverConfig& config, Progress& progress);
 /// interpolated.
 Table crossover_summary(const Table& rows);
 
-/// Times of explicit steps over those of implicit ones, and errors of both, against dt omega.
+/// Times of explicit steps over those of implicit ones, against dt omega.
 Chart crossover_chart(const Table& rows);
-Chart crossover_error_chart(const Table& rows);
 
 /// The x from which on the ratios stay above 1, interpolated in logarithms; 0: all of them do, NaN: the last
 /// does not.
@@ -114,9 +112,6 @@ Table stiffness_summary(const Table& rows);
 
 /// All tables of the experiment: the rows, their summary, and the settings that the charts mention.
 std::vector<NamedTable> stiffness_files(const StiffnessConfig& config, const Table& rows);
-
-/// Time against stiffness, for one size.
-Chart stiffness_chart(const Table& rows, int cells);
 
 /// Time of BDF with other linear solvers divided by that with CHOLMOD, against stiffness, for all sizes.
 Chart stiffness_overview(const Table& rows);

@@ -54,7 +54,7 @@ void algorithm1(benchmark::State& bench) {
 
 void plain_loop(benchmark::State& bench) {
   const reference::Algorithm1 model(timing_cube(cells(bench)), gravity, 1);
-  reference::PlainLoop loop(model);
+  reference::PlainLoop<double> loop(model);
   while (bench.KeepRunning()) loop.step(TimingWorkload::dt);
   count_springs(bench, model.springs().size());
 }

@@ -91,11 +91,24 @@ Largest largest_under(const Curve& curve, const std::optional<Fit>& law, double 
 std::string plural(int threads) { return fmt::format("{} thread{}", threads, threads == 1 ? "" : "s"); }
 
 std::string label(const std::string& method, const std::string& precision, int threads) {
-  const std::map<std::string, std::string> names{
-      {"algorithm_1", "Algorithm 1"}, {"plain_loop", "plain loop"}, {"structured_sweep", "sweep in"}};
+  const std::map<std::string, std::string> names{{"algorithm_1", "Algorithm 1"},
+                                                 {"plain_loop", "plain loop"},
+                                                 {"structured_sweep", "sweep"},
+                                                 {"algorithm_1_debug", "Algorithm 1, debug build"},
+                                                 {"plain_loop_debug", "plain loop, debug build"}};
   const auto name = names.find(method);
   const std::string shown = name == names.end() ? method : name->second;
-  return fmt::format("{}{}, {}", shown, method == "structured_sweep" ? " " + precision : "", plural(threads));
+  const bool says_precision = method == "structured_sweep" || precision == "single";
+  return fmt::format("{}{}, {}", shown, says_precision ? " in " + precision : "", plural(threads));
+}
+
+/// Of the thesis's two loops the chart shows those that explain its time; the table has all.
+bool is_charted(const Curve& c, const std::vector<Curve>& all) {
+  if (c.method == "plain_loop") return c.precision == "double" && c.threads == 1;
+  if (c.method != "algorithm_1_debug") return true;
+  return std::none_of(all.begin(), all.end(), [&](const Curve& other) {
+    return other.method == c.method && other.threads > c.threads;
+  });
 }
 
 /// The shortest time any thread count of a method reached on bodies of n cells per edge; NaN if none was
@@ -123,6 +136,21 @@ std::string comparison(const Table& rows) {
         n, algorithm1 / dbl, plain / dbl, dbl / single);
   }
   return out.empty() ? out : "\nEach with its best number of threads:\n" + out;
+}
+
+/// Updates of the thesis's cube in a debug build beside the published time.
+std::string debug_text(const Table& rows) {
+  std::string out;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const std::string& method = rows.text(r, "method");
+    if (!method.ends_with("_debug") || rows.number(r, "cells") != 7 || rows.text(r, "status") != "ok")
+      continue;
+    const double seconds = rows.number(r, "seconds_per_step");
+    out += fmt::format("n = 7: {}: {:.1f} ms an update, {:.1f} updates in the thesis's 40 ms\n",
+                       label(method, rows.text(r, "precision"), int(rows.number(r, "threads"))),
+                       1e3 * seconds, thesis_frame_seconds / seconds);
+  }
+  return out.empty() ? out : "\n" + out;
 }
 
 std::string shown(double value, int digits) {
@@ -172,9 +200,11 @@ Chart timing_chart(const Table& rows, const Table& summary) {
   double fastest = 1e-5, slowest = 0.1;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Curve& c = all[i];
+    if (!is_charted(c, all)) continue;
     const double exponent = summary.number(i, "exponent"), largest = summary.number(i, "largest_cells_40ms");
-    ChartSeries series{.label = fmt::format("{}: {}, {}", label(c.method, c.precision, c.threads),
-                                            shown(exponent, 2), shown(largest, 0))};
+    const char* by_fit = summary.text(i, "how") == "extrapolated" ? " (by the fit)" : "";
+    ChartSeries series{.label = fmt::format("{}: {}, {}{}", label(c.method, c.precision, c.threads),
+                                            shown(exponent, 2), shown(largest, 0), by_fit)};
     for (std::size_t p = 0; p < c.cells.size(); ++p) {
       series.points.push_back({c.cells[p], c.seconds[p], c.low[p], c.high[p]});
       fastest = std::min(fastest, c.low[p]);
@@ -225,7 +255,7 @@ std::string timing_text(const Table& rows, const Table& summary) {
         shown(summary.number(r, "exponent"), 2), shown(summary.number(r, "largest_cells_40ms"), 0) + how,
         shown(summary.number(r, "ns_per_spring"), 2));
   }
-  return out + comparison(rows);
+  return out + comparison(rows) + debug_text(rows);
 }
 
 }  // namespace mss::studies::timing

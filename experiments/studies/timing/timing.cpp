@@ -2,7 +2,8 @@
 //
 // Compared on the same cube, start and step, all with semi-implicit Euler (2-12):
 //   algorithm_1       the thesis's Algorithm 1 as written, with atomic adds, by OpenMP
-//   plain_loop        flat arrays, one thread, no atomics
+//   plain_loop        flat arrays, no atomics; double on one thread and on several, single on one
+//   *_debug           both in a debug build, double (debug_build.cpp)
 //   structured_sweep  this project's core, double and single
 // The material is held fixed while n grows, so spring constants shrink as 1/n. Arithmetic does not depend on
 // that, only the meaning of the numbers does.
@@ -41,6 +42,7 @@ struct Competitor {
   bool busy_waits = false;  ///< its threads keep their cores busy for a while after their work is done
   long steps = 0;           ///< updates per sample
   double estimate = 0;      ///< seconds per update, roughly
+  std::int64_t atomic_additions = 0;  ///< per update
   std::vector<double> samples = {};
   std::string status = "skipped: too large";
 };
@@ -54,6 +56,11 @@ struct Size {
 
 double seconds_for(const Competitor& c, long steps) {
   return seconds_of([&] { c.take(steps); });
+}
+
+template <class Real>
+const char* precision_of() {
+  return sizeof(Real) == sizeof(float) ? "single" : "double";
 }
 
 template <class Real>
@@ -72,8 +79,7 @@ Competitor core_competitor(const Body& body, int threads) {
   const auto take = [run](long steps) {
     run->integrator->advance(run->system, run->state, run->state.t + double(steps) * Workload::dt, run->work);
   };
-  return {"structured_sweep", sizeof(Real) == sizeof(float) ? "single" : "double", threads, take,
-          [run] { return is_finite(run->state); }};
+  return {"structured_sweep", precision_of<Real>(), threads, take, [run] { return is_finite(run->state); }};
 }
 
 Competitor algorithm1_competitor(const std::shared_ptr<reference::Algorithm1>& model, int threads) {
@@ -89,33 +95,52 @@ Competitor algorithm1_competitor(const std::shared_ptr<reference::Algorithm1>& m
   return {"algorithm_1", "double", threads, take, finite, threads > 1};
 }
 
-Competitor plain_competitor(const reference::Algorithm1& model) {
-  const auto loop = std::make_shared<reference::PlainLoop>(model);
+template <class Real>
+Competitor plain_competitor(const reference::Algorithm1& model, int threads) {
+  const auto loop = std::make_shared<reference::PlainLoop<Real>>(model, threads);
   const auto take = [loop](long steps) {
     for (long step = 0; step < steps; ++step) loop->step(Workload::dt);
   };
   const auto finite = [loop] {
     return std::all_of(loop->positions().begin(), loop->positions().end(),
-                       [](const Vec3& x) { return x.allFinite(); });
+                       [](const auto& x) { return x.allFinite(); });
   };
-  return {"plain_loop", "double", 1, take, finite};
+  return {"plain_loop", precision_of<Real>(), threads, take, finite, threads > 1};
 }
 
-std::vector<Competitor> competitors(const TimingConfig& config, const Body& body, int n) {
-  std::vector<Competitor> all;
-  if (n <= config.largest_algorithm1) {
-    const Vec3 gravity(0, 0, Workload::gravity);
-    const auto model = std::make_shared<reference::Algorithm1>(body.config(), gravity, 1);
-    for (auto& p : model->particles()) p.x[2] *= Workload::stretch;
-    for (const int threads : config.algorithm1_threads) all.push_back(algorithm1_competitor(model, threads));
-    all.push_back(plain_competitor(*model));
-  } else {
+/// Algorithm 1 and the plain loop; what a body is too large for has nothing to run.
+void add_thesis_competitors(const TimingConfig& config, const Body& body, std::vector<Competitor>& all) {
+  if (body.config().voxels.nx() > config.largest_algorithm1) {
     for (const int threads : config.algorithm1_threads)
       all.push_back({"algorithm_1", "double", threads, {}, {}});
-    all.push_back({"plain_loop", "double", 1, {}, {}});
+    for (const int threads : config.core_threads) all.push_back({"plain_loop", "double", threads, {}, {}});
+    all.push_back({"plain_loop", "single", 1, {}, {}});
+    return;
   }
+  const Vec3 gravity(0, 0, Workload::gravity);
+  const auto model = std::make_shared<reference::Algorithm1>(body.config(), gravity, 1);
+  for (auto& p : model->particles()) p.x[2] *= Workload::stretch;
+  for (const int threads : config.algorithm1_threads) {
+    all.push_back(algorithm1_competitor(model, threads));
+    all.back().atomic_additions = std::int64_t(model->atomic_additions());
+  }
+  for (const int threads : config.core_threads) all.push_back(plain_competitor<double>(*model, threads));
+  all.push_back(plain_competitor<float>(*model, 1));
+}
+
+/// In the order of the table. Debug builds have nothing to run: add_debug_samples() does that.
+std::vector<Competitor> competitors(const TimingConfig& config, const Body& body) {
+  std::vector<Competitor> all;
+  add_thesis_competitors(config, body, all);
   for (const int threads : config.core_threads) all.push_back(core_competitor<double>(body, threads));
   for (const int threads : config.core_threads) all.push_back(core_competitor<float>(body, threads));
+  if (config.largest_debug_build == 0) return all;
+  const std::int64_t additions = all.front().atomic_additions;  // Algorithm 1's
+  for (const int threads : config.algorithm1_threads) {
+    all.push_back({"algorithm_1_debug", "double", threads, {}, {}});
+    all.back().atomic_additions = additions;
+  }
+  all.push_back({"plain_loop_debug", "double", 1, {}, {}});
   return all;
 }
 
@@ -155,7 +180,8 @@ Table empty_rows() {
                 {"repeats"},
                 {"status"},
                 {"ns_per_spring", "ns"},
-                {"steps_per_sample"}});
+                {"steps_per_sample"},
+                {"atomic_additions"}});
 }
 
 Table empty_raw() {
@@ -173,7 +199,7 @@ void add_row(Table& rows, const Competitor& c, const Size& size) {
   const Quartiles time = quartiles(c.samples);
   rows.add({c.method, integrator_name, c.precision, std::int64_t(c.threads), std::int64_t(size.n),
             size.particles, size.springs, time.median, time.q1, time.q3, std::int64_t(c.samples.size()),
-            c.status, 1e9 * time.median / double(size.springs), std::int64_t(c.steps)});
+            c.status, 1e9 * time.median / double(size.springs), std::int64_t(c.steps), c.atomic_additions});
 }
 
 /// Adds the samples of one pass to those of the passes before, and frees the bodies.
@@ -190,6 +216,30 @@ void pool(Size& size, std::vector<Competitor> all) {
   size.all = std::move(all);
 }
 
+/// A sample of one method on the body of a size.
+void add_sample(Competitor& c, int n, int pass, double seconds, Table& raw) {
+  c.samples.push_back(seconds);
+  raw.add({c.method, c.precision, std::int64_t(c.threads), n, pass, std::int64_t(c.samples.size() - 1),
+           std::int64_t(c.steps), seconds});
+}
+
+/// Those of the debug builds, which a program of their own takes.
+void add_debug_samples(const TimingConfig& config, int n, int pass, std::vector<Competitor>& all,
+                       Table& raw) {
+  if (n > config.largest_debug_build) return;
+  const int repetitions = std::max(1, config.fewest_repetitions / config.passes + 1);
+  const Table samples = debug_build_samples(n, repetitions, config.sample_seconds, config.algorithm1_threads);
+  for (Competitor& c : all) {
+    if (c.take || !c.method.ends_with("_debug")) continue;
+    const Table own = samples.where("method", c.method).where("threads", c.threads);
+    c.status = own.size() > 0 ? to_string(Status::ok) : "skipped: mss_debug_build failed";
+    for (std::size_t r = 0; r < own.size(); ++r) {
+      c.steps = long(own.number(r, "steps"));
+      add_sample(c, n, pass, own.number(r, "seconds_per_step"), raw);
+    }
+  }
+}
+
 /// Measures all methods on one body, once per repetition; false if stopped before the end, with nothing
 /// added.
 bool measure_size(const TimingConfig& config, int pass, Size& size, Table& raw, Progress& progress,
@@ -197,7 +247,7 @@ bool measure_size(const TimingConfig& config, int pass, Size& size, Table& raw, 
   const Body body(timing_cube(size.n));
   size.particles = std::int64_t(body.particle_count());
   size.springs = std::int64_t(body.spring_count());
-  std::vector<Competitor> all = competitors(config, body, size.n);
+  std::vector<Competitor> all = competitors(config, body);
   for (Competitor& c : all) {
     if (!c.take) continue;
     if (progress.stopped()) return false;
@@ -209,15 +259,13 @@ bool measure_size(const TimingConfig& config, int pass, Size& size, Table& raw, 
   const auto sample = [&](std::size_t i) {
     Competitor& c = all[i];
     if (!c.take) return;
-    const auto repetition = std::int64_t(c.samples.size());
-    report(double(repetition) / repetitions);
+    report(double(c.samples.size()) / repetitions);
     c.take(1);  // its data back into the caches, its threads awake
-    c.samples.push_back(seconds_for(c, c.steps) / double(c.steps));
-    measured.add({c.method, c.precision, std::int64_t(c.threads), std::int64_t(size.n), std::int64_t(pass),
-                  repetition, std::int64_t(c.steps), c.samples.back()});
+    add_sample(c, size.n, pass, seconds_for(c, c.steps) / double(c.steps), measured);
     let_threads_sleep(c);
   };
   if (!interleave(repetitions, all.size(), progress, sample)) return false;
+  add_debug_samples(config, size.n, pass, all, measured);
   raw = std::move(measured);
   pool(size, std::move(all));
   return true;
@@ -235,6 +283,8 @@ Json configuration(const TimingConfig& config, const FeatureTimingConfig& featur
           {"sample_seconds", config.sample_seconds},
           {"seconds_per_size", config.seconds_per_size},
           {"largest_algorithm_1", config.largest_algorithm1},
+          {"largest_debug_build", config.largest_debug_build},
+          {"debug_build", debug_build_flags()},
           {"order",
            "methods in turn, the first one changing from repetition to repetition; passes over the sizes up "
            "and down in turn"},
@@ -272,9 +322,10 @@ constexpr const char* caption =
     "Time of one update (springs, damping, gravity, volume, one semi-implicit Euler step) of a full cube "
     "against its cells per edge n. Edge (1 m) and material (E = 100 kPa, nu = 0.3) are held fixed while n"
     " grows, so spring constants shrink as 1/n. Points are medians, bars quartiles of samples that are "
-    "interleaved, in passes over all sizes. Algorithm 1 is the thesis's, as written (12 atomic additions per "
-    "spring); "
-    "the plain loop has one thread and no atomics; the sweep is this project's core. The "
+    "interleaved, in passes over all sizes. Algorithm 1 is the thesis's, as written (12 atomic additions a "
+    "spring and, by the volume force, 24 a cell); the plain loop has no atomics and, unless it says "
+    "otherwise, one thread; the sweep is this project's core. Debug builds are the same sources without "
+    "optimisation and with checked containers, in a program of their own. The "
     "legend gives the exponent of time in n, fitted over n of 20 and more, and the largest n under 40 ms:"
     " interpolated between measured sizes, or by the fit where it lies beyond them. The star is the one "
     "published time (Fig. 5-3: n = 7, 40 ms, 8 threads on an i7-4712MQ); the bar is the same time if an "
@@ -295,11 +346,13 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
     methods = {.cells = {7, 20}, .threads = {1}, .repetitions = 5, .sample_seconds = 4e-3};
   }
   TimingTables tables = measure_timing(config, progress);
-  const Table summary = timing_summary(tables.rows);
+  const Table summary = timing_summary(tables.rows), passes = timing_passes(tables.raw),
+              limits = timing_limits(tables.rows, tables.peaks);
   ExperimentResult result{.status = tables.status,
                           .caption = caption,
                           .configuration = configuration(config, features, shapes, methods)};
-  if (tables.rows.size() > 0) result.summary = timing_text(tables.rows, summary);
+  if (tables.rows.size() > 0)
+    result.summary = timing_text(tables.rows, summary) + passes_text(passes) + limits_text(limits);
   FeatureTables shares = measure_features(features, progress);
   Table per_particle = measure_shapes(shapes, progress);
   Table iterations = measure_methods(methods, progress);
@@ -313,6 +366,9 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
   const std::vector<NamedTable> others = std::move(result.tables);
   result.tables = {{"timing", std::move(tables.rows)},
                    {"timing_summary", summary},
+                   {"timing_passes", passes},
+                   {"timing_limits", limits},
+                   {"timing_peaks", std::move(tables.peaks)},
                    {"timing_features", std::move(shares.features)},
                    {"timing_lean", std::move(shares.lean)},
                    {"timing_shapes", std::move(per_particle)},
@@ -323,15 +379,6 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
 }
 
 }  // namespace
-
-BodyConfig timing_cube(int n) {
-  const double h = Workload::edge / n;
-  return {.voxels = VoxelGrid::box(n, n, n),
-          .cell_size = h,
-          .density = Workload::density,
-          .springs = calibrate(Workload::material, h, Workload::face_share),
-          .damping = {.law = Damping::Law::ratio, .zeta = Workload::damping_ratio}};
-}
 
 TimingConfig timing_config(const ExperimentOptions& options) {
   TimingConfig config;
@@ -352,7 +399,7 @@ TimingConfig timing_config(const ExperimentOptions& options) {
 }
 
 TimingTables measure_timing(const TimingConfig& config, Progress& progress) {
-  TimingTables tables{empty_rows(), empty_raw()};
+  TimingTables tables{empty_rows(), empty_raw(), empty_peaks()};
   std::vector<Size> sizes;
   for (const int n : config.cells) sizes.push_back({.n = n});
   const std::size_t total = std::size_t(config.passes) * sizes.size();
@@ -363,6 +410,7 @@ TimingTables measure_timing(const TimingConfig& config, Progress& progress) {
       progress.report((double(i) + part) / double(total), fmt::format("{} cells per edge", size.n));
     };
     report(0);
+    if (place == 0 && !progress.stopped()) add_peaks(int(pass), config.core_threads, tables.peaks);
     if (progress.stopped() || !measure_size(config, int(pass), size, tables.raw, progress, report))
       tables.status = Status::interrupted;
   }

@@ -8,6 +8,7 @@
 #include "core/sweep.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/studies/timing/workload.hpp"
 
 namespace mss::studies::timing {
 
@@ -25,38 +26,51 @@ struct TimingConfig {
   double seconds_per_size = 20;
   int fewest_repetitions = 5;
   int largest_algorithm1 = 100;  ///< cells per edge up to which Algorithm 1 is built: it needs 1.5 GB there
+  int largest_debug_build = 15;  ///< cells per edge up to which its debug build is run; 0: not at all
 };
 
 struct TimingTables {
-  Table rows;  ///< one per method and size
-  Table raw;   ///< one per sample, in the order they were taken
+  Table rows;   ///< one per method and size
+  Table raw;    ///< one per sample, in the order they were taken
+  Table peaks;  ///< what the processor can do, one row per pass, quantity, precision and number of threads
   Status status = Status::ok;
-};
-
-/// The workload: a full cube of this edge and material, whatever the number of cells.
-struct TimingWorkload {
-  static constexpr double edge = 1;        ///< [m]
-  static constexpr double density = 1000;  ///< [kg/m^3]
-  static constexpr ElasticConstants material{.young = 1e5, .poisson = 0.3};
-  static constexpr double face_share = 0.5;
-  static constexpr double damping_ratio = 0.05;
-  static constexpr double gravity = -9.81;  ///< along z [m/s^2]
-  static constexpr double stretch = 1.01;   ///< of the initial state along z, so that springs are loaded
-  static constexpr double dt = 1e-5;        ///< [s]; a fiftieth of the stability limit at n = 100
 };
 
 /// The thesis's time of a frame [s], and the frame rate it states for it [1/s].
 inline constexpr double thesis_frame_seconds = 0.040;
 inline constexpr double frame_rate = 24;
 
-/// The body of the workload with n cells per edge.
-BodyConfig timing_cube(int n);
-
 TimingConfig timing_config(const ExperimentOptions& options);
 
 /// Interleaves the samples of all methods, so that disturbances of the machine affect all of them alike. A
 /// pass over a size that was not complete when it was stopped is left out.
 TimingTables measure_timing(const TimingConfig& config, Progress& progress);
+
+/// Samples by the program mss_debug_build of the plain loop and, with each number of threads, of Algorithm 1:
+/// columns method, threads, steps and seconds_per_step; no rows if it is not there or fails.
+Table debug_build_samples(int cells, int samples, double sample_seconds, const std::vector<int>& threads);
+
+/// What it is compiled with, last.
+const char* debug_build_flags();
+
+/// Columns of TimingTables::peaks, and what one pass adds: fused multiply-adds on registers by the fastest
+/// instruction set, in double and single precision [flop/s], and the triad a = b + s c over arrays far larger
+/// than the caches [B/s; 24 a number], with each number of threads.
+Table empty_peaks();
+void add_peaks(int pass, const std::vector<int>& threads, Table& peaks);
+
+/// Floating-point operations that a step of a damped body with volume forces needs; see the definition.
+double flops_per_step(double springs, double cells, double particles);
+/// Bytes of the arrays that a step of the sweep reads and writes, once each: 14 numbers a particle.
+double bytes_per_step(double particles, bool single);
+
+/// Of the structured sweep: how much of the processor's peaks in the same run it reaches.
+Table timing_limits(const Table& rows, const Table& peaks);
+std::string limits_text(const Table& limits);
+
+/// For every method and size, the smallest and largest median of a pass, and their ratio.
+Table timing_passes(const Table& raw);
+std::string passes_text(const Table& passes);
 
 /// Settings of the comparison of features of a body, interleaved, on one thread.
 struct FeatureTimingConfig {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "experiments/studies/validate/validate.hpp"
 
@@ -89,23 +90,101 @@ Chart refinement_chart(const Table& refinement) {
   return chart;
 }
 
+namespace {
+
+/// The finest resolution that every charted case was measured at.
+double common_cells(const Table& rows, const std::vector<std::string>& cases) {
+  double finest = 0;
+  for (const double cells : rows.distinct_numbers("cells")) {
+    const bool all = std::all_of(cases.begin(), cases.end(), [&](const std::string& name) {
+      return rows.where("case", name).where("cells", cells).size() > 0;
+    });
+    if (all) finest = std::max(finest, cells);
+  }
+  return finest;
+}
+
+/// Charted cases that were measured, in the order of their table.
+std::vector<std::string> charted_cases(const Table& rows, const Table& cases) {
+  std::vector<std::string> names = cases.where("charted", "yes").distinct("case");
+  const std::vector<std::string> measured = rows.distinct("case");
+  std::erase_if(names, [&](const std::string& name) {
+    return std::find(measured.begin(), measured.end(), name) == measured.end();
+  });
+  return names;
+}
+
+}  // namespace
+
+Chart cases_chart(const Table& rows, const Table& cases) {
+  const std::vector<std::string> names = charted_cases(rows, cases);
+  const double cells = common_cells(rows, names);
+  std::vector<std::string> shown;
+  for (std::string name : names) {
+    std::replace(name.begin(), name.end(), '_', ' ');
+    shown.push_back(name == "cantilever 45" ? "cantilever, nu = 0.45" : name);
+  }
+  Chart chart{.title = "Error of springs and of elements, by case",
+              .subtitle = fmt::format("{:g} cells across the width; where deformations are large, relative "
+                                      "difference from St. Venant's and Kirchhoff's law",
+                                      cells),
+              .x = {.label = "relative error", .logarithmic = true},
+              .y = named_rows(shown)};
+  const std::vector<std::string> models = rows.distinct("model");
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    ChartSeries series{.label = models[m], .style = int(m), .joined = false};
+    const Table of_model = rows.where("model", models[m]).where("cells", cells).where("status", "ok");
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (const Table run = of_model.where("case", names[i]);
+          run.size() > 0 && run.number(0, "error") > validation_rounding)
+        series.points.push_back({run.number(0, "error"), chart.y.ticks[i]});
+    chart.series.push_back(std::move(series));
+  }
+  return chart;
+}
+
+Chart large_strain_chart(const Table& strains) {
+  Chart chart{.title = "Springs at large strain beside laws of elasticity",
+              .subtitle =
+                  "a bar of springs, its sides free; lines: Cauchy-Born limits, markers: the lattice; E and "
+                  "nu = 0.3 are the same for all",
+              .x = {.label = "strain along the bar"},
+              .y = {.label = "nominal stress / that of a neo-Hookean solid"}};
+  const std::vector<std::string> models = strains.distinct("springs");
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    const Table of_model = strains.where("springs", models[m]).where("status", "ok");
+    ChartSeries limit{.label = models[m], .style = int(m)};
+    for (std::size_t r = 0; r < of_model.size(); ++r)
+      limit.points.push_back({of_model.number(r, "strain"),
+                              of_model.number(r, "stress") / of_model.number(r, "neo_hookean_stress")});
+    chart.series.push_back(std::move(limit));
+  }
+  ChartSeries quadratic{.label = "St. Venant-Kirchhoff", .style = int(models.size())};
+  const Table first = strains.where("springs", models.front()).where("status", "ok");
+  for (std::size_t r = 0; r < first.size(); ++r)
+    quadratic.points.push_back({first.number(r, "strain"), first.number(r, "st_venant_kirchhoff_stress") /
+                                                               first.number(r, "neo_hookean_stress")});
+  chart.series.push_back(std::move(quadratic));
+  chart.lines.push_back({ReferenceLine::Direction::horizontal, 1, "neo-Hookean"});
+  return chart;
+}
+
 Drawings draw_validation(const std::vector<NamedTable>& tables) {
   const Table& rows = find_table(tables, "validate");
   const Table& cases = find_table(tables, "validate_cases");
   const Table& refinement = find_table(tables, "validate_refinement");
-  const std::vector<std::string> measured = rows.distinct("case");
   Drawings drawings;
-  for (const std::string& name : cases.distinct("case")) {
-    const Table description = cases.where("case", name);
-    if (description.text(0, "charted") != "yes" ||
-        std::find(measured.begin(), measured.end(), name) == measured.end())
-      continue;
-    const bool first = drawings.charts.empty();
-    drawings.charts.push_back({first ? "validate" : "validate_" + name + "_seconds",
-                               validation_chart(rows, description, Abscissa::seconds)});
-    drawings.charts.push_back(
-        {"validate_" + name + "_cells", validation_chart(rows, description, Abscissa::cells)});
+  const std::vector<std::string> names = charted_cases(rows, cases);
+  if (!names.empty()) {
+    drawings.charts.push_back({"validate", cases_chart(rows, cases)});
+    const Table first = cases.where("case", names.front());
+    for (const auto& [abscissa, name] : {std::pair{Abscissa::cells, "cells"}, {Abscissa::seconds, "seconds"}})
+      drawings.charts.push_back(
+          {fmt::format("validate_{}_{}", names.front(), name), validation_chart(rows, first, abscissa)});
   }
+  for (const auto& [name, table] : tables)  // results of earlier versions have none
+    if (name == "validate_large_strain" && table.size() > 0)
+      drawings.charts.push_back({name, large_strain_chart(table)});
   if (refinement.size() > 0) drawings.charts.push_back({"validate_refinement", refinement_chart(refinement)});
   return drawings;
 }

@@ -118,7 +118,8 @@ void add_refinement(const ValidationConfig& config, const ValidationCase& tensio
 ValidationTables measure_validation(const ValidationConfig& config, Progress& progress) {
   ValidationTables tables{
       .rows = empty_rows(),
-      .refinement = Table({{"constant"}, {"sharing"}, {"cells"}, {"young", "Pa"}, {"status"}})};
+      .refinement = Table({{"constant"}, {"sharing"}, {"cells"}, {"young", "Pa"}, {"status"}}),
+      .strains = empty_strains()};
   const auto total = double(config.cases.size() * config.cells.size() + 1);
   double done = 0;
   for (const ValidationCase& c : config.cases)
@@ -138,6 +139,7 @@ ValidationTables measure_validation(const ValidationConfig& config, Progress& pr
     }
     add_refinement(config, tension, n, tables.refinement);
   }
+  if (!measure_large_strain(config, progress, tables.strains)) tables.status = Status::interrupted;
   return tables;
 }
 

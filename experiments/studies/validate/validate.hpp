@@ -53,6 +53,7 @@ struct ValidationConfig {
   std::vector<ValidationModel> models;
   std::vector<int> cells;       ///< across the width
   std::vector<int> refinement;  ///< cells per edge of the thesis's cube
+  std::vector<double> strains;  ///< of a bar of springs, beside laws of large strain
   int repetitions = 3;          ///< of solutions that take less than two seconds
   int threads = 1;
 };
@@ -66,9 +67,17 @@ ValidationCase tension_case(double young, const std::string& name, const Vec3& d
 struct ValidationTables {
   Table rows;
   Table refinement;  ///< Young's modulus of the thesis's cube at several resolutions
+  Table strains;     ///< stress of bars of springs, stretched and compressed far
   Status status = Status::ok;
 };
 ValidationTables measure_validation(const ValidationConfig& config, Progress& progress);
+
+/// Adds, for each model of springs, a bar at each strain along it, its sides free: stress and lateral stretch
+/// of the lattice and of its Cauchy-Born limit, and the stress of two laws with the same E and nu. False if
+/// stopped.
+bool measure_large_strain(const ValidationConfig& config, const Progress& progress, Table& strains);
+Table empty_strains();
+std::string large_strain_text(const Table& strains);
 
 /// For each case and model: the error at the finest resolution and the order of convergence there. Where
 /// deformations are large only models with the reference's law have an order.
@@ -86,10 +95,16 @@ enum class Abscissa { seconds, cells };
 /// Error of all models of one case; `description` is the case's row of `validate_cases`.
 Chart validation_chart(const Table& rows, const Table& description, Abscissa abscissa);
 
+/// Error of every charted case by every model at one resolution that all have.
+Chart cases_chart(const Table& rows, const Table& cases);
+
+/// Stress over that of a neo-Hookean solid against strain.
+Chart large_strain_chart(const Table& strains);
+
 /// Young's modulus of the thesis's cube against cells per edge.
 Chart refinement_chart(const Table& refinement);
 
-/// Two charts for each case, and one of the refinement.
+/// All cases at one resolution, the first case against resolution and time, large strains, the refinement.
 Drawings draw_validation(const std::vector<NamedTable>& tables);
 
 }  // namespace mss::studies::validate

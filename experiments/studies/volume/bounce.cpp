@@ -56,8 +56,17 @@ struct Fall {
   const VolumeModel& model;
   Body body;
   std::unique_ptr<BodySystem<double>> system;
-  double limit;  ///< of central differences [s]
+  double limit;  ///< guaranteed to central differences, by a bound of the frequencies [s]
 };
+
+/// The limit of the body at rest by its own stiffness and damping, beside the guaranteed one.
+void add_limit(const Fall& fall, Table& limits) {
+  Work work;
+  const PredictedStep limit =
+      predicted_step(find_integrator("verlet"), *fall.system, fall.system->undeformed_state(), work);
+  limits.add(
+      {fall.model.name, limit.dt, fall.limit, limit.dt / fall.limit, std::string(to_string(limit.status))});
+}
 
 /// Volume against time.
 struct History {
@@ -145,6 +154,7 @@ bool measure_bounces(const VolumeConfig& config, VolumeTables& tables, Progress&
     if (model.filling != detailed_filling || model.poisson != detailed_poisson ||
         reference.status != Status::ok)
       continue;
+    add_limit(fall, tables.limit);
     for (const std::string& integrator : config.integrators) {
       const bool fixed = find_integrator(integrator).stepping == Stepping::fixed;
       for (const double share : fixed ? config.step_shares : std::vector<double>{0}) {

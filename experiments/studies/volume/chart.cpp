@@ -76,22 +76,6 @@ Chart cells_chart(const Table& rows, const Table& models) {
   return chart;
 }
 
-Chart strain_chart(const Table& rows, const Table& models) {
-  Chart chart{.title = "Change of volume against strain",
-              .subtitle = fmt::format(
-                  "cube of 1 m, {} cells per edge, ends clamped; elasticity: tangents at strain 0",
-                  rows.number(0, "cells")),
-              .x = {.label = "strain"},
-              .y = {.label = "change of volume / volume"}};
-  add_models(chart, rows, "strain", drift);
-  const std::set<double> strains = values(rows, "strain");
-  const double low = *strains.begin(), high = *strains.rbegin();
-  for (const auto& [poisson, swelling] : predictions(rows, models))
-    chart.series.push_back({.label = fmt::format("elasticity, nu = {:g}, to first order", poisson),
-                            .points = {{low, swelling * low}, {high, swelling * high}}});
-  return chart;
-}
-
 Chart twist_chart(const Table& rows) {
   Chart chart{.title = "Change of volume against twist",
               .subtitle = fmt::format("cube of 1 m, {} cells per edge, ends clamped, one rotated; by "
@@ -100,26 +84,6 @@ Chart twist_chart(const Table& rows) {
               .x = {.label = "angle [degrees]"},
               .y = {.label = "change of volume / volume"}};
   add_models(chart, rows, "angle", drift);
-  return chart;
-}
-
-/// One model's change of volume three ways: exact, by the thesis's estimate, and of the worst cell.
-Chart local_chart(const Table& rows, const std::string& model) {
-  Chart chart{.title = "Change of volume: total, estimated, of the worst cell",
-              .subtitle = fmt::format("{}; cube of 1 m, {} cells per edge, ends clamped, one rotated", model,
-                                      rows.number(0, "cells")),
-              .x = {.label = "angle [degrees]"},
-              .y = {.label = "magnitude of the change of volume / volume", .logarithmic = true}};
-  const auto add = [&](const char* column, const char* label) {
-    ChartSeries series = series_of(rows, model, "angle", [column](const Table& t, std::size_t r) -> double {
-      return std::abs(t.number(r, column));
-    });
-    series.label = label;
-    chart.series.push_back(std::move(series));
-  };
-  add("drift", "total, exact");
-  add("drift_thesis", "total, the thesis's estimate (3-5, 3-6)");
-  add("worst_cell", "worst cell, exact");
   return chart;
 }
 
@@ -166,29 +130,17 @@ Chart volume_force_chart(const Table& rows, const Table& models) {
   return chart;
 }
 
-/// The reference run of every model.
-Chart bounce_chart(const Table& bounce) {
-  Chart chart{.title = "Change of volume of a bouncing cube",
-              .subtitle = "cube of 1 m, 4 cells per edge, falls tilted at 0.5 m/s; RK4, fine steps",
-              .x = {.label = "time [s]"},
-              .y = {.label = "change of volume / volume"}};
-  const Table runs = bounce.where("integrator", "rk4").where("step", reference_bounce_step);
-  for (const std::string& model : runs.distinct("model")) {
-    ChartSeries series{.label = model};
-    const Table run = runs.where("model", model);
-    for (std::size_t r = 0; r < run.size(); ++r)
-      series.points.push_back({run.number(r, "t"), run.number(r, "drift")});
-    chart.series.push_back(std::move(series));
-  }
-  return chart;
-}
-
 /// Error of the volume against the step; the first failed step is named in the legend.
-Chart steps_chart(const Table& rows) {
-  Chart chart{.title = "Error of the volume against the step",
-              .subtitle = "springs, nu = 0.45; the cube falls and bounces; against RK4 with fine steps",
-              .x = {.label = "step / limit of central differences", .logarithmic = true},
-              .y = {.label = "largest error of the change of volume", .logarithmic = true}};
+Chart steps_chart(const Table& rows, const std::vector<NamedTable>& tables) {
+  Chart chart{
+      .title = "Error of the volume against the step",
+      .subtitle = "springs, nu = 0.45; the cube falls and bounces; against RK4 with fine steps",
+      .x = {.label = "step / the limit that is guaranteed to central differences", .logarithmic = true},
+      .y = {.label = "largest error of the change of volume", .logarithmic = true}};
+  for (const auto& [name, table] : tables)  // results of earlier versions have none
+    if (name == "volume_limit" && table.size() > 0)
+      chart.lines.push_back({ReferenceLine::Direction::vertical, table.number(0, "limit_over_guaranteed"),
+                             "limit of the body at rest"});
   Table runs(rows.columns());  // neither reference runs nor adaptive methods
   for (std::size_t r = 0; r < rows.size(); ++r)
     if (rows.number(r, "step") > reference_bounce_step) runs.add(rows.rows()[r]);
@@ -210,15 +162,6 @@ Chart steps_chart(const Table& rows) {
   return chart;
 }
 
-/// Charts of the twisted cube; the local one is of the model that is measured in detail.
-void add_twist(Drawings& drawings, const Table& rows, const Table& models) {
-  drawings.charts.push_back({"volume_twist", twist_chart(rows)});
-  const Table detailed =
-      models.where("filling", to_string(detailed_filling)).where("poisson", detailed_poisson);
-  if (detailed.size() > 0)
-    drawings.charts.push_back({"volume_local", local_chart(rows, detailed.text(0, "model"))});
-}
-
 }  // namespace
 
 Drawings draw_volume(const std::vector<NamedTable>& tables) {
@@ -227,15 +170,12 @@ Drawings draw_volume(const std::vector<NamedTable>& tables) {
   Drawings drawings;
   if (const Table cells = of(Study::cells); cells.size() > 0)
     drawings.charts.push_back({"volume", cells_chart(cells, models)});
-  if (const Table strains = of(Study::strain); strains.size() > 0)
-    drawings.charts.push_back({"volume_strain", strain_chart(strains, models)});
-  if (const Table twists = of(Study::twist); twists.size() > 0) add_twist(drawings, twists, models);
+  if (const Table twists = of(Study::twist); twists.size() > 0)
+    drawings.charts.push_back({"volume_twist", twist_chart(twists)});
   if (const Table free = of(Study::free); free.size() > 0)
     drawings.charts.push_back({"volume_k_vol", volume_force_chart(free, models)});
-  if (const Table bounces = of(Study::bounce); bounces.size() > 0) {
-    drawings.charts.push_back({"volume_bounce", bounce_chart(find_table(tables, "volume_bounce"))});
-    drawings.charts.push_back({"volume_steps", steps_chart(bounces)});
-  }
+  if (const Table bounces = of(Study::bounce); bounces.size() > 0)
+    drawings.charts.push_back({"volume_steps", steps_chart(bounces, tables)});
   return drawings;
 }
 

@@ -92,6 +92,10 @@ Table empty_bounce() {
       {{"model"}, {"integrator"}, {"step"}, {"t", "s"}, {"drift"}, {"drift_thesis"}, {"worst_cell"}});
 }
 
+Table empty_limit() {
+  return Table({{"model"}, {"limit", "s"}, {"guaranteed", "s"}, {"limit_over_guaranteed"}, {"status"}});
+}
+
 void add_equilibrium(Table& rows, const VolumeConfig& config, const VolumeModel& model, int n,
                      const Loading& load) {
   const Body body(volume_cube(model, n));
@@ -262,6 +266,7 @@ const char* to_string(Filling filling) {
 std::vector<NamedTable> volume_files(const VolumeConfig& config, VolumeTables tables) {
   return {{"volume", std::move(tables.rows)},
           {"volume_bounce", std::move(tables.bounce)},
+          {"volume_limit", std::move(tables.limit)},
           {"volume_models", model_table(config)}};
 }
 
@@ -342,7 +347,7 @@ VolumeTables measure_volume(const VolumeConfig& config, Progress& progress) {
       tasks.push_back({m, config.study_cells, {.study = Study::twist, .angle = angle}});
   for (const VolumeModel& m : config.materials)
     tasks.push_back({m, config.study_cells, {.study = Study::free, .strain = config.tiny_strain}});
-  VolumeTables tables{empty_rows(), empty_bounce()};
+  VolumeTables tables{empty_rows(), empty_bounce(), empty_limit()};
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     const auto& [model, cells, load] = tasks[i];
     progress.report(double(i) / double(tasks.size()),

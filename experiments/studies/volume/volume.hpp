@@ -61,6 +61,7 @@ BodyConfig volume_cube(const VolumeModel& model, int cells);
 struct VolumeTables {
   Table rows;
   Table bounce;  ///< volume against time: of every model, and of every integrator at one step
+  Table limit;   ///< of central differences for the model with all integrators: true, guaranteed, their ratio
   Status status = Status::ok;
 };
 VolumeTables measure_volume(const VolumeConfig& config, Progress& progress);

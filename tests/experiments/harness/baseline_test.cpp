@@ -110,6 +110,23 @@ TEST(Truths, AreComparedApartFromBaselines) {
   EXPECT_TRUE(compare_with_truths({wrong}, "t", table, rules).empty());
 }
 
+/// The drifts of two rows are 0.25 and 0.5: one is half the other.
+TEST(Truths, MayBeAboutTheRatioOfTwoRows) {
+  Truth ratio = truth();
+  ratio.row = "model = thesis, cells = 4 over model = thesis, cells = 2";
+  ratio.value = 0.5;
+  EXPECT_TRUE(compare_with_truths({ratio}, "t", table, rules).empty());
+  ratio.value = 0.502;
+  const auto found = compare_with_truths({ratio}, "t", table, rules);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found.front().now, "0.5");
+  ratio.value = 0.5;
+  ratio.row = "model = thesis, cells = 4 over model = other, cells = 5";
+  EXPECT_EQ(compare_with_truths({ratio}, "t", table, rules).size(), 1U);
+  ratio.row = "model = thesis, cells = 4 over model = other, cells = 2";  // has no number there
+  EXPECT_EQ(compare_with_truths({ratio}, "t", table, rules).size(), 1U);
+}
+
 TEST(Truths, WithoutTheirRowOrNumberAreNotMet) {
   Truth gone = truth();
   gone.row = "model = thesis, cells = 5";

@@ -61,6 +61,25 @@ TEST(Energy, DrawsFromItsFiles) {
   expect_same_drawings(find_experiment("energy"), energy_files(config, tables.rows));
 }
 
+/// What a step does to the energy of x'' = -w^2 x: explicit Euler multiplies it by 1 + z^2 with z = w dt,
+/// backward Euler divides by that, the midpoint rule keeps it; velocity Verlet's is 1 - z^2 / 4 sin^2(n
+/// theta) after n steps from the largest stretch, with cos theta = 1 - z^2 / 2.
+TEST(Energy, OfOneModeIsTheClosedForm) {
+  EnergyConfig config = one_mode_config();
+  config.integrators = {"explicit_euler", "backward_euler", "implicit_midpoint", "velocity_verlet"};
+  Progress progress;
+  const Table rows = measure_energy(config, progress).rows;
+  const auto error = [&](const char* name, double step) {
+    return rows.where("integrator", name).where("step", step).number(0, "energy_error");
+  };
+  const double z2 = mode_step * mode_step, theta = std::acos(1 - z2 / 2);
+  EXPECT_NEAR(error("explicit_euler", 100) / (std::pow(1 + z2, 100) - 1), 1, 1e-4);
+  EXPECT_NEAR(error("backward_euler", 100) / (1 - std::pow(1 + z2, -100)), 1, 1e-4);
+  EXPECT_NEAR(error("implicit_midpoint", 100), 0, 1e-5);
+  for (const int step : {1, 2, 3, 4})
+    EXPECT_NEAR(error("velocity_verlet", step), z2 / 4 * std::pow(std::sin(step * theta), 2), 1e-4 * z2);
+}
+
 /// Rows of one method whose error grows as a power of time.
 Table planted(double power) {
   Table rows({{"integrator"}, {"step"}, {"energy_error"}, {"status"}});

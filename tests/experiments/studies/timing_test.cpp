@@ -23,8 +23,11 @@ TimingConfig tiny() {
   config.repetitions = 3;
   config.fewest_repetitions = 2;
   config.sample_seconds = 1e-5;
+  config.largest_debug_build = 0;
   return config;
 }
+
+constexpr std::size_t methods_of_tiny = 9;
 
 std::vector<std::string> names(const Table& table) {
   std::vector<std::string> all;
@@ -46,26 +49,31 @@ TEST(Timing, HasARowForEveryMethodAndSize) {
   Progress silent;
   const TimingTables tables = measure_timing(tiny(), silent);
   EXPECT_EQ(tables.status, Status::ok);
-  ASSERT_EQ(tables.rows.size(), 2U * 7);
-  EXPECT_EQ(tables.raw.size(), 2U * 7 * 3);
+  ASSERT_EQ(tables.rows.size(), 2 * methods_of_tiny);
+  EXPECT_EQ(tables.raw.size(), 2 * methods_of_tiny * 3);
   std::vector<std::string> methods;
   for (std::size_t r = 0; r < tables.rows.size(); ++r) {
     const Table& t = tables.rows;
-    if (r < 7)
+    if (r < methods_of_tiny)
       methods.push_back(t.text(r, "method") + " " + t.text(r, "precision") + " " +
                         std::to_string(int(t.number(r, "threads"))));
     EXPECT_EQ(t.text(r, "status"), "ok");
     EXPECT_EQ(t.text(r, "integrator"), "semi_implicit_euler");
-    EXPECT_EQ(t.number(r, "cells"), r < 7 ? 2 : 3);
-    EXPECT_EQ(t.number(r, "particles"), r < 7 ? 27 : 64);
-    EXPECT_EQ(t.number(r, "springs"), r < 7 ? 158 : 468);  // 3n(n+1)^2 + 6n^2(n+1) + 4n^3
+    EXPECT_EQ(t.number(r, "cells"), r < methods_of_tiny ? 2 : 3);
+    EXPECT_EQ(t.number(r, "particles"), r < methods_of_tiny ? 27 : 64);
+    EXPECT_EQ(t.number(r, "springs"), r < methods_of_tiny ? 158 : 468);  // 3n(n+1)^2 + 6n^2(n+1) + 4n^3
     EXPECT_EQ(t.number(r, "repeats"), 3);
     EXPECT_GT(t.number(r, "seconds_per_step"), 0);
+    // 12 a spring and 24 a cell of 8 and of 27
+    EXPECT_EQ(t.number(r, "atomic_additions"), t.text(r, "method") != "algorithm_1" ? 0
+                                               : r < methods_of_tiny                ? 12 * 158 + 24 * 8
+                                                                                    : 12 * 468 + 24 * 27);
     EXPECT_LE(t.number(r, "q1"), t.number(r, "seconds_per_step"));
     EXPECT_GE(t.number(r, "q3"), t.number(r, "seconds_per_step"));
   }
   EXPECT_EQ(methods,
             (std::vector<std::string>{"algorithm_1 double 1", "algorithm_1 double 2", "plain_loop double 1",
+                                      "plain_loop double 2", "plain_loop single 1",
                                       "structured_sweep double 1", "structured_sweep double 2",
                                       "structured_sweep single 1", "structured_sweep single 2"}));
 }
@@ -84,7 +92,7 @@ TEST(Timing, SaysWhyAMethodWasSkipped) {
     EXPECT_TRUE(std::isnan(rows.number(r, "seconds_per_step")));
     ++skipped;
   }
-  EXPECT_EQ(skipped, 3);
+  EXPECT_EQ(skipped, 5);
 }
 
 /// Stops from the given call of stopped() on.
@@ -98,13 +106,13 @@ class StopAt final : public Progress {
 };
 
 TEST(Timing, KeepsFinishedSizesWhenStopped) {
-  // stopped() is called before each size, before each of 7 calibrations and before each of 3 x 7 samples: 29
-  // times for the first size.
-  StopAt in_second(35);
+  // stopped() is called twice before the first size, once before others, before each of 9 calibrations and
+  // before each of 3 x 9 samples: 38 times for the first size.
+  StopAt in_second(44);
   const TimingTables tables = measure_timing(tiny(), in_second);
   EXPECT_EQ(tables.status, Status::interrupted);
-  ASSERT_EQ(tables.rows.size(), 7U);
-  EXPECT_EQ(tables.raw.size(), 21U);
+  ASSERT_EQ(tables.rows.size(), methods_of_tiny);
+  EXPECT_EQ(tables.raw.size(), 3 * methods_of_tiny);
   for (std::size_t r = 0; r < tables.rows.size(); ++r) EXPECT_EQ(tables.rows.number(r, "cells"), 2);
   StopAt at_once(0);
   EXPECT_EQ(measure_timing(tiny(), at_once).rows.size(), 0U);
@@ -116,15 +124,86 @@ TEST(Timing, PoolsPassesOverAllSizes) {
   config.repetitions = 6;
   Progress silent;
   const TimingTables tables = measure_timing(config, silent);
-  ASSERT_EQ(tables.rows.size(), 14U);
+  ASSERT_EQ(tables.rows.size(), 2 * methods_of_tiny);
   for (std::size_t r = 0; r < tables.rows.size(); ++r) {
-    EXPECT_EQ(tables.rows.number(r, "cells"), r < 7 ? 2 : 3);
+    EXPECT_EQ(tables.rows.number(r, "cells"), r < methods_of_tiny ? 2 : 3);
     EXPECT_EQ(tables.rows.number(r, "repeats"), 6);
   }
-  EXPECT_EQ(tables.raw.size(), 14U * 6);
+  EXPECT_EQ(tables.raw.size(), 2 * methods_of_tiny * 6);
   std::vector<double> order;  // of (pass, size)
-  for (std::size_t r = 0; r < tables.raw.size(); r += 14) order.push_back(tables.raw.number(r, "cells"));
+  for (std::size_t r = 0; r < tables.raw.size(); r += 2 * methods_of_tiny)
+    order.push_back(tables.raw.number(r, "cells"));
   EXPECT_EQ(order, (std::vector<double>{2, 3, 3, 2, 2, 3}));
+}
+
+TEST(Timing, MeasuresADebugBuildOfTheThesissLoops) {
+  Progress silent;
+  TimingConfig config = tiny();
+  config.cells = {4};
+  config.largest_debug_build = 4;
+  const Table rows = measure_timing(config, silent).rows;
+  const Table loop = rows.where("method", "plain_loop").where("precision", "double").where("threads", 1);
+  const Table debug = rows.where("method", "plain_loop_debug");
+  ASSERT_EQ(debug.size(), 1U);
+  EXPECT_EQ(debug.text(0, "status"), "ok");
+  EXPECT_EQ(rows.where("method", "algorithm_1_debug").size(), 2U);
+  // Slower by a factor of some tens: a build with optimisation by mistake would not be.
+  EXPECT_GT(debug.number(0, "seconds_per_step"), 5 * loop.number(0, "seconds_per_step"));
+}
+
+/// Two cases, three passes: 1, 2, 4 s and 3, 3, 3 s, each the median of samples that differ.
+TEST(TimingPasses, CompareMediansOfTheSameCase) {
+  Table raw({{"method"}, {"precision"}, {"threads"}, {"cells"}, {"pass"}, {"seconds_per_step"}});
+  for (int pass = 0; pass < 3; ++pass)
+    for (const double factor : {0.5, 1.0, 9.0}) {
+      raw.add({"loop", "double", 1, 7, pass, factor * double(1 << pass)});
+      raw.add({"loop", "double", 1, 20, pass, 3.0});
+    }
+  const Table passes = timing_passes(raw);
+  ASSERT_EQ(passes.size(), 2U);
+  EXPECT_EQ(passes.number(0, "fastest"), 1);
+  EXPECT_EQ(passes.number(0, "slowest"), 4);
+  EXPECT_EQ(passes.number(0, "slowest_over_fastest"), 4);
+  EXPECT_EQ(passes.number(1, "slowest_over_fastest"), 1);
+  EXPECT_NE(passes_text(passes).find("4.00 at most (loop double, threads: 1, n = 7)"), std::string::npos);
+}
+
+/// A sweep that takes a second on a processor of twice its operations and four times its bytes per second.
+TEST(TimingLimits, ShareIsWorkOverTimeOverPeak) {
+  const double flops = 36.0 * 158 + 95 * 8 + 21 * 27, bytes = 14 * 8 * 27;
+  EXPECT_EQ(flops_per_step(158, 8, 27), flops);
+  Table rows({{"method"},
+              {"precision"},
+              {"threads"},
+              {"cells"},
+              {"particles"},
+              {"springs"},
+              {"seconds_per_step"},
+              {"status"}});
+  rows.add({"structured_sweep", "double", 1, 2, 27, 158, 1.0, "ok"});
+  rows.add({"structured_sweep", "double", 2, 2, 27, 158, 1.0, "ok"});
+  rows.add({"plain_loop", "double", 1, 2, 27, 158, 1.0, "ok"});
+  Table peaks = empty_peaks();
+  peaks.add({0, "multiply_add", "any", "double", 1, 2 * flops});
+  peaks.add({0, "triad", "any", "double", 1, 4 * bytes});
+  const Table limits = timing_limits(rows, peaks);
+  ASSERT_EQ(limits.size(), 2U);
+  EXPECT_NEAR(limits.number(0, "share_of_peak"), 0.5, 1e-15);
+  EXPECT_NEAR(limits.number(0, "share_of_bandwidth"), 0.25, 1e-15);
+  EXPECT_EQ(limits.text(1, "status"), "peaks not measured");
+}
+
+/// Single precision has twice the lanes of double, and no processor reaches a thousand operations a cycle.
+TEST(TimingLimits, MeasuresThePeaksOfThisProcessor) {
+  Table peaks = empty_peaks();
+  add_peaks(0, {1}, peaks);
+  ASSERT_EQ(peaks.size(), 3U);
+  const double in_double = peaks.number(0, "rate"), in_single = peaks.number(1, "rate");
+  EXPECT_GT(in_double, 1e8);
+  EXPECT_LT(in_double, 1e13);
+  EXPECT_NEAR(in_single / in_double, 2, 1);  // a busy machine disturbs either
+  EXPECT_EQ(peaks.text(2, "quantity"), "triad");
+  EXPECT_GT(peaks.number(2, "rate"), 1e8);
 }
 
 ShapeTimingConfig tiny_shapes() { return {.cells = {2, 3}, .repetitions = 3, .sample_seconds = 1e-5}; }

@@ -209,9 +209,28 @@ TEST(Validate, DrawsFromItsFiles) {
   const std::vector<NamedTable> tables = validation_files(config, measure_validation(config, progress));
   expect_same_drawings(find_experiment("validate"), tables);
   const std::vector<NamedChart> charts = draw_validation(tables).charts;
-  ASSERT_EQ(charts.size(), 5U);  // two of torsion, two of compression, none of shear, the refinement
-  EXPECT_EQ(charts[0].name, "validate");
-  EXPECT_EQ(charts[3].name, "validate_large_compression_cells");
+  ASSERT_EQ(charts.size(), 5U);
+  const std::vector<std::string> names{"validate", "validate_torsion_cells", "validate_torsion_seconds",
+                                       "validate_large_strain", "validate_refinement"};
+  for (std::size_t i = 0; i < names.size(); ++i) EXPECT_EQ(charts[i].name, names[i]);
+  // All charted cases at the resolution that they share; shear is not charted.
+  EXPECT_EQ(charts[0].chart.y.names, (std::vector<std::string>{"torsion", "large compression"}));
+  EXPECT_NE(charts[0].chart.subtitle.find("2 cells across"), std::string::npos);
+}
+
+// The cells of a bar of springs between smooth plates all deform alike, however far.
+TEST(Validate, SpringsAreTheirCauchyBornLimitAtLargeStrain) {
+  ValidationConfig config = validation_config({});
+  config.strains = {-0.4, -0.1, 0.4};
+  Progress progress;
+  Table strains = empty_strains();
+  EXPECT_TRUE(measure_large_strain(config, progress, strains));
+  ASSERT_EQ(strains.size(), 4U * 3);
+  for (std::size_t r = 0; r < strains.size(); ++r) {
+    EXPECT_EQ(strains.text(r, "status"), "ok");
+    EXPECT_NEAR(strains.number(r, "difference"), 0, 1e-9) << r;
+    EXPECT_NEAR(strains.number(r, "lateral_stretch"), strains.number(r, "cauchy_born_lateral_stretch"), 1e-9);
+  }
 }
 
 TEST(Validate, KeepsFinishedRowsWhenStopped) {

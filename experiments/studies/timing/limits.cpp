@@ -1,0 +1,143 @@
+// What the sweep reaches of the processor's peaks, which are measured in the same run.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "core/instruction_sets.hpp"
+#include "core/team.hpp"
+#include "experiments/studies/timing/peaks.hpp"
+#include "experiments/studies/timing/timing.hpp"
+
+namespace mss::studies::timing {
+
+PeakLoops peaks_baseline();
+PeakLoops peaks_v3();
+PeakLoops peaks_v4();
+
+namespace {
+
+constexpr const char *multiply_adds = "multiply_add", *triad = "triad";
+constexpr double sample_seconds = 20e-3;
+constexpr std::size_t triad_numbers = std::size_t{1} << 23;  // 64 MB an array, 192 MB in all
+
+std::string precision_name(bool single) { return single ? "single" : "double"; }
+
+/// flop/s of all threads together.
+double multiply_add_rate(const MultiplyAdd& loop, Team& team) {
+  std::vector<double> results(std::size_t(team.size()));
+  const auto seconds_for = [&](long rounds) {
+    return seconds_of([&] { team.run([&](int rank) { results[std::size_t(rank)] = loop.run(rounds); }); });
+  };
+  const long rounds = sample_length(sample_seconds, seconds_for).steps;
+  return loop.flops * double(rounds) * double(team.size()) / seconds_for(rounds);
+}
+
+/// B/s of all threads together: the best of three, as is usual for this loop.
+double triad_rate(const PeakLoops& loops, Team& team) {
+  std::vector<double> a(triad_numbers), b(triad_numbers, 1), c(triad_numbers, 2);
+  const auto ranks = std::size_t(team.size());
+  const auto part = [&](int rank) {
+    const std::size_t begin = triad_numbers * std::size_t(rank) / ranks,
+                      end = triad_numbers * (std::size_t(rank) + 1) / ranks;
+    loops.triad(&a[begin], &b[begin], &c[begin], 3, std::ptrdiff_t(end - begin));
+  };
+  double seconds = std::numeric_limits<double>::infinity();
+  for (int repetition = 0; repetition < 3; ++repetition)
+    seconds = std::min(seconds, seconds_of([&] { team.run(part); }));
+  return 24 * double(triad_numbers) / seconds;
+}
+
+/// Median and quartiles over the passes; NaN if there are none.
+Quartiles peak(const Table& peaks, const char* quantity, const std::string& precision, double threads) {
+  const Table rows =
+      peaks.where("quantity", quantity).where("precision", precision).where("threads", threads);
+  std::vector<double> rates;
+  for (std::size_t r = 0; r < rows.size(); ++r) rates.push_back(rows.number(r, "rate"));
+  return quartiles(rates);
+}
+
+}  // namespace
+
+Table empty_peaks() {
+  return Table({{"pass"}, {"quantity"}, {"instruction_set"}, {"precision"}, {"threads"}, {"rate", "1/s"}});
+}
+
+void add_peaks(int pass, const std::vector<int>& threads, Table& peaks) {
+  const PeakLoops loops = runnable_copies(peaks_baseline, peaks_v3, peaks_v4).back();
+  for (const int count : threads) {
+    Team team(count);
+    for (const bool single : {false, true})
+      peaks.add({pass, multiply_adds, loops.instruction_set, precision_name(single), count,
+                 multiply_add_rate(single ? loops.in_single : loops.in_double, team)});
+    peaks.add({pass, triad, loops.instruction_set, precision_name(false), count, triad_rate(loops, team)});
+  }
+}
+
+/// A spring: differences of places and velocities 6, squared length and projected speed 10, reciprocal root
+/// 6, stiffness and damping 5, force 3, its addition to both ends 6. A cell: sums of diagonals 12, mean edges
+/// 9, faces 27, volume 6, pressure 2, forces 27, their addition to those of the body diagonals 12. A
+/// particle: sum with the plane below 3, acceleration 6, velocity 6, place 6. What a kernel computes beside
+/// these (shares of springs at the surface, a second step of the reciprocal root, empty lanes) does not
+/// count.
+double flops_per_step(double springs, double cells, double particles) {
+  return 36 * springs + 95 * cells + 21 * particles;
+}
+
+double bytes_per_step(double particles, bool single) { return 14 * (single ? 4 : 8) * particles; }
+
+Table timing_limits(const Table& rows, const Table& peaks) {
+  Table limits({{"precision"},
+                {"threads"},
+                {"cells"},
+                {"instruction_set"},
+                {"seconds_per_step", "s"},
+                {"flops_per_step"},
+                {"peak_flops", "1/s"},
+                {"peak_flops_q1", "1/s"},
+                {"peak_flops_q3", "1/s"},
+                {"share_of_peak"},
+                {"bytes_per_step", "B"},
+                {"bandwidth", "B/s"},
+                {"bandwidth_q1", "B/s"},
+                {"bandwidth_q3", "B/s"},
+                {"share_of_bandwidth"},
+                {"status"}});
+  if (peaks.size() == 0) return limits;
+  const Table sweeps = rows.where("method", "structured_sweep").where("status", "ok");
+  for (std::size_t r = 0; r < sweeps.size(); ++r) {
+    const std::string& precision = sweeps.text(r, "precision");
+    const double threads = sweeps.number(r, "threads"), n = sweeps.number(r, "cells"),
+                 particles = sweeps.number(r, "particles"), seconds = sweeps.number(r, "seconds_per_step");
+    const double flops = flops_per_step(sweeps.number(r, "springs"), n * n * n, particles),
+                 bytes = bytes_per_step(particles, precision == precision_name(true));
+    const Quartiles fused = peak(peaks, multiply_adds, precision, threads),
+                    stream = peak(peaks, triad, precision_name(false), threads);
+    limits.add({precision, std::int64_t(threads), std::int64_t(n), peaks.text(0, "instruction_set"), seconds,
+                flops, fused.median, fused.q1, fused.q3, flops / seconds / fused.median, bytes, stream.median,
+                stream.q1, stream.q3, bytes / seconds / stream.median,
+                std::string(std::isnan(fused.median) ? "peaks not measured" : "ok")});
+  }
+  return limits;
+}
+
+std::string limits_text(const Table& limits) {
+  std::string text;
+  for (std::size_t r = 0; r < limits.size(); ++r) {
+    const double n = limits.number(r, "cells");
+    if (n != 7 && n != 20 && n != 50) continue;
+    text += fmt::format(
+        "n = {}, {}, threads: {}: {:.2f} of the measured peak of multiply-adds ({:.0f} Gflop/s), {:.2f} of "
+        "the "
+        "memory bandwidth ({:.0f} GB/s)\n",
+        n, limits.text(r, "precision"), limits.number(r, "threads"), limits.number(r, "share_of_peak"),
+        1e-9 * limits.number(r, "peak_flops"), limits.number(r, "share_of_bandwidth"),
+        1e-9 * limits.number(r, "bandwidth"));
+  }
+  return text.empty() ? text
+                      : "\nThe sweep beside this processor's limits, measured in the same run:\n" + text;
+}
+
+}  // namespace mss::studies::timing
