@@ -266,6 +266,7 @@ bool measure_size(const TimingConfig& config, int pass, Size& size, Table& raw, 
   };
   if (!interleave(repetitions, all.size(), progress, sample)) return false;
   add_debug_samples(config, size.n, pass, all, measured);
+  if (progress.stopped()) return false;  // Ctrl-C ended that program too
   raw = std::move(measured);
   pool(size, std::move(all));
   return true;

@@ -106,8 +106,8 @@ class StopAt final : public Progress {
 };
 
 TEST(Timing, KeepsFinishedSizesWhenStopped) {
-  // stopped() is called twice before the first size, once before others, before each of 9 calibrations and
-  // before each of 3 x 9 samples: 38 times for the first size.
+  // stopped() is called twice before the first size, once before others, before each of 9 calibrations,
+  // before each of 3 x 9 samples, and at the end: 39 times for the first size.
   StopAt in_second(44);
   const TimingTables tables = measure_timing(tiny(), in_second);
   EXPECT_EQ(tables.status, Status::interrupted);
