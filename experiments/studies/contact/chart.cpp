@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "experiments/studies/contact/contact.hpp"
 
@@ -75,6 +76,7 @@ Chart laws_chart(const Table& rows) {
       double worst = 0;
       for (std::size_t r = 0; r < runs.size(); ++r) worst = std::max(worst, runs.number(r, "error"));
       if (worst > 0) series.points.push_back({worst, chart.y.ticks[e]});
+      if (runs.size() == 0) series.label += fmt::format(" ({}: failed)", names[e]);
     }
     chart.series.push_back(std::move(series));
   }
@@ -82,13 +84,13 @@ Chart laws_chart(const Table& rows) {
 }
 
 Chart stop_chart(const Table& rows) {
-  Chart chart{.title = "Friction: stopping distance after a push, less that of the law",
+  Chart chart{.title = "Friction: error of the stopping distance after a push",
               .subtitle = fmt::format("2 m/s along an edge on level ground; by the law v^2 / (2 mu g); {}",
                                       charted_integrator(rows)),
               .x = {.label = "given coefficient of friction, mu", .low = 0},
-              .y = {.label = "distance / that of the law - 1"}};
+              .y = {.label = "| distance / that of the law - 1 |", .logarithmic = true}};
   add_series(chart, rows, Study::stop, {BodyKind::particle, BodyKind::block},
-             [](double given, double measured) { return given / measured - 1; });
+             [](double given, double measured) { return std::abs(given / measured - 1); });
   return chart;
 }
 

@@ -97,10 +97,9 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
   Table table({{"model"}, {"state"}, {"trials"}, {"recovered"}, {"status"}});
   for (const RecoveryConfig& each : {symmetric_config(), config}) {
     Journal journal;
-    const Table rows = measure_recovery(each, 1, journal, progress).rows;
-    for (const std::vector<Cell>& row :
-         rows.select({"model", "state", "trials", "recovered", "status"}).rows())
-      table.add(row);
+    const Table rows = measure_recovery(each, 1, journal, progress)
+                           .rows.select({"model", "state", "trials", "recovered", "status"});
+    for (const std::vector<Cell>& row : rows.rows()) table.add(row);
   }
   return table;
 }
