@@ -29,6 +29,10 @@ class MollemansSystem final : public BodySystem<double> {
   void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override;
   Tangents<double>* tangents() override { return &tangents_; }
 
+  /// The factor of the volume force in eq. 1-2, F_j = F_int + F_ext + alpha F_vol, for one of the two ways to
+  /// cut cells [N/m^3].
+  double alpha() const { return 2 * kappa_; }
+
  private:
   /// The matrix of the force is unsymmetric. `elastic` and `projected` stand for the symmetric, positive
   /// semidefinite one that pushes along the gradient of each tetrahedron's volume instead of along u.

@@ -65,6 +65,10 @@ void add(CLI::App& app, int& exit_status) {
       ->add_option("--frames", choice->options.frames,
                    "Number of frames of 1/60 s to simulate before the picture (default 0: the start)")
       ->needs(shot);
+  command
+      ->add_flag("--every-frame", choice->options.every_frame,
+                 "Draw all of these frames, as a window would; --log has the time that takes")
+      ->needs(shot);
   command->add_flag("--log", choice->options.log, "Print a line of JSON for every action in the window");
   command->callback([choice, &exit_status] { view_scene(*choice, exit_status); });
 }

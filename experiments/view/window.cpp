@@ -176,6 +176,7 @@ class Viewer {
   void fit_colours();
   void colour();
   void draw(const Layout& places, int width, int height);
+  void draw_on(const Canvas& canvas);
   void log(const std::string& event) const;
 
   ViewOptions options_;
@@ -225,6 +226,7 @@ void Viewer::log(const std::string& event) const {
                   {"frame_seconds", display_.frame_seconds},
                   {"stepping_seconds", stepping_seconds_},
                   {"drawing_seconds", drawing_seconds_},
+                  {"renderer", reinterpret_cast<const char*>(glGetString(GL_RENDERER))},
                   {"slower", display_.slower},
                   {"message", display_.message},
                   {"widgets", widgets}};
@@ -440,30 +442,38 @@ Status Viewer::show_live() {
   return interrupted() ? Status::interrupted : session_.status();
 }
 
+void Viewer::draw_on(const Canvas& canvas) {
+  gui_.begin(width_, height_);
+  const Layout places = layout(width_, height_);
+  panel_.draw(session_, display_, places);
+  canvas.bind();
+  draw(places, width_, height_);
+  gui_.end();
+}
+
 /// Sixtieths of a second as they come, whatever the time they take: the same picture on every machine.
 Status Viewer::make_shot() {
   prepare_directory(options_.shot.has_parent_path() ? options_.shot.parent_path() : fs::path("."));
   width_ = options_.width;
   height_ = options_.height;
+  const Canvas canvas(width_, height_);
   see_all();  // of a body that flies apart, its start
   for (; frames_ < options_.frames && session_.status() == Status::ok && !interrupted(); ++frames_) {
     const auto begin = Clock::now();
     session_.advance(1.0 / 60);
     stepping_seconds_ += seconds_since(begin);
     session_.record();
+    if (!options_.every_frame) continue;
+    const auto stepped = Clock::now();
+    colour();
+    draw_on(canvas);
+    glFinish();
+    drawing_seconds_ += seconds_since(stepped);
   }
   if (interrupted()) return Status::interrupted;
   if (session_.status() == Status::ok) see_all();
   colour();
-  const Canvas canvas(width_, height_);
-  for (int pass = 0; pass < 2; ++pass) {  // Dear ImGui has sizes from the second frame on
-    gui_.begin(width_, height_);
-    const Layout places = layout(width_, height_);
-    panel_.draw(session_, display_, places);
-    canvas.bind();
-    draw(places, width_, height_);
-    gui_.end();
-  }
+  for (int pass = 0; pass < 2; ++pass) draw_on(canvas);  // Dear ImGui has sizes from the second frame on
   write_png(options_.shot, width_, height_, canvas.read());
   log("shot");
   return session_.status();

@@ -9,6 +9,7 @@
 #include "core/body_system.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/journal.hpp"
+#include "experiments/simulation/landing.hpp"
 
 namespace mss::studies::recovery {
 
@@ -28,6 +29,10 @@ struct RecoveryModel {
   double poisson = 0;     ///< not of the thesis's springs, which have no material
 
   bool guarded() const { return body.fold_guard > 0; }
+  /// Name of the model for make_system().
+  std::string law() const {
+    return stiffness == Stiffness::corotational_elements ? "corotational" : spring_model;
+  }
   std::unique_ptr<BodySystem<double>> system(const Body& of, const Environment& environment) const;
 };
 
@@ -59,30 +64,10 @@ std::string to_string(const TrappedState& state);
 /// Edges of the cubes in cells.
 inline constexpr int recovery_cells = 3;
 
-/// How a trial ends: at rest in its shape, at rest in its mirror image, at rest with stored energy, not at
-/// rest, or with numbers that are not finite.
-enum class Recovery { recovered, mirrored, trapped, moving, non_finite };
-std::string_view to_string(Recovery outcome);
-
-struct RecoveryTrial {
-  Recovery outcome = Recovery::recovered;
-  double seconds = 0;       ///< simulated until the end [s]
-  double max_stretch = 0;   ///< at the end
-  double min_jacobian = 1;  ///< at the end
-};
-
 /// Puts the body of a system into a state and releases it.
 RecoveryTrial try_recovery(BodySystem<double>& system, const TrappedState& trap, std::uint64_t seed);
 
-/// What a cube lands on: a corner, an edge or a face.
-struct Landing {
-  std::string name;
-  Vec3 up;  ///< normal of the ground, of length 1
-};
-const std::vector<Landing>& landings();
-
-/// Lands a cube at a speed [m/s] and lets it bounce and come to rest in the air: recovered if no cell is
-/// inverted then, however fast it rotates.
+/// Lands a cube at a speed [m/s] on a plane of the law `impulse`, restitution 0.5.
 RecoveryTrial try_landing(const RecoveryModel& model, const Landing& landing, double speed);
 
 /// Wall time of a step, models interleaved, and the largest displacement that the fold guard causes where no

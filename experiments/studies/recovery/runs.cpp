@@ -10,7 +10,6 @@
 #include <memory>
 #include <random>
 
-#include "core/measures.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/statistics.hpp"
 #include "experiments/harness/workers.hpp"
@@ -27,45 +26,8 @@ namespace {
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array outcomes{Recovery::recovered, Recovery::mirrored, Recovery::trapped, Recovery::moving,
                               Recovery::non_finite};
-constexpr double at_rest = 1e-6;  ///< largest stretch of a recovered body
 
 const IntegratorInfo& method() { return find_integrator("verlet"); }
-
-/// A tenth of the stable step about rest without guard: trials begin far from rest, and a guard that acts
-/// raises the highest frequency up to threefold.
-double trial_step(const BodySystem<double>& system) {
-  return 0.1 * stable_step(method(), system.spectral_bound());
-}
-
-/// Runs until the body is at rest, trapped (its stored energy remains constant), or the time is over.
-RecoveryTrial settle(BodySystem<double>& system, State<double>& state) {
-  constexpr long sample_steps = 128, most_samples = 500;
-  constexpr int samples_to_trapped = 50;
-  constexpr double energy_tolerance = 1e-9;
-  const double dt = trial_step(system);
-  const auto integrator = method().make<double>({.dt = dt});
-  Work work;
-  double before = none;
-  int unchanged = 0;
-  RecoveryTrial trial{.outcome = Recovery::moving};
-  for (long i = 1; i <= most_samples; ++i) {
-    const Status status = integrator->advance(system, state, double(i * sample_steps) * dt, work);
-    const Measures m = measure(system, state);
-    const double stored = m.elastic + m.volume_energy;
-    trial.seconds = state.t;
-    if (status != Status::ok || !std::isfinite(stored))
-      return {.outcome = Recovery::non_finite, .seconds = state.t, .max_stretch = none, .min_jacobian = none};
-    trial.max_stretch = m.max_stretch;
-    trial.min_jacobian = m.min_jacobian;
-    unchanged = std::abs(stored - before) <= energy_tolerance * stored ? unchanged + 1 : 0;
-    before = stored;
-    if (m.max_stretch < at_rest)
-      trial.outcome = m.min_jacobian > 0 ? Recovery::recovered : Recovery::mirrored;
-    if (unchanged == samples_to_trapped) trial.outcome = Recovery::trapped;
-    if (trial.outcome != Recovery::moving) break;
-  }
-  return trial;
-}
 
 /// Counts over the seeds of one model and state.
 struct Tally {
@@ -206,8 +168,7 @@ RecoveryTables empty_tables() {
 
 std::unique_ptr<BodySystem<double>> RecoveryModel::system(const Body& of,
                                                           const Environment& environment) const {
-  const bool elements = stiffness == Stiffness::corotational_elements;
-  return make_system<double>(elements ? "corotational" : spring_model, of, environment, 1);
+  return make_system<double>(law(), of, environment, 1);
 }
 
 RecoveryTrial try_recovery(BodySystem<double>& system, const TrappedState& trap, std::uint64_t seed) {
@@ -220,23 +181,11 @@ RecoveryTrial try_recovery(BodySystem<double>& system, const TrappedState& trap,
     const Vec3 rest = (state.x.at(site) - config.origin) / config.cell_size;
     state.x.set(site, config.origin + config.cell_size * trap.put(rest, {x, y, z}, trap.amount));
   }
-  return settle(system, state);
+  return settle(system, state, trial_step(system));
 }
 
 RecoveryTrial try_landing(const RecoveryModel& model, const Landing& landing, double speed) {
-  constexpr double above = 1e-3;  // of a cell
-  BodyConfig config = model.body;
-  config.origin = above * config.cell_size * Vec3::Ones();
-  const Environment ground{.planes = {{.point = Vec3::Zero(), .normal = landing.up, .restitution = 0.5}}};
-  const Body body(config);
-  const auto system = model.system(body, ground);
-  State<double> state = system->rest_state();
-  for (const std::ptrdiff_t site : system->particles()) state.v.set(site, -speed * landing.up);
-  RecoveryTrial trial = settle(*system, state);
-  const bool inverted = !(trial.min_jacobian > 0);
-  if (!inverted && (trial.outcome == Recovery::trapped || trial.outcome == Recovery::moving))
-    trial.outcome = Recovery::recovered;
-  return trial;
+  return mss::try_landing(model.law(), model.body, {.normal = landing.up, .restitution = 0.5}, speed);
 }
 
 namespace {

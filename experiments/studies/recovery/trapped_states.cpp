@@ -74,12 +74,6 @@ const TrappedState& turned_state() {
   return state;
 }
 
-const std::vector<Landing>& landings() {
-  static const std::vector<Landing> all{
-      {"corner", Vec3(1, 1, 1).normalized()}, {"edge", Vec3(0, 1, 1).normalized()}, {"face", Vec3::UnitZ()}};
-  return all;
-}
-
 std::string to_string(const TrappedState& state) {
   return state.amount == 0 ? state.name : fmt::format("{} {:g}", state.name, state.amount);
 }
@@ -92,22 +86,6 @@ std::string_view to_string(Stiffness stiffness) {
       return "calibrated_springs";
     case Stiffness::corotational_elements:
       return "corotational_elements";
-  }
-  return "unknown";
-}
-
-std::string_view to_string(Recovery outcome) {
-  switch (outcome) {
-    case Recovery::recovered:
-      return "recovered";
-    case Recovery::mirrored:
-      return "mirrored";
-    case Recovery::trapped:
-      return "trapped";
-    case Recovery::moving:
-      return "moving";
-    case Recovery::non_finite:
-      return "non_finite";
   }
   return "unknown";
 }

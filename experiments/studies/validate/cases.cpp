@@ -9,6 +9,7 @@
 
 #include "experiments/simulation/equilibrium.hpp"
 #include "experiments/simulation/model.hpp"
+#include "experiments/simulation/uniform_stress.hpp"
 #include "experiments/studies/validate/validate.hpp"
 #include "integrators/linear_response.hpp"
 #include "integrators/modes.hpp"
@@ -46,21 +47,8 @@ Solution compliance(BodySystem<double>& system) {
   return {r.status, inner(system, r.load, r.displacement) / (total_load * total_load)};
 }
 
-/// A unit cube under the tractions of a uniform stress s (s_ab, times total_load), only its rigid motions
-/// fixed. Its compliance is s : C : s with C the material's compliance tensor.
-Environment uniform_stress(const Eigen::Matrix3d& s) {
-  const Vec3 one = Vec3::Ones();
-  Environment e{.holds = {hold({Vec3::Zero(), Vec3::Zero()}, "xyz"),
-                          hold({Vec3::UnitX(), Vec3::UnitX()}, "yz"),
-                          hold({Vec3::UnitY(), Vec3::UnitY()}, "z")}};
-  for (int axis = 0; axis < 3; ++axis)
-    for (const bool far : {false, true})
-      e.loads.push_back(
-          {.box = face(one, axis, far), .force = (far ? total_load : -total_load) * s.col(axis)});
-  return e;
-}
-
-/// A cube under a uniform stress; `reference` is its compliance.
+/// A cube under a uniform stress s, times total_load; `reference` is its compliance, s : C : s with C the
+/// material's compliance tensor.
 ValidationCase uniform_case(const std::string& name, const std::string& load, const Eigen::Matrix3d& stress,
                             double reference, const std::string& source) {
   return {.name = name,
@@ -68,7 +56,7 @@ ValidationCase uniform_case(const std::string& name, const std::string& load, co
           .quantity = "compliance",
           .unit = "m/N",
           .proportions = {1, 1, 1},
-          .environment = uniform_stress(stress),
+          .environment = uniform_stress(total_load * stress),
           .solve = compliance,
           .reference = reference,
           .source = source,
