@@ -161,9 +161,7 @@ double Body::interior_stiffness(std::size_t slot) const {
   return of_class[static_cast<std::size_t>(spring_slots[slot].kind)];
 }
 
-double Body::interior_fold_guard() const {
-  return config_.fold_guard * cubic_stiffness(config_.springs, config_.cell_size).c44;
-}
+double Body::interior_fold_guard() const { return config_.fold_guard * config_.shear_modulus(); }
 
 SiteElements Body::elements_from(const Neighbourhood& cells) const {
   constexpr std::array<double, 3> cells_of_interior_spring{4, 2, 1};
@@ -181,7 +179,7 @@ SiteElements Body::elements_from(const Neighbourhood& cells) const {
     e.stiffness[s] = weight * interior_stiffness(s);
     if (e.stiffness[s] != 0)
       e.damping[s] = config_.damping.coefficient(e.stiffness[s], mass[std::size_t(a)], mass[std::size_t(b)],
-                                                 rest_length(kind));
+                                                 rest_length(kind), config_.shear_modulus());
   }
   e.volume = e.weight[spring_groups - 1] * config_.springs.volume;
   e.fold_guard = e.weight[spring_groups - 1] * interior_fold_guard();

@@ -90,6 +90,8 @@ struct BodyConfig {
     elastic = material;
     springs = calibrate(material, cell_size, face_share);
   }
+  /// C44 of the interior springs [Pa].
+  double shear_modulus() const { return cubic_stiffness(springs, cell_size).c44; }
 };
 
 /// A body at rest: cells, particles, masses and springs on a lattice. Immutable.

@@ -23,6 +23,8 @@ BodyConfig coarsened(const BodyConfig& fine) {
   coarse.cell_size = 2 * fine.cell_size;
   coarse.sharing = Sharing::weighted;
   for (double* k : {&coarse.springs.edge, &coarse.springs.face, &coarse.springs.body}) *k *= 2;
+  // c of a ratio goes with sqrt(k m) ~ h^2, that of a viscosity with h.
+  if (coarse.damping.law == Damping::Law::ratio) coarse.damping.zeta /= 2;
   return coarse;
 }
 

@@ -8,7 +8,7 @@
 namespace mss {
 
 /// The same material in cells twice as large, for multigrid: each is filled as much as the eight that it
-/// replaces are on average, so that odd sizes and ragged shapes keep their stiffness and mass.
+/// replaces are on average, so that odd sizes and ragged shapes keep their stiffness, viscosity and mass.
 BodyConfig coarsened(const BodyConfig& fine);
 
 /// Runs task(0) ... task(count - 1), as System::parallel does.

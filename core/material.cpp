@@ -44,7 +44,7 @@ double CubicStiffness::poisson(const Eigen::Vector3d& direction) const {
   return -(s.s11 + 2 * s.s12 - along) / (2 * along);
 }
 
-double Damping::coefficient(double k, double m1, double m2, double rest_length) const {
+double Damping::coefficient(double k, double m1, double m2, double rest_length, double shear_modulus) const {
   switch (law) {
     case Law::none:
       return 0;
@@ -52,6 +52,8 @@ double Damping::coefficient(double k, double m1, double m2, double rest_length) 
       return 2 * zeta * std::sqrt(k * m1 * m2 / (m1 + m2));
     case Law::thesis:
       return 2 * std::sqrt(k * (m1 + m2)) / rest_length;
+    case Law::viscosity:
+      return k * viscosity / shear_modulus;
   }
   return 0;
 }

@@ -50,17 +50,30 @@ struct CubicStiffness {
 };
 
 /// How internal damping is chosen for a spring of stiffness k between masses m1 and m2.
+///
+/// A ratio zeta belongs to springs: c ~ h^2 where moduli are kept, so the body's viscosity c / h vanishes as
+/// its cells shrink. A viscosity belongs to the material (Kelvin-Voigt). cubic_stiffness() is linear in the
+/// springs, and dampers beside them are to strain rates what they are to strains: c = tau k for every spring,
+/// tau = eta / C44, makes the lattice's viscosities tau times the stiffness of its springs, without k_vol,
+/// which has no damper. Calibrated springs have C44 = C12 = mu and C11 = 3 mu: the stress is
+///   2 eta e' + lambda' tr(e') I  with  lambda' = eta  (Cauchy's relation of central forces),
+/// so the bulk viscosity is 5/3 eta whatever nu is. Springs and dampers are shared alike: `weighted` keeps
+/// eta, `uniform` makes surfaces more viscous by as much as it makes them stiffer, and what a topology or a
+/// fill factor takes of the springs it takes of eta too.
 struct Damping {
   enum class Law {
     none,
-    ratio,  ///< c = 2 zeta sqrt(k m1 m2 / (m1 + m2)): zeta of critical for the two-mass spring
-    thesis  ///< eq. 2-4 as printed, d = 2 sqrt(k (m1 + m2)) / l0: its units are not kg/s
+    ratio,     ///< c = 2 zeta sqrt(k m1 m2 / (m1 + m2)): zeta of critical for the two-mass spring
+    thesis,    ///< eq. 2-4 as printed, d = 2 sqrt(k (m1 + m2)) / l0: its units are not kg/s
+    viscosity  ///< c = k eta / mu
   };
   Law law = Law::none;
   double zeta = 0;
+  double viscosity = 0;  ///< eta, of shear [Pa s]
 
-  /// Damping coefficient c of f = c (v_j - v_i).u [kg/s].
-  double coefficient(double k, double m1, double m2, double rest_length) const;
+  /// Damping coefficient c of f = c (v_j - v_i).u [kg/s]. `shear_modulus`: C44 of the interior springs [Pa],
+  /// not 0 with a viscosity.
+  double coefficient(double k, double m1, double m2, double rest_length, double shear_modulus) const;
 };
 
 /// Spring constants that make the `weighted` full lattice isotropic with the given E and nu.

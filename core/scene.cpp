@@ -27,7 +27,7 @@ KnownKeys make_known_keys() {
        {"model", "density", "young", "poisson", "face_share", "springs", "volume", "volume_force",
         "fold_guard"}},
       {"material.springs", {"edge", "face", "body"}},
-      {"damping", {"ratio", "thesis"}},
+      {"damping", {"ratio", "viscosity", "thesis"}},
       {"weight", {"box", "mass"}},
       {"environment", {"gravity"}},
       {"hold", {"box", "axes", "velocity", "displacement", "turn"}},
@@ -79,6 +79,7 @@ constexpr Quantity guard{"a stiffness of the fold guard", "a number of shear mod
                          not_negative};
 constexpr Quantity damping_ratio{"a damping ratio", "a number that is not negative, or thesis = true",
                                  not_negative};
+constexpr Quantity viscosity{"a viscosity", "a number of Pa s that is not negative", not_negative};
 constexpr Quantity acceleration{"an acceleration", "three finite numbers of m/s^2", any};
 constexpr Quantity velocity{"a velocity", "three finite numbers of m/s", any};
 constexpr Quantity displacement{"a displacement", "three finite numbers of metres", any};
@@ -194,19 +195,28 @@ SpringConstants read_springs(const TomlTable& material, Scene& scene) {
   return springs;
 }
 
-Damping read_damping(const TomlTable& damping) {
+Damping read_damping(const TomlTable& damping, const BodyConfig& config) {
   const char* key = damping.has("thesis") ? "thesis" : "paper";
   const bool thesis = damping.boolean(key, false);
-  if (thesis && damping.has("ratio"))
-    damping.reject("ratio", fmt::format("stands beside damping.{} = true; give one of the two", key));
-  const double zeta = damping.number("ratio", damping_ratio, 0);
+  for (const char* other : {"ratio", "viscosity"})
+    if (thesis && damping.has(other))
+      damping.reject(other, fmt::format("stands beside damping.{} = true; give one of the two", key));
+  if (damping.has("ratio") && damping.has("viscosity"))
+    damping.reject("viscosity", "stands beside damping.ratio; give one of the two");
   if (thesis) return {.law = Damping::Law::thesis};
-  return {.law = zeta > 0 ? Damping::Law::ratio : Damping::Law::none, .zeta = zeta};
+  if (const double zeta = damping.number("ratio", damping_ratio, 0); zeta > 0)
+    return {.law = Damping::Law::ratio, .zeta = zeta};
+  const double eta = damping.number("viscosity", viscosity, 0);
+  if (eta == 0) return {};
+  if (config.shear_modulus() == 0)
+    damping.reject("viscosity",
+                   "is of shear, which these springs do not resist; give face or body diagonals");
+  return {.law = Damping::Law::viscosity, .viscosity = eta};
 }
 
 double read_fold_guard(const TomlTable& material, const BodyConfig& config) {
   const double stiffness = material.number("fold_guard", guard, 0);
-  if (stiffness > 0 && cubic_stiffness(config.springs, config.cell_size).c44 == 0)
+  if (stiffness > 0 && config.shear_modulus() == 0)
     material.reject("fold_guard",
                     "is in shear moduli, and these springs have none; give face or body diagonals");
   return stiffness;
@@ -228,7 +238,7 @@ void read_body(const TomlTable& root, Scene& scene) {
                                          config.density * std::pow(config.cell_size, 3) / 8));
   config.springs = read_springs(material, scene);
   config.fold_guard = read_fold_guard(material, config);
-  config.damping = read_damping(root.table("damping"));
+  config.damping = read_damping(root.table("damping"), config);
   for (const TomlTable& table : root.tables("weight"))
     config.weights.push_back({.box = table.box("box"), .mass = table.number("mass", mass)});
 }

@@ -55,7 +55,9 @@ Json material_to_json(const Scene& scene) {
 }
 
 Json to_json(const Damping& damping) {
-  return {{"ratio", damping.zeta}, {"thesis", damping.law == Damping::Law::thesis}};
+  return {{"ratio", damping.zeta},
+          {"viscosity", damping.viscosity},
+          {"thesis", damping.law == Damping::Law::thesis}};
 }
 
 Json to_json(const Hold& hold) {
@@ -124,7 +126,10 @@ Json file_of(const Scene& scene, const std::filesystem::path& folder) {
   }
   if (scene.body.elastic)
     for (const char* key : {"springs", "volume"}) json["material"].erase(key);
-  json["damping"].erase(scene.body.damping.law == Damping::Law::thesis ? "ratio" : "thesis");
+  const Damping::Law law = scene.body.damping.law;
+  if (law != Damping::Law::viscosity) json["damping"].erase("viscosity");
+  if (law == Damping::Law::thesis || law == Damping::Law::viscosity) json["damping"].erase("ratio");
+  if (law != Damping::Law::thesis) json["damping"].erase("thesis");
   return json;
 }
 

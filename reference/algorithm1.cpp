@@ -142,6 +142,9 @@ void Algorithm1::connect(const BodyConfig& config) {
       s.damping = config.damping.zeta * 2 * std::sqrt(s.stiffness * (m1 * m2 / (m1 + m2)));
     if (config.damping.law == Damping::Law::thesis)  // eq. 2-4
       s.damping = 2 * std::sqrt(s.stiffness * (m1 + m2)) / s.rest_length;
+    if (config.damping.law == Damping::Law::viscosity)  // the stress of a shear rate is that of viscosity / G
+      s.damping = s.stiffness * config.damping.viscosity * config.cell_size /
+                  (config.springs.face + 4.0 / 3 * config.springs.body);
   }
   for (const Weight& weight : config.weights) add_weight(weight, 1e-9 * config.cell_size);
 }

@@ -36,6 +36,11 @@ double chain_frequency(double stiffness, double density, double length, int link
   return std::sin(pi * (2 * mode - 1) / (4 * links)) / pi * std::sqrt(stiffness / density) * links / length;
 }
 
+double logarithmic_decrement(double viscosity, double stiffness, double frequency) {
+  const double zeta = viscosity * pi * frequency / stiffness;
+  return 2 * pi * zeta / std::sqrt(1 - zeta * zeta);
+}
+
 double bounce_height(double drop, double restitution, int bounces) {
   return drop * std::pow(restitution, 2 * bounces);
 }

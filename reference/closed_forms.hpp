@@ -24,12 +24,18 @@ double torsion_stiffness(const SquareBar& bar);
 double hanging_sag(const SquareBar& bar, double density, double gravity);
 
 /// Longitudinal frequency of a bar, one end held and sides free [Hz], mode 1, 2 ...:
-/// (2 mode - 1) / (4 L) sqrt(stiffness / density). Thin bars have stiffness E; if the sides are held, C11.
+/// (2 mode - 1) / (4 L) sqrt(stiffness / density). Thin bars have stiffness E; if the sides are held, C11; if
+/// points move only across it, in shear, G.
 double bar_frequency(double stiffness, double density, double length, int mode);
 
 /// The same for the chain of `links` equal springs that a lattice makes of such a bar, its last mass half the
 /// others (one at a free surface) [Hz]: sin(pi (2 mode - 1) / (4 links)) / pi sqrt(stiffness / density) / h.
 double chain_frequency(double stiffness, double density, double length, int links, int mode);
+
+/// Logarithmic decrement of a vibration of a Kelvin-Voigt solid, ln of the ratio of two successive peaks:
+/// 2 pi zeta / sqrt(1 - zeta^2), zeta = viscosity omega / (2 stiffness), with the viscosity [Pa s] and the
+/// stiffness [Pa] of the mode's strain and omega = 2 pi times its undamped frequency [Hz].
+double logarithmic_decrement(double viscosity, double stiffness, double frequency);
 
 /// Height [m] a particle comes back to after a number of bounces, dropped from a height; each keeps e^2 of
 /// it.

@@ -155,9 +155,7 @@ bool Panel::draw_material(const Session& session, SceneEdit& settings) {
   } else {
     changed |= draw_springs(session, settings);
   }
-  changed |= slider("damping ratio", settings.damping.zeta, 0, 1, false);
-  if (changed && settings.damping.zeta != session.settings().damping.zeta)
-    settings.damping.law = settings.damping.zeta > 0 ? Damping::Law::ratio : Damping::Law::none;
+  changed |= draw_damping(settings.damping);
   if (!springs) return changed;  // the rest is about springs
   static const std::vector<std::string> names{"all springs", "edges and body", "one diagonal a face"};
   auto topology = static_cast<std::size_t>(settings.topology);
@@ -168,6 +166,15 @@ bool Panel::draw_material(const Session& session, SceneEdit& settings) {
   const bool none = !settings.elastic && settings.springs.volume == 0;
   const Disabled disabled(none);
   return toggle("volume force", settings.volume_force) || changed;
+}
+
+/// The viscosity of a scene that has one, else the ratio.
+bool Panel::draw_damping(Damping& damping) {
+  if (damping.law == Damping::Law::viscosity)
+    return slider("viscosity [Pa s]", damping.viscosity, 1e-2, 1e6, true);
+  if (!slider("damping ratio", damping.zeta, 0, 1, false)) return false;
+  damping.law = damping.zeta > 0 ? Damping::Law::ratio : Damping::Law::none;
+  return true;
 }
 
 /// Springs as they are given, or those of an isotropic material as stiff along an axis.

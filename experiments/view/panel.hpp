@@ -55,6 +55,7 @@ class Panel {
  private:
   void draw_buttons(const Session& session, const Display& display, Requests& requests);
   bool draw_material(const Session& session, SceneEdit& settings);  ///< true if something was changed
+  bool draw_damping(Damping& damping);
   bool draw_springs(const Session& session, SceneEdit& settings);
   bool draw_method(const Session& session, SceneEdit& settings);
   void draw_display(Display& display, Requests& requests);

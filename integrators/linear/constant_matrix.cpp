@@ -122,7 +122,7 @@ ConstantMatrix bounding_matrix(const Body& body, double a, double b, double c) {
   for (const auto kind : {SpringSlot::Class::edge, SpringSlot::Class::face, SpringSlot::Class::body}) {
     const double k = interior_stiffness(config.springs, kind);
     matrix.spring[index(kind)] =
-        c * k + b * config.damping.coefficient(k, mass, mass, body.rest_length(kind));
+        c * k + b * config.damping.coefficient(k, mass, mass, body.rest_length(kind), config.shear_modulus());
   }
   if (config.topology == Topology::edges_body) matrix.spring[index(SpringSlot::Class::face)] = 0;
   matrix.cell_edge = c * 0.75 * std::max(config.springs.volume, 0.0) * config.cell_size;

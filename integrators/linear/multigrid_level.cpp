@@ -96,9 +96,7 @@ Status MultigridLevel::prepare(const Field<float>& x, const TangentSum& sum, con
   largest_ = 2 + 6 * largest_cell_share(sum_);
   coarsen_positions(body_, x_, *coarse_body_, coarse_x_);
   if (added_.straight.size() != 0) restrict_blocks(added_, coarse_added_);
-  TangentSum coarse_sum = sum_;
-  coarse_sum.damping /= 2;  // a spring's damping is four times as large there, its share of the matrix twice
-  return coarse_->prepare(coarse_x_, coarse_sum, coarse_added_);
+  return coarse_->prepare(coarse_x_, sum_, coarse_added_);
 }
 
 /// The sums of a block matrix's rows, with interpolation on both sides.

@@ -25,12 +25,21 @@ ElasticConstants material_of(const Body& body) {
   return *body.config().elastic;
 }
 
-/// c/k of an edge spring between two interior particles.
-double time_constant(const Body& body) {
+/// Viscosities that the body's damping stands for, see FemSystem.
+Lame viscosity_of(const Body& body, const Lame& lame) {
   const BodyConfig& config = body.config();
-  if (config.damping.law == Damping::Law::none) return 0;
-  const double mass = config.density * body.cell_volume();
-  return config.damping.coefficient(config.springs.edge, mass, mass, config.cell_size) / config.springs.edge;
+  if (config.damping.law == Damping::Law::none) return {};
+  if (config.damping.law == Damping::Law::viscosity)
+    return {.mu = config.damping.viscosity, .lambda = config.damping.viscosity};
+  const double mass = config.density * body.cell_volume(), k = config.springs.edge;
+  const double seconds =
+      config.damping.coefficient(k, mass, mass, config.cell_size, config.shear_modulus()) / k;
+  return {.mu = seconds * lame.mu, .lambda = seconds * lame.lambda};
+}
+
+/// 2 mu e + lambda tr(e) I.
+Matrix3d linear_stress(const Lame& lame, const Matrix3d& strain) {
+  return 2 * lame.mu * strain + lame.lambda * strain.trace() * Matrix3d::Identity();
 }
 
 Matrix3d symmetric(const Matrix3d& m) { return (m + m.transpose()) / 2; }
@@ -50,7 +59,7 @@ int team_size(const Body& body, int requested) {
 FemElement::FemElement(const Body& body, const SolidLaw& law)
     : law_(law),
       lame_(lame_constants(material_of(body))),
-      viscosity_(time_constant(body)),
+      viscosity_(viscosity_of(body, lame_)),
       weight_(body.cell_volume() / points) {
   const auto side = [](int corner, int axis) { return ((corner >> axis) & 1) != 0 ? 1.0 : -1.0; };
   for (int g = 0; g < points; ++g)
@@ -65,8 +74,7 @@ FemElement::FemElement(const Body& body, const SolidLaw& law)
 
 Matrix3d FemElement::viscous_stress(const Matrix3d& f, const Matrix3d& rate) const {
   const Matrix3d frame = law_.small_rotations ? Matrix3d::Identity() : f;
-  const Matrix3d strain = symmetric(frame.transpose() * rate);
-  return viscosity_ * frame * (2 * lame_.mu * strain + lame_.lambda * strain.trace() * Matrix3d::Identity());
+  return frame * linear_stress(viscosity_, symmetric(frame.transpose() * rate));
 }
 
 /// How b times viscous and c times elastic stress change with F and its rate: column by column for what is
@@ -74,17 +82,15 @@ Matrix3d FemElement::viscous_stress(const Matrix3d& f, const Matrix3d& rate) con
 Matrix9 FemElement::stress_change(const Matrix3d& f, const Matrix3d& rate, const TangentSum& sum) const {
   Matrix9 d = Matrix9::Zero();
   if (sum.stiffness != 0) d += sum.stiffness * law_.stiffness(lame_, f, sum.kind == Tangent::projected);
-  if (viscosity_ == 0) return d;
+  if (viscosity_.mu == 0) return d;
   for (int entry = 0; entry < 9; ++entry) {
     Matrix3d change = Matrix3d::Zero();
     change.data()[entry] = 1;
     Matrix3d response = sum.damping * viscous_stress(f, change);
     if (sum.kind == Tangent::exact && !law_.small_rotations) {
       const Matrix3d strain = symmetric(f.transpose() * rate), turned = symmetric(change.transpose() * rate);
-      const auto stress = [&](const Matrix3d& e) -> Matrix3d {
-        return 2 * lame_.mu * e + lame_.lambda * e.trace() * Matrix3d::Identity();
-      };
-      response += sum.stiffness * viscosity_ * (change * stress(strain) + f * stress(turned));
+      response += sum.stiffness *
+                  (change * linear_stress(viscosity_, strain) + f * linear_stress(viscosity_, turned));
     }
     d.col(entry) += as_vector(response);
   }
@@ -96,7 +102,7 @@ FemElement::Corners FemElement::force(const Corners& x, const Corners& v) const 
   for (const auto& gradients : gradients_) {
     const Matrix3d f = x * gradients;
     Matrix3d stress = law_.stress(lame_, f);
-    if (viscosity_ != 0) stress += viscous_stress(f, v * gradients);
+    if (viscosity_.mu != 0) stress += viscous_stress(f, v * gradients);
     force -= weight_ * stress * gradients.transpose();
   }
   return force;
@@ -134,11 +140,14 @@ void FemElement::add_energy(const Corners& x, double& energy) const {
 SpectralBound FemElement::bound(const Body& body) const {
   Corners rest;
   for (int c = 0; c < 8; ++c) rest.col(c) = body.config().cell_size * Vec3(c & 1, (c >> 1) & 1, (c >> 2) & 1);
-  const Element k = tangent(rest, Corners::Zero(), {.stiffness = 1, .kind = Tangent::elastic});
   const double corner_mass = body.config().density * body.cell_volume() / 8;
-  const double squared =
-      Eigen::SelfAdjointEigenSolver<Element>(k, Eigen::EigenvaluesOnly).eigenvalues()[23] / corner_mass;
-  return {.omega = std::sqrt(squared), .damping = viscosity_ * squared};
+  const auto largest = [&](const TangentSum& sum) {
+    const Element matrix = tangent(rest, Corners::Zero(), sum);
+    return Eigen::SelfAdjointEigenSolver<Element>(matrix, Eigen::EigenvaluesOnly).eigenvalues()[23] /
+           corner_mass;
+  };
+  return {.omega = std::sqrt(largest({.stiffness = 1, .kind = Tangent::elastic})),
+          .damping = viscosity_.mu != 0 ? largest({.damping = 1, .kind = Tangent::elastic}) : 0};
 }
 
 FemSystem::FemSystem(const Body& body, const Environment& environment, const SolidLaw& law, int threads)

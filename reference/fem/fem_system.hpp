@@ -35,15 +35,17 @@ class FemElement {
 
   SolidLaw law_;
   Lame lame_;
-  double viscosity_;  ///< stress of a strain rate over that of a strain [s]
-  double weight_;     ///< volume of a Gauss point [m^3]
+  Lame viscosity_;                                             ///< of the stress of a strain rate [Pa s]
+  double weight_;                                              ///< volume of a Gauss point [m^3]
   std::array<Eigen::Matrix<double, 8, 3>, points> gradients_;  ///< of shape functions, by corner [1/m]
 };
 
 /// A body whose cells are trilinear hexahedra with eight Gauss points each and its particles' lumped masses.
 ///
-/// Damping, where the body has it, is viscous (Kelvin-Voigt): the stress of the linear law for the strain
-/// rate, in the body's own frame, times the ratio c/k that an interior edge spring of the same material has.
+/// Damping, where the body has it, is viscous (Kelvin-Voigt): the stress 2 eta e' + lambda' tr(e') I of the
+/// strain rate e', in the body's own frame. With a viscosity eta, lambda' = eta as calibrated springs have it
+/// (Damping); by the other laws both are those of a strain times the ratio c/k that an interior edge spring
+/// of the same material has.
 class FemSystem final : public BodySystem<double> {
  public:
   /// The body must outlive the system. Throws InputError if it has no elastic constants.

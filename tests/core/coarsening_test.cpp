@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/random_bodies.hpp"
 
 namespace mss {
@@ -43,6 +45,20 @@ TEST(Coarsening, KeepsMassAndStiffnessOfOddAndRaggedBodies) {
       for (const std::ptrdiff_t site : body->sites()) mass += body->mass(site);
       EXPECT_NEAR(mass, body->total_mass(), 1e-9 * mass) << shape.name;
     }
+  }
+}
+
+TEST(Coarsening, KeepsTheViscosity) {
+  for (const Damping& damping : {Damping{.law = Damping::Law::ratio, .zeta = 0.3},
+                                 Damping{.law = Damping::Law::viscosity, .viscosity = 20}}) {
+    BodyConfig fine = testing::test_config(VoxelGrid::box(4, 4, 4));
+    fine.damping = damping;
+    const auto viscosity = [](const BodyConfig& body) {
+      const double mass = body.density * std::pow(body.cell_size, 3);
+      return body.damping.coefficient(body.springs.edge, mass, mass, body.cell_size, body.shear_modulus()) /
+             body.cell_size;
+    };
+    EXPECT_NEAR(viscosity(coarsened(fine)), viscosity(fine), 1e-12 * viscosity(fine));
   }
 }
 

@@ -40,19 +40,21 @@ void check_all_forces(double tolerance) {
   for (const auto& shape : testing::test_shapes())
     for (const auto topology : {Topology::full, Topology::edges_body, Topology::one_diagonal})
       for (const auto sharing : {Sharing::weighted, Sharing::uniform})
-        for (const auto law : {Damping::Law::none, Damping::Law::ratio, Damping::Law::thesis})
+        for (const auto law :
+             {Damping::Law::none, Damping::Law::ratio, Damping::Law::thesis, Damping::Law::viscosity})
           for (const auto& kernel : sweep_kernels<Real>())
             for (const int threads : {1, 2}) {
               BodyConfig config = testing::test_config(shape.voxels);
               config.topology = topology;
               config.sharing = sharing;
               config.damping.law = law;
+              config.damping.viscosity = 20;
               EXPECT_LT(relative_force_error<Real>(config, kernel.name, threads), tolerance)
                   << shape.name << " topology " << int(topology) << " sharing " << int(sharing) << " damping "
                   << int(law) << " kernel " << kernel.name << " threads " << threads;
               ++checked;
             }
-  EXPECT_EQ(checked, 10 * 3 * 2 * 3 * 2 * int(sweep_kernels<Real>().size()));
+  EXPECT_EQ(checked, 10 * 3 * 2 * 4 * 2 * int(sweep_kernels<Real>().size()));
 }
 
 TEST(Force, EqualsOracleInDouble) { check_all_forces<double>(1e-12); }

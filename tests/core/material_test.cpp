@@ -49,10 +49,67 @@ TEST(Material, RefusesWhatIsNoMaterial) {
 TEST(Damping, RatioOneIsCriticalForTwoMasses) {
   const double k = 70, m1 = 0.3, m2 = 1.1, reduced = m1 * m2 / (m1 + m2);
   const Damping critical{.law = Damping::Law::ratio, .zeta = 1};
-  const double c = critical.coefficient(k, m1, m2, 0.2);
+  const double c = critical.coefficient(k, m1, m2, 0.2, 1);
   EXPECT_NEAR(c * c, 4 * k * reduced, 1e-12);  // equal roots of reduced x'' + c x' + k x
   const Damping thesis{.law = Damping::Law::thesis};
-  EXPECT_NEAR(thesis.coefficient(k, m1, m2, 0.2), 2 * std::sqrt(k * (m1 + m2)) / 0.2, 1e-12);
+  EXPECT_NEAR(thesis.coefficient(k, m1, m2, 0.2, 1), 2 * std::sqrt(k * (m1 + m2)) / 0.2, 1e-12);
+}
+
+/// Power that a body's dampers dissipate while it deforms at the rate of a velocity gradient, over its
+/// volume.
+double dissipation(const BodyConfig& config, const Eigen::Matrix3d& rate) {
+  const Body body(config);
+  SpringSystem<double> system(body, {}, {.threads = 1});
+  State<double> state = system.rest_state();
+  for (const std::ptrdiff_t site : body.sites()) state.v.set(site, rate * state.x.at(site));
+  Field<double> force(system.size());
+  system.force(0, state.x, state.v, force);
+  double power = 0;
+  for (const std::ptrdiff_t site : body.sites()) power -= force.at(site).dot(state.v.at(site));
+  return power / (double(body.cell_count()) * body.cell_volume());
+}
+
+// 2 eta e:e + eta tr(e)^2 of the strain rate e: shear viscosity eta, and lambda' = eta by Cauchy's relation.
+TEST(Damping, AViscosityIsTheMaterials) {
+  const double eta = 30;
+  Eigen::Matrix3d rate;
+  rate << 0.3, 0.7, -0.2, -0.1, -0.4, 0.5, 0.6, 0.2, 0.9;
+  const Eigen::Matrix3d e = (rate + rate.transpose()) / 2;
+  const double expected = 2 * eta * e.squaredNorm() + eta * e.trace() * e.trace();
+  for (const double poisson : {0.1, 0.25, 0.45})
+    for (const double share : {0.25, 0.5, 1.0})
+      for (const int n : {1, 2, 5}) {
+        BodyConfig config{.voxels = VoxelGrid::box(n, n, n),
+                          .cell_size = 0.6 / n,
+                          .damping = {.law = Damping::Law::viscosity, .viscosity = eta}};
+        config.fill({.young = 1e4, .poisson = poisson}, share);
+        EXPECT_NEAR(dissipation(config, rate), expected, 1e-9 * expected) << share << " " << n;
+        config.cell_fill.assign(std::size_t(n) * std::size_t(n) * std::size_t(n), 0.5F);
+        EXPECT_NEAR(dissipation(config, rate), 0.5 * expected, 1e-9 * expected) << share << " " << n;
+      }
+}
+
+// Springs that are given have the viscosity in shear along their edges, whatever else they are.
+TEST(Damping, AViscosityOfGivenSpringsIsOfShear) {
+  Eigen::Matrix3d shear = Eigen::Matrix3d::Zero();
+  shear(0, 1) = 1;  // tensorial shear 1/2: 2 eta e:e = eta
+  BodyConfig config = testing::test_config(VoxelGrid::box(3, 3, 3));
+  config.damping = {.law = Damping::Law::viscosity, .viscosity = 7};
+  EXPECT_NEAR(dissipation(config, shear), 7, 1e-10);
+}
+
+// A ratio's viscosity goes with the size of cells, but for the surface, whose springs and masses are smaller.
+TEST(Damping, ARatioIsOfTheSprings) {
+  Eigen::Matrix3d shear = Eigen::Matrix3d::Zero();
+  shear(0, 1) = 1;
+  const auto power = [&](int n) {
+    BodyConfig config{.voxels = VoxelGrid::box(n, n, n),
+                      .cell_size = 1.0 / n,
+                      .damping = {.law = Damping::Law::ratio, .zeta = 0.1}};
+    config.fill({.young = 1e4, .poisson = 0.3}, 0.5);
+    return dissipation(config, shear);
+  };
+  EXPECT_NEAR(power(12) / power(24), 2, 0.1);
 }
 
 /// Largest frequency by power iteration on M^-1 K, the force differentiated along the iterate.

@@ -193,6 +193,7 @@ void expect_same_when_read_again(const Scene& scene, const SceneFolder& folder) 
   EXPECT_EQ(again.body.cell_size, scene.body.cell_size) << scene.name;
   EXPECT_EQ(again.body.voxels.size(), scene.body.voxels.size()) << scene.name;
   EXPECT_EQ(again.body.damping.law, scene.body.damping.law) << scene.name;
+  EXPECT_EQ(again.body.damping.viscosity, scene.body.damping.viscosity) << scene.name;
   EXPECT_EQ(again.volume_force, scene.volume_force) << scene.name;
   EXPECT_EQ(again.warnings, scene.warnings) << scene.name;
 }
@@ -204,7 +205,7 @@ TEST(Scene, IsTextAgain) {
                               folder);
   const auto plain = folder.write("plain.toml", plain_scene);
   for (const char* more : {"body.refine=7", "material.volume_force=false", "material.face_share=1",
-                           "damping={ thesis = true }", "solve.dt=safe"})
+                           "damping={ thesis = true }", "damping={ viscosity = 12.5 }", "solve.dt=safe"})
     expect_same_when_read_again(load_scene(plain, {more}), folder);
 }
 
@@ -251,6 +252,14 @@ TEST(SceneEdit, IsWhatAFileCouldSay) {
   EXPECT_EQ(a, b);
 }
 
+// The ratio of other cells changes so that the viscosity stays; a viscosity just stays.
+TEST(SceneEdit, KeepsTheViscosityInOtherCells) {
+  const Scene scene = load_text(plain_scene, {"damping.viscosity=12.5"});
+  SceneEdit edit = edit_of(scene);
+  edit.level = 6;
+  EXPECT_EQ(edited(scene, edit).body.damping.viscosity, 12.5);
+}
+
 TEST(SceneEdit, RefusesCellsThatABoxMisses) {
   const Scene scene = load_text(plain_scene +
                                 "[[load]]\nbox = [[0.5, 0.5, 0.5], [0.5, 0.5, 0.5]]\n"
@@ -260,7 +269,11 @@ TEST(SceneEdit, RefusesCellsThatABoxMisses) {
   EXPECT_THROW(edited(scene, edit), InputError);
 }
 
-TEST(Scene, ReadsThreeKindsOfDampingAndSafeSteps) {
+TEST(Scene, ReadsFourKindsOfDampingAndSafeSteps) {
+  const Damping viscous = load_text(plain_scene + "[damping]\nviscosity = 12.5").body.damping;
+  EXPECT_EQ(viscous.law, Damping::Law::viscosity);
+  EXPECT_EQ(viscous.viscosity, 12.5);
+  EXPECT_EQ(load_text(plain_scene + "[damping]\nviscosity = 0").body.damping.law, Damping::Law::none);
   EXPECT_EQ(load_text(plain_scene + "[damping]\nthesis = true").body.damping.law, Damping::Law::thesis);
   EXPECT_EQ(load_text(plain_scene + "[damping]\npaper = true").body.damping.law, Damping::Law::thesis);
   EXPECT_EQ(load_text(plain_scene + "[damping]\npaper = false\nratio = 1").body.damping.law,

@@ -38,8 +38,8 @@ TEST(Errata, Equation_1_1_PushesTheWrongWay) {
 // are) it is the same number; eq. 2-4's changes with them.
 TEST(Errata, Equation_2_4_HasTheWrongUnits) {
   const Damping ratio{.law = Damping::Law::ratio, .zeta = 1}, thesis{.law = Damping::Law::thesis};
-  EXPECT_EQ(ratio.coefficient(50, 2, 3, 0.1), ratio.coefficient(50, 2, 3, 10));
-  EXPECT_NEAR(thesis.coefficient(50, 2, 3, 0.1) / thesis.coefficient(50, 2, 3, 10), 100, 1e-9);
+  EXPECT_EQ(ratio.coefficient(50, 2, 3, 0.1, 1), ratio.coefficient(50, 2, 3, 10, 1));
+  EXPECT_NEAR(thesis.coefficient(50, 2, 3, 0.1, 1) / thesis.coefficient(50, 2, 3, 10, 1), 100, 1e-9);
 }
 
 // A body that turns as a whole has no strain rate. Eq. 2-6 as printed takes |v1 - v2| for the rate at which a

@@ -117,7 +117,9 @@ TEST_P(Law, ForceIsTheSlopeOfTheStoredEnergy) {
 }
 
 TEST_P(Law, TangentEqualsDifferencesOfTheForce) {
-  const Body body(fem_config(VoxelGrid::box(2, 1, 2), 0.1));
+  BodyConfig config = fem_config(VoxelGrid::box(2, 1, 2));
+  config.damping = {.law = Damping::Law::viscosity, .viscosity = 200};
+  const Body body(config);
   FemSystem system(body, {}, law());
   State<double> state = system.rest_state();
   testing::randomise(body, state, 0.15, 0.5, 11);
@@ -274,6 +276,33 @@ TEST(FemSystem, IsDrivenByEveryIntegrator) {
     SCOPED_TRACE(law.name);
     FemSystem system(body, environment, law);
     testing::expect_driven_by_every_integrator(system);
+  }
+}
+
+// The law of the springs' dampers: 2 eta e + eta tr(e) I, and no less a bound of its rates.
+TEST(FemSystem, TakesAViscosity) {
+  const double eta = 40;
+  BodyConfig config = fem_config(VoxelGrid::box(2, 1, 3));
+  config.damping = {.law = Damping::Law::viscosity, .viscosity = eta};
+  const Body body(config);
+  Eigen::Matrix3d rate;
+  rate << 0.3, 0.7, -0.2, -0.1, -0.4, 0.5, 0.6, 0.2, 0.9;
+  const Eigen::Matrix3d e = (rate + rate.transpose()) / 2;
+  const double density = 2 * eta * e.squaredNorm() + eta * e.trace() * e.trace();
+  for (const SolidLaw& law : solid_laws()) {
+    FemSystem system(body, {}, law);
+    State<double> state = system.rest_state();
+    double mass_weighted = 0;
+    for (const std::ptrdiff_t site : body.sites()) {
+      state.v.set(site, rate * state.x.at(site));
+      mass_weighted += body.mass(site) * state.v.at(site).squaredNorm();
+    }
+    Field<double> force(system.size());
+    system.force(0, state.x, state.v, force);
+    double power = 0;
+    for (const std::ptrdiff_t site : body.sites()) power -= force.at(site).dot(state.v.at(site));
+    EXPECT_NEAR(power, 6 * body.cell_volume() * density, 1e-10 * power) << law.name;
+    EXPECT_LT(power / mass_weighted, system.spectral_bound().damping) << law.name;
   }
 }
 

@@ -13,8 +13,10 @@
 #include "experiments/studies/validate/validate.hpp"
 #include "integrators/linear_response.hpp"
 #include "integrators/modes.hpp"
+#include "integrators/stable_step.hpp"
 #include "reference/calculix/calculix.hpp"
 #include "reference/closed_forms.hpp"
+#include "reference/fem/solid_law.hpp"
 
 namespace mss::studies::validate {
 
@@ -24,6 +26,9 @@ using std::numbers::pi;
 
 /// [N]; the response is linear, so any load does: one that makes the rounding of springs at rest negligible.
 constexpr double total_load = 1e5;
+
+/// [Pa s]; damps the vibrations of the cube by one to two percent of critical.
+constexpr double cube_viscosity = 100;
 
 Box whole(const Vec3& upper) { return {Vec3::Zero(), upper}; }
 
@@ -198,6 +203,76 @@ ValidationCase vibration(const std::string& name, const std::string& what, int m
           .most_cells = 8};
 }
 
+/// Logarithmic decrement of a vibration: the body starts undeformed with velocities of a mode's shape, and
+/// the mode's coordinate passes through zero in the same direction once a period.
+Solution decrement(BodySystem<double>& system, const std::function<Vec3(const Vec3& rest)>& shape,
+                   double period) {
+  constexpr int periods = 2, steps_a_period = 800;
+  constexpr double speed = 1e-5;  // [m/s]: strains of a millionth
+  const State<double> start = system.undeformed_state();
+  State<double> state = start;
+  Field<double> mode = state.v;  // times the masses
+  for (const std::ptrdiff_t site : system.particles()) {
+    state.v.set(site, speed * shape(system.body().rest_position(site)));
+    mode.set(site, system.mass(site) * state.v.at(site));
+  }
+  const IntegratorInfo& method = find_integrator("damped_verlet");
+  const double dt = std::min(period / steps_a_period, 0.5 * guaranteed_step(method, system.spectral_bound()));
+  const auto integrator = method.make<double>({.dt = dt});
+  const double first = inner(system, mode, state.v);
+  double moved = 0, rate = first;
+  Work work;
+  for (int seen = 0; state.t < 2 * periods * period;) {
+    const double moved_before = moved, rate_before = rate;
+    const Status status = integrator->advance(system, state, state.t + dt, work);
+    if (status != Status::ok) return {status, 0};
+    Field<double> u = state.x;
+    u.array() -= start.x.array();
+    moved = inner(system, mode, u);
+    rate = inner(system, mode, state.v);
+    if (!(moved_before < 0 && moved >= 0) || ++seen < periods) continue;
+    const double share = moved_before / (moved_before - moved), angle = 2 * pi * dt / period;
+    const double bulge = 1 + share * (1 - share) * angle * angle / 2;  // of a cosine over its chord
+    return {Status::ok, std::log(first / (bulge * (rate_before + share * (rate - rate_before)))) / periods};
+  }
+  return {Status::ok, std::numeric_limits<double>::quiet_NaN()};
+}
+
+/// A vibration along one axis of a viscous cube, whose end x = 0 is held and whose points move along no
+/// other; viscosity and stiffness are those of its strain. The lattice makes a chain of it.
+ValidationCase decay(const std::string& name, const std::string& what, int axis, double viscosity,
+                     double stiffness, double density) {
+  const Vec3 one = Vec3::Ones();
+  const double frequency = reference::bar_frequency(stiffness, density, 1, 1);
+  const auto shape = [axis](const Vec3& rest) -> Vec3 {
+    return std::sin(pi / 2 * rest[0]) * Vec3::Unit(axis);
+  };
+  return {.name = "decay_" + name,
+          .description =
+              fmt::format("cube of 1 m of viscosity {:g} Pa s, one end held, {}", cube_viscosity, what),
+          .quantity = "logarithmic decrement",
+          .unit = "1",
+          .viscosity = cube_viscosity,
+          .proportions = {1, 1, 1},
+          .environment = {.holds = {hold(face(one, 0, false), axis == 0 ? "x" : "y"),
+                                    hold(whole(one), axis == 0 ? "yz" : "xz")}},
+          .solve = [=](BodySystem<double>& system) { return decrement(system, shape, 1 / frequency); },
+          .reference = reference::logarithmic_decrement(viscosity, stiffness, frequency),
+          .source = "Kelvin-Voigt, zeta = viscosity omega / (2 stiffness)",
+          .charted = false};
+}
+
+/// Shear, in which only eta acts, and uniaxial strain, to which Cauchy's relation gives 2 eta + lambda' = 3
+/// eta.
+ValidationCase shear_decay(double young, double density) {
+  return decay("shear", "vibrating across", 1, cube_viscosity, lame_constants({young, 0.3}).mu, density);
+}
+ValidationCase longitudinal_decay(double young, double density) {
+  const Lame lame = lame_constants({young, 0.3});
+  return decay("longitudinal", "sides on rollers, vibrating along", 0, 3 * cube_viscosity,
+               lame.lambda + 2 * lame.mu, density);
+}
+
 /// At equilibrium, the sum over the particles of the fixed end x = 2 of `of(position, reaction force)`.
 Solution sum_of_reactions(BodySystem<double>& system, const std::function<Vec3(const Vec3& rest)>& guess,
                           const std::function<double(const Vec3& x, const Vec3& force)>& of) {
@@ -301,6 +376,8 @@ std::vector<ValidationCase> validation_cases(double young, double density) {
   cases.push_back(tension_case(young, "stretch_110", {1, 1, 0}));
   cases.push_back(tension_case(young, "stretch_111", {1, 1, 1}));
   cases.push_back(shear_case(young));
+  cases.push_back(shear_decay(young, density));
+  cases.push_back(longitudinal_decay(young, density));
   return cases;
 }
 

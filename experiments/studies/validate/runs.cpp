@@ -35,7 +35,9 @@ void solve_once(const ValidationConfig& config, const ValidationCase& c, const V
                    .cell_size = h,
                    .density = config.density,
                    .springs = model.springs(material, h),
-                   .elastic = material});
+                   .elastic = material,
+                   .damping = {.law = c.viscosity > 0 ? Damping::Law::viscosity : Damping::Law::none,
+                               .viscosity = c.viscosity}});
   const auto system = make_system<double>(model.model, body, c.environment, config.threads);
   result.solution = c.solve(*system);
   result.seconds.push_back(watch.seconds());

@@ -25,6 +25,7 @@ struct ValidationCase {
   std::string quantity;  ///< what `solve` computes
   std::string unit;
   double poisson = 0.3;
+  double viscosity = 0;                  ///< [Pa s]
   Eigen::Vector3i proportions{4, 1, 1};  ///< edge lengths over the width, which is 1 m
   Environment environment{};
   std::function<Solution(BodySystem<double>&)> solve{};

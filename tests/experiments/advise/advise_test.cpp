@@ -46,13 +46,24 @@ TEST(SceneFamily, KeepsTheMaterialInOtherCells) {
     // Stress over rate of strain goes as a spring's damping over its length.
     const auto viscosity = [](const BodyConfig& body) {
       const double mass = body.density * std::pow(body.cell_size, 3);
-      return body.damping.coefficient(body.springs.edge, mass, mass, body.cell_size) / body.cell_size;
+      return body.damping.coefficient(body.springs.edge, mass, mass, body.cell_size, body.shear_modulus()) /
+             body.cell_size;
     };
     EXPECT_NEAR(viscosity(coarse), viscosity(fine), 1e-12 * viscosity(fine)) << name;
   }
   const SceneFamily cantilever = family("cantilever");
   EXPECT_EQ(cantilever.given_level(), 4);
   EXPECT_DOUBLE_EQ(cantilever.cell_size(4), 0.25);
+}
+
+// A viscosity is the material's already.
+TEST(SceneFamily, RescalesNoViscosity) {
+  const SceneFamily scenes = family("free_cube", {"damping={ viscosity = 12.5 }"});
+  for (const int level : {1, 6}) {
+    EXPECT_EQ(scenes.scene(at_level(scenes, level)).body.damping.viscosity, 12.5);
+    for (const std::string& setting : scenes.settings(at_level(scenes, level)))
+      EXPECT_EQ(setting.find("damping"), std::string::npos) << setting;
+  }
 }
 
 TEST(SceneFamily, LeavesOutWhatACandidateLeavesOut) {

@@ -139,6 +139,31 @@ TEST(Validate, OrdersAreTwoWhereTheSolutionIsSmooth) {
           << name << ", " << model;
 }
 
+// A viscosity is the material's: vibrations of a cube decay alike in cells of any size, as Kelvin and Voigt
+// say of the cube within one percent, and of the chain that a lattice makes of it nearly exactly.
+TEST(Validate, ViscousVibrationsDecayAlikeInAllCells) {
+  const Table rows = solved({"decay_shear", "decay_longitudinal"}, {4, 8});
+  const double mu = 1e5 / 2.6, c11 = 3.5 * mu, eta = 100;  // nu = 0.3
+  struct Wave {
+    const char* name;
+    double viscosity, stiffness;
+  };
+  for (const Wave& wave : {Wave{"decay_shear", eta, mu}, Wave{"decay_longitudinal", 3 * eta, c11}})
+    for (const int n : {4, 8}) {
+      const auto decrement = [&](double frequency) {
+        return reference::logarithmic_decrement(wave.viscosity, wave.stiffness, frequency);
+      };
+      const double bar = decrement(reference::bar_frequency(wave.stiffness, 1000, 1, 1)),
+                   chain = decrement(reference::chain_frequency(wave.stiffness, 1000, 1, n, 1));
+      for (const char* model :
+           {"springs, t = 0.25", "springs, t = 0.5", "springs, t = 1", "elements, linear"}) {
+        const double value = number(rows, "value", wave.name, model, n);
+        EXPECT_NEAR(value / bar, 1, 0.01) << wave.name << ", " << model << ", " << n;
+        EXPECT_NEAR(value / chain, 1, 5e-5) << wave.name << ", " << model << ", " << n;
+      }
+    }
+}
+
 TEST(Validate, IsExactForUniformStress) {
   const Table rows = solved({"stretch_100", "stretch_110", "stretch_111", "shear"}, {1, 2});
   for (const char* name : {"stretch_100", "stretch_110", "stretch_111", "shear"})
