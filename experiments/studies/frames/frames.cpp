@@ -122,7 +122,7 @@ FramesConfig frames_config(const ExperimentOptions& options) {
           {.integrator = "backward_euler", .nonlinear = "projective", .iterations = {1, 2, 5, 10, 20, 50}},
           {.integrator = "backward_euler", .nonlinear = "lbfgs", .iterations = {1, 2, 5, 10, 20}},
           {.integrator = "backward_euler", .nonlinear = "lbfgs", .iterations = {2, 5}, .steps = {2, 4}},
-          {.integrator = "tr_bdf2", .nonlinear = "lbfgs", .iterations = {2, 4}, .steps = {1, 2, 3, 4}},
+          {.integrator = "tr_bdf2", .nonlinear = "lbfgs", .iterations = {2, 3, 4}, .steps = {1, 2, 3, 4}},
           {.integrator = "generalized_alpha", .nonlinear = "lbfgs", .iterations = {5}, .steps = {1, 2, 4}},
           {.integrator = "xpbd", .iterations = {1}, .steps = {1, 2, 5, 10, 20, 50}},
           {.integrator = "xpbd", .iterations = {2, 5, 10, 20, 50}},
