@@ -94,8 +94,8 @@ std::string label(const std::string& method, const std::string& precision, int t
   const std::map<std::string, std::string> names{{"algorithm_1", "Algorithm 1"},
                                                  {"plain_loop", "plain loop"},
                                                  {"structured_sweep", "sweep"},
-                                                 {"algorithm_1_debug", "Algorithm 1, debug build"},
-                                                 {"plain_loop_debug", "plain loop, debug build"}};
+                                                 {"algorithm_1_debug", "Algorithm 1, debug"},
+                                                 {"plain_loop_debug", "plain loop, debug"}};
   const auto name = names.find(method);
   const std::string shown = name == names.end() ? method : name->second;
   const bool says_precision = method == "structured_sweep" || precision == "single";
@@ -202,9 +202,9 @@ Chart timing_chart(const Table& rows, const Table& summary) {
     const Curve& c = all[i];
     if (!is_charted(c, all)) continue;
     const double exponent = summary.number(i, "exponent"), largest = summary.number(i, "largest_cells_40ms");
-    const char* by_fit = summary.text(i, "how") == "extrapolated" ? " (by the fit)" : "";
+    const char* about = summary.text(i, "how") == "extrapolated" ? "≈ " : "";
     ChartSeries series{.label = fmt::format("{}: {}, {}{}", label(c.method, c.precision, c.threads),
-                                            shown(exponent, 2), shown(largest, 0), by_fit)};
+                                            shown(exponent, 2), about, shown(largest, 0))};
     for (std::size_t p = 0; p < c.cells.size(); ++p) {
       series.points.push_back({c.cells[p], c.seconds[p], c.low[p], c.high[p]});
       fastest = std::min(fastest, c.low[p]);
@@ -214,7 +214,7 @@ Chart timing_chart(const Table& rows, const Table& summary) {
     }
     chart.series.push_back(std::move(series));
   }
-  chart.legend_title = "method: exponent of time in n, largest n under 40 ms";
+  chart.legend_title = "method: exponent of time in n, largest n under 40 ms (≈: by the fit)";
   chart.x.low = 0.9 * first;
   chart.x.high = 1.2 * last;
   chart.y.low = std::pow(10, std::floor(std::log10(fastest)));

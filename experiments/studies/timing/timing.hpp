@@ -64,7 +64,8 @@ double flops_per_step(double springs, double cells, double particles);
 /// Bytes of the arrays that a step of the sweep reads and writes, once each: 14 numbers a particle.
 double bytes_per_step(double particles, bool single);
 
-/// Of the structured sweep: how much of the processor's peaks in the same run it reaches.
+/// Of the structured sweep: its work over its time and over the highest peak of the passes, how much of the
+/// processor's peaks in the same run it reaches.
 Table timing_limits(const Table& rows, const Table& peaks);
 std::string limits_text(const Table& limits);
 
