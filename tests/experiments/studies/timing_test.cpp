@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -196,12 +197,16 @@ TEST(TimingLimits, ShareIsWorkOverTimeOverPeak) {
 /// Single precision has twice the lanes of double, and no processor reaches a thousand operations a cycle.
 TEST(TimingLimits, MeasuresThePeaksOfThisProcessor) {
   Table peaks = empty_peaks();
-  add_peaks(0, {1}, peaks);
-  ASSERT_EQ(peaks.size(), 3U);
-  const double in_double = peaks.number(0, "rate"), in_single = peaks.number(1, "rate");
+  double in_double = 0, in_single = 0;
+  for (int pass = 0; pass < 4; ++pass) {  // a busy machine disturbs most
+    add_peaks(pass, {1}, peaks);
+    ASSERT_EQ(peaks.size(), 3 * std::size_t(pass + 1));
+    in_double = std::max(in_double, peaks.number(peaks.size() - 3, "rate"));
+    in_single = std::max(in_single, peaks.number(peaks.size() - 2, "rate"));
+  }
   EXPECT_GT(in_double, 1e8);
   EXPECT_LT(in_double, 1e13);
-  EXPECT_NEAR(in_single / in_double, 2, 1);  // a busy machine disturbs either
+  EXPECT_NEAR(in_single / in_double, 2, 1);
   EXPECT_EQ(peaks.text(2, "quantity"), "triad");
   EXPECT_GT(peaks.number(2, "rate"), 1e8);
 }
