@@ -44,6 +44,7 @@ std::vector<ExplicitSteps> cheapest_explicit_steps(BodySystem<double>& system, c
 
 double explicit_step_seconds(BodySystem<double>& system) {
   constexpr double enough = 5e-3;
+  constexpr int repetitions = 5;
   constexpr long most_steps = 100;  // from the start on: a soft body that falls further may become unstable
   const IntegratorInfo& info = find_integrator("semi_implicit_euler");
   const double dt = safe_share * stable_step(info, system.spectral_bound());
@@ -59,7 +60,10 @@ double explicit_step_seconds(BodySystem<double>& system) {
       }
     });
   };
-  return sample_length(enough, seconds_for).seconds_per_step;
+  const long steps = sample_length(enough, seconds_for).steps;
+  std::vector<double> seconds;
+  for (int i = 0; i < repetitions; ++i) seconds.push_back(seconds_for(steps) / double(steps));
+  return quartiles(seconds).median;
 }
 
 }  // namespace mss

@@ -24,7 +24,7 @@ ExplicitSteps explicit_steps(const IntegratorInfo& info, const SpectralBound& bo
 std::vector<ExplicitSteps> cheapest_explicit_steps(BodySystem<double>& system, const State<double>& start,
                                                    double duration);
 
-/// Wall time of one step of semi-implicit Euler from the undeformed body, at its safe step [s].
+/// Wall time of one step of semi-implicit Euler near the undeformed body, at its safe step: a median [s].
 double explicit_step_seconds(BodySystem<double>& system);
 
 }  // namespace mss
