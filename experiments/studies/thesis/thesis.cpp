@@ -42,6 +42,7 @@ Json configuration(const ThesisConfig& c) {
           {"shape_cells", c.shape_cells},
           {"shape_strain", c.shape_strain},
           {"twist_cells", c.twist_cells},
+          {"twist_angle", c.twist_angle},
           {"landings", landings},
           {"landing_speeds", c.landing_speeds},
           {"frame_cells", c.frame_cells},
@@ -102,7 +103,8 @@ ThesisConfig thesis_config(const ExperimentOptions& options) {
   config.volume_shares = quick ? std::vector<double>{0, 1, 10}
                                : std::vector<double>{0, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1, 3, 10, 30, 100};
   config.shape_cells = quick ? 3 : 6;
-  config.twist_cells = quick ? std::vector<int>{5, 10} : std::vector<int>{5, 10, 15};
+  config.twist_cells = quick ? std::vector<int>{5, 10} : std::vector<int>{5, 7, 10};
+  config.twist_angle = quick ? 60 : 90;
   config.landing_cases = {{"Algorithm 2"},
                           {.name = "law impulse", .contact = ContactLaw::impulse},
                           {.name = "step / 10", .step = 0.1},
@@ -113,7 +115,7 @@ ThesisConfig thesis_config(const ExperimentOptions& options) {
     std::erase_if(config.deformations, [](const Deformation& d) { return d.turn > 45 || d.shift[0] > 0.5; });
     std::erase_if(config.landing_cases, [](const LandingCase& c) { return c.step < 1; });
   }
-  for (double speed = 5; speed <= 500; speed *= quick ? 2 : 1.1) config.landing_speeds.push_back(speed);
+  for (double speed = 5; speed <= 500; speed *= quick ? 4 : 1.1) config.landing_speeds.push_back(speed);
   config.frame_cells = quick ? std::vector<int>{7} : std::vector<int>{3, 5, 7, 10, 15, 20, 30};
   config.frames = quick ? 10 : 60;
   config.timing_repetitions = quick ? 5 : 25;

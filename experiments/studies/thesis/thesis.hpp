@@ -43,6 +43,7 @@ struct ThesisConfig {
   int shape_cells = 6;                    ///< per edge of the stretched cube
   double shape_strain = 0.2;              ///< of it
   std::vector<int> twist_cells;           ///< per edge of twisted cubes
+  double twist_angle = 90;                ///< to which they are turned, at most 90 [degrees]
   std::vector<LandingCase> landing_cases;
   std::vector<double> landing_speeds;  ///< [m/s]
   std::vector<int> frame_cells;        ///< per edge of the cubes that `mss view` shows

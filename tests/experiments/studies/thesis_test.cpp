@@ -29,8 +29,8 @@ ThesisConfig small_config() {
 }
 
 // Of 3 x 3 x 3 cells edges form 48 straight chains of 3, 144 independent constraints of 192 unknowns: 42
-// mechanisms. Of edges and body diagonals a cell has three, where 16 springs leave 24 - 16 - 6 of its
-// motions, and one more that a redundant spring leaves. Released edges have nothing that would turn them
+// mechanisms. Of edges and body diagonals a cell has three; with the thesis's count of 3 x 3 x 3 cells,
+// three are left too. Released edges have nothing that would turn them
 // back.
 TEST(Thesis, FewerSpringsLeaveMechanisms) {
   const Table rows = measure_unloading(small_config(), Progress());
@@ -67,7 +67,7 @@ TEST(Thesis, DirectionsFollowTheClosedForm) {
   int surfaces = 0;
   for (const auto& [name, error] : errors)
     if (std::abs(error[0]) > 1e-3) {
-      EXPECT_NEAR(error[0] / error[1], 2, 0.3) << name;
+      EXPECT_NEAR(error[0] / error[1], 8, 1) << name;
       ++surfaces;
     }
   EXPECT_GT(surfaces, 20);
