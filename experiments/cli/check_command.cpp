@@ -1,6 +1,7 @@
 // `mss check`: reruns a small table of every experiment and compares it with its baseline in results/check,
 // or simulates scenes and compares their ends with their [expect].
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -31,6 +32,7 @@ struct CheckChoice {
   std::vector<std::string> scenes;
   std::string results;
   bool quick = false;
+  std::vector<std::string> only;  ///< names of experiments; empty: all
   std::optional<int> threads;
   std::string against;
   std::string directory;  ///< empty: not given
@@ -45,9 +47,17 @@ std::string table_name(const ExperimentInfo& info, bool quick) {
   return info.name + (quick ? "_quick.csv" : ".csv");
 }
 
+/// The experiments to check. Throws InputError for an unknown name.
+std::vector<ExperimentInfo> chosen(const CheckChoice& choice) {
+  if (choice.only.empty()) return experiments();
+  std::vector<ExperimentInfo> infos;
+  for (const std::string& name : choice.only) infos.push_back(find_experiment(name));
+  return infos;
+}
+
 /// The checked table of every experiment, written to a directory; false if interrupted.
 bool rerun(const CheckChoice& choice) {
-  for (const ExperimentInfo& info : experiments()) {
+  for (const ExperimentInfo& info : chosen(choice)) {
     std::string csv;
     {
       TerminalProgress progress("check " + info.name);
@@ -82,7 +92,8 @@ std::vector<Truth> truths_of(const CheckChoice& choice, const fs::path& baseline
 std::size_t report_deviations(const CheckChoice& choice, const fs::path& baselines) {
   const std::vector<Truth> truths = truths_of(choice, baselines);
   std::size_t total = 0, rows = 0, compared = 0;
-  for (const ExperimentInfo& info : experiments()) {
+  const std::vector<ExperimentInfo> infos = chosen(choice);
+  for (const ExperimentInfo& info : infos) {
     const std::string name = table_name(info, choice.quick);
     const std::string now = read_file(fs::path(choice.directory) / name);
     const std::string table = fs::path(name).stem().string();
@@ -96,8 +107,7 @@ std::size_t report_deviations(const CheckChoice& choice, const fs::path& baselin
     rows += std::size_t(std::max<std::ptrdiff_t>(std::count(now.begin(), now.end(), '\n') - 1, 0));
   }
   if (total == 0)
-    fmt::print("{} tables, {} rows: nothing moved, and {} truths are met\n", experiments().size(), rows,
-               compared);
+    fmt::print("{} tables, {} rows: nothing moved, and {} truths are met\n", infos.size(), rows, compared);
   else
     fmt::print("{} deviation{} from {}; the present tables are in {}\n", total, total == 1 ? "" : "s",
                baselines.string(), choice.directory);
@@ -123,9 +133,13 @@ void promote(const CheckChoice& choice, const fs::path& baselines) {
   std::string lines = fs::exists(log) ? read_file(log) : "date,commit,tables,why\n";
   std::string why = choice.why;
   for (std::size_t at = 0; (at = why.find('"', at)) != std::string::npos; at += 2) why.insert(at, 1, '"');
-  lines += fmt::format("{},{},{},\"{}\"\n", where["date"].get<std::string>(),
-                       where["commit"].get<std::string>(), choice.quick ? "quick" : "full", why);
-  for (const ExperimentInfo& info : experiments()) {
+  lines +=
+      fmt::format("{},{},{},\"{}\"\n", where["date"].get<std::string>(), where["commit"].get<std::string>(),
+                  (choice.quick ? "quick" : "full") +
+                      (choice.only.empty() ? "" : fmt::format(" {}", fmt::join(choice.only, " "))),
+                  why);
+  const std::vector<ExperimentInfo> infos = chosen(choice);
+  for (const ExperimentInfo& info : infos) {
     const std::string name = table_name(info, choice.quick);
     write_atomically(baselines / name, read_file(fs::path(choice.directory) / name));
   }
@@ -134,7 +148,7 @@ void promote(const CheckChoice& choice, const fs::path& baselines) {
   Json sources = fs::exists(meta) ? Json::parse(read_file(meta)) : Json::object();
   sources[choice.quick ? "quick" : "full"] = {{"why", choice.why}, {"provenance", where}};
   write_atomically(meta, sources.dump(2) + "\n");
-  fmt::print("{} tables are the new baseline, in {}\n", experiments().size(), baselines.string());
+  fmt::print("{} tables are the new baseline, in {}\n", infos.size(), baselines.string());
 }
 
 /// The scene files given, and those in the directories given that have an [expect].
@@ -193,9 +207,11 @@ void check_scenes(const CheckChoice& choice, int& exit_status) {
 void check_usage(const CheckChoice& choice) {
   if (choice.scenes.empty() && !choice.results.empty())
     throw InputError("--results needs the scene whose [expect] applies to them");
-  if (!choice.scenes.empty() && (choice.quick || choice.promote || !choice.against.empty()))
+  if (!choice.scenes.empty() &&
+      (choice.quick || choice.promote || !choice.against.empty() || !choice.only.empty()))
     throw InputError(
-        "scenes are compared with their own [expect]: --quick, --against and --promote do not apply to them");
+        "scenes are compared with their own [expect]: --quick, --only, --against and --promote do not apply "
+        "to them");
   if (!choice.scenes.empty() && !choice.directory.empty())
     throw InputError("checking scenes writes no files: --out does not apply to them");
   if (!choice.results.empty() && choice.threads)
@@ -247,6 +263,7 @@ void add(CLI::App& app, int& exit_status) {
                    "fastest with one")
       ->check(whole_number(1, most_threads));
   command->add_flag("--quick", choice->quick, "The small tables only: under two minutes");
+  command->add_option("--only", choice->only, "These studies only, by name")->delimiter(',');
   command->add_option("--against", choice->against,
                       "Directory of baselines (default: results/check of the source tree)");
   command->add_option("--out", choice->directory, "Directory for the present tables (default out/check)");
