@@ -36,6 +36,7 @@ SceneEdit edit_of(const Scene& scene) {
   const BodyConfig& body = scene.body;
   const SolveConfig& solve = scene.solve;
   return {.level = level_of(scene),
+          .model = scene.model,
           .elastic = body.elastic,
           .springs = body.springs,
           .face_share = scene.face_share,
@@ -62,6 +63,7 @@ Scene edited(Scene scene, const SceneEdit& edit) {
   const double finer = double(edit.level) / before;
   change_cells(scene, edit.level);
   BodyConfig& body = scene.body;
+  scene.model = edit.model;
   body.elastic = edit.elastic;
   scene.face_share = edit.face_share;
   scene.volume_force = edit.volume_force;

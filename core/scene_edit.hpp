@@ -11,6 +11,7 @@ namespace mss {
 /// among ways to compute it. Everything else of the scene stays.
 struct SceneEdit {
   int level = 1;  ///< parts that an edge of the coarsest cells is split into, see level_of()
+  std::string model = spring_model;           ///< what fills the cells
   std::optional<ElasticConstants> elastic{};  ///< empty: `springs` are given
   SpringConstants springs{};  ///< without `elastic`; of cells as the scene has them, like `damping`
   double face_share = 0.5;    ///< t of springs calibrated for `elastic`
@@ -35,7 +36,8 @@ int level_of(const Scene& scene);
 
 /// The scene with these settings. In cells of another level the material stays the same: springs that are
 /// given, and the ratio of damping to critical, change with the size of cells so that moduli and viscosity do
-/// not. Throws InputError if a box of the scene then contains no particle.
+/// not; a viscosity that is given stays as it is. Throws InputError if a box of the scene then contains no
+/// particle.
 Scene edited(Scene scene, const SceneEdit& edit);
 
 }  // namespace mss

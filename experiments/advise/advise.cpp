@@ -11,6 +11,7 @@
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/scene_check.hpp"
+#include "reference/fem/solid_law.hpp"
 
 namespace mss::advise {
 
@@ -22,8 +23,8 @@ constexpr const char* nothing_meets =
 /// A candidate in a sentence.
 std::string description(const SceneFamily& family, const Trial& trial) {
   const SceneEdit& c = trial.candidate;
-  return fmt::format("cells of {:.4g} m, {}, {}: {} in {:.3g} ms a frame", family.cell_size(c.level),
-                     c.integrator, to_string(c.precision), percent(trial.error),
+  return fmt::format("cells of {:.4g} m, {}, {}, {}: {} in {:.3g} ms a frame", family.cell_size(c.level),
+                     c.model, c.integrator, to_string(c.precision), percent(trial.error),
                      trial.cost * 1e3 / frames_per_second);
 }
 
@@ -44,6 +45,10 @@ std::string times_the_best(double cost, double best) {
 }
 
 }  // namespace
+
+ErrorOf default_error_of(const Scene& scene) {
+  return scene.environment.holds.empty() ? ErrorOf::deformation : ErrorOf::displacement;
+}
 
 std::string to_string(const Trial& trial) {
   switch (trial.verdict) {
@@ -164,6 +169,7 @@ double Search::least_cost(const SceneEdit& candidate) const {
 }
 
 /// What springs may be left out: of calibrated ones body diagonals, and the volume force where there is one.
+/// Finite elements of the same material may fill the cells instead.
 std::vector<SceneEdit> Search::fillings(int level) const {
   std::vector<SceneEdit> all;
   for (const bool volume_force : {true, false})
@@ -175,6 +181,11 @@ std::vector<SceneEdit> Search::fillings(int level) const {
       lattice.volume_force = lattice.volume_force && volume_force;
       all.push_back(lattice);
     }
+  if (!family().takes_elements()) return all;
+  for (const SolidLaw& law : solid_laws()) {
+    all.push_back(family().candidate(level));
+    all.back().model = law.name;
+  }
   return all;
 }
 
@@ -216,7 +227,8 @@ int Search::coarsest_plain() {
 }
 
 /// For every filling the coarsest lattice that meets the error. The error of a coarser one is that of its
-/// model, which no method reduces.
+/// model, which no method reduces. Elements cost too much in cells where springs meet it, and may not in
+/// larger ones.
 std::vector<SceneEdit> Search::find_lattices() {
   const int start = coarsest_plain();
   if (start == 0) return {};
@@ -224,20 +236,20 @@ std::vector<SceneEdit> Search::find_lattices() {
   std::vector<SceneEdit> found;
   bool plain = true;  // the first filling, which meets the error at the start
   for (SceneEdit lattice : fillings(start)) {
-    const auto meets_at = [&](int level) {
+    const auto result_at = [&](int level) {
       lattice.level = level;
-      return !stopped() && try_lattice(lattice) == Result::meets;
+      return stopped() ? Result::impossible : try_lattice(lattice);
     };
     if (std::exchange(plain, false)) {
       found.push_back(lattice);
       continue;
     }
     auto at = std::find(levels.begin(), levels.end(), start);
-    if (meets_at(start)) {
-      while (at != levels.begin() && meets_at(*(at - 1))) --at;
-    } else if (at + 1 == levels.end() || !meets_at(*++at)) {
-      continue;
-    }
+    Result result = result_at(start);
+    if (result == Result::inaccurate && at + 1 != levels.end()) result = result_at(*++at);
+    while (result == Result::costly && at != levels.begin()) result = result_at(*--at);
+    if (result != Result::meets) continue;
+    while (at != levels.begin() && result_at(*(at - 1)) == Result::meets) --at;
     lattice.level = *at;
     found.push_back(lattice);
   }
@@ -265,8 +277,8 @@ std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
       SceneEdit c = lattice;
       c.precision = precision;
       c.integrator = name;
-      if ((precision == Precision::single && !method.make_single) ||
-          (method.needs_springs() && family().given().model != spring_model))
+      if ((precision == Precision::single && (!method.make_single || lattice.model != spring_model)) ||
+          (method.needs_springs() && lattice.model != spring_model))
         continue;
       if (method.stepping == Stepping::adaptive) {
         std::vector<SceneEdit> chain;
@@ -371,6 +383,40 @@ void Search::check() {
   }
 }
 
+/// The motion of corotational elements; nothing, and the problem is recorded, if they fail or take longer
+/// than a reference may.
+std::optional<Trajectory> Search::elements_at(int level) {
+  std::string& problem = advice_.elements.problem;
+  try {
+    SceneEdit elements = family().candidate(level);
+    elements.model = "corotational";
+    elements.threads = family().given().solve.threads;
+    Scene scene = family().scene(references_.accurate(elements));
+    scene.solve.sleep = {};
+    state_.progress.report(0.9, fmt::format("finite elements of {:.4g} m", family().cell_size(level)));
+    SampledRun run = sample_scene(scene, state_.sampling, [&](const SampledRun& so_far) {
+      return so_far.cost() * scene.solve.duration < request().patience && !stopped();
+    });
+    if (run.status == Status::ok && !run.ended_early) return std::move(run.trajectory);
+    problem = run.ended_early ? "they would take longer than --patience" : to_string(run.status);
+  } catch (const InputError& error) {
+    problem = error.what();
+  }
+  return std::nullopt;
+}
+
+void Search::check_with_elements() {
+  if (!advice_.best || !family().takes_elements() || stopped()) return;
+  const SceneEdit advised = trials()[*advice_.best].candidate;
+  const std::optional<Trajectory> coarse = elements_at(advised.level);
+  const std::optional<Trajectory> fine = coarse ? elements_at(2 * advised.level) : std::nullopt;
+  if (!fine) return;
+  const ErrorEstimator estimator(request().of, *fine);
+  advice_.elements = {.level = 2 * advised.level,
+                      .error = error_of(advised, estimator),
+                      .uncertainty = estimator.error_of(*coarse) / 3};
+}
+
 /// The nearest candidates on either side, where error and budget cannot be met together.
 void Search::explain_budget() {
   const Trial best = trials()[*advice_.best];
@@ -424,13 +470,14 @@ Advice Search::find() {
     advice_.within_budget = !request().budget || best_cost() <= *request().budget;
     if (!advice_.within_budget) explain_budget();
     trials()[*advice_.best].verdict = advice_.within_budget ? Verdict::advised : Verdict::cheapest;
+    check_with_elements();
   }
   for (Trial& trial : trials())
     if (trial.verdict == Verdict::meets) trial.verdict = Verdict::meets_but_costlier;
   return result();
 }
 
-Advice Search::grid(int finest_level, int reference_level) {
+Advice Search::grid(int finest_level, int reference_level, bool pruned) {
   if (!references_.compute({reference_level / 2, reference_level * 3 / 4, reference_level})) {
     if (!state_.was_stopped) advice_.explanation = references_.why_grid_fails();
     return result();
@@ -442,8 +489,10 @@ Advice Search::grid(int finest_level, int reference_level) {
         for (const std::vector<SceneEdit>& chain : methods(filling))
           for (const SceneEdit& candidate : chain)
             if (!stopped())
-              run(candidate,
-                  {.error = 1, .cost = std::min(10 * best_cost(), 40 * references_.cost_at(level))});
+              run(candidate, pruned
+                                 ? Limits{.error = 1,
+                                          .cost = std::min(10 * best_cost(), 40 * references_.cost_at(level))}
+                                 : Limits{});
       });
   }
   try_threads();
@@ -460,8 +509,8 @@ Advice advise(SceneFamily& family, const AdviseRequest& request, Progress& progr
 }
 
 Advice try_all(SceneFamily& family, const AdviseRequest& request, int finest_level, int reference_level,
-               Progress& progress) {
-  return Search(family, request, progress).grid(finest_level, reference_level);
+               bool pruned, Progress& progress) {
+  return Search(family, request, progress).grid(finest_level, reference_level, pruned);
 }
 
 }  // namespace mss::advise

@@ -29,6 +29,9 @@ struct AdviseRequest {
   double patience = 60;            ///< most seconds that a reference may take
 };
 
+/// Displacement, unless nothing holds the body: where it flies, its path says nothing about its deformation.
+ErrorOf default_error_of(const Scene& scene);
+
 /// A scene's body in other cells, of springs that stand for the same material: moduli, and the viscosity that
 /// its springs' damping amounts to, stay as they are. A candidate is an edit of the scene.
 class SceneFamily {
@@ -42,6 +45,8 @@ class SceneFamily {
   int given_level() const { return given_level_; }
   /// Whether t is a choice.
   bool is_calibrated() const;
+  /// Whether finite elements could stand for its springs.
+  bool takes_elements() const;
   /// Whether there is a volume force that could be left out.
   bool has_volume_force() const;
 
@@ -62,7 +67,7 @@ class SceneFamily {
   std::array<int, 3> base_{};  ///< coarsest cells along each axis
   double coarsest_ = 1;        ///< [m]
   int given_level_ = 1;
-  std::map<std::tuple<int, double, bool>, SpectralBound> bounds_;
+  std::map<std::tuple<std::string, int, double, bool>, SpectralBound> bounds_;
 };
 
 /// What is concluded about a trial.
@@ -103,6 +108,17 @@ struct Trial {
 /// The verdict in words, as tables have it.
 std::string to_string(const Trial& trial);
 
+/// An advised candidate beside finite elements (corotational, whose law is that of the springs to first order
+/// in strains) in cells half as large, and these beside elements in cells as large: the references of the
+/// search are springs, and might share an error.
+struct ElementCheck {
+  int level = 0;          ///< of the finer elements; 0: there are none
+  std::string problem{};  ///< why not; empty where the scene is not of calibrated springs
+  double error = std::numeric_limits<double>::quiet_NaN();  ///< of the candidate against the finer
+  double uncertainty =
+      std::numeric_limits<double>::quiet_NaN();  ///< a third of what halving the cells changes
+};
+
 /// What is advised, or why nothing is.
 struct Advice {
   std::vector<Trial> trials;        ///< in the order they were run
@@ -111,6 +127,7 @@ struct Advice {
   double uncertainty = 0;  ///< of the reference, as errors are measured
   int finest_level = 0;    ///< of the references
   double checked_error = std::numeric_limits<double>::quiet_NaN();  ///< of the best against a finer one
+  ElementCheck elements{};                                          ///< of the best
   double seconds = 0;                                               ///< that all of it took
   std::string explanation;  ///< a sentence where nothing is advised; empty otherwise
   bool stopped = false;     ///< by the user
@@ -119,9 +136,10 @@ struct Advice {
 /// Finds the cheapest candidate that meets an error. Throws InputError for requests that make no sense.
 Advice advise(SceneFamily& family, const AdviseRequest& request, Progress& progress);
 
-/// Every candidate that advise() chooses among, up to a level, each run to its end: what advice is compared
-/// with. The reference is of another level than the advisor's.
+/// Every candidate that advise() chooses among, up to a level: what advice is compared with. The reference is
+/// of another level than the advisor's. Each is run to its end, unless, `pruned`, it errs by the whole scale
+/// or takes ten times as long as the best so far or forty times as long as the reference's method.
 Advice try_all(SceneFamily& family, const AdviseRequest& request, int finest_level, int reference_level,
-               Progress& progress);
+               bool pruned, Progress& progress);
 
 }  // namespace mss::advise

@@ -142,6 +142,12 @@ void ReferenceLevels::check_scale() const {
         fmt::format("{}: nothing moves, so every way to compute it is without error; give it "
                     "gravity, a load or a start",
                     file));
+  // The fit of a rigid motion leaves rounding.
+  if (search_.request.of == ErrorOf::deformation && estimator_->scale() < 1e-9 * search_.family.cell_size(1))
+    throw InputError(
+        fmt::format("{}: the body does not deform, so every way to compute it is without error of that; give "
+                    "--of displacement, or a scene that deforms it",
+                    file));
 }
 
 bool ReferenceLevels::refine() {

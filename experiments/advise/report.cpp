@@ -24,6 +24,7 @@ const std::string& name_of(ErrorOf of) { return error_names()[std::size_t(of)]; 
 
 Table trial_table(const SceneFamily& family, const Advice& advice) {
   Table table({{"cell_size", "m"},
+               {"model"},
                {"face_share"},
                {"volume_force"},
                {"precision"},
@@ -40,7 +41,7 @@ Table trial_table(const SceneFamily& family, const Advice& advice) {
     const SceneEdit& c = trial.candidate;
     const IntegratorInfo& method = find_integrator(c.integrator);
     const bool adaptive = method.stepping == Stepping::adaptive;
-    table.add({family.cell_size(c.level), family.is_calibrated() ? c.face_share : none,
+    table.add({family.cell_size(c.level), c.model, family.is_calibrated() ? c.face_share : none,
                std::int64_t(c.volume_force && family.has_volume_force()), to_string(c.precision),
                c.integrator, method.implicit && !adaptive ? c.linear_solver : "",
                c.dt && !adaptive ? *c.dt : none, adaptive ? c.tolerance : none, std::int64_t(c.threads),
@@ -53,6 +54,15 @@ Table request_table(const SceneFamily& family, const AdviseRequest& request, con
   Table table({{"scene"}, {"of"}, {"error"}, {"budget", "s/s"}, {"best"}, {"within_budget"}});
   table.add({family.given().name, name_of(request.of), request.error, request.budget.value_or(0),
              std::int64_t(advice.best ? *advice.best + 1 : 0), std::int64_t(advice.within_budget)});
+  return table;
+}
+
+Table element_table(const SceneFamily& family, const ElementCheck& check) {
+  Table table({{"cell_size", "m"}, {"error"}, {"uncertainty"}, {"status"}});
+  if (check.level > 0)
+    table.add({family.cell_size(check.level), check.error, check.uncertainty, std::string("ok")});
+  else if (!check.problem.empty())
+    table.add({none, none, none, check.problem});
   return table;
 }
 
@@ -75,6 +85,7 @@ Json meta(const SceneFamily& family, const AdviseRequest& request, const Advice&
     json["advised"] = {{"settings", family.settings(best.candidate)},
                        {"error", best.error},
                        {"error_against_a_finer_reference", advice.checked_error},
+                       {"error_against_finite_elements", advice.elements.error},
                        {"cost", best.cost},
                        {"within_budget", advice.within_budget}};
   }
@@ -101,7 +112,8 @@ std::string advised_text(const SceneFamily& family, const AdviseRequest& request
 std::vector<NamedTable> advice_tables(const SceneFamily& family, const AdviseRequest& request,
                                       const Advice& advice) {
   return {{"advise", trial_table(family, advice)},
-          {"advise_request", request_table(family, request, advice)}};
+          {"advise_request", request_table(family, request, advice)},
+          {"advise_elements", element_table(family, advice.elements)}};
 }
 
 void write_advice(const SceneFamily& family, const AdviseRequest& request, const Advice& advice,
@@ -134,6 +146,13 @@ std::string summary(const SceneFamily& family, const AdviseRequest& request, con
                         name_of(request.of), 100 * best.error, 100 * request.error, 100 * advice.uncertainty);
     if (std::isfinite(advice.checked_error))
       text += fmt::format("; against a finer reference {:.3g} %", 100 * advice.checked_error);
+    if (advice.elements.level > 0)
+      text +=
+          fmt::format("\nagainst finite elements of {:.4g} m: {:.3g} %, in themselves uncertain by {:.2g} %",
+                      family.cell_size(advice.elements.level), 100 * advice.elements.error,
+                      100 * advice.elements.uncertainty);
+    if (!advice.elements.problem.empty())
+      text += fmt::format("\nnot compared with finite elements: {}", advice.elements.problem);
     text += fmt::format("\ncost: {:.3g} ms for a frame of 1/60 s, {:.3g} s for a simulated second\n",
                         best.cost * 1e3 / frames_per_second, best.cost);
   }

@@ -11,7 +11,8 @@ namespace mss::advise {
 
 /// The tables of an advice: `advise`, a row per trial, and `advise_request`, one row: what was requested, the
 /// row of `advise` that is best, counted from 1 (0: none), and whether it is within the budget [s/s] (0:
-/// there is none).
+/// there is none); and `advise_elements`, what it differs from finite elements by, empty where there is
+/// nothing to compare.
 std::vector<NamedTable> advice_tables(const SceneFamily& family, const AdviseRequest& request,
                                       const Advice& advice);
 

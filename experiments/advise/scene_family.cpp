@@ -25,7 +25,9 @@ SceneFamily::SceneFamily(const std::filesystem::path& file, const std::vector<st
   };
   check_model(given_);
   if (given_.body.damping.law == Damping::Law::thesis)
-    refuse("damping.thesis has no viscosity that other cells could keep; give damping.ratio");
+    refuse(
+        "damping.thesis has no viscosity that other cells could keep; give damping.viscosity or "
+        "damping.ratio");
   if (find_integrator(given_.solve.integrator).stepping == Stepping::equilibrium)
     refuse(
         "solve.integrator = \"static\" finds an equilibrium, and advice is about motion; give another one");
@@ -39,6 +41,8 @@ SceneFamily::SceneFamily(const std::filesystem::path& file, const std::vector<st
 bool SceneFamily::is_calibrated() const {
   return given_.body.elastic.has_value() && given_.model == spring_model;
 }
+
+bool SceneFamily::takes_elements() const { return is_calibrated() && given_.body.fold_guard == 0; }
 
 bool SceneFamily::has_volume_force() const {
   return given_.model == spring_model && given_.body.springs.volume != 0;
@@ -69,6 +73,7 @@ std::vector<std::string> SceneFamily::settings(const SceneEdit& c) const {
     if (given_.refine != 1) set("body.refine", 1);
   }
   if (given_.body.sharing == Sharing::uniform) set("body.sharing", "weighted");
+  if (c.model != given_.model) set("material.model", c.model);
   if (is_calibrated()) set("material.face_share", c.face_share);
   if (!c.elastic)
     set("material.springs", fmt::format("{{ edge = {}, face = {}, body = {} }}", c.springs.edge / finer,
@@ -104,7 +109,7 @@ Scene SceneFamily::scene(const SceneEdit& candidate) const {
 }
 
 SpectralBound SceneFamily::bound(const SceneEdit& c) {
-  const std::tuple key(c.level, c.face_share, c.volume_force);
+  const std::tuple key(c.model, c.level, c.face_share, c.volume_force);
   if (const auto known = bounds_.find(key); known != bounds_.end()) return known->second;
   const Scene scene = this->scene(c);
   const Body body(scene.body);

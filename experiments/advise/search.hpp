@@ -19,7 +19,7 @@ class Search {
       : state_(family, request, progress), references_(state_) {}
 
   Advice find();
-  Advice grid(int finest_level, int reference_level);
+  Advice grid(int finest_level, int reference_level, bool pruned);
 
  private:
   /// What ends a trial early.
@@ -43,6 +43,8 @@ class Search {
   void try_threads();
   void remeasure_cheapest(double worth = cost_margin);
   void check();
+  void check_with_elements();
+  std::optional<Trajectory> elements_at(int level);
   void decide_undecided(const ErrorEstimator& estimator, double uncertainty);
   void explain_budget();
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -120,8 +121,23 @@ std::vector<Vec3> largest_motion(const Trajectory& trajectory) {
 }  // namespace
 
 const std::vector<std::string>& error_names() {
-  static const std::vector<std::string> names{"displacement", "volume", "frequency", "energy"};
+  static const std::vector<std::string> names{"displacement", "deformation", "volume", "frequency", "energy"};
   return names;
+}
+
+std::vector<Vec3> deformation(const std::vector<Vec3>& rest, const std::vector<Vec3>& displacement) {
+  Eigen::Matrix3Xd from(3, Eigen::Index(rest.size())), to = from;
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    from.col(Eigen::Index(i)) = rest[i];
+    to.col(Eigen::Index(i)) = rest[i] + displacement[i];
+  }
+  const Eigen::Matrix4d motion = Eigen::umeyama(from, to, false);
+  const Eigen::Matrix3d back = motion.topLeftCorner<3, 3>().transpose();
+  const Eigen::Matrix3Xd left = back * (to.colwise() - Vec3(motion.topRightCorner<3, 1>())) - from;
+  std::vector<Vec3> all;
+  all.reserve(rest.size());
+  for (Eigen::Index i = 0; i < left.cols(); ++i) all.emplace_back(left.col(i));
+  return all;
 }
 
 ErrorEstimator::ErrorEstimator(ErrorOf of, Trajectory reference) : of_(of), reference_(std::move(reference)) {
@@ -132,7 +148,7 @@ ErrorEstimator::ErrorEstimator(ErrorOf of, Trajectory reference) : of_(of), refe
     displaced = std::max(displaced, std::sqrt(squared / double(sample.displacement.size())));
     held = std::max(held, sample.exchanged);
   }
-  if (of_ == ErrorOf::displacement) scale_ = displaced;
+  if (of_ == ErrorOf::displacement || of_ == ErrorOf::deformation) scale_ = displaced;
   if (of_ == ErrorOf::energy) scale_ = held;
   if (of_ == ErrorOf::frequency) {
     shape_ = largest_motion(reference_);
@@ -144,6 +160,7 @@ double ErrorEstimator::error_at(const Trajectory& trajectory, std::size_t sample
   const Trajectory::Sample &seen = trajectory.samples[sample], &truth = reference_.samples[sample];
   switch (of_) {
     case ErrorOf::displacement:
+    case ErrorOf::deformation:
       return std::sqrt(squared_distance(seen.displacement, truth.displacement)) / scale_;
     case ErrorOf::volume:
       return std::abs(seen.volume_ratio - truth.volume_ratio);
@@ -300,6 +317,8 @@ SampledRun sample_in(const Scene& scene, const Sampling& sampling,
     if (sample == 0) before = now.energy;
     now.energy -= before;
     now.displacement = interpolator.displacements(state.x);
+    if (sampling.of == ErrorOf::deformation)
+      now.displacement = deformation(sampling.points, now.displacement);
     run.trajectory.samples.back() = std::move(now);
     if (sample > 0 && sample < sampling.count && !go_on(run)) {
       run.ended_early = true;

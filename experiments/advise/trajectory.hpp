@@ -15,6 +15,7 @@ namespace mss::advise {
 /// What two motions of one scene are compared by.
 enum class ErrorOf {
   displacement,  ///< of points, root mean square over them, over the largest of the reference
+  deformation,   ///< the same of displacements in the body's own frame, see deformation()
   volume,        ///< over the volume at rest
   frequency,     ///< of the reference's largest motion, over itself
   energy         ///< gained since the start, over the largest that the reference moves and stores
@@ -26,13 +27,18 @@ const std::vector<std::string>& error_names();
 /// within it are empty.
 struct Trajectory {
   struct Sample {
-    std::vector<Vec3> displacement{};  ///< of the sampled points [m]; empty: no sample
+    /// Of the sampled points [m], or their deformation, if the error is of that; empty: no sample.
+    std::vector<Vec3> displacement{};
     double volume_ratio = 1;
     double energy = 0;     ///< total, less that at the start [J]
     double exchanged = 0;  ///< kinetic and elastic, the scale of errors of energy [J]
   };
   std::vector<Sample> samples;
 };
+
+/// What is left of displacements of points, given at rest, without the rigid motion that fits them best
+/// (Kabsch 1976, Umeyama 1991), in the frame of the body at rest [m].
+std::vector<Vec3> deformation(const std::vector<Vec3>& rest, const std::vector<Vec3>& displacement);
 
 /// Errors of motions against a reference.
 class ErrorEstimator {

@@ -28,11 +28,12 @@ struct AdviseChoice {
   std::string scene;
   std::vector<std::string> overrides;
   std::string error = "1%";
-  std::string of = "displacement";
+  std::string of;
   std::string budget;
   std::string directory;
   double patience = 60;
   std::optional<int> grid;
+  bool unpruned = false;
 };
 
 /// The number a text begins with, and what follows; nothing if it does not begin with one.
@@ -75,15 +76,17 @@ ErrorOf read_error_of(const std::string& text) {
   const auto found = std::find(names.begin(), names.end(), text);
   if (found == names.end())
     throw InputError(
-        fmt::format("--of {} is unknown; did you mean '{}'? There are displacement, volume, "
-                    "frequency and energy",
+        fmt::format("--of {} is unknown; did you mean '{}'? There are displacement, deformation, "
+                    "volume, frequency and energy",
                     text, nearest(text, names)));
   return ErrorOf(found - names.begin());
 }
 
 AdviseRequest read_request(const AdviseChoice& choice) {
-  AdviseRequest request{
-      .error = read_error(choice.error), .of = read_error_of(choice.of), .patience = choice.patience};
+  AdviseRequest request{.error = read_error(choice.error), .patience = choice.patience};
+  if (!choice.of.empty()) request.of = read_error_of(choice.of);
+  if (choice.unpruned && !choice.grid)
+    throw InputError("--unpruned is about --grid, which is not given; give both, or neither");
   if (!choice.budget.empty()) request.budget = read_budget(choice.budget);
   if (!(request.patience > 0))
     throw InputError(fmt::format("--patience is {}; give a positive number of seconds", choice.patience));
@@ -102,8 +105,9 @@ void warn_about_sharing(const Scene& scene) {
 }
 
 void run_advise(const AdviseChoice& choice, int& exit_status) {
-  const AdviseRequest request = read_request(choice);
+  AdviseRequest request = read_request(choice);
   SceneFamily family(scene_file(choice.scene), choice.overrides);
+  if (choice.of.empty()) request.of = default_error_of(family.given());
   const std::string& name = family.given().name;
   const fs::path directory =
       choice.directory.empty() ? fs::path("out") / (name + "_advice") : fs::path(choice.directory);
@@ -113,7 +117,8 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
   Advice advice;
   {
     TerminalProgress progress(name);
-    advice = choice.grid ? try_all(family, request, *choice.grid, std::max(4, 2 * *choice.grid), progress)
+    advice = choice.grid ? try_all(family, request, *choice.grid, std::max(4, 2 * *choice.grid),
+                                   !choice.unpruned, progress)
                          : advise::advise(family, request, progress);
   }
   write_advice(family, request, advice, origin, directory);
@@ -134,16 +139,17 @@ void add(CLI::App& app, int& exit_status) {
   command->add_option("scene", choice->scene, "Scene file (TOML), or a name from `mss list scenes`")
       ->required();
   command->add_option("--error", choice->error, "Largest error allowed, as in 1%")->capture_default_str();
-  command
-      ->add_option("--of", choice->of,
-                   "Quantity whose error is meant: displacement, volume, frequency or energy")
-      ->capture_default_str();
+  command->add_option("--of", choice->of,
+                      "Quantity whose error is meant: displacement (the default where anything is held), "
+                      "deformation (else), volume, frequency or energy");
   command->add_option("--budget", choice->budget,
                       "Most time that a frame of 1/60 s may take, as in 16.7ms/frame");
   command->add_option("--patience", choice->patience, "Most seconds that one reference may take")
       ->capture_default_str();
   command->add_option("--grid", choice->grid,
                       "Instead of searching, try everything in cells split up to N times the coarsest");
+  command->add_flag("--unpruned", choice->unpruned,
+                    "With --grid: run every candidate to its end, however wrong or slow it is");
   command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>_advice)");
   command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
   command->callback([choice, &exit_status] { run_advise(*choice, exit_status); });

@@ -12,21 +12,21 @@ mkdir -p "$out"
 # What meta.json has under a key on a line of its own.
 json() { sed -n "s/^ *\"$2\": \([^,]*\),\{0,1\}$/\1/p" "$1/meta.json" | tail -1; }
 
-# A row of advice.csv. The columns up to the ninth are a candidate; in the grid's table the advised one has the
+# A row of advice.csv. The columns up to the tenth are a candidate; in the grid's table the advised one has the
 # error against the grid's reference, which the advisor did not use, and a time taken beside the cheapest's.
 compare() {
   local scene=$1 error=$2 of=$3 advice=$out/$1 grid=$out/${1}_grid
   awk -F, -v OFS=, -v scene="$scene" -v requested="$error" -v of="$of" \
     -v seconds="$(json "$advice" seconds)" -v all="$(json "$grid" seconds)" '
-    function candidate(  key, i) { key = $1; for (i = 2; i <= 8; ++i) key = key FS $i; return key }
+    function candidate(  key, i) { key = $1; for (i = 2; i <= 9; ++i) key = key FS $i; return key }
     FNR == 1 { next }
     FILENAME ~ /_grid\/advise.csv$/ {
-      if (candidate() == advised && (cost == "" || $11 < cost)) { error = $10; cost = $11; share = $12 }
-      if ($NF ~ /^(advised|meets the error|the cheapest)/ && (least == "" || $11 + 0 < least + 0)) least = $11
+      if (candidate() == advised && (cost == "" || $12 < cost)) { error = $11; cost = $12; share = $13 }
+      if ($NF ~ /^(advised|meets the error|the cheapest)/ && (least == "" || $12 + 0 < least + 0)) least = $12
       ++tried
       next
     }
-    $NF == "advised" { advised = candidate(); cell = $1; precision = $4; integrator = $5; dt = $7; found = $10 }
+    $NF == "advised" { advised = candidate(); cell = $1; precision = $5; integrator = $6; dt = $8; found = $11 }
     END {
       print scene, of, requested, cell, precision, integrator, dt, found, error, share,
             least == "" || cost == "" ? "" : cost / least, seconds, all, tried, seconds / all

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -128,6 +129,45 @@ TEST(ErrorEstimator, MeasuresErrorsOverTheirScales) {
   EXPECT_NEAR(ErrorEstimator(ErrorOf::displacement, truth).error_of(half_sampled), 0.1 / 1.5, 1e-3);
 }
 
+// Of a cube that is stretched, turned and moved only the stretch is left.
+TEST(Deformation, IsWhatARigidMotionLeaves) {
+  std::vector<Vec3> rest, moved, turned_only;
+  const Eigen::Matrix3d rotation = Eigen::AngleAxisd(2.5, Vec3(1, -2, 0.5).normalized()).toRotationMatrix();
+  const Vec3 stretch(0.1, -0.03, 0), path(30, -7, 2);
+  for (int c = 0; c < 27; ++c) {
+    const Vec3 x(c % 3 - 1, c / 3 % 3 - 1, c / 9 - 1);
+    rest.push_back(x + Vec3(4, 5, 6));
+    moved.push_back(rotation * (x + stretch.cwiseProduct(x)) + path - rest.back());
+    turned_only.push_back(rotation * x + path - rest.back());
+  }
+  const std::vector<Vec3> left = deformation(rest, moved), none = deformation(rest, turned_only);
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    EXPECT_LT((left[i] - stretch.cwiseProduct(rest[i] - Vec3(4, 5, 6))).norm(), 1e-13);
+    EXPECT_LT(none[i].norm(), 1e-13);
+  }
+}
+
+TEST(Deformation, IsTheDefaultWhereBodiesFly) {
+  EXPECT_EQ(default_error_of(family("free_cube").given()), ErrorOf::deformation);
+  EXPECT_EQ(default_error_of(family("cantilever").given()), ErrorOf::displacement);
+}
+
+// The flight of a cube that falls on the ground is right with one cell, its deformation is not.
+TEST(Deformation, TellsALatticeThatIsTooCoarse) {
+  SceneFamily cube = family("fig5_2_throw", {"solve.duration=1"});
+  const auto error_of_one_cell = [&](ErrorOf of) {
+    const Sampling sampling = sampling_of(cube.given(), of);
+    const auto run = [&](int level) {
+      SceneEdit candidate = at_level(cube, level);
+      candidate.dt = sampling.interval / 32;
+      return sample_scene(cube.scene(candidate), sampling, [](const SampledRun&) { return true; });
+    };
+    return ErrorEstimator(of, run(6).trajectory).error_of(run(1).trajectory);
+  };
+  EXPECT_LT(error_of_one_cell(ErrorOf::displacement), 0.1);
+  EXPECT_GT(error_of_one_cell(ErrorOf::deformation), 0.2);
+}
+
 TEST(Trajectories, TendToWhereSquaresVanish) {
   const double coarse = 0.2, factor = 1.5, fine = coarse / factor;
   const Trajectory limit = extrapolate(swing(0.5 + coarse * coarse, 4), swing(0.5 + fine * fine, 4), factor);
@@ -224,6 +264,14 @@ TEST(Advice, KeepsTheErrorAgainstAReferenceItDidNotUse) {
                    advised = sample_scene(cube.scene(best.candidate), sampling, go_on);
   ASSERT_EQ(truth.status, Status::ok);
   EXPECT_LE(ErrorEstimator(request.of, truth.trajectory).error_of(advised.trajectory), request.error);
+  // Elements of another kind say nearly the same, and are candidates.
+  EXPECT_EQ(advice.elements.level, 2 * best.candidate.level) << advice.elements.problem;
+  EXPECT_LT(advice.elements.error, 2 * request.error);
+  EXPECT_GT(advice.elements.uncertainty, 0);
+  for (const char* model : {"springs", "linear", "corotational", "st_venant_kirchhoff"})
+    EXPECT_TRUE(std::any_of(advice.trials.begin(), advice.trials.end(), [&](const Trial& trial) {
+      return trial.candidate.model == model;
+    })) << model;
   const std::vector<NamedTable> tables = advice_tables(cube, request, advice);
   EXPECT_EQ(tables[0].table.size(), advice.trials.size());
   std::vector<NamedTable> read;
@@ -234,6 +282,20 @@ TEST(Advice, KeepsTheErrorAgainstAReferenceItDidNotUse) {
     return gnuplot_script(draw(all).charts[0].chart, "a.svg", "a.png");
   };
   EXPECT_EQ(script(read), script(tables));
+}
+
+// Its trials are dropped for no reason but the status of their runs.
+TEST(Advice, ComparesWithAGridThatNothingPrunes) {
+  SceneFamily cube = family("free_cube", {"solve.duration=0.02"});
+  Progress progress;
+  const Advice pruned = try_all(cube, {.error = 0.05}, 1, 4, true, progress),
+               all = try_all(cube, {.error = 0.05}, 1, 4, false, progress);
+  const auto unfinished = [](const Trial& trial) {
+    return trial.share < 0.999 && (trial.verdict == Verdict::costly || trial.verdict == Verdict::inaccurate ||
+                                   trial.verdict == Verdict::too_costly_to_run);
+  };
+  EXPECT_GT(std::count_if(pruned.trials.begin(), pruned.trials.end(), unfinished), 20);
+  EXPECT_EQ(std::count_if(all.trials.begin(), all.trials.end(), unfinished), 0);
 }
 
 TEST(Advice, ExplainsWhatIsImpossible) {
@@ -272,6 +334,8 @@ TEST(Advice, NeedsSomethingThatMoves) {
   EXPECT_THROW(advise(still, {}, progress), InputError);
   SceneFamily brief = family("free_cube", {"solve.duration=0.01"});
   EXPECT_THROW(advise(brief, {.of = ErrorOf::frequency}, progress), InputError);
+  SceneFamily flying = family("fig5_2_throw");
+  EXPECT_THROW(advise(flying, {.of = ErrorOf::deformation}, progress), InputError);
 }
 
 }  // namespace
