@@ -46,7 +46,7 @@ std::map<double, std::string> outcomes(const Table& points, const std::string& i
   return out;
 }
 
-// Bisected to 1/32 octave: to 1.1 percent on either side.
+// Bisected to 1/32 octave: to 1.1 percent on either side. Explicit Euler grows slowly just beyond its limit.
 TEST(Atlas, ExplicitMethodsBlowUpWherePredicted) {
   const AtlasTables tables = run(small_atlas({"explicit_euler", "semi_implicit_euler", "verlet",
                                               "velocity_verlet", "damped_verlet", "rk4"}),
@@ -57,7 +57,7 @@ TEST(Atlas, ExplicitMethodsBlowUpWherePredicted) {
     SCOPED_TRACE(name + ", row " + std::to_string(r));
     if (name == "explicit_euler" && tables.limits.number(r, "value") == 0) continue;  // at no step
     ASSERT_EQ(tables.limits.text(r, "status"), "ok");
-    EXPECT_NEAR(tables.limits.number(r, "limit_over_predicted"), 1, 0.03);
+    EXPECT_NEAR(tables.limits.number(r, "limit_over_predicted"), 1, name == "explicit_euler" ? 0.05 : 0.015);
   }
 }
 
@@ -71,14 +71,15 @@ TEST(Atlas, UndampedExplicitEulerIsStableAtNoStep) {
   EXPECT_TRUE(std::isnan(tables.limits.number(0, "stable_to")));
 }
 
-// Steps of many periods: no energy is left, of little that there should be.
+// Steps of many periods: nothing is left. Undamped, all should be; damped, the reference has lost all but a
+// rounding error in the longest steps.
 TEST(Atlas, BackwardEulerLosesEnergyAtEveryLongStep) {
   const Table points = run(small_atlas({"backward_euler_linear"}), 2).points;
-  for (const double ratio : {0.0, 0.1}) {
+  for (const auto& [ratio, last] : {std::pair(0.0, 128.0), std::pair(0.1, 32.0)}) {
     const auto found = outcomes(points, "backward_euler_linear", ratio);
     EXPECT_GE(found.rbegin()->first, 64);
     for (const auto& [step, outcome] : found)
-      if (step >= 1) {
+      if (step >= 1 && step <= last) {
         EXPECT_EQ(outcome, "loses_energy") << ratio << ", " << step;
       }
   }
@@ -150,14 +151,15 @@ TEST(Atlas, MoreRowsWhereTheOutcomeChanges) {
   EXPECT_DOUBLE_EQ(parameter.value(1), 0.025);
   EXPECT_DOUBLE_EQ(parameter.value(6), 0.3);
   const AtlasTables tables = run(config, 2);
-  // The limit falls by a fifth from 0 to 0.1, by more than an octave's half from there to 0.5.
-  bool between_first = false, between_last = false;
+  // The limit falls by a fifth from 0 to 0.1, by more than an octave's half from there to 0.5. Undamped
+  // motion gains energy just below it, so that rows differ near the first.
+  bool between_middle = false, between_last = false;
   for (std::size_t r = 0; r < tables.limits.size(); ++r) {
     const double value = tables.limits.number(r, "value");
-    between_first |= value > 0 && value < 0.1;
+    between_middle |= value > 0.05 && value < 0.1;
     between_last |= value > 0.1 && value < 0.5;
   }
-  EXPECT_FALSE(between_first);
+  EXPECT_FALSE(between_middle);
   EXPECT_TRUE(between_last);
 }
 
