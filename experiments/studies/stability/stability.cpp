@@ -149,7 +149,11 @@ Chart deformation_chart(const Table& rows, const Table& settings) {
                   deformations.begin());
   };
   const std::vector<ChartSeries> series = by_method(
-      rows, [&](std::size_t r) { return rows.number(r, "cells") == n && rows.number(r, "ratio") == ratio; },
+      rows,
+      [&](std::size_t r) {
+        return rows.number(r, "cells") == n && rows.number(r, "ratio") == ratio &&
+               rows.number(r, "guaranteed") > 0;
+      },
       [&](std::size_t r) {
         return ChartPoint{position(r), rows.number(r, "measured") / rows.number(r, "guaranteed")};
       });
@@ -158,10 +162,10 @@ Chart deformation_chart(const Table& rows, const Table& settings) {
     x.ticks.push_back(double(i));
     x.names.push_back(deformations[i]);
   }
-  return {.title = "The largest stable step of a deformed body, over the one guaranteed at rest",
+  return {.title = "Stable steps of deformed bodies",
           .subtitle = fmt::format("{} cells across, damping ratio {:g}{}", n, ratio, coincident(series)),
           .x = x,
-          .y = {.label = "largest stable step / guaranteed one"},
+          .y = {.label = "largest stable step / guaranteed at rest", .low = 0.8},
           .series = series,
           .lines = {{ReferenceLine::Direction::horizontal, safe_share, "safe"}}};
 }
