@@ -144,6 +144,10 @@ void promote(const CheckChoice& choice, const fs::path& baselines) {
     write_atomically(baselines / name, read_file(fs::path(choice.directory) / name));
   }
   write_atomically(log, lines);
+  if (!choice.only.empty()) {  // meta.json is about all of them
+    fmt::print("{} tables are the new baseline, in {}\n", infos.size(), baselines.string());
+    return;
+  }
   const fs::path meta = baselines / "meta.json";
   Json sources = fs::exists(meta) ? Json::parse(read_file(meta)) : Json::object();
   sources[choice.quick ? "quick" : "full"] = {{"why", choice.why}, {"provenance", where}};
