@@ -56,8 +56,8 @@ double squared_displacement(const HeldCube& cube, const FramePositions& motion);
 /// What a method makes of a number of frames.
 struct MeasuredMotion {
   Status status = Status::ok;
-  bool in_time = true;  ///< false: it was stopped, because it took too long
-  FramePositions motion{};      ///< empty unless the status is ok and it was in time
+  bool in_time = true;      ///< false: it was stopped, because it took too long
+  FramePositions motion{};  ///< empty unless the status is ok and it was in time
   State<double> end{};
   double seconds = 0;  ///< wall time, making the method included
   Work work{};
