@@ -103,9 +103,9 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
       tangents_(*this),
       discrete_gradient_(body),
       kernel_(kernel),
+      blocks_(body, kernel.lanes),
       damped_(body.config().damping.law != Damping::Law::none) {
   const Lattice& lattice = body.lattice();
-  blocks_ = (lattice.used() + kernel_.lanes - 1) / kernel_.lanes;
   interior_ = interior_coefficients();
   build_dictionary();
   build_masses();
@@ -141,14 +141,15 @@ void SpringSystem<Real>::build_dictionary() {
   const auto width = std::size_t(kernel_.lanes);
   std::map<std::vector<std::uint32_t>, std::uint32_t> entry_of;
   std::vector<std::uint32_t> kinds(width);
-  entry_.reserve(std::size_t(blocks_) * std::size_t(lattice.planes()));
+  entry_.reserve(blocks_.before(lattice.planes()) + 2);
   for (int k = 0; k < lattice.planes(); ++k)
-    for (std::ptrdiff_t b = 0; b < blocks_; ++b) {
-      const std::ptrdiff_t site = lattice.plane * k + b * kernel_.lanes;
-      for (std::size_t lane = 0; lane < width; ++lane)
-        kinds[lane] = this->body().element_kind(site + std::ptrdiff_t(lane));
-      entry_.push_back(entry_of.try_emplace(kinds, std::uint32_t(entry_of.size())).first->second);
-    }
+    for (const BlockRun& run : blocks_.of(k))
+      for (std::ptrdiff_t first = run.first; first < run.last; first += kernel_.lanes) {
+        const std::ptrdiff_t site = lattice.plane * k + first;
+        for (std::size_t lane = 0; lane < width; ++lane)
+          kinds[lane] = this->body().element_kind(site + std::ptrdiff_t(lane));
+        entry_.push_back(entry_of.try_emplace(kinds, std::uint32_t(entry_of.size())).first->second);
+      }
 
   entry_.insert(entry_.end(), 2, 0);  // a sweep looks ahead
 
@@ -157,13 +158,10 @@ void SpringSystem<Real>::build_dictionary() {
   for (const auto& [lane_kinds, entry] : entry_of) {
     Real* coefficients = dictionary_.data() + std::size_t(entry) * width * coefficients_per_lane;
     std::uint32_t content = 0;
-    bool has_particle = false;
     for (std::size_t lane = 0; lane < width; ++lane) {
-      const SiteElements& e = this->body().elements()[lane_kinds[lane]];
-      content |= fill_lane(e, coefficients + lane);
-      has_particle = has_particle || e.corner_fill != 0;
+      content |= fill_lane(this->body().elements()[lane_kinds[lane]], coefficients + lane);
     }
-    content_[entry] = has_particle ? content : block_empty;
+    content_[entry] = content;
     whole_content_ |= content;
   }
 }
@@ -298,20 +296,45 @@ void SpringSystem<Real>::kick_drift(const KickDrift& update, double dt, long ste
   state.t += double(steps) * dt;
 }
 
+/// For blocks of a plane, whose forces are still to be set.
 template <class Real>
-void SpringSystem<Real>::apply(const KickDrift& update, const Field<Real>& a, double dt,
-                               State<Real>& state) const {
+FinishPlane<Real> SpringSystem<Real>::update_of(int plane, std::span<const BlockRun> runs,
+                                                const KickDrift& update, State<Real>& state) const {
+  const std::ptrdiff_t offset = this->body().lattice().plane * plane;
   FinishPlane<Real> p{};
-  p.first = 0;
-  p.last = this->body().lattice().sites;
-  p.own = const_streams(a);
-  p.x = streams(state.x);
-  p.v = streams(state.v);
+  p.first_run = runs.data();
+  p.last_run = runs.data() + runs.size();
+  p.x = streams(state.x, offset);
+  p.v = streams(state.v, offset);
   p.kick_before = static_cast<Real>(update.kick_before);
   p.kick_after = static_cast<Real>(update.kick_after);
   p.drift_old = static_cast<Real>(update.drift_old);
   p.drift_new = static_cast<Real>(update.drift_new);
-  kernel_.kick_drift_stored(p);
+  return p;
+}
+
+/// The same where a result is stored.
+template <class Real>
+FinishPlane<Real> SpringSystem<Real>::result_of(int plane, std::span<const BlockRun> runs,
+                                                const Pass& pass) const {
+  const std::ptrdiff_t offset = this->body().lattice().plane * plane;
+  FinishPlane<Real> p{};
+  p.first_run = runs.data();
+  p.last_run = runs.data() + runs.size();
+  p.out = streams(*pass.out, offset);
+  p.direction = const_streams(*pass.v, offset);
+  p.mass = static_cast<Real>(pass.sum.mass);
+  return p;
+}
+
+template <class Real>
+void SpringSystem<Real>::apply(const KickDrift& update, const Field<Real>& a, double dt,
+                               State<Real>& state) const {
+  for (int plane = 0; plane < this->body().lattice().planes(); ++plane) {
+    FinishPlane<Real> p = update_of(plane, blocks_.of(plane), update, state);
+    p.own = const_streams(a, this->body().lattice().plane * plane);
+    kernel_.kick_drift_stored(p);
+  }
   state.t += dt;
   this->constrain(state.t, state.x, state.v);
 }
@@ -366,8 +389,8 @@ void SpringSystem<Real>::step_slab(const Pass& pass, int rank, long step) {
     const Slab& lower = *slabs_[std::size_t(rank - 1)];
     wait_until_reached(lower.swept, done + 1, this->team().may_spin());
     if (!is_asleep(pass, slab.first))
-      finish_plane(pass, slab.first, 0, blocks_ * kernel_.lanes, streams(slab.first_own),
-                   const_streams(lower.outgoing), t_new);
+      finish_runs(pass, slab.first, blocks_.of(slab.first), streams(slab.first_own),
+                  const_streams(lower.outgoing), t_new);
   }
   announce(slab.finished, done + 1);
 }
@@ -389,25 +412,24 @@ Sweep<Real> SpringSystem<Real>::sweep_for(const Pass& pass) const {
   }
 }
 
-/// Sweeps a plane in pieces that stay in the first-level cache and, if `below` is given, finishes each piece
-/// at once: no later block reads those particles again.
+/// Sweeps a plane in pieces and, if `below` is given, finishes each at once: no later block reads those
+/// particles again.
 template <class Real>
 void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<Real>& own,
                                      const Streams<Real>& above, const ConstStreams<Real>* below, double t) {
-  constexpr std::ptrdiff_t piece = 32;
   const Lattice& lattice = this->body().lattice();
   const std::ptrdiff_t offset = lattice.plane * plane;
-  // The sweep begins the sums of every row but the first, and of all where rows are shorter than a block.
-  const std::ptrdiff_t begun = lattice.row < kernel_.lanes ? lattice.plane : lattice.row;
-  for (int a = 0; a < 3; ++a) {
-    std::fill_n(own.axis[a], begun, Real(0));
-    std::fill_n(above.axis[a], begun, Real(0));
-  }
+  for (const BlockRun& run : blocks_.zeroed(plane))
+    for (int a = 0; a < 3; ++a) {
+      std::fill(own.axis[a] + run.first, own.axis[a] + run.last, Real(0));
+      std::fill(above.axis[a] + run.first, above.axis[a] + run.last, Real(0));
+    }
+  if (pass.out) clear_between_blocks(plane, *pass.out);
   const Sweep<Real> sweep = sweep_for(pass);
   SweepPlane<Real> p{};
   p.row = lattice.row;
   p.plane = lattice.plane;
-  p.entry = entry_.data() + blocks_ * plane;
+  p.entry = entry_.data() + blocks_.before(plane);
   p.dictionary = dictionary_.data();
   p.content = content_.data();
   p.interior = interior_;
@@ -423,43 +445,57 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
   p.damping = static_cast<Real>(pass.sum.damping);
   p.own = own;
   p.above = above;
-  for (p.first_block = 0; p.first_block < blocks_; p.first_block = p.last_block) {
-    p.last_block = std::min(p.first_block + piece, blocks_);
+  const std::span<const BlockRun> runs = blocks_.of(plane);
+  for (std::size_t first = 0, next = 0; first < runs.size(); first = next) {
+    std::ptrdiff_t blocks = 0;
+    while (next < runs.size() && blocks + blocks_.count(runs[next]) <= SweepBlocks::piece)
+      blocks += blocks_.count(runs[next++]);
+    const auto piece = runs.subspan(first, next - first);
+    p.first_run = piece.data();
+    p.last_run = piece.data() + piece.size();
     sweep(p);
-    if (below)
-      finish_plane(pass, plane, p.first_block * kernel_.lanes, p.last_block * kernel_.lanes, own, *below, t);
+    p.entry += blocks;
+    if (below) finish_runs(pass, plane, piece, own, *below, t);
   }
 }
 
+/// Zeroes the sites of a plane that no block holds.
 template <class Real>
-void SpringSystem<Real>::finish_plane(const Pass& pass, int plane, std::ptrdiff_t first, std::ptrdiff_t last,
-                                      const Streams<Real>& own, const ConstStreams<Real>& below, double t) {
+void SpringSystem<Real>::clear_between_blocks(int plane, Field<Real>& out) const {
   const std::ptrdiff_t offset = this->body().lattice().plane * plane;
+  std::ptrdiff_t end = 0;
+  const auto clear_to = [&](std::ptrdiff_t next) {
+    for (int a = 0; a < 3; ++a) std::fill(out.axis(a) + offset + end, out.axis(a) + offset + next, Real(0));
+  };
+  for (const BlockRun& run : blocks_.of(plane)) {
+    clear_to(run.first);
+    end = run.last;
+  }
+  clear_to(std::max(end, this->body().lattice().used()));
+}
+
+template <class Real>
+void SpringSystem<Real>::finish_runs(const Pass& pass, int plane, std::span<const BlockRun> runs,
+                                     const Streams<Real>& own, const ConstStreams<Real>& below, double t) {
+  if (runs.empty()) return;
+  const std::ptrdiff_t offset = this->body().lattice().plane * plane, first = runs.front().first,
+                       last = runs.back().last;
   if (!this->loads().empty() && pass.takes_loads())
     this->loads().add(offset + first, offset + last,
                       std::array<Real*, 3>{own.axis[0] + first, own.axis[1] + first, own.axis[2] + first});
-  FinishPlane<Real> p{};
-  p.first = first;
-  p.last = last;
+  const bool moves = pass.finish == Finish::kick_drift;
+  FinishPlane<Real> p =
+      moves ? update_of(plane, runs, pass.update, *pass.state) : result_of(plane, runs, pass);
   p.own = read_only(own);
   p.below = below;
   p.inverse_mass = inverse_mass_.data() + offset;
   for (int a = 0; a < 3; ++a) p.gravity[a] = static_cast<Real>(this->environment().gravity[a]);
-  if (pass.finish != Finish::kick_drift) {
-    p.out = streams(*pass.out, offset);
-    p.direction = const_streams(*pass.v, offset);
-    p.mass = static_cast<Real>(pass.sum.mass);
+  if (!moves) {
     (pass.finish == Finish::acceleration ? kernel_.store_acceleration
      : pass.finish == Finish::product    ? kernel_.store_product
                                          : kernel_.store_force)(p);
     return;
   }
-  p.x = streams(pass.state->x, offset);
-  p.v = streams(pass.state->v, offset);
-  p.kick_before = static_cast<Real>(pass.update.kick_before);
-  p.kick_after = static_cast<Real>(pass.update.kick_after);
-  p.drift_old = static_cast<Real>(pass.update.drift_old);
-  p.drift_new = static_cast<Real>(pass.update.drift_new);
   kernel_.kick_drift(p);
   if (!this->held().empty())
     this->held().apply(t, offset + first, offset + last, pass.state->x, pass.state->v);

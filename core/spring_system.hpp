@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "core/body_tangents.hpp"
 #include "core/discrete_gradient.hpp"
 #include "core/sweep.hpp"
+#include "core/sweep_blocks.hpp"
 
 namespace mss {
 
@@ -83,16 +85,20 @@ class SpringSystem final : public BodySystem<Real> {
   void step_slab(const Pass& pass, int rank, long step);
   void sweep_plane(const Pass& pass, int plane, const Streams<Real>& own, const Streams<Real>& above,
                    const ConstStreams<Real>* below, double t);
-  void finish_plane(const Pass& pass, int plane, std::ptrdiff_t first, std::ptrdiff_t last,
-                    const Streams<Real>& own, const ConstStreams<Real>& below, double t);
+  void finish_runs(const Pass& pass, int plane, std::span<const BlockRun> runs, const Streams<Real>& own,
+                   const ConstStreams<Real>& below, double t);
+  FinishPlane<Real> update_of(int plane, std::span<const BlockRun> runs, const KickDrift& update,
+                              State<Real>& state) const;
+  FinishPlane<Real> result_of(int plane, std::span<const BlockRun> runs, const Pass& pass) const;
+  void clear_between_blocks(int plane, Field<Real>& out) const;
 
   SpringTangents tangents_;
   SpringDiscreteGradient<Real> discrete_gradient_;
   SweepKernel<Real> kernel_;
+  SweepBlocks blocks_;
   bool damped_;
 
-  std::ptrdiff_t blocks_;               ///< per plane
-  std::vector<std::uint32_t> entry_;    ///< per plane and block, and two more: dictionary entry
+  std::vector<std::uint32_t> entry_;    ///< per block, and two more: dictionary entry
   std::vector<std::uint32_t> content_;  ///< per entry
   std::uint32_t whole_content_ = 0;     ///< of all entries together
   AlignedArray<Real> dictionary_;

@@ -12,8 +12,7 @@ enum BlockContent : std::uint32_t {
   block_faces = 2,
   block_bodies = 4,
   block_volumes = 8,
-  block_guards = 16,  ///< against folding
-  block_empty = 32    ///< no particle, and so nothing of the others
+  block_guards = 16  ///< against folding
 };
 
 inline constexpr int springs_per_site = 13;
@@ -44,15 +43,21 @@ struct ConstStreams {
   const Real* axis[3];
 };
 
+/// Blocks that follow each other in a plane without gaps.
+struct BlockRun {
+  std::ptrdiff_t first;  ///< their sites, counted from the plane's first: [first, last)
+  std::ptrdiff_t last;
+};
+
 /// What one plane of the sweep reads and writes. Pointers to fields start at the plane's first site; scratch
 /// planes have `plane` numbers per axis.
 template <class Real>
 struct SweepPlane {
   std::ptrdiff_t row;
   std::ptrdiff_t plane;
-  std::ptrdiff_t first_block;  ///< blocks to compute: [first_block, last_block)
-  std::ptrdiff_t last_block;
-  const std::uint32_t* entry;    ///< per block of this plane, and two more: which dictionary entry
+  const BlockRun* first_run;  ///< to compute: [first_run, last_run)
+  const BlockRun* last_run;
+  const std::uint32_t* entry;    ///< per block of these, and two more: which dictionary entry
   const Real* dictionary;        ///< entries of coefficients_per_lane x W numbers
   const std::uint32_t* content;  ///< per entry: BlockContent bits
   InteriorCoefficients<Real> interior;
@@ -70,8 +75,8 @@ struct SweepPlane {
 /// The update of particles once their force, own + below, is complete.
 template <class Real>
 struct FinishPlane {
-  std::ptrdiff_t first;  ///< sites of this plane: [first, last)
-  std::ptrdiff_t last;
+  const BlockRun* first_run;  ///< to finish: [first_run, last_run)
+  const BlockRun* last_run;
   ConstStreams<Real> own;
   ConstStreams<Real> below;
   const Real* inverse_mass;

@@ -3,9 +3,9 @@
 // The structured sweep: all spring, damping and volume forces of a lattice body in one pass, and the update
 // of a particle as soon as its force is complete. Included once per instruction set, see simd.hpp.
 //
-// A block is W sites that follow each other in a plane. For each site the sweep evaluates the thirteen
-// springs and the volume force of the cell whose lower corner it is. Corner c = bx + 2 by + 4 bz of that cell
-// is another site, and the forces on it are passed on:
+// A block is W sites that follow each other in a plane, see sweep_blocks.hpp. For each site the sweep
+// evaluates the thirteen springs and the volume force of the cell whose lower corner it is. Corner c = bx + 2
+// by + 4 bz of that cell is another site, and the forces on it are passed on:
 //   (x+1) corners one lane further, by shift_in, the last lane through `carry`;
 //   (y+1) corners to `own`, one row further; (z+1) corners to `above`, for the next plane.
 // A site's force is complete when its own block is done and the sums from the plane below are there. The
@@ -362,15 +362,6 @@ MSS_INLINE void pass_on(const SweepPlane<Real>& p, const Streams<Real>& sums, st
   store(sums, q + p.row, p.row < lanes<Real> ? load(sums, q + p.row) + y : y);
 }
 
-/// Of a block without particles, which only begins the sums of the next row.
-template <class Real>
-MSS_INLINE void skip_block(const SweepPlane<Real>& p, std::ptrdiff_t q, Carry<Real>& carry) {
-  carry = {};
-  if (p.row < lanes<Real>) return;
-  store(p.own, q + p.row, Vec<Real>{});
-  store(p.above, q + p.row, Vec<Real>{});
-}
-
 template <class Block, class Real>
 MSS_INLINE Block block_at(const SweepPlane<Real>& p, std::ptrdiff_t q, const Real* coefficient) {
   const std::ptrdiff_t row = p.row, plane = p.plane;
@@ -424,6 +415,12 @@ MSS_INLINE void do_block(const SweepPlane<Real>& p, std::ptrdiff_t q, const Real
   carry = {{f[1], f[3], f[5], f[7]}};
 }
 
+/// Has the compiler keep it on the stack: twelve registers more are worth more inside a block.
+template <class Real>
+MSS_INLINE void keep_in_memory(Carry<Real>& carry) {
+  asm("" : "+m"(carry));
+}
+
 template <class Real>
 MSS_INLINE Carry<Real> carry_in(const SweepPlane<Real>& p) {
   constexpr int last = lanes<Real> - 1;
@@ -453,10 +450,10 @@ MSS_INLINE const Real* coefficients_of(const SweepPlane<Real>& p, std::uint32_t 
 /// Fetches the coefficients of the block after the next: bodies that are no boxes have more of them than a
 /// second-level cache holds.
 template <class Real>
-MSS_INLINE void prefetch_coefficients(const SweepPlane<Real>& p, std::ptrdiff_t block,
+MSS_INLINE void prefetch_coefficients(const SweepPlane<Real>& p, const std::uint32_t* entry,
                                       const Real* coefficient) {
   constexpr int line = 64 / int(sizeof(Real));
-  const Real* next = coefficients_of(p, p.entry[block + 2]);
+  const Real* next = coefficients_of(p, entry[2]);
   if (next == coefficient) return;
   for (int i = 0; i < coefficients_per_lane * lanes<Real>; i += line) __builtin_prefetch(next + i);
 }
@@ -464,72 +461,71 @@ MSS_INLINE void prefetch_coefficients(const SweepPlane<Real>& p, std::ptrdiff_t 
 /// Of any body. `Guards`: block_guards or 0.
 template <class Block, std::uint32_t Guards, class Real>
 void sweep_any(SweepPlane<Real>& argument) {
-  constexpr int W = lanes<Real>;
   constexpr std::uint32_t cells = block_bodies | block_volumes;
   const SweepPlane<Real> p = argument;  // a copy that the stores below cannot reach
   Carry<Real> carry = carry_in(p);
-  for (std::ptrdiff_t b = p.first_block; b < p.last_block; ++b) {
-    const std::uint32_t entry = p.entry[b];
-    const Real* coefficient = coefficients_of(p, entry);
-    const std::uint32_t content = p.content[entry];
-    prefetch_coefficients(p, b, coefficient);
-    if constexpr (Guards != 0)
-      // Of force changes, which have no leaner sweep; without it here forces of full bodies are 4 to 6 %
-      // slower.
-      if (content == (block_edges | block_faces | Guards)) {
-        do_block<Block, block_edges | block_faces | Guards>(p, b * W, coefficient, carry);
-        continue;
+  const std::uint32_t* entry = p.entry;
+  for (const BlockRun* run = p.first_run; run < p.last_run; ++run)
+    for (std::ptrdiff_t q = run->first, last = run->last; q < last; q += lanes<Real>, ++entry) {
+      const std::uint32_t kind = *entry;
+      const Real* coefficient = coefficients_of(p, kind);
+      const std::uint32_t content = p.content[kind];
+      prefetch_coefficients(p, entry, coefficient);
+      keep_in_memory(carry);
+      if constexpr (Guards != 0)
+        // Of force changes, which have no leaner sweep; without it here forces of full bodies are 4 to 6 %
+        // slower.
+        if (content == (block_edges | block_faces | Guards)) {
+          do_block<Block, block_edges | block_faces | Guards>(p, q, coefficient, carry);
+          continue;
+        }
+      switch (content) {
+        case 0:
+          do_block<Block, 0>(p, q, coefficient, carry);
+          break;
+        case block_edges:
+          do_block<Block, block_edges>(p, q, coefficient, carry);
+          break;
+        case block_edges | block_faces:  // upper faces of the body, or neither body diagonals nor volume
+          do_block<Block, block_edges | block_faces>(p, q, coefficient, carry);
+          break;
+        case block_edges | block_bodies | Guards:  // no face diagonals
+        case block_edges | block_volumes | Guards:
+        case block_edges | cells | Guards:
+          do_block<Block, block_edges | cells | Guards>(p, q, coefficient, carry);
+          break;
+        default:
+          do_block<Block, block_edges | block_faces | cells | Guards>(p, q, coefficient, carry);
       }
-    switch (content) {
-      case block_empty:
-        skip_block(p, b * W, carry);
-        break;
-      case 0:
-        do_block<Block, 0>(p, b * W, coefficient, carry);
-        break;
-      case block_edges:
-        do_block<Block, block_edges>(p, b * W, coefficient, carry);
-        break;
-      case block_edges | block_faces:  // upper faces of the body, or neither body diagonals nor volume
-        do_block<Block, block_edges | block_faces>(p, b * W, coefficient, carry);
-        break;
-      case block_edges | block_bodies | Guards:  // no face diagonals
-      case block_edges | block_volumes | Guards:
-      case block_edges | cells | Guards:
-        do_block<Block, block_edges | cells | Guards>(p, b * W, coefficient, carry);
-        break;
-      default:
-        do_block<Block, block_edges | block_faces | cells | Guards>(p, b * W, coefficient, carry);
     }
-  }
   carry_out(carry, argument);
 }
 
 /// Of bodies whose cells contain no more than `Content` anywhere.
 template <class Block, std::uint32_t Content, class Real>
 void sweep_all_with(SweepPlane<Real>& argument) {
-  constexpr int W = lanes<Real>;
   constexpr std::uint32_t upper = Content & (block_edges | block_faces);  // faces of the body
-  const SweepPlane<Real> p = argument;
+  const SweepPlane<Real> p = argument;  // a copy that the stores below cannot reach
   Carry<Real> carry = carry_in(p);
-  for (std::ptrdiff_t b = p.first_block; b < p.last_block; ++b) {
-    const std::uint32_t entry = p.entry[b];
-    const Real* coefficient = coefficients_of(p, entry);
-    prefetch_coefficients(p, b, coefficient);
-    switch (p.content[entry]) {
-      case block_empty:
-        skip_block(p, b * W, carry);
-        break;
-      case 0:
-        do_block<Block, 0>(p, b * W, coefficient, carry);
-        break;
-      case upper:
-        do_block<Block, upper>(p, b * W, coefficient, carry);
-        break;
-      default:
-        do_block<Block, Content>(p, b * W, coefficient, carry);
+  const std::uint32_t* entry = p.entry;
+  for (const BlockRun* run = p.first_run; run < p.last_run; ++run)
+    for (std::ptrdiff_t q = run->first, last = run->last; q < last; q += lanes<Real>, ++entry) {
+      const std::uint32_t kind = *entry;
+      const Real* coefficient = coefficients_of(p, kind);
+      const std::uint32_t content = p.content[kind];
+      prefetch_coefficients(p, entry, coefficient);
+      keep_in_memory(carry);
+      switch (content) {
+        case 0:
+          do_block<Block, 0>(p, q, coefficient, carry);
+          break;
+        case upper:
+          do_block<Block, upper>(p, q, coefficient, carry);
+          break;
+        default:
+          do_block<Block, Content>(p, q, coefficient, carry);
+      }
     }
-  }
   carry_out(carry, argument);
 }
 
@@ -559,32 +555,37 @@ MSS_INLINE void update(const FinishPlane<Real>& p, std::ptrdiff_t q, const Vec<R
   store(p.x, q, load(p.x, q) + step);
 }
 
+/// Calls finish(q) of every block.
+template <class Real, class Finish>
+MSS_INLINE void finish_each_block(const FinishPlane<Real>& p, Finish&& finish) {
+  for (const BlockRun* run = p.first_run; run < p.last_run; ++run)
+    for (std::ptrdiff_t q = run->first, last = run->last; q < last; q += lanes<Real>) finish(q);
+}
+
 template <class Real>
 void store_force(const FinishPlane<Real>& p) {
-  for (std::ptrdiff_t q = p.first; q < p.last; q += lanes<Real>) store(p.out, q, total_force(p, q));
+  finish_each_block(p, [&](std::ptrdiff_t q) { store(p.out, q, total_force(p, q)); });
 }
 template <class Real>
 void store_acceleration(const FinishPlane<Real>& p) {
-  for (std::ptrdiff_t q = p.first; q < p.last; q += lanes<Real>) store(p.out, q, acceleration(p, q));
+  finish_each_block(p, [&](std::ptrdiff_t q) { store(p.out, q, acceleration(p, q)); });
 }
 template <class Real>
 void store_product(const FinishPlane<Real>& p) {
   const Pack<Real> zero{};
-  for (std::ptrdiff_t q = p.first; q < p.last; q += lanes<Real>) {
+  finish_each_block(p, [&](std::ptrdiff_t q) {
     const Pack<Real> inverse_mass = load(p.inverse_mass + q);
     const Pack<Real> mass = inverse_mass > zero ? p.mass / inverse_mass : zero;
     store(p.out, q, mass * load(p.direction, q) - total_force(p, q));
-  }
+  });
 }
 template <class Real>
 void kick_drift(const FinishPlane<Real>& p) {
-  const Pack<Real> zero{};
-  for (std::ptrdiff_t q = p.first; q < p.last; q += lanes<Real>)
-    if (any(load(p.inverse_mass + q) > zero)) update(p, q, acceleration(p, q));
+  finish_each_block(p, [&](std::ptrdiff_t q) { update(p, q, acceleration(p, q)); });
 }
 template <class Real>
 void kick_drift_stored(const FinishPlane<Real>& p) {
-  for (std::ptrdiff_t q = p.first; q < p.last; q += lanes<Real>) update(p, q, load(p.own, q));
+  finish_each_block(p, [&](std::ptrdiff_t q) { update(p, q, load(p.own, q)); });
 }
 
 template <class Real, class Block, std::uint32_t Guards>

@@ -185,9 +185,9 @@ const std::vector<FailureScene>& failure_scenes() {
 FailureRun try_scene(const StressCase& stress_case, const IntegratorInfo& method, Variant variant) {
   constexpr double periods = 20;
   const auto config = [&](bool guarded) {
-    BodyConfig config = stress_case.body;
-    config.fold_guard = guarded ? default_fold_guard : 0;
-    return config;
+    BodyConfig c = stress_case.body;
+    c.fold_guard = guarded ? default_fold_guard : 0;
+    return c;
   };
   const Body body(config(variant.guarded)), of_step(config(variant.guarded_step));
   SpringSystem<double> system(body, stress_case.environment, {.threads = 1}),

@@ -177,14 +177,6 @@ std::vector<ChartPoint> ratios(const Table& rows, double cells, bool first) {
   return points;
 }
 
-std::vector<ChartPoint> errors(const Table& rows, double cells, const std::string& column) {
-  std::vector<ChartPoint> points;
-  for (std::size_t r = 0; r < rows.size(); ++r)
-    if (rows.number(r, "cells") == cells && rows.text(r, "status") == "ok")
-      points.push_back({rows.number(r, "dt_omega"), rows.number(r, column)});
-  return points;
-}
-
 }  // namespace
 
 Table measure_crossover(const CrossoverConfig& config, Progress& progress) {
