@@ -3,8 +3,11 @@
 # (integrators/CMakeLists.txt).
 add_library(mss_options INTERFACE)
 target_include_directories(mss_options INTERFACE ${PROJECT_SOURCE_DIR})
-target_compile_options(mss_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
+target_compile_options(mss_options INTERFACE -Wall -Wextra -Wpedantic -Wnon-virtual-dtor -Woverloaded-virtual
                                              -ffp-contract=off)
+if(NOT MSS_JOINT_SOURCES)  # joint sources see each other's names
+  target_compile_options(mss_options INTERFACE -Wshadow)
+endif()
 # Threads are the Team's; Eigen's own would start behind its back wherever OpenMP is on.
 target_compile_definitions(mss_options INTERFACE EIGEN_DONT_PARALLELIZE)
 if(MSS_WARNINGS_AS_ERRORS)

@@ -93,16 +93,16 @@ enum class Verdict {
 /// A candidate and its result.
 struct Trial {
   SceneEdit candidate;
-  double error = std::numeric_limits<double>::quiet_NaN();  ///< largest until it ended
-  double cost = std::numeric_limits<double>::quiet_NaN();   ///< seconds of stepping per simulated second
-  double share = 0;                                         ///< of the duration that was simulated
-  bool meets = false;                                       ///< the error
+  double error = no_value;  ///< largest until it ended
+  double cost = no_value;   ///< seconds of stepping per simulated second
+  double share = 0;         ///< of the duration that was simulated
+  bool meets = false;       ///< the error
   Verdict verdict = Verdict::reference;
-  Status status = Status::ok;                                        ///< of a failed run
-  std::string problem{};                                             ///< where it is impossible
-  double estimated_cost = std::numeric_limits<double>::quiet_NaN();  ///< where it was costly: at least
-  double best_before = std::numeric_limits<double>::infinity();      ///< cost of the best then
-  double checked_error = std::numeric_limits<double>::quiet_NaN();   ///< against the checking reference
+  Status status = Status::ok;                                    ///< of a failed run
+  std::string problem{};                                         ///< where it is impossible
+  double estimated_cost = no_value;                              ///< where it was costly: at least
+  double best_before = std::numeric_limits<double>::infinity();  ///< cost of the best then
+  double checked_error = no_value;                               ///< against the checking reference
 };
 
 /// The verdict in words, as tables have it.
@@ -112,11 +112,10 @@ std::string to_string(const Trial& trial);
 /// in strains) in cells half as large, and these beside elements in cells as large: the references of the
 /// search are springs, and might share an error.
 struct ElementCheck {
-  int level = 0;          ///< of the finer elements; 0: there are none
-  std::string problem{};  ///< why not; empty where the scene is not of calibrated springs
-  double error = std::numeric_limits<double>::quiet_NaN();  ///< of the candidate against the finer
-  double uncertainty =
-      std::numeric_limits<double>::quiet_NaN();  ///< a third of what halving the cells changes
+  int level = 0;                  ///< of the finer elements; 0: there are none
+  std::string problem{};          ///< why not; empty where the scene is not of calibrated springs
+  double error = no_value;        ///< of the candidate against the finer
+  double uncertainty = no_value;  ///< a third of what halving the cells changes
 };
 
 /// What is advised, or why nothing is.
@@ -124,13 +123,13 @@ struct Advice {
   std::vector<Trial> trials;        ///< in the order they were run
   std::optional<std::size_t> best;  ///< the cheapest that meets the error, whatever the budget
   bool within_budget = false;
-  double uncertainty = 0;  ///< of the reference, as errors are measured
-  int finest_level = 0;    ///< of the references
-  double checked_error = std::numeric_limits<double>::quiet_NaN();  ///< of the best against a finer one
-  ElementCheck elements{};                                          ///< of the best
-  double seconds = 0;                                               ///< that all of it took
-  std::string explanation;  ///< a sentence where nothing is advised; empty otherwise
-  bool stopped = false;     ///< by the user
+  double uncertainty = 0;           ///< of the reference, as errors are measured
+  int finest_level = 0;             ///< of the references
+  double checked_error = no_value;  ///< of the best against a finer one
+  ElementCheck elements{};          ///< of the best
+  double seconds = 0;               ///< that all of it took
+  std::string explanation;          ///< a sentence where nothing is advised; empty otherwise
+  bool stopped = false;             ///< by the user
 };
 
 /// Finds the cheapest candidate that meets an error. Throws InputError for requests that make no sense.

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 
 #include "core/scene_writer.hpp"
 #include "experiments/advise/chart.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/results_folder.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/plot/gnuplot.hpp"
 
@@ -17,8 +17,6 @@ namespace mss::advise {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 const std::string& name_of(ErrorOf of) { return error_names()[std::size_t(of)]; }
 
@@ -41,11 +39,11 @@ Table trial_table(const SceneFamily& family, const Advice& advice) {
     const SceneEdit& c = trial.candidate;
     const IntegratorInfo& method = find_integrator(c.integrator);
     const bool adaptive = method.stepping == Stepping::adaptive;
-    table.add({family.cell_size(c.level), c.model, family.is_calibrated() ? c.face_share : none,
+    table.add({family.cell_size(c.level), c.model, family.is_calibrated() ? c.face_share : no_value,
                std::int64_t(c.volume_force && family.has_volume_force()), to_string(c.precision),
                c.integrator, method.implicit && !adaptive ? c.linear_solver : "",
-               c.dt && !adaptive ? *c.dt : none, adaptive ? c.tolerance : none, std::int64_t(c.threads),
-               trial.error, trial.cost, trial.share, to_string(trial)});
+               c.dt && !adaptive ? *c.dt : no_value, adaptive ? c.tolerance : no_value,
+               std::int64_t(c.threads), trial.error, trial.cost, trial.share, to_string(trial)});
   }
   return table;
 }
@@ -62,7 +60,7 @@ Table element_table(const SceneFamily& family, const ElementCheck& check) {
   if (check.level > 0)
     table.add({family.cell_size(check.level), check.error, check.uncertainty, std::string("ok")});
   else if (!check.problem.empty())
-    table.add({none, none, none, check.problem});
+    table.add({no_value, no_value, no_value, check.problem});
   return table;
 }
 

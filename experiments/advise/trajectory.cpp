@@ -7,20 +7,18 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <random>
 
 #include "core/measures.hpp"
 #include "experiments/harness/statistics.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
 
 namespace mss::advise {
 
 namespace {
-
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// Points of a body at rest as weighted means of particles, trilinear in their cells.
 class Interpolator {
@@ -186,7 +184,7 @@ double ErrorEstimator::error_of(const Trajectory& trajectory) const {
 double ErrorEstimator::frequency(const Trajectory& trajectory) const {
   constexpr int least = 3;
   const std::vector<Vec3> mean = mean_of(trajectory);
-  double before = 0, before_at = 0, first = none, last = none;
+  double before = 0, before_at = 0, first = no_value, last = no_value;
   int crossings = 0;
   for (std::size_t sample = 0; sample < trajectory.samples.size(); ++sample) {
     const std::vector<Vec3>& u = trajectory.samples[sample].displacement;
@@ -202,7 +200,7 @@ double ErrorEstimator::frequency(const Trajectory& trajectory) const {
       before_at = double(sample);
     }
   }
-  return crossings < least ? none : (crossings - 1) / (2 * (last - first));
+  return crossings < least ? no_value : (crossings - 1) / (2 * (last - first));
 }
 
 Trajectory extrapolate(const Trajectory& coarse, const Trajectory& fine, double factor) {
@@ -240,7 +238,7 @@ double SampledRun::total_seconds() const { return std::accumulate(seconds.begin(
 
 double SampledRun::cost() const {
   constexpr double several = 3;
-  if (seconds.empty()) return none;
+  if (seconds.empty()) return no_value;
   const double most = several * quantile(seconds, 0.75);
   double sum = 0;
   for (const double sample : seconds) sum += most > 0 ? std::min(sample, most) : sample;

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <limits>
 #include <sstream>
 
 #include "core/error.hpp"
 #include "experiments/harness/provenance.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
 
 namespace mss {
@@ -53,9 +53,7 @@ Journal::Journal(const fs::path& file, const Json& belongs_to) {
   if (!stream_) throw InputError(fmt::format("{} cannot be written", file.string()));
 }
 
-double number(const Json& value) {
-  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
-}
+double number(const Json& value) { return value.is_null() ? no_value : value.get<double>(); }
 
 const Json* Journal::find(const std::string& name) const {
   const auto found = results_.find(name);

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "experiments/harness/statistics.hpp"
+#include "experiments/harness/table.hpp"
 
 namespace mss {
 
 Quartiles quartiles(const std::vector<double>& sample) {
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  if (sample.empty()) return {none, none, none};
+  if (sample.empty()) return {no_value, no_value, no_value};
   return {quantile(sample, 0.5), quantile(sample, 0.25), quantile(sample, 0.75)};
 }
 

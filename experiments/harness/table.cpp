@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -47,7 +46,7 @@ void append_cell(std::string& out, const Cell& cell) {
 /// A number as it would be written again, or a missing one; nothing for other text.
 std::optional<Cell> number_cell(const std::string& text) {
   const char *begin = text.data(), *end = begin + text.size();
-  if (text.empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (text.empty()) return no_value;
   std::int64_t integer = 0;
   double real = 0;
   Cell cell = text;
@@ -103,7 +102,7 @@ double Table::number(std::size_t row, std::string_view column) const {
   const Cell& cell = rows_.at(row)[index(column)];
   if (const auto* integer = std::get_if<std::int64_t>(&cell)) return double(*integer);
   if (const auto* real = std::get_if<double>(&cell)) return *real;
-  if (std::get<std::string>(cell).empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (std::get<std::string>(cell).empty()) return no_value;
   throw std::logic_error(fmt::format("column '{}' holds text", column));
 }
 

@@ -1,12 +1,16 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
 namespace mss {
+
+/// A number that does not exist, of a failed run for example.
+inline constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 /// The value of one cell of a table.
 using Cell = std::variant<std::string, std::int64_t, double>;

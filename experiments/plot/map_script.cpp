@@ -21,7 +21,7 @@ constexpr std::array<const char*, 8> fills{
     "fc '#8c1515' fs solid 1 border lc '#8c1515'",   "fc '#202020' fs pattern 2 border lc '#808080'",
     "fc '#202020' fs pattern 4 border lc '#808080'", "fc '#b0b0b0' fs pattern 5 border lc '#d0d0d0'"};
 
-constexpr double page_width = 1200, title_height = 100, foot_height = 105, panel_gap = 14;
+constexpr double map_width = 1200, title_height = 100, foot_height = 105, panel_gap = 14;
 
 /// Where panels go, in pixels.
 struct Grid {
@@ -38,7 +38,7 @@ struct Grid {
     left = (chart.y.label.empty() ? 40 : 85) + letter * double(longest);
     rows = (panels + columns - 1) / columns;
   }
-  double width() const { return (page_width - left - 25) / columns; }
+  double width() const { return (map_width - left - 25) / columns; }
   double page_height() const { return title_height + foot_height + 65 + rows * height; }
   double row_top(int row) const { return page_height() - title_height - row * height; }
   bool is_lowest(int panel) const { return panel + columns >= panels; }
@@ -96,11 +96,11 @@ std::string legend_commands(const MapChart& chart, const Grid& grid) {
   const auto put = [&](const std::string& label, const std::string& swatch) {
     out += swatch;
     out += fmt::format("set label {} at screen {}, screen {} left front\n", scaled_text(label, 0.85),
-                       (x + box_width + space / 2) / page_width, from_foot / height);
+                       (x + box_width + space / 2) / map_width, from_foot / height);
     x += box_width + 2 * space + letter * double(label.size());
   };
   const auto corner = [&](double right, double up) {
-    return fmt::format("screen {}, screen {}", (x + right) / page_width, (from_foot + up) / height);
+    return fmt::format("screen {}, screen {}", (x + right) / map_width, (from_foot + up) / height);
   };
   for (std::size_t kind = 0; kind < chart.kinds.size(); ++kind)
     if (is_used(chart, int(kind)))
@@ -142,7 +142,7 @@ std::string panel_commands(const MapChart& chart, const Grid& grid, int index,
   std::string out = fmt::format(
       "set lmargin at screen {}\nset rmargin at screen {}\nset tmargin at screen {}\nset bmargin at screen "
       "{}\n",
-      left / page_width, (left + grid.width() - panel_gap) / page_width, top / grid.page_height(),
+      left / map_width, (left + grid.width() - panel_gap) / map_width, top / grid.page_height(),
       (top - grid.height + foot) / grid.page_height());
   out += "set border 3 lc '#404040'\nset tics nomirror out tc '#202020'\nunset logscale\n";
   out += axis_commands('x', x) + axis_commands('y', y) + "set xtics nomirror out\nset ytics nomirror out\n";
@@ -165,7 +165,7 @@ std::string gnuplot_script(const MapChart& chart, const std::string& svg_file, c
   }
   const auto draw_with = [&](const char* terminal, int font_size, const std::string& file) {
     return fmt::format("set terminal {} size {},{} enhanced font '{},{}' background 'white'\nset output {}\n",
-                       terminal, page_width, grid.page_height(), chart_font, font_size, file_name(file)) +
+                       terminal, map_width, grid.page_height(), chart_font, font_size, file_name(file)) +
            "set multiplot\n" + page_commands(chart, grid) + pages + "unset multiplot\nset output\nreset\n";
   };
   return data + draw_with("svg dynamic", 19, svg_file) + draw_with("pngcairo", 14, png_file);

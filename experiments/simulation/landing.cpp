@@ -1,9 +1,9 @@
 #include "experiments/simulation/landing.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "core/measures.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/model.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/stable_step.hpp"
@@ -12,7 +12,6 @@ namespace mss {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double at_rest = 1e-6;  ///< largest stretch of a recovered body
 
 const IntegratorInfo& method() { return find_integrator("verlet"); }
@@ -46,7 +45,7 @@ RecoveryTrial settle(BodySystem<double>& system, State<double>& state, double dt
   const double interval = double(sample_steps) * trial_step(system);
   const auto integrator = method().make<double>({.dt = dt});
   Work work;
-  double before = none;
+  double before = no_value;
   int unchanged = 0;
   RecoveryTrial trial{.outcome = Recovery::moving};
   for (long i = 1; i <= most_samples; ++i) {
@@ -55,7 +54,10 @@ RecoveryTrial settle(BodySystem<double>& system, State<double>& state, double dt
     const double stored = m.elastic + m.volume_energy;
     trial.seconds = state.t;
     if (status != Status::ok || !std::isfinite(stored))
-      return {.outcome = Recovery::non_finite, .seconds = state.t, .max_stretch = none, .min_jacobian = none};
+      return {.outcome = Recovery::non_finite,
+              .seconds = state.t,
+              .max_stretch = no_value,
+              .min_jacobian = no_value};
     trial.max_stretch = m.max_stretch;
     trial.min_jacobian = m.min_jacobian;
     unchanged = std::abs(stored - before) <= energy_tolerance * stored ? unchanged + 1 : 0;

@@ -23,6 +23,14 @@ template <class Real>
 std::unique_ptr<BodySystem<Real>> make_system(const std::string& model, const Body& body,
                                               const Environment& environment, int threads,
                                               const SleepRule& sleep = {});
+template <>
+std::unique_ptr<BodySystem<float>> make_system(const std::string& model, const Body& body,
+                                               const Environment& environment, int threads,
+                                               const SleepRule& sleep);
+template <>
+std::unique_ptr<BodySystem<double>> make_system(const std::string& model, const Body& body,
+                                                const Environment& environment, int threads,
+                                                const SleepRule& sleep);
 
 /// Throws InputError for an unknown name.
 void check_model_name(const std::string& model);

@@ -1,19 +1,19 @@
 #pragma once
 
-#include <limits>
 #include <vector>
 
 #include "core/scene.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/scene_run.hpp"
 
 namespace mss {
 
 /// Time that sleep saved, and the error it caused, compared with the same scene without sleep.
 struct SleepReport {
-  double share = 0;  ///< of all planes of particles that slept, mean over time
-  double seconds_asleep = std::numeric_limits<double>::quiet_NaN();  ///< of a step while all sleep; median
-  double seconds_awake = std::numeric_limits<double>::quiet_NaN();   ///< of a step of the reference; median
-  double largest_deviation = 0;  ///< largest distance of a particle in both runs, of any row [m]
+  double share = 0;                  ///< of all planes of particles that slept, mean over time
+  double seconds_asleep = no_value;  ///< of a step while all sleep; median
+  double seconds_awake = no_value;   ///< of a step of the reference; median
+  double largest_deviation = 0;      ///< largest distance of a particle in both runs, of any row [m]
   double apart_at_end = 0;
 };
 

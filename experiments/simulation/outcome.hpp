@@ -1,12 +1,12 @@
 #pragma once
 
 #include <functional>
-#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/measures.hpp"
+#include "experiments/harness/table.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {
@@ -37,10 +37,10 @@ Outcome outcome_of(Status status);
 
 /// What was sampled of a run.
 struct RunExtremes {
-  double initial_energy = 0;                                         ///< mechanical [J]
-  double max_energy = 0;                                             ///< mechanical [J]
-  double min_jacobian = std::numeric_limits<double>::quiet_NaN();    ///< of all samples
-  double final_jacobian = std::numeric_limits<double>::quiet_NaN();  ///< least one of the last sample
+  double initial_energy = 0;         ///< mechanical [J]
+  double max_energy = 0;             ///< mechanical [J]
+  double min_jacobian = no_value;    ///< of all samples
+  double final_jacobian = no_value;  ///< least one of the last sample
 };
 
 /// How long before the time of the positions the velocities that a method returns are those of, to second

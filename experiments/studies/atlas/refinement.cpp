@@ -5,18 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
+#include "experiments/harness/table.hpp"
 #include "experiments/harness/workers.hpp"
 #include "experiments/studies/atlas/atlas.hpp"
 
 namespace mss::studies::atlas {
 
 namespace {
-
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// One row of a map: a method and a body at steps that are finer where the outcome changes.
 struct AtlasRow {
@@ -155,7 +153,7 @@ double omega_of(const Journal& journal, const AtlasBody& body) {
 /// dt omega_max up to which linear theory predicts a method to be stable; NaN: no prediction.
 double predicted(const Journal& journal, const AtlasBody& body, const std::string& integrator) {
   const Json* found = journal.find(AtlasCase{AtlasCase::Kind::limit, body, integrator}.name());
-  return found != nullptr && (*found)["status"] == "ok" ? number((*found)["dt_omega"]) : none;
+  return found != nullptr && (*found)["status"] == "ok" ? number((*found)["dt_omega"]) : no_value;
 }
 
 void add_points(const AtlasParameter& parameter, const std::string& integrator, const AtlasRow& row,
@@ -174,7 +172,7 @@ void add_points(const AtlasParameter& parameter, const std::string& integrator, 
 double growth_limit(const AtlasRow& row) {
   const auto grown = std::find_if(row.steps.begin(), row.steps.end(),
                                   [](const auto& step) { return step.second == Outcome::blows_up; });
-  if (grown == row.steps.begin() || grown == row.steps.end()) return none;
+  if (grown == row.steps.begin() || grown == row.steps.end()) return no_value;
   return dt_omega((std::prev(grown)->first + grown->first) / 2.0);
 }
 
@@ -187,7 +185,7 @@ void add_limit(const AtlasParameter& parameter, const std::string& integrator, c
   const bool some = failed != row.steps.begin();
   const double limit = predicted(journal, row.body, integrator), grows = growth_limit(row);
   limits.add({parameter.name, integrator, parameter.value(row.level), omega_of(journal, row.body),
-              some ? dt_omega(std::prev(failed)->first) : none,
+              some ? dt_omega(std::prev(failed)->first) : no_value,
               std::string(to_string(failed == row.steps.end() ? Outcome::stable : failed->second)), grows,
               limit, grows / limit,
               !some                          ? "stable at no step tried"

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <numbers>
 
 #include "core/measures.hpp"
 #include "core/spring_system.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/disturbance.hpp"
 #include "experiments/studies/atlas/atlas.hpp"
@@ -19,7 +19,6 @@ namespace mss::studies::atlas {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr int samples_per_period = 16;
 
 BodyConfig cube(const AtlasBody& body) {
@@ -113,7 +112,7 @@ Horizon horizon_of(const IntegratorInfo& method, double dt, double omega, double
 
 /// Energy after one slowest period, over the initial one.
 struct RemainingEnergy {
-  double energy = none, reference = none;
+  double energy = no_value, reference = no_value;
   bool is_too_low() const {
     constexpr double rounding = 1e-12;
     return reference > rounding && energy < 0.5 * reference;

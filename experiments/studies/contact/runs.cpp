@@ -11,6 +11,7 @@
 
 #include "core/measures.hpp"
 #include "core/spring_system.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/contact/contact.hpp"
@@ -20,7 +21,6 @@ namespace mss::studies::contact {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double gravity = 9.81;       ///< [m/s^2]
 constexpr double longest_step = 1e-3;  ///< [s]; half the limit of central differences if that is shorter
 const double slope = std::atan(0.5);
@@ -110,8 +110,8 @@ class Trial {
 /// A measured value beside that of the law. A coefficient is compared by what follows from it: `error` is
 /// that of the heights or the distance, relative.
 struct Comparison {
-  double value = none, expected = none;
-  double error = none;
+  double value = no_value, expected = no_value;
+  double error = no_value;
 };
 
 class Recorder {
@@ -123,8 +123,8 @@ class Recorder {
     const bool found = std::isfinite(comparison.value) && std::isfinite(comparison.error);
     rows_.add({std::string(to_string(study)), to_string(subject.law), subject.integrator,
                std::string(to_string(subject.body)), coefficient, degrees, trial.dt(),
-               ok && found ? comparison.value : none, comparison.expected,
-               ok && found ? comparison.error : none,
+               ok && found ? comparison.value : no_value, comparison.expected,
+               ok && found ? comparison.error : no_value,
                std::string(ok && !found ? "not found" : to_string(trial.status()))});
   }
 
@@ -228,7 +228,7 @@ Landing land(Trial& trial, double seconds) {
   constexpr double sample = 0.01;                     // [s]
   const double out_of_reach = trial.cell_size() / 4;  // no contact since the last sample
   Landing landing;
-  double before = none;
+  double before = no_value;
   trial.push({1, 0, 0}, {3, 2, 1});
   for (long i = 1; double(i) * sample <= seconds && trial.advance(double(i) * sample); ++i) {
     const Measures m = trial.measured();
@@ -243,7 +243,7 @@ Landing land(Trial& trial, double seconds) {
     landing.deepest = std::max(landing.deepest, -low);
     if (low > out_of_reach && std::isfinite(before))
       landing.rise = std::max(landing.rise, m.total() - before);
-    before = low > out_of_reach ? m.total() : none;
+    before = low > out_of_reach ? m.total() : no_value;
   }
   return landing;
 }
@@ -255,7 +255,7 @@ void rest(const Subject& subject, double seconds, Recorder& recorder, Table& ser
   const auto add = [&](Study study, double value) {
     recorder.add(study, subject, 0.5, 0, trial, {.value = value, .expected = 0, .error = value});
   };
-  add(Study::rest, landing.kinetic.empty() ? none : landing.kinetic.back() / landing.peak);
+  add(Study::rest, landing.kinetic.empty() ? no_value : landing.kinetic.back() / landing.peak);
   add(Study::depth, landing.deepest / trial.cell_size());
   add(Study::flight, landing.rise / landing.peak);
   if (subject.integrator != charted_integrator(recorder.rows())) return;

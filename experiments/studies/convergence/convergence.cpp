@@ -15,13 +15,13 @@
 #include "core/error.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/settings.hpp"
+#include "experiments/harness/table.hpp"
 #include "integrators/linear/linear_solver.hpp"
 
 namespace mss::studies::convergence {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double charted_dt_omega = 300;
 constexpr double smallest_gap = 1e-12;  ///< below is rounding
 
@@ -169,7 +169,7 @@ class Problem {
 struct Reached {
   Status status = Status::ok;
   Quartiles seconds{};
-  double objective = none, residual = none, momentum = none, spin = none;
+  double objective = no_value, residual = no_value, momentum = no_value, spin = no_value;
 };
 
 Reached reach(Problem& p, const SolverPair& solver, int iterations, int repetitions) {
@@ -467,7 +467,7 @@ Table convergence_summary(const Table& rows) {
         if (runs.size() == 0) continue;
         std::string status = fmt::format("gap above 1 percent after {} iterations",
                                          runs.number(runs.size() - 1, "iterations"));
-        double iterations = none, seconds = none;
+        double iterations = no_value, seconds = no_value;
         for (std::size_t r = runs.size(); r-- > 0;) {
           if (!(runs.number(r, "gap") <= near)) break;
           iterations = runs.number(r, "iterations");

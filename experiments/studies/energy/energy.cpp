@@ -7,12 +7,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
 #include "core/measures.hpp"
 #include "experiments/harness/settings.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
 
@@ -20,7 +20,6 @@ namespace mss::studies::energy {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double lost = 0.5;     ///< relative energy errors above this leave nothing to compare
 constexpr double exact = 1e-10;  ///< below is what rounding adds up to
 /// Growth of the error over the last tenfold of time that still counts as bounded; a random walk has three, a
@@ -81,7 +80,7 @@ bool run_windows(Problem& p, const IntegratorInfo& info, Table& rows, const Prog
       error = std::max(error, std::abs(measure(p.system, state).total() / p.energy - 1));
       if (status == Status::ok && !std::isfinite(error)) status = Status::non_finite;
     }
-    rows.add({info.name, end, double(end) * p.dt, status == Status::ok ? error : none, work.steps,
+    rows.add({info.name, end, double(end) * p.dt, status == Status::ok ? error : no_value, work.steps,
               std::string(to_string(status))});
     if (status != Status::ok) break;
     begin = end;
@@ -189,7 +188,7 @@ Table energy_summary(const Table& rows, long steps) {
       error = std::max(error, rows.number(r, "energy_error"));
     }
     if (status == "ok" && reached < double(steps)) continue;  // interrupted
-    if (status != "ok") before = after = none;
+    if (status != "ok") before = after = no_value;
     summary.add({integrator, before, after, conclusion(before, after, status), status});
   }
   return summary;

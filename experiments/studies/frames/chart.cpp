@@ -5,13 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/harness/table.hpp"
 #include "experiments/studies/frames/frames.hpp"
 
 namespace mss::studies::frames {
 
 namespace {
-
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// The rows that no other of the same method beats in both time and error, by time.
 std::vector<ChartPoint> envelope(const Table& rows, const std::string& cost, const std::string& error) {
@@ -155,7 +154,8 @@ Table frames_summary(const Table& rows) {
             (best == of_scene.size() || of_scene.number(r, "seconds") < of_scene.number(best, "seconds")))
           best = r;
       if (best == of_scene.size()) {
-        summary.add({scene, error, "", none, none, none, none, none, none, "no method tried reaches it"});
+        summary.add({scene, error, "", no_value, no_value, no_value, no_value, no_value, no_value,
+                     "no method tried reaches it"});
         continue;
       }
       const auto number = [&](const char* column) { return of_scene.number(best, column); };
@@ -174,7 +174,7 @@ Table frames_iterations(const Table& rows) {
                {"lowest_distance"},
                {"status"}});
   const auto needed = [](const Table& of_method, double distance) {
-    double fewest = none;
+    double fewest = no_value;
     for (std::size_t r = of_method.size(); r-- > 0 && of_method.number(r, "distance") <= distance;)
       fewest = of_method.number(r, "iterations");
     return fewest;
@@ -184,7 +184,7 @@ Table frames_iterations(const Table& rows) {
     for (const std::string& method : single.distinct("method")) {
       const Table of_method = single.where("method", method);
       if (!seeks_backward_euler(method)) continue;
-      double lowest = none;
+      double lowest = no_value;
       for (std::size_t r = 0; r < of_method.size(); ++r)
         lowest = std::fmin(lowest, of_method.number(r, "distance"));
       const double ten = needed(of_method, 0.1), one = needed(of_method, 0.01);

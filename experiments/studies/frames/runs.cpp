@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/explicit_steps.hpp"
 #include "experiments/simulation/held_cube.hpp"
 #include "experiments/studies/frames/frames.hpp"
@@ -14,7 +15,6 @@ namespace mss::studies::frames {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* reference_method = "damped_verlet";
 constexpr double reference_share = 0.25;  ///< of the safe step; of second order, so a 16th of its error
 
@@ -28,7 +28,7 @@ struct Run {
   std::vector<double> seconds = {};
   Work work{};
   Status status = Status::ok;
-  double error = none, distance = none;
+  double error = no_value, distance = no_value;
   double spent = 0;  ///< [s]
 };
 
@@ -119,7 +119,7 @@ class Problem {
       State<double> rest = cube_.start;
       Work work;
       const Status found = find_integrator("static").make<double>({})->advance(cube_.system, rest, 0, work);
-      deflection_ = found == Status::ok ? deflection(rest.x) : none;
+      deflection_ = found == Status::ok ? deflection(rest.x) : no_value;
       stiffest_ = stiffest_deflection(find_integrator(family.integrator));
     }
     Fit fit{family.name(), steps, deflection_, stiffest_ / double(steps) / double(steps), 1};
@@ -138,13 +138,13 @@ class Problem {
     Work work;
     double before = 0;
     for (int i = 1; i <= most_steps; ++i) {
-      if (integrator->advance(cube_.system, state, state.t + frame, work) != Status::ok) return none;
+      if (integrator->advance(cube_.system, state, state.t + frame, work) != Status::ok) return no_value;
       state.v.array() = 0;
       const double now = deflection(state.x);
       if (std::abs(now - before) < negligible * std::abs(now)) return now;
       before = now;
     }
-    return none;
+    return no_value;
   }
 
   /// Mean of the free end, downwards [m].
@@ -166,7 +166,7 @@ class Problem {
 
   /// NaN if there is no reference.
   double distance(const FramePositions& motion, const FramePositions& reference) const {
-    if (reference.empty()) return none;
+    if (reference.empty()) return no_value;
     return std::sqrt(squared_distance(cube_, motion, reference) / displacement_);
   }
 
@@ -304,8 +304,9 @@ bool measure_rest_of(const RestConfig& config, const FrameScene& scene, Table& t
   const double displacement = cube.squared_distance(truth.x, cube.start.x);
   for (const Rest& rest : all) {
     const Quartiles time = quartiles(rest.seconds);
-    const double error =
-        rest.status == Status::ok ? std::sqrt(cube.squared_distance(rest.x, truth.x) / displacement) : none;
+    const double error = rest.status == Status::ok
+                             ? std::sqrt(cube.squared_distance(rest.x, truth.x) / displacement)
+                             : no_value;
     std::vector<Cell> row{scene.name,
                           scene.cells,
                           rest.family->name(),

@@ -6,6 +6,7 @@
 #include <limits>
 #include <set>
 
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/studies/precision/precision.hpp"
 
@@ -14,8 +15,6 @@ namespace mss::studies::precision {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
-
 /// Families of the methods in a table, in their order.
 std::vector<std::string> families(const Table& rows) {
   std::vector<std::string> all;
@@ -56,8 +55,8 @@ std::vector<ChartPoint> envelope(std::vector<ChartPoint> points) {
 /// The cheapest run of a family that meets an error.
 struct Cheapest {
   std::string integrator;  ///< of the family
-  double seconds = infinity, q1 = none, q3 = none;
-  double value = none;  ///< its step [s] or tolerance
+  double seconds = infinity, q1 = no_value, q3 = no_value;
+  double value = no_value;  ///< its step [s] or tolerance
 };
 Cheapest cheapest(const Table& runs, const std::string& family, double error) {
   Cheapest best{family};
@@ -173,12 +172,12 @@ Table precision_summary(const Table& rows) {
     for (const double error : {1e-2, 1e-3, 1e-6}) {
       const std::vector<Cheapest> all = ranking(rows.where("scene", scene), error);
       if (all.empty()) {
-        summary.add({scene, error, std::string("none"), none, none, std::string(), none, 0,
+        summary.add({scene, error, std::string("none"), no_value, no_value, std::string(), no_value, 0,
                      std::string("no method reached it in the time allowed"), std::string("not reached")});
         continue;
       }
       const bool alone = all.size() == 1;
-      const double ratio = alone ? none : all[1].seconds / all[0].seconds;
+      const double ratio = alone ? no_value : all[1].seconds / all[0].seconds;
       summary.add({scene, error, all[0].integrator, all[0].value, all[0].seconds,
                    alone ? std::string() : all[1].integrator, ratio, !alone && is_tie(all[0], all[1]) ? 1 : 0,
                    alone ? std::string("no other reached it") : comparison(all[0], all[1]),

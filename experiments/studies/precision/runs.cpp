@@ -1,11 +1,11 @@
 // The runs of `mss precision`: references, errors, refinement.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "core/measures.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/explicit_steps.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
@@ -14,8 +14,6 @@
 namespace mss::studies::precision {
 
 namespace {
-
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// One scene with the system and the initial state that all of its runs share.
 struct Problem {
@@ -88,7 +86,7 @@ struct Run {
   Status status = Status::ok;  ///< this and the rest are of the first time
   Work work{};
   State<double> end{};
-  double error = none, energy_drift = none, volume_drift = none;
+  double error = no_value, energy_drift = no_value, volume_drift = no_value;
 
   double spent() const { return std::accumulate(seconds.begin(), seconds.end(), 0.0); }
 };
@@ -160,7 +158,7 @@ Field<double> extrapolate(std::vector<Field<double>> runs, int order) {
 /// How close a method's runs come to the reference: the finest one, and the extrapolation of the last four.
 struct Agreement {
   std::vector<Field<double>> runs = {};
-  double tightest = none, extrapolated = none;
+  double tightest = no_value, extrapolated = no_value;
 
   void add(const Problem& p, const Reference& reference, const IntegratorInfo& info, const Run& run) {
     if (run.status != Status::ok) return;
@@ -270,8 +268,9 @@ PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progr
     tables.references.add({problem.scene.name, problem.scene.description, config.model,
                            std::int64_t(problem.body.particle_count()),
                            std::int64_t(problem.body.spring_count()), problem.options.linear_solver,
-                           step_seconds, problem.scene.duration, known ? reference.displacement : none,
-                           known ? reference.uncertainty : none, std::string(to_string(reference.status))});
+                           step_seconds, problem.scene.duration, known ? reference.displacement : no_value,
+                           known ? reference.uncertainty : no_value,
+                           std::string(to_string(reference.status))});
     if (!known) continue;  // nothing to compare with
     if (!measure_scene(problem, reference, step_seconds, config, tables, progress, done)) {
       tables.status = Status::interrupted;

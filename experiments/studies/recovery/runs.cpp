@@ -5,13 +5,13 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <map>
 #include <memory>
 #include <random>
 
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/statistics.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/harness/workers.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
@@ -23,7 +23,6 @@ namespace mss::studies::recovery {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array outcomes{Recovery::recovered, Recovery::mirrored, Recovery::trapped, Recovery::moving,
                               Recovery::non_finite};
 
@@ -48,7 +47,7 @@ Json compute_states(const RecoveryModel& model, const TrappedState& trap, std::u
   const auto system = model.system(body, {});
   Tally tally;
   for (int i = 0; i < model.seeds; ++i) tally.add(try_recovery(*system, trap, first_seed + std::uint64_t(i)));
-  Json result{{"seconds", tally.seconds.empty() ? none : quantile(tally.seconds, 0.5)},
+  Json result{{"seconds", tally.seconds.empty() ? no_value : quantile(tally.seconds, 0.5)},
               {"worst", tally.worst_stretch}};
   for (const Recovery outcome : outcomes) result[to_string(outcome)] = tally.outcomes[outcome];
   return result;
@@ -56,10 +55,10 @@ Json compute_states(const RecoveryModel& model, const TrappedState& trap, std::u
 
 /// Ascending speeds, until one from which it does not recover.
 Json compute_landing(const RecoveryModel& model, const Landing& landing, const std::vector<double>& speeds) {
-  Json result{{"highest_recovered", none},
-              {"lowest_unrecovered", none},
-              {"max_stretch", none},
-              {"min_jacobian", none}};
+  Json result{{"highest_recovered", no_value},
+              {"lowest_unrecovered", no_value},
+              {"max_stretch", no_value},
+              {"min_jacobian", no_value}};
   for (const double speed : speeds) {
     const RecoveryTrial trial = try_landing(model, landing, speed);
     result["outcome"] = to_string(trial.outcome);
@@ -235,11 +234,11 @@ Table measure_costs(const RecoveryConfig& config, const Progress& progress) {
   for (std::size_t i = 0; i < cubes.size(); ++i) {
     const RecoveryModel& model = config.models[i];
     const bool measured = seconds[i].size() == repetitions;
-    const Quartiles q = measured ? quartiles(seconds[i]) : Quartiles{none, none, none};
+    const Quartiles q = measured ? quartiles(seconds[i]) : Quartiles{no_value, no_value, no_value};
     const std::size_t unguarded = index_of(config, model.unguarded);
     const bool comparable = measured && unguarded < cubes.size();
     table.add({model.name, model.guarded() ? 1 : 0, q.median, q.q1, q.q3,
-               comparable ? difference(*cubes[i], *cubes[unguarded]) : none,
+               comparable ? difference(*cubes[i], *cubes[unguarded]) : no_value,
                !measured    ? "interrupted"
                : comparable ? "ok"
                             : "no unguarded model"});

@@ -1,17 +1,15 @@
 // Who is cheapest at every point of `mss regimes`, and where theory expects explicit steps to stop being it.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/studies/regimes/regimes.hpp"
 
 namespace mss::studies::regimes {
 
 namespace {
-
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// Differences of medians below this factor are noise.
 constexpr double tie_factor = 1.1;
@@ -43,8 +41,8 @@ void add_row(const RegimePoint& p, const Demand& demand, const Table& runs, Tabl
   const Table asked = runs.where("what", demand.at_rest ? "rest" : "motion");
   const auto winner = quickest(asked, demand.error, [](Kind) { return true; });
   if (!winner) {
-    table.add({p.cells, p.damping_ratio, p.young, demand.name, std::string(), none, label_of(Kind::none),
-               none, std::string(), std::string(), none, 0,
+    table.add({p.cells, p.damping_ratio, p.young, demand.name, std::string(), no_value, label_of(Kind::none),
+               no_value, std::string(), std::string(), no_value, 0,
                std::string(asked.size() == 0 ? "no reference" : "nothing that was tried met it")});
     return;
   }
@@ -55,7 +53,7 @@ void add_row(const RegimePoint& p, const Demand& demand, const Table& runs, Tabl
              asked.number(*winner, "steps_or_tolerance"), label_of(kind), seconds,
              next ? asked.text(*next, "method") : std::string(),
              next ? label_of(kind_of(asked.text(*next, "method"))) : std::string(),
-             next ? asked.number(*next, "seconds") / seconds : none,
+             next ? asked.number(*next, "seconds") / seconds : no_value,
              next && is_tie(asked, *winner, *next) ? 1 : 0,
              std::string(next ? "ok" : "no other kind met it in time")});
 }
@@ -69,7 +67,7 @@ Table rows_of(const Table& table, double cells, double ratio) {
 double cheapest_frame(const Table& runs, double young, int frames) {
   const Table motion = runs.where("young", young).where("what", "motion");
   const auto row = quickest(motion, 1, [](Kind kind) { return kind != Kind::explicit_steps; });
-  return row ? motion.number(*row, "seconds") / frames : none;
+  return row ? motion.number(*row, "seconds") / frames : no_value;
 }
 
 /// Where the safe explicit steps of a frame take as long as the cheapest frame of a method for any step.
@@ -91,20 +89,20 @@ double measured_modulus(const Table& cheapest) {
   const Table stable = cheapest.where("demand", "stable");
   std::vector<double> moduli = stable.distinct_numbers("young");
   std::sort(moduli.begin(), moduli.end());
-  double last_explicit = none;
+  double last_explicit = no_value;
   for (const double young : moduli) {
     const std::string& kind = stable.where("young", young).text(0, "kind");
     if (kind == label_of(Kind::none)) continue;
     if (kind != label_of(Kind::explicit_steps)) return std::sqrt(last_explicit * young);
     last_explicit = young;
   }
-  return none;
+  return no_value;
 }
 
 }  // namespace
 
 double crossing(const std::vector<double>& log_moduli, const std::vector<double>& log_ratios) {
-  if (log_ratios.empty()) return none;
+  if (log_ratios.empty()) return no_value;
   if (log_ratios.front() >= 0) return std::exp(log_moduli.front() - 2 * log_ratios.front());
   for (std::size_t i = 1; i < log_ratios.size(); ++i)
     if (log_ratios[i] >= 0) {
@@ -115,7 +113,7 @@ double crossing(const std::vector<double>& log_moduli, const std::vector<double>
 }
 
 double worst_factor(const Table& boundaries) {
-  double worst = none;
+  double worst = no_value;
   for (std::size_t r = 0; r < boundaries.size(); ++r)
     if (const double factor = boundaries.number(r, "factor"); std::isfinite(factor))
       worst = std::fmax(worst, std::max(factor, 1 / factor));

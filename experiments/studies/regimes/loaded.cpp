@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include "core/measures.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/explicit_steps.hpp"
 #include "experiments/studies/regimes/regimes.hpp"
 
@@ -15,7 +15,6 @@ namespace mss::studies::regimes {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* compared_with = "velocity_verlet";
 
 /// A method with its linear solver, and what was measured of it.
@@ -94,10 +93,10 @@ Json compute_loaded(double young, const RegimesConfig& config) {
                    {"q3", time.q3},
                    {"kinetic", run.end.kinetic},
                    {"stored", run.end.elastic + run.end.volume_energy},
-                   {"energy", ok ? std::abs(run.end.mechanical() / verlet.end.mechanical() - 1) : none},
+                   {"energy", ok ? std::abs(run.end.mechanical() / verlet.end.mechanical() - 1) : no_value},
                    {"motion", ok ? std::sqrt(squared_distance(cube, run.first.motion, verlet.first.motion) /
                                              displacement)
-                                 : none},
+                                 : no_value},
                    {"status", !run.first.ok() ? std::string(to_string(run.first.status))
                               : ok            ? "ok"
                                               : std::string("nothing to compare with")}});
@@ -152,7 +151,7 @@ Table loaded_crossings(const Table& loaded) {
         log_ratios.push_back(std::log(other->second / seconds));
       }
     const double young = crossing(log_moduli, log_ratios);
-    double difference = none;
+    double difference = no_value;
     const Table runs = loaded.where("method", method).where("status", "ok");
     for (std::size_t r = 0; r < runs.size(); ++r)
       if (runs.number(r, "young") >= young)

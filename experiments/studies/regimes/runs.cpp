@@ -7,6 +7,7 @@
 
 #include "core/system_wrapper.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/explicit_steps.hpp"
 #include "experiments/simulation/held_cube.hpp"
 #include "experiments/studies/regimes/regimes.hpp"
@@ -14,8 +15,6 @@
 namespace mss::studies::regimes {
 
 namespace {
-
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// Methods for any step, with the steps a frame that are tried.
 struct Family {
@@ -56,7 +55,7 @@ struct Run {
   IntegratorOptions options;
   double steps;  ///< a frame; of equilibria the tolerance
   std::vector<double> seconds = {};
-  double error = none;
+  double error = no_value;
   Status status = Status::ok;
   bool in_time = true;  ///< false: it was stopped
 

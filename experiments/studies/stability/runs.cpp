@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/disturbance.hpp"
 #include "experiments/simulation/equilibrium.hpp"
@@ -17,7 +18,6 @@ namespace mss::studies::stability {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double bar_length = 3, bend = std::numbers::pi / 2;  // [m], [rad]
 
@@ -121,17 +121,17 @@ bool is_stable(const StabilityConfig& config, const IntegratorInfo& method, Spec
 void add_row(const StabilityConfig& config, const IntegratorInfo& method, Specimen& specimen, Table& rows) {
   const double guaranteed = guaranteed_step(method, specimen.system.spectral_bound());
   const auto row = [&](double predicted, double measured, std::string_view status) {
-    const double omega = specimen.status == Status::ok ? specimen.omega : none;
+    const double omega = specimen.status == Status::ok ? specimen.omega : no_value;
     rows.add({method.name, std::string(to_string(specimen.deformation)), specimen.cells, specimen.ratio,
               omega, guaranteed, predicted, measured, measured / predicted, std::string(status)});
   };
-  if (specimen.status != Status::ok) return row(none, none, to_string(specimen.status));
+  if (specimen.status != Status::ok) return row(no_value, no_value, to_string(specimen.status));
   Work work;
   const PredictedStep predicted = predicted_step(method, specimen.system, specimen.equilibrium, work);
-  if (predicted.status != Status::ok) return row(none, none, to_string(predicted.status));
+  if (predicted.status != Status::ok) return row(no_value, no_value, to_string(predicted.status));
   const MeasuredStep measured = measure_step(config, method, specimen);
-  if (measured.stable == 0) return row(predicted.dt, none, "no step is stable");
-  if (!std::isfinite(measured.unstable)) return row(predicted.dt, none, "every step is stable");
+  if (measured.stable == 0) return row(predicted.dt, no_value, "no step is stable");
+  if (!std::isfinite(measured.unstable)) return row(predicted.dt, no_value, "every step is stable");
   row(predicted.dt, (measured.stable + measured.unstable) / 2, "ok");
 }
 

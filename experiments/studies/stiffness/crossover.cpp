@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/explicit_steps.hpp"
 #include "experiments/studies/stiffness/bent_cube.hpp"
 #include "experiments/studies/stiffness/stiffness.hpp"
@@ -16,7 +16,6 @@ namespace mss::studies::stiffness {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* reference_method = "damped_verlet";
 constexpr double reference_share = 0.25;  ///< of the safe step; of second order, so a 16th of its error
 
@@ -28,11 +27,11 @@ struct Runner {
   long steps = 1;
   std::vector<double> first = {};     ///< seconds of a frame by a new integrator
   std::vector<double> repeated = {};  ///< and of one by the same integrator later
-  double error = none;
+  double error = no_value;
   Status status = Status::ok;
   double spent = 0;  ///< [s]
 
-  double median() const { return status == Status::ok ? quartiles(repeated).median : none; }
+  double median() const { return status == Status::ok ? quartiles(repeated).median : no_value; }
 };
 
 Runner runner_of(const ExplicitSteps& choice) {
@@ -85,7 +84,7 @@ struct Frame {
 
   /// Root mean square of the distances from the reference, over that of how far it moved.
   double error_of(const Field<double>& x) const {
-    if (x_end.size() == 0) return none;
+    if (x_end.size() == 0) return no_value;
     double distance = 0, moved = 0;
     for (const std::ptrdiff_t site : cube.body.sites()) {
       distance += (x.at(site) - x_end.at(site)).squaredNorm();
@@ -214,7 +213,7 @@ Table crossover_summary(const Table& rows) {
       std::string status = "ok";
       if (from == 0) status = "cheaper at every one measured";
       if (std::isnan(from)) status = "not cheaper at the largest one measured";
-      summary.add({std::int64_t(n), first ? "first" : "later", from > 0 ? from : none, status});
+      summary.add({std::int64_t(n), first ? "first" : "later", from > 0 ? from : no_value, status});
     }
   return summary;
 }

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/studies/stiffness/bent_cube.hpp"
 #include "experiments/studies/stiffness/stiffness.hpp"
 #include "integrators/linear/linear_solver.hpp"
@@ -14,7 +14,6 @@ namespace mss::studies::stiffness {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double young = 1e6;  ///< [Pa]; nothing depends on it
 constexpr double noise = 0.01;
 constexpr const char* compared_with = "matrix_free";
@@ -56,7 +55,7 @@ TangentSum matrix_of(const Case& c, double omega) {
 struct Samples {
   std::vector<double> total, setup, again, solve;  ///< [s]
   Work work;                                       ///< of the last one
-  double residual = none;
+  double residual = no_value;
   Status status = Status::ok;
   double spent = 0;  ///< [s]
 };
@@ -105,7 +104,7 @@ void take(const LinearSolveConfig& config, const LinearSolverInfo& info, const B
 
 void add_row(Table& table, const std::string& solver, const Case& c, const Samples& s) {
   std::vector<Cell> row{solver, c.n, c.poisson, c.dt_omega};
-  row.push_back(s.total.empty() ? Cell(none) : Cell(s.work.products));
+  row.push_back(s.total.empty() ? Cell(no_value) : Cell(s.work.products));
   for (const std::vector<double>* sample : {&s.total, &s.setup, &s.again, &s.solve}) {
     const Quartiles q = quartiles(*sample);
     row.insert(row.end(), {q.median, q.q1, q.q3});

@@ -12,6 +12,7 @@
 
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/settings.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "integrators/stable_step.hpp"
@@ -20,7 +21,6 @@ namespace mss::studies::stiffness {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* cholmod = "cvode_bdf/cholmod";
 constexpr const char* klu = "cvode_bdf_klu";
 
@@ -91,7 +91,7 @@ void add_rows(Table& rows, const Problem& p, int n, double young, const std::vec
     const Result& r = results[i];
     const double difference =
         r.status == Status::ok ? largest_difference(r.x, first->x) / largest_difference(p.start.x, first->x)
-                               : none;
+                               : no_value;
     const Quartiles time = quartiles(r.seconds);
     std::vector<Cell> row{methods[i].name(), n,       young,   omega * p.config.duration,
                           time.median,       time.q1, time.q3, std::int64_t(r.seconds.size())};
@@ -149,7 +149,7 @@ std::vector<int> sizes(const Table& rows) {
 }
 
 std::pair<double, double> range_of(const std::vector<ChartPoint>& points) {
-  if (points.empty()) return {none, none};
+  if (points.empty()) return {no_value, no_value};
   const auto [low, high] = std::minmax_element(
       points.begin(), points.end(), [](const ChartPoint& a, const ChartPoint& b) { return a.y < b.y; });
   return {low->y, high->y};
@@ -198,7 +198,7 @@ constexpr const char* caption =
     "Wall time of one frame of 1/60 s of a damped cube (damping ratio 0.5 of every spring), stretched by 10 "
     "% and "
     "released, against Young's modulus: CVODE's BDF with each linear solver at the same tolerance, "
-    "CVODE's Adams method, which needs none, and damped Verlet at its safe step. Medians of interleaved "
+    "CVODE's Adams method, which needs no_value, and damped Verlet at its safe step. Medians of interleaved "
     "runs, including "
     "setup; one thread. The column difference is the distance between a method's final state and that of the "
     "first "
@@ -308,7 +308,7 @@ StiffnessTables measure_stiffness(const StiffnessConfig& config, Progress& progr
 }
 
 double last_crossing(const std::vector<ChartPoint>& ratios) {
-  if (ratios.empty() || ratios.back().y <= 1) return none;
+  if (ratios.empty() || ratios.back().y <= 1) return no_value;
   for (std::size_t i = ratios.size() - 1; i-- > 0;) {
     const ChartPoint &a = ratios[i], &b = ratios[i + 1];
     if (a.y > 1) continue;

@@ -4,10 +4,10 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <limits>
 #include <sstream>
 
 #include "experiments/harness/json.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/io/process.hpp"
 #include "experiments/studies/thesis/thesis.hpp"
 
@@ -16,8 +16,6 @@ namespace mss::studies::thesis {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
-
 /// This program; empty if what runs is another one, such as a test.
 std::string this_program() {
   std::error_code error;
@@ -83,7 +81,8 @@ Table measure_frames(const ThesisConfig& config, const Progress& progress) {
     const ProgramRun run = program.empty() ? ProgramRun{} : view(program, n, config.frames, shot);
     const Json record = run.exit_status == 0 ? record_of(run.output) : Json();
     if (!record.is_object()) {
-      rows.add({n, config.frames, none, none, none, none, std::string("none"), why_not(program, run)});
+      rows.add({n, config.frames, no_value, no_value, no_value, no_value, std::string("none"),
+                why_not(program, run)});
       continue;
     }
     const double frames = record["frames"], stepping = record["stepping_seconds"],

@@ -3,16 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "experiments/harness/table.hpp"
 #include "experiments/studies/thesis/thesis.hpp"
 
 namespace mss::studies::thesis {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 using Filter = std::vector<std::pair<std::string, std::string>>;
 
 Table filtered(Table rows, const Filter& filter) {
@@ -22,23 +21,18 @@ Table filtered(Table rows, const Filter& filter) {
 
 /// The largest of a column that is a number; NaN if there is none.
 double largest(const Table& rows, const std::string& column) {
-  double most = none;
+  double most = no_value;
   for (std::size_t r = 0; r < rows.size(); ++r) most = std::fmax(most, rows.number(r, column));
   return most;
 }
 double smallest(const Table& rows, const std::string& column) {
-  double least = none;
+  double least = no_value;
   for (std::size_t r = 0; r < rows.size(); ++r) least = std::fmin(least, rows.number(r, column));
   return least;
 }
 /// The first number of a column; NaN if there is none.
 double first(const Table& rows, const std::string& column) {
-  return rows.size() > 0 ? rows.number(0, column) : none;
-}
-
-/// The last one.
-double last(const Table& rows, const std::string& column) {
-  return rows.size() > 0 ? rows.number(rows.size() - 1, column) : none;
+  return rows.size() > 0 ? rows.number(0, column) : no_value;
 }
 
 /// Collects rows of the summary.
@@ -92,7 +86,7 @@ void add_volumes(Summary& summary) {
   summary.add("3.1", "time of a cell's exact volume / of the estimate",
               seconds("exact, trilinear") / estimate, "of a step",
               seconds("step of verlet, all forces") / estimate);
-  double worst = none;
+  double worst = no_value;
   for (std::size_t r = 0; r < figure.size(); ++r)
     worst = std::fmax(worst, std::abs(figure.number(r, "error_of_change")));
   summary.add("3.1", "largest error of the estimate / change of volume, Fig. 5-1", worst, "of a cell",
@@ -111,7 +105,7 @@ void add_volumes(Summary& summary) {
 /// At the sample nearest to an angle.
 double jacobian_at(const Table& twists, double cells, double guarded, double angle) {
   const Table run = twists.where("cells", cells).where("guarded", guarded);
-  double nearest = none, found = none;
+  double nearest = no_value, found = no_value;
   for (std::size_t r = 0; r < run.size(); ++r)
     if (const double away = std::abs(run.number(r, "angle") - angle); !(away >= nearest)) {
       nearest = away;

@@ -6,10 +6,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "core/measures.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/landing.hpp"
 #include "experiments/simulation/model.hpp"
@@ -22,7 +22,6 @@ namespace mss::studies::thesis {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double edge = 0.6;  ///< of the released cubes [m]
 constexpr int cells = 3;
 
@@ -86,9 +85,9 @@ void add_release(const CellSprings& springs, int mechanisms, const Deformation& 
   const bool ok = status == Status::ok;
   const Measures m = measure(*released, state);
   const double remaining = deformation(body, state.x);
-  rows.add({springs.name, d.name, mechanisms, ok ? loaded / edge : none, ok ? remaining / edge : none,
-            ok ? remaining / loaded : none, ok ? m.elastic : none, ok ? m.volume_ratio : none,
-            ok ? m.min_jacobian : none, std::string(to_string(status))});
+  rows.add({springs.name, d.name, mechanisms, ok ? loaded / edge : no_value, ok ? remaining / edge : no_value,
+            ok ? remaining / loaded : no_value, ok ? m.elastic : no_value, ok ? m.volume_ratio : no_value,
+            ok ? m.min_jacobian : no_value, std::string(to_string(status))});
 }
 
 }  // namespace
@@ -194,7 +193,7 @@ void add_modulus(int n, const std::string& material, const std::string& springs,
   const LinearResponse r = linear_response(*system, {}, work);
   const double compliance = inner(*system, r.load, r.displacement) / (traction * traction);
   rows.add({n, material, springs, load.modulus, load.direction,
-            r.status == Status::ok ? 1 / compliance : none, closed_form(body, load),
+            r.status == Status::ok ? 1 / compliance : no_value, closed_form(body, load),
             std::string(to_string(r.status))});
 }
 

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <random>
 
 #include "core/measures.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/equilibrium.hpp"
 #include "experiments/simulation/model.hpp"
@@ -24,8 +24,6 @@
 namespace mss::studies::thesis {
 
 namespace {
-
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// Scenes of Fig. 5-1, from left to right.
 constexpr std::array figure_5_1{"fig5_1_stretch", "fig5_1_compress", "fig5_1_twist"};
@@ -102,7 +100,7 @@ Table measure_twists(const ThesisConfig& config, const Progress& progress) {
         rows.add(
             {n, guarded ? 1 : 0, m.t * 60, m.volume_ratio, m.min_jacobian, m.max_stretch, std::string("ok")});
       if (result.status != Status::ok)
-        rows.add({n, guarded ? 1 : 0, result.simulated_seconds * 60, none, none, none,
+        rows.add({n, guarded ? 1 : 0, result.simulated_seconds * 60, no_value, no_value, no_value,
                   std::string(to_string(result.status))});
     }
   return rows;
@@ -184,7 +182,7 @@ Table measure_volume_time(const ThesisConfig& config, const Progress& progress) 
   const double exact = cube.volume(volume_formulas[1]);
   for (std::size_t i = 0; i <= formulas; ++i) {
     const bool measured = int(seconds[i].size()) == config.timing_repetitions;
-    const Quartiles q = measured ? quartiles(seconds[i]) : Quartiles{none, none, none};
+    const Quartiles q = measured ? quartiles(seconds[i]) : Quartiles{no_value, no_value, no_value};
     const bool formula = i < formulas;
     rows.add({std::string(formula ? volume_formulas[i].name : "step of verlet, all forces"), q.median * per,
               q.q1 * per, q.q3 * per, formula ? cube.volume(volume_formulas[i]) / exact - 1 : 0.0,
@@ -198,10 +196,10 @@ namespace {
 /// A cube of 1 m between plates that it is glued to, stretched.
 struct StretchedCube {
   Status status = Status::ok;
-  double volume_ratio = none;
+  double volume_ratio = no_value;
   std::vector<Vec3> displacement{};
-  double omega = none;  ///< bound on frequencies [rad/s]
-  double alpha = 0;     ///< of eq. 1-2 with the same pressure [N/m^3]
+  double omega = no_value;  ///< bound on frequencies [rad/s]
+  double alpha = 0;         ///< of eq. 1-2 with the same pressure [N/m^3]
 };
 
 StretchedCube stretch(const ThesisConfig& config, const std::string& model, const BodyConfig& cube) {
@@ -256,9 +254,9 @@ void add_shape(const ShapeCase& c, double share, const StretchedCube& cube, cons
   const double change = cube.volume_ratio - 1, free = without.volume_ratio - 1;
   const double moved = ok ? root_mean_square(difference(cube.displacement, without.displacement)) /
                                 root_mean_square(without.displacement)
-                          : none;
+                          : no_value;
   rows.add({c.name, share, share * cubic_stiffness(c.cube.springs, c.cube.cell_size).c44, cube.alpha,
-            ok ? change : none, ok ? 1 - change / free : none, moved, without.omega / cube.omega,
+            ok ? change : no_value, ok ? 1 - change / free : no_value, moved, without.omega / cube.omega,
             std::string(to_string(ok ? Status::ok : cube.status))});
 }
 

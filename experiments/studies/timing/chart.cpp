@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <optional>
 
 #include "experiments/harness/statistics.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/studies/timing/timing.hpp"
 
 namespace mss::studies::timing {
@@ -16,14 +16,12 @@ namespace mss::studies::timing {
 namespace {
 
 constexpr int fit_from = 20;  // smaller cubes are mostly surface and overhead
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
-
 /// The measured curve of one method.
 struct Curve {
   std::string method, integrator, precision;
   int threads = 1;
   std::vector<double> cells = {}, seconds = {}, low = {}, high = {};
-  double ns_per_spring = none;  ///< of the largest body
+  double ns_per_spring = no_value;  ///< of the largest body
 };
 
 /// Curves in the order their methods first appear; rows that failed or were skipped give no point.
@@ -68,7 +66,7 @@ std::optional<Fit> fit(const Curve& curve) {
 }
 
 struct Largest {
-  double cells = none;
+  double cells = no_value;
   std::string how = "unknown";
 };
 
@@ -84,7 +82,7 @@ Largest largest_under(const Curve& curve, const std::optional<Fit>& law, double 
                                            {curve.seconds[above - 1], curve.seconds[above]});
     return {std::floor(between.inverse(budget)), "interpolated"};
   }
-  const double n = law ? std::max(curve.cells.back(), std::floor(law->law.inverse(budget))) : none;
+  const double n = law ? std::max(curve.cells.back(), std::floor(law->law.inverse(budget))) : no_value;
   return n <= 5 * curve.cells.back() ? Largest{n, "extrapolated"} : Largest{};
 }
 
@@ -114,7 +112,7 @@ bool is_charted(const Curve& c, const std::vector<Curve>& all) {
 /// The shortest time any thread count of a method reached on bodies of n cells per edge; NaN if none was
 /// measured.
 double best(const Table& rows, const std::string& method, const std::string& precision, int n) {
-  double seconds = none;
+  double seconds = no_value;
   for (std::size_t r = 0; r < rows.size(); ++r)
     if (rows.text(r, "method") == method && rows.text(r, "precision") == precision &&
         rows.number(r, "cells") == n && rows.text(r, "status") == "ok")
@@ -180,7 +178,7 @@ Table timing_summary(const Table& rows) {
     if (!law) status = fmt::format("no fit: fewer than two sizes of {} or more", fit_from);
     if (curve.cells.empty()) status = "no size measured";
     summary.add({curve.method, curve.integrator, curve.precision, std::int64_t(curve.threads),
-                 law ? law->law.exponent : none, law ? law->first : none, law ? law->last : none,
+                 law ? law->law.exponent : no_value, law ? law->first : no_value, law ? law->last : no_value,
                  std::int64_t(law ? law->points : 0), largest.cells, largest.how, curve.ns_per_spring,
                  status});
   }
@@ -223,7 +221,7 @@ Chart timing_chart(const Table& rows, const Table& summary) {
     if (tick >= chart.x.low && tick <= chart.x.high) chart.x.ticks.push_back(tick);
   chart.lines = {{ReferenceLine::Direction::horizontal, 1 / frame_rate, "24 frames per second"}};
   chart.marks = {{{7, thesis_frame_seconds}, "thesis, Fig. 5-3: 40 ms per update"},
-                 {.point = {7, none, thesis_frame_seconds / 5, thesis_frame_seconds / 3},
+                 {.point = {7, no_value, thesis_frame_seconds / 5, thesis_frame_seconds / 3},
                   .label = "or 3 to 5 steps in 40 ms",
                   .left = true}};
   return chart;

@@ -58,8 +58,8 @@ constexpr std::array<Variant, 9> variants{
       true}}};
 
 template <class Real>
-struct Competitor {
-  Competitor(const Variant& variant, int n)
+struct TimedFeature {
+  TimedFeature(const Variant& variant, int n)
       : body([&] {
           BodyConfig config = timing_cube(n);
           variant.change(config, environment);
@@ -107,9 +107,9 @@ struct Samples {
 
 template <class Real>
 bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress, FeatureTables& tables) {
-  std::vector<std::unique_ptr<Competitor<Real>>> all;
+  std::vector<std::unique_ptr<TimedFeature<Real>>> all;
   all.reserve(variants.size());
-  for (const Variant& variant : variants) all.push_back(std::make_unique<Competitor<Real>>(variant, n));
+  for (const Variant& variant : variants) all.push_back(std::make_unique<TimedFeature<Real>>(variant, n));
   std::vector<Samples> samples(all.size());
   std::vector<long> steps;
   for (const auto& competitor : all) {
@@ -120,7 +120,7 @@ bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress
     steps.push_back(std::max(steps_between_checks, lasting));  // fewer would be checked more often
   }
   const auto take_both = [&](std::size_t i) {
-    Competitor<Real>& competitor = *all[i];
+    TimedFeature<Real>& competitor = *all[i];
     const bool second = samples[i].own.size() % 2 != 0;  // the first of the two runs with colder caches
     const auto count = double(steps[i]);
     if (second || !competitor.general) {

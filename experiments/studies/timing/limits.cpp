@@ -9,6 +9,7 @@
 
 #include "core/instruction_sets.hpp"
 #include "core/team.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/studies/timing/peaks.hpp"
 #include "experiments/studies/timing/timing.hpp"
 
@@ -62,8 +63,7 @@ struct PeakRange {
 PeakRange peak(const Table& peaks, const char* quantity, const std::string& precision, double threads) {
   const Table rows =
       peaks.where("quantity", quantity).where("precision", precision).where("threads", threads);
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  PeakRange range{none, none};
+  PeakRange range{no_value, no_value};
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const double rate = rows.number(r, "rate");
     range = {std::fmax(range.highest, rate), std::fmin(range.lowest, rate)};

@@ -35,8 +35,8 @@ std::string label(const Candidate& c) {
 }
 
 template <class Real>
-struct Competitor {
-  Competitor(const Candidate& c, int n, int threads)
+struct TimedMethod {
+  TimedMethod(const Candidate& c, int n, int threads)
       : candidate(c),
         body(timing_cube(n)),
         system(body, {.gravity = Vec3(0, 0, Workload::gravity)}, {.threads = threads}),
@@ -70,11 +70,11 @@ struct Competitor {
 
 template <class Real>
 bool add_rows(int n, int threads, const MethodTimingConfig& config, const Progress& progress, Table& table) {
-  std::vector<std::unique_ptr<Competitor<Real>>> all;
+  std::vector<std::unique_ptr<TimedMethod<Real>>> all;
   for (const Candidate& c : candidates) {
     const IntegratorInfo& info = find_integrator(c.method);
     if (sizeof(Real) == sizeof(double) || info.make_single)
-      all.push_back(std::make_unique<Competitor<Real>>(c, n, threads));
+      all.push_back(std::make_unique<TimedMethod<Real>>(c, n, threads));
   }
   std::vector<long> steps;
   for (const auto& c : all) {

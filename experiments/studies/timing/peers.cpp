@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 
 #include "core/spring_system.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/timing/timing.hpp"
 #include "integrators/fixed_step.hpp"
@@ -18,7 +18,6 @@ namespace {
 
 using Workload = TimingWorkload;
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double peer_step = 1.0 / 60;  ///< [s]; a step takes as long whatever it is
 
 /// Something whose steps are timed.
@@ -56,22 +55,22 @@ struct Bullet final : Stepper {
 };
 
 /// What is measured of one size: the peer first, then ours.
-struct Subject {
+struct TimedPeer {
   std::string precision;
   int threads;
   std::unique_ptr<Stepper> stepper;
   long steps;  ///< of a sample
 };
 
-std::vector<Subject> subjects_of(const Body& body, std::unique_ptr<Stepper> peer,
-                                 const PeerTimingConfig& config) {
-  std::vector<Subject> all;
+std::vector<TimedPeer> subjects_of(const Body& body, std::unique_ptr<Stepper> peer,
+                                   const PeerTimingConfig& config) {
+  std::vector<TimedPeer> all;
   all.push_back({reference::BulletCube::precision(), 1, std::move(peer), 1});
   for (const int threads : config.threads) {
     all.push_back({"single", threads, std::make_unique<Ours<float>>(body, threads), steps_between_checks});
     all.push_back({"double", threads, std::make_unique<Ours<double>>(body, threads), steps_between_checks});
   }
-  for (Subject& s : all) {
+  for (TimedPeer& s : all) {
     const auto seconds_for = [&](long count) { return s.stepper->take(count); };
     s.steps = std::max(s.steps, sample_length(config.sample_seconds, seconds_for).steps);
   }
@@ -83,7 +82,7 @@ bool add_rows(int n, const PeerTimingConfig& config, const Progress& progress, T
   const Body body(timing_cube(n));
   auto peer = std::make_unique<Bullet>(body);
   const Bullet& bullet = *peer;
-  const std::vector<Subject> subjects = subjects_of(body, std::move(peer), config);
+  const std::vector<TimedPeer> subjects = subjects_of(body, std::move(peer), config);
   const auto samples = measure_interleaved(config.repetitions, subjects.size(), progress, [&](std::size_t i) {
     return subjects[i].stepper->take(subjects[i].steps) / double(subjects[i].steps);
   });
@@ -121,7 +120,8 @@ Table measure_peers(const PeerTimingConfig& config, Progress& progress) {
                {"over_ours_q3"},
                {"status"}});
   if (reference::BulletCube::version().empty()) {
-    table.add({"Bullet", "", "", 0, none, none, none, "", none, 0, none, none, none, "not installed"});
+    table.add({"Bullet", "", "", 0, no_value, no_value, no_value, "", no_value, 0, no_value, no_value,
+               no_value, "not installed"});
     return table;
   }
   for (const int n : config.cells) {

@@ -58,8 +58,8 @@ constexpr TangentSum tangent{
 
 /// One body and both operations on it.
 template <class Real>
-struct Subject {
-  Subject(const Shape& shape, int n)
+struct TimedShape {
+  TimedShape(const Shape& shape, int n)
       : body([&] {
           BodyConfig config = timing_cube(n);
           config.voxels = shape.cells(n);
@@ -97,18 +97,18 @@ struct Subject {
 template <class Real>
 struct Operation {
   const char* name;
-  double (Subject<Real>::*take)(long count);
+  double (TimedShape<Real>::*take)(long count);
   long fewest;  ///< in a sample
 };
 template <class Real>
 constexpr std::array<Operation<Real>, 2> operations{
-    {{"step", &Subject<Real>::take_steps, steps_between_checks},  // fewer would be checked more often
-     {"tangent_product", &Subject<Real>::take_products, 1}}};
+    {{"step", &TimedShape<Real>::take_steps, steps_between_checks},  // fewer would be checked more often
+     {"tangent_product", &TimedShape<Real>::take_products, 1}}};
 
 /// Nanoseconds per particle of all shapes, in the order of `shapes`; empty if stopped.
 template <class Real>
 std::vector<std::vector<double>> samples(const Operation<Real>& operation,
-                                         const std::vector<std::unique_ptr<Subject<Real>>>& subjects,
+                                         const std::vector<std::unique_ptr<TimedShape<Real>>>& subjects,
                                          const ShapeTimingConfig& config, const Progress& progress) {
   std::vector<long> counts;
   for (const auto& subject : subjects) {
@@ -117,7 +117,7 @@ std::vector<std::vector<double>> samples(const Operation<Real>& operation,
   }
   std::vector<std::vector<double>> taken(subjects.size());
   const auto take = [&](std::size_t i) {
-    Subject<Real>& subject = *subjects[i];
+    TimedShape<Real>& subject = *subjects[i];
     (subject.*operation.take)(1);  // its data back into the caches
     const double seconds = (subject.*operation.take)(counts[i]);
     taken[i].push_back(1e9 * seconds / double(counts[i]) / double(subject.body.particle_count()));
@@ -128,8 +128,8 @@ std::vector<std::vector<double>> samples(const Operation<Real>& operation,
 
 template <class Real>
 bool add_rows(int n, const ShapeTimingConfig& config, const Progress& progress, Table& table) {
-  std::vector<std::unique_ptr<Subject<Real>>> subjects;
-  for (const Shape& shape : shapes) subjects.push_back(std::make_unique<Subject<Real>>(shape, n));
+  std::vector<std::unique_ptr<TimedShape<Real>>> subjects;
+  for (const Shape& shape : shapes) subjects.push_back(std::make_unique<TimedShape<Real>>(shape, n));
   Table grown = table;
   for (const Operation<Real>& operation : operations<Real>) {
     const std::vector<std::vector<double>> ns = samples(operation, subjects, config, progress);

@@ -4,9 +4,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/equilibrium.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/uniform_stress.hpp"
@@ -176,7 +176,7 @@ double bending_frequency(const std::vector<Vibration>& all, int pair) {
   int left = 2 * (pair - 1);
   for (const Vibration& v : all)
     if (v.sideways > most / 5 && left-- == 0) return v.frequency;
-  return std::numeric_limits<double>::quiet_NaN();
+  return no_value;
 }
 
 /// One of the slowest vibrations of a clamped bar; `mode` is its number in CalculiX's tables.
@@ -235,7 +235,7 @@ Solution decrement(BodySystem<double>& system, const std::function<Vec3(const Ve
     const double bulge = 1 + share * (1 - share) * angle * angle / 2;  // of a cosine over its chord
     return {Status::ok, std::log(first / (bulge * (rate_before + share * (rate - rate_before)))) / periods};
   }
-  return {Status::ok, std::numeric_limits<double>::quiet_NaN()};
+  return {Status::ok, no_value};
 }
 
 /// A vibration along one axis of a viscous cube, whose end x = 0 is held and whose points move along no

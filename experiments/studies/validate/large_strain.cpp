@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/spring_system.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/equilibrium.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/studies/validate/validate.hpp"
@@ -17,7 +17,6 @@ namespace mss::studies::validate {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr int cells = 2;         ///< per edge of the cube; any number does
 constexpr double poisson = 0.3;  ///< of the material
 
@@ -50,7 +49,7 @@ LatticeResult lattice_result(const ValidationConfig& config, const SpringConstan
   const auto [status, state] = find_equilibrium(system, [&](const Vec3& rest) -> Vec3 {
     return {(1 + strain) * rest[0], rest[1], rest[2]};
   });
-  if (status != Status::ok) return {status, none, none};
+  if (status != Status::ok) return {status, no_value, no_value};
   Field<double> force(system.size());
   system.force(1, state.x, state.v, force);
   double stress = 0;

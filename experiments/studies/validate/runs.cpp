@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/spring_system.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/studies/validate/validate.hpp"
 
@@ -14,7 +14,6 @@ namespace mss::studies::validate {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double slow = 2;  ///< [s]; where a solution takes longer, none is repeated
 
 /// The solution by one model, and the times of its repetitions.
@@ -48,8 +47,8 @@ void add_row(Table& rows, const ValidationCase& c, const ValidationModel& model,
   const auto [status, value] = r.solution;
   const bool found = std::isfinite(value), ok = found && status == Status::ok;
   const auto [median, q1, q3] = quartiles(r.seconds);
-  rows.add({c.name, model.name, m, r.unknowns, c.quantity + " [" + c.unit + "]", ok ? value : none,
-            c.reference, ok ? std::abs(value / c.reference - 1) : none, c.uncertainty, median, q1, q3,
+  rows.add({c.name, model.name, m, r.unknowns, c.quantity + " [" + c.unit + "]", ok ? value : no_value,
+            c.reference, ok ? std::abs(value / c.reference - 1) : no_value, c.uncertainty, median, q1, q3,
             std::int64_t(r.seconds.size()),
             std::string(status == Status::ok && !found ? "not found" : to_string(status))});
 }
@@ -111,7 +110,7 @@ void add_refinement(const ValidationConfig& config, const ValidationCase& tensio
       const bool ok = solution.status == Status::ok;
       table.add({std::string(fixed_material ? "material" : "k"),
                  std::string(sharing == Sharing::weighted ? "weighted" : "uniform"), n,
-                 ok ? 1 / solution.value : none, std::string(to_string(solution.status))});
+                 ok ? 1 / solution.value : no_value, std::string(to_string(solution.status))});
     }
 }
 
@@ -164,7 +163,7 @@ bool same_law(const ValidationCase& c, const ValidationModel& model) {
 
 /// Between the two finest resolutions; NaN if there is only one.
 double observed_order(const std::vector<std::pair<double, double>>& errors_by_cells) {
-  if (errors_by_cells.size() < 2) return none;
+  if (errors_by_cells.size() < 2) return no_value;
   const auto [fine, small] = errors_by_cells.back();
   const auto [coarse, large] = errors_by_cells[errors_by_cells.size() - 2];
   return std::log(large / small) / std::log(fine / coarse);
@@ -184,11 +183,11 @@ void add_summary(Table& summary, const Table& runs, const std::string& name, con
       failed = runs.number(r, "cells");
     }
   if (errors.empty()) {
-    if (!failure.empty()) summary.add({name, model, failed, none, none, failure});
+    if (!failure.empty()) summary.add({name, model, failed, no_value, no_value, failure});
     return;
   }
   const bool exact = errors.back().second < validation_rounding;
-  const double order = exact || !comparable ? none : observed_order(errors);
+  const double order = exact || !comparable ? no_value : observed_order(errors);
   summary.add({name, model, errors.back().first, errors.back().second, order,
                std::string(exact                  ? "exact to rounding"
                            : !comparable          ? "another law"

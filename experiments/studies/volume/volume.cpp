@@ -9,10 +9,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "core/measures.hpp"
+#include "experiments/harness/table.hpp"
 #include "experiments/simulation/equilibrium.hpp"
 #include "experiments/simulation/model.hpp"
 #include "reference/calculix/calculix.hpp"
@@ -21,7 +21,6 @@ namespace mss::studies::volume {
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double young = 1416.67;  ///< of the thesis's springs along an edge [Pa]
 constexpr double degree = std::numbers::pi / 180;
 
@@ -154,7 +153,7 @@ Table model_table(const VolumeConfig& config) {
     for (const VolumeModel& m : *models) {
       if (std::find(done.begin(), done.end(), m.name) != done.end()) continue;
       done.push_back(m.name);
-      table.add({m.name, std::string(to_string(m.filling)), m.model, m.poisson.value_or(none),
+      table.add({m.name, std::string(to_string(m.filling)), m.model, m.poisson.value_or(no_value),
                  std::string(m.poisson ? "ok" : "anisotropic")});
     }
   return table;
@@ -195,7 +194,7 @@ constexpr const char* caption =
 
 /// The effect of the thesis's volume force on the change of volume, in a sentence.
 std::string volume_force_line(const Table& rows) {
-  double without = none, with = none;
+  double without = no_value, with = no_value;
   for (std::size_t r = 0; r < rows.size(); ++r) {
     if (rows.text(r, "study") != to_string(Study::free) || rows.text(r, "status") != "ok") continue;
     if (rows.text(r, "model") == thesis(0).name) without = rows.number(r, "drift");
@@ -279,7 +278,7 @@ double worst_cell(const Body& body, const Field<double>& x) {
 }
 
 void add_row(Table& rows, const VolumeRow& r) {
-  const auto measured = [&](double value) { return r.status == Status::ok ? value : none; };
+  const auto measured = [&](double value) { return r.status == Status::ok ? value : no_value; };
   const double shear = cubic_stiffness(r.springs, 1.0 / r.cells).c44;
   rows.add({std::string(to_string(r.study)), r.model, r.integrator, r.cells, r.strain, r.angle, r.step,
             r.springs.volume, r.springs.volume / shear, measured(r.drift), measured(r.drift_thesis),
