@@ -70,6 +70,8 @@ const std::vector<Part>& parts() {
   return all;
 }
 
+std::string in_words(double value) { return std::isnan(value) ? "none" : fmt::format("{:.4g}", value); }
+
 ExperimentResult run_thesis(const ExperimentOptions& options, Progress& progress) {
   const ThesisConfig config = thesis_config(options);
   ExperimentResult result{.caption = caption, .configuration = configuration(config)};
@@ -81,9 +83,9 @@ ExperimentResult run_thesis(const ExperimentOptions& options, Progress& progress
   if (progress.stopped()) result.status = Status::interrupted;
   const Table summary = summary_table(tables);
   for (std::size_t r = 0; r < summary.size(); ++r)
-    result.summary += fmt::format("{:<13} {:<64} {:>11.4g}   {} {:.4g}\n", summary.text(r, "item"),
-                                  summary.text(r, "quantity"), summary.number(r, "value"),
-                                  summary.text(r, "beside"), summary.number(r, "other"));
+    result.summary += fmt::format("{:<13} {:<64} {:>11}   {} {}\n", summary.text(r, "item"),
+                                  summary.text(r, "quantity"), in_words(summary.number(r, "value")),
+                                  summary.text(r, "beside"), in_words(summary.number(r, "other")));
   result.tables.push_back({"thesis", summary});
   for (NamedTable& table : tables) result.tables.push_back(std::move(table));
   return result;

@@ -384,18 +384,17 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
 TimingConfig timing_config(const ExperimentOptions& options) {
   TimingConfig config;
   config.cells = options.cells;
-  if (config.cells.empty() && options.quick)
-    config.cells = {2, 3, 5, 7, 10, 15, 20, 30, 50};
-  else if (config.cells.empty()) {
+  if (config.cells.empty()) {
     for (int n = 2; n <= 15; ++n) config.cells.push_back(n);
-    config.cells.insert(config.cells.end(), {20, 30, 50, 100});
+    config.cells.insert(config.cells.end(), {20, 30, 50});
+    if (!options.quick) config.cells.push_back(100);
   }
   const int most = options.threads > 0 ? options.threads : available_cores();
   if (most > 1) config.core_threads.push_back(most);
   if (options.quick) {
     config.passes = 1;
     config.repetitions = 7;
-    config.seconds_per_size = 4;
+    config.seconds_per_size = 2;
   }
   return config;
 }
