@@ -3,21 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/harness/statistics.hpp"
-#include "experiments/harness/table.hpp"
-
 namespace mss {
-
-Quartiles quartiles(const std::vector<double>& sample) {
-  if (sample.empty()) return {no_value, no_value, no_value};
-  return {quantile(sample, 0.5), quantile(sample, 0.25), quantile(sample, 0.75)};
-}
-
-Quartiles quartiles_of_ratio(const std::vector<double>& a, const std::vector<double>& b) {
-  std::vector<double> ratios;
-  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) ratios.push_back(a[i] / b[i]);
-  return quartiles(ratios);
-}
 
 bool interleave(int repetitions, std::size_t count, const Progress& progress,
                 const std::function<void(std::size_t)>& task) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "experiments/harness/progress.hpp"
+#include "experiments/harness/statistics.hpp"
 #include "experiments/harness/table.hpp"
 #include "integrators/integrator.hpp"
 
@@ -30,15 +31,6 @@ double seconds_of(Task&& task) {
   task();
   return watch.seconds();
 }
-
-/// Median and quartiles of a sample; NaN of an empty one.
-struct Quartiles {
-  double median, q1, q3;
-};
-Quartiles quartiles(const std::vector<double>& sample);
-
-/// Of a[i] / b[i], samples taken in the same round, as far as both go: what disturbed one disturbed both.
-Quartiles quartiles_of_ratio(const std::vector<double>& a, const std::vector<double>& b);
 
 /// Runs task(0) ... task(count - 1) in turn, `repetitions` times, the first one changing from round to round,
 /// so that whatever disturbs the machine affects all of them alike. False if stopped on the way.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/harness/table.hpp"
+
 namespace mss {
 
 double quantile(std::vector<double> sample, double p) {
@@ -11,6 +13,17 @@ double quantile(std::vector<double> sample, double p) {
   const auto below = std::size_t(place);
   const std::size_t above = std::min(below + 1, sample.size() - 1);
   return sample[below] + (place - double(below)) * (sample[above] - sample[below]);
+}
+
+Quartiles quartiles(const std::vector<double>& sample) {
+  if (sample.empty()) return {no_value, no_value, no_value};
+  return {quantile(sample, 0.5), quantile(sample, 0.25), quantile(sample, 0.75)};
+}
+
+Quartiles quartiles_of_ratio(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) ratios.push_back(a[i] / b[i]);
+  return quartiles(ratios);
 }
 
 double PowerLaw::at(double x) const { return coefficient * std::pow(x, exponent); }

@@ -7,6 +7,15 @@ namespace mss {
 /// The p-quantile, 0 <= p <= 1, of a sample of at least one number: linear between order statistics.
 double quantile(std::vector<double> sample, double p);
 
+/// Median and quartiles of a sample; NaN of an empty one.
+struct Quartiles {
+  double median, q1, q3;
+};
+Quartiles quartiles(const std::vector<double>& sample);
+
+/// Of a[i] / b[i], samples taken in the same round, as far as both go: what disturbed one disturbed both.
+Quartiles quartiles_of_ratio(const std::vector<double>& a, const std::vector<double>& b);
+
 /// y = coefficient x^exponent.
 struct PowerLaw {
   double coefficient = 0;

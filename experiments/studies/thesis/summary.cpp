@@ -41,10 +41,11 @@ class Summary {
   explicit Summary(const std::vector<NamedTable>& parts) : parts_(parts) {}
 
   const Table& part(const std::string& name) const { return find_table(parts_, name); }
+  /// `missing` says why there is no number where there is none.
   void add(const std::string& item, const std::string& quantity, double value, const std::string& beside,
-           double other) {
+           double other, const std::string& missing = "not measured") {
     rows_.add({item, quantity, value, beside, other,
-               std::string(std::isfinite(value) && std::isfinite(other) ? "ok" : "not measured")});
+               std::isfinite(value) && std::isfinite(other) ? "ok" : missing});
   }
   Table take() { return std::move(rows_); }
 
@@ -122,15 +123,12 @@ void add_folding(Summary& summary) {
   for (const std::string& name : landings.distinct("case"))
     for (const std::string& landing : landings.distinct("landing")) {
       const Table runs = filtered(landings, {{"case", name}, {"landing", landing}});
-      Table folded(runs.columns());
-      for (std::size_t r = 0; r < runs.size(); ++r)
-        if (runs.text(r, "outcome") != "recovered") folded.add(runs.rows()[r]);
-      const double from = smallest(folded, "speed");
+      const double from = smallest(runs.where("outcome", "trapped"), "speed");
       int above = 0;
       for (std::size_t r = 0; r < runs.size(); ++r)
         above += runs.number(r, "speed") > from && runs.text(r, "outcome") == "recovered" ? 1 : 0;
-      summary.add("Fig. 5-4", fmt::format("lowest speed that folds, {}, {} [m/s]", name, landing), from,
-                  "recover above it", above);
+      summary.add("Fig. 5-4", fmt::format("lowest speed that leaves folds, {}, {} [m/s]", name, landing),
+                  from, "recover above it", above, "none of the speeds tried leaves folds");
     }
 }
 

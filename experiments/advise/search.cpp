@@ -1,0 +1,460 @@
+// The search of `mss advise`: lattices that keep the error, then methods for them; costlier ones are not run
+// to their end.
+#include "experiments/advise/search.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "experiments/advise/advise.hpp"
+#include "experiments/harness/experiment.hpp"
+#include "experiments/harness/measure.hpp"
+#include "experiments/simulation/scene_check.hpp"
+#include "reference/fem/solid_law.hpp"
+
+namespace mss::advise {
+
+namespace {
+
+constexpr const char* nothing_meets =
+    "nothing that was tried meets the error; more --patience tries finer cells";
+
+/// A candidate in a sentence.
+std::string description(const SceneFamily& family, const Trial& trial) {
+  const SceneEdit& c = trial.candidate;
+  return fmt::format("cells of {:.4g} m, {}, {}, {}: {} in {:.3g} ms a frame", family.cell_size(c.level),
+                     c.model, c.integrator, to_string(c.precision), percent(trial.error),
+                     trial.cost * 1e3 / frames_per_second);
+}
+
+/// How many evaluations of the force a step of an implicit method takes at least, in the smallest bodies.
+double least_forces(const SceneEdit& candidate) {
+  constexpr double factorisation = 30, general_factorisation = 300, iterations = 6;
+  if (candidate.integrator == "cvode_bdf_klu") return general_factorisation;
+  if (!find_integrator(candidate.integrator).nonlinear_solver.empty()) return iterations;
+  const bool iterates = candidate.linear_solver == "matrix_free" || candidate.integrator == "cvode_bdf_gmres";
+  return iterates ? iterations : factorisation;
+}
+
+bool always(const SampledRun&) { return true; }
+
+}  // namespace
+
+Search::Result Search::run(const SceneEdit& candidate, const Limits& limits) {
+  Result result = Result::impossible;
+  const bool possible = state_.attempt(candidate, [&] {
+    if (const double least = least_cost(candidate); least > limits.cost) {
+      trials().push_back({.candidate = candidate, .verdict = Verdict::too_costly_to_run});
+      trials().back().estimated_cost = least;
+      trials().back().best_before = best_cost();
+      result = Result::costly;
+    } else {
+      result = simulate(candidate, limits);
+    }
+  });
+  if (!possible && trials().back().verdict == Verdict::out_of_memory) return Result::costly;
+  return result;
+}
+
+Search::Result Search::simulate(const SceneEdit& candidate, const Limits& limits) {
+  constexpr double soon = 0.005;            // [s]; shorter times are uncertain,
+  constexpr std::size_t few_intervals = 4;  // and so are fewer intervals,
+  constexpr double far_too_costly = 10;     // unless they are this many times the limit
+  const ErrorEstimator& estimator = *references_.estimator();
+  Result result = Result::meets;
+  double error = 0;
+  const auto go_on = [&](const SampledRun& run) {
+    if (estimator.known_early())
+      error = std::max(error, estimator.error_at(run.trajectory, run.trajectory.samples.size() - 1));
+    if (error > limits.error) result = Result::inaccurate;
+    const double times = run.total_seconds() > soon ? run.cost() / limits.cost : 0;
+    if (times > (run.seconds.size() >= few_intervals ? 1 : far_too_costly)) result = Result::costly;
+    return result == Result::meets && !stopped();
+  };
+  const Scene scene = family().scene(candidate);
+  check_solve(scene);
+  state_.progress.report(
+      0.5, fmt::format("cells of {:.4g} m, {}", family().cell_size(candidate.level), candidate.integrator));
+  const double most_seconds = far_too_costly * std::max(soon, limits.cost * state_.sampling.interval);
+  const SampledRun run = sample_scene(scene, state_.sampling, go_on, most_seconds);
+  if (stopped()) return Result::impossible;
+  if (run.ended_early && result == Result::meets) result = Result::costly;
+  Trial trial{.candidate = candidate, .cost = run.cost(), .share = run.simulated / scene.solve.duration};
+  trial.status = run.status;
+  if (run.status != Status::ok)
+    result = Result::inaccurate;
+  else
+    trial.error = run.ended_early && estimator.known_early() ? error : estimator.error_of(run.trajectory);
+  if (result == Result::meets && !references_.meets(trial.error)) result = Result::inaccurate;
+  trial.meets = result == Result::meets;
+  trial.estimated_cost = trial.cost;
+  trial.best_before = best_cost();
+  trial.verdict = trial.meets                             ? Verdict::meets
+                  : result == Result::costly              ? Verdict::costly
+                  : run.status != Status::ok              ? Verdict::failed
+                  : references_.is_undecided(trial.error) ? Verdict::undecided
+                                                          : Verdict::inaccurate;
+  trials().push_back(trial);
+  return result;
+}
+
+std::optional<std::size_t> Search::cheapest() const {
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < trials().size(); ++i)
+    if (trials()[i].meets && (!best || trials()[i].cost < trials()[*best].cost)) best = i;
+  return best;
+}
+
+double Search::best_cost() const {
+  const auto best = cheapest();
+  return best ? trials()[*best].cost : std::numeric_limits<double>::infinity();
+}
+
+/// What a candidate costs at least, in seconds per second. A force takes what it took the finest reference,
+/// cell by cell. A method that chooses its steps still has to stop at every sample.
+double Search::least_cost(const SceneEdit& candidate) const {
+  if (references_.empty() || !find_integrator(candidate.integrator).implicit) return 0;
+  const SceneEdit reference = references_.accurate(family().candidate(candidate.level));
+  const double steps = family().given().solve.duration / *reference.dt;
+  const double force = references_.seconds_at(candidate.level) / steps;
+  return force * least_forces(candidate) / candidate.dt.value_or(state_.sampling.interval);
+}
+
+/// What springs may be left out: of calibrated ones body diagonals, and the volume force where there is one.
+/// Finite elements of the same material may fill the cells instead.
+std::vector<SceneEdit> Search::fillings(int level) const {
+  std::vector<SceneEdit> all;
+  for (const bool volume_force : {true, false})
+    for (const double face_share : {0.5, 1.0}) {
+      SceneEdit lattice = family().candidate(level);
+      if (face_share != 0.5 && !family().is_calibrated()) continue;
+      if (!volume_force && !family().has_volume_force()) continue;
+      if (family().is_calibrated()) lattice.face_share = face_share;
+      lattice.volume_force = lattice.volume_force && volume_force;
+      all.push_back(lattice);
+    }
+  if (!family().takes_elements()) return all;
+  for (const SolidLaw& law : solid_laws()) {
+    all.push_back(family().candidate(level));
+    all.back().model = law.name;
+  }
+  return all;
+}
+
+Search::Result Search::try_lattice(const SceneEdit& lattice) {
+  Result result = Result::impossible;
+  state_.attempt(lattice, [&] {
+    result =
+        run(references_.accurate(lattice), {request().error + references_.uncertainty(), 4 * best_cost()});
+  });
+  return result;
+}
+
+/// The coarsest lattice of a reference that meets the error; where none does, a finer one, predicted from
+/// errors that decrease with the square of the size of cells. 0 if there is none.
+int Search::coarsest_plain() {
+  constexpr double much = 4;  // a lattice is tried whether or not a reference could be made of it
+  const std::vector<int> levels = all_levels();
+  int coarsest = 0, missed = 0;
+  for (const ReferenceLevels::Reference& reference : references_.all()) {
+    const Trial& trial = trials()[reference.trial];
+    if (trial.meets && coarsest == 0) coarsest = reference.level;
+    if (!trial.meets && coarsest == 0) missed = reference.level;
+  }
+  const auto meets_at = [&](int level) {
+    return !stopped() && try_lattice(family().candidate(level)) == Result::meets;
+  };
+  if (coarsest == 0) {
+    const double error = trials()[references_.finest().trial].error;
+    const double wanted = missed * std::sqrt(error / (request().error - references_.uncertainty()));
+    for (const int level : levels) {
+      if (references_.seconds_at(level) > much * request().patience) break;
+      if (level > missed && level >= 0.95 * wanted && level <= 2 * wanted && meets_at(level)) return level;
+    }
+    return 0;
+  }
+  for (const int level : levels)
+    if (level > missed && level < coarsest && meets_at(level)) return level;
+  return coarsest;
+}
+
+/// For every filling the coarsest lattice that meets the error. The error of a coarser one is that of its
+/// model, which no method reduces. Elements cost too much in cells where springs meet it, and may not in
+/// larger ones.
+std::vector<SceneEdit> Search::find_lattices() {
+  const int start = coarsest_plain();
+  if (start == 0) return {};
+  const std::vector<int> levels = all_levels();
+  std::vector<SceneEdit> found;
+  bool plain = true;  // the first filling, which meets the error at the start
+  for (SceneEdit lattice : fillings(start)) {
+    const auto result_at = [&](int level) {
+      lattice.level = level;
+      return stopped() ? Result::impossible : try_lattice(lattice);
+    };
+    if (std::exchange(plain, false)) {
+      found.push_back(lattice);
+      continue;
+    }
+    auto at = std::find(levels.begin(), levels.end(), start);
+    Result result = result_at(start);
+    if (result == Result::inaccurate && at + 1 != levels.end()) result = result_at(*++at);
+    while (result == Result::costly && at != levels.begin()) result = result_at(*--at);
+    if (result != Result::meets) continue;
+    while (at != levels.begin() && result_at(*(at - 1)) == Result::meets) --at;
+    lattice.level = *at;
+    found.push_back(lattice);
+  }
+  return found;
+}
+
+/// Methods for a lattice; within each, steps or tolerances from the longest on.
+std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
+  const SpectralBound bound = state_.family.bound(lattice);
+  // A row of series.csv is required that often, and without samples there is no error.
+  const double longest = std::min(family().given().solve.every, family().given().solve.duration);
+  const double unit = safe_step("semi_implicit_euler", bound);
+  std::vector<std::vector<SceneEdit>> all;
+  const auto steps = [&](SceneEdit c, double most, std::initializer_list<double> shares) {
+    std::vector<SceneEdit> chain;
+    for (const double share : shares) {
+      c.dt = step_between_samples(std::min(share * most, longest), state_.sampling);
+      if (chain.empty() || *c.dt < 0.99 * *chain.back().dt) chain.push_back(c);
+    }
+    all.push_back(chain);
+  };
+  for (const Precision precision : {Precision::single, Precision::dbl})
+    for (const std::string& name : moving_families({})) {
+      const IntegratorInfo& method = find_integrator(name);
+      SceneEdit c = lattice;
+      c.precision = precision;
+      c.integrator = name;
+      if ((precision == Precision::single && (!method.make_single || lattice.model != spring_model)) ||
+          (method.needs_springs() && lattice.model != spring_model))
+        continue;
+      if (method.stepping == Stepping::adaptive) {
+        std::vector<SceneEdit> chain;
+        c.dt.reset();
+        for (const double tolerance : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
+          c.tolerance = tolerance;
+          chain.push_back(c);
+        }
+        all.push_back(chain);
+      } else if (!method.nonlinear_solver.empty()) {
+        steps(c, unit, {256, 128, 64, 32, 16, 8, 4});
+      } else if (method.implicit) {
+        for (const char* solver : {"automatic", "matrix_free"}) {
+          c.linear_solver = solver;
+          steps(c, unit, {256, 128, 64, 32, 16, 8, 4});
+        }
+      } else if (!method.limit) {
+        steps(c, unit, {64, 32, 16, 8, 4, 2, 1, 0.5});
+      } else if (const double safe = safe_step(method.name, bound); safe > 0) {
+        steps(c, safe, {1, 0.5, 0.25, 0.125});
+      }
+    }
+  return all;
+}
+
+void Search::try_methods(const SceneEdit& lattice) {
+  for (const std::vector<SceneEdit>& chain : methods(lattice))
+    for (const SceneEdit& candidate : chain) {
+      if (stopped()) return;
+      if (run(candidate, worth()) != Result::inaccurate) break;  // shorter steps only cost more
+    }
+}
+
+/// More threads than one change no bit of a result and seldom save time: only the cheapest candidates are
+/// tried with them.
+void Search::try_threads() {
+  constexpr std::size_t few = 3;
+  if (family().given().solve.threads != 0) return;
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < trials().size(); ++i)
+    if (trials()[i].meets && trials()[i].candidate.threads == 1) order.push_back(i);
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return trials()[a].cost < trials()[b].cost; });
+  for (std::size_t i = 0; i < std::min(few, order.size()) && !stopped(); ++i) {
+    SceneEdit candidate = trials()[order[i]].candidate;
+    candidate.threads = 0;
+    run(candidate, worth());
+  }
+}
+
+/// Those that might be the cheapest once more, interleaved: single times of a busy machine mislead.
+void Search::remeasure_cheapest(double worth) {
+  constexpr int rounds = 5;
+  std::vector<std::size_t> close;
+  for (std::size_t i = 0; i < trials().size(); ++i)
+    if (trials()[i].meets && trials()[i].cost <= worth * best_cost()) close.push_back(i);
+  const auto costs = measure_interleaved(rounds, close.size(), state_.progress, [&](std::size_t i) {
+    return sample_scene(family().scene(trials()[close[i]].candidate), state_.sampling, always).cost();
+  });
+  for (std::size_t i = 0; i < close.size(); ++i)
+    if (!costs[i].empty()) trials()[close[i]].cost = quartiles(costs[i]).median;
+}
+
+double Search::error_of(const SceneEdit& candidate, const ErrorEstimator& estimator) {
+  return estimator.error_of(sample_scene(family().scene(candidate), state_.sampling, always).trajectory);
+}
+
+/// Trials that were too close to the requested error, if they are cheaper than the best.
+void Search::decide_undecided(const ErrorEstimator& estimator, double uncertainty) {
+  const double before = best_cost();
+  bool others = false;
+  for (Trial& trial : trials())
+    if (!stopped() && trial.verdict == Verdict::undecided && trial.share == 1 && trial.cost < before &&
+        error_of(trial.candidate, estimator) + uncertainty / 2 <= request().error) {
+      trial.meets = others = true;
+      trial.verdict = Verdict::meets;
+    }
+  if (others) remeasure_cheapest();
+}
+
+/// Compares with a reference that was not used in the search: candidates whose error against it is too large
+/// are not advised.
+void Search::check() {
+  const int finest = references_.finest().level, level = references_.checking_level();
+  if (level == 0) return;
+  const auto finer = references_.compute(level);
+  if (!finer) return;
+  trials()[finer->trial].verdict = Verdict::checking_reference;
+  const double by = double(level) / finest;
+  const ErrorEstimator estimator(request().of,
+                                 references_.extrapolated()
+                                     ? extrapolate(references_.finest().trajectory, finer->trajectory, by)
+                                     : finer->trajectory);
+  decide_undecided(estimator, estimator.error_of(references_.estimator()->reference()) / (by * by - 1));
+  while (const auto best = cheapest()) {
+    if (stopped()) return;
+    Trial& trial = trials()[*best];
+    trial.checked_error = advice_.checked_error = error_of(trial.candidate, estimator);
+    if (trial.checked_error <= request().error) return;
+    trial.meets = false;
+    trial.verdict = Verdict::fails_check;
+  }
+}
+
+/// The motion of corotational elements; nothing, and the problem is recorded, if they fail or take longer
+/// than a reference may.
+std::optional<Trajectory> Search::elements_at(int level) {
+  std::string& problem = advice_.elements.problem;
+  try {
+    SceneEdit elements = family().candidate(level);
+    elements.model = "corotational";
+    elements.threads = family().given().solve.threads;
+    Scene scene = family().scene(references_.accurate(elements));
+    scene.solve.sleep = {};
+    state_.progress.report(0.9, fmt::format("finite elements of {:.4g} m", family().cell_size(level)));
+    SampledRun run = sample_scene(scene, state_.sampling, [&](const SampledRun& so_far) {
+      return so_far.cost() * scene.solve.duration < request().patience && !stopped();
+    });
+    if (run.status == Status::ok && !run.ended_early) return std::move(run.trajectory);
+    problem = run.ended_early ? "they would take longer than --patience" : to_string(run.status);
+  } catch (const InputError& error) {
+    problem = error.what();
+  }
+  return std::nullopt;
+}
+
+void Search::check_with_elements() {
+  if (!advice_.best || !family().takes_elements() || stopped()) return;
+  const SceneEdit advised = trials()[*advice_.best].candidate;
+  const std::optional<Trajectory> coarse = elements_at(advised.level);
+  const std::optional<Trajectory> fine = coarse ? elements_at(2 * advised.level) : std::nullopt;
+  if (!fine) return;
+  const ErrorEstimator estimator(request().of, *fine);
+  advice_.elements = {.level = 2 * advised.level,
+                      .error = error_of(advised, estimator),
+                      .uncertainty = estimator.error_of(*coarse) / 3};
+}
+
+/// The nearest candidates on either side, where error and budget cannot be met together.
+void Search::explain_budget() {
+  const Trial best = trials()[*advice_.best];
+  SceneEdit coarser = best.candidate;
+  const double step_over_cell = coarser.dt.value_or(0) / family().cell_size(coarser.level);
+  for (auto level = reference_levels.rbegin(); level != reference_levels.rend(); ++level) {
+    if (*level >= best.candidate.level || stopped()) continue;
+    coarser.level = *level;
+    if (coarser.dt)
+      coarser.dt = step_between_samples(step_over_cell * family().cell_size(*level), state_.sampling);
+    const std::size_t before = trials().size();
+    run(coarser, {});
+    if (trials().size() > before && trials().back().cost <= *request().budget) break;
+  }
+  advice_.best = cheapest();
+  advice_.within_budget = best_cost() <= *request().budget;
+  if (advice_.within_budget) return;
+  const Trial* within = nullptr;
+  for (const Trial& trial : trials())
+    if (trial.share > 0.999 && trial.cost <= *request().budget && std::isfinite(trial.error) &&
+        (within == nullptr || trial.error < within->error))
+      within = &trial;
+  advice_.explanation = fmt::format(
+      "no way that was tried meets {} within {:.3g} ms a frame; nearest: {}; {}", percent(request().error),
+      *request().budget * 1e3 / frames_per_second, description(family(), best),
+      within == nullptr ? "nothing is that cheap" : "within the budget " + description(family(), *within));
+}
+
+Advice Search::result() {
+  advice_.trials = std::move(state_.trials);
+  advice_.stopped = state_.was_stopped;
+  advice_.uncertainty = references_.uncertainty();
+  if (references_.estimator()) advice_.finest_level = references_.finest().level;
+  advice_.seconds = state_.watch.seconds();
+  return std::move(advice_);
+}
+
+Advice Search::find() {
+  const bool accurate = references_.refine();
+  if (!accurate && !state_.was_stopped) advice_.explanation = references_.why_inaccurate();
+  if (references_.estimator()) references_.conclude();
+  if (accurate) {
+    for (const SceneEdit& lattice : find_lattices()) try_methods(lattice);
+    try_threads();
+    if (!stopped()) remeasure_cheapest();
+    if (!stopped() && cheapest()) check();
+    if (!state_.was_stopped) advice_.best = cheapest();
+    if (!advice_.best && !state_.was_stopped) advice_.explanation = nothing_meets;
+  }
+  if (advice_.best) {
+    advice_.within_budget = !request().budget || best_cost() <= *request().budget;
+    if (!advice_.within_budget) explain_budget();
+    trials()[*advice_.best].verdict = advice_.within_budget ? Verdict::advised : Verdict::cheapest;
+    check_with_elements();
+  }
+  for (Trial& trial : trials())
+    if (trial.verdict == Verdict::meets) trial.verdict = Verdict::meets_but_costlier;
+  return result();
+}
+
+Advice Search::grid(int finest_level, int reference_level, bool pruned) {
+  if (!references_.compute({reference_level / 2, reference_level * 3 / 4, reference_level})) {
+    if (!state_.was_stopped) advice_.explanation = references_.why_grid_fails();
+    return result();
+  }
+  for (const int level : all_levels()) {
+    if (level > finest_level || stopped()) break;
+    for (const SceneEdit& filling : fillings(level))
+      state_.attempt(filling, [&] {
+        for (const std::vector<SceneEdit>& chain : methods(filling))
+          for (const SceneEdit& candidate : chain)
+            if (!stopped())
+              run(candidate, pruned
+                                 ? Limits{.error = 1,
+                                          .cost = std::min(10 * best_cost(), 40 * references_.cost_at(level))}
+                                 : Limits{});
+      });
+  }
+  try_threads();
+  constexpr double misled = 2;  // by a single time
+  if (!stopped()) remeasure_cheapest(misled);
+  advice_.best = cheapest();
+  if (!advice_.best && !state_.was_stopped) advice_.explanation = references_.why_grid_fails();
+  advice_.within_budget = advice_.best && (!request().budget || best_cost() <= *request().budget);
+  return result();
+}
+
+}  // namespace mss::advise
