@@ -15,10 +15,16 @@ namespace mss::studies::atlas {
 
 namespace {
 
+/// Held where the resolution varies, so that the material stays the same [Pa s]: of springs of 3 cells per
+/// edge the damping ratio is then 0.03 to 0.07.
+constexpr double material_viscosity = 50;
+
 constexpr const char* caption =
     "A cube of 1 m is stretched along x, with superposed fast motions a hundredth as large, and released; "
     "calibrated springs, face share t = 0.5. Unless varied it has 3 cells per edge, nu = 0.3, an initial "
-    "strain of 0.01, and a damping ratio of 0.05 in every spring. Each run lasts two periods of the slowest "
+    "strain of 0.01, and a damping ratio of 0.05 in every spring; where the resolution varies a viscosity of "
+    "50 Pa s."
+    " Each run lasts two periods of the slowest "
     "vibration and at least 512 steps, with methods that have a limit also 64 / (dt omega_max)^2 steps, up "
     "to "
     "262,144 or until energy has died away; with methods for any step 1.125 periods and at least 48 steps, "
@@ -138,7 +144,11 @@ AtlasConfig atlas_config(const ExperimentOptions& options) {
                                      "cells per edge",
                                      {2, 3, 4, 5, 6},
                                      0,
-                                     [](AtlasBody& body, double value) { body.cells = int(value); }}},
+                                     [](AtlasBody& body, double value) {
+                                       body.cells = int(value);
+                                       body.ratio = 0;
+                                       body.viscosity = material_viscosity;
+                                     }}},
                      .integrators = moving_families(options.integrators),
                      .quick = options.quick};
   if (options.quick) {

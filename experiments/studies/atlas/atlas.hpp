@@ -12,8 +12,9 @@ namespace mss::studies::atlas {
 
 /// A cube of 1 m and how far it is stretched before it is released.
 struct AtlasBody {
-  int cells = 3;        ///< per edge
-  double ratio = 0.05;  ///< damping ratio of every spring
+  int cells = 3;         ///< per edge
+  double ratio = 0.05;   ///< damping ratio of every spring
+  double viscosity = 0;  ///< in place of the ratio, unless 0 [Pa s]
   double poisson = 0.3;
   double strain = 0.01;  ///< initial, along x; negative: compressed
   std::string name() const;

@@ -161,8 +161,8 @@ void add_points(const AtlasParameter& parameter, const std::string& integrator, 
   const AtlasBody& b = row.body;
   for (const auto& [step, outcome] : row.steps) {
     const Json& run = *journal.find(AtlasCase{AtlasCase::Kind::outcome, b, integrator, step}.name());
-    points.add({parameter.name, integrator, b.cells, b.ratio, b.poisson, b.strain, dt_omega(step),
-                number(run["seconds"]), number(run["max_energy"]), number(run["energy_left"]),
+    points.add({parameter.name, integrator, b.cells, b.ratio, b.viscosity, b.poisson, b.strain,
+                dt_omega(step), number(run["seconds"]), number(run["max_energy"]), number(run["energy_left"]),
                 number(run["reference_left"]), number(run["min_jacobian"]), std::string(to_string(outcome))});
   }
 }
@@ -198,6 +198,7 @@ AtlasTables empty_tables() {
                            {"integrator"},
                            {"cells"},
                            {"ratio"},
+                           {"viscosity", "Pa s"},
                            {"poisson"},
                            {"strain"},
                            {"dt_omega"},

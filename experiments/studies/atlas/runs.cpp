@@ -22,7 +22,9 @@ namespace {
 constexpr int samples_per_period = 16;
 
 BodyConfig cube(const AtlasBody& body) {
-  return unit_cube({.young = 1e4, .poisson = body.poisson}, 1000, body.cells, body.ratio);
+  BodyConfig config = unit_cube({.young = 1e4, .poisson = body.poisson}, 1000, body.cells, body.ratio);
+  if (body.viscosity > 0) config.damping = {.law = Damping::Law::viscosity, .viscosity = body.viscosity};
+  return config;
 }
 
 /// Stretched along x about its middle, with superposed fast motions a hundredth as large.
@@ -201,7 +203,9 @@ Json compute(const AtlasCase& atlas_case, const Journal& journal) {
 }
 
 std::string AtlasBody::name() const {
-  return fmt::format("{} cells, ratio {}, nu {}, strain {}", cells, ratio, poisson, strain);
+  const std::string damping =
+      viscosity > 0 ? fmt::format("viscosity {}", viscosity) : fmt::format("ratio {}", ratio);
+  return fmt::format("{} cells, {}, nu {}, strain {}", cells, damping, poisson, strain);
 }
 
 std::string AtlasCase::name() const {

@@ -36,11 +36,12 @@ Chart unloading_chart(const Table& rows) {
 Chart twist_chart(const Table& rows) {
   Chart chart{
       .title = "Folding of the twisted cube (Fig. 5-1)",
-      .subtitle = "the thesis's cube in n cells per edge, material constant; below 0 a cell is inverted",
+      .subtitle =
+          "the thesis's cube in n cells per edge, material constant; Fig. 5-1 shows 60 degrees; below 0 a "
+          "cell is inverted",
       .x = {.label = "angle of the upper face [degrees]", .ticks = {0, 15, 30, 45, 60, 75, 90}},
       .y = {.label = "smallest corner volume / that at rest"},
-      .lines = {{ReferenceLine::Direction::horizontal, 0, ""},
-                {ReferenceLine::Direction::vertical, 60, "Fig. 5-1"}}};
+      .lines = {{ReferenceLine::Direction::horizontal, 0, ""}, {ReferenceLine::Direction::vertical, 60, ""}}};
   for (const bool guarded : {false, true})
     for (const double n : rows.distinct_numbers("cells")) {
       const Table run = rows.where("cells", n).where("guarded", guarded ? 1.0 : 0.0);
@@ -76,9 +77,9 @@ Chart shape_chart(const Table& rows) {
 
 /// An outcome of landings as the legend shows it.
 struct OutcomeSeries {
+  const char* outcome;
   const char* label;
   int style;
-  bool (*is)(const std::string& outcome);
 };
 
 Chart landing_chart(const Table& rows) {
@@ -95,13 +96,12 @@ Chart landing_chart(const Table& rows) {
                     .ticks = {5, 10, 20, 50, 100, 200, 500}},
               .y = named_rows(names)};
   for (const OutcomeSeries& kind :
-       {OutcomeSeries{"recovers", 9, [](const std::string& o) { return o == "recovered"; }},
-        OutcomeSeries{"stays folded", 0,
-                      [](const std::string& o) { return o != "recovered" && o != "non_finite"; }},
-        OutcomeSeries{"numbers not finite", 15, [](const std::string& o) { return o == "non_finite"; }}}) {
+       {OutcomeSeries{"recovered", "recovers", 9}, OutcomeSeries{"trapped", "stays folded", 0},
+        OutcomeSeries{"moving", "folded, still moving", 7},
+        OutcomeSeries{"non_finite", "numbers not finite", 15}}) {
     ChartSeries series{.label = kind.label, .style = kind.style, .joined = false};
     for (std::size_t r = 0; r < rows.size(); ++r)
-      if (kind.is(rows.text(r, "outcome"))) {
+      if (rows.text(r, "outcome") == kind.outcome) {
         const auto row =
             std::find(names.begin(), names.end(), rows.text(r, "case") + ", " + rows.text(r, "landing"));
         series.points.push_back({rows.number(r, "speed"), chart.y.ticks[std::size_t(row - names.begin())]});
