@@ -50,7 +50,9 @@ constexpr const char* caption =
     "the method's own limit for the mode about that equilibrium that allows the smallest step, computed from "
     "stiffness and damping there by the Lanczos method. Guaranteed: a lower bound, from upper bounds on "
     "stiffness and damping at rest; `dt = \"safe\"` takes nine tenths of it. The step falls as 1/n, so that "
-    "the cost of a simulated second grows as n^4. Methods without a limit are left out.";
+    "the cost of a simulated second grows as n^4. A damping ratio is that of the springs, because limits are "
+    "functions of it; a body of constant ratio loses viscosity as 1/n, and with a constant viscosity damped "
+    "limits fall as 1/n^2. Methods without a limit are left out.";
 
 /// A series per method that has chosen rows, with a point for each; the label of one without points says why.
 template <class Chosen, class Point>
