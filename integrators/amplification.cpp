@@ -34,6 +34,12 @@ class FirstOrderForm {
     y.tail(n).noalias() = stiffness_ * x.head(n) / (-omega_ * omega_);
     y.tail(n).noalias() -= damping_ * x.tail(n) / omega_;
   }
+  /// A drift and a kick of x, by these times over omega.
+  void drift(double time, VectorXd& x) const { x.head(unknowns()) += time * x.tail(unknowns()); }
+  void kick(double time, VectorXd& x, VectorXd& y) const {
+    apply(x, y);
+    x.tail(unknowns()) += time * y.tail(unknowns());
+  }
 
   /// Of a motion of any norm.
   RayleighQuotients quotients(const VectorXcd& q) const {
@@ -54,29 +60,46 @@ class FirstOrderForm {
   double omega_;
 };
 
-/// x -> R(dt A) x, by Horner's rule.
+/// x -> R(dt A) x by Horner's rule, or x after drifts and kicks.
 class Step {
  public:
   using Scalar = double;
-  Step(const FirstOrderForm& form, const std::vector<double>& polynomial, double dt, Work& work)
-      : form_(form), polynomial_(polynomial), dt_omega_(dt * form.omega()), work_(work), power_(rows()) {}
+  Step(const FirstOrderForm& form, const IntegratorInfo& method, double dt, Work& work)
+      : form_(form), method_(method), dt_omega_(dt * form.omega()), work_(work), power_(rows()) {}
 
   Index rows() const { return 2 * form_.unknowns(); }
   Index cols() const { return rows(); }
   void perform_op(const double* x_in, double* y_out) const {
     const Eigen::Map<const VectorXd> x(x_in, rows());
-    sum_ = polynomial_.back() * x;
-    for (std::size_t i = polynomial_.size() - 1; i-- > 0;) {
-      form_.apply(sum_, power_);
-      sum_ = polynomial_[i] * x + dt_omega_ * power_;
-      work_.products += 2;
-    }
+    if (method_.splitting.empty())
+      apply_polynomial(x);
+    else
+      drift_and_kick(x);
     Eigen::Map<VectorXd>(y_out, rows()) = sum_;
   }
 
  private:
+  void apply_polynomial(const Eigen::Map<const VectorXd>& x) const {
+    const std::vector<double>& polynomial = method_.polynomial;
+    sum_ = polynomial.back() * x;
+    for (std::size_t i = polynomial.size() - 1; i-- > 0;) {
+      form_.apply(sum_, power_);
+      sum_ = polynomial[i] * x + dt_omega_ * power_;
+      work_.products += 2;
+    }
+  }
+  void drift_and_kick(const Eigen::Map<const VectorXd>& x) const {
+    sum_ = x;
+    for (const DriftKick& part : method_.splitting) {
+      form_.drift(dt_omega_ * part.drift, sum_);
+      if (part.kick == 0) continue;
+      form_.kick(dt_omega_ * part.kick, sum_, power_);
+      work_.products += 2;
+    }
+  }
+
   const FirstOrderForm& form_;
-  const std::vector<double>& polynomial_;
+  const IntegratorInfo& method_;
   double dt_omega_;
   Work& work_;
   mutable VectorXd sum_, power_;
@@ -106,12 +129,12 @@ MatrixXd dense(const Step& step) {
 }  // namespace
 
 AmplifiedMotions most_amplified(BodySystem<double>& system, const State<double>& state,
-                                const std::vector<double>& polynomial, double dt, Work& work) {
+                                const IntegratorInfo& method, double dt, Work& work) {
   constexpr Index most_dense = 200, wanted = 10, space = 60, most_restarts = 2000;
   constexpr double tolerance = 1e-7;
   const FirstOrderForm form(system, state);
   if (form.unknowns() == 0) return {};
-  Step step(form, polynomial, dt, work);
+  Step step(form, method, dt, work);
   if (step.rows() <= most_dense) {
     const Eigen::EigenSolver<MatrixXd> all(dense(step));
     return motions_of(form, all.eigenvectors());

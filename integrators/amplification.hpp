@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "integrators/integrator.hpp"
 #include "integrators/modes.hpp"
 
 namespace mss {
@@ -14,9 +15,9 @@ struct AmplifiedMotions {
 
 /// The motions of a body about a state that a step of a one-step method amplifies most: eigenvectors (q, q')
 /// of R(dt A), A the first-order form q'' = -K q - C q' of small motions and R the method's stability
-/// polynomial, coefficients ascending. Rigid ones are left out. By Arnoldi; all of them where that is
-/// cheaper.
+/// polynomial; or of its drifts q += dt q' and kicks q' -= dt (K q + C q'). The method has one of the two.
+/// Rigid motions are left out. By Arnoldi; all of them where that is cheaper.
 AmplifiedMotions most_amplified(BodySystem<double>& system, const State<double>& state,
-                                const std::vector<double>& polynomial, double dt, Work& work);
+                                const IntegratorInfo& method, double dt, Work& work);
 
 }  // namespace mss

@@ -89,6 +89,11 @@ enum class Stepping {
   equilibrium  ///< not at all: it finds where a body would be at rest at the end time
 };
 
+/// Part of a step, in shares of it: x += drift dt v, then v += kick dt a.
+struct DriftKick {
+  double drift, kick;
+};
+
 /// Facts about a method. Tests measure that they are true.
 struct IntegratorInfo {
   std::string name;
@@ -105,6 +110,8 @@ struct IntegratorInfo {
   StabilityLimit limit = nullptr;  ///< nullptr: stable for any step
   /// Of one-step methods that take x' = z x / dt to R(z) x: coefficients of R, ascending. Empty: others.
   std::vector<double> polynomial = {};
+  /// Of a method that splits a step into drifts and kicks, one after the other.
+  std::vector<DriftKick> splitting = {};
 
   std::string nonlinear_solver = {};  ///< of a variant that has its own
   /// Endings of its name that experiments try as methods of their own, see find_integrator().

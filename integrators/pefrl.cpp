@@ -8,6 +8,8 @@
 // and its largest step per force is 1.4 times the latter's. Comput. Phys. Commun. 146 (2002) 188; J. Comput.
 // Appl. Math. 142 (2002) 313.
 #include <cmath>
+#include <iterator>
+#include <vector>
 
 #include "integrators/fixed_step.hpp"
 
@@ -92,6 +94,13 @@ double pefrl_limit(double omega, double damping) {
   return low;
 }
 
+std::vector<DriftKick> splitting() {
+  std::vector<DriftKick> all{{xi, stages[0].kick}};
+  for (std::size_t i = 1; i < std::size(stages); ++i) all.push_back({stages[i - 1].drift, stages[i].kick});
+  all.push_back({xi, 0});
+  return all;
+}
+
 }  // namespace
 
 IntegratorInfo pefrl() {
@@ -101,7 +110,8 @@ IntegratorInfo pefrl() {
        .order_undamped = 4,
        .order_damped = 1,
        .symplectic = true,
-       .limit = pefrl_limit});
+       .limit = pefrl_limit,
+       .splitting = splitting()});
 }
 
 }  // namespace mss

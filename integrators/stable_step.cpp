@@ -86,8 +86,7 @@ PredictedStep by_amplification(const IntegratorInfo& method, BodySystem<double>&
   if (is_rigid(fastest, system.spectral_bound().omega)) return {.dt = infinity};
   PredictedStep found{.dt = far_too_long / std::sqrt(fastest.stiffness)};
   for (int round = 0; round < most_rounds; ++round) {
-    const AmplifiedMotions amplified =
-        most_amplified(system, state, method.polynomial, too_long * found.dt, work);
+    const AmplifiedMotions amplified = most_amplified(system, state, method, too_long * found.dt, work);
     if (amplified.status != Status::ok) return {.status = amplified.status};
     double least = infinity;
     for (const RayleighQuotients& motion : amplified.motions)
@@ -104,8 +103,11 @@ PredictedStep by_amplification(const IntegratorInfo& method, BodySystem<double>&
 PredictedStep predicted_step(const IntegratorInfo& method, BodySystem<double>& system,
                              const State<double>& state, Work& work) {
   if (!method.limit) return {.dt = infinity};
-  return method.polynomial.empty() ? by_largest_quotient(method, system, state, work)
-                                   : by_amplification(method, system, state, work);
+  if (!method.polynomial.empty()) return by_amplification(method, system, state, work);
+  const PredictedStep quotient = by_largest_quotient(method, system, state, work);
+  if (method.splitting.empty() || quotient.status != Status::ok) return quotient;
+  const PredictedStep amplified = by_amplification(method, system, state, work);
+  return amplified.status != Status::ok || amplified.dt < quotient.dt ? amplified : quotient;
 }
 
 }  // namespace mss

@@ -28,7 +28,8 @@ struct PredictedStep {
 /// not they have modes in common. A motion q has the squared frequency q.K q and the damping q.C q (Rayleigh
 /// quotients), and the result is the smallest limit of a motion: for one-step methods among those that a step
 /// amplifies most, for the others (unstable where a sum of w^2 dt^2 and c dt reaches a number, at a motion
-/// with amplification factor -1) among all.
+/// with amplification factor -1) among all. Of methods that split steps it is the smaller of the two: with
+/// little damping some steps shorter than the limit of the fastest motion amplify slower ones.
 PredictedStep predicted_step(const IntegratorInfo& method, BodySystem<double>& system,
                              const State<double>& state, Work& work);
 
