@@ -178,7 +178,11 @@ Chart loaded_chart(const Table& loaded, const Table& crossings) {
     const Table rows = loaded.where("method", method);
     const bool is_explicit = rows.text(0, "kind") == "explicit";
     ChartSeries series{.label = is_explicit ? method + ", safe step" : method};
-    if (rows.where("status", "ok").size() == 0) series.label += ": " + rows.text(0, "status");
+    for (std::size_t r = 0; r < rows.size(); ++r)
+      if (const std::string status = rows.text(r, "status"); status != "ok") {
+        series.label += fmt::format(" ({} at {:g} Pa)", status, rows.number(r, "young"));
+        break;
+      }
     for (std::size_t r = 0; r < rows.size(); ++r)
       if (rows.text(r, "status") == "ok")
         series.points.push_back(
@@ -188,8 +192,7 @@ Chart loaded_chart(const Table& loaded, const Table& crossings) {
   for (std::size_t r = 0; r < crossings.size(); ++r)
     if (crossings.text(r, "method") == "backward_euler_linear, matrix_free" &&
         crossings.text(r, "status") == "ok")
-      chart.lines.push_back({ReferenceLine::Direction::vertical, crossings.number(r, "young"),
-                             "backward_euler_linear, matrix_free costs less"});
+      chart.lines.push_back({ReferenceLine::Direction::vertical, crossings.number(r, "young"), ""});
   chart.lines.push_back({ReferenceLine::Direction::horizontal, loaded.number(0, "frames") * frame,
                          "as long as the motion itself"});
   return chart;
