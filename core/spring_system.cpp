@@ -158,9 +158,8 @@ void SpringSystem<Real>::build_dictionary() {
   for (const auto& [lane_kinds, entry] : entry_of) {
     Real* coefficients = dictionary_.data() + std::size_t(entry) * width * coefficients_per_lane;
     std::uint32_t content = 0;
-    for (std::size_t lane = 0; lane < width; ++lane) {
+    for (std::size_t lane = 0; lane < width; ++lane)
       content |= fill_lane(this->body().elements()[lane_kinds[lane]], coefficients + lane);
-    }
     content_[entry] = content;
     whole_content_ |= content;
   }

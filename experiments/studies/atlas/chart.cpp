@@ -71,11 +71,12 @@ void add_cells(const std::vector<MapRow>& rows, const ChartAxis& y, MapPanel& pa
 
 MapChart map_of(const Table& points, const Table& limits, const Table& parameter) {
   const ChartAxis y = parameter_axis(parameter);
+  const double viscosity = points.size() > 0 ? points.number(0, "viscosity") : 0;
   MapChart chart{.title = "Outcome per method: step against " + y.label,
                  .subtitle = fmt::format(
                      "stretched cube, released; face share t = 0.5; otherwise 3 cells per edge, nu 0.3, "
                      "strain 0.01, {}; white: not tried",
-                     y.label == "cells per edge" ? "viscosity 50 Pa s" : "damping ratio 0.05"),
+                     viscosity > 0 ? fmt::format("viscosity {:g} Pa s", viscosity) : "damping ratio 0.05"),
                  .x = {.label = "dt omega_max",
                        .logarithmic = true,
                        .low = 0.01,
