@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Advice for eight scenes, every candidate beside it, and advice.csv that compares the two; then a cube with
-# decreasing error limits:
+# Advice for eight scenes, every candidate beside it (two grids run all of them to the end), and advice.csv that
+# compares the two; then a cube with decreasing error limits:
 #   results/advise/run.sh [OUT [SCENE ...]]    of these only: their rows are replaced
 set -uo pipefail  # one scene that fails leaves the others
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -12,24 +12,29 @@ mkdir -p "$out"
 # What meta.json has under a key on a line of its own.
 json() { sed -n "s/^ *\"$2\": \([^,]*\),\{0,1\}$/\1/p" "$1/meta.json" | tail -1; }
 
+# The advised candidate's error against finite elements of half its cells, and what these are uncertain by.
+elements() { awk -F, -v OFS=, 'NR == 2 { error = $2; uncertainty = $3 } END { print error, uncertainty }' "$1/advise_elements.csv"; }
+
 # A row of advice.csv. The columns up to the tenth are a candidate; in the grid's table the advised one has the
 # error against the grid's reference, which the advisor did not use, and a time taken beside the cheapest's.
 compare() {
   local scene=$1 error=$2 of=$3 advice=$out/$1 grid=$out/${1}_grid
-  awk -F, -v OFS=, -v scene="$scene" -v requested="$error" -v of="$of" \
-    -v seconds="$(json "$advice" seconds)" -v all="$(json "$grid" seconds)" '
+  awk -F, -v OFS=, -v scene="$scene" -v requested="$error" -v of="$of" -v elements="$(elements "$advice")" \
+    -v seconds="$(json "$advice" seconds)" -v all="$(json "$grid" seconds)" -v pruned="$4" '
     function candidate(  key, i) { key = $1; for (i = 2; i <= 9; ++i) key = key FS $i; return key }
     FNR == 1 { next }
     FILENAME ~ /_grid\/advise.csv$/ {
       if (candidate() == advised && (cost == "" || $12 < cost)) { error = $11; cost = $12; share = $13 }
       if ($NF ~ /^(advised|meets the error|the cheapest)/ && (least == "" || $12 + 0 < least + 0)) least = $12
       ++tried
+      if ($NF ~ /^(advised|meets the error|the cheapest|too close)/) ++meeting
       next
     }
     $NF == "advised" { advised = candidate(); cell = $1; precision = $5; integrator = $6; dt = $8; found = $11 }
     END {
       print scene, of, requested, cell, precision, integrator, dt, found, error, share,
-            least == "" || cost == "" ? "" : cost / least, seconds, all, tried, seconds / all
+            least == "" || cost == "" ? "" : cost / least, seconds, all, tried, seconds / all,
+            meeting + 0, pruned, elements
     }' "$advice/advise.csv" "$grid/advise.csv" > "$out/row.csv"
   { head -1 "$out/advice.csv"; sed 1d "$out/advice.csv" | grep -v "^$scene,"; cat "$out/row.csv"; } > "$out/advice.new"
   rm "$out/row.csv"
@@ -39,28 +44,30 @@ compare() {
 
 selected() { [[ $only == "  " || $only == *" $1 "* ]]; }
 
-# scene, error, of, finest level of the grid, further options of mss
+# scene, error, of, finest level of the grid, whether the grid is pruned, further options of mss
 advise() {
-  local scene=$1 error=$2 of=$3 finest=$4
+  local scene=$1 error=$2 of=$3 finest=$4 pruned=$5
+  local unpruned=()
+  [[ $pruned == pruned ]] || unpruned=(--unpruned)
   selected "$scene" || return 0
-  "$mss" advise "$scene" --error "$error" --of "$of" --out "$out/$scene" "${@:5}"
-  "$mss" advise "$scene" --error "$error" --of "$of" --grid "$finest" --out "$out/${scene}_grid" "${@:5}"
-  compare "$scene" "$error" "$of"
+  "$mss" advise "$scene" --error "$error" --of "$of" --out "$out/$scene" "${@:6}"
+  "$mss" advise "$scene" --error "$error" --of "$of" --grid "$finest" "${unpruned[@]}" --out "$out/${scene}_grid" "${@:6}"
+  compare "$scene" "$error" "$of" "$pruned"
 }
 
 [[ -f $out/advice.csv && $only != "  " ]] ||
-  echo "scene,of,requested,cell_size,precision,integrator,dt,error_found,error_in_grid,share_run_in_grid,cost_over_cheapest,seconds_advising,seconds_grid,tried_in_grid,share_of_grid" > "$out/advice.csv"
-advise fig5_2_throw 1% displacement 8
-advise fig5_1_twist 3% volume 6 --set hold.1.turn.rate=0.785  # finer lattices fold at 60 degrees
-advise hanging_bar 1% displacement 7
-advise jelly_slope 5% displacement 5 --set solve.duration=1
-advise thin_slab 10% frequency 4 --patience 10
-advise voxel_creature 5% volume 3 --patience 10 --set solve.duration=0.5
-advise cantilever 10% displacement 6 --set solve.duration=2 --patience 10
-advise stiff_block 10% displacement 6 --set solve.duration=0.1 --patience 10
+  echo "scene,of,requested,cell_size,precision,integrator,dt,error_found,error_in_grid,share_run_in_grid,cost_over_cheapest,seconds_advising,seconds_grid,tried_in_grid,share_of_grid,meeting_in_grid,grid,error_against_elements,elements_uncertainty" > "$out/advice.csv"
+advise fig5_2_throw 1% deformation 4 pruned --set solve.duration=1
+advise fig5_1_twist 3% volume 4 unpruned --set hold.1.turn.rate=0.785  # finer lattices fold at 60 degrees
+advise hanging_bar 1% displacement 7 pruned
+advise jelly_slope 5% displacement 5 pruned --set solve.duration=1
+advise thin_slab 10% frequency 4 pruned --patience 10
+advise voxel_creature 5% volume 3 pruned --patience 10 --set solve.duration=0.5
+advise cantilever 10% displacement 6 pruned --set solve.duration=2 --patience 10
+advise stiff_block 10% displacement 3 unpruned --set solve.duration=0.1 --patience 10
 
 # One scene with decreasing error limits.
 for error in 10% 1% 0.1%; do
   selected free_cube || continue
-  "$mss" advise free_cube --error "$error" --patience 200 --out "$out/free_cube_${error%\%}"
+  "$mss" advise free_cube --error "$error" --of displacement --patience 200 --out "$out/free_cube_${error%\%}"
 done

@@ -98,18 +98,21 @@ struct Horizon {
   long last;   ///< after which energy must have stopped growing
 };
 
-/// First two slowest periods, of methods for any step 1.125. Growth is a rate per step: a method of first
-/// order that is too weakly damped grows by (dt omega)^2 a step, so methods with a limit go on for 64 times
-/// the inverse.
+/// First two slowest periods, of methods for any step 1.125. Growth is a rate per step, of a motion of
+/// frequency w proportional to (dt w)^2 for a method of first order that is damped too weakly. Methods with a
+/// limit go on for 64 times the inverse: explicit Euler's with w of the slowest motion, which may be the one
+/// that grows, that of the others with omega_max.
 Horizon horizon_of(const IntegratorInfo& method, double dt, double omega, double period) {
   constexpr double growths = 64;
-  constexpr long most = 1L << 18;
+  constexpr long most = 1L << 22;
   const bool any_step = method.stepping == Stepping::fixed && !method.limit;
   const long least = method.stepping == Stepping::adaptive ? 4 : any_step ? 48 : 512;
   const double periods = any_step ? 1.125 : 2;
   const long first = std::max(least, long(std::ceil(periods * period / dt)));
   if (!method.limit) return {first, first};
-  return {first, std::max(first, std::min(most, long(growths / std::pow(dt * omega, 2))))};
+  const bool slow_growth = method.order_undamped == 1 && !method.symplectic;
+  const double growing = slow_growth ? 2 * std::numbers::pi / period : omega;
+  return {first, std::max(first, std::min(most, long(growths / std::pow(dt * growing, 2))))};
 }
 
 /// Energy after one slowest period, over the initial one.

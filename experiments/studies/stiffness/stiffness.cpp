@@ -198,7 +198,7 @@ constexpr const char* caption =
     "Wall time of one frame of 1/60 s of a damped cube (damping ratio 0.5 of every spring), stretched by 10 "
     "% and "
     "released, against Young's modulus: CVODE's BDF with each linear solver at the same tolerance, "
-    "CVODE's Adams method, which needs no_value, and damped Verlet at its safe step. Medians of interleaved "
+    "CVODE's Adams method, which needs none, and damped Verlet at its safe step. Medians of interleaved "
     "runs, including "
     "setup; one thread. The column difference is the distance between a method's final state and that of the "
     "first "
