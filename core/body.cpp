@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
+#include <cmath>
 #include <unordered_map>
 
 #include "core/error.hpp"
@@ -43,17 +43,41 @@ constexpr auto cells_of_slot = [] {
   return cells;
 }();
 
-/// The fill factors of some of these cells, added.
-double sum_of(const std::array<float, 27>& fill, std::uint32_t cells) {
-  double sum = 0;
-  for (; cells != 0; cells &= cells - 1) sum += double(fill[std::size_t(std::countr_zero(cells))]);
-  return sum;
+constexpr bool is_in(std::uint32_t cells, int cell) { return (cells >> unsigned(cell) & 1) != 0; }
+
+/// A corner of a site's own cell as one of the 27 cells numbers it that touches it.
+constexpr int corner_in(int cell, int corner) {
+  const std::array<int, 3> d{cell % 3 - 1, cell / 3 % 3 - 1, cell / 9 - 1};
+  int number = 0;
+  for (int axis = 0; axis < 3; ++axis) number |= (corner_bit(corner, axis) - d[std::size_t(axis)]) << axis;
+  return number;
 }
 
+double mean_of(const std::array<float, 8>& corners) {
+  double sum = 0;
+  for (const float share : corners) sum += double(share);
+  return sum / 8;
+}
+
+/// The mean of the octants next to a spring between two corners of a cell: those of the smallest box of
+/// corners that contains both.
+double filled_at(const CellFill& fill, int a, int b) {
+  double sum = 0;
+  int count = 0;
+  for (int c = 0; c < 8; ++c)
+    if (((c ^ a) & ~(a ^ b)) == 0) {
+      sum += double(fill.octant[std::size_t(c)]);
+      ++count;
+    }
+  return sum / count;
+}
+
+double blend(double share, double floor, double mean) { return share + floor * (mean - share); }
+
 struct HashCells {
-  std::size_t operator()(const std::array<float, 27>& cells) const {
+  std::size_t operator()(const std::array<std::uint32_t, 27>& cells) const {
     std::size_t hash = 14695981039346656037U;  // FNV-1a
-    for (const float fill : cells) hash = (hash ^ std::bit_cast<std::uint32_t>(fill)) * 1099511628211U;
+    for (const std::uint32_t content : cells) hash = (hash ^ content) * 1099511628211U;
     return hash;
   }
 };
@@ -67,52 +91,133 @@ bool in_topology(Topology topology, std::size_t slot) {
 
 }  // namespace
 
+double corner_share(const CellFill& fill, int corner, double floor) {
+  return blend(double(fill.corner[std::size_t(corner)]), floor, mean_of(fill.corner));
+}
+
+std::vector<Part> BodyConfig::all_parts() const {
+  std::vector<Part> all{{{}, density, springs, elastic, damping}};
+  all.insert(all.end(), parts.begin(), parts.end());
+  return all;
+}
+
+bool BodyConfig::is_full() const {
+  const CellContent full{PartFill{}};
+  return std::all_of(contents.begin(), contents.end(),
+                     [&](const CellContent& content) { return content == full; });
+}
+
+/// What the cells around a site have of one part, in full cells.
+struct Body::Shares {
+  std::array<double, spring_slots.size()> spring{};
+  std::array<double, 8> corner{};  ///< of its own cell, for masses
+  double cell = 0;
+};
+
 Body::Body(const BodyConfig& config)
     : config_(config),
       lattice_(config.voxels.nx(), config.voxels.ny(), config.voxels.nz()),
-      eighth_mass_(config.density * config.cell_size * config.cell_size * config.cell_size / 8) {
-  check_fill();
+      contents_(config.contents),
+      parts_(config.all_parts()) {
+  check_contents();
+  if (contents_.empty()) contents_.push_back({PartFill{}});
+  find_constants();
   find_particles();
   classify_sites();
+  check_masses();
   add_weights();
 }
 
-void Body::check_fill() const {
-  const std::vector<float>& fill = config_.cell_fill;
-  if (fill.empty()) return;
+void Body::check_contents() const {
+  if (config_.content_of.empty() && contents_.empty()) return;
+  if (config_.sharing != Sharing::weighted)
+    throw InputError(
+        "fill factors and parts need springs that cells share by weight (sharing = \"weighted\")");
+  for (std::size_t content = 0; content < contents_.size(); ++content) check_content(content);
   const VoxelGrid& voxels = config_.voxels;
   const auto boxed = std::size_t(voxels.nx()) * std::size_t(voxels.ny()) * std::size_t(voxels.nz());
-  if (fill.size() != boxed)
-    throw InputError(fmt::format("{} fill factors for a box of {} cells", fill.size(), boxed));
-  if (config_.sharing != Sharing::weighted)
-    throw InputError("fill factors need springs that cells share by weight (sharing = \"weighted\")");
+  if (config_.content_of.size() != boxed)
+    throw InputError(
+        fmt::format("contents of {} cells for a box of {}", config_.content_of.size(), boxed));
   for (int k = 0; k < voxels.nz(); ++k)
     for (int j = 0; j < voxels.ny(); ++j)
       for (int i = 0; i < voxels.nx(); ++i)
-        if (const float f = this->fill(i, j, k); voxels.at(i, j, k) && !(f > 0 && f <= 1))
-          throw InputError(fmt::format("fill factor {} of cell ({}, {}, {}) is not in (0, 1]", f, i, j, k));
+        if (voxels.at(i, j, k) && content(i, j, k) > contents_.size())
+          throw InputError(fmt::format("cell ({}, {}, {}) has content {} of {}", i, j, k,
+                                       content(i, j, k) - 1, contents_.size()));
 }
 
-/// 0 where there is no cell.
-float Body::fill(int i, int j, int k) const {
+void Body::check_content(std::size_t content) const {
+  constexpr float rounding = 1e-5F;
+  CellFill all{};
+  for (const auto& [part, fill] : contents_[content]) {
+    if (part < 0 || std::size_t(part) >= parts_.size())
+      throw InputError(
+          fmt::format("content {} is of part {}, and there are {}", content, part, parts_.size()));
+    for (std::size_t c = 0; c < 8; ++c) {
+      if (!(fill.octant[c] >= 0 && fill.corner[c] >= 0 && std::isfinite(fill.corner[c])))
+        throw InputError(fmt::format("content {} fills {} of an octant and gives its corner {} of a mass",
+                                     content, fill.octant[c], fill.corner[c]));
+      all.octant[c] += fill.octant[c];
+    }
+  }
+  if (const float most = *std::max_element(all.octant.begin(), all.octant.end());
+      !(most > 0 && most <= 1 + rounding))
+    throw InputError(fmt::format("content {} fills {} of an octant; allowed is more than 0, at most 1",
+                                 content, most));
+}
+
+/// From 1; 0 where there is no cell.
+std::uint32_t Body::content(int i, int j, int k) const {
   if (!config_.voxels.at(i, j, k)) return 0;
-  return config_.cell_fill.empty() ? 1 : config_.cell_fill[config_.voxels.index(i, j, k)];
+  return config_.content_of.empty() ? 1 : 1 + config_.content_of[config_.voxels.index(i, j, k)];
+}
+
+void Body::find_constants() {
+  const auto take_largest = [](double& interior, double of_part) {
+    if (std::abs(of_part) > std::abs(interior)) interior = of_part;
+  };
+  for (const Part& part : parts_) {
+    const auto& [edge, face, body, volume] = part.springs;
+    const double shear_modulus = cubic_stiffness(part.springs, config_.cell_size).c44;
+    constants_.push_back({.spring = {edge, face, body},
+                          .volume = volume,
+                          .fold_guard = config_.fold_guard * shear_modulus,
+                          .shear_modulus = shear_modulus});
+  }
+  Constants largest;
+  for (const Constants& of_part : constants_) {
+    for (std::size_t kind = 0; kind < 3; ++kind) take_largest(largest.spring[kind], of_part.spring[kind]);
+    take_largest(largest.volume, of_part.volume);
+    take_largest(largest.fold_guard, of_part.fold_guard);
+  }
+  interior_ = constants_.front();
+  for (std::size_t kind = 0; kind < 3; ++kind)
+    if (interior_.spring[kind] == 0) interior_.spring[kind] = largest.spring[kind];
+  if (interior_.volume == 0) interior_.volume = largest.volume;
+  if (interior_.fold_guard == 0) interior_.fold_guard = largest.fold_guard;
 }
 
 void Body::find_particles() {
-  cell_.assign(std::size_t(lattice_.size), 0);
+  content_.assign(std::size_t(lattice_.size), 0);
   particle_.assign(std::size_t(lattice_.size), -1);
+  std::vector<double> filled(parts_.size());  // by mass
   const VoxelGrid& voxels = config_.voxels;
   for (int k = 0; k < voxels.nz(); ++k)
     for (int j = 0; j < voxels.ny(); ++j)
       for (int i = 0; i < voxels.nx(); ++i) {
         if (!voxels.at(i, j, k)) continue;
         ++cells_;
-        filled_cells_ += double(fill(i, j, k));
         const std::ptrdiff_t site = lattice_.site(i, j, k);
-        cell_[std::size_t(site)] = 1;
+        content_[std::size_t(site)] = content(i, j, k);
+        for (const auto& [part, fill] : content_at(site)) {
+          filled_cells_ += mean_of(fill.octant);
+          filled[std::size_t(part)] += mean_of(fill.corner);
+        }
         for (int c = 0; c < 8; ++c) particle_[std::size_t(site + lattice_.corner(c))] = 0;
       }
+  for (std::size_t part = 0; part < parts_.size(); ++part)
+    mass_of_cells_ += parts_[part].density * filled[part] * cell_volume();
   for (std::ptrdiff_t site = 0; site < lattice_.sites; ++site)
     if (int& particle = particle_[std::size_t(site)]; particle == 0) {
       particle = int(site_of_.size());
@@ -131,18 +236,26 @@ void Body::classify_sites() {
       const auto add_column = [&](int i) {  // moves on along x
         for (std::size_t row = 0; row < 9; ++row) {
           std::copy_n(&cells[3 * row + 1], 2, &cells[3 * row]);
-          cells[3 * row + 2] = fill(i, j + int(row) % 3 - 1, k + int(row) / 3 - 1);
+          cells[3 * row + 2] = content(i, j + int(row) % 3 - 1, k + int(row) / 3 - 1);
         }
       };
       add_column(0);
       for (int i = 0; i <= voxels.nx(); ++i) {
         add_column(i + 1);
+        if (particle(lattice_.site(i, j, k)) < 0) continue;
         const auto [entry, is_new] = kind_of.try_emplace(cells, std::uint32_t(elements_.size()));
         if (is_new) elements_.push_back(elements_from(cells));
         kind_[std::size_t(lattice_.site(i, j, k))] = entry->second;
       }
     }
   for_each_spring([&](auto&&...) { ++springs_; });
+}
+
+/// A particle in empty octants has mass by the floor b alone.
+void Body::check_masses() const {
+  for (const std::ptrdiff_t site : site_of_)
+    if (!(elements_at(site).mass > 0))
+      throw InputError("a particle has no mass: give its cells more, or fill_blend_mass above 0");
 }
 
 void Body::add_weights() {
@@ -156,34 +269,83 @@ void Body::add_weights() {
 }
 
 double Body::interior_stiffness(std::size_t slot) const {
-  if (!in_topology(config_.topology, slot)) return 0;
-  const std::array<double, 3> of_class{config_.springs.edge, config_.springs.face, config_.springs.body};
-  return of_class[static_cast<std::size_t>(spring_slots[slot].kind)];
+  return in_topology(config_.topology, slot)
+             ? interior_.spring[static_cast<std::size_t>(spring_slots[slot].kind)]
+             : 0;
 }
 
-double Body::interior_fold_guard() const { return config_.fold_guard * config_.shear_modulus(); }
+Body::Shares Body::shares_of(const Neighbourhood& cells, int part) const {
+  constexpr std::array<double, 3> cells_of_interior_spring{4, 2, 1};
+  constexpr std::size_t own = 13;
+  Shares shares;
+  for (int cell = 0; cell < 27; ++cell) {
+    if (cells[std::size_t(cell)] == 0) continue;
+    for (const auto& [of_part, fill] : contents_[cells[std::size_t(cell)] - 1]) {
+      if (of_part != part) continue;
+      const double share = mean_of(fill.octant);
+      if (cell == own) shares.cell += share;
+      for (std::size_t s = 0; s < spring_slots.size(); ++s) {
+        if (!is_in(cells_of_slot[s], cell)) continue;
+        const auto [a, b, kind] = spring_slots[s];
+        shares.spring[s] += blend(filled_at(fill, corner_in(cell, a), corner_in(cell, b)),
+                                  config_.fill_blend_springs, share);
+      }
+      for (std::size_t c = 0; c < 8; ++c)
+        if (is_in(cells_of_corner[c], cell))
+          shares.corner[c] += corner_share(fill, corner_in(cell, int(c)), config_.fill_blend_mass);
+    }
+  }
+  for (std::size_t s = 0; s < spring_slots.size(); ++s) {
+    if (config_.sharing == Sharing::uniform)
+      shares.spring[s] = shares.spring[s] == 0 ? 0 : 1;
+    else
+      shares.spring[s] /= cells_of_interior_spring[static_cast<std::size_t>(spring_slots[s].kind)];
+  }
+  return shares;
+}
+
+/// And the weights. What no part has, has the share as its weight: it multiplies zero.
+void Body::add_stiffness(const Shares& shares, std::size_t part, SiteElements& e) const {
+  const Constants& k = constants_[part];
+  const auto over = [](double of_part, double interior) { return interior == 0 ? 1 : of_part / interior; };
+  for (std::size_t s = 0; s < spring_slots.size(); ++s)
+    if (in_topology(config_.topology, s))
+      e.stiffness[s] += shares.spring[s] * k.spring[static_cast<std::size_t>(spring_slots[s].kind)];
+  for (std::size_t group = 0; group < slot_of_group.size(); ++group) {
+    const std::size_t s = slot_of_group[group];
+    const auto kind = static_cast<std::size_t>(spring_slots[s].kind);
+    e.weight[group] += shares.spring[s] * over(k.spring[kind], interior_.spring[kind]);
+  }
+  e.volume += shares.cell * k.volume;
+  e.fold_guard += shares.cell * k.fold_guard;
+  e.volume_weight += shares.cell * over(k.volume, interior_.volume);
+  e.guard_weight += shares.cell * over(k.fold_guard, interior_.fold_guard);
+  e.fill += shares.cell;
+}
 
 SiteElements Body::elements_from(const Neighbourhood& cells) const {
-  constexpr std::array<double, 3> cells_of_interior_spring{4, 2, 1};
-  std::array<double, 8> mass{};  // of the cell's corners
-  for (std::size_t c = 0; c < mass.size(); ++c) mass[c] = eighth_mass_ * sum_of(cells, cells_of_corner[c]);
+  const double h = config_.cell_size;
   SiteElements e;
+  std::array<double, 8> mass{};  // of the cell's corners
+  std::vector<Shares> shares;    // by part
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    shares.push_back(shares_of(cells, int(part)));
+    add_stiffness(shares.back(), part, e);
+    for (std::size_t c = 0; c < mass.size(); ++c)
+      mass[c] += parts_[part].density * h * h * h / 8 * shares.back().corner[c];
+  }
+  e.mass = mass[0];
   for (std::size_t s = 0; s < spring_slots.size(); ++s) {
     const auto [a, b, kind] = spring_slots[s];
-    const double shared = sum_of(cells, cells_of_slot[s]);
-    if (shared == 0) continue;
-    const double weight = config_.sharing == Sharing::uniform
-                              ? 1
-                              : shared / cells_of_interior_spring[static_cast<std::size_t>(kind)];
-    e.weight[group_of[s]] = weight;
-    e.stiffness[s] = weight * interior_stiffness(s);
-    if (e.stiffness[s] != 0)
-      e.damping[s] = config_.damping.coefficient(e.stiffness[s], mass[std::size_t(a)], mass[std::size_t(b)],
-                                                 rest_length(kind), config_.shear_modulus());
+    for (std::size_t part = 0; part < parts_.size() && e.stiffness[s] != 0; ++part) {
+      const double of_part = shares[part].spring[s] * constants_[part].spring[static_cast<std::size_t>(kind)];
+      if (of_part == 0) continue;
+      e.damping[s] += of_part / e.stiffness[s] *
+                      parts_[part].damping.coefficient(e.stiffness[s], mass[std::size_t(a)],
+                                                       mass[std::size_t(b)], rest_length(kind),
+                                                       constants_[part].shear_modulus);
+    }
   }
-  e.volume = e.weight[spring_groups - 1] * config_.springs.volume;
-  e.fold_guard = e.weight[spring_groups - 1] * interior_fold_guard();
-  e.corner_fill = sum_of(cells, cells_of_corner[0]);
   return e;
 }
 

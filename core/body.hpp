@@ -1,11 +1,14 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "core/cell_fill.hpp"
 #include "core/field.hpp"
 #include "core/lattice.hpp"
 #include "core/material.hpp"
@@ -39,20 +42,22 @@ inline constexpr std::array<SpringSlot, 13> spring_slots{{
 }};
 
 /// Springs of a site that the same cells share have equal weights: the three edges, the diagonals of the
-/// three faces, and the body diagonals.
+/// three faces, and the body diagonals. Of each group a slot.
 inline constexpr int spring_groups = 7;
-inline constexpr std::array<std::uint8_t, 13> group_of{0, 1, 2, 3, 4, 5, 3, 4, 5, 6, 6, 6, 6};
+inline constexpr std::array<std::uint8_t, spring_groups> slot_of_group{0, 1, 2, 3, 4, 5, 9};
 
-/// What a site contributes: the stiffness and damping of its thirteen springs and the volume stiffness of its
-/// cell.
+/// What a site contributes: the stiffness and damping of its thirteen springs, the volume stiffness of its
+/// cell and the mass of its particle.
 struct SiteElements {
-  /// Stiffness over that of interior springs, by group; the last is also the cell's, for k_vol and k_g.
-  std::array<double, spring_groups> weight{};
+  std::array<double, spring_groups> weight{};           ///< stiffness over that of interior springs, by group
   std::array<double, spring_slots.size()> stiffness{};  ///< [N/m]; 0 where there is no spring
   std::array<double, spring_slots.size()> damping{};    ///< [kg/s]
   double volume = 0;                                    ///< k_vol of the cell [Pa]; 0 where there is no cell
   double fold_guard = 0;                                ///< k_g of the cell [Pa]; the same
-  double corner_fill = 0;  ///< fill factors of the cells at the particle, added; 0: no particle
+  double volume_weight = 0;                             ///< k_vol over that of interior cells
+  double guard_weight = 0;                              ///< k_g over the same
+  double fill = 0;                                      ///< filled share f of the cell
+  double mass = 0;  ///< of the cells' shares at the particle [kg]; 0: no particle
 };
 
 /// A closed axis-aligned box in rest coordinates [m].
@@ -68,48 +73,103 @@ struct Weight {
   double mass = 0;  ///< of all together [kg]
 };
 
+/// A material that a body has in some of its cells.
+struct Part {
+  std::string name{};
+  double density = 1000;                      ///< [kg/m^3]
+  SpringConstants springs{};                  ///< of springs inside it
+  std::optional<ElasticConstants> elastic{};  ///< the material they model, if any
+  Damping damping{};
+};
+
 /// Everything that defines a body at rest.
 struct BodyConfig {
   VoxelGrid voxels = VoxelGrid::box(1, 1, 1);
-  /// By VoxelGrid::index(), how much of a cell the material fills, in (0, 1]: it scales the cell's share of
-  /// springs, its volume force and its mass. Empty: every cell is full. With Sharing::weighted only.
-  std::vector<float> cell_fill{};
+  /// What cells hold: a table of distinct contents, and by VoxelGrid::index() which of these a cell has. Both
+  /// empty: every cell is full of part 0. With Sharing::weighted only. See Body for what they do.
+  std::vector<CellContent> contents{};
+  std::vector<std::uint32_t> content_of{};
+  /// Floors a and b that keep nearly empty corners from being light or weak: springs take
+  /// a f + (1 - a) times the filled share at them, corners b f + (1 - b) times theirs; f is the cell's share.
+  double fill_blend_springs = 0.3;
+  double fill_blend_mass = 0.5;
   double cell_size = 1;  ///< h [m]
   Vec3 origin = Vec3::Zero();
   Topology topology = Topology::full;
   Sharing sharing = Sharing::weighted;
-  double density = 1000;  ///< [kg/m^3]
+  double density = 1000;  ///< of part 0, as the next three [kg/m^3]
   std::vector<Weight> weights{};
   SpringConstants springs{};                  ///< of interior springs
   std::optional<ElasticConstants> elastic{};  ///< the material they model, if any
   Damping damping{};
-  double fold_guard = 0;  ///< k_g over the shear modulus; 0: no guard against folding
+  double fold_guard = 0;      ///< k_g over a part's shear modulus; 0: no guard against folding
+  std::vector<Part> parts{};  ///< 1, 2, ...
 
   /// Fills the cells with a material: elastic constants, and springs calibrated for them.
   void fill(const ElasticConstants& material, double face_share) {
     elastic = material;
     springs = calibrate(material, cell_size, face_share);
   }
-  /// C44 of the interior springs [Pa].
+  /// C44 of the interior springs of part 0 [Pa].
   double shear_modulus() const { return cubic_stiffness(springs, cell_size).c44; }
+
+  /// Part 0, whose name is empty, and `parts`.
+  std::vector<Part> all_parts() const;
+  /// Whether some part has a property.
+  template <class Property>
+  bool any_part(Property&& property) const {
+    const std::vector<Part> all = all_parts();
+    return std::any_of(all.begin(), all.end(), property);
+  }
+  bool has_volume_force() const {
+    return any_part([](const Part& part) { return part.springs.volume != 0; });
+  }
+  /// Below Poisson's ratio 1/4: energies then have no lower bound.
+  bool has_negative_volume_stiffness() const {
+    return any_part([](const Part& part) { return part.springs.volume < 0; });
+  }
+  bool is_damped() const {
+    return any_part([](const Part& part) { return part.damping.law != Damping::Law::none; });
+  }
+  /// Whether every cell is full of part 0.
+  bool is_full() const;
 };
+
+/// Share of a full corner's mass that a fill gives a corner; `floor` is BodyConfig::fill_blend_mass.
+double corner_share(const CellFill& fill, int corner, double floor);
 
 /// A body at rest: cells, particles, masses and springs on a lattice. Immutable.
 ///
-/// Springs are not stored. Whether a spring exists, its shared stiffness and its damping follow from the fill
-/// factors of the 3 x 3 x 3 cells around its site, so sites with equal neighbourhoods share one SiteElements.
+/// Springs are not stored. Whether a spring exists, its shared stiffness and its damping follow from what the
+/// 3 x 3 x 3 cells around its site hold, so sites with equal neighbourhoods share one SiteElements.
+///
+/// A cell gives a spring the share of what is filled of it there: an edge that of its quarter, the mean of
+/// the octants at the edge's ends, a face diagonal that of the half at its face, a body diagonal that of the
+/// whole cell, f, which scales k_vol and k_g too. Uniform strain so gives f sigma in every cell. Its corners
+/// get mass by the trilinear weights of what is filled. Several parts in a cell add up, each with its own
+/// constants; dampers of a spring are the mean of what each part's law gives the spring, by shares of its
+/// stiffness.
 class Body {
  public:
-  /// Throws InputError for fill factors that are too few, not in (0, 1], or with Sharing::uniform.
+  /// Throws InputError for contents that are too few, empty, of an unknown part, fuller than a cell, or with
+  /// Sharing::uniform, and for particles without mass.
   explicit Body(const BodyConfig& config);
 
   const BodyConfig& config() const { return config_; }
   const Lattice& lattice() const { return lattice_; }
+  /// Part 0 first.
+  const std::vector<Part>& parts() const { return parts_; }
+  /// What the cell at a site holds; there must be one.
+  const CellContent& content_at(std::ptrdiff_t site) const {
+    return contents_[content_[std::size_t(site)] - 1];
+  }
 
   std::size_t cell_count() const { return cells_; }
   std::size_t particle_count() const { return site_of_.size(); }
   std::size_t spring_count() const { return springs_; }
-  double total_mass() const { return config_.density * filled_cells_ * cell_volume() + all_weights_; }
+  double total_mass() const { return mass_of_cells_ + all_weights_; }
+  /// Of what is filled at rest [m^3].
+  double volume() const { return cell_volume() * filled_cells_; }
   double cell_volume() const { return config_.cell_size * config_.cell_size * config_.cell_size; }
 
   /// Lattice site of every particle, ascending: the particle's id is its index in this list.
@@ -119,7 +179,7 @@ class Body {
 
   /// Mass of the particle at a site [kg]; 0 where there is none. Eq. 2-2, and its share of weights.
   double mass(std::ptrdiff_t site) const {
-    const double cells = eighth_mass_ * elements_at(site).corner_fill;
+    const double cells = elements_at(site).mass;
     return weight_.empty() ? cells : cells + weight_[std::size_t(site)];
   }
 
@@ -136,12 +196,13 @@ class Body {
   const std::vector<SiteElements>& elements() const { return elements_; }
   const SiteElements& elements_at(std::ptrdiff_t site) const { return elements_[element_kind(site)]; }
 
-  /// Stiffness of an interior spring of a slot [N/m]; 0 where the topology has none.
+  /// What weights multiply, part 0's or, where it has none, the largest of any part: the stiffness of an
+  /// interior spring of a slot [N/m], 0 where the topology has none, and k_vol and k_g of a full cell [Pa].
   double interior_stiffness(std::size_t slot) const;
-  /// k_g of a full cell [Pa].
-  double interior_fold_guard() const;
+  double interior_volume() const { return interior_.volume; }
+  double interior_fold_guard() const { return interior_.fold_guard; }
 
-  bool has_cell(std::ptrdiff_t site) const { return cell_[std::size_t(site)] != 0; }
+  bool has_cell(std::ptrdiff_t site) const { return content_[std::size_t(site)] != 0; }
 
   /// Calls visit(site_a, site_b, slot, stiffness, damping) for every spring, in site order.
   template <class Visit>
@@ -168,27 +229,42 @@ class Body {
   std::vector<std::ptrdiff_t> select(const Vec3& lower, const Vec3& upper) const;
 
  private:
-  /// Fill factors of the 27 cells around a site, x first; its own is in the middle.
-  using Neighbourhood = std::array<float, 27>;
+  /// Contents of the 27 cells around a site, from 1, x first; its own is in the middle. 0: no cell.
+  using Neighbourhood = std::array<std::uint32_t, 27>;
+  /// Stiffness of springs by class [N/m], and k_vol and k_g [Pa].
+  struct Constants {
+    std::array<double, 3> spring{};
+    double volume = 0, fold_guard = 0, shear_modulus = 0;
+  };
+  struct Shares;
 
-  void check_fill() const;
-  float fill(int i, int j, int k) const;
+  void check_contents() const;
+  void check_content(std::size_t content) const;
+  std::uint32_t content(int i, int j, int k) const;
+  void find_constants();
   void find_particles();
   void classify_sites();
+  void check_masses() const;
   void add_weights();
+  Shares shares_of(const Neighbourhood& cells, int part) const;
+  void add_stiffness(const Shares& shares, std::size_t part, SiteElements& e) const;
   SiteElements elements_from(const Neighbourhood& cells) const;
 
   static constexpr std::array<double, 3> length_factor_{1.0, 1.4142135623730951, 1.7320508075688772};
 
   BodyConfig config_;
   Lattice lattice_;
-  double eighth_mass_;  ///< rho h^3 / 8 [kg]
+  std::vector<CellContent> contents_;  ///< one at least
+  std::vector<Part> parts_;
+  std::vector<Constants> constants_;  ///< by part
+  Constants interior_;
   std::size_t cells_ = 0;
-  double filled_cells_ = 0;  ///< fill factors of all cells, added
+  double filled_cells_ = 0;   ///< shares of all cells, added
+  double mass_of_cells_ = 0;  ///< [kg]
   std::size_t springs_ = 0;
-  std::vector<std::uint8_t> cell_;  ///< per site: 1 where a cell has its lower corner
-  std::vector<double> weight_;      ///< per site, beside that of cells [kg]; empty: there are none
-  double all_weights_ = 0;          ///< [kg]
+  std::vector<std::uint32_t> content_;  ///< per site, from 1, where a cell has its lower corner; 0: none
+  std::vector<double> weight_;          ///< per site, beside that of cells [kg]; empty: there are none
+  double all_weights_ = 0;              ///< [kg]
   std::vector<std::ptrdiff_t> site_of_;
   std::vector<int> particle_;  ///< per site
   std::vector<std::uint32_t> kind_;

@@ -99,7 +99,7 @@ struct Symmetric {
 inline constexpr int spring_ends[springs_per_site][2] = {
     {0, 1}, {0, 2}, {0, 4}, {0, 3}, {0, 5}, {0, 6}, {1, 2}, {1, 4}, {2, 4}, {0, 7}, {1, 6}, {2, 5}, {3, 4}};
 
-/// The group of each, in the order of mss::group_of.
+/// The group of each, in the order of mss::slot_of_group.
 inline constexpr int spring_group[springs_per_site] = {0, 1, 2, 3, 4, 5, 3, 4, 5, 6, 6, 6, 6};
 
 template <class Real>

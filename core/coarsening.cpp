@@ -1,9 +1,47 @@
 #include "core/coarsening.hpp"
 
 #include <algorithm>
+#include <array>
+#include <map>
+#include <numeric>
 #include <vector>
 
 namespace mss {
+
+namespace {
+
+/// Adds an eighth of what a cell holds, spread evenly.
+void add_eighth(const CellContent& fine, CellContent& coarse) {
+  for (const auto& [part, fill] : fine) {
+    auto same = std::find_if(coarse.begin(), coarse.end(), [&](const PartFill& p) { return p.part == part; });
+    if (same == coarse.end()) same = coarse.insert(same, {part, CellFill::even(0)});
+    const float mass = std::accumulate(fill.corner.begin(), fill.corner.end(), 0.0F) / 8;
+    for (std::size_t c = 0; c < 8; ++c) {
+      same->fill.octant[c] += fill.share() / 8;
+      same->fill.corner[c] += mass / 8;
+    }
+  }
+}
+
+/// Gives a body a table of the distinct contents of its cells.
+void set_contents(BodyConfig& body, const std::vector<CellContent>& cells) {
+  std::map<std::vector<std::array<float, 3>>, std::uint32_t> known;
+  body.contents.clear();
+  body.content_of.clear();
+  for (const CellContent& cell : cells) {
+    if (cell.empty()) {
+      body.content_of.push_back(0);  // no cell
+      continue;
+    }
+    std::vector<std::array<float, 3>> key;
+    for (const auto& [part, fill] : cell) key.push_back({float(part), fill.octant[0], fill.corner[0]});
+    const auto [entry, is_new] = known.try_emplace(key, std::uint32_t(body.contents.size()));
+    if (is_new) body.contents.push_back(cell);
+    body.content_of.push_back(entry->second);
+  }
+}
+
+}  // namespace
 
 BodyConfig coarsened(const BodyConfig& fine) {
   const VoxelGrid& cells = fine.voxels;
@@ -11,20 +49,26 @@ BodyConfig coarsened(const BodyConfig& fine) {
   BodyConfig coarse = fine;
   coarse.voxels = VoxelGrid(half(cells.nx()), half(cells.ny()), half(cells.nz()));
   const auto [nx, ny, nz] = coarse.voxels.size();
-  coarse.cell_fill.assign(std::size_t(nx) * std::size_t(ny) * std::size_t(nz), 0);
+  const CellContent full{PartFill{}};
+  std::vector<CellContent> contents(std::size_t(nx) * std::size_t(ny) * std::size_t(nz));
   for (int k = 0; k < cells.nz(); ++k)
     for (int j = 0; j < cells.ny(); ++j)
       for (int i = 0; i < cells.nx(); ++i) {
         if (!cells.at(i, j, k)) continue;
         coarse.voxels.set(i / 2, j / 2, k / 2, true);
-        coarse.cell_fill[coarse.voxels.index(i / 2, j / 2, k / 2)] +=
-            (fine.cell_fill.empty() ? 1 : fine.cell_fill[cells.index(i, j, k)]) / 8;
+        add_eighth(fine.content_of.empty() ? full : fine.contents[fine.content_of[cells.index(i, j, k)]],
+                   contents[coarse.voxels.index(i / 2, j / 2, k / 2)]);
       }
+  set_contents(coarse, contents);
   coarse.cell_size = 2 * fine.cell_size;
   coarse.sharing = Sharing::weighted;
-  for (double* k : {&coarse.springs.edge, &coarse.springs.face, &coarse.springs.body}) *k *= 2;
-  // c of a ratio goes with sqrt(k m) ~ h^2, that of a viscosity with h.
-  if (coarse.damping.law == Damping::Law::ratio) coarse.damping.zeta /= 2;
+  const auto coarsen = [](SpringConstants& springs, Damping& damping) {
+    for (double* k : {&springs.edge, &springs.face, &springs.body}) *k *= 2;
+    // c of a ratio goes with sqrt(k m) ~ h^2, that of a viscosity with h.
+    if (damping.law == Damping::Law::ratio) damping.zeta /= 2;
+  };
+  coarsen(coarse.springs, coarse.damping);
+  for (Part& part : coarse.parts) coarsen(part.springs, part.damping);
   return coarse;
 }
 

@@ -7,8 +7,9 @@
 
 namespace mss {
 
-/// The same material in cells twice as large, for multigrid: each is filled as much as the eight that it
-/// replaces are on average, so that odd sizes and ragged shapes keep their stiffness, viscosity and mass.
+/// The same materials in cells twice as large, for multigrid: each is filled evenly, with as much of every
+/// part as the eight that it replaces have on average, so that odd sizes and ragged shapes keep their
+/// stiffness, viscosity and mass.
 BodyConfig coarsened(const BodyConfig& fine);
 
 /// Runs task(0) ... task(count - 1), as System::parallel does.

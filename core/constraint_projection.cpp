@@ -44,7 +44,7 @@ ConstraintProjection<Real>::ConstraintProjection(const SpringSystem<Real>& sprin
     : system_(system),
       particles_(springs, system),
       kernel_(projection_kernels<Real>().back()),
-      damped_(springs.body().config().damping.law != Damping::Law::none),
+      damped_(springs.body().config().is_damped()),
       keeps_multipliers_(multipliers || particles_.partly_held()),
       dt_(dt),
       blocks_(blocks_of(particles_, kernel_.lanes)) {

@@ -38,7 +38,7 @@ DiscreteGradient<Real>& discrete_gradient_of(System<Real>& system) {
 template <class Real>
 void SpringDiscreteGradient<Real>::correct(const Field<Real>& x0, const Field<Real>& x1, Field<Real>& f) {
   correct_springs(x0, x1, f);
-  if (body_.config().springs.volume != 0) correct_volumes(x0, x1, f);
+  if (body_.config().has_volume_force()) correct_volumes(x0, x1, f);
 }
 
 template <class Real>

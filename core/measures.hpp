@@ -14,7 +14,7 @@ struct Measures {
   double elastic = 0;              ///< of springs and the guard against folding, or of finite elements [J]
   double volume_energy = 0;        ///< eq. 3-1 summed over cells [J]
   double gravitational = 0;        ///< potential of gravity, from z = 0, of loads and of penalty planes [J]
-  double volume_ratio = 1;         ///< exact enclosed volume over volume at rest
+  double volume_ratio = 1;         ///< exact volume of what is filled over that at rest
   double volume_ratio_thesis = 1;  ///< the same with eq. 3-5, 3-6
   Vec3 momentum = Vec3::Zero();    ///< [kg m/s]
   Vec3 spin = Vec3::Zero();        ///< angular momentum about the centre of mass [kg m^2/s]
@@ -57,7 +57,7 @@ inline constexpr std::array<MeasureColumn, 17> measure_columns{{
 template <class Real>
 Measures measure(const BodySystem<Real>& system, const State<Real>& state);
 
-/// One of the measures alone: exact enclosed volume over volume at rest.
+/// One of the measures alone: exact volume over volume at rest, of cells as far as they are filled.
 template <class Real>
 double volume_ratio(const Body& body, const Field<Real>& x);
 

@@ -10,12 +10,12 @@ namespace mss {
 
 namespace {
 
-/// Calls visit(corners, c) for every cell that has the particle at a site as its corner c.
+/// Calls visit(cell, corners, c) for every cell that has the particle at a site as its corner c.
 template <class Visit>
 void for_each_cell_at(const Body& body, const Field<double>& x, std::ptrdiff_t site, Visit&& visit) {
   for (int c = 0; c < 8; ++c) {
     const std::ptrdiff_t cell = site - body.lattice().corner(c);
-    if (cell >= 0 && body.has_cell(cell)) visit(corners_of(body, x, cell), c);
+    if (cell >= 0 && body.has_cell(cell)) visit(cell, corners_of(body, x, cell), c);
   }
 }
 
@@ -37,18 +37,18 @@ double stretch_at(const Body& body, const Field<double>& x, std::ptrdiff_t site)
 }
 
 double volume_ratio_at(const Body& body, const Field<double>& x, std::ptrdiff_t site) {
-  double volume = 0;
-  int cells = 0;
-  for_each_cell_at(body, x, site, [&](const std::array<Vec3, 8>& corners, int) {
-    volume += trilinear_volume(corners);
-    ++cells;
+  double volume = 0, filled = 0;
+  for_each_cell_at(body, x, site, [&](std::ptrdiff_t cell, const std::array<Vec3, 8>& corners, int) {
+    const double fill = body.elements_at(cell).fill;
+    volume += fill * trilinear_volume(corners);
+    filled += fill;
   });
-  return volume / (cells * body.cell_volume());
+  return volume / (filled * body.cell_volume());
 }
 
 double jacobian_at(const Body& body, const Field<double>& x, std::ptrdiff_t site) {
   double smallest = std::numeric_limits<double>::infinity();
-  for_each_cell_at(body, x, site, [&](const std::array<Vec3, 8>& corners, int c) {
+  for_each_cell_at(body, x, site, [&](std::ptrdiff_t, const std::array<Vec3, 8>& corners, int c) {
     smallest = std::min(smallest, corner_volume(corners, c));
   });
   return smallest / body.cell_volume();

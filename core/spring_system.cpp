@@ -15,7 +15,7 @@ namespace mss {
 
 namespace {
 
-static_assert(springs_per_site == int(spring_slots.size()) && weights_per_lane == spring_groups);
+static_assert(springs_per_site == int(spring_slots.size()) && volume_weight == spring_groups);
 
 template <class Real>
 SweepKernel<Real> find_kernel(const std::string& name) {
@@ -104,7 +104,7 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
       discrete_gradient_(body),
       kernel_(kernel),
       blocks_(body, kernel.lanes),
-      damped_(body.config().damping.law != Damping::Law::none) {
+      damped_(body.config().is_damped()) {
   const Lattice& lattice = body.lattice();
   interior_ = interior_coefficients();
   build_dictionary();
@@ -129,7 +129,7 @@ InteriorCoefficients<Real> SpringSystem<Real>::interior_coefficients() const {
     c.stiffness[s] = static_cast<Real>(k);
     c.rest_pull[s] = static_cast<Real>(k * body.rest_length(spring_slots[s].kind) / kernel_.rsqrt_scale);
   }
-  c.volume = static_cast<Real>(body.config().springs.volume / (64 * body.cell_volume()));
+  c.volume = static_cast<Real>(body.interior_volume() / (64 * body.cell_volume()));
   c.guard = static_cast<Real>(guarded_corner_stiffness(body.interior_fold_guard(), body.config().cell_size));
   return c;
 }
@@ -173,6 +173,8 @@ std::uint32_t SpringSystem<Real>::fill_lane(const SiteElements& e, Real* coeffic
   std::uint32_t content = (e.volume != 0 ? block_volumes : 0U) | (e.fold_guard != 0 ? block_guards : 0U);
   for (std::size_t group = 0; group < e.weight.size(); ++group)
     coefficients[width * group] = static_cast<Real>(e.weight[group]);
+  coefficients[width * volume_weight] = static_cast<Real>(e.volume_weight);
+  coefficients[width * guard_weight] = static_cast<Real>(e.guard_weight);
   for (std::size_t s = 0; s < spring_slots.size(); ++s) {
     coefficients[width * (weights_per_lane + s)] = static_cast<Real>(e.damping[s] / scale2);
     if (e.stiffness[s] == 0) continue;

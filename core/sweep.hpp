@@ -17,9 +17,11 @@ enum BlockContent : std::uint32_t {
 
 inline constexpr int springs_per_site = 13;
 
-/// The seven weights of a site's springs, see SiteElements, then the dampings c of all thirteen divided by
-/// the square of rsqrt_scale. A block's coefficients are so many times W numbers.
-inline constexpr int weights_per_lane = 7;
+/// The seven weights of a site's springs, those of its cell's k_vol and k_g, see SiteElements, then the
+/// dampings c of all thirteen springs divided by the square of rsqrt_scale. A block's coefficients are so
+/// many times W numbers.
+inline constexpr int weights_per_lane = 9;
+inline constexpr int volume_weight = 7, guard_weight = 8;
 inline constexpr int coefficients_per_lane = weights_per_lane + springs_per_site;
 
 /// What weights multiply. The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and u the

@@ -72,7 +72,7 @@ struct Cells {
     // In guarded lengths r is at most 7/2 r^2 + 1/14; a hundredth is for rounding.
     const Real begins = Real(1 / 14.0 + 1.01) * p.guarded_length, per_square = Real(3.5) / p.guarded_length;
     const Pack<Real> zero{};
-    const auto guarded = p.interior.guard * cell_weight() > zero;
+    const auto guarded = guard_stiffness() > zero;
     const Vec<Real> a = difference(p.x, 9), b = difference(p.x, 10), c = difference(p.x, 11),
                     d = difference(p.x, 12), ab = ends_sum(9) - ends_sum(10),
                     cd = ends_sum(11) - ends_sum(12);
@@ -100,7 +100,12 @@ struct Cells {
   MSS_INLINE Pack<Real> undamped_tension(int spring, Pack<Real> r) const {
     return weight(spring) * (p.interior.stiffness[spring] - r * p.interior.rest_pull[spring]);
   }
-  MSS_INLINE Pack<Real> cell_weight() const { return weight(springs_per_site - 1); }
+  MSS_INLINE Pack<Real> volume_stiffness() const {
+    return p.interior.volume * load(coefficient + W * volume_weight);
+  }
+  MSS_INLINE Pack<Real> guard_stiffness() const {
+    return p.interior.guard * load(coefficient + W * guard_weight);
+  }
 
   /// For each cell, whether GuardedCorner::may_act() holds of any of its corners.
   MSS_INLINE auto guard_may_act() const {
@@ -122,9 +127,9 @@ struct Cells {
   template <class Add>
   MSS_INLINE void guard_each(Vec<Real> (&force)[8], Add&& add) const {
     const auto acts = guard_may_act();
-    const Pack<Real> guard_stiffness = p.interior.guard * cell_weight();
+    const Pack<Real> stiffnesses = guard_stiffness();
     for (int lane = 0; lane < W; ++lane) {
-      const double stiffness = guard_stiffness[lane];
+      const double stiffness = stiffnesses[lane];
       if (!(stiffness > 0) || !acts[lane]) continue;
       double pull[8][3] = {};
       add(stiffness, lane, pull);
@@ -203,7 +208,7 @@ struct Force : Cells<Real> {
       // The edges are four times too long: V is 64 and a face 16 times too large; k_vol / (4 V0) makes up for
       // that.
       const Pack<Real> volume = Real(1.0 / 64) * dot(e.x, yz);
-      const Pack<Real> pressure = (p.interior.volume * this->cell_weight()) * (volume - p.rest_volume);
+      const Pack<Real> pressure = this->volume_stiffness() * (volume - p.rest_volume);
       const Vec<Real> px = pressure * yz, upper = pressure * (xy + zx), lower = pressure * (xy - zx);
       push[0] = upper + px;
       push[1] = upper - px;
@@ -259,7 +264,7 @@ struct ForceChange : Cells<Real> {
                                  this->difference(p.v, 11), this->difference(p.v, 12)};
     const Edges<Real> e(s.d[0], s.d[1], t.d[0], t.d[1]), de(change[0], change[1], change[2], change[3]);
     const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
-    Pack<Real> stiffness = p.stiffness * (p.interior.volume * this->cell_weight());
+    Pack<Real> stiffness = p.stiffness * this->volume_stiffness();
     if constexpr (Projected) stiffness = positive_part<Real>(stiffness);
     const Pack<Real> swelling = Real(1.0 / 64) * (dot(de.x, yz) + (dot(de.y, zx) + dot(de.z, xy)));
     Vec<Real> px = (stiffness * swelling) * yz, py = (stiffness * swelling) * zx,
@@ -325,7 +330,7 @@ struct DiagonalBlock : Cells<Real> {
     const auto t = this->template start<11, 12>();
     const Edges<Real> e(s.d[0], s.d[1], t.d[0], t.d[1]);
     const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
-    Pack<Real> stiffness = Real(1.0 / 64) * p.stiffness * (p.interior.volume * this->cell_weight());
+    Pack<Real> stiffness = Real(1.0 / 64) * p.stiffness * this->volume_stiffness();
     if constexpr (Projected) stiffness = positive_part<Real>(stiffness);
     sums[0] = stiffness * square((xy + zx) + yz) + block_of(s, 0);
     sums[1] = stiffness * square((xy + zx) - yz) + block_of(s, 1);

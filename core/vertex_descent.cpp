@@ -33,7 +33,7 @@ VertexDescent<Real>::VertexDescent(const SpringSystem<Real>& springs, System<Rea
     : system_(system),
       particles_(springs, system),
       kernel_(descent_kernels<Real>().back()),
-      damped_(springs.body().config().damping.law != Damping::Law::none),
+      damped_(springs.body().config().is_damped()),
       dt_(dt),
       squared_radius_(acceleration * acceleration),
       blocks_(blocks_of(particles_, kernel_.lanes)),

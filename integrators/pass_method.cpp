@@ -15,7 +15,7 @@ const SpringSystem<Real>& springs_for(System<Real>& system, const std::string& m
 }
 
 void check_local_solutions(const BodyConfig& body, const std::string& method) {
-  if (body.springs.volume < 0)
+  if (body.has_negative_volume_stiffness())
     throw InputError(fmt::format(
         "{} needs an energy that has a lower bound, and none has where the volume stiffness is negative, as "
         "Poisson's ratio below 1/4 makes it; choose another method",

@@ -141,7 +141,7 @@ const SpringSystem<double>& springs_of(System<double>& system, const std::string
         "nonlinear_solver \"{}\" needs the constant matrix of springs, which this model has not; \"newton\" "
         "takes any model",
         name));
-  if (springs->body().config().springs.volume < 0)
+  if (springs->body().config().has_negative_volume_stiffness())
     throw InputError(fmt::format(
         "nonlinear_solver \"{}\" minimises an energy, which has no lower bound where the volume stiffness is "
         "negative, as Poisson's ratio below 1/4 makes it; take \"newton\"",

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <utility>
 
 namespace mss::reference {
@@ -76,15 +77,42 @@ StretchedCorner stretched_corner(const std::vector<Algorithm1::Particle>& partic
 /// How far a stretch is below the length at which the guard begins to act.
 double missing(double stretch) { return std::max(0.0, 0.7 - stretch); }
 
+double mean(const std::array<float, 8>& corners) {
+  return std::accumulate(corners.begin(), corners.end(), 0.0) / 8;
+}
+
+/// Corners c = bx + 2 by + 4 bz of core/cell_fill.hpp from the thesis's.
+std::size_t number_of(std::size_t c) {
+  return std::size_t(corner_of[c][0] + 2 * corner_of[c][1] + 4 * corner_of[c][2]);
+}
+
+/// The mean of the octants at the corners that lie between two corners, themselves included; `floor` of the
+/// cell's mean instead.
+double share_of_spring(const CellFill& fill, std::size_t first, std::size_t second, double floor) {
+  double sum = 0, count = 0;
+  for (std::size_t c = 0; c < 8; ++c) {
+    bool between = true;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      between = between && (corner_of[first][axis] != corner_of[second][axis] ||
+                            corner_of[c][axis] == corner_of[first][axis]);
+    if (!between) continue;
+    sum += double(fill.octant[number_of(c)]);
+    count += 1;
+  }
+  return floor * mean(fill.octant) + (1 - floor) * sum / count;
+}
+
+double share_of_mass(const CellFill& fill, std::size_t c, double floor) {
+  return floor * mean(fill.corner) + (1 - floor) * double(fill.corner[number_of(c)]);
+}
+
 }  // namespace
 
 Algorithm1::Algorithm1(const BodyConfig& config, const Vec3& gravity, int threads)
     : threads_(threads),
       gravity_(gravity),
-      volume_stiffness_(config.springs.volume),
-      // The shear modulus of springs, from the energy that shear stores in a cell's diagonals.
-      guard_stiffness_(config.fold_guard * (config.springs.face + 4.0 / 3 * config.springs.body) /
-                       config.cell_size),
+      has_volume_force_(config.has_volume_force()),
+      is_guarded_(config.fold_guard > 0),
       cell_size_(config.cell_size),
       cell_volume_(config.cell_size * config.cell_size * config.cell_size) {
   connect(config);
@@ -107,46 +135,77 @@ void Algorithm1::connect(const BodyConfig& config) {
     particles_.push_back({.x = config.origin + config.cell_size * Vec3(kji[2], kji[1], kji[0])});
   }
 
+  const std::vector<Part> parts = config.all_parts();
+  const CellContent full{PartFill{}};
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> spring_of;
+  Shares shares;
   each_cell([&](int i, int j, int k) {
     Cell cell{};
-    for (std::size_t c = 0; c < 8; ++c) {
+    for (std::size_t c = 0; c < 8; ++c)
       cell.p[c] = id.at({k + corner_of[c][2], j + corner_of[c][1], i + corner_of[c][0]});
-      particles_[cell.p[c]].mass += config.density / 8 * cell_volume_;  // eq. 2-2
-    }
-    cells_.push_back(cell);
-    const auto connect_class = [&](const auto& pairs, double stiffness, double share, std::size_t stride) {
+    const auto connect_class = [&](const auto& pairs, std::size_t part, double stiffness,
+                                   const CellFill& fill, std::size_t stride) {
       if (stiffness == 0) return;
       for (std::size_t s = 0; s < pairs.size(); s += stride) {
-        const std::size_t a = cell.p[std::size_t(pairs[s].first - 1)],
-                          b = cell.p[std::size_t(pairs[s].second - 1)];
+        const std::size_t first = std::size_t(pairs[s].first - 1), second = std::size_t(pairs[s].second - 1);
+        const double share = stiffness * share_of_spring(fill, first, second, config.fill_blend_springs);
+        if (share == 0) continue;
+        const std::size_t a = cell.p[first], b = cell.p[second];
         const auto [entry, is_new] = spring_of.try_emplace(std::minmax(a, b), springs_.size());
-        if (is_new) springs_.push_back({a, b, 0, (particles_[b].x - particles_[a].x).norm(), 0});
-        Spring& spring = springs_[entry->second];
-        if (config.sharing == Sharing::weighted)
-          spring.stiffness += stiffness / share;
-        else
-          spring.stiffness = stiffness;
+        if (is_new) {
+          springs_.push_back({a, b, 0, (particles_[b].x - particles_[a].x).norm(), 0});
+          shares.emplace_back();
+        }
+        if (config.sharing == Sharing::uniform) {
+          springs_[entry->second].stiffness = stiffness;
+          shares[entry->second] = {{part, stiffness}};
+        } else {
+          springs_[entry->second].stiffness += share;
+          shares[entry->second].push_back({part, share});
+        }
       }
     };
-    connect_class(edges, config.springs.edge, 4, 1);
-    if (config.topology != Topology::edges_body)
-      connect_class(face_diagonals, config.springs.face, 2,
-                    config.topology == Topology::one_diagonal ? 2 : 1);
-    connect_class(body_diagonals, config.springs.body, 1, 1);
+    for (const auto& [of_part, fill] :
+         config.content_of.empty() ? full : config.contents[config.content_of[voxels.index(i, j, k)]]) {
+      const auto part = std::size_t(of_part);
+      const SpringConstants& springs = parts[part].springs;
+      for (std::size_t c = 0; c < 8; ++c)  // eq. 2-2
+        particles_[cell.p[c]].mass +=
+            parts[part].density / 8 * cell_volume_ * share_of_mass(fill, c, config.fill_blend_mass);
+      cell.volume_stiffness += springs.volume * mean(fill.octant);
+      // Times the shear modulus of springs, from the energy that shear stores in a cell's diagonals.
+      cell.guard_stiffness += config.fold_guard * (springs.face + 4.0 / 3 * springs.body) / cell_size_ *
+                              mean(fill.octant);
+      connect_class(edges, part, springs.edge / (config.sharing == Sharing::weighted ? 4 : 1), fill, 1);
+      if (config.topology != Topology::edges_body)
+        connect_class(face_diagonals, part, springs.face / (config.sharing == Sharing::weighted ? 2 : 1),
+                      fill, config.topology == Topology::one_diagonal ? 2 : 1);
+      connect_class(body_diagonals, part, springs.body, fill, 1);
+    }
+    cells_.push_back(cell);
   });
-
-  for (Spring& s : springs_) {
-    const double m1 = particles_[s.p1].mass, m2 = particles_[s.p2].mass;
-    if (config.damping.law == Damping::Law::ratio)  // critical for two masses on a spring, times zeta
-      s.damping = config.damping.zeta * 2 * std::sqrt(s.stiffness * (m1 * m2 / (m1 + m2)));
-    if (config.damping.law == Damping::Law::thesis)  // eq. 2-4
-      s.damping = 2 * std::sqrt(s.stiffness * (m1 + m2)) / s.rest_length;
-    if (config.damping.law == Damping::Law::viscosity)  // the stress of a shear rate is that of viscosity / G
-      s.damping = s.stiffness * config.damping.viscosity * config.cell_size /
-                  (config.springs.face + 4.0 / 3 * config.springs.body);
-  }
+  add_dampers(config, shares);
   for (const Weight& weight : config.weights) add_weight(weight, 1e-9 * config.cell_size);
+}
+
+/// What the laws of its parts give the whole spring, each as far as the stiffness is that part's.
+void Algorithm1::add_dampers(const BodyConfig& config, const Shares& shares) {
+  const std::vector<Part> parts = config.all_parts();
+  for (std::size_t i = 0; i < springs_.size(); ++i)
+    for (const Share& share : shares[i]) {
+      Spring& s = springs_[i];
+      const double m1 = particles_[s.p1].mass, m2 = particles_[s.p2].mass;
+      const auto& [law, zeta, viscosity] = parts[share.part].damping;
+      const SpringConstants& k = parts[share.part].springs;
+      double whole = 0;
+      if (law == Damping::Law::ratio)  // critical for two masses on a spring, times zeta
+        whole = zeta * 2 * std::sqrt(s.stiffness * (m1 * m2 / (m1 + m2)));
+      if (law == Damping::Law::thesis)  // eq. 2-4
+        whole = 2 * std::sqrt(s.stiffness * (m1 + m2)) / s.rest_length;
+      if (law == Damping::Law::viscosity)  // the stress of a shear rate is that of viscosity / G
+        whole = s.stiffness * viscosity * config.cell_size / (k.face + 4.0 / 3 * k.body);
+      s.damping += whole * share.stiffness / s.stiffness;
+    }
 }
 
 void Algorithm1::add_weight(const Weight& weight, double slack) {
@@ -182,13 +241,13 @@ void Algorithm1::add_springs() {
 }
 
 void Algorithm1::add_volume_forces() {
-  if (volume_stiffness_ == 0) return;
+  if (!has_volume_force_) return;
   const auto count = std::ptrdiff_t(cells_.size());
 #pragma omp parallel for num_threads(threads_) schedule(static)
   for (std::ptrdiff_t j = 0; j < count; ++j) {
     const Cell& cell = cells_[std::size_t(j)];
     const auto [v, yz, zx, xy] = estimate(particles_, cell);
-    const double factor = -volume_stiffness_ * (v - cell_volume_) / (4 * cell_volume_);
+    const double factor = -cell.volume_stiffness * (v - cell_volume_) / (4 * cell_volume_);
     for (std::size_t c = 0; c < 8; ++c) {  // eq. 3-7: the signs are the corner's side along x, y, z
       const auto sign = [&](std::size_t axis) { return 2.0 * corner_of[c][axis] - 1.0; };
       const Vec3 force = factor * (sign(0) * yz + sign(1) * zx + sign(2) * xy);
@@ -199,7 +258,7 @@ void Algorithm1::add_volume_forces() {
 
 /// Against folding, corner by corner: core/fold_guard.hpp.
 void Algorithm1::add_guard_forces() {
-  if (guard_stiffness_ == 0) return;
+  if (!is_guarded_) return;
   for (const Cell& cell : cells_)
     for (std::size_t c = 0; c < 8; ++c) {
       const StretchedCorner corner = stretched_corner(particles_, cell, c, cell_size_);
@@ -207,7 +266,7 @@ void Algorithm1::add_guard_forces() {
       for (int i = 0; i < 3; ++i)
         push += missing(corner.stretch[i]) * (i == 2 ? corner.side : 1) * corner.svd.matrixU().col(i) *
                 corner.svd.matrixV().col(i).transpose();
-      push *= guard_stiffness_ * cell_size_ * cell_size_ / 8;
+      push *= cell.guard_stiffness * cell_size_ * cell_size_ / 8;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const Vec3 at_end = (1.0 - 2.0 * corner_of[c][axis]) * push.col(Eigen::Index(axis));
         particles_[cell.p[neighbour(c, axis)]].f += at_end;
@@ -217,14 +276,14 @@ void Algorithm1::add_guard_forces() {
 }
 
 double Algorithm1::guard_energy() const {
-  if (guard_stiffness_ == 0) return 0;
+  if (!is_guarded_) return 0;
   double energy = 0;
   for (const Cell& cell : cells_)
     for (std::size_t c = 0; c < 8; ++c) {
       const StretchedCorner corner = stretched_corner(particles_, cell, c, cell_size_);
-      for (int i = 0; i < 3; ++i) energy += std::pow(missing(corner.stretch[i]), 2);
+      for (int i = 0; i < 3; ++i) energy += cell.guard_stiffness * std::pow(missing(corner.stretch[i]), 2);
     }
-  return energy * guard_stiffness_ * std::pow(cell_size_, 3) / 16;
+  return energy * std::pow(cell_size_, 3) / 16;
 }
 
 void Algorithm1::compute_forces() {
@@ -258,7 +317,7 @@ double Algorithm1::potential_energy() const {
   }
   for (const Cell& cell : cells_) {  // eq. 3-1
     const double change = estimate(particles_, cell).v - cell_volume_;
-    energy += 0.5 * volume_stiffness_ * change * change / cell_volume_;
+    energy += 0.5 * cell.volume_stiffness * change * change / cell_volume_;
   }
   for (const Particle& p : particles_) energy -= p.mass * gravity_.dot(p.x);
   return energy + guard_energy();

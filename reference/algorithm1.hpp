@@ -31,6 +31,8 @@ class Algorithm1 {
   };
   struct Cell {
     std::array<std::size_t, 8> p;  ///< p[0] is the thesis's p_1
+    double volume_stiffness;       ///< [Pa]
+    double guard_stiffness;        ///< [Pa]
   };
 
   /// `threads` OpenMP threads share each loop, also more than there are cores.
@@ -43,7 +45,7 @@ class Algorithm1 {
   const std::vector<Spring>& springs() const { return springs_; }
   const std::vector<Cell>& cells() const { return cells_; }
   const Vec3& gravity() const { return gravity_; }
-  double volume_stiffness() const { return volume_stiffness_; }
+  bool has_volume_force() const { return has_volume_force_; }
   double cell_volume() const { return cell_volume_; }
 
   /// Lines 1 to 14, the volume force and the guard against folding: total forces of all particles [N].
@@ -55,7 +57,7 @@ class Algorithm1 {
   /// Atomic additions of numbers that an update makes: 12 a spring (lines 7, 8, 12 and 13) and, of a body
   /// with a volume force, 24 a cell. The guard against folding, which the thesis has not, makes none.
   std::size_t atomic_additions() const {
-    return 12 * springs_.size() + (volume_stiffness_ == 0 ? 0 : 24 * cells_.size());
+    return 12 * springs_.size() + (has_volume_force_ ? 24 * cells_.size() : 0);
   }
 
   /// Energy of springs, volume, guard and gravity at the current positions [J]; gravity counts from the
@@ -63,7 +65,15 @@ class Algorithm1 {
   double potential_energy() const;
 
  private:
+  /// What a part adds to the stiffness of a spring.
+  struct Share {
+    std::size_t part;
+    double stiffness;
+  };
+  using Shares = std::vector<std::vector<Share>>;  ///< by spring
+
   void connect(const BodyConfig& config);
+  void add_dampers(const BodyConfig& config, const Shares& shares);
   void add_weight(const Weight& weight, double slack);
   void add_springs();
   void add_volume_forces();
@@ -72,8 +82,8 @@ class Algorithm1 {
 
   int threads_;
   Vec3 gravity_;
-  double volume_stiffness_;
-  double guard_stiffness_;
+  bool has_volume_force_;
+  bool is_guarded_;
   double cell_size_;
   double cell_volume_;
   std::vector<Particle> particles_;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/element_tangents.hpp"
+#include "core/error.hpp"
 
 namespace mss {
 
@@ -77,6 +78,14 @@ Environment without_planes(Environment environment) {
   return environment;
 }
 
+const Body& full(const Body& body) {
+  if (!body.config().is_full())
+    throw InputError(
+        "the model \"mollemans\" is for full cells of one part, and this body's have fill factors or more "
+        "parts; choose \"springs\"");
+  return body;
+}
+
 Body without_volume_force(const Body& body) {
   BodyConfig config = body.config();
   config.springs.volume = 0;
@@ -120,7 +129,7 @@ SpectralBound bound_of(const Body& body) {
 }  // namespace
 
 MollemansSystem::MollemansSystem(const Body& body, const Environment& environment, int threads)
-    : BodySystem<double>(body, environment, bound_of(body), threads > 0 ? threads : 1),
+    : BodySystem<double>(full(body), environment, bound_of(body), threads > 0 ? threads : 1),
       kappa_(calibrated_kappa(body.config().springs.volume, body.config().cell_size)),
       bare_(without_volume_force(body)),
       springs_(bare_, without_planes(environment), {.threads = this->threads()}),

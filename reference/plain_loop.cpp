@@ -11,7 +11,7 @@ template <class Real>
 PlainLoop<Real>::PlainLoop(const Algorithm1& model, int threads)
     : threads_(threads),
       gravity_(model.gravity().cast<Real>()),
-      volume_stiffness_(Real(model.volume_stiffness())),
+      has_volume_force_(model.has_volume_force()),
       cell_volume_(Real(model.cell_volume())),
       cells_(model.cells()) {
   for (const auto& p : model.particles()) {
@@ -54,7 +54,7 @@ void PlainLoop<Real>::add_forces(std::size_t rank, std::size_t ranks) {
     f[s.a] += force;
     f[s.b] -= force;
   }
-  if (volume_stiffness_ == 0) return;
+  if (!has_volume_force_) return;
   for (std::size_t i = cells_.size() * rank / ranks; i < cells_.size() * (rank + 1) / ranks; ++i)
     add_volume_force(cells_[i], f);
 }
@@ -66,7 +66,7 @@ void PlainLoop<Real>::add_volume_force(const Algorithm1::Cell& cell, std::vector
   constexpr Real quarter = Real(0.25);
   const Vector x = quarter * (a - b - c + d), y = quarter * (a + b - c - d), z = quarter * (a + b + c + d);
   const Vector yz = y.cross(z), zx = z.cross(x), xy = x.cross(y);
-  const Real g = -volume_stiffness_ * (x.dot(yz) - cell_volume_) / (4 * cell_volume_);
+  const Real g = -Real(cell.volume_stiffness) * (x.dot(yz) - cell_volume_) / (4 * cell_volume_);
   const auto push = [&](int upper, int lower, const Vector& force) {
     f[cell.p[std::size_t(upper - 1)]] += force;
     f[cell.p[std::size_t(lower - 1)]] -= force;

@@ -37,7 +37,7 @@ class PlainLoop {
 
   int threads_;
   Vector gravity_;
-  Real volume_stiffness_;
+  bool has_volume_force_;
   Real cell_volume_;
   std::vector<Vector> x_, v_;
   std::vector<std::vector<Vector>> f_;  ///< by thread

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <random>
 #include <string>
 #include <vector>
@@ -48,6 +49,64 @@ inline BodyConfig test_config(const VoxelGrid& voxels) {
           .density = 900,
           .springs = {.edge = 120, .face = 80, .body = 250, .volume = 700},
           .damping = {.law = Damping::Law::ratio, .zeta = 0.1}};
+}
+
+/// Fills cells evenly, as much as `fill` says by VoxelGrid::index().
+inline void fill_evenly(BodyConfig& config, const std::vector<float>& fill) {
+  for (const float f : fill) {
+    config.content_of.push_back(std::uint32_t(config.contents.size()));
+    config.contents.push_back({{0, CellFill::even(f)}});
+  }
+}
+
+/// A fill of these octants, each filled evenly: of a corner's trilinear weight along an axis the near half of
+/// a cell has 3/8, the far half 1/8.
+inline CellFill fill_of(const std::array<float, 8>& octant) {
+  CellFill fill{octant, {}};
+  for (int corner = 0; corner < 8; ++corner)
+    for (int q = 0; q < 8; ++q) {
+      float weight = 8;
+      for (int axis = 0; axis < 3; ++axis) weight *= ((corner ^ q) >> axis & 1) != 0 ? 0.125F : 0.375F;
+      fill.corner[std::size_t(corner)] += weight * octant[std::size_t(q)];
+    }
+  return fill;
+}
+
+/// Two parts beside part 0, of other density, springs and damping.
+inline void add_parts(BodyConfig& config) {
+  config.parts = {{.name = "A",
+                   .density = 2500,
+                   .springs = {.edge = 300, .face = 50, .body = 400, .volume = 0},
+                   .damping = {.law = Damping::Law::viscosity, .viscosity = 20}},
+                  {.name = "B",
+                   .density = 400,
+                   .springs = {.edge = 60, .face = 90, .body = 20, .volume = 2000},
+                   .damping = {.law = Damping::Law::ratio, .zeta = 0.4}}};
+}
+
+/// Random contents of a dozen kinds: octants that are empty, full or in between, of one part or, where there
+/// are more, of two.
+inline void fill_randomly(BodyConfig& config, unsigned seed) {
+  std::mt19937 rng(seed);
+  std::uniform_real_distribution<float> share(0, 1);
+  const auto octants = [&](float most) {
+    std::array<float, 8> all{};
+    for (float& octant : all) octant = most * std::clamp(1.6F * share(rng) - 0.3F, 0.0F, 1.0F);
+    all[rng() % 8] = most;  // not empty
+    return all;
+  };
+  const int parts = 1 + int(config.parts.size());
+  for (int kind = 0; kind < 12; ++kind) {
+    const int part = kind % parts;
+    if (kind < 2 * parts)
+      config.contents.push_back({{part, kind < parts ? CellFill::even(1) : fill_of(octants(1))}});
+    else if (parts == 1)
+      config.contents.push_back({{0, fill_of(octants(1))}});
+    else
+      config.contents.push_back({{part, fill_of(octants(0.6F))}, {(part + 1) % parts, fill_of(octants(0.4F))}});
+  }
+  const auto [nx, ny, nz] = config.voxels.size();
+  for (int cell = 0; cell < nx * ny * nz; ++cell) config.content_of.push_back(std::uint32_t(rng() % 12));
 }
 
 /// Displaces every particle by up to `amplitude` cells and gives it a velocity of up to `speed`.

@@ -39,13 +39,13 @@ SceneFamily::SceneFamily(const std::filesystem::path& file, const std::vector<st
 }
 
 bool SceneFamily::is_calibrated() const {
-  return given_.body.elastic.has_value() && given_.model == spring_model;
+  return given_.model == spring_model && !given_.body.any_part([](const Part& part) { return !part.elastic; });
 }
 
 bool SceneFamily::takes_elements() const { return is_calibrated() && given_.body.fold_guard == 0; }
 
 bool SceneFamily::has_volume_force() const {
-  return given_.model == spring_model && given_.body.springs.volume != 0;
+  return given_.model == spring_model && given_.body.has_volume_force();
 }
 
 SceneEdit SceneFamily::candidate(int level) const {

@@ -12,9 +12,12 @@ namespace {
 
 std::size_t index(SpringSlot::Class kind) { return static_cast<std::size_t>(kind); }
 
-double interior_stiffness(const SpringConstants& springs, SpringSlot::Class kind) {
+double stiffness_of(const SpringConstants& springs, SpringSlot::Class kind) {
   return std::array{springs.edge, springs.face, springs.body}[index(kind)];
 }
+
+/// By class, a slot that every topology with such springs has.
+constexpr std::array<std::size_t, 3> slot_of_class{0, 3, 9};
 
 /// The matrix for the particles that are free along some axes, and these axes.
 struct FreeParticles {
@@ -73,11 +76,11 @@ SparseMatrix CholeskySolver::assemble(const ConstantMatrix& matrix, const FreePa
   };
   body_.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double stiffness,
                             double) {
-    join(a, b,
-         matrix.spring[index(slot.kind)] * stiffness / interior_stiffness(body_.config().springs, slot.kind));
+    const std::size_t kind = index(slot.kind);
+    join(a, b, matrix.spring[kind] * stiffness / body_.interior_stiffness(slot_of_class[kind]));
   });
   body_.for_each_cell([&](std::ptrdiff_t site) {
-    const double weight = matrix.cell_edge * body_.elements_at(site).weight.back();  // by its fill factor
+    const double weight = matrix.cell_edge * body_.elements_at(site).volume_weight;
     for (int c = 0; c < 8; ++c)
       for (const int step : {1, 2, 4})
         if ((c & step) == 0)
@@ -116,16 +119,20 @@ void CholeskySolver::solve(System<double>&, const Field<double>& rhs, Field<doub
 
 ConstantMatrix bounding_matrix(const Body& body, double a, double b, double c) {
   const BodyConfig& config = body.config();
-  // Of an interior spring: between two whole particles.
-  const double mass = config.density * body.cell_volume();
   ConstantMatrix matrix{.mass = a};
   for (const auto kind : {SpringSlot::Class::edge, SpringSlot::Class::face, SpringSlot::Class::body}) {
-    const double k = interior_stiffness(config.springs, kind);
-    matrix.spring[index(kind)] =
-        c * k + b * config.damping.coefficient(k, mass, mass, body.rest_length(kind), config.shear_modulus());
+    const double interior = body.interior_stiffness(slot_of_class[index(kind)]);
+    for (const Part& part : body.parts()) {
+      // Of an interior spring: between two whole particles.
+      const double mass = part.density * body.cell_volume(), k = stiffness_of(part.springs, kind);
+      if (k == 0 || interior == 0) continue;
+      const double shear_modulus = cubic_stiffness(part.springs, config.cell_size).c44;
+      const double weight =
+          c * k + b * part.damping.coefficient(k, mass, mass, body.rest_length(kind), shear_modulus);
+      matrix.spring[index(kind)] = std::max(matrix.spring[index(kind)], weight * (interior / k));
+    }
   }
-  if (config.topology == Topology::edges_body) matrix.spring[index(SpringSlot::Class::face)] = 0;
-  matrix.cell_edge = c * 0.75 * std::max(config.springs.volume, 0.0) * config.cell_size;
+  matrix.cell_edge = c * 0.75 * std::max(body.interior_volume(), 0.0) * config.cell_size;
   return matrix;
 }
 

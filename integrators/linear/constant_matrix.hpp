@@ -11,8 +11,7 @@ namespace mss {
 
 /// The matrix m M + sum_s w_s (e_i - e_j)(e_i - e_j)^T over a body's springs s between particles i and j, one
 /// number per pair of particles: the same for x, y and z, and the same wherever the body is. Every spring has
-/// its class's weight, times the share of an interior spring that its cells have (1 where sharing is
-/// uniform).
+/// its class's weight, times its stiffness over that of an interior one (Body::interior_stiffness).
 struct ConstantMatrix {
   double mass = 0;                 ///< m
   std::array<double, 3> spring{};  ///< w of interior springs by class: edge, face, body
@@ -25,7 +24,8 @@ struct ConstantMatrix {
 /// springs and the volume force: springs pull with k along their direction only, so k I bounds each; dampers
 /// likewise; the energy of the volume force is at most k_vol h/2 times the sum of squares of the three mean
 /// edges' changes times three, which gives each edge 3/4 k_vol h per cell. Springs at the surface of a body
-/// damp a little less than their share of an interior one, and count as if they did not. Liu, Bargteil,
+/// damp a little less than their share of an interior one, and count as if they did not; of several parts all
+/// springs count as those of the part that damps most for its stiffness. Liu, Bargteil,
 /// O'Brien and Kavan, Fast simulation of mass-spring systems, ACM TOG 32 (2013) 214; the same with a volume
 /// force, Liu, Bouaziz and Kavan, ACM TOG 36 (2017) 23.
 ConstantMatrix bounding_matrix(const Body& body, double a, double b, double c);

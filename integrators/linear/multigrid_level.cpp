@@ -145,7 +145,9 @@ void MultigridLevel::invert_diagonal(const TangentSum& sum) {
 /// A bound on the largest eigenvalue of D^-1 D_cells over all particles: of a 3 x 3 matrix M with real
 /// eigenvalues it is at most t/3 + sqrt(2/3 (tr M^2 - t^2/3)), t = tr M (Wolkowicz and Styan, 1980).
 float MultigridLevel::largest_cell_share(const TangentSum& sum) {
-  if (body_.config().springs.volume <= 0 && body_.config().fold_guard == 0) return 0;
+  const BodyConfig& config = body_.config();
+  if (config.fold_guard == 0 && !config.any_part([](const Part& part) { return part.springs.volume > 0; }))
+    return 0;
   system_.diagonal_blocks(x_, sum, cells_.straight, cells_.mixed, /*springs=*/false);
   float largest = 0;
   for (const std::ptrdiff_t site : body_.sites()) {

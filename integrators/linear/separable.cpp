@@ -209,7 +209,8 @@ std::string why_not_separable(const Body& body, const Field<double>& mask) {
   if (body.cell_count() != box)
     return fmt::format("is for boxes, and {} of the {} cells of this body's are empty",
                        box - body.cell_count(), box);
-  if (!config.cell_fill.empty()) return "is for full cells, and this body's have fill factors";
+  if (!config.is_full())
+    return "is for full cells of one part, and this body's have fill factors or more parts";
   if (config.sharing != Sharing::weighted)
     return "is for sharing = \"weighted\", and this body's is \"uniform\"";
   if (config.topology == Topology::one_diagonal)

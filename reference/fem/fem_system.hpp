@@ -15,18 +15,21 @@ class FemElement {
   using Corners = CellCorners;
   using Element = CellMatrix;
 
-  /// Throws InputError if the body has no elastic constants.
-  FemElement(const Body& body, const SolidLaw& law);
+  /// Full of a part, of edge `size` [m]. Throws InputError if the part has no elastic constants.
+  FemElement(const Part& part, double size, const SolidLaw& law);
 
-  void add_energy(const Corners& x, double& energy) const;  ///< [J]
+  double energy(const Corners& x) const;                    ///< [J]
   Corners force(const Corners& x, const Corners& v) const;  ///< on the corners [N]
   /// (b C + c K) p of a sum, and the matrix.
   Corners product(const Corners& x, const Corners& v, const TangentSum& sum, const Corners& p) const;
   Element tangent(const Corners& x, const Corners& v, const TangentSum& sum) const;
 
-  /// No body is faster than its fastest cell alone (Irons and Treharne, 1971): at a joint both stiffness and
-  /// mass are sums over cells.
-  SpectralBound bound(const Body& body) const;
+  /// Largest eigenvalues of its matrices at rest.
+  struct Largest {
+    double stiffness;  ///< [N/m]
+    double damping;    ///< [kg/s]
+  };
+  Largest largest() const;
 
  private:
   static constexpr int points = 8;
@@ -36,11 +39,13 @@ class FemElement {
   SolidLaw law_;
   Lame lame_;
   Lame viscosity_;                                             ///< of the stress of a strain rate [Pa s]
+  double size_;                                                ///< of an edge [m]
   double weight_;                                              ///< volume of a Gauss point [m^3]
   std::array<Eigen::Matrix<double, 8, 3>, points> gradients_;  ///< of shape functions, by corner [1/m]
 };
 
 /// A body whose cells are trilinear hexahedra with eight Gauss points each and its particles' lumped masses.
+/// Partly filled cells resist as far as they are filled, evenly; several parts in a cell add up.
 ///
 /// Damping, where the body has it, is viscous (Kelvin-Voigt): the stress 2 eta e' + lambda' tr(e') I of the
 /// strain rate e', in the body's own frame. With a viscosity eta, lambda' = eta as calibrated springs have it
@@ -77,7 +82,12 @@ class FemSystem final : public BodySystem<double> {
     return corners_at(body(), field, site);
   }
 
-  FemElement element_;
+  template <class Value, class OfPart>
+  Value sum_over_parts(std::ptrdiff_t site, Value sum, OfPart&& of_part) const;
+  CellMatrix tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+                     std::ptrdiff_t site) const;
+
+  std::vector<FemElement> elements_;  ///< by part
   CellSum cells_;
   FemTangents tangents_;
 };

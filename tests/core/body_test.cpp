@@ -84,22 +84,12 @@ TEST(Body, TopologiesDropTheirSprings) {
   EXPECT_EQ(Body(config).spring_count(), 3U * 4 * 25 + 3 * 16 * 5 + 4 * 64);
 }
 
-/// Random fill factors for a third of the cells, half for all others.
-BodyConfig partly_filled(const VoxelGrid& voxels) {
-  BodyConfig config = testing::test_config(voxels);
-  const auto [nx, ny, nz] = voxels.size();
-  std::mt19937 rng(3);
-  for (int cell = 0; cell < nx * ny * nz; ++cell)
-    config.cell_fill.push_back(cell % 3 == 0 ? std::uniform_real_distribution<float>(0.1F, 1)(rng) : 0.5F);
-  return config;
-}
-
 TEST(Fill, OfOneIsAFullCell) {
   for (const auto& shape : testing::test_shapes()) {
     BodyConfig config = testing::test_config(shape.voxels);
     const Body plain(config);
     const auto [nx, ny, nz] = shape.voxels.size();
-    config.cell_fill.assign(std::size_t(nx * ny * nz), 1);
+    testing::fill_evenly(config, std::vector<float>(std::size_t(nx * ny * nz), 1));
     const Body filled(config);
     for (const std::ptrdiff_t site : plain.sites()) {
       EXPECT_EQ(plain.mass(site), filled.mass(site));
@@ -112,7 +102,7 @@ TEST(Fill, OfOneIsAFullCell) {
 TEST(Fill, ScalesSpringsVolumeForceAndMassAlike) {
   BodyConfig config = testing::test_config(VoxelGrid::box(3, 2, 2));
   const Body whole(config);
-  config.cell_fill.assign(12, 0.25F);
+  testing::fill_evenly(config, std::vector<float>(12, 0.25F));
   const Body quarter(config);
   EXPECT_DOUBLE_EQ(quarter.total_mass(), whole.total_mass() / 4);
   for (const std::ptrdiff_t site : whole.sites()) {
@@ -126,48 +116,35 @@ TEST(Fill, ScalesSpringsVolumeForceAndMassAlike) {
   }
 }
 
-// The energy is summed over springs and cells one by one, the force by the sweep.
-TEST(Fill, ForcesAreTheGradientOfTheEnergy) {
-  for (const auto& shape : testing::test_shapes()) {
-    BodyConfig config = partly_filled(shape.voxels);
-    config.damping = {};
-    config.fold_guard = 3;
-    const Body body(config);
-    SpringSystem<double> system(body, {});
-    State<double> state = system.rest_state();
-    testing::randomise(body, state, 0.4, 0, 9);
-    Field<double> force(system.size());
-    system.force(0, state.x, state.v, force);
-    const auto energy = [&] {
-      const StoredEnergy e = system.stored_energy(state.x);
-      return e.elastic + e.volume;
-    };
-    constexpr double step = 1e-6;
-    for (std::size_t p = 0; p < body.particle_count(); p += 1 + body.particle_count() / 7)
-      for (int axis = 0; axis < 3; ++axis) {
-        double& x = state.x.axis(axis)[body.sites()[p]];
-        const double at = x;
-        x = at + step;
-        const double above = energy();
-        x = at - step;
-        const double slope = (above - energy()) / (2 * step);
-        x = at;
-        EXPECT_NEAR(-slope, force.axis(axis)[body.sites()[p]], 1e-5 * force.array().abs().maxCoeff())
-            << shape.name;
-      }
+TEST(Fill, RejectsContentsThatMeanNothing) {
+  const auto reject = [](auto&& change, const char* message) {
+    BodyConfig config = testing::test_config(VoxelGrid::box(2, 1, 1));
+    testing::fill_evenly(config, {1, 0.5F});
+    EXPECT_NO_THROW(Body{config});
+    change(config);
+    try {
+      Body{config};
+      ADD_FAILURE() << message;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
+    }
+  };
+  reject([](BodyConfig& c) { c.content_of.pop_back(); }, "contents of 1 cells for a box of 2");
+  reject([](BodyConfig& c) { c.content_of[1] = 2; }, "cell (1, 0, 0) has content 2 of 2");
+  reject([](BodyConfig& c) { c.contents[1].clear(); }, "content 1 fills 0 of an octant");
+  reject([](BodyConfig& c) { c.contents[1][0].part = 1; }, "content 1 is of part 1, and there are 1");
+  reject([](BodyConfig& c) { c.contents[1].push_back({0, CellFill::even(0.75F)}); }, "fills 1.25 of an octant");
+  for (const float f : {-0.5F, std::numeric_limits<float>::quiet_NaN()}) {
+    reject([&](BodyConfig& c) { c.contents[1][0].fill.octant[3] = f; }, "of an octant");
+    reject([&](BodyConfig& c) { c.contents[1][0].fill.corner[3] = f; }, "of a mass");
   }
-}
-
-TEST(Fill, RejectsFactorsThatMeanNothing) {
-  BodyConfig config = testing::test_config(VoxelGrid::box(2, 1, 1));
-  for (const std::vector<float>& fill :
-       {std::vector<float>{1}, {1, 0}, {1, -0.5F}, {1, 1.5F}, {1, std::numeric_limits<float>::quiet_NaN()}}) {
-    config.cell_fill = fill;
-    EXPECT_THROW(Body{config}, InputError);
-  }
-  config.cell_fill = {1, 0.5F};
-  config.sharing = Sharing::uniform;
-  EXPECT_THROW(Body{config}, InputError);
+  reject([](BodyConfig& c) { c.sharing = Sharing::uniform; }, "sharing = \"weighted\"");
+  reject(
+      [](BodyConfig& c) {
+        c.fill_blend_mass = 0;
+        c.contents[1][0].fill.corner = {2, 0, 2, 0, 2, 0, 2, 0};
+      },
+      "a particle has no mass");
 }
 
 }  // namespace

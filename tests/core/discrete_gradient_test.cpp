@@ -65,9 +65,10 @@ TEST(DiscreteGradient, DoesTheWorkThatTheEnergyLoses) {
     }
 }
 
-TEST(DiscreteGradient, KnowsOfFillFactors) {
+TEST(DiscreteGradient, KnowsOfFillFactorsAndParts) {
   BodyConfig config = undamped(VoxelGrid::box(3, 2, 4), 700);
-  for (int cell = 0; cell < 24; ++cell) config.cell_fill.push_back(cell % 2 == 0 ? 0.25F : 0.75F);
+  testing::add_parts(config);
+  testing::fill_randomly(config, 5);
   Step step(config, 0.8);
   EXPECT_NEAR(step.work(step.conserving_force()), step.lost(),
               1e-11 * measure(step.system, step.from).elastic);
