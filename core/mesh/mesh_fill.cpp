@@ -1,0 +1,317 @@
+#include "core/mesh/mesh_fill.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/mesh/inside_samples.hpp"
+#include "core/scene.hpp"
+
+namespace mss {
+
+namespace {
+
+constexpr float least_share = 0.1F;
+constexpr double most_reversed = 0.01;
+constexpr std::array<std::array<int, 3>, 6> sides{
+    {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
+
+Box box_of(const std::vector<MeshPart>& parts) {
+  Box all = bounding_box(parts.front().mesh);
+  for (const MeshPart& part : parts) {
+    const Box box = bounding_box(part.mesh);
+    all.lower = all.lower.cwiseMin(box.lower);
+    all.upper = all.upper.cwiseMax(box.upper);
+  }
+  return all;
+}
+
+SampleGrid grid_around(const std::vector<MeshPart>& parts, const MeshFillConfig& config) {
+  const double h = config.cell_size;
+  const Box box = box_of(parts);
+  SampleGrid grid{.cell_size = h, .samples = config.mode == FillMode::local ? 4 : 1};
+  double sites = 1;
+  for (int a = 0; a < 3; ++a) {
+    // a box of whole cells has these, whatever its rounding
+    const double fitting = std::max(1.0, std::ceil((box.upper[a] - box.lower[a]) / h - 1e-9));
+    const double shift = config.offset[a] - std::floor(config.offset[a]);
+    const double count = shift > 0 ? fitting + 1 : fitting;
+    sites *= count + 1;
+    grid.cells[std::size_t(a)] = int(std::min(count, 1e9));
+    grid.origin[a] = (box.lower[a] + box.upper[a] - fitting * h) / 2 + (shift > 0 ? shift - 1 : 0) * h;
+  }
+  if (!(sites <= most_sites))
+    throw InputError(
+        fmt::format("{}: cells of {:.3g} m make a lattice of {:.3g} million particles around it; give "
+                    "larger cells, at most {:.0f} million particles fit",
+                    parts.front().name, h, sites / 1e6, most_sites / 1e6));
+  return grid;
+}
+
+[[noreturn]] void refuse(const MeshPart& part, const std::string& sentence) {
+  throw InputError(part.name + ": " + sentence);
+}
+
+/// Samples inside one mesh; fills the report.
+std::vector<std::uint64_t> samples_of(const MeshPart& part, const SampleGrid& grid, MeshReport& report) {
+  const TriangleMesh& mesh = part.mesh;
+  const std::vector<OpenEdge> open = open_edges(mesh);
+  report = {.triangles = mesh.triangles.size(),
+            .vertices = mesh.vertices.size(),
+            .open_edges = open.size(),
+            .zero_faces = zero_faces(mesh),
+            .shells = shells(mesh)};
+  const TriangleMesh whole = open.empty() ? TriangleMesh{} : closed(mesh, open);
+  const TriangleMesh& surface = open.empty() ? mesh : whole;
+  const double volume = enclosed_volume(surface);
+  if (!(std::abs(volume) > 1e-9 * std::pow(surface_area(mesh), 1.5)))
+    refuse(part, open.empty()
+                     ? "encloses no volume; give the surface of a solid"
+                     : fmt::format("is an open surface that encloses no volume, {} of its edges have no "
+                                   "partner; close it",
+                                   open.size()));
+  report.flipped = volume < 0;
+  report.true_volume = std::abs(volume);
+  InsideSamples samples;
+  try {
+    samples = find_inside(surface, mesh.triangles.size(), volume < 0 ? -1 : 1, grid);
+  } catch (const InputError& error) {
+    refuse(part, error.what());
+  }
+  report.filled_volume = double(samples.inside) * std::pow(grid.spacing(), 3);
+  report.undecided = samples.undecided;
+  report.overlapping = samples.overlapping;
+  report.reversed = samples.reversed;
+  report.contested = samples.contested;
+  if (samples.undecided > most_undecided)
+    refuse(part, fmt::format(
+                     "has openings so large that inside has no meaning, {} of its edges have no partner and "
+                     "{:.0f} percent of the volume is undecided; close it",
+                     open.size(), 100 * samples.undecided));
+  if (samples.reversed > most_reversed)
+    refuse(part,
+           fmt::format("has a shell that is inside out, {:.0f} percent of the volume is in such; turn its "
+                       "triangles around",
+                       100 * samples.reversed));
+  return std::move(samples.masks);
+}
+
+/// What 4^3 samples say about a cell.
+CellFill fill_of(std::uint64_t mask) {
+  if (mask == ~std::uint64_t(0)) return CellFill::even(1);
+  CellFill fill;
+  for (int bit = 0; bit < 64; ++bit) {
+    if ((mask >> bit & 1) == 0) continue;
+    const std::array<int, 3> at{bit & 3, bit >> 2 & 3, bit >> 4};
+    fill.octant[std::size_t(at[0] / 2 + at[1] / 2 * 2 + at[2] / 2 * 4)] += 1.0F / 8;
+    for (unsigned c = 0; c < 8; ++c) {
+      float weight = 1;  // in eighths along an axis, so that sums are exact
+      for (unsigned a = 0; a < 3; ++a) {
+        const float to_upper = (float(at[a]) + 0.5F) / 4;
+        weight *= (c >> a & 1) != 0 ? to_upper : 1 - to_upper;
+      }
+      fill.corner[c] += weight / 8;
+    }
+  }
+  return fill;
+}
+
+/// The entry of a part in a cell, made if it is not there.
+CellFill& entry(CellContent& content, int part) {
+  const auto after =
+      std::find_if(content.begin(), content.end(), [&](const PartFill& p) { return p.part >= part; });
+  if (after != content.end() && after->part == part) return after->fill;
+  return content.insert(after, {part, CellFill::even(0)})->fill;
+}
+
+/// Numbers for contents, equal ones for equal contents.
+class ContentTable {
+ public:
+  ContentTable() { number({PartFill{}}); }
+
+  std::uint32_t number(const CellContent& content) {
+    const auto [found, is_new] = numbers_.emplace(content, std::uint32_t(contents_.size()));
+    if (is_new) contents_.push_back(content);
+    return found->second;
+  }
+  std::vector<CellContent> take() { return std::move(contents_); }
+
+ private:
+  struct Hash {
+    std::size_t operator()(const CellContent& content) const {
+      std::size_t hash = content.size();
+      const auto add = [&](std::uint32_t bits) { hash = (hash ^ bits) * 0x9e3779b97f4a7c15ULL; };
+      for (const PartFill& p : content) {
+        add(std::uint32_t(p.part));
+        for (const float f : p.fill.octant) add(std::bit_cast<std::uint32_t>(f));
+        for (const float f : p.fill.corner) add(std::bit_cast<std::uint32_t>(f));
+      }
+      return hash ^ hash >> 32;
+    }
+  };
+  std::unordered_map<CellContent, std::uint32_t, Hash> numbers_;
+  std::vector<CellContent> contents_;
+};
+
+/// Turns samples into the contents of cells.
+class CellFiller {
+ public:
+  CellFiller(const SampleGrid& grid, const std::vector<MeshPart>& parts,
+             const std::vector<std::vector<std::uint64_t>>& masks)
+      : grid_(grid), parts_(parts), masks_(masks), voxels_(grid.cells[0], grid.cells[1], grid.cells[2]) {
+    for (std::size_t cell = 0; cell < grid.cell_count(); ++cell)
+      if (share(cell) >= least_share) keep(cell);
+    for (std::size_t cell = 0; cell < grid.cell_count(); ++cell)
+      if (share(cell) > 0 && share(cell) < least_share) hand_over(cell);
+    for (const std::size_t cell : lonely_) keep(cell);
+  }
+
+  MeshFill finish() {
+    MeshFill fill{.voxels = std::move(voxels_), .cell_size = grid_.cell_size, .origin = grid_.origin};
+    fill.content_of.resize(grid_.cell_count());
+    ContentTable table;
+    for (std::size_t cell = 0; cell < grid_.cell_count(); ++cell) {
+      const auto [i, j, k] = grid_.cell(cell);
+      if (!fill.voxels.at(i, j, k)) continue;
+      CellContent content = content_of(cell);
+      if (const auto gift = gifts_.find(cell); gift != gifts_.end())
+        for (const PartFill& given : gift->second)
+          for (std::size_t c = 0; c < 8; ++c) entry(content, given.part).corner[c] += given.fill.corner[c];
+      fill.content_of[cell] = table.number(content);
+    }
+    fill.contents = table.take();
+    return fill;
+  }
+
+ private:
+  float share(std::size_t cell) const {
+    std::uint64_t all = 0;
+    for (const auto& of_part : masks_) all |= of_part[cell];
+    return float(std::popcount(all)) / float(grid_.per_cell());
+  }
+
+  CellContent content_of(std::size_t cell) const {
+    CellContent content;
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      const std::uint64_t mask = masks_[p][cell];
+      if (mask == 0) continue;
+      CellFill& fill = entry(content, parts_[p].part);
+      const CellFill more = grid_.samples == 1 ? CellFill::even(1) : fill_of(mask);
+      for (std::size_t c = 0; c < 8; ++c) {
+        fill.octant[c] += more.octant[c];
+        fill.corner[c] += more.corner[c];
+      }
+    }
+    return content;
+  }
+
+  void keep(std::size_t cell) {
+    const auto [i, j, k] = grid_.cell(cell);
+    voxels_.set(i, j, k, true);
+  }
+
+  /// Gives the mass at each corner of a cell to the kept cells beside it that have this corner; where none
+  /// has it, to all, at the corner that is nearest. The sites' masses are the same, or move one cell along.
+  void hand_over(std::size_t cell) {
+    const std::array<int, 3> at = grid_.cell(cell);
+    std::vector<std::size_t> kept;  // of sides
+    for (std::size_t s = 0; s < sides.size(); ++s)
+      if (voxels_.at(at[0] + sides[s][0], at[1] + sides[s][1], at[2] + sides[s][2])) kept.push_back(s);
+    if (kept.empty()) {
+      lonely_.push_back(cell);
+      return;
+    }
+    const CellContent content = content_of(cell);
+    for (unsigned c = 0; c < 8; ++c) {
+      const auto has_corner = [&](std::size_t s) { return (c >> (s / 2) & 1) == s % 2; };
+      std::vector<std::size_t> takers;
+      std::copy_if(kept.begin(), kept.end(), std::back_inserter(takers), has_corner);
+      if (takers.empty()) takers = kept;
+      for (const std::size_t s : takers) {
+        // across the common face, a corner has the other bit of that axis
+        const unsigned axis = 1U << (s / 2);
+        const unsigned corner = s % 2 == 1 ? c & ~axis : c | axis;
+        const std::size_t taker =
+            grid_.index({at[0] + sides[s][0], at[1] + sides[s][1], at[2] + sides[s][2]});
+        for (const PartFill& p : content)
+          entry(gifts_[taker], p.part).corner[corner] += p.fill.corner[c] / float(takers.size());
+      }
+    }
+  }
+
+  const SampleGrid& grid_;
+  const std::vector<MeshPart>& parts_;
+  const std::vector<std::vector<std::uint64_t>>& masks_;
+  VoxelGrid voxels_;
+  std::unordered_map<std::size_t, CellContent> gifts_;
+  std::vector<std::size_t> lonely_;  ///< dropped, but nothing beside them is kept
+};
+
+/// Removes from every mesh the samples that a later one has.
+void give_way(std::vector<std::vector<std::uint64_t>>& masks, double sample_volume,
+              std::vector<MeshReport>& reports) {
+  for (std::size_t cell = 0; cell < masks.front().size(); ++cell) {
+    std::uint64_t taken = 0;
+    for (std::size_t p = masks.size(); p-- > 0;) {
+      std::uint64_t& mask = masks[p][cell];
+      reports[p].hidden_volume += std::popcount(mask & taken) * sample_volume;
+      taken |= std::exchange(mask, mask & ~taken);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> MeshReport::notes() const {
+  std::vector<std::string> notes;
+  const auto percent = [](double share) { return fmt::format("{:.2g} percent", 100 * share); };
+  if (flipped) notes.emplace_back("it is inside out, and was turned around");
+  if (open_edges > 0)
+    notes.push_back(
+        fmt::format("{} of its edges have no partner, and its openings leave {} of the volume undecided",
+                    open_edges, percent(undecided)));
+  if (zero_faces > 0) notes.push_back(fmt::format("{} of its triangles have no area", zero_faces));
+  if (shells > 1) notes.push_back(fmt::format("it has {} shells", shells));
+  if (overlapping > 0)
+    notes.push_back(percent(overlapping) + " of the volume is inside more than once, and counts once");
+  if (reversed > 0)
+    notes.push_back(percent(reversed) + " of the volume is in parts that are inside out, and is left out");
+  if (hidden_volume > 0)
+    notes.push_back(percent(hidden_volume / filled_volume) +
+                    " of the volume belongs to parts that come later");
+  if (std::abs(filled_volume - true_volume) > 0.01 * true_volume)
+    notes.push_back(fmt::format("cells fill {:.4g} m^3 where the surface encloses {:.4g} m^3", filled_volume,
+                                true_volume));
+  return notes;
+}
+
+MeshFill fill_meshes(const std::vector<MeshPart>& parts, const MeshFillConfig& config) {
+  for (const MeshPart& part : parts)
+    if (part.mesh.triangles.empty()) refuse(part, "has no triangles; give the surface of a solid");
+  const SampleGrid grid = grid_around(parts, config);
+  std::vector<MeshReport> reports(parts.size());
+  std::vector<std::vector<std::uint64_t>> masks;
+  for (std::size_t p = 0; p < parts.size(); ++p) masks.push_back(samples_of(parts[p], grid, reports[p]));
+  for (std::size_t p = 0; p < parts.size(); ++p)
+    if (reports[p].filled_volume == 0)
+      refuse(
+          parts[p],
+          fmt::format("is too thin for cells of {:.3g} m, no point of them that was tried lies inside; give "
+                      "smaller cells",
+                      config.cell_size));
+  give_way(masks, std::pow(grid.spacing(), 3), reports);
+  MeshFill fill = CellFiller(grid, parts, masks).finish();
+  fill.reports = std::move(reports);
+  return fill;
+}
+
+MeshFill fill_mesh(const TriangleMesh& mesh, const MeshFillConfig& config, const std::string& name) {
+  return fill_meshes({{mesh, 0, name}}, config);
+}
+
+}  // namespace mss

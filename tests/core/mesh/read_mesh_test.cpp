@@ -1,0 +1,1 @@
+#include "core/mesh/read_mesh.hpp"
