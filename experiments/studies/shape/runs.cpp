@@ -181,7 +181,7 @@ void add_frequencies(const ShapeConfig& config, const ShapeBody& body, const Fil
 }  // namespace
 
 std::string Filling::label() const {
-  return name == "local" ? fmt::format("local, b = {:g}", blend_mass) : name;
+  return name == "local" ? fmt::format("local, a = {:g}, b = {:g}", blend_springs, blend_mass) : name;
 }
 
 BodyConfig in_cells(const ShapeConfig& config, const ShapeBody& body, const Filling& filling, int across,
@@ -201,7 +201,10 @@ BodyConfig in_cells(const ShapeConfig& config, const ShapeBody& body, const Fill
   if (filling.name == "even")
     for (CellContent& content : cells.contents)
       for (PartFill& part : content) part.fill = CellFill::even(part.fill.share());
-  if (filling.name == "local") cells.fill_blend_mass = filling.blend_mass;
+  if (filling.name == "local") {
+    cells.fill_blend_springs = filling.blend_springs;
+    cells.fill_blend_mass = filling.blend_mass;
+  }
   cells.fill({.young = config.material.young, .poisson = poisson}, config.face_share);
   return cells;
 }
@@ -239,7 +242,7 @@ ShapeTables measure_shape(const ShapeConfig& config, Progress& progress) {
         }
         if (body.aligned && &filling != &config.fillings.front()) continue;  // its cells are full
         add_frequencies(config, body, filling, across, bar, tables.rows);
-        if (across != config.cells.back()) add_steps(config, body, filling, across, tables.steps);
+        if (across == config.cells.front()) add_steps(config, body, filling, across, tables.steps);
       }
   return tables;
 }

@@ -103,13 +103,13 @@ ShapeConfig shape_config(const ExperimentOptions& options) {
   if (!options.quick) config.bodies.push_back(bar("bar, shifted", 0, z));
   config.fillings = {{.name = "staircase"},
                      {.name = "even"},
-                     {.name = "local", .blend_mass = 0.3},
-                     {.name = "local", .blend_mass = 0.5}};
+                     {.name = "local", .blend_springs = 0.3, .blend_mass = 0.3},
+                     {.name = "local", .blend_springs = 0.3, .blend_mass = 0.5}};
   config.cells = options.cells;
   if (config.cells.empty())
     config.cells = options.quick ? std::vector<int>{5, 7} : std::vector<int>{5, 10, 20};
   config.reference_cells = options.quick ? std::vector<int>{2, 4, 8} : std::vector<int>{4, 8, 16};
-  config.step_poissons = options.quick ? std::vector<double>{0.3} : std::vector<double>{0, 0.15, 0.3};
+  config.step_poissons = options.quick ? std::vector<double>{0.3} : std::vector<double>{0, 0.3};
   if (options.quick) config.step_offsets = 6;
   config.seed = options.seed;
   return config;
