@@ -17,6 +17,12 @@
 #include "core/mesh/shapes.hpp"
 #include "tests/core/scene_texts.hpp"
 
+#if MSS_SANITIZED
+/// assimp leaks two objects where it throws.
+extern "C" const char* __lsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions() { return "leak:libassimp"; }
+#endif
+
 namespace mss {
 namespace {
 
