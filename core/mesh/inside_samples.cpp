@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <functional>
+#include <tuple>
 
 #include "core/error.hpp"
 #include "core/mesh/winding.hpp"
@@ -34,14 +35,16 @@ namespace {
 /// A line through samples meets the surface: all samples of the line from `from` on wind once more or less.
 /// Ordered by line, then along it.
 struct Crossing {
-  Crossing(int line, int from, bool enters)
-      : key(std::uint64_t(line) << 32 | std::uint64_t(from) << 1 | std::uint64_t(enters)) {}
+  Crossing(int line, int from, bool enters, double depth)
+      : key(std::uint64_t(line) << 32 | std::uint64_t(from) << 1 | std::uint64_t(enters)),
+        gap(float(from - depth)) {}
   int line() const { return int(key >> 32); }
   int from() const { return int(key >> 1 & 0x7fffffff); }
   int change() const { return (key & 1) != 0 ? 1 : -1; }
   bool operator<(const Crossing& other) const { return key < other.key; }
 
   std::uint64_t key;
+  float gap;  ///< from the surface to the sample `from`, in steps
 };
 
 constexpr std::size_t most_crossings = std::size_t(1) << 25;
@@ -139,8 +142,8 @@ class LineSweep {
     const int end = clamped(std::max(down.u, up.u), u_);
     for (int u = begin; u < end; ++u) {
       const double share = std::clamp((u - down.u) / (up.u - down.u), 0.0, 1.0);
-      const int from = clamped(down.w + share * (up.w - down.w), w_);
-      crossings_.emplace_back(u / s_ * s_ * s_ + u % s_ + line % s_ * s_, from, !leaves);
+      const double depth = down.w + share * (up.w - down.w);
+      crossings_.emplace_back(u / s_ * s_ * s_ + u % s_ + line % s_ * s_, clamped(depth, w_), !leaves, depth);
     }
     if (crossings_.size() > most_crossings)
       throw InputError(
@@ -163,14 +166,13 @@ class LineSweep {
 /// Marks the samples inside along the s^2 lines of one column of cells.
 class ColumnMasks {
  public:
-  ColumnMasks(const SampleGrid& grid, int axis) : s_(grid.samples), step_(steps(grid)[std::size_t(axis)]) {
-    const auto [x, y, z] = steps(grid);
-    const std::array<int, 3> step{x, y, z};
-    step_u_ = step[std::size_t(axis + 1) % 3];
-    step_v_ = step[std::size_t(axis + 2) % 3];
-    masks_.resize(std::size_t(grid.cells[std::size_t(axis)]) + 1);
-    whole_.resize(masks_.size());
-  }
+  ColumnMasks(const SampleGrid& grid, int axis)
+      : s_(grid.samples),
+        step_(grid.bit_steps()[std::size_t(axis)]),
+        step_u_(grid.bit_steps()[std::size_t(axis + 1) % 3]),
+        step_v_(grid.bit_steps()[std::size_t(axis + 2) % 3]),
+        masks_(std::size_t(grid.cells[std::size_t(axis)]) + 1),
+        whole_(masks_.size()) {}
 
   void clear() {
     std::fill(masks_.begin(), masks_.end(), 0);
@@ -203,14 +205,10 @@ class ColumnMasks {
   }
 
  private:
-  static std::array<int, 3> steps(const SampleGrid& grid) {
-    return {1, grid.samples, grid.samples * grid.samples};
-  }
-
   int s_;
   int step_;
-  int step_u_ = 0;
-  int step_v_ = 0;
+  int step_u_;
+  int step_v_;
   std::vector<std::uint64_t> masks_;  ///< one more than cells: lines may end behind the last
   std::vector<std::uint64_t> whole_;  ///< toggles of whole cells, from a cell on
 };
@@ -224,38 +222,74 @@ struct Run {
   int winding;
 };
 
-/// Calls column(base, stride, masks) for every column of cells along an axis, the cells being base, base +
-/// stride, ...; and before that run(line, begin, end, winding) for the pieces of its lines that are not
-/// outside.
-template <class OnColumn, class OnRun>
-void sweep(LineSweep& lines, const SampleGrid& grid, int axis, OnColumn&& on_column, OnRun&& on_run) {
+/// One column of cells along an axis: `base`, `base + stride`, ...
+struct Column {
+  std::size_t base;
+  std::size_t stride;
+  int u;  ///< of its cells, along the axis after the column's
+  int v;
+};
+
+/// What a sweep finds, for those who want it.
+struct SweepVisitor {
+  /// One mask per cell of a column, and one behind.
+  std::function<void(const Column&, const std::vector<std::uint64_t>& masks)> on_column;
+  /// The pieces of lines that are not outside. May be empty.
+  std::function<void(const Run&)> on_run{};
+};
+
+/// Adds the samples before and after a crossing, if they are near.
+void add_border(const Crossing& crossing, bool enters, const Column& column, int axis, const SampleGrid& grid,
+                std::vector<BorderSample>& border) {
+  const int s = grid.samples;
+  const int in_cell = crossing.line() % (s * s);
+  const std::array<int, 3> step = grid.bit_steps();
+  const auto ax = std::size_t(axis);
+  for (const bool after : {false, true}) {
+    const int along = after ? crossing.from() : crossing.from() - 1;
+    const float gap = after ? crossing.gap : 1 - crossing.gap;
+    if (!(gap >= 0 && gap < 0.5F) || along < 0 || along >= grid.cells[ax] * s) continue;
+    const int bit =
+        along % s * step[ax] + in_cell % s * step[(ax + 1) % 3] + in_cell / s * step[(ax + 2) % 3];
+    border.push_back({gap, std::uint32_t(column.base + std::size_t(along / s) * column.stride),
+                      std::uint8_t(bit), after == enters});
+  }
+}
+
+/// All lines along an axis.
+void sweep(const TriangleMesh& mesh, const std::vector<Vec3>& positions, double orientation,
+           const SampleGrid& grid, int axis, const SweepVisitor& visitor, std::vector<BorderSample>& border) {
+  LineSweep lines(mesh, positions, orientation, grid, axis);
   const std::array<std::size_t, 3> strides{1, std::size_t(grid.cells[0]),
                                            std::size_t(grid.cells[0]) * std::size_t(grid.cells[1])};
   const auto u = std::size_t(axis + 1) % 3;
   const auto v = std::size_t(axis + 2) % 3;
-  const int square = grid.samples * grid.samples;
+  const int s = grid.samples;
   ColumnMasks masks(grid, axis);
-  for (int layer = 0; layer < grid.cells[v]; ++layer) {
+  Column column{.base = 0, .stride = strides[std::size_t(axis)], .u = 0, .v = 0};
+  for (column.v = 0; column.v < grid.cells[v]; ++column.v) {
     const std::vector<Crossing>& crossings = lines.next_layer();
     auto next = crossings.begin();
-    for (int column = 0; column < grid.cells[u]; ++column) {
+    for (column.u = 0; column.u < grid.cells[u]; ++column.u) {
+      column.base = std::size_t(column.u) * strides[u] + std::size_t(column.v) * strides[v];
       masks.clear();
       int winding = 0;  // returns to 0 at the end of every line, because the surface is closed
-      for (; next != crossings.end() && next->line() / square == column; ++next) {
+      for (; next != crossings.end() && next->line() / (s * s) == column.u; ++next) {
+        const int in_cell = next->line() % (s * s);
         const int after = winding + next->change();
-        if ((winding > 0) != (after > 0)) masks.toggle(next->line() % square, next->from());
-        winding = after;
-        if (winding != 0) {
-          const int in_cell = next->line() % square;
-          on_run(Run{.y = column * grid.samples + in_cell % grid.samples,
-                     .z = layer * grid.samples + in_cell / grid.samples,
-                     .begin = next->from(),
-                     .end = std::next(next)->from(),
-                     .winding = winding});
+        if ((winding > 0) != (after > 0)) {
+          masks.toggle(in_cell, next->from());
+          add_border(*next, after > 0, column, axis, grid, border);
         }
+        winding = after;
+        if (winding != 0 && visitor.on_run)
+          visitor.on_run(Run{.y = column.u * s + in_cell % s,
+                             .z = column.v * s + in_cell / s,
+                             .begin = next->from(),
+                             .end = std::next(next)->from(),
+                             .winding = winding});
       }
-      on_column(std::size_t(column) * strides[u] + std::size_t(layer) * strides[v],
-                strides[std::size_t(axis)], masks.finish());
+      visitor.on_column(column, masks.finish());
     }
   }
 }
@@ -318,24 +352,21 @@ void vote(const TriangleMesh& mesh, const std::vector<Vec3>& positions, double o
           const SampleGrid& grid, InsideSamples& result) {
   std::vector<std::uint64_t> differ(result.masks.size());
   std::int64_t contested = 0;
-  const auto on_column = [&](bool last) {
-    return [&, last](std::size_t base, std::size_t stride, const std::vector<std::uint64_t>& column) {
-      for (std::size_t i = 0; i + 1 < column.size(); ++i) {
-        std::uint64_t& both = result.masks[base + i * stride];
-        std::uint64_t& doubtful = differ[base + i * stride];
-        if (!last) {
-          doubtful = both ^ column[i];
-          both &= column[i];
+  for (const int axis : {1, 2}) {
+    const auto on_column = [&](const Column& column, const std::vector<std::uint64_t>& masks) {
+      for (std::size_t i = 0; i + 1 < masks.size(); ++i) {
+        std::uint64_t& both = result.masks[column.base + i * column.stride];
+        std::uint64_t& doubtful = differ[column.base + i * column.stride];
+        if (axis == 1) {
+          doubtful = both ^ masks[i];
+          both &= masks[i];
         } else {
-          contested += std::popcount(doubtful | (both ^ (column[i] & ~doubtful)));
-          both |= doubtful & column[i];
+          contested += std::popcount(doubtful | (both ^ (masks[i] & ~doubtful)));
+          both |= doubtful & masks[i];
         }
       }
     };
-  };
-  for (const int axis : {1, 2}) {
-    LineSweep lines(mesh, positions, orientation, grid, axis);
-    sweep(lines, grid, axis, on_column(axis == 2), [](const Run&) {});
+    sweep(mesh, positions, orientation, grid, axis, {.on_column = on_column}, result.border);
   }
   result.contested = double(contested);
 }
@@ -347,23 +378,22 @@ InsideSamples find_inside(const TriangleMesh& closed_mesh, std::size_t first_cap
   std::vector<Vec3> positions(closed_mesh.vertices);  // in samples, from the first
   for (Vec3& x : positions) x = (x - grid.origin) / grid.spacing() - Vec3::Constant(0.5);
 
-  const WindingTree caps(closed_mesh, first_cap);
+  // caps of large openings are long triangles, of which a tree of pieces knows more
+  const WindingTree caps(closed_mesh, first_cap, 2 * grid.cell_size);
   std::int64_t undecided = 0;
   CellsNearCaps near(grid, first_cap < closed_mesh.triangles.size() ? cells_near(caps, grid, undecided)
                                                                     : std::vector<std::size_t>{});
   InsideSamples result;
   result.masks.resize(grid.cell_count());
-  LineSweep lines(closed_mesh, positions, orientation, grid, 0);
-  sweep(
-      lines, grid, 0,
-      [&](std::size_t base, std::size_t, const std::vector<std::uint64_t>& column) {
-        std::copy(column.begin(), column.end() - 1, result.masks.begin() + std::ptrdiff_t(base));
-      },
-      [&](const Run& run) {
-        (run.winding < 0 ? result.reversed : result.overlapping) +=
-            run.winding < 0 || run.winding > 1 ? run.end - run.begin : 0;
-        near.set(run);
-      });
+  const auto on_column = [&](const Column& column, const std::vector<std::uint64_t>& masks) {
+    std::copy(masks.begin(), masks.end() - 1, result.masks.begin() + std::ptrdiff_t(column.base));
+  };
+  const auto on_run = [&](const Run& run) {
+    if (run.winding < 0) result.reversed += run.end - run.begin;
+    if (run.winding > 1) result.overlapping += run.end - run.begin;
+    near.set(run);
+  };
+  sweep(closed_mesh, positions, orientation, grid, 0, {on_column, on_run}, result.border);
   vote(closed_mesh, positions, orientation, grid, result);
 
   const auto count = [&] {
@@ -386,6 +416,29 @@ InsideSamples find_inside(const TriangleMesh& closed_mesh, std::size_t first_cap
   result.reversed /= all;
   result.contested /= all;
   return result;
+}
+
+void match_volume(InsideSamples& samples, double volume, const SampleGrid& grid) {
+  const auto missing = std::int64_t(std::llround(volume / std::pow(grid.spacing(), 3))) - samples.inside;
+  std::vector<BorderSample>& border = samples.border;
+  std::erase_if(border, [&](const BorderSample& b) { return b.inside == (missing > 0); });
+  const auto order = [](const BorderSample& b) {
+    const std::uint64_t place = (std::uint64_t(b.cell) << 6 | b.bit) * 0x9e3779b97f4a7c15ULL;
+    return std::tuple(std::lround(b.gap * 1e6F), (place ^ place >> 29) * 0xbf58476d1ce4e5b9ULL);
+  };
+  // each sample is there up to three times
+  const std::size_t enough = std::min(border.size(), 3 * std::size_t(std::abs(missing)));
+  const auto nearer = [&](const BorderSample& a, const BorderSample& b) { return order(a) < order(b); };
+  std::partial_sort(border.begin(), border.begin() + std::ptrdiff_t(enough), border.end(), nearer);
+  std::int64_t left = std::abs(missing);
+  for (std::size_t i = 0; i < enough && left > 0; ++i) {
+    std::uint64_t& mask = samples.masks[border[i].cell];
+    const std::uint64_t bit = std::uint64_t(1) << border[i].bit;
+    if (((mask & bit) != 0) != border[i].inside) continue;  // moved already
+    mask ^= bit;
+    --left;
+  }
+  samples.inside += (missing > 0 ? 1 : -1) * (std::abs(missing) - left);
 }
 
 }  // namespace mss

@@ -83,6 +83,8 @@ std::vector<std::uint64_t> samples_of(const MeshPart& part, const SampleGrid& gr
   } catch (const InputError& error) {
     refuse(part, error.what());
   }
+  const bool simple = open.empty() && samples.overlapping == 0 && samples.reversed == 0;
+  if (simple && grid.samples > 1) match_volume(samples, report.true_volume, grid);
   report.filled_volume = double(samples.inside) * std::pow(grid.spacing(), 3);
   report.undecided = samples.undecided;
   report.overlapping = samples.overlapping;

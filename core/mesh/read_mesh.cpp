@@ -23,11 +23,13 @@ namespace {
 constexpr std::uintmax_t most_bytes = std::uintmax_t(1) << 30;
 constexpr float largest_coordinate = 1e15F;
 
+unsigned char byte(char c) { return static_cast<unsigned char>(c); }
+
 /// The ending of a file's name in small letters, one of those that are known.
 std::string format_of(const std::filesystem::path& file) {
   std::string ending = file.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return char(std::tolower(c)); });
+                 [](char c) { return char(std::tolower(byte(c))); });
   if (ending != ".obj" && ending != ".stl" && ending != ".ply")
     throw InputError("is no mesh file by its name; give one that ends in .obj, .stl or .ply");
   return ending.substr(1);
@@ -45,6 +47,19 @@ std::string read_content(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in.read(content.data(), std::streamsize(size))) throw InputError(unreadable);
   return content;
+}
+
+/// Writes the zero before the points of numbers such as .5, which assimp does not take for numbers in OBJ.
+std::string with_leading_zeros(const std::string& content) {
+  std::string result;
+  result.reserve(content.size());
+  for (std::size_t i = 0; i < content.size(); ++i) {
+    const bool bare = i > 0 && i + 1 < content.size() && content[i] == '.' &&
+                      std::isspace(byte(content[i - 1])) && std::isdigit(byte(content[i + 1]));
+    if (bare) result += '0';
+    result += content[i];
+  }
+  return result;
 }
 
 /// What assimp would use unchecked when it divides polygons.
@@ -113,7 +128,7 @@ TriangleMesh read_mesh(const std::filesystem::path& file) {
     const std::string format = format_of(file);
     if (format == "stl") check_stl(content);
     if (format == "ply") check_ply(content);
-    return import(content, format);
+    return import(format == "obj" ? with_leading_zeros(content) : content, format);
   } catch (const InputError& error) {
     throw InputError(file.string() + ": " + error.what());
   } catch (const std::exception& error) {  // of the library, out of memory included

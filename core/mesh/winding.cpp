@@ -37,9 +37,25 @@ double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
   return 2 * std::atan2(numerator, denominator);
 }
 
-WindingTree::WindingTree(const TriangleMesh& mesh, std::size_t first) {
-  for (std::size_t t = first; t < mesh.triangles.size(); ++t) triangles_.push_back(mesh.corners(t));
+WindingTree::WindingTree(const TriangleMesh& mesh, std::size_t first, double longest) {
+  for (std::size_t t = first; t < mesh.triangles.size(); ++t) add_divided(mesh.corners(t), longest);
   if (!triangles_.empty()) build(0, triangles_.size());
+}
+
+void WindingTree::add_divided(const std::array<Vec3, 3>& triangle, double longest) {
+  const auto& [a, b, c] = triangle;
+  const std::array<double, 3> squares{(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()};
+  const auto edge = std::size_t(std::max_element(squares.begin(), squares.end()) - squares.begin());
+  if (!(squares[edge] > longest * longest)) {
+    triangles_.push_back(triangle);
+    return;
+  }
+  const Vec3& from = triangle[edge];
+  const Vec3& to = triangle[(edge + 1) % 3];
+  const Vec3& opposite = triangle[(edge + 2) % 3];
+  const Vec3 middle = (from + to) / 2;
+  add_divided({from, middle, opposite}, longest);
+  add_divided({middle, to, opposite}, longest);
 }
 
 void WindingTree::build(std::size_t begin, std::size_t end) {

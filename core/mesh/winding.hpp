@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "core/mesh/triangle_mesh.hpp"
@@ -16,8 +17,9 @@ double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c);
 /// clusters that are far away count as dipoles (Barill et al. 2018), the others are summed exactly.
 class WindingTree {
  public:
-  /// Takes the triangles from `first` on.
-  explicit WindingTree(const TriangleMesh& mesh, std::size_t first = 0);
+  /// Takes the triangles from `first` on, divided until no edge is longer than `longest` [m].
+  explicit WindingTree(const TriangleMesh& mesh, std::size_t first = 0,
+                       double longest = std::numeric_limits<double>::infinity());
 
   /// A value at a point, and how far values within some distance of that point may be from it.
   struct Value {
@@ -38,6 +40,7 @@ class WindingTree {
     std::size_t behind = 0;  ///< the node after all its descendants, which follow it
     bool leaf = false;
   };
+  void add_divided(const std::array<Vec3, 3>& triangle, double longest);
   void build(std::size_t begin, std::size_t end);
   void split(std::size_t begin, std::size_t end);
   void bound(Node& node) const;

@@ -108,6 +108,7 @@ TEST(Winding, TheTreeAgreesWithTheSum) {
   TriangleMesh mesh = torus(3, 1, 40, 20);
   mesh.triangles.resize(mesh.triangles.size() * 2 / 3);
   const WindingTree tree(mesh);
+  const WindingTree of_pieces(mesh, 0, 0.1);
   double largest = 0;
   for (int i = 0; i < 1000; ++i) {
     const Vec3 point(5 * std::sin(0.1 * i), 5 * std::cos(0.37 * i), 2 * std::sin(1.3 * i));
@@ -117,6 +118,7 @@ TEST(Winding, TheTreeAgreesWithTheSum) {
       sum += solid_angle(a - point, b - point, c - point) / (4 * std::numbers::pi);
     }
     largest = std::max(largest, std::abs(tree.at(point).winding - sum));
+    EXPECT_NEAR(of_pieces.at(point).winding, sum, 0.02);
     const auto [winding, change] = tree.at(point, 0.05);
     const double beside = tree.at(point + Vec3(0.03, -0.04, 0)).winding;
     EXPECT_LE(std::abs(beside - winding), change + 0.005) << i;
