@@ -135,6 +135,10 @@ struct BodyConfig {
   bool is_full() const;
 };
 
+/// Splits or merges cells: of each `before` in a row, which are alike, become `after`, as full as they were.
+/// For cells that are filled evenly.
+void resample(BodyConfig& body, int before, int after);
+
 /// Share of a full corner's mass that a fill gives a corner; `floor` is BodyConfig::fill_blend_mass.
 double corner_share(const CellFill& fill, int corner, double floor);
 
