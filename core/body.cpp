@@ -95,12 +95,6 @@ double corner_share(const CellFill& fill, int corner, double floor) {
   return blend(double(fill.corner[std::size_t(corner)]), floor, mean_of(fill.corner));
 }
 
-std::vector<Part> BodyConfig::all_parts() const {
-  std::vector<Part> all{{{}, density, springs, elastic, damping}};
-  all.insert(all.end(), parts.begin(), parts.end());
-  return all;
-}
-
 bool BodyConfig::is_full() const {
   const CellContent full{PartFill{}};
   return std::all_of(contents.begin(), contents.end(),

@@ -114,7 +114,11 @@ struct BodyConfig {
   double shear_modulus() const { return cubic_stiffness(springs, cell_size).c44; }
 
   /// Part 0, whose name is empty, and `parts`.
-  std::vector<Part> all_parts() const;
+  std::vector<Part> all_parts() const {
+    std::vector<Part> all{{{}, density, springs, elastic, damping}};
+    all.insert(all.end(), parts.begin(), parts.end());
+    return all;
+  }
   /// Whether some part has a property.
   template <class Property>
   bool any_part(Property&& property) const {

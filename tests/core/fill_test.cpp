@@ -4,8 +4,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "core/measures.hpp"
+#include "core/particle_measures.hpp"
 #include "core/spring_system.hpp"
 #include "integrators/modes.hpp"
 #include "tests/differences.hpp"
@@ -354,6 +356,20 @@ TEST(LocalFill, VolumeIsOfWhatIsFilled) {
     EXPECT_NEAR(measure(system, state).volume_ratio_thesis, volume / at_rest, 1e-6 * volume / at_rest)
         << name;
   });
+}
+
+TEST(LocalFill, VolumeAtAParticleIsOfWhatIsFilled) {
+  BodyConfig config = testing::test_config(VoxelGrid::box(2, 1, 1));
+  testing::fill_evenly(config, {0.25F, 1});
+  const Body body(config);
+  SpringSystem<double> system(body, {}, {1});
+  State<double> state = system.rest_state();
+  for (const std::ptrdiff_t site : body.sites()) {  // the first cell twice as long
+    const Vec3 x = state.x.at(site);
+    if (x[0] < config.origin[0] + 0.1) state.x.set(site, x - Vec3(config.cell_size, 0, 0));
+  }
+  EXPECT_NEAR(volume_ratio_at(body, state.x, body.lattice().site(0, 0, 0)), 2, 1e-14);
+  EXPECT_NEAR(volume_ratio_at(body, state.x, body.lattice().site(1, 0, 0)), (0.25 * 2 + 1) / 1.25, 1e-14);
 }
 
 /// Young's modulus of a bar along x whose ends are moved apart along x and free across, to first order.
