@@ -95,16 +95,24 @@ double corner_share(const CellFill& fill, int corner, double floor) {
   return blend(double(fill.corner[std::size_t(corner)]), floor, mean_of(fill.corner));
 }
 
-std::vector<Part> BodyConfig::all_parts() const {
-  std::vector<Part> all{{{}, density, springs, elastic, damping}};
-  all.insert(all.end(), parts.begin(), parts.end());
-  return all;
-}
-
 bool BodyConfig::is_full() const {
   const CellContent full{PartFill{}};
   return std::all_of(contents.begin(), contents.end(),
                      [&](const CellContent& content) { return content == full; });
+}
+
+void resample(BodyConfig& body, int before, int after) {
+  const VoxelGrid from = body.voxels;
+  const std::vector<std::uint32_t> content_of = std::move(body.content_of);
+  body.voxels = VoxelGrid(from.nx() / before * after, from.ny() / before * after, from.nz() / before * after);
+  body.content_of.clear();
+  for (int k = 0; k < body.voxels.nz(); ++k)
+    for (int j = 0; j < body.voxels.ny(); ++j)
+      for (int i = 0; i < body.voxels.nx(); ++i) {
+        const int x = i / after * before, y = j / after * before, z = k / after * before;
+        body.voxels.set(i, j, k, from.at(x, y, z));
+        if (!content_of.empty()) body.content_of.push_back(content_of[from.index(x, y, z)]);
+      }
 }
 
 /// What the cells around a site have of one part, in full cells.
@@ -137,8 +145,7 @@ void Body::check_contents() const {
   const VoxelGrid& voxels = config_.voxels;
   const auto boxed = std::size_t(voxels.nx()) * std::size_t(voxels.ny()) * std::size_t(voxels.nz());
   if (config_.content_of.size() != boxed)
-    throw InputError(
-        fmt::format("contents of {} cells for a box of {}", config_.content_of.size(), boxed));
+    throw InputError(fmt::format("contents of {} cells for a box of {}", config_.content_of.size(), boxed));
   for (int k = 0; k < voxels.nz(); ++k)
     for (int j = 0; j < voxels.ny(); ++j)
       for (int i = 0; i < voxels.nx(); ++i)
@@ -163,8 +170,8 @@ void Body::check_content(std::size_t content) const {
   }
   if (const float most = *std::max_element(all.octant.begin(), all.octant.end());
       !(most > 0 && most <= 1 + rounding))
-    throw InputError(fmt::format("content {} fills {} of an octant; allowed is more than 0, at most 1",
-                                 content, most));
+    throw InputError(
+        fmt::format("content {} fills {} of an octant; allowed is more than 0, at most 1", content, most));
 }
 
 /// From 1; 0 where there is no cell.
@@ -287,8 +294,8 @@ Body::Shares Body::shares_of(const Neighbourhood& cells, int part) const {
       for (std::size_t s = 0; s < spring_slots.size(); ++s) {
         if (!is_in(cells_of_slot[s], cell)) continue;
         const auto [a, b, kind] = spring_slots[s];
-        shares.spring[s] += blend(filled_at(fill, corner_in(cell, a), corner_in(cell, b)),
-                                  config_.fill_blend_springs, share);
+        shares.spring[s] +=
+            blend(filled_at(fill, corner_in(cell, a), corner_in(cell, b)), config_.fill_blend_springs, share);
       }
       for (std::size_t c = 0; c < 8; ++c)
         if (is_in(cells_of_corner[c], cell))
@@ -340,10 +347,10 @@ SiteElements Body::elements_from(const Neighbourhood& cells) const {
     for (std::size_t part = 0; part < parts_.size() && e.stiffness[s] != 0; ++part) {
       const double of_part = shares[part].spring[s] * constants_[part].spring[static_cast<std::size_t>(kind)];
       if (of_part == 0) continue;
-      e.damping[s] += of_part / e.stiffness[s] *
-                      parts_[part].damping.coefficient(e.stiffness[s], mass[std::size_t(a)],
-                                                       mass[std::size_t(b)], rest_length(kind),
-                                                       constants_[part].shear_modulus);
+      e.damping[s] +=
+          of_part / e.stiffness[s] *
+          parts_[part].damping.coefficient(e.stiffness[s], mass[std::size_t(a)], mass[std::size_t(b)],
+                                           rest_length(kind), constants_[part].shear_modulus);
     }
   }
   return e;

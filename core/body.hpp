@@ -114,7 +114,11 @@ struct BodyConfig {
   double shear_modulus() const { return cubic_stiffness(springs, cell_size).c44; }
 
   /// Part 0, whose name is empty, and `parts`.
-  std::vector<Part> all_parts() const;
+  std::vector<Part> all_parts() const {
+    std::vector<Part> all{{{}, density, springs, elastic, damping}};
+    all.insert(all.end(), parts.begin(), parts.end());
+    return all;
+  }
   /// Whether some part has a property.
   template <class Property>
   bool any_part(Property&& property) const {
@@ -134,6 +138,10 @@ struct BodyConfig {
   /// Whether every cell is full of part 0.
   bool is_full() const;
 };
+
+/// Splits or merges cells: of each `before` in a row, which are alike, become `after`, as full as they were.
+/// For cells that are filled evenly.
+void resample(BodyConfig& body, int before, int after);
 
 /// Share of a full corner's mass that a fill gives a corner; `floor` is BodyConfig::fill_blend_mass.
 double corner_share(const CellFill& fill, int corner, double floor);

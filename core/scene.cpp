@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 
@@ -17,8 +19,8 @@ namespace {
 KnownKeys make_known_keys() {
   KnownKeys keys{
       {"",
-       {"body", "material", "damping", "weight", "environment", "hold", "load", "strike", "plane", "start",
-        "solve", "expect"}},
+       {"body", "material", "damping", "part", "weight", "environment", "hold", "load", "strike", "plane",
+        "start", "solve", "expect"}},
       {"expect", {energy_drift, mean_displacement}},
       {"expect.energy_drift", {"value", "within"}},
       {"expect.displacement", {"box", "value", "within"}},
@@ -28,6 +30,8 @@ KnownKeys make_known_keys() {
         "fold_guard"}},
       {"material.springs", {"edge", "face", "body"}},
       {"damping", {"ratio", "viscosity", "thesis"}},
+      {"part", {"name", "density", "young", "poisson", "damping"}},
+      {"part.damping", {"ratio", "viscosity", "thesis"}},
       {"weight", {"box", "mass"}},
       {"environment", {"gravity"}},
       {"hold", {"box", "axes", "velocity", "displacement", "turn"}},
@@ -148,23 +152,62 @@ void check_size(const TomlTable& body, std::string_view key, const std::array<in
                     sites / 1e6, most_sites / 1e6));
 }
 
-VoxelGrid read_voxels(const TomlTable& body, Scene& scene) {
+std::vector<std::string> read_part_names(const TomlTable& root) {
+  std::vector<std::string> names;
+  for (const TomlTable& part : root.tables("part")) {
+    const std::string name = part.text("name", "the name of a part",
+                                       "a letter from A to Z, which its cells in the voxel file have");
+    if (std::find(names.begin(), names.end(), name) != names.end())
+      part.reject("name", "is the name of another part; give each its own");
+    names.push_back(name);
+  }
+  return names;
+}
+
+/// A part without cells would silently have no effect.
+void check_use(const TomlTable& root, const BodyConfig& config) {
+  std::vector<bool> used(root.tables("part").size() + 1);
+  for (const CellContent& content : config.contents)
+    for (const PartFill& fill : content) used[std::size_t(fill.part)] = true;
+  for (std::size_t part = 1; part < used.size(); ++part)
+    if (!used[part])
+      root.tables("part")[part - 1].reject(
+          "name", "is of no cell; give body.voxels a file with cells of that letter, or leave the part out");
+}
+
+void read_cells(const TomlTable& root, Scene& scene) {
+  const TomlTable body = root.table("body");
+  BodyConfig& config = scene.body;
   if (body.has("cells") && body.has("voxels"))
     body.reject("voxels", "stands beside body.cells; give one of the two");
   if (!body.has("voxels")) {
     auto cells = body.three_whole("cells", cell_counts);
     check_size(body, "cells", cells, scene.refine);
-    return VoxelGrid::box(cells[0], cells[1], cells[2]).split(scene.refine);
+    config.voxels = VoxelGrid::box(cells[0], cells[1], cells[2]);
+  } else {
+    const std::vector<std::string> parts = read_part_names(root);
+    scene.voxel_file =
+        body.text("voxels", "a file name", "the path of a voxel file, relative to the scene file");
+    try {
+      VoxelFile file = read_voxels(scene.file.parent_path() / scene.voxel_file, parts);
+      check_size(body, "voxels", file.voxels.size(), scene.refine);
+      config.voxels = std::move(file.voxels);
+      config.contents = std::move(file.contents);
+      config.content_of = std::move(file.content_of);
+    } catch (const InputError& error) {
+      body.reject("voxels", fmt::format("does not give a body: {}", error.what()));
+    }
   }
-  scene.voxel_file =
-      body.text("voxels", "a file name", "the path of a voxel file, relative to the scene file");
-  try {
-    const VoxelGrid grid = VoxelGrid::read(scene.file.parent_path() / scene.voxel_file);
-    check_size(body, "voxels", grid.size(), scene.refine);
-    return grid.split(scene.refine);
-  } catch (const InputError& error) {
-    body.reject("voxels", fmt::format("does not give a body: {}", error.what()));
-  }
+  check_use(root, config);
+  resample(config, 1, scene.refine);
+}
+
+SpringConstants calibrate_for(const Scene& scene, const ElasticConstants& elastic, const TomlTable& table) {
+  SpringConstants springs = calibrate(elastic, scene.body.cell_size, scene.face_share);
+  if (!scene.volume_force) springs.volume = 0;
+  if (!std::isfinite(springs.edge + springs.volume))
+    table.reject("young", "is too large to compute with; give a smaller number of pascals");
+  return springs;
 }
 
 /// Springs as given, or calibrated for the elastic constants given, which are kept.
@@ -188,27 +231,25 @@ SpringConstants read_springs(const TomlTable& material, Scene& scene) {
                         .poisson = material.number("poisson", poisson)};
   scene.face_share = material.number("face_share", share, scene.face_share);
   scene.volume_force = material.boolean("volume_force", scene.volume_force);
-  SpringConstants springs = calibrate(*scene.body.elastic, scene.body.cell_size, scene.face_share);
-  if (!scene.volume_force) springs.volume = 0;
-  if (!std::isfinite(springs.edge + springs.volume))
-    material.reject("young", "is too large to compute with; give a smaller number of pascals");
-  return springs;
+  return calibrate_for(scene, *scene.body.elastic, material);
 }
 
-Damping read_damping(const TomlTable& damping, const BodyConfig& config) {
+/// `shear_modulus` of the springs.
+Damping read_damping(const TomlTable& damping, double shear_modulus) {
   const char* key = damping.has("thesis") ? "thesis" : "paper";
   const bool thesis = damping.boolean(key, false);
   for (const char* other : {"ratio", "viscosity"})
     if (thesis && damping.has(other))
-      damping.reject(other, fmt::format("stands beside damping.{} = true; give one of the two", key));
+      damping.reject(other,
+                     fmt::format("stands beside {}.{} = true; give one of the two", damping.path(), key));
   if (damping.has("ratio") && damping.has("viscosity"))
-    damping.reject("viscosity", "stands beside damping.ratio; give one of the two");
+    damping.reject("viscosity", fmt::format("stands beside {}.ratio; give one of the two", damping.path()));
   if (thesis) return {.law = Damping::Law::thesis};
   if (const double zeta = damping.number("ratio", damping_ratio, 0); zeta > 0)
     return {.law = Damping::Law::ratio, .zeta = zeta};
   const double eta = damping.number("viscosity", viscosity, 0);
   if (eta == 0) return {};
-  if (config.shear_modulus() == 0)
+  if (shear_modulus == 0)
     damping.reject("viscosity",
                    "is of shear, which these springs do not resist; give face or body diagonals");
   return {.law = Damping::Law::viscosity, .viscosity = eta};
@@ -222,23 +263,50 @@ double read_fold_guard(const TomlTable& material, const BodyConfig& config) {
   return stiffness;
 }
 
+/// Rejects what makes particles too light to compute with; `other` is the key that might be changed instead.
+void check_mass(const TomlTable& table, const char* key, double of_cell, const char* other) {
+  if (!std::isnormal(of_cell / 8))
+    table.reject(key, fmt::format("gives particles of mass {} kg; change it or {}", of_cell / 8, other));
+}
+
+/// What a part does not say is [material]'s and [damping]'s.
+Part read_part(const TomlTable& table, const Scene& scene) {
+  const BodyConfig& config = scene.body;
+  Part part = config.all_parts().front();
+  part.name = table.text("name", "a name", "a text");
+  part.density = table.number("density", density, part.density);
+  check_mass(table, "density", part.density * std::pow(config.cell_size, 3), "body.cell_size");
+  if (table.has("young") || table.has("poisson")) {
+    const auto number = [&](const char* key, const Quantity& quantity, double ElasticConstants::*of) {
+      return part.elastic ? table.number(key, quantity, *part.elastic.*of) : table.number(key, quantity);
+    };
+    part.elastic = {.young = number("young", young, &ElasticConstants::young),
+                    .poisson = number("poisson", poisson, &ElasticConstants::poisson)};
+    part.springs = calibrate_for(scene, *part.elastic, table);
+  }
+  if (table.has("damping"))
+    part.damping = read_damping(table.table("damping"), cubic_stiffness(part.springs, config.cell_size).c44);
+  return part;
+}
+
 void read_body(const TomlTable& root, Scene& scene) {
   const TomlTable body = root.table("body");
   const TomlTable material = root.table("material");
   BodyConfig& config = scene.body;
   scene.refine = body.whole("refine", split_parts, scene.refine);
-  config.voxels = read_voxels(body, scene);
+  read_cells(root, scene);
   config.cell_size = body.number("cell_size", length) / scene.refine;
   config.origin = body.vector("origin", position, Vec3::Zero());
   config.topology = body.choice("topology", "a topology", topologies, Topology::full);
   config.sharing = body.choice("sharing", "a way of sharing springs", sharings, Sharing::weighted);
+  if (config.sharing != Sharing::weighted && !config.content_of.empty())
+    body.reject("sharing", "is for full cells of one part; leave it out, or give \"weighted\"");
   config.density = material.number("density", density);
-  if (!std::isnormal(config.density * std::pow(config.cell_size, 3) / 8))
-    body.reject("cell_size", fmt::format("gives particles of mass {} kg; change it or material.density",
-                                         config.density * std::pow(config.cell_size, 3) / 8));
+  check_mass(body, "cell_size", config.density * std::pow(config.cell_size, 3), "material.density");
   config.springs = read_springs(material, scene);
   config.fold_guard = read_fold_guard(material, config);
-  config.damping = read_damping(root.table("damping"), config);
+  config.damping = read_damping(root.table("damping"), config.shear_modulus());
+  for (const TomlTable& table : root.tables("part")) config.parts.push_back(read_part(table, scene));
   for (const TomlTable& table : root.tables("weight"))
     config.weights.push_back({.box = table.box("box"), .mass = table.number("mass", mass)});
 }
@@ -402,6 +470,58 @@ void check_boxes(const Scene& scene) {
   });
 }
 
+namespace {
+
+/// By part, which others it meets in a cell or in cells that share a spring, those with an edge in common.
+std::vector<std::vector<bool>> meetings(const BodyConfig& body) {
+  const std::size_t parts = body.parts.size() + 1;
+  std::vector<std::vector<bool>> meets(parts, std::vector<bool>(parts));
+  const VoxelGrid& voxels = body.voxels;
+  const auto meet = [&](const std::array<int, 3>& a, const std::array<int, 3>& b) {
+    if (!voxels.at(a[0], a[1], a[2]) || !voxels.at(b[0], b[1], b[2])) return;
+    for (const auto& [p, of_a] : body.contents[body.content_of[voxels.index(a[0], a[1], a[2])]])
+      for (const auto& [q, of_b] : body.contents[body.content_of[voxels.index(b[0], b[1], b[2])]])
+        meets[std::size_t(p)][std::size_t(q)] = meets[std::size_t(q)][std::size_t(p)] = true;
+  };
+  constexpr std::array<std::array<int, 3>, 10> steps{{{0, 0, 0},
+                                                      {1, 0, 0},
+                                                      {0, 1, 0},
+                                                      {0, 0, 1},
+                                                      {1, 1, 0},
+                                                      {1, -1, 0},
+                                                      {0, 1, 1},
+                                                      {0, 1, -1},
+                                                      {1, 0, 1},
+                                                      {1, 0, -1}}};
+  for (int k = 0; k < voxels.nz() && !body.content_of.empty(); ++k)
+    for (int j = 0; j < voxels.ny(); ++j)
+      for (int i = 0; i < voxels.nx(); ++i)
+        for (const auto& [x, y, z] : steps) meet({i, j, k}, {i + x, j + y, k + z});
+  return meets;
+}
+
+/// Above a contrast of some thousand a shared spring is the stiffer part's alone.
+void add_contrasts(const BodyConfig& body, std::vector<std::string>& warnings) {
+  constexpr double most = 1000;
+  const std::vector<Part> parts = body.all_parts();
+  const std::vector<std::vector<bool>> meets = meetings(body);
+  const auto named = [&](std::size_t part) {
+    return part == 0 ? std::string("[material]") : fmt::format("part \"{}\"", parts[part].name);
+  };
+  const auto stiffness = [&](std::size_t part) {
+    return cubic_stiffness(parts[part].springs, body.cell_size).young(Vec3::UnitX());
+  };
+  for (std::size_t a = 0; a < parts.size(); ++a)
+    for (std::size_t b = 0; b < parts.size(); ++b)
+      if (const double ratio = stiffness(a) / stiffness(b); meets[a][b] && ratio > most)
+        warnings.push_back(fmt::format(
+            "{} is {:.3g} times as stiff as {} where they meet: beyond {} times springs that both "
+            "share follow the stiffer one alone, so the joint lies up to a cell off",
+            named(a), ratio, named(b), most));
+}
+
+}  // namespace
+
 /// The constants assume the full, weighted lattice.
 std::vector<std::string> scene_warnings(const Scene& scene) {
   const BodyConfig& body = scene.body;
@@ -412,6 +532,10 @@ std::vector<std::string> scene_warnings(const Scene& scene) {
                     "material, and anisotropic",
                     name_of(body.topology, topologies))};
   std::vector<std::string> warnings = material_warnings(body.springs, body.cell_size);
+  for (const Part& part : body.parts)
+    for (const std::string& warning : material_warnings(part.springs, body.cell_size))
+      warnings.push_back(fmt::format("part \"{}\": {}", part.name, warning));
+  add_contrasts(body, warnings);
   if (body.sharing == Sharing::uniform && body.elastic)
     warnings.emplace_back(
         "body.sharing = \"uniform\" makes surfaces stiffer than material.young; only "

@@ -21,13 +21,21 @@ void change_cells(Scene& scene, int level) {
         fmt::format("{}: cells of {:.4g} m make a lattice of {:.0f} million particles; at most "
                     "{:.0f} million fit",
                     scene.file.string(), body.cell_size * before / level, sites / 1e6, most_sites / 1e6));
-  body.voxels = body.voxels.merge(before).split(level);
+  resample(body, before, level);
   body.cell_size = body.cell_size * before / level;
   scene.refine = scene.voxel_file.empty() ? 1 : level;
 }
 
 SpringConstants scaled(const SpringConstants& k, double finer) {
   return {.edge = k.edge / finer, .face = k.face / finer, .body = k.body / finer, .volume = k.volume};
+}
+
+/// Of parts beside part 0 nothing is edited but what other cells and springs change.
+void change_part(Part& part, const SceneEdit& edit, double cell_size, double finer) {
+  part.springs =
+      part.elastic ? calibrate(*part.elastic, cell_size, edit.face_share) : scaled(part.springs, finer);
+  if (!edit.volume_force) part.springs.volume = 0;
+  if (part.damping.law == Damping::Law::ratio) part.damping.zeta *= finer;
 }
 
 }  // namespace
@@ -72,6 +80,7 @@ Scene edited(Scene scene, const SceneEdit& edit) {
   else
     body.springs = scaled(edit.springs, finer);
   if (!edit.volume_force) body.springs.volume = 0;
+  for (Part& part : body.parts) change_part(part, edit, body.cell_size, finer);
   body.topology = edit.topology;
   body.sharing = edit.sharing;
   body.damping = edit.damping;

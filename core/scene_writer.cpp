@@ -27,7 +27,7 @@ Json body_to_json(const Scene& scene) {
   const BodyConfig& body = scene.body;
   Json json;
   if (scene.voxel_file.empty())
-    json["cells"] = body.voxels.merge(scene.refine).size();
+    for (const int count : body.voxels.size()) json["cells"].push_back(count / scene.refine);
   else
     json["voxels"] = scene.voxel_file;
   json["refine"] = scene.refine;
@@ -58,6 +58,26 @@ Json to_json(const Damping& damping) {
   return {{"ratio", damping.zeta},
           {"viscosity", damping.viscosity},
           {"thesis", damping.law == Damping::Law::thesis}};
+}
+
+/// What a scene file has of it: what the law reads.
+Json damping_of_file(const Damping& damping) {
+  Json json = to_json(damping);
+  if (damping.law != Damping::Law::viscosity) json.erase("viscosity");
+  if (damping.law == Damping::Law::thesis || damping.law == Damping::Law::viscosity) json.erase("ratio");
+  if (damping.law != Damping::Law::thesis) json.erase("thesis");
+  return json;
+}
+
+/// Springs that are not calibrated are [material]'s.
+Json to_json(const Part& part) {
+  Json json{{"name", part.name}, {"density", part.density}};
+  if (part.elastic) {
+    json["young"] = part.elastic->young;
+    json["poisson"] = part.elastic->poisson;
+  }
+  json["damping"] = damping_of_file(part.damping);
+  return json;
 }
 
 Json to_json(const Hold& hold) {
@@ -126,10 +146,7 @@ Json file_of(const Scene& scene, const std::filesystem::path& folder) {
   }
   if (scene.body.elastic)
     for (const char* key : {"springs", "volume"}) json["material"].erase(key);
-  const Damping::Law law = scene.body.damping.law;
-  if (law != Damping::Law::viscosity) json["damping"].erase("viscosity");
-  if (law == Damping::Law::thesis || law == Damping::Law::viscosity) json["damping"].erase("ratio");
-  if (law != Damping::Law::thesis) json["damping"].erase("thesis");
+  json["damping"] = damping_of_file(scene.body.damping);
   return json;
 }
 
@@ -151,8 +168,9 @@ void add_table(std::string& text, const std::string& heading, const Json& table)
 }  // namespace
 
 Json to_json(const Scene& scene) {
-  Json weights = Json::array(), holds = Json::array(), loads = Json::array(), strikes = Json::array(),
-       planes = Json::array();
+  Json parts = Json::array(), weights = Json::array(), holds = Json::array(), loads = Json::array(),
+       strikes = Json::array(), planes = Json::array();
+  for (const Part& part : scene.body.parts) parts.push_back(to_json(part));
   for (const Weight& weight : scene.body.weights)
     weights.push_back({{"box", to_json(weight.box)}, {"mass", weight.mass}});
   for (const Hold& hold : scene.environment.holds) holds.push_back(to_json(hold));
@@ -166,6 +184,7 @@ Json to_json(const Scene& scene) {
           {"body", body_to_json(scene)},
           {"material", material_to_json(scene)},
           {"damping", to_json(scene.body.damping)},
+          {"part", parts},
           {"weight", weights},
           {"environment", {{"gravity", to_json(scene.environment.gravity)}}},
           {"hold", holds},

@@ -1,6 +1,7 @@
 #include "core/voxels.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <fstream>
@@ -26,8 +27,32 @@ namespace {
 
 using Layer = std::vector<std::string>;
 
+/// Of the part that a cell's letter names, 0 for '#' and digits; -1: there is none.
+int part_of(char cell, const std::vector<std::string>& parts) {
+  if (cell < 'A' || cell > 'Z') return 0;
+  const auto named = std::find(parts.begin(), parts.end(), std::string(1, cell));
+  return named == parts.end() ? -1 : int(named - parts.begin()) + 1;
+}
+
+/// What is wrong with a cell, and what to give instead; empty: nothing.
+std::string problem_of(char cell, const std::vector<std::string>& parts) {
+  if (part_of(cell, parts) < 0)
+    return fmt::format("no part has that name; the names of [[part]] are {}",
+                       parts.empty() ? "none" : fmt::format("{}", fmt::join(parts, ", ")));
+  const bool known =
+      cell == '#' || cell == '.' || (cell >= '1' && cell <= '9') || (cell >= 'A' && cell <= 'Z');
+  return known ? ""
+               : "use '#' for a full cell, 1 to 9 for tenths of one, the letter of a [[part]], and '.' for "
+                 "none";
+}
+
+CellContent content_of(char cell, const std::vector<std::string>& parts) {
+  const bool is_tenths = cell >= '1' && cell <= '9';
+  return {{part_of(cell, parts), CellFill::even(is_tenths ? float(cell - '0') / 10 : 1)}};
+}
+
 /// The layers as text, with every row and layer known to have the size of the first.
-std::vector<Layer> read_layers(const std::filesystem::path& file) {
+std::vector<Layer> read_layers(const std::filesystem::path& file, const std::vector<std::string>& parts) {
   std::ifstream in(file);
   if (!in || std::filesystem::is_directory(file))
     throw InputError(
@@ -41,10 +66,10 @@ std::vector<Layer> read_layers(const std::filesystem::path& file) {
       in_layer = false;
       continue;
     }
-    const auto bad = row.find_first_not_of("#.");
-    if (bad != std::string::npos)
-      throw InputError(fmt::format("{}:{}: found '{}' in a voxel row; use '#' for a cell and '.' for none",
-                                   file.string(), line, row[bad]));
+    for (const char cell : row)
+      if (const std::string problem = problem_of(cell, parts); !problem.empty())
+        throw InputError(
+            fmt::format("{}:{}: found '{}' in a voxel row; {}", file.string(), line, cell, problem));
     if (!in_layer) layers.emplace_back();
     in_layer = true;
     if (row.size() != (layers.front().empty() ? row : layers.front().front()).size())
@@ -64,39 +89,28 @@ std::vector<Layer> read_layers(const std::filesystem::path& file) {
 
 }  // namespace
 
-VoxelGrid VoxelGrid::read(const std::filesystem::path& file) {
-  const std::vector<Layer> layers = read_layers(file);
+VoxelFile read_voxels(const std::filesystem::path& file, const std::vector<std::string>& parts) {
+  const std::vector<Layer> layers = read_layers(file, parts);
   const auto extent = [](std::size_t n) { return static_cast<int>(n); };
-  VoxelGrid grid(extent(layers[0][0].size()), extent(layers[0].size()), extent(layers.size()));
-  for (int k = 0; k < grid.nz(); ++k)
-    for (int j = 0; j < grid.ny(); ++j)
-      for (int i = 0; i < grid.nx(); ++i)
-        grid.set(
-            i, j, k,
-            layers[static_cast<std::size_t>(k)][static_cast<std::size_t>(j)][static_cast<std::size_t>(i)] ==
-                '#');
-  if (grid.count() == 0)
+  VoxelFile read{VoxelGrid(extent(layers[0][0].size()), extent(layers[0].size()), extent(layers.size()))};
+  std::string kinds;  // of cells, in the order of their contents
+  for (int k = 0; k < read.voxels.nz(); ++k)
+    for (int j = 0; j < read.voxels.ny(); ++j)
+      for (int i = 0; i < read.voxels.nx(); ++i) {
+        const char cell =
+            layers[static_cast<std::size_t>(k)][static_cast<std::size_t>(j)][static_cast<std::size_t>(i)];
+        read.voxels.set(i, j, k, cell != '.');
+        if (cell != '.' && kinds.find(cell) == std::string::npos) kinds += cell;
+        read.content_of.push_back(cell == '.' ? 0 : std::uint32_t(kinds.find(cell)));
+      }
+  if (read.voxels.count() == 0)
     throw InputError(
         fmt::format("{}: the voxel file holds no cell; mark at least one with '#'", file.string()));
-  return grid;
-}
-
-VoxelGrid VoxelGrid::split(int parts) const {
-  if (parts == 1) return *this;
-  VoxelGrid fine(nx() * parts, ny() * parts, nz() * parts);
-  for (int k = 0; k < fine.nz(); ++k)
-    for (int j = 0; j < fine.ny(); ++j)
-      for (int i = 0; i < fine.nx(); ++i) fine.set(i, j, k, at(i / parts, j / parts, k / parts));
-  return fine;
-}
-
-VoxelGrid VoxelGrid::merge(int parts) const {
-  if (parts == 1) return *this;
-  VoxelGrid coarse(nx() / parts, ny() / parts, nz() / parts);
-  for (int k = 0; k < coarse.nz(); ++k)
-    for (int j = 0; j < coarse.ny(); ++j)
-      for (int i = 0; i < coarse.nx(); ++i) coarse.set(i, j, k, at(i * parts, j * parts, k * parts));
-  return coarse;
+  if (kinds == "#")
+    read.content_of.clear();
+  else
+    for (const char kind : kinds) read.contents.push_back(content_of(kind, parts));
+  return read;
 }
 
 }  // namespace mss

@@ -4,7 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
+
+#include "core/cell_fill.hpp"
 
 namespace mss {
 
@@ -16,11 +19,6 @@ class VoxelGrid {
 
   /// A completely filled box.
   static VoxelGrid box(int nx, int ny, int nz) { return {nx, ny, nz, true}; }
-
-  /// Reads z-layers, bottom first, separated by blank lines; a line is one row of x, lines go along y;
-  /// '#' is a cell and '.' none. Throws InputError naming file and line for anything else, ragged rows
-  /// included.
-  static VoxelGrid read(const std::filesystem::path& file);
 
   int nx() const { return size_[0]; }
   int ny() const { return size_[1]; }
@@ -44,14 +42,22 @@ class VoxelGrid {
 
   std::size_t count() const;
 
-  /// Every cell split into `parts` along each axis.
-  VoxelGrid split(int parts) const;
-  /// The grid of which this is split(parts).
-  VoxelGrid merge(int parts) const;
-
  private:
   std::array<int, 3> size_;
   std::vector<std::uint8_t> cells_;
 };
+
+/// Cells, and what they hold as in BodyConfig.
+struct VoxelFile {
+  VoxelGrid voxels;
+  std::vector<CellContent> contents{};
+  std::vector<std::uint32_t> content_of{};
+};
+
+/// Reads z-layers, bottom first, separated by blank lines; a line is one row of x, lines go along y. '#' is a
+/// full cell of part 0, '1' to '9' one filled to so many tenths, a letter from A to Z a full cell of the part
+/// of that name, '.' none. `parts` are the names of parts 1, 2, ... Throws InputError naming file and line
+/// for anything else, ragged rows included.
+VoxelFile read_voxels(const std::filesystem::path& file, const std::vector<std::string>& parts = {});
 
 }  // namespace mss

@@ -5,9 +5,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
-#include <utility>
 
 namespace mss::reference {
 
@@ -135,64 +133,71 @@ void Algorithm1::connect(const BodyConfig& config) {
     particles_.push_back({.x = config.origin + config.cell_size * Vec3(kji[2], kji[1], kji[0])});
   }
 
-  const std::vector<Part> parts = config.all_parts();
-  const CellContent full{PartFill{}};
-  std::map<std::pair<std::size_t, std::size_t>, std::size_t> spring_of;
-  Shares shares;
+  Connections connections{config, {}, {}};
   each_cell([&](int i, int j, int k) {
     Cell cell{};
     for (std::size_t c = 0; c < 8; ++c)
       cell.p[c] = id.at({k + corner_of[c][2], j + corner_of[c][1], i + corner_of[c][0]});
-    const auto connect_class = [&](const auto& pairs, std::size_t part, double stiffness,
-                                   const CellFill& fill, std::size_t stride) {
-      if (stiffness == 0) return;
-      for (std::size_t s = 0; s < pairs.size(); s += stride) {
-        const std::size_t first = std::size_t(pairs[s].first - 1), second = std::size_t(pairs[s].second - 1);
-        const double share = stiffness * share_of_spring(fill, first, second, config.fill_blend_springs);
-        if (share == 0) continue;
-        const std::size_t a = cell.p[first], b = cell.p[second];
-        const auto [entry, is_new] = spring_of.try_emplace(std::minmax(a, b), springs_.size());
-        if (is_new) {
-          springs_.push_back({a, b, 0, (particles_[b].x - particles_[a].x).norm(), 0});
-          shares.emplace_back();
-        }
-        if (config.sharing == Sharing::uniform) {
-          springs_[entry->second].stiffness = stiffness;
-          shares[entry->second] = {{part, stiffness}};
-        } else {
-          springs_[entry->second].stiffness += share;
-          shares[entry->second].push_back({part, share});
-        }
-      }
-    };
-    for (const auto& [of_part, fill] :
-         config.content_of.empty() ? full : config.contents[config.content_of[voxels.index(i, j, k)]]) {
-      const auto part = std::size_t(of_part);
-      const SpringConstants& springs = parts[part].springs;
-      for (std::size_t c = 0; c < 8; ++c)  // eq. 2-2
-        particles_[cell.p[c]].mass +=
-            parts[part].density / 8 * cell_volume_ * share_of_mass(fill, c, config.fill_blend_mass);
-      cell.volume_stiffness += springs.volume * mean(fill.octant);
-      // Times the shear modulus of springs, from the energy that shear stores in a cell's diagonals.
-      cell.guard_stiffness += config.fold_guard * (springs.face + 4.0 / 3 * springs.body) / cell_size_ *
-                              mean(fill.octant);
-      connect_class(edges, part, springs.edge / (config.sharing == Sharing::weighted ? 4 : 1), fill, 1);
-      if (config.topology != Topology::edges_body)
-        connect_class(face_diagonals, part, springs.face / (config.sharing == Sharing::weighted ? 2 : 1),
-                      fill, config.topology == Topology::one_diagonal ? 2 : 1);
-      connect_class(body_diagonals, part, springs.body, fill, 1);
-    }
+    if (config.content_of.empty())
+      fill(cell, {}, connections);
+    else
+      for (const PartFill& part : config.contents[config.content_of[voxels.index(i, j, k)]])
+        fill(cell, part, connections);
     cells_.push_back(cell);
   });
-  add_dampers(config, shares);
+  add_dampers(connections);
   for (const Weight& weight : config.weights) add_weight(weight, 1e-9 * config.cell_size);
 }
 
+/// Adds what a cell has of a part to its particles' masses (eq. 2-2), its stiffness and its springs.
+void Algorithm1::fill(Cell& cell, const PartFill& filled, Connections& connections) {
+  const BodyConfig& config = connections.config;
+  const auto part = std::size_t(filled.part);
+  const Part material = config.all_parts()[part];
+  const SpringConstants& springs = material.springs;
+  const bool weighted = config.sharing == Sharing::weighted;
+  for (std::size_t c = 0; c < 8; ++c)
+    particles_[cell.p[c]].mass +=
+        material.density / 8 * cell_volume_ * share_of_mass(filled.fill, c, config.fill_blend_mass);
+  const double share = mean(filled.fill.octant);
+  cell.volume_stiffness += share * springs.volume;
+  // Times the shear modulus of springs, from the energy that shear stores in a cell's diagonals.
+  cell.guard_stiffness +=
+      share * config.fold_guard * (springs.face + 4.0 / 3 * springs.body) / config.cell_size;
+
+  const auto connect_class = [&](const auto& pairs, double stiffness, double cells, std::size_t stride) {
+    for (std::size_t s = 0; s < pairs.size(); s += stride) {
+      const auto first = std::size_t(pairs[s].first - 1), second = std::size_t(pairs[s].second - 1);
+      const double of_spring = share_of_spring(filled.fill, first, second, config.fill_blend_springs);
+      connect_pair(cell.p[first], cell.p[second],
+                   {part, weighted ? stiffness / cells * of_spring : stiffness}, connections);
+    }
+  };
+  connect_class(edges, springs.edge, 4, 1);
+  if (config.topology != Topology::edges_body)
+    connect_class(face_diagonals, springs.face, 2, config.topology == Topology::one_diagonal ? 2 : 1);
+  connect_class(body_diagonals, springs.body, 1, 1);
+}
+
+void Algorithm1::connect_pair(std::size_t a, std::size_t b, const Share& share, Connections& connections) {
+  if (share.stiffness == 0) return;
+  const auto [entry, is_new] = connections.spring_of.try_emplace(std::minmax(a, b), springs_.size());
+  if (is_new) {
+    springs_.push_back({a, b, 0, (particles_[b].x - particles_[a].x).norm(), 0});
+    connections.shares.emplace_back();
+  } else if (connections.config.sharing == Sharing::uniform) {
+    return;
+  }
+  springs_[entry->second].stiffness += share.stiffness;
+  connections.shares[entry->second].push_back(share);
+}
+
 /// What the laws of its parts give the whole spring, each as far as the stiffness is that part's.
-void Algorithm1::add_dampers(const BodyConfig& config, const Shares& shares) {
+void Algorithm1::add_dampers(const Connections& connections) {
+  const BodyConfig& config = connections.config;
   const std::vector<Part> parts = config.all_parts();
   for (std::size_t i = 0; i < springs_.size(); ++i)
-    for (const Share& share : shares[i]) {
+    for (const Share& share : connections.shares[i]) {
       Spring& s = springs_[i];
       const double m1 = particles_[s.p1].mass, m2 = particles_[s.p2].mass;
       const auto& [law, zeta, viscosity] = parts[share.part].damping;

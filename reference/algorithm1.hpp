@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cstddef>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "core/body.hpp"
@@ -70,10 +72,17 @@ class Algorithm1 {
     std::size_t part;
     double stiffness;
   };
-  using Shares = std::vector<std::vector<Share>>;  ///< by spring
+  /// While springs are made: which spring joins two particles, and what its stiffness is made of.
+  struct Connections {
+    const BodyConfig& config;
+    std::map<std::pair<std::size_t, std::size_t>, std::size_t> spring_of;
+    std::vector<std::vector<Share>> shares;  ///< by spring
+  };
 
   void connect(const BodyConfig& config);
-  void add_dampers(const BodyConfig& config, const Shares& shares);
+  void fill(Cell& cell, const PartFill& filled, Connections& connections);
+  void connect_pair(std::size_t a, std::size_t b, const Share& share, Connections& connections);
+  void add_dampers(const Connections& connections);
   void add_weight(const Weight& weight, double slack);
   void add_springs();
   void add_volume_forces();

@@ -103,10 +103,19 @@ inline void fill_randomly(BodyConfig& config, unsigned seed) {
     else if (parts == 1)
       config.contents.push_back({{0, fill_of(octants(1))}});
     else
-      config.contents.push_back({{part, fill_of(octants(0.6F))}, {(part + 1) % parts, fill_of(octants(0.4F))}});
+      config.contents.push_back(
+          {{part, fill_of(octants(0.6F))}, {(part + 1) % parts, fill_of(octants(0.4F))}});
   }
   const auto [nx, ny, nz] = config.voxels.size();
   for (int cell = 0; cell < nx * ny * nz; ++cell) config.content_of.push_back(std::uint32_t(rng() % 12));
+}
+
+/// Cells of random fills of three parts.
+inline BodyConfig mixed_config(const VoxelGrid& voxels, unsigned seed) {
+  BodyConfig config = test_config(voxels);
+  add_parts(config);
+  fill_randomly(config, seed);
+  return config;
 }
 
 /// Displaces every particle by up to `amplitude` cells and gives it a velocity of up to `speed`.

@@ -24,7 +24,7 @@ SceneFamily::SceneFamily(const std::filesystem::path& file, const std::vector<st
     throw InputError(fmt::format("{}: {}", file.string(), problem));
   };
   check_model(given_);
-  if (given_.body.damping.law == Damping::Law::thesis)
+  if (given_.body.any_part([](const Part& part) { return part.damping.law == Damping::Law::thesis; }))
     refuse(
         "damping.thesis has no viscosity that other cells could keep; give damping.viscosity or "
         "damping.ratio");
@@ -39,7 +39,8 @@ SceneFamily::SceneFamily(const std::filesystem::path& file, const std::vector<st
 }
 
 bool SceneFamily::is_calibrated() const {
-  return given_.model == spring_model && !given_.body.any_part([](const Part& part) { return !part.elastic; });
+  return given_.model == spring_model &&
+         !given_.body.any_part([](const Part& part) { return !part.elastic; });
 }
 
 bool SceneFamily::takes_elements() const { return is_calibrated() && given_.body.fold_guard == 0; }
@@ -85,6 +86,9 @@ std::vector<std::string> SceneFamily::settings(const SceneEdit& c) const {
       set("material.volume", 0.0);
   }
   if (c.damping.law == Damping::Law::ratio) set("damping.ratio", c.damping.zeta * finer);
+  for (std::size_t part = 0; part < given_.body.parts.size(); ++part)
+    if (const Damping& damping = given_.body.parts[part].damping; damping.law == Damping::Law::ratio)
+      set(fmt::format("part.{}.damping.ratio", part).c_str(), damping.zeta * finer);
   set("solve.integrator", c.integrator);
   if (fixes_iterations(c) && given_.solve.iterations != SolveConfig{}.iterations)
     set("solve.iterations", SolveConfig{}.iterations);

@@ -48,6 +48,29 @@ TEST(Coarsening, KeepsMassAndStiffnessOfOddAndRaggedBodies) {
   }
 }
 
+/// [m^3] by part.
+std::vector<double> volumes(const Body& body) {
+  std::vector<double> of_part(body.parts().size());
+  body.for_each_cell([&](std::ptrdiff_t site) {
+    for (const auto& [part, fill] : body.content_at(site))
+      of_part[std::size_t(part)] += double(fill.share()) * body.cell_volume();
+  });
+  return of_part;
+}
+
+TEST(Coarsening, KeepsEveryPartsVolumeAndStiffness) {
+  unsigned seed = 0;
+  for (const auto& shape : testing::test_shapes()) {
+    const Body fine(testing::mixed_config(shape.voxels, ++seed)), coarse(coarsened(fine.config()));
+    EXPECT_NEAR(coarse.total_mass(), fine.total_mass(), 1e-6 * fine.total_mass()) << shape.name;
+    for (std::size_t part = 0; part < 3; ++part) {
+      EXPECT_NEAR(volumes(coarse)[part], volumes(fine)[part], 1e-6 * fine.volume()) << shape.name << part;
+      const double c44 = cubic_stiffness(fine.parts()[part].springs, fine.config().cell_size).c44;
+      EXPECT_DOUBLE_EQ(cubic_stiffness(coarse.parts()[part].springs, coarse.config().cell_size).c44, c44);
+    }
+  }
+}
+
 TEST(Coarsening, KeepsTheViscosity) {
   for (const Damping& damping : {Damping{.law = Damping::Law::ratio, .zeta = 0.3},
                                  Damping{.law = Damping::Law::viscosity, .viscosity = 20}}) {

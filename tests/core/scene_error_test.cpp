@@ -1,4 +1,5 @@
 // Every malformed scene is refused in one sentence that names the file, the line, the key and the remedy.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -74,6 +75,21 @@ constexpr Malformed malformed_bodies[]{
      2,
      {"body.voxels", "layers.txt", "equally"}},
     {"bad_voxel", "cells = [2, 2, 2]", "voxels = \"bad.txt\"", 2, {"body.voxels", "bad.txt:1", "'o'", "'#'"}},
+    {"cell_of_no_part",
+     "cells = [2, 2, 2]",
+     "voxels = \"parts.txt\"",
+     2,
+     {"body.voxels", "parts.txt:1", "'A'", "no part has that name"}},
+    {"part_of_no_cell",
+     "[solve]",
+     "[[part]]\nname = \"A\"\n[solve]",
+     9,
+     {"part.0.name = \"A\"", "is of no cell", "body.voxels"}},
+    {"uniform_tenths",
+     "cells = [2, 2, 2]",
+     "voxels = \"tenths.txt\"\nsharing = \"uniform\"",
+     3,
+     {"body.sharing = \"uniform\"", "full cells of one part", "\"weighted\""}},
     {"empty_voxels", "cells = [2, 2, 2]", "voxels = \"empty.txt\"", 2, {"body.voxels", "empty.txt", "'#'"}},
     {"hollow_voxels",
      "cells = [2, 2, 2]",
@@ -544,6 +560,33 @@ constexpr Malformed malformed_overrides[]{
      "..=1"},
 };
 
+/// Beside a voxel file with cells of the letter A.
+constexpr Malformed malformed_parts[]{
+    {"no_part_name", "name = \"A\"", "", 8, {"part.0.name is missing", "a letter from A to Z"}},
+    {"number_as_part_name", "\"A\"", "1", 9, {"part.0.name = 1", "a letter from A to Z"}},
+    {"two_of_a_name", "[solve]", "[[part]]\nname = \"A\"\n[solve]", 11, {"part.1.name", "another part"}},
+    {"negative_part_density", "[solve]", "density = -1\n[solve]", 10, {"part.0.density = -1", "kg/m^3"}},
+    {"light_part", "[solve]", "density = 1e-320\n[solve]", 10, {"part.0.density", "body.cell_size"}},
+    {"part_poisson", "[solve]", "poisson = 0.5\n[solve]", 10, {"part.0.poisson = 0.5", "below 0.5"}},
+    {"part_young",
+     "[solve]",
+     "young = 1.7e308\npoisson = 0.4999999\n[solve]",
+     10,
+     {"part.0.young", "smaller"}},
+    {"part_springs", "[solve]", "springs = 5\n[solve]", 10, {"part.0.springs is not a known key"}},
+    {"part_damping",
+     "[solve]",
+     "damping = { ratio = 0.1, viscosity = 3 }\n[solve]",
+     10,
+     {"part.0.damping.viscosity = 3", "part.0.damping.ratio", "one of the two"}},
+    {"part_of_half_a_material",
+     "young = 1e5\npoisson = 0.3\n",
+     "springs = { edge = 1, face = 1, body = 1 }\n",
+     0,
+     {"part.0.poisson is missing"},
+     "part.0.young=5"},
+};
+
 class MalformedScene : public ::testing::TestWithParam<Malformed> {};
 
 TEST_P(MalformedScene, IsRefusedInOneUsefulSentence) {
@@ -554,6 +597,8 @@ TEST_P(MalformedScene, IsRefusedInOneUsefulSentence) {
   folder.write("bad.txt", "#o\n");
   folder.write("empty.txt", "");
   folder.write("hollow.txt", "..\n");
+  folder.write("parts.txt", "#A\n");
+  folder.write("tenths.txt", "#5\n");
   const std::filesystem::path file =
       folder.write("scene.toml", replaced(plain_scene, malformed.from, malformed.to));
   try {
@@ -574,8 +619,34 @@ TEST_P(MalformedScene, IsRefusedInOneUsefulSentence) {
   }
 }
 
+class MalformedPart : public ::testing::TestWithParam<Malformed> {};
+
+TEST_P(MalformedPart, IsRefusedInOneUsefulSentence) {
+  const Malformed& malformed = GetParam();
+  const SceneFolder folder;
+  folder.write("shape.txt", "A#\n");
+  std::string text = replaced(plain_scene, "cells = [2, 2, 2]", "voxels = \"shape.txt\"");
+  text = replaced(text, "[solve]", "[[part]]\nname = \"A\"\n[solve]");
+  const auto file = folder.write("scene.toml", replaced(text, malformed.from, malformed.to));
+  try {
+    if (malformed.override_with)
+      load_scene(file, {malformed.override_with});
+    else
+      load_scene(file);
+    FAIL() << "was accepted";
+  } catch (const InputError& error) {
+    const std::string message = error.what();
+    const std::string place =
+        malformed.line == 0 ? "" : fmt::format("{}:{}: ", file.string(), malformed.line);
+    EXPECT_THAT(message, StartsWith(place));
+    for (const std::string_view part : malformed.says) EXPECT_THAT(message, HasSubstr(part));
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+}
+
 const auto name_of = [](const auto& instance) { return instance.param.name; };
 INSTANTIATE_TEST_SUITE_P(Bodies, MalformedScene, ::testing::ValuesIn(malformed_bodies), name_of);
+INSTANTIATE_TEST_SUITE_P(Parts, MalformedPart, ::testing::ValuesIn(malformed_parts), name_of);
 INSTANTIATE_TEST_SUITE_P(Materials, MalformedScene, ::testing::ValuesIn(malformed_materials), name_of);
 INSTANTIATE_TEST_SUITE_P(Environments, MalformedScene, ::testing::ValuesIn(malformed_environments), name_of);
 INSTANTIATE_TEST_SUITE_P(Solves, MalformedScene, ::testing::ValuesIn(malformed_solves), name_of);

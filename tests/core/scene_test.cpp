@@ -297,6 +297,87 @@ TEST(Scene, FindsVoxelFilesBesideItself) {
   EXPECT_FALSE(scene.body.voxels.at(0, 1, 1));
 }
 
+/// Cells of two parts and of tenths.
+const std::string mixed_scene = replaced(plain_scene, "cells = [2, 2, 2]", "voxels = \"mixed.txt\"") +
+                                R"([damping]
+ratio = 0.1
+[[part]]
+name = "A"
+young = 2e5
+[[part]]
+name = "B"
+density = 2000
+young = 3e5
+poisson = 0.2
+damping = { viscosity = 7 }
+)";
+
+TEST(Scene, ReadsFillsAndParts) {
+  const SceneFolder folder;
+  folder.write("mixed.txt", "#A\n5B\n\n.A\n55\n");
+  const Scene scene = load_scene(folder.write("scene.toml", mixed_scene));
+  const BodyConfig& body = scene.body;
+  ASSERT_EQ(body.parts.size(), 2U);
+  const Part &a = body.parts[0], &b = body.parts[1];
+  EXPECT_EQ(a.density, 1000);
+  EXPECT_EQ(a.elastic->poisson, 0.3);
+  EXPECT_EQ(a.springs.edge, 2 * body.springs.edge);
+  EXPECT_EQ(a.damping.zeta, 0.1);
+  EXPECT_EQ(b.density, 2000);
+  EXPECT_EQ(b.springs.edge, calibrate({.young = 3e5, .poisson = 0.2}, 0.5, 0.5).edge);
+  EXPECT_EQ(b.damping.law, Damping::Law::viscosity);
+  EXPECT_EQ(b.damping.viscosity, 7);
+  const auto content = [&](int i, int j, int k) {
+    const CellContent& all = body.contents[body.content_of[body.voxels.index(i, j, k)]];
+    EXPECT_EQ(all.size(), 1U);
+    return std::pair(all[0].part, all[0].fill.share());
+  };
+  EXPECT_EQ(body.contents.size(), 4U);
+  EXPECT_EQ(content(0, 0, 0), std::pair(0, 1.0F));
+  EXPECT_EQ(content(1, 0, 0), std::pair(1, 1.0F));
+  EXPECT_EQ(content(0, 1, 0), std::pair(0, 0.5F));
+  EXPECT_EQ(content(1, 1, 0), std::pair(2, 1.0F));
+  EXPECT_EQ(content(1, 1, 1), std::pair(0, 0.5F));
+  EXPECT_FALSE(body.voxels.at(0, 0, 1));
+  EXPECT_NEAR(Body(body).total_mass(), 0.125 * (1000 * (1 + 2 + 1.5) + 2000), 1e-9);
+  EXPECT_THAT(scene.warnings, ElementsAre(HasSubstr("part \"B\": the volume stiffness is negative")));
+  expect_same_when_read_again(scene, folder);
+}
+
+TEST(Scene, SplitsFillsAndParts) {
+  const SceneFolder folder;
+  folder.write("mixed.txt", "#A\n5B\n");
+  const auto file = folder.write("scene.toml", mixed_scene);
+  const Scene coarse = load_scene(file), fine = load_scene(file, {"body.refine=2"});
+  EXPECT_NEAR(Body(fine.body).total_mass(), Body(coarse.body).total_mass(), 1e-9);
+  EXPECT_EQ(fine.body.content_of[fine.body.voxels.index(3, 1, 1)], coarse.body.content_of[1]);
+  EXPECT_EQ(fine.body.content_of[fine.body.voxels.index(1, 2, 0)], coarse.body.content_of[2]);
+  SceneEdit edit = edit_of(coarse);
+  edit.level = 2;
+  const Scene edited_fine = edited(coarse, edit);
+  EXPECT_EQ(edited_fine.body.content_of, fine.body.content_of);
+  EXPECT_EQ(edited_fine.body.parts[0].springs.edge, fine.body.parts[0].springs.edge);
+  EXPECT_EQ(edited_fine.body.parts[0].damping.zeta, 2 * fine.body.parts[0].damping.zeta);  // keeps viscosity
+  edit = edit_of(fine);
+  edit.level = 1;
+  EXPECT_EQ(edited(fine, edit).body.content_of, coarse.body.content_of);
+}
+
+TEST(Scene, WarnsOfContrastsThatItsCellsCannotResolve) {
+  const SceneFolder folder;
+  const auto file = folder.write("scene.toml", mixed_scene);
+  const std::vector<std::string> stiff{"part.0.young=2e8", "part.1.poisson=0.3"};
+  const auto warnings_of = [&](const char* cells, const std::vector<std::string>& overrides) {
+    folder.write("mixed.txt", cells);
+    return load_scene(file, overrides).warnings;
+  };
+  EXPECT_THAT(warnings_of("#AB\n", stiff),
+              ElementsAre(HasSubstr("\"A\" is 2e+03 times as stiff as [material]")));
+  EXPECT_THAT(warnings_of("#BA\n", stiff),
+              ElementsAre());  // 667 times as stiff as B, and not beside the first
+  EXPECT_THAT(warnings_of("#A\n5B\n", {"part.0.young=9e7", "part.1.poisson=0.3"}), ElementsAre());
+}
+
 TEST(Scene, ReadsItsModel) {
   const Scene springs = load_text(plain_scene);
   EXPECT_EQ(springs.model, "springs");

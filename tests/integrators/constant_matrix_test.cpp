@@ -89,25 +89,27 @@ INSTANTIATE_TEST_SUITE_P(
 
 // Otherwise projective steps without a search would diverge.
 TEST(ConstantMatrix, IsAtLeastTheTangent) {
-  for (const auto& [name, voxels] : testing::test_shapes()) {
-    BodyConfig config = testing::test_config(voxels);
-    // Of a ratio springs that no other cell shares may damp more.
-    config.damping = {.law = Damping::Law::viscosity, .viscosity = 20};
-    const Body body(config);
-    SpringSystem<double> system(body, {});
-    State<double> state = system.rest_state();
-    testing::randomise(body, state, 0.1, 0, 4);
-    const double dt = 0.1;
-    const auto solver = cholesky_solver(body, system);
-    const Field<double> rhs = random_field(body, 9);
-    const Field<double> p = solution_of(*solver, system, bounding_matrix(body, 1, dt, dt * dt), rhs);
-    Field<double> image(system.size());
-    const TangentSum sum{.mass = 1, .damping = dt, .stiffness = dt * dt, .kind = Tangent::projected};
-    system.tangents()->product(0, state.x, state.v, sum, p, image);
-    const double bound = (p.array() * rhs.array()).sum(), value = (p.array() * image.array()).sum();
-    EXPECT_LT(value, bound) << name;
-    EXPECT_GT(value, 0.05 * bound) << name;
-  }
+  for (const auto& [name, voxels] : testing::test_shapes())
+    for (const bool mixed : {false, true}) {
+      BodyConfig config = mixed ? testing::mixed_config(voxels, 2) : testing::test_config(voxels);
+      // Of a ratio springs that no other cell shares may damp more.
+      config.damping = {.law = Damping::Law::viscosity, .viscosity = 20};
+      for (Part& part : config.parts) part.damping = {.law = Damping::Law::viscosity, .viscosity = 50};
+      const Body body(config);
+      SpringSystem<double> system(body, {});
+      State<double> state = system.rest_state();
+      testing::randomise(body, state, 0.1, 0, 4);
+      const double dt = 0.1;
+      const auto solver = cholesky_solver(body, system);
+      const Field<double> rhs = random_field(body, 9);
+      const Field<double> p = solution_of(*solver, system, bounding_matrix(body, 1, dt, dt * dt), rhs);
+      Field<double> image(system.size());
+      const TangentSum sum{.mass = 1, .damping = dt, .stiffness = dt * dt, .kind = Tangent::projected};
+      system.tangents()->product(0, state.x, state.v, sum, p, image);
+      const double bound = (p.array() * rhs.array()).sum(), value = (p.array() * image.array()).sum();
+      EXPECT_LT(value, bound) << name << mixed;
+      EXPECT_GT(value, 0.05 * bound) << name << mixed;
+    }
 }
 
 // The sum of forces on a free body's particles changes its momentum alone: 1^T A = 1^T M.
@@ -204,6 +206,9 @@ TEST(ConstantMatrix, RefusesInWordsWhatItCannotDo) {
   other = box;
   other.weights = {{.box = {box.origin, box.origin}, .mass = 1}};
   EXPECT_NE(refusal(other).find("weights"), std::string::npos);
+  other = box;
+  testing::fill_evenly(other, std::vector<float>(27, 0.5F));
+  EXPECT_NE(refusal(other).find("fill factors"), std::string::npos);
   const Vec3 low = box.origin;
   EXPECT_NE(refusal(box, {{.box = {low, low + Vec3(0.6, 0.4, 0)}, .axes = {false, true, true}}})
                 .find("the hold of y takes a part"),

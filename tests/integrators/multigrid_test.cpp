@@ -17,8 +17,11 @@ namespace {
 struct Bent {
   Bent(const VoxelGrid& voxels, double poisson, const Execution& execution = {.threads = 1},
        Environment environment = {})
-      : body(config(voxels, poisson)), system(body, with_hold(std::move(environment), body), execution) {
-    const double height = body.config().cell_size * voxels.nz();
+      : Bent(config(voxels, poisson), execution, std::move(environment)) {}
+  explicit Bent(const BodyConfig& config, const Execution& execution = {.threads = 1},
+                Environment environment = {})
+      : body(config), system(body, with_hold(std::move(environment), body), execution) {
+    const double height = config.cell_size * config.voxels.nz();
     std::mt19937 rng(2);
     std::uniform_real_distribution<> noise(-0.01, 0.01);
     for (const std::ptrdiff_t site : body.sites()) {
@@ -100,6 +103,21 @@ TEST(Multigrid, KeepsItsRateOnRaggedBodies) {
     Bent bent(ball(18, hollow), 0.3);
     EXPECT_LE(bent.iterations("multigrid", bent.sum(300)), 20) << hollow;
   }
+}
+
+// A coarse cell is filled as much as its eight are on average, with each part.
+TEST(Multigrid, KeepsItsRateWhereCellsArePartlyFilled) {
+  BodyConfig config = Bent::config(ball(18, 0), 0.3);
+  testing::fill_randomly(config, 3);
+  Bent partly(config);
+  const long filled = partly.iterations("multigrid", partly.sum(300));
+  EXPECT_LE(filled, 24);
+  config.contents.clear();
+  config.content_of.clear();
+  config.parts = {{.springs = calibrate({.young = 1e7, .poisson = 0.3}, config.cell_size, 0.5)}};
+  testing::fill_randomly(config, 3);
+  Bent mixed(config);
+  EXPECT_LE(mixed.iterations("multigrid", mixed.sum(300)), 48);
 }
 
 TEST(Multigrid, SolvesWhatTheOthersSolve) {

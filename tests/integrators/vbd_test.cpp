@@ -42,6 +42,17 @@ TEST(Vbd, TendsToBackwardEulerOnEveryShape) {
     }
 }
 
+TEST(Vbd, TendsToBackwardEulerWhereCellsAreMixed) {
+  for (const auto& voxels : {VoxelGrid::box(3, 3, 3), VoxelGrid::box(9, 7, 1)}) {
+    const Body body(testing::mixed_config(voxels, 3));
+    const State<double> exact = end_of(body, "backward_euler", {.dt = 0.02}),
+                        few = end_of(body, "vbd", {.dt = 0.02, .iterations = 2}),
+                        many = end_of(body, "vbd", {.dt = 0.02, .iterations = 300});
+    EXPECT_LT(distance(body, many, exact), 1e-9);
+    EXPECT_GT(distance(body, few, exact), 1e-6);
+  }
+}
+
 /// Ten frames of a soft cube that is held at one face and released: slow motions need many passes.
 State<double> hanging_cube(const char* method, const IntegratorOptions& options) {
   BodyConfig config{.voxels = VoxelGrid::box(7, 7, 7), .cell_size = 1.0 / 7};

@@ -66,6 +66,15 @@ TEST(Xpbd, EqualsPlainLoopsOnEveryShape) {
       }
 }
 
+TEST(Xpbd, EqualsPlainLoopsWhereCellsAreMixed) {
+  unsigned seed = 0;
+  for (const auto& [name, voxels] : testing::test_shapes()) {
+    const Body body(testing::mixed_config(voxels, ++seed));
+    EXPECT_LT(difference_from_plain_loops<double>(body, 0.02, 2), 1e-11) << name;
+    EXPECT_LT(difference_from_plain_loops<float>(body, 0.02, 2), 1e-4) << name;
+  }
+}
+
 /// A spinning, stretched, undamped body in free fall.
 struct Scenario {
   explicit Scenario(int threads = 1)

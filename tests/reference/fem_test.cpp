@@ -10,6 +10,7 @@
 #include "core/measures.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
+#include "integrators/modes.hpp"
 #include "reference/fem/fem_system.hpp"
 #include "tests/differences.hpp"
 #include "tests/driven.hpp"
@@ -303,6 +304,52 @@ TEST(FemSystem, TakesAViscosity) {
     for (const std::ptrdiff_t site : body.sites()) power -= force.at(site).dot(state.v.at(site));
     EXPECT_NEAR(power, 6 * body.cell_volume() * density, 1e-10 * power) << law.name;
     EXPECT_LT(power / mass_weighted, system.spectral_bound().damping) << law.name;
+  }
+}
+
+/// Two parts in random fills.
+BodyConfig mixed_fem_config(const VoxelGrid& voxels) {
+  BodyConfig config = fem_config(voxels);
+  const ElasticConstants other{.young = 5e4, .poisson = 0.2};
+  config.parts = {{.density = 2000,
+                   .springs = calibrate(other, config.cell_size, 0.5),
+                   .elastic = other,
+                   .damping = {.law = Damping::Law::viscosity, .viscosity = 200}}};
+  testing::fill_randomly(config, 4);
+  return config;
+}
+
+// A cell's force is that of full cells of its parts, by their shares.
+TEST(FemSystem, TakesFillFactorsAndParts) {
+  for (const SolidLaw& law : solid_laws()) {
+    BodyConfig config = mixed_fem_config(VoxelGrid::box(1, 1, 1));
+    for (const CellContent& content : config.contents) {
+      Field<double> sum;
+      const auto force_of = [&](const CellContent& of_cell) {
+        config.content_of = {0};
+        BodyConfig one = config;
+        one.contents = {of_cell};
+        const Body body(one);
+        FemSystem system(body, {}, law);
+        State<double> state = system.rest_state();
+        testing::randomise(body, state, 0.15, 0.5, 7);
+        Field<double> force(system.size());
+        system.force(0, state.x, state.v, force);
+        return force;
+      };
+      const Field<double> force = force_of(content);
+      sum = force;
+      for (const auto& [part, fill] : content)
+        sum.array() -= double(fill.share()) * force_of({{part, CellFill::even(1)}}).array();
+      EXPECT_LT(sum.array().abs().maxCoeff(), 1e-14 * force.array().abs().maxCoeff()) << law.name;
+    }
+    const Body body(mixed_fem_config(VoxelGrid::box(3, 2, 3)));
+    FemSystem system(body, {}, law);
+    const State<double> rest = system.rest_state();
+    Work work;
+    const double fastest = fastest_mode(system, rest, work).modes.front().omega;
+    EXPECT_GE(system.spectral_bound().omega, fastest * (1 - 1e-9)) << law.name;
+    EXPECT_LT(system.spectral_bound().omega, 3 * fastest) << law.name;
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 
+#include "core/error.hpp"
 #include "core/measures.hpp"
 #include "tests/differences.hpp"
 #include "tests/driven.hpp"
@@ -51,6 +52,13 @@ TEST(Mollemans, IsEquation_3_7_ToFirstOrderForAffineMaps) {
       before = difference;
     }
   }
+}
+
+TEST(Mollemans, RefusesCellsThatAreNotFull) {
+  BodyConfig config = volume_only(VoxelGrid::box(2, 1, 1));
+  testing::fill_evenly(config, {1, 0.5F});
+  const Body body(config);
+  EXPECT_THROW(MollemansSystem(body, {}), InputError);
 }
 
 TEST(Mollemans, PushesASwollenCellTogether) {
