@@ -25,12 +25,13 @@ KnownKeys make_known_keys() {
       {"expect.energy_drift", {"value", "within"}},
       {"expect.displacement", {"box", "value", "within"}},
       {"body", {"cells", "voxels", "refine", "cell_size", "origin", "topology", "sharing"}},
+      {"body.mesh_rotation", mesh_rotation_keys},
       {"material",
        {"model", "density", "young", "poisson", "face_share", "springs", "volume", "volume_force",
         "fold_guard"}},
       {"material.springs", {"edge", "face", "body"}},
       {"damping", {"ratio", "viscosity", "thesis"}},
-      {"part", {"name", "density", "young", "poisson", "damping"}},
+      {"part", {"name", "mesh", "density", "young", "poisson", "damping"}},
       {"part.damping", {"ratio", "viscosity", "thesis"}},
       {"weight", {"box", "mass"}},
       {"environment", {"gravity"}},
@@ -45,6 +46,7 @@ KnownKeys make_known_keys() {
         "iterations", "tangent", "spectral_radius", "acceleration", "region_width", "alpha", "tolerance",
         "every", "sleep", "sleep_after"}},
   };
+  keys["body"].insert(keys["body"].end(), mesh_keys.begin(), mesh_keys.end());
   for (const MeasureColumn& column : measure_columns) {
     keys["expect"].emplace_back(column.name);
     keys["expect." + std::string(column.name)] = {"value", "within"};
@@ -175,9 +177,28 @@ void check_use(const TomlTable& root, const BodyConfig& config) {
           "name", "is of no cell; give body.voxels a file with cells of that letter, or leave the part out");
 }
 
+/// Parts of a mesh are meshes too.
+void read_mesh_cells(const TomlTable& root, Scene& scene) {
+  const TomlTable body = root.table("body");
+  const std::vector<TomlTable> parts = root.tables("part");
+  for (const TomlTable& part : parts)
+    if (!part.has("mesh"))
+      part.reject_missing("mesh", "give the mesh that the part fills, as the body is one: its file");
+  scene.mesh = read_scene_mesh(body, parts, scene.file.parent_path());
+  scene.mesh->config.cell_size /= scene.refine;
+  try {
+    fill_cells(*scene.mesh, scene.body);
+  } catch (const InputError& error) {
+    body.reject("mesh", fmt::format("does not give a body: {}", error.what()));
+  }
+}
+
 void read_cells(const TomlTable& root, Scene& scene) {
   const TomlTable body = root.table("body");
   BodyConfig& config = scene.body;
+  if (body.has("mesh")) return read_mesh_cells(root, scene);
+  for (const char* key : {"cells_across", "mesh_scale", "mesh_rotation", "mesh_translation", "fill"})
+    if (body.has(key)) body.reject(key, "is about a mesh; give body.mesh, or leave it out");
   if (body.has("cells") && body.has("voxels"))
     body.reject("voxels", "stands beside body.cells; give one of the two");
   if (!body.has("voxels")) {
@@ -295,14 +316,17 @@ void read_body(const TomlTable& root, Scene& scene) {
   BodyConfig& config = scene.body;
   scene.refine = body.whole("refine", split_parts, scene.refine);
   read_cells(root, scene);
-  config.cell_size = body.number("cell_size", length) / scene.refine;
-  config.origin = body.vector("origin", position, Vec3::Zero());
+  if (!scene.mesh) {
+    config.cell_size = body.number("cell_size", length) / scene.refine;
+    config.origin = body.vector("origin", position, Vec3::Zero());
+  }
   config.topology = body.choice("topology", "a topology", topologies, Topology::full);
   config.sharing = body.choice("sharing", "a way of sharing springs", sharings, Sharing::weighted);
   if (config.sharing != Sharing::weighted && !config.content_of.empty())
     body.reject("sharing", "is for full cells of one part; leave it out, or give \"weighted\"");
   config.density = material.number("density", density);
-  check_mass(body, "cell_size", config.density * std::pow(config.cell_size, 3), "material.density");
+  check_mass(body, body.has("cells_across") ? "cells_across" : "cell_size",
+             config.density * std::pow(config.cell_size, 3), "material.density");
   config.springs = read_springs(material, scene);
   config.fold_guard = read_fold_guard(material, config);
   config.damping = read_damping(root.table("damping"), config.shear_modulus());
@@ -522,16 +546,35 @@ void add_contrasts(const BodyConfig& body, std::vector<std::string>& warnings) {
 
 }  // namespace
 
+namespace {
+
+/// What was found in the meshes of a scene.
+std::vector<std::string> mesh_warnings(const Scene& scene) {
+  std::vector<std::string> warnings;
+  if (!scene.mesh) return warnings;
+  for (std::size_t i = 0; i < scene.mesh->reports.size(); ++i)
+    for (const std::string& note : scene.mesh->reports[i].notes())
+      warnings.push_back(
+          fmt::format("{}: {}", i == 0 ? scene.mesh->file : scene.mesh->part_files[i - 1], note));
+  return warnings;
+}
+
+}  // namespace
+
 /// The constants assume the full, weighted lattice.
 std::vector<std::string> scene_warnings(const Scene& scene) {
   const BodyConfig& body = scene.body;
-  if (!has_springs(scene.model)) return {};  // these are about springs
-  if (body.topology != Topology::full)
-    return {
+  std::vector<std::string> warnings = mesh_warnings(scene);
+  if (!has_springs(scene.model)) return warnings;  // the others are about springs
+  if (body.topology != Topology::full) {
+    warnings.push_back(
         fmt::format("body.topology = \"{}\" leaves out face diagonals: the body is softer in shear than its "
                     "material, and anisotropic",
-                    name_of(body.topology, topologies))};
-  std::vector<std::string> warnings = material_warnings(body.springs, body.cell_size);
+                    name_of(body.topology, topologies)));
+    return warnings;
+  }
+  for (std::string& warning : material_warnings(body.springs, body.cell_size))
+    warnings.push_back(std::move(warning));
   for (const Part& part : body.parts)
     for (const std::string& warning : material_warnings(part.springs, body.cell_size))
       warnings.push_back(fmt::format("part \"{}\": {}", part.name, warning));

@@ -7,6 +7,7 @@
 
 #include "core/body.hpp"
 #include "core/environment.hpp"
+#include "core/mesh/scene_mesh.hpp"
 #include "core/sleep_tracker.hpp"
 #include "core/system.hpp"
 
@@ -64,12 +65,13 @@ const std::string& to_string(Tangent tangent);
 /// A scene file, read and checked.
 struct Scene {
   std::filesystem::path file;
-  std::string name;          ///< file name without extension
-  BodyConfig body;           ///< its cells as they are after `refine`, its springs as calibrated
-  std::string voxel_file;    ///< where its cells come from, relative to the scene's folder; empty: a box
-  int refine = 1;            ///< parts that an edge of a cell of the file is split into
-  double face_share = 0.5;   ///< t of calibrated springs
-  bool volume_force = true;  ///< false: left out of calibrated springs
+  std::string name;        ///< file name without extension
+  BodyConfig body;         ///< its cells as they are after `refine`, its springs as calibrated
+  std::string voxel_file;  ///< where its cells come from, relative to the scene's folder; empty: a box,
+  std::optional<SceneMesh> mesh{};   ///< or a mesh's
+  int refine = 1;                    ///< parts that an edge of a cell of the file is split into
+  double face_share = 0.5;           ///< t of calibrated springs
+  bool volume_force = true;          ///< false: left out of calibrated springs
   std::string model = spring_model;  ///< what fills the cells, by name
   Environment environment;
   Vec3 start_velocity = Vec3::Zero();  ///< [m/s]

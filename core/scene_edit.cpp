@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "core/error.hpp"
@@ -21,8 +23,13 @@ void change_cells(Scene& scene, int level) {
         fmt::format("{}: cells of {:.4g} m make a lattice of {:.0f} million particles; at most "
                     "{:.0f} million fit",
                     scene.file.string(), body.cell_size * before / level, sites / 1e6, most_sites / 1e6));
-  resample(body, before, level);
-  body.cell_size = body.cell_size * before / level;
+  if (scene.mesh) {
+    scene.mesh->config.cell_size = body.cell_size * before / level;
+    fill_cells(*scene.mesh, body);
+  } else {
+    resample(body, before, level);
+    body.cell_size = body.cell_size * before / level;
+  }
   scene.refine = scene.voxel_file.empty() ? 1 : level;
 }
 
@@ -62,6 +69,7 @@ SceneEdit edit_of(const Scene& scene) {
 
 int level_of(const Scene& scene) {
   if (!scene.voxel_file.empty()) return scene.refine;
+  if (scene.mesh) return std::max(1, int(std::lround(scene.mesh->longest_extent() / scene.body.cell_size)));
   const std::array<int, 3> cells = scene.body.voxels.size();
   return std::gcd(cells[0], std::gcd(cells[1], cells[2]));
 }

@@ -31,7 +31,7 @@ struct SceneEdit {
 SceneEdit edit_of(const Scene& scene);
 
 /// How many of a scene's cells lie along an edge of the coarsest cells that its body can be made of: those of
-/// its voxel file, or the largest cubes that fill its box.
+/// its voxel file, the largest cubes that fill its box, or, of a mesh, one along its longest extent.
 int level_of(const Scene& scene);
 
 /// The scene with these settings. In cells of another level the material stays the same: springs that are

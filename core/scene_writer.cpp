@@ -23,17 +23,27 @@ double size_before(double cell_size, int refine) {
   return product;
 }
 
+Json to_json(const Placement& placement) {
+  return {{"mesh_scale", placement.scale},
+          {"mesh_rotation", {{"axis", to_json(placement.axis)}, {"degrees", placement.degrees}}},
+          {"mesh_translation", to_json(placement.translation)}};
+}
+
 Json body_to_json(const Scene& scene) {
   const BodyConfig& body = scene.body;
   Json json;
-  if (scene.voxel_file.empty())
+  if (scene.mesh) {
+    json["mesh"] = scene.mesh->file;
+    json.update(to_json(scene.mesh->placement));
+    json["fill"] = to_string(scene.mesh->config.mode);
+  } else if (scene.voxel_file.empty())
     for (const int count : body.voxels.size()) json["cells"].push_back(count / scene.refine);
   else
     json["voxels"] = scene.voxel_file;
   json["refine"] = scene.refine;
   json["cell_count"] = body.voxels.count();
   json["cell_size"] = size_before(body.cell_size, scene.refine);
-  json["origin"] = to_json(body.origin);
+  if (!scene.mesh) json["origin"] = to_json(body.origin);
   json["topology"] = to_string(body.topology);
   json["sharing"] = to_string(body.sharing);
   return json;
@@ -140,10 +150,15 @@ Json file_of(const Scene& scene, const std::filesystem::path& folder) {
   Json json = to_json(scene);
   json.erase("name");
   json["body"].erase("cell_count");
-  if (!scene.voxel_file.empty()) {
-    const auto voxels = std::filesystem::absolute(scene.file.parent_path() / scene.voxel_file);
-    json["body"]["voxels"] = voxels.lexically_proximate(std::filesystem::absolute(folder)).generic_string();
-  }
+  const auto from_folder = [&](const std::string& file) {
+    return std::filesystem::absolute(scene.file.parent_path() / file)
+        .lexically_proximate(std::filesystem::absolute(folder))
+        .generic_string();
+  };
+  if (!scene.voxel_file.empty()) json["body"]["voxels"] = from_folder(scene.voxel_file);
+  if (scene.mesh) json["body"]["mesh"] = from_folder(scene.mesh->file);
+  for (std::size_t i = 0; scene.mesh && i < scene.mesh->part_files.size(); ++i)
+    json["part"][i]["mesh"] = from_folder(scene.mesh->part_files[i]);
   if (scene.body.elastic)
     for (const char* key : {"springs", "volume"}) json["material"].erase(key);
   json["damping"] = damping_of_file(scene.body.damping);
@@ -170,7 +185,10 @@ void add_table(std::string& text, const std::string& heading, const Json& table)
 Json to_json(const Scene& scene) {
   Json parts = Json::array(), weights = Json::array(), holds = Json::array(), loads = Json::array(),
        strikes = Json::array(), planes = Json::array();
-  for (const Part& part : scene.body.parts) parts.push_back(to_json(part));
+  for (const Part& part : scene.body.parts) {
+    parts.push_back(to_json(part));
+    if (scene.mesh) parts.back()["mesh"] = scene.mesh->part_files[parts.size() - 1];
+  }
   for (const Weight& weight : scene.body.weights)
     weights.push_back({{"box", to_json(weight.box)}, {"mass", weight.mass}});
   for (const Hold& hold : scene.environment.holds) holds.push_back(to_json(hold));

@@ -4,6 +4,7 @@
 
 #include "core/error.hpp"
 #include "core/mesh/read_mesh.hpp"
+#include "core/mesh/shapes.hpp"
 #include "core/toml_reader.hpp"
 
 namespace mss {
@@ -21,8 +22,8 @@ constexpr Quantity degrees{"an angle", "a finite number of degrees", [](double) 
 constexpr Quantity translation{"a displacement", "three finite numbers of metres",
                                [](double) { return true; }};
 
-const std::vector<std::pair<std::string, FillMode>> fills{{"local", FillMode::local},
-                                                          {"staircase", FillMode::staircase}};
+const std::vector<std::pair<std::string, FillMode>> mesh_fills{{"local", FillMode::local},
+                                                               {"staircase", FillMode::staircase}};
 
 Placement read_placement(const TomlTable& body) {
   Placement placement;
@@ -38,47 +39,78 @@ Placement read_placement(const TomlTable& body) {
   return placement;
 }
 
-double read_cell_size(const TomlTable& body, const TriangleMesh& mesh) {
-  if (!body.has("cells_across")) {
+double read_cell_size(const TomlTable& body, const SceneMesh& mesh) {
+  if (!mesh.by_count) {
     if (!body.has("cell_size"))
       body.reject_missing("cell_size", "give a positive number of metres, or cells_across = 20");
     return body.number("cell_size", cell_size);
   }
   if (body.has("cell_size")) body.reject("cells_across", "stands beside body.cell_size; give one of the two");
-  const Box box = bounding_box(mesh);
-  return (box.upper - box.lower).maxCoeff() / body.number("cells_across", cells_across);
+  return mesh.longest_extent() / body.number("cells_across", cells_across);
 }
 
-/// What `make` makes of the mesh; its complaints become those of the key.
-template <class Make>
-auto from_mesh(const TomlTable& body, Make&& make) {
+/// Reads and places the mesh of a key; its faults become those of the key.
+MeshPart read_part(const TomlTable& table, const std::filesystem::path& folder, const Placement& placement,
+                   int part, std::string& file) {
+  file = table.text("mesh", "a file name", "the path of an OBJ, STL or PLY file, relative to the scene file");
+  const std::filesystem::path path = folder / file;
   try {
-    return make();
+    MeshPart read{.mesh = read_mesh(path), .part = part, .name = path.string()};
+    place(read.mesh, placement);
+    return read;
   } catch (const InputError& error) {
-    body.reject("mesh", fmt::format("does not give a body: {}", error.what()));
+    table.reject("mesh", fmt::format("does not give a body: {}", error.what()));
   }
 }
 
 }  // namespace
 
-SceneMesh read_scene_mesh(const TomlTable& body, const std::filesystem::path& folder) {
+double SceneMesh::longest_extent() const {
+  const Box box = bounding_box(surface());
+  return (box.upper - box.lower).maxCoeff();
+}
+
+TriangleMesh SceneMesh::surface() const {
+  TriangleMesh all;
+  for (const MeshPart& part : parts) all = joined(all, part.mesh);
+  return all;
+}
+
+SceneMesh read_scene_mesh(const TomlTable& body, const std::vector<TomlTable>& parts,
+                          const std::filesystem::path& folder) {
   for (const char* other : {"cells", "voxels"})
     if (body.has(other))
       body.reject("mesh", fmt::format("stands beside body.{}; give one of the two", other));
-  std::string file =
-      body.text("mesh", "a file name", "the path of an OBJ, STL or PLY file, relative to the scene file");
-  const std::filesystem::path path = folder / file;
-  const Placement placement = read_placement(body);
-  TriangleMesh mesh = from_mesh(body, [&] { return read_mesh(path); });
-  place(mesh, placement);
-  const MeshFillConfig config{.cell_size = read_cell_size(body, mesh),
-                              .mode = body.choice("fill", "a way of filling cells", fills, FillMode::local)};
-  MeshFill fill = from_mesh(body, [&] { return fill_mesh(mesh, config, path.string()); });
-  return {.file = std::move(file),
-          .placement = placement,
-          .config = config,
-          .mesh = std::move(mesh),
-          .fill = std::move(fill)};
+  if (body.has("origin"))
+    body.reject("origin", "stands beside body.mesh, which says where the body is; give mesh_translation");
+  SceneMesh mesh;
+  mesh.placement = read_placement(body);
+  mesh.by_count = body.has("cells_across");
+  mesh.parts.push_back(read_part(body, folder, mesh.placement, 0, mesh.file));
+  for (const TomlTable& part : parts) {
+    mesh.part_files.emplace_back();
+    mesh.parts.push_back(
+        read_part(part, folder, mesh.placement, int(mesh.parts.size()), mesh.part_files.back()));
+  }
+  mesh.config = {.cell_size = read_cell_size(body, mesh),
+                 .mode = body.choice("fill", "a way of filling cells", mesh_fills, FillMode::local)};
+  return mesh;
+}
+
+void fill_cells(SceneMesh& mesh, BodyConfig& body) {
+  MeshFill fill = fill_meshes(mesh.parts, mesh.config);
+  body.voxels = std::move(fill.voxels);
+  body.contents = std::move(fill.contents);
+  body.content_of = std::move(fill.content_of);
+  body.cell_size = fill.cell_size;
+  body.origin = fill.origin;
+  mesh.reports = std::move(fill.reports);
+}
+
+const std::string& to_string(FillMode mode) {
+  for (const auto& [name, known] : mesh_fills)
+    if (known == mode) return name;
+  return mesh_fills.front().first;
 }
 
 }  // namespace mss

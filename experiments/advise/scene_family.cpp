@@ -67,6 +67,12 @@ std::vector<std::string> SceneFamily::settings(const SceneEdit& c) const {
   const IntegratorInfo& method = find_integrator(c.integrator);
   if (!given_.voxel_file.empty()) {
     set("body.refine", c.level);
+  } else if (given_.mesh) {
+    if (given_.mesh->by_count)
+      set("body.cells_across", given_.mesh->longest_extent() / cell_size(c.level));
+    else
+      set("body.cell_size", cell_size(c.level));
+    if (given_.refine != 1) set("body.refine", 1);
   } else {
     set("body.cells",
         fmt::format("[{}, {}, {}]", base_[0] * c.level, base_[1] * c.level, base_[2] * c.level));

@@ -6,7 +6,9 @@
 
 #include "core/error.hpp"
 #include "core/mesh/shapes.hpp"
-#include "core/toml_reader.hpp"
+#include "core/scene.hpp"
+#include "core/scene_edit.hpp"
+#include "core/scene_writer.hpp"
 #include "tests/core/scene_texts.hpp"
 
 namespace mss {
@@ -14,30 +16,68 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Reads a [body] with these lines, beside a file box.obj of 1 x 2 x 3 m.
-SceneMesh read(const testing::SceneFolder& folder, const std::string& lines) {
-  KnownKeys known{{"", {"body"}}, {"body", mesh_keys}, {"body.mesh_rotation", mesh_rotation_keys}};
-  for (const char* key : {"cells", "voxels", "cell_size"}) known["body"].emplace_back(key);
+const std::string material =
+    "[material]\ndensity = 1000\nyoung = 1e5\npoisson = 0.3\n[solve]\nduration = 1\n";
+
+/// Loads a scene with these lines in [body], beside a file box.obj of 1 x 2 x 3 m.
+Scene read(const testing::SceneFolder& folder, const std::string& lines, const std::string& rest = material) {
   write_obj(folder.path() / "box.obj", box_mesh({0, 0, 0}, {1, 2, 3}));
-  const TomlFile toml(folder.write("scene.toml", "[body]\n" + lines), {}, known);
-  return read_scene_mesh(TomlTable(toml).table("body"), folder.path());
+  return load_scene(folder.write("scene.toml", "[body]\n" + lines + rest));
 }
 
 TEST(SceneMesh, IsReadPlacedAndFilled) {
   const testing::SceneFolder folder;
-  const SceneMesh plain = read(folder, "mesh = \"box.obj\"\ncell_size = 0.5\n");
-  EXPECT_EQ(plain.file, "box.obj");
-  EXPECT_EQ(plain.fill.voxels.size(), (std::array<int, 3>{2, 4, 6}));
-  EXPECT_EQ(plain.config.mode, FillMode::local);
-  const SceneMesh placed = read(folder,
-                                "mesh = \"box.obj\"\ncells_across = 12\nmesh_scale = 2\n"
-                                "mesh_rotation = { axis = [0, 0, 2], degrees = 90 }\n"
-                                "mesh_translation = [0, 0, 1]\nfill = \"staircase\"\n");
-  EXPECT_EQ(placed.fill.voxels.size(), (std::array<int, 3>{8, 4, 12}));
-  EXPECT_DOUBLE_EQ(placed.config.cell_size, 0.5);
-  EXPECT_EQ(placed.config.mode, FillMode::staircase);
-  EXPECT_LT((placed.fill.origin - Vec3(-4, 0, 1)).norm(), 1e-12);
-  EXPECT_EQ(placed.fill.voxels.count(), 8U * 4 * 12);
+  const Scene plain = read(folder, "mesh = \"box.obj\"\ncell_size = 0.5\n");
+  EXPECT_EQ(plain.mesh->file, "box.obj");
+  EXPECT_EQ(plain.body.voxels.size(), (std::array<int, 3>{2, 4, 6}));
+  EXPECT_EQ(plain.mesh->config.mode, FillMode::local);
+  EXPECT_TRUE(plain.body.is_full());
+  const Scene placed = read(folder,
+                            "mesh = \"box.obj\"\ncells_across = 12\nmesh_scale = 2\n"
+                            "mesh_rotation = { axis = [0, 0, 2], degrees = 90 }\n"
+                            "mesh_translation = [0, 0, 1]\nfill = \"staircase\"\n");
+  EXPECT_EQ(placed.body.voxels.size(), (std::array<int, 3>{8, 4, 12}));
+  EXPECT_DOUBLE_EQ(placed.body.cell_size, 0.5);
+  EXPECT_EQ(placed.mesh->config.mode, FillMode::staircase);
+  EXPECT_LT((placed.body.origin - Vec3(-4, 0, 1)).norm(), 1e-12);
+  EXPECT_EQ(placed.body.voxels.count(), 8U * 4 * 12);
+}
+
+TEST(SceneMesh, IsTheSameAfterItWasWritten) {
+  const testing::SceneFolder folder;
+  const Scene scene = read(folder,
+                           "mesh = \"box.obj\"\ncells_across = 7\nrefine = 2\n"
+                           "mesh_rotation = { axis = [1, 2, 3], degrees = 33 }\n");
+  const Scene again = load_scene(folder.write("again.toml", to_toml(scene, folder.path())));
+  EXPECT_EQ(again.body.cell_size, scene.body.cell_size);
+  EXPECT_EQ(again.body.origin, scene.body.origin);
+  EXPECT_EQ(again.body.contents, scene.body.contents);
+  EXPECT_EQ(again.body.content_of, scene.body.content_of);
+}
+
+TEST(SceneMesh, PartsAreMeshesOfTheirOwn) {
+  const testing::SceneFolder folder;
+  write_obj(folder.path() / "top.obj", box_mesh({0, 0, 3}, {1, 2, 4}));
+  const Scene scene =
+      read(folder, "mesh = \"box.obj\"\ncell_size = 0.4\n",
+           material + "[[part]]\nname = \"top\"\nmesh = \"top.obj\"\nyoung = 2e5\ndensity = 500\n");
+  const Body body(scene.body);
+  EXPECT_NEAR(body.total_mass(), 1000 * 6 + 500 * 2, 1);  // half a sample in 512 cells
+  EXPECT_EQ(scene.body.parts.front().elastic->young, 2e5);
+  EXPECT_THROW(read(folder, "mesh = \"box.obj\"\ncell_size = 0.4\n", material + "[[part]]\nname = \"top\"\n"),
+               InputError);
+}
+
+TEST(SceneMesh, IsFilledAgainInOtherCells) {
+  const testing::SceneFolder folder;
+  const Scene scene = read(folder, "mesh = \"box.obj\"\ncells_across = 6\n");
+  SceneEdit edit = edit_of(scene);
+  EXPECT_EQ(edit.level, 6);
+  edit.level = 9;  // no multiple
+  const Scene finer = edited(scene, edit);
+  EXPECT_NEAR(finer.body.cell_size, 3.0 / 9, 1e-12);
+  EXPECT_EQ(finer.body.voxels.size(), (std::array<int, 3>{3, 6, 9}));
+  EXPECT_EQ(level_of(finer), 9);
 }
 
 TEST(SceneMesh, MistakesEndInASentence) {
@@ -57,6 +97,8 @@ TEST(SceneMesh, MistakesEndInASentence) {
       {mesh + "cell_size = 1e-9\n", "box.obj: cells of 1e-09 m make a lattice"},
       {"mesh = \"none.obj\"\ncell_size = 1\n", "does not give a body: "},
       {"mesh = 5\ncell_size = 1\n", "body.mesh = 5 is not a file name"},
+      {mesh + "cell_size = 1\norigin = [0, 0, 1]\n", "body.origin = [0, 0, 1] stands beside body.mesh"},
+      {"cells = [1, 1, 1]\ncell_size = 1\nfill = \"local\"\n", "body.fill = \"local\" is about a mesh"},
   };
   for (const auto& [lines, says] : mistakes) try {
       read(folder, lines);
