@@ -15,7 +15,7 @@ namespace mss {
 
 namespace {
 
-static_assert(springs_per_site == int(spring_slots.size()) && volume_weight == spring_groups);
+static_assert(springs_per_site == int(spring_slots.size()) && weights_per_lane == spring_groups);
 
 template <class Real>
 SweepKernel<Real> find_kernel(const std::string& name) {
@@ -134,6 +134,15 @@ InteriorCoefficients<Real> SpringSystem<Real>::interior_coefficients() const {
   return c;
 }
 
+/// Whether k_vol and k_g have weights of their own, beside those of the body diagonals.
+template <class Real>
+bool SpringSystem<Real>::has_cell_weights() const {
+  const std::vector<SiteElements>& all = this->body().elements();
+  return std::any_of(all.begin(), all.end(), [](const SiteElements& e) {
+    return e.volume_weight != e.weight.back() || e.guard_weight != e.weight.back();
+  });
+}
+
 /// Blocks with equal sites share an entry: a large box has a few dozen.
 template <class Real>
 void SpringSystem<Real>::build_dictionary() {
@@ -154,12 +163,14 @@ void SpringSystem<Real>::build_dictionary() {
   entry_.insert(entry_.end(), 2, 0);  // a sweep looks ahead
 
   content_.assign(entry_of.size(), 0);
-  dictionary_ = AlignedArray<Real>(std::ptrdiff_t(entry_of.size() * width) * coefficients_per_lane);
+  const bool cell_weights = has_cell_weights();
+  const std::size_t per_lane = coefficients_per_lane + (cell_weights ? 2U : 0U);
+  dictionary_ = AlignedArray<Real>(std::ptrdiff_t(entry_of.size() * width * per_lane));
   for (const auto& [lane_kinds, entry] : entry_of) {
-    Real* coefficients = dictionary_.data() + std::size_t(entry) * width * coefficients_per_lane;
+    Real* coefficients = dictionary_.data() + std::size_t(entry) * width * per_lane;
     std::uint32_t content = 0;
     for (std::size_t lane = 0; lane < width; ++lane)
-      content |= fill_lane(this->body().elements()[lane_kinds[lane]], coefficients + lane);
+      content |= fill_lane(this->body().elements()[lane_kinds[lane]], cell_weights, coefficients + lane);
     content_[entry] = content;
     whole_content_ |= content;
   }
@@ -167,14 +178,17 @@ void SpringSystem<Real>::build_dictionary() {
 
 /// Writes one lane of a block's coefficients and returns its contents.
 template <class Real>
-std::uint32_t SpringSystem<Real>::fill_lane(const SiteElements& e, Real* coefficients) const {
+std::uint32_t SpringSystem<Real>::fill_lane(const SiteElements& e, bool cell_weights,
+                                            Real* coefficients) const {
   const auto width = std::size_t(kernel_.lanes);
   const double scale2 = double(kernel_.rsqrt_scale) * double(kernel_.rsqrt_scale);
   std::uint32_t content = (e.volume != 0 ? block_volumes : 0U) | (e.fold_guard != 0 ? block_guards : 0U);
   for (std::size_t group = 0; group < e.weight.size(); ++group)
     coefficients[width * group] = static_cast<Real>(e.weight[group]);
-  coefficients[width * volume_weight] = static_cast<Real>(e.volume_weight);
-  coefficients[width * guard_weight] = static_cast<Real>(e.guard_weight);
+  if (cell_weights) {
+    coefficients[width * own_volume_weight] = static_cast<Real>(e.volume_weight);
+    coefficients[width * own_guard_weight] = static_cast<Real>(e.guard_weight);
+  }
   for (std::size_t s = 0; s < spring_slots.size(); ++s) {
     coefficients[width * (weights_per_lane + s)] = static_cast<Real>(e.damping[s] / scale2);
     if (e.stiffness[s] == 0) continue;
@@ -432,6 +446,10 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
   p.plane = lattice.plane;
   p.entry = entry_.data() + blocks_.before(plane);
   p.dictionary = dictionary_.data();
+  p.entry_size = dictionary_.size() / std::ptrdiff_t(content_.size());
+  const bool own_weights = p.entry_size > coefficients_per_lane * kernel_.lanes;
+  p.volume_weight = kernel_.lanes * (own_weights ? own_volume_weight : spring_groups - 1);
+  p.guard_weight = kernel_.lanes * (own_weights ? own_guard_weight : spring_groups - 1);
   p.content = content_.data();
   p.interior = interior_;
   if (!pass.springs) {

@@ -77,7 +77,8 @@ class SpringSystem final : public BodySystem<Real> {
 
   void stop_sleeping(Field<Real>& a) const;
   InteriorCoefficients<Real> interior_coefficients() const;
-  std::uint32_t fill_lane(const SiteElements& elements, Real* coefficients) const;
+  bool has_cell_weights() const;
+  std::uint32_t fill_lane(const SiteElements& elements, bool cell_weights, Real* coefficients) const;
   void build_dictionary();
   Sweep<Real> sweep_for(const Pass& pass) const;
   void build_masses();

@@ -17,12 +17,13 @@ enum BlockContent : std::uint32_t {
 
 inline constexpr int springs_per_site = 13;
 
-/// The seven weights of a site's springs, those of its cell's k_vol and k_g, see SiteElements, then the
-/// dampings c of all thirteen springs divided by the square of rsqrt_scale. A block's coefficients are so
-/// many times W numbers.
-inline constexpr int weights_per_lane = 9;
-inline constexpr int volume_weight = 7, guard_weight = 8;
+/// The seven weights of a site's springs, see SiteElements, then the dampings c of all thirteen divided by
+/// the square of rsqrt_scale. A block's coefficients are so many times W numbers.
+inline constexpr int weights_per_lane = 7;
 inline constexpr int coefficients_per_lane = weights_per_lane + springs_per_site;
+/// Where parts have other ratios of k_vol or k_g to the body diagonals' stiffness, two more: weights of a
+/// cell's k_vol and k_g. Elsewhere both have the weight of the body diagonals.
+inline constexpr int own_volume_weight = coefficients_per_lane, own_guard_weight = own_volume_weight + 1;
 
 /// What weights multiply. The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and u the
 /// differences of x and v. The kernel computes rsqrt_scale / |d|, so k L0 is stored divided by rsqrt_scale
@@ -60,7 +61,10 @@ struct SweepPlane {
   const BlockRun* first_run;  ///< to compute: [first_run, last_run)
   const BlockRun* last_run;
   const std::uint32_t* entry;    ///< per block of these, and two more: which dictionary entry
-  const Real* dictionary;        ///< entries of coefficients_per_lane x W numbers
+  const Real* dictionary;        ///< entries of entry_size numbers
+  std::ptrdiff_t entry_size;     ///< coefficients_per_lane x W, or two x W more
+  std::ptrdiff_t volume_weight;  ///< where in an entry are the weights of k_vol
+  std::ptrdiff_t guard_weight;   ///< and of k_g
   const std::uint32_t* content;  ///< per entry: BlockContent bits
   InteriorCoefficients<Real> interior;
   Real rest_volume;     ///< V0 [m^3]

@@ -101,10 +101,10 @@ struct Cells {
     return weight(spring) * (p.interior.stiffness[spring] - r * p.interior.rest_pull[spring]);
   }
   MSS_INLINE Pack<Real> volume_stiffness() const {
-    return p.interior.volume * load(coefficient + W * volume_weight);
+    return p.interior.volume * load(coefficient + p.volume_weight);
   }
   MSS_INLINE Pack<Real> guard_stiffness() const {
-    return p.interior.guard * load(coefficient + W * guard_weight);
+    return p.interior.guard * load(coefficient + p.guard_weight);
   }
 
   /// For each cell, whether GuardedCorner::may_act() holds of any of its corners.
@@ -449,7 +449,7 @@ MSS_INLINE void carry_out(const Carry<Real>& carry, SweepPlane<Real>& p) {
 
 template <class Real>
 MSS_INLINE const Real* coefficients_of(const SweepPlane<Real>& p, std::uint32_t entry) {
-  return p.dictionary + std::ptrdiff_t(entry) * std::ptrdiff_t{coefficients_per_lane} * lanes<Real>;
+  return p.dictionary + std::ptrdiff_t(entry) * p.entry_size;
 }
 
 /// Fetches the coefficients of the block after the next: bodies that are no boxes have more of them than a
@@ -460,7 +460,7 @@ MSS_INLINE void prefetch_coefficients(const SweepPlane<Real>& p, const std::uint
   constexpr int line = 64 / int(sizeof(Real));
   const Real* next = coefficients_of(p, entry[2]);
   if (next == coefficient) return;
-  for (int i = 0; i < coefficients_per_lane * lanes<Real>; i += line) __builtin_prefetch(next + i);
+  for (int i = 0; i < p.entry_size; i += line) __builtin_prefetch(next + i);
 }
 
 /// Of any body. `Guards`: block_guards or 0.
