@@ -8,8 +8,10 @@
 #include "core/error.hpp"
 #include "core/team.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/conclude.hpp"
 #include "experiments/cli/limits.hpp"
 #include "experiments/cli/number_list.hpp"
+#include "experiments/harness/parts.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/report.hpp"
 #include "experiments/io/output.hpp"
@@ -27,6 +29,7 @@ struct Choice {
   ExperimentOptions options;
   std::string cells;
   std::string directory;
+  std::string part;
 };
 
 constexpr int most_parallel = 1024;                            // threads or processes
@@ -70,9 +73,14 @@ void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& acc
                     "is concluded from times, depend on it")
         ->check(whole_number(1, most_parallel, "all cores"))
         ->capture_default_str();
+  if (accepts.processes)
+    command.add_option(
+        "--part", choice.part,
+        "Compute the i-th of N parts of the cases, as in 2/5; `mss merge` puts parts together");
 }
 
-/// Prints the outcome of an experiment and returns the exit status.
+}  // namespace
+
 int conclude(const Report& report) {
   fmt::print("{}", report.summary);
   for (const fs::path& file : report.files) fmt::print("wrote {}\n", file.string());
@@ -84,6 +92,8 @@ int conclude(const Report& report) {
   }
   return report.chart_problem.empty() ? exit_ok : exit_bad_input;
 }
+
+namespace {
 
 /// Warns of circumstances that spoil the results before the user waits for them.
 void warn_first() {
@@ -102,9 +112,11 @@ void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
     choice.options.cells = parse_number_list(choice.cells, "--cells", info.accepts.largest_cells);
   if (info.accepts.integrators) info.accepts.integrators(choice.options.integrators);  // throws
   check_model_name(choice.options.model);
+  if (!choice.part.empty()) choice.options.part = parse_part(choice.part);
   prepare_directory(choice.directory);
   warn_first();
-  exit_status = conclude(run_and_write(info, choice.options, choice.directory));
+  const auto run = choice.part.empty() ? run_and_write : run_part;
+  exit_status = conclude(run(info, choice.options, choice.directory));
 }
 
 void run_all(const Choice& choice, int& exit_status) {

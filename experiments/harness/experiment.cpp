@@ -81,7 +81,7 @@ std::vector<std::string> limited_integrators(const std::vector<std::string>& nam
 
 Journal open_journal(const ExperimentOptions& options, const Json& configuration) {
   if (options.journal.empty()) return {};
-  Journal journal(options.journal, configuration);
+  Journal journal(options.journal, configuration, options.part);
   if (journal.size() > 0)
     fmt::print(stderr, "mss: continuing from {} results in {}\n", journal.size(), options.journal.string());
   return journal;

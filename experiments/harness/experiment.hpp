@@ -9,6 +9,7 @@
 
 #include "core/scene.hpp"
 #include "experiments/harness/baseline.hpp"
+#include "experiments/harness/case_part.hpp"
 #include "experiments/harness/journal.hpp"
 #include "experiments/harness/json.hpp"
 #include "experiments/harness/progress.hpp"
@@ -29,6 +30,7 @@ struct ExperimentOptions {
   std::uint64_t seed = 1;
   bool peers = false;                  ///< other programs too, where they are installed
   int processes = 0;                   ///< over which cases are split; 0: all cores
+  CasePart part = {};                  ///< of the cases, those that are computed
   std::filesystem::path journal = {};  ///< file for results of finished cases; empty: none
 };
 
@@ -88,6 +90,7 @@ struct ExperimentInfo {
   std::string under = {};  ///< an experiment listed before, whose command is the first word of this one's
   std::string summary;     ///< one line for `mss list` and --help
   ExperimentAccepts accepts = {};
+  bool times = false;  ///< its cases are compared by their times
   std::function<ExperimentResult(const ExperimentOptions&, Progress&)> run;
   /// The charts, from the tables alone, whether run() returned them or they were read from files.
   std::function<Drawings(const std::vector<NamedTable>&)> draw;

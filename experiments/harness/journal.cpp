@@ -25,10 +25,27 @@ std::string line(const std::string& name, const Json& result) {
   return Json{{"case", name}, {"result", result}}.dump() + "\n";
 }
 
+/// The lines of results behind the first line, and the results; a line that was cut short and those after it
+/// are dropped.
+std::string read_results(std::istringstream& lines, std::map<std::string, Json>& results) {
+  std::string kept, text;
+  while (std::getline(lines, text)) {
+    Json entry = Json::parse(text, nullptr, false);
+    if (!entry.is_object() || !entry.contains("result") || !entry.contains("case") ||
+        !entry["case"].is_string())
+      break;
+    kept += text + "\n";
+    results[entry["case"].get<std::string>()] = std::move(entry["result"]);
+  }
+  return kept;
+}
+
 }  // namespace
 
-Journal::Journal(const fs::path& file, const Json& belongs_to) {
-  const std::string head = Json{{"program", program()}, {"belongs_to", belongs_to}}.dump();
+Journal::Journal(const fs::path& file, const Json& belongs_to, const CasePart& part) : part_(part) {
+  Json first{{"program", program()}, {"belongs_to", belongs_to}};
+  if (!part.is_whole()) first["part"] = {part.index, part.count};
+  const std::string head = first.dump();
   std::string kept = head + "\n";
   if (fs::exists(file)) {
     std::istringstream lines(read_file(file));
@@ -39,18 +56,20 @@ Journal::Journal(const fs::path& file, const Json& belongs_to) {
           "{} is the journal of an interrupted run with other options or another build; delete it "
           "to start again, or choose another --out",
           file.string()));
-    while (std::getline(lines, text)) {
-      Json entry = Json::parse(text, nullptr, false);
-      if (!entry.is_object() || !entry.contains("result") || !entry.contains("case") ||
-          !entry["case"].is_string())
-        break;
-      kept += text + "\n";
-      results_[entry["case"].get<std::string>()] = std::move(entry["result"]);
-    }
+    kept += read_results(lines, results_);
   }
   write_atomically(file, kept);
   stream_.open(file, std::ios::app);
   if (!stream_) throw InputError(fmt::format("{} cannot be written", file.string()));
+}
+
+std::map<std::string, Json> read_journal(const fs::path& file) {
+  std::istringstream lines(read_file(file));
+  std::string first;
+  std::getline(lines, first);
+  std::map<std::string, Json> results;
+  read_results(lines, results);
+  return results;
 }
 
 double number(const Json& value) { return value.is_null() ? no_value : value.get<double>(); }

@@ -170,6 +170,11 @@ class Workers {
 
 }  // namespace
 
+std::vector<Case> own_cases(std::vector<Case> cases, const Journal& journal) {
+  std::erase_if(cases, [&](const Case& c) { return !journal.part().has(c.group); });
+  return cases;
+}
+
 bool compute_cases(const std::vector<Case>& cases, int processes, Journal& journal, Progress& progress) {
   std::vector<const Case*> open;
   for (const Case& c : cases)

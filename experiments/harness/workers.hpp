@@ -13,7 +13,11 @@ namespace mss {
 struct Case {
   std::string name;
   std::function<Json()> compute;
+  std::string group = {};  ///< of cases that belong to one part of a run; see CasePart
 };
+
+/// Leaves out cases that belong to other parts of the journal's run than its own.
+std::vector<Case> own_cases(std::vector<Case> cases, const Journal& journal);
 
 /// Computes all cases that the journal has no result of, over so many processes (0: one per core), and adds
 /// the results in the order in which they finish. A result must depend on its case alone; then it is the same

@@ -269,9 +269,11 @@ AtlasTables measure_atlas(const AtlasConfig& config, int processes, Journal& jou
   Rounds rounds(progress);
   for (;;) {
     const std::vector<AtlasCase> open = open_cases(config, journal);
-    if (open.empty()) break;
     std::vector<Case> cases;
-    for (const AtlasCase& one : open) cases.push_back({one.name(), [&] { return compute(one, journal); }});
+    for (const AtlasCase& one : open)
+      cases.push_back({one.name(), [&] { return compute(one, journal); }, one.integrator});
+    cases = own_cases(std::move(cases), journal);
+    if (cases.empty()) break;
     rounds.begin();
     if (compute_cases(cases, processes, journal, rounds)) continue;
     status = Status::interrupted;

@@ -100,11 +100,11 @@ struct Horizon {
 
 /// First two slowest periods, of methods for any step 1.125. Growth is a rate per step, of a motion of
 /// frequency w proportional to (dt w)^2 for a method of first order that is damped too weakly. Methods with a
-/// limit go on for 64 times the inverse: explicit Euler's with w of the slowest motion, which may be the one
-/// that grows, that of the others with omega_max.
+/// limit go on for 64 times the inverse, explicit Euler with w of the slowest motion, which may be the one
+/// that grows, the others with omega_max, and for 4096 steps at least.
 Horizon horizon_of(const IntegratorInfo& method, double dt, double omega, double period) {
   constexpr double growths = 64;
-  constexpr long most = 1L << 22;
+  constexpr long fewest = 1L << 12, most = 1L << 22;
   const bool any_step = method.stepping == Stepping::fixed && !method.limit;
   const long least = method.stepping == Stepping::adaptive ? 4 : any_step ? 48 : 512;
   const double periods = any_step ? 1.125 : 2;
@@ -112,7 +112,7 @@ Horizon horizon_of(const IntegratorInfo& method, double dt, double omega, double
   if (!method.limit) return {first, first};
   const bool slow_growth = method.order_undamped == 1 && !method.symplectic;
   const double growing = slow_growth ? 2 * std::numbers::pi / period : omega;
-  return {first, std::max(first, std::min(most, long(growths / std::pow(dt * growing, 2))))};
+  return {first, std::max(first, std::clamp(long(growths / std::pow(dt * growing, 2)), fewest, most))};
 }
 
 /// Energy after one slowest period, over the initial one.

@@ -316,7 +316,7 @@ void add_series(Chart& chart, const Table& rows, const std::vector<std::string>&
 
 Chart base_chart(const Table& settings, const std::string& start, double dt_omega) {
   Chart chart;
-  chart.subtitle = fmt::format("one step of backward Euler, dt w = {:g}; free cube of {:g} cells an edge, {}",
+  chart.subtitle = fmt::format("one step of backward Euler, dt ω = {:g}; free cube of {:g} cells an edge, {}",
                                dt_omega, setting_number(settings, "cells"), find_start(start).description);
   return chart;
 }

@@ -204,11 +204,33 @@ std::vector<NamedTable> energy_files(const EnergyConfig& config, const Table& ro
 
 namespace {
 
+/// A name without the iterations or the nonlinear solver of a variant.
+std::string method_of(const std::string& variant) { return variant.substr(0, variant.find_first_of(":/")); }
+
+/// Whether two lines cannot be told apart.
+bool coincide(const ChartSeries& a, const ChartSeries& b) {
+  constexpr double factor = 1.3;
+  constexpr std::size_t begins = 10;  // the first ten steps differ little between many methods
+  if (a.points.size() != b.points.size()) return false;
+  for (std::size_t i = begins; i < a.points.size(); ++i)
+    if (!(std::abs(std::log(a.points[i].y / b.points[i].y)) < std::log(factor))) return false;
+  return a.points.size() > begins;
+}
+
+/// Adds a line, or its method's name to the line that it coincides with.
+void add_line(std::vector<ChartSeries>& lines, ChartSeries line) {
+  const auto same = std::find_if(lines.begin(), lines.end(),
+                                 [&](const ChartSeries& drawn) { return coincide(drawn, line); });
+  if (same == lines.end()) return lines.push_back(std::move(line));
+  const std::string method = method_of(line.label);
+  if ((same->label + ",").find(method + ",") == std::string::npos) same->label += ", " + method;
+}
+
 Chart energy_chart(const Table& rows, const Table& settings) {
   Chart chart{
       .title = "Energy over many steps",
-      .subtitle = fmt::format("free undamped cube, released; dt = {:g} of the explicit limit; largest "
-                              "deviation within each window",
+      .subtitle = fmt::format("free undamped cube; dt = {:g} of the explicit limit; largest error of each "
+                              "window; equal lines are drawn once",
                               setting_number(settings, "step_share")),
       .x = {.label = "time / dt",
             .logarithmic = true,
@@ -228,7 +250,7 @@ Chart energy_chart(const Table& rows, const Table& settings) {
       }
       if (error > 0) series.points.push_back({step, error});
     }
-    chart.series.push_back(std::move(series));
+    add_line(chart.series, std::move(series));
   }
   for (const auto& [reason, points] : failed)
     chart.series.push_back({.label = "failed: " + reason, .points = points, .lines = false});

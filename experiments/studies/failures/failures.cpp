@@ -82,6 +82,7 @@ std::vector<Case> cases_of(const FailureConfig& config) {
     cases.push_back({name_of(config.seed + std::uint64_t(i)), [seed = config.seed + std::uint64_t(i)] {
                        return to_json(try_scene(random_scene(seed)));
                      }});
+  for (Case& one : cases) one.group = one.name;
   return cases;
 }
 
@@ -189,7 +190,7 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
 
 FailureTables measure_failures(const FailureConfig& config, int processes, Journal& journal,
                                Progress& progress) {
-  const bool done = compute_cases(cases_of(config), processes, journal, progress);
+  const bool done = compute_cases(own_cases(cases_of(config), journal), processes, journal, progress);
   FailureTables tables = tables_of(config, journal);
   if (!done) tables.status = Status::interrupted;
   return tables;

@@ -248,7 +248,9 @@ bool compute_map(const RegimesConfig& config, int processes, Journal& journal, P
     std::vector<Case> cases;
     cases.reserve(open.size());
     for (const RegimePoint& point : open)
-      cases.push_back({point.name(), [point, &config] { return compute_point(point, config); }});
+      cases.push_back({point.name(), [point, &config] { return compute_point(point, config); },
+                       fmt::format("{} cells, ratio {}", point.cells, point.damping_ratio)});
+    cases = own_cases(std::move(cases), journal);
     if (cases.empty()) return true;
     if (!compute_cases(cases, processes, journal, progress)) return false;
   }
@@ -260,8 +262,9 @@ std::string loaded_name(double young) { return fmt::format("loaded, E {:.6g}", y
 bool compute_all_loaded(const RegimesConfig& config, int processes, Journal& journal, Progress& progress) {
   std::vector<Case> cases;
   for (const double young : config.loaded.moduli)
-    cases.push_back({loaded_name(young), [young, &config] { return compute_loaded(young, config); }});
-  return compute_cases(cases, processes, journal, progress);
+    cases.push_back(
+        {loaded_name(young), [young, &config] { return compute_loaded(young, config); }, loaded_name(young)});
+  return compute_cases(own_cases(std::move(cases), journal), processes, journal, progress);
 }
 
 }  // namespace
@@ -288,6 +291,7 @@ ExperimentInfo experiment() {
   return {.name = "regimes",
           .summary = "which method is cheapest where: over stiffness, damping, resolution and what is asked",
           .accepts = {.cells = true, .largest_cells = 40, .processes = true},
+          .times = true,
           .run = run_regimes,
           .draw = draw_regimes,
           .baseline = {.keys = {"young", "what", "method", "steps_or_tolerance"},
