@@ -74,11 +74,11 @@ SparseMatrix CholeskySolver::assemble(const ConstantMatrix& matrix, const FreePa
     entries.emplace_back(row_a, row_b, -weight);
     entries.emplace_back(row_b, row_a, -weight);
   };
-  body_.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double stiffness,
-                            double) {
-    const std::size_t kind = index(slot.kind);
-    join(a, b, matrix.spring[kind] * stiffness / body_.interior_stiffness(slot_of_class[kind]));
-  });
+  body_.for_each_spring(
+      [&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double stiffness, double) {
+        const std::size_t kind = index(slot.kind);
+        join(a, b, matrix.spring[kind] * stiffness / body_.interior_stiffness(slot_of_class[kind]));
+      });
   body_.for_each_cell([&](std::ptrdiff_t site) {
     const double weight = matrix.cell_edge * body_.elements_at(site).volume_weight;
     for (int c = 0; c < 8; ++c)

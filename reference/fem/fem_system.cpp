@@ -247,11 +247,10 @@ void FemSystem::FemTangents::multiply(double, const Field<double>& x, const Fiel
   system_.cells_.add(
       system_,
       [&](std::ptrdiff_t site) {
-        return system_.sum_over_parts(
-            site, CellCorners(CellCorners::Zero()), [&](const FemElement& element) {
-              return element.product(system_.gather(x, site), system_.gather(v, site), sum,
-                                     system_.gather(p, site));
-            });
+        return system_.sum_over_parts(site, CellCorners(CellCorners::Zero()), [&](const FemElement& element) {
+          return element.product(system_.gather(x, site), system_.gather(v, site), sum,
+                                 system_.gather(p, site));
+        });
       },
       out);
   for (const std::ptrdiff_t site : system_.particles())

@@ -133,7 +133,11 @@ TEST(Fill, RejectsContentsThatMeanNothing) {
   reject([](BodyConfig& c) { c.content_of[1] = 2; }, "cell (1, 0, 0) has content 2 of 2");
   reject([](BodyConfig& c) { c.contents[1].clear(); }, "content 1 fills 0 of an octant");
   reject([](BodyConfig& c) { c.contents[1][0].part = 1; }, "content 1 is of part 1, and there are 1");
-  reject([](BodyConfig& c) { c.contents[1].push_back({0, CellFill::even(0.75F)}); }, "fills 1.25 of an octant");
+  reject(
+      [](BodyConfig& c) {
+        c.contents[1].push_back({0, CellFill::even(0.75F)});
+      },
+      "fills 1.25 of an octant");
   for (const float f : {-0.5F, std::numeric_limits<float>::quiet_NaN()}) {
     reject([&](BodyConfig& c) { c.contents[1][0].fill.octant[3] = f; }, "of an octant");
     reject([&](BodyConfig& c) { c.contents[1][0].fill.corner[3] = f; }, "of a mass");

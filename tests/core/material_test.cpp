@@ -84,7 +84,8 @@ TEST(Damping, AViscosityIsTheMaterials) {
                           .damping = {.law = Damping::Law::viscosity, .viscosity = eta}};
         config.fill({.young = 1e4, .poisson = poisson}, share);
         EXPECT_NEAR(dissipation(config, rate), expected, 1e-9 * expected) << share << " " << n;
-        testing::fill_evenly(config, std::vector<float>(std::size_t(n) * std::size_t(n) * std::size_t(n), 0.5F));
+        testing::fill_evenly(config,
+                             std::vector<float>(std::size_t(n) * std::size_t(n) * std::size_t(n), 0.5F));
         EXPECT_NEAR(dissipation(config, rate), 0.5 * expected, 1e-9 * expected) << share << " " << n;
       }
 }
