@@ -236,6 +236,12 @@ void Body::classify_sites() {
   kind_.assign(std::size_t(lattice_.size), 0);
   elements_.emplace_back();  // kind 0: nothing
   std::unordered_map<Neighbourhood, std::uint32_t, HashCells> kind_of{{Neighbourhood{}, 0}};
+  // All springs of a site touch its own cell's faces at the particle or lie in it; masses of the other
+  // corners matter to dampers alone.
+  const bool by_mass = config_.any_part([](const Part& part) {
+    return part.damping.law == Damping::Law::ratio || part.damping.law == Damping::Law::thesis;
+  });
+  const std::uint32_t relevant = by_mass ? (1U << 27U) - 1 : cells_of_corner[0];
   const VoxelGrid& voxels = config_.voxels;
   for (int k = 0; k <= voxels.nz(); ++k)
     for (int j = 0; j <= voxels.ny(); ++j) {
@@ -250,8 +256,11 @@ void Body::classify_sites() {
       for (int i = 0; i <= voxels.nx(); ++i) {
         add_column(i + 1);
         if (particle(lattice_.site(i, j, k)) < 0) continue;
-        const auto [entry, is_new] = kind_of.try_emplace(cells, std::uint32_t(elements_.size()));
-        if (is_new) elements_.push_back(elements_from(cells));
+        Neighbourhood key{};
+        for (int cell = 0; cell < 27; ++cell)
+          if (is_in(relevant, cell)) key[std::size_t(cell)] = cells[std::size_t(cell)];
+        const auto [entry, is_new] = kind_of.try_emplace(key, std::uint32_t(elements_.size()));
+        if (is_new) elements_.push_back(elements_from(key));
         kind_[std::size_t(lattice_.site(i, j, k))] = entry->second;
       }
     }
