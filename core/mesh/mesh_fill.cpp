@@ -38,7 +38,9 @@ SampleGrid grid_around(const std::vector<MeshPart>& parts, const MeshFillConfig&
   double sites = 1;
   for (int a = 0; a < 3; ++a) {
     // a box of whole cells has these, whatever its rounding
-    const double fitting = std::max(1.0, std::ceil((box.upper[a] - box.lower[a]) / h - 1e-9));
+    // Coordinates of files are in single precision: a body of whole cells may come out longer by rounding.
+    const double cells = (box.upper[a] - box.lower[a]) / h,
+                 fitting = std::max(1.0, std::ceil(cells * (1 - 1e-6)));
     const double shift = config.offset[a] - std::floor(config.offset[a]);
     const double count = shift > 0 ? fitting + 1 : fitting;
     sites *= count + 1;
