@@ -92,7 +92,7 @@ struct BodyConfig {
   /// Floors a and b that keep nearly empty corners from being light or weak: springs take
   /// a f + (1 - a) times the filled share at them, corners b f + (1 - b) times theirs; f is the cell's share.
   double fill_blend_springs = 0.3;
-  double fill_blend_mass = 0.5;
+  double fill_blend_mass = 0.3;
   double cell_size = 1;  ///< h [m]
   Vec3 origin = Vec3::Zero();
   Topology topology = Topology::full;
