@@ -27,7 +27,7 @@ struct SceneMesh {
   std::vector<MeshReport> reports{};
 
   double longest_extent() const;  ///< of all meshes together [m]
-  TriangleMesh surface() const;   ///< all in one
+  TriangleMesh surface() const;   ///< all in one; facing outward once cells are filled
 };
 
 /// Reads `body.mesh` with the keys beside it, and `part.mesh`, from files relative to `folder`. The cell size
