@@ -81,6 +81,8 @@ struct Environment {
   std::vector<Load> loads{};
   std::vector<Strike> strikes{};
   std::vector<Plane> planes{};
+  /// The mesh, carried by the body's cells, whose vertices planes touch; none: they touch particles.
+  std::shared_ptr<const TriangleMesh> contact_surface{};
 };
 
 /// Position and velocity that a hold prescribes at time t for a particle resting at `rest`.

@@ -197,7 +197,8 @@ void read_cells(const TomlTable& root, Scene& scene) {
   const TomlTable body = root.table("body");
   BodyConfig& config = scene.body;
   if (body.has("mesh")) return read_mesh_cells(root, scene);
-  for (const char* key : {"cells_across", "mesh_scale", "mesh_rotation", "mesh_translation", "fill"})
+  for (const char* key :
+       {"cells_across", "mesh_scale", "mesh_rotation", "mesh_translation", "fill", "contact_on"})
     if (body.has(key)) body.reject(key, "is about a mesh; give body.mesh, or leave it out");
   if (body.has("cells") && body.has("voxels"))
     body.reject("voxels", "stands beside body.cells; give one of the two");
@@ -457,6 +458,24 @@ void find_empty_box(const Scene& scene, const std::function<void(std::string_vie
   });
 }
 
+/// What planes touch: the particles, or the surface of the mesh.
+void read_contact_surface(const TomlTable& root, const std::shared_ptr<const TriangleMesh>& surface,
+                          Scene& scene) {
+  static const std::vector<std::pair<std::string, bool>> touched{{"particles", false}, {"surface", true}};
+  if (!root.table("body").choice("contact_on", "what planes touch", touched, false)) return;
+  const std::vector<Plane>& planes = scene.environment.planes;
+  for (std::size_t i = 0; i < planes.size(); ++i)
+    if (planes[i].contact == ContactLaw::thesis)
+      root.tables("plane")[i].reject("contact",
+                                     "is a law of particles, and body.contact_on is \"surface\"; give "
+                                     "\"impulse\" or \"penalty\"");
+  if (scene.solve.sleep.bound > 0)
+    root.table("solve").reject("sleep",
+                               "is for contact of particles, and body.contact_on is \"surface\"; leave one "
+                               "of the two out");
+  scene.environment.contact_surface = surface;
+}
+
 std::vector<Expectation> read_expectations(const TomlTable& expect, const TriangleMesh* surface,
                                            double cell_size) {
   std::vector<Expectation> all;
@@ -631,6 +650,7 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.start_velocity = root.table("start").vector("velocity", velocity, Vec3::Zero());
   scene.start_spin = root.table("start").vector("spin", spin, Vec3::Zero());
   scene.solve = read_solve(root.table("solve"));
+  read_contact_surface(root, surface, scene);
   scene.expectations = read_expectations(root.table("expect"), surface.get(), cell_size);
   find_empty_box(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
     root.tables(table)[index].reject("box", complaint);

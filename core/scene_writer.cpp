@@ -36,6 +36,7 @@ Json body_to_json(const Scene& scene) {
     json["mesh"] = scene.mesh->file;
     json.update(to_json(scene.mesh->placement));
     json["fill"] = to_string(scene.mesh->config.mode);
+    json["contact_on"] = scene.environment.contact_surface ? "surface" : "particles";
   } else if (scene.voxel_file.empty())
     for (const int count : body.voxels.size()) json["cells"].push_back(count / scene.refine);
   else
