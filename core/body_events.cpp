@@ -6,13 +6,15 @@ namespace mss {
 
 template <class Real>
 BodyEvents<Real>::BodyEvents(System<Real>& system, const Body& body, const HeldSites& held,
-                             const PlaneContact& contact, const SleepRule& sleep)
-    : system_(system), body_(body), held_(held), contact_(contact) {
+                             const PlaneContact& contact, const SurfaceContact* surface,
+                             const SleepRule& sleep)
+    : system_(system), body_(body), held_(held), contact_(contact), surface_(surface) {
   if (sleep.bound > 0) sleep_ = std::make_unique<SleepTracker<Real>>(body.lattice(), sleep);
 }
 
 template <class Real>
 bool BodyEvents<Real>::collide(const State<Real>& before, double dt, State<Real>& state) {
+  if (surface_) return surface_->collide(before, dt, state);
   std::atomic<bool> any{false};
   for_each_awake([&](std::ptrdiff_t site) {
     if (collide_particle(site, before, dt, state)) any.store(true, std::memory_order_relaxed);

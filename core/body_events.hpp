@@ -5,6 +5,7 @@
 #include "core/plane_contact.hpp"
 #include "core/sleep_tracker.hpp"
 #include "core/step_events.hpp"
+#include "core/surface_contact.hpp"
 #include "core/system.hpp"
 
 namespace mss {
@@ -13,17 +14,19 @@ namespace mss {
 template <class Real>
 class BodyEvents final : public StepEvents<Real> {
  public:
-  /// All must outlive it; the system's threads do the work. Nothing sleeps where the rule's bound is 0.
+  /// All must outlive it; the system's threads do the work. `surface`: what planes touch, nullptr: particles.
+  /// Nothing sleeps where the rule's bound is 0.
   BodyEvents(System<Real>& system, const Body& body, const HeldSites& held, const PlaneContact& contact,
-             const SleepRule& sleep);
+             const SurfaceContact* surface, const SleepRule& sleep);
 
   bool collides() const override { return contact_.has_collisions(); }
   bool collide(const State<Real>& before, double dt, State<Real>& state) override;
   bool sleeps() const override { return sleep_ != nullptr; }
   bool settle(State<Real>& state) override;
   bool all_asleep() const override { return sleep_ && sleep_->all_asleep(); }
-  /// Of every penalty plane, the smallest gap of a particle.
+  /// Of every penalty plane, the smallest gap of a particle, or of a vertex of the surface.
   std::vector<double> event_functions(const Field<Real>& x) const override {
+    if (surface_) return surface_->smallest_gaps(x);
     return contact_.smallest_gaps(body_.sites(), x);
   }
 
@@ -47,6 +50,7 @@ class BodyEvents final : public StepEvents<Real> {
   const Body& body_;
   const HeldSites& held_;
   const PlaneContact& contact_;
+  const SurfaceContact* surface_;
   std::unique_ptr<SleepTracker<Real>> sleep_;
 };
 

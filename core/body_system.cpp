@@ -2,6 +2,16 @@
 
 namespace mss {
 
+namespace {
+
+std::unique_ptr<SurfaceContact> surface_contact_of(const Environment& environment, const Body& body,
+                                                   const HeldSites& held, const PlaneContact& planes) {
+  if (!environment.contact_surface || environment.planes.empty()) return nullptr;
+  return std::make_unique<SurfaceContact>(*environment.contact_surface, body, held, planes);
+}
+
+}  // namespace
+
 template <class Real>
 BodySystem<Real>::BodySystem(const Body& body, const Environment& environment, const SpectralBound& bound,
                              int threads, const SleepRule& sleep)
@@ -11,8 +21,9 @@ BodySystem<Real>::BodySystem(const Body& body, const Environment& environment, c
       held_(body, environment.holds),
       loads_(body, environment.loads),
       contact_(environment, bound, body.config().cell_size),
+      surface_contact_(surface_contact_of(environment, body, held_, contact_)),
       team_(threads),
-      events_(*this, body, held_, contact_, sleep) {}
+      events_(*this, body, held_, contact_, surface_contact_.get(), sleep) {}
 
 template <class Real>
 State<Real> BodySystem<Real>::undeformed_state() const {
@@ -55,9 +66,10 @@ double BodySystem<Real>::outer_potential(const Field<Real>& x) const {
   for (const std::ptrdiff_t site : body_.sites()) {
     const Vec3 at = x.at(site);
     double over_mass = -environment_.gravity.dot(at);
-    contact_.add_potential(at, over_mass);
+    if (!surface_contact_) contact_.add_potential(at, over_mass);
     sum += body_.mass(site) * over_mass;
   }
+  if (surface_contact_) sum += surface_contact_->potential(x);
   return sum;
 }
 
@@ -74,6 +86,7 @@ void BodySystem<Real>::wake_all() {
 template <class Real>
 void BodySystem<Real>::add_penalty_force(const Field<Real>& x, const Field<Real>& v, Field<Real>& f) {
   if (!contact_.has_penalties()) return;
+  if (surface_contact_) return surface_contact_->add_force(x, v, f);
   for_each_particle(*this, [&](std::ptrdiff_t site) {
     f.set(site, f.at(site) + body_.mass(site) * contact_.acceleration({x.at(site), v.at(site)}));
   });
@@ -82,6 +95,7 @@ void BodySystem<Real>::add_penalty_force(const Field<Real>& x, const Field<Real>
 template <class Real>
 void BodySystem<Real>::add_penalty_acceleration(const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   if (!contact_.has_penalties()) return;
+  if (surface_contact_) return surface_contact_->add_acceleration(x, v, a);
   events_.for_each_awake([&](std::ptrdiff_t site) {
     a.set(site, a.at(site) + contact_.acceleration({x.at(site), v.at(site)}));
   });
@@ -89,7 +103,7 @@ void BodySystem<Real>::add_penalty_acceleration(const Field<Real>& x, const Fiel
 
 template <class Real>
 void BodySystem<Real>::stop_sticking(const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
-  if (!contact_.has_collisions()) return;
+  if (!contact_.has_collisions() || surface_contact_) return;
   events_.for_each_awake([&](std::ptrdiff_t site) {
     if (contact_.sticks({x.at(site), v.at(site)}, a.at(site))) a.set(site, Vec3::Zero());
   });

@@ -6,6 +6,7 @@
 #include "core/plane_contact.hpp"
 #include "core/sleep_tracker.hpp"
 #include "core/spectral_bound.hpp"
+#include "core/surface_contact.hpp"
 #include "core/system.hpp"
 #include "core/team.hpp"
 
@@ -24,7 +25,7 @@ class BodySystem : public System<Real> {
  public:
   /// The body must outlive the system. `bound`: upper bounds on the frequency and damping of every mode about
   /// the rest state, of the body alone. `threads` compute forces. A `sleep` rule is for systems whose
-  /// accelerations of planes asleep are zero.
+  /// accelerations of planes asleep are zero, and for contact of particles.
   BodySystem(const Body& body, const Environment& environment, const SpectralBound& bound, int threads,
              const SleepRule& sleep = {});
 
@@ -33,6 +34,8 @@ class BodySystem : public System<Real> {
   const HeldSites& held() const { return held_; }
   const LoadedSites& loads() const { return loads_; }
   const PlaneContact& contact() const { return contact_; }
+  /// What planes touch; nullptr: particles.
+  const SurfaceContact* surface_contact() const { return surface_contact_.get(); }
 
   /// The body while nothing acts on it: holds have not moved anything.
   State<Real> undeformed_state() const;
@@ -84,6 +87,7 @@ class BodySystem : public System<Real> {
   void add_penalty_acceleration(const Field<Real>& x, const Field<Real>& v, Field<Real>& a);
   /// Zeroes accelerations of what sticks to planes of the law `impulse`. Otherwise, in methods that evaluate
   /// forces within a step, the body would sink for half of it, and its neighbours would never come to rest.
+  /// Where planes touch a surface it does nothing: no particle sticks.
   void stop_sticking(const Field<Real>& x, const Field<Real>& v, Field<Real>& a);
 
  private:
@@ -93,6 +97,7 @@ class BodySystem : public System<Real> {
   HeldSites held_;
   LoadedSites loads_;
   PlaneContact contact_;
+  std::unique_ptr<SurfaceContact> surface_contact_;
   Team team_;
   BodyEvents<Real> events_;
 };

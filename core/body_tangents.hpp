@@ -41,6 +41,12 @@ class BodyTangents : public Tangents<Real> {
  private:
   /// Built at the first use: it is large, and only matrices that are stored need it.
   BlockMatrix& blocks();
+  /// All of them in the matrix; their products with p, added to out; their blocks on the diagonal.
+  void add_penalties(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum, BlockMatrix& matrix);
+  void add_penalties(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum, const Field<Real>& p,
+                     Field<Real>& out);
+  void add_penalties(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                     std::vector<Eigen::Matrix3d>& diagonal);
   Eigen::Matrix3d penalty_at(std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v,
                              const TangentSum& sum) const {
     return system_.contact().tangent({x.at(site), v.at(site)}, sum, body().mass(site));

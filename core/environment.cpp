@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "core/mesh/embedded_surface.hpp"
+
 namespace mss {
 
 Prescribed prescribed_motion(const Hold& hold, const Vec3& rest, double t) {
@@ -73,6 +75,10 @@ void HeldSites::clear(Field<Real>& field) const {
 
 LoadedSites::LoadedSites(const Body& body, const std::vector<Load>& loads) {
   for (const Load& load : loads) {
+    if (load.surface) {
+      add_on_surface(body, load);
+      continue;
+    }
     const std::vector<std::ptrdiff_t> sites = body.select(load.box.lower, load.box.upper);
     double mass = 0;
     for (const std::ptrdiff_t site : sites) mass += body.mass(site);
@@ -80,6 +86,17 @@ LoadedSites::LoadedSites(const Body& body, const std::vector<Load>& loads) {
   }
   std::stable_sort(entries_.begin(), entries_.end(),
                    [](const Entry& a, const Entry& b) { return a.site < b.site; });
+}
+
+void LoadedSites::add_on_surface(const Body& body, const Load& load) {
+  const BodyConfig& config = body.config();
+  const EmbeddedSurface surface(*load.surface, config.voxels, config.cell_size, config.origin);
+  const std::vector<std::size_t> vertices = vertices_in(*load.surface, load.box, 1e-9 * config.cell_size);
+  Field<double> forces(body.lattice().size);
+  for (const std::size_t vertex : vertices)
+    surface.distribute(vertex, load.force / double(vertices.size()), forces);
+  for (const std::ptrdiff_t site : body.sites())
+    if (forces.at(site) != Vec3::Zero()) entries_.push_back({site, forces.at(site)});
 }
 
 template <class Real>

@@ -2,11 +2,13 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "core/body.hpp"
 #include "core/field.hpp"
+#include "core/mesh/triangle_mesh.hpp"
 
 namespace mss {
 
@@ -33,10 +35,12 @@ struct Hold {
   }
 };
 
-/// A total force [N] on the particles in a box, shared in proportion to their mass.
+/// A total force [N] on the particles in a box, shared in proportion to their mass; or on the vertices in the
+/// box of a mesh that the cells carry, shared equally and handed to particles by the vertices' weights.
 struct Load {
   Box box{};
   Vec3 force = Vec3::Zero();
+  std::shared_ptr<const TriangleMesh> surface{};  ///< none: particles
 };
 
 /// A blow: the particles in a box get a total impulse [N s] at once, each the same change of velocity. It is
@@ -77,6 +81,8 @@ struct Environment {
   std::vector<Load> loads{};
   std::vector<Strike> strikes{};
   std::vector<Plane> planes{};
+  /// The mesh, carried by the body's cells, whose vertices planes touch; none: they touch particles.
+  std::shared_ptr<const TriangleMesh> contact_surface{};
 };
 
 /// Position and velocity that a hold prescribes at time t for a particle resting at `rest`.
@@ -139,6 +145,8 @@ class LoadedSites {
     std::ptrdiff_t site;
     Vec3 force;
   };
+  void add_on_surface(const Body& body, const Load& load);
+
   std::vector<Entry> entries_;  ///< ascending by site
 };
 

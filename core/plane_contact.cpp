@@ -37,6 +37,14 @@ bool PlaneContact::collide(const Motion& before, double dt, Motion& after) const
   return any;
 }
 
+bool PlaneContact::is_free(const Motion& motion, double dt) const {
+  const double close = 1e-9 * cell_size_;
+  return std::all_of(colliding_.begin(), colliding_.end(), [&](const Plane& plane) {
+    const double gap = plane.gap(motion.x);
+    return gap > 0 || (gap > -close && plane.normal.dot(motion.v) * dt > -close);
+  });
+}
+
 bool PlaneContact::sticks(const Motion& motion, const Vec3& acceleration) const {
   const double close = 1e-6 * cell_size_;
   return std::any_of(colliding_.begin(), colliding_.end(), [&](const Plane& plane) {

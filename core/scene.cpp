@@ -23,7 +23,7 @@ KnownKeys make_known_keys() {
         "start", "solve", "expect"}},
       {"expect", {energy_drift, mean_displacement}},
       {"expect.energy_drift", {"value", "within"}},
-      {"expect.displacement", {"box", "value", "within"}},
+      {"expect.displacement", {"box", "surface_box", "value", "within"}},
       {"body", {"cells", "voxels", "refine", "cell_size", "origin", "topology", "sharing"}},
       {"body.mesh_rotation", mesh_rotation_keys},
       {"material",
@@ -37,7 +37,7 @@ KnownKeys make_known_keys() {
       {"environment", {"gravity"}},
       {"hold", {"box", "axes", "velocity", "displacement", "turn"}},
       {"hold.turn", {"axis", "centre", "rate", "until"}},
-      {"load", {"box", "force"}},
+      {"load", {"box", "surface_box", "force"}},
       {"strike", {"box", "at", "impulse"}},
       {"plane", {"point", "normal", "contact", "restitution", "friction"}},
       {"start", {"velocity", "spin"}},
@@ -197,7 +197,8 @@ void read_cells(const TomlTable& root, Scene& scene) {
   const TomlTable body = root.table("body");
   BodyConfig& config = scene.body;
   if (body.has("mesh")) return read_mesh_cells(root, scene);
-  for (const char* key : {"cells_across", "mesh_scale", "mesh_rotation", "mesh_translation", "fill"})
+  for (const char* key :
+       {"cells_across", "mesh_scale", "mesh_rotation", "mesh_translation", "fill", "contact_on"})
     if (body.has(key)) body.reject(key, "is about a mesh; give body.mesh, or leave it out");
   if (body.has("cells") && body.has("voxels"))
     body.reject("voxels", "stands beside body.cells; give one of the two");
@@ -379,7 +380,32 @@ Plane read_plane(const TomlTable& table) {
   return plane;
 }
 
-Environment read_environment(const TomlTable& scene) {
+/// A box of particles, `box`, or of vertices of the mesh, `surface_box`.
+struct SomeBox {
+  Box box;
+  bool on_surface = false;
+};
+SomeBox read_some_box(const TomlTable& table, const TriangleMesh* surface, double cell_size) {
+  constexpr auto key = "surface_box";
+  if (!table.has(key)) return {table.box("box")};
+  if (table.has("box"))
+    table.reject(key, fmt::format("stands beside {}.box; give one of the two", table.path()));
+  if (!surface) table.reject(key, "is about a mesh; give body.mesh, or box in its place");
+  const SomeBox read{table.box(key), true};
+  if (!vertices_in(*surface, read.box, 1e-9 * cell_size).empty()) return read;
+  const auto [lower, upper] = bounding_box(*surface);
+  table.reject(key, fmt::format("contains no vertex of the mesh; give one that does, it spans "
+                                "[{:.6g}, {:.6g}, {:.6g}] to [{:.6g}, {:.6g}, {:.6g}]",
+                                lower[0], lower[1], lower[2], upper[0], upper[1], upper[2]));
+}
+
+Load read_load(const TomlTable& table, const std::shared_ptr<const TriangleMesh>& surface, double cell_size) {
+  const auto [box, on_surface] = read_some_box(table, surface.get(), cell_size);
+  return {.box = box, .force = table.vector("force", force), .surface = on_surface ? surface : nullptr};
+}
+
+Environment read_environment(const TomlTable& scene, const std::shared_ptr<const TriangleMesh>& surface,
+                             double cell_size) {
   Environment environment;
   environment.gravity = scene.table("environment").vector("gravity", acceleration, Vec3::Zero());
   for (const TomlTable& table : scene.tables("hold")) {
@@ -390,7 +416,7 @@ Environment read_environment(const TomlTable& scene) {
     environment.holds.push_back(hold);
   }
   for (const TomlTable& table : scene.tables("load"))
-    environment.loads.push_back({.box = table.box("box"), .force = table.vector("force", force)});
+    environment.loads.push_back(read_load(table, surface, cell_size));
   for (const TomlTable& table : scene.tables("strike"))
     environment.strikes.push_back({.box = table.box("box"),
                                    .at = table.number("at", time_of_strike),
@@ -407,7 +433,8 @@ void for_each_box(
     for (std::size_t i = 0; i < all.size(); ++i) visit(table, i, all[i].box);
   };
   each("hold", scene.environment.holds);
-  each("load", scene.environment.loads);
+  for (std::size_t i = 0; i < scene.environment.loads.size(); ++i)
+    if (const Load& load = scene.environment.loads[i]; !load.surface) visit("load", i, load.box);
   each("strike", scene.environment.strikes);
   each("weight", scene.body.weights);
 }
@@ -431,7 +458,26 @@ void find_empty_box(const Scene& scene, const std::function<void(std::string_vie
   });
 }
 
-std::vector<Expectation> read_expectations(const TomlTable& expect) {
+/// What planes touch: the particles, or the surface of the mesh.
+void read_contact_surface(const TomlTable& root, const std::shared_ptr<const TriangleMesh>& surface,
+                          Scene& scene) {
+  static const std::vector<std::pair<std::string, bool>> touched{{"particles", false}, {"surface", true}};
+  if (!root.table("body").choice("contact_on", "what planes touch", touched, false)) return;
+  const std::vector<Plane>& planes = scene.environment.planes;
+  for (std::size_t i = 0; i < planes.size(); ++i)
+    if (planes[i].contact == ContactLaw::thesis)
+      root.tables("plane")[i].reject("contact",
+                                     "is a law of particles, and body.contact_on is \"surface\"; give "
+                                     "\"impulse\" or \"penalty\"");
+  if (scene.solve.sleep.bound > 0)
+    root.table("solve").reject("sleep",
+                               "is for contact of particles, and body.contact_on is \"surface\"; leave one "
+                               "of the two out");
+  scene.environment.contact_surface = surface;
+}
+
+std::vector<Expectation> read_expectations(const TomlTable& expect, const TriangleMesh* surface,
+                                           double cell_size) {
   std::vector<Expectation> all;
   for (const std::string& quantity : known_keys().at("expect")) {
     if (!expect.has(quantity)) continue;
@@ -440,7 +486,9 @@ std::vector<Expectation> read_expectations(const TomlTable& expect) {
     if (quantity == mean_displacement) {
       const Vec3 value = table.vector("value", displacement);
       e.value = {value[0], value[1], value[2]};
-      e.box = table.box("box");
+      const auto [box, on_surface] = read_some_box(table, surface, cell_size);
+      e.box = box;
+      e.on_surface = on_surface;
     } else {
       e.value = {table.number("value", expected)};
     }
@@ -593,13 +641,17 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   scene.file = file;
   scene.name = file.stem().string();
   read_body(root, scene);
-  scene.environment = read_environment(root);
+  const double cell_size = scene.body.cell_size;
+  const std::shared_ptr<const TriangleMesh> surface =
+      scene.mesh ? std::make_shared<TriangleMesh>(scene.mesh->surface()) : nullptr;
+  scene.environment = read_environment(root, surface, cell_size);
   if (const TomlTable material = root.table("material"); material.has("model"))
     scene.model = material.text("model", "a model", "its name, such as \"springs\"");
   scene.start_velocity = root.table("start").vector("velocity", velocity, Vec3::Zero());
   scene.start_spin = root.table("start").vector("spin", spin, Vec3::Zero());
   scene.solve = read_solve(root.table("solve"));
-  scene.expectations = read_expectations(root.table("expect"));
+  read_contact_surface(root, surface, scene);
+  scene.expectations = read_expectations(root.table("expect"), surface.get(), cell_size);
   find_empty_box(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
     root.tables(table)[index].reject("box", complaint);
   });

@@ -40,11 +40,12 @@ struct Expectation {
   std::string quantity;         ///< a column of series.csv, or one of those below
   std::vector<double> value{};  ///< one number; of a displacement three
   double within = 0;            ///< how far each number may be off
-  Box box{};                    ///< of a displacement: the particles it is the mean of
+  Box box{};                    ///< of a displacement: the particles it is the mean of,
+  bool on_surface = false;      ///< or vertices of the mesh
 };
 /// Total energy at the end over that at the start, minus 1.
 inline constexpr const char* energy_drift = "energy_drift";
-/// Mean displacement from rest of the particles in a box [m].
+/// Mean displacement from rest of the particles, or of the mesh's vertices, in a box [m].
 inline constexpr const char* mean_displacement = "displacement";
 
 /// Name of the model whose cells are springs with the volume force of eq. 3-7, and of the one with

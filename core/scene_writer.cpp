@@ -36,6 +36,7 @@ Json body_to_json(const Scene& scene) {
     json["mesh"] = scene.mesh->file;
     json.update(to_json(scene.mesh->placement));
     json["fill"] = to_string(scene.mesh->config.mode);
+    json["contact_on"] = scene.environment.contact_surface ? "surface" : "particles";
   } else if (scene.voxel_file.empty())
     for (const int count : body.voxels.size()) json["cells"].push_back(count / scene.refine);
   else
@@ -138,7 +139,7 @@ Json to_json(const std::vector<Expectation>& expectations) {
   for (const Expectation& e : expectations) {
     json[e.quantity] = {{"value", e.value}, {"within", e.within}};
     if (e.quantity == mean_displacement)
-      json[e.quantity]["box"] = to_json(e.box);
+      json[e.quantity][e.on_surface ? "surface_box" : "box"] = to_json(e.box);
     else
       json[e.quantity]["value"] = e.value.front();
   }
@@ -193,7 +194,8 @@ Json to_json(const Scene& scene) {
     weights.push_back({{"box", to_json(weight.box)}, {"mass", weight.mass}});
   for (const Hold& hold : scene.environment.holds) holds.push_back(to_json(hold));
   for (const Load& load : scene.environment.loads)
-    loads.push_back({{"box", to_json(load.box)}, {"force", to_json(load.force)}});
+    loads.push_back(
+        {{load.surface ? "surface_box" : "box", to_json(load.box)}, {"force", to_json(load.force)}});
   for (const Strike& strike : scene.environment.strikes)
     strikes.push_back(
         {{"box", to_json(strike.box)}, {"at", strike.at}, {"impulse", to_json(strike.impulse)}});

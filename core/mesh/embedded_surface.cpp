@@ -69,24 +69,14 @@ template <class Real>
 std::vector<Vec3> EmbeddedSurface::interpolate(const Field<Real>& field) const {
   std::vector<Vec3> values;
   values.reserve(points_.size());
-  for (const Point& point : points_) {
-    Vec3 value = Vec3::Zero();
-    for (int c = 0; c < 8; ++c)
-      value += point.weights[std::size_t(c)] * field.at(point.site + lattice_.corner(c));
-    values.push_back(value);
-  }
+  for (std::size_t v = 0; v < points_.size(); ++v) values.push_back(at(v, field));
   return values;
 }
 
 template <class Real>
 void EmbeddedSurface::distribute(const std::vector<Vec3>& forces, Field<Real>& particles) const {
-  for (std::size_t v = 0; v < points_.size(); ++v) {
-    if (forces[v] == Vec3::Zero()) continue;
-    for (int c = 0; c < 8; ++c) {
-      const std::ptrdiff_t site = points_[v].site + lattice_.corner(c);
-      particles.set(site, particles.at(site) + points_[v].weights[std::size_t(c)] * forces[v]);
-    }
-  }
+  for (std::size_t v = 0; v < points_.size(); ++v)
+    if (forces[v] != Vec3::Zero()) distribute(v, forces[v], particles);
 }
 
 template std::vector<Vec3> EmbeddedSurface::interpolate(const Field<float>&) const;

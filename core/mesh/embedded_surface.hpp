@@ -21,13 +21,29 @@ class EmbeddedSurface {
 
   std::size_t size() const { return points_.size(); }
 
-  /// Values of a field over lattice sites at all vertices: positions, or velocities.
+  /// Value of a field over lattice sites at a vertex: its position, or velocity,
+  template <class Real>
+  Vec3 at(std::size_t vertex, const Field<Real>& field) const {
+    const Point& point = points_[vertex];
+    Vec3 value = Vec3::Zero();
+    for (int c = 0; c < 8; ++c)
+      value += point.weights[std::size_t(c)] * field.at(point.site + lattice_.corner(c));
+    return value;
+  }
+  /// and at all vertices.
   template <class Real>
   std::vector<Vec3> interpolate(const Field<Real>& field) const;
 
-  /// Adds forces on vertices [N] to the particles of their cells, by the same weights: force and, about any
-  /// point, moment are the same, because the vertex is where the weights say. Any number of forces, as many
-  /// as vertices.
+  /// Adds a force on a vertex [N] to the particles of its cell, by the same weights: force and, about any
+  /// point, moment are the same, because the vertex is where the weights say.
+  template <class Real>
+  void distribute(std::size_t vertex, const Vec3& force, Field<Real>& particles) const {
+    for (int c = 0; c < 8; ++c) {
+      const std::ptrdiff_t site = points_[vertex].site + lattice_.corner(c);
+      particles.set(site, particles.at(site) + points_[vertex].weights[std::size_t(c)] * force);
+    }
+  }
+  /// The same for as many forces as vertices.
   template <class Real>
   void distribute(const std::vector<Vec3>& forces, Field<Real>& particles) const;
 

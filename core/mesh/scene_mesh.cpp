@@ -72,7 +72,10 @@ double SceneMesh::longest_extent() const {
 
 TriangleMesh SceneMesh::surface() const {
   TriangleMesh all;
-  for (const MeshPart& part : parts) all = joined(all, part.mesh);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const bool flipped = i < reports.size() && reports[i].flipped;
+    all = joined(all, flipped ? turned_inside_out(parts[i].mesh) : parts[i].mesh);
+  }
   return all;
 }
 

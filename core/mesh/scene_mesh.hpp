@@ -12,8 +12,8 @@ namespace mss {
 class TomlTable;
 
 /// Keys of [body] that go with `mesh`, and of the table `mesh_rotation` in it.
-inline const std::vector<std::string> mesh_keys{"mesh",          "cells_across",     "mesh_scale",
-                                                "mesh_rotation", "mesh_translation", "fill"};
+inline const std::vector<std::string> mesh_keys{
+    "mesh", "cells_across", "mesh_scale", "mesh_rotation", "mesh_translation", "fill", "contact_on"};
 inline const std::vector<std::string> mesh_rotation_keys{"axis", "degrees"};
 
 /// A body given as a mesh, and meshes of parts in it.
@@ -27,7 +27,7 @@ struct SceneMesh {
   std::vector<MeshReport> reports{};
 
   double longest_extent() const;  ///< of all meshes together [m]
-  TriangleMesh surface() const;   ///< all in one
+  TriangleMesh surface() const;   ///< all in one; facing outward once cells are filled
 };
 
 /// Reads `body.mesh` with the keys beside it, and `part.mesh`, from files relative to `folder`. The cell size

@@ -103,6 +103,15 @@ Box bounding_box(const TriangleMesh& mesh) {
   return box;
 }
 
+std::vector<std::size_t> vertices_in(const TriangleMesh& mesh, const Box& box, double slack) {
+  std::vector<std::size_t> inside;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const auto x = mesh.vertices[v].array();
+    if ((x >= box.lower.array() - slack).all() && (x <= box.upper.array() + slack).all()) inside.push_back(v);
+  }
+  return inside;
+}
+
 std::vector<OpenEdge> open_edges(const TriangleMesh& mesh) {
   const std::vector<std::uint64_t> keys = sorted_edges(mesh);
   std::vector<OpenEdge> open;

@@ -36,6 +36,9 @@ TriangleMesh merge_identical(const TriangleMesh& mesh);
 /// The smallest box with all vertices; of a mesh without vertices the box of the origin.
 Box bounding_box(const TriangleMesh& mesh);
 
+/// Vertices inside a box that is widened by `slack` on all sides [m], ascending.
+std::vector<std::size_t> vertices_in(const TriangleMesh& mesh, const Box& box, double slack);
+
 /// A directed edge of a triangle that has no partner: no triangle runs along it the other way. An edge that
 /// k more triangles run along in one direction than in the other appears k times.
 struct OpenEdge {

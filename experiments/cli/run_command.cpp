@@ -125,8 +125,10 @@ void add(CLI::App& app, int& exit_status) {
       ->required();
   command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>)");
   command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
-  command->add_option("--vtk", choice->vtk,
-                      "Also write every N-th step for ParaView; with adaptive methods every N-th row");
+  command->add_option(
+      "--vtk", choice->vtk,
+      "Also write every N-th step for ParaView (cells, springs, a mesh's surface); with adaptive methods "
+      "every N-th row");
   command->callback([choice, &exit_status] { run_scene(*choice, exit_status); });
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/mesh/embedded_surface.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
 
@@ -76,9 +77,25 @@ std::vector<double> displacement(const Scene& scene, const SceneEnd& end, const 
   return {sum[0] / count, sum[1] / count, sum[2] / count};
 }
 
+/// Mean displacement of the mesh's vertices whose rest position lies in a box.
+std::vector<double> surface_displacement(const Scene& scene, const SceneEnd& end, const Box& box) {
+  const Body body(scene.body);
+  if (end.particles.size() != body.particle_count()) return {};
+  Field<double> moved(body.lattice().size);
+  for (std::size_t id = 0; id < end.particles.size(); ++id)
+    moved.set(body.sites()[id], end.particles[id].x - end.particles[id].rest);
+  const TriangleMesh mesh = scene.mesh->surface();
+  const EmbeddedSurface surface(mesh, scene.body.voxels, scene.body.cell_size, scene.body.origin);
+  const std::vector<std::size_t> vertices = vertices_in(mesh, box, 1e-9 * scene.body.cell_size);
+  Vec3 sum = Vec3::Zero();
+  for (const std::size_t vertex : vertices) sum += surface.at(vertex, moved) / double(vertices.size());
+  return {sum[0], sum[1], sum[2]};
+}
+
 /// The result to compare; empty if there is none.
 std::vector<double> found(const Scene& scene, const SceneEnd& end, const Expectation& e) {
-  if (e.quantity == mean_displacement) return displacement(scene, end, e.box);
+  if (e.quantity == mean_displacement)
+    return e.on_surface ? surface_displacement(scene, end, e.box) : displacement(scene, end, e.box);
   const bool drift = e.quantity == energy_drift;
   const std::string column = drift ? "total" : e.quantity;
   const auto first = end.first.find(column), last = end.last.find(column);

@@ -33,7 +33,8 @@ class Simulation {
     result.threads = run_.system().threads();
     result.kernel = run_.system().kernel_name();
     if (scene.solve.sleep.bound > 0) reference_.emplace(scene, body);
-    if (frame_every_ > 0) frames_.emplace(vtk.directory, body);
+    if (frame_every_ > 0)
+      frames_.emplace(vtk.directory, body, scene.mesh ? std::optional(scene.mesh->surface()) : std::nullopt);
   }
 
   /// The state of the last finite row is what a failed run leaves.

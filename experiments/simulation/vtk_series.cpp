@@ -18,10 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kinds[] = {"cells", "springs"};
+constexpr const char* kinds[] = {"cells", "springs", "surface"};
 
 /// VTK's numbers for shapes, and its order of a hexahedron's corners: around the bottom, around the top.
-constexpr std::uint8_t vtk_line = 3, vtk_hexahedron = 12;
+constexpr std::uint8_t vtk_line = 3, vtk_triangle = 5, vtk_hexahedron = 12;
 constexpr int vtk_corners[] = {0, 1, 3, 2, 4, 5, 7, 6};
 
 /// HDF5 reports failure by a negative number; errno may have the reason.
@@ -125,6 +125,20 @@ std::vector<double> by_particle(const Body& body, const Field<Real>& field) {
   return values;
 }
 
+std::vector<double> by_vertex(const std::vector<Vec3>& vectors) {
+  std::vector<double> values;
+  values.reserve(3 * vectors.size());
+  for (const Vec3& vector : vectors) values.insert(values.end(), {vector[0], vector[1], vector[2]});
+  return values;
+}
+
+std::vector<std::int64_t> triangle_corners(const TriangleMesh& mesh) {
+  std::vector<std::int64_t> corners;
+  for (const std::array<int, 3>& triangle : mesh.triangles)
+    corners.insert(corners.end(), triangle.begin(), triangle.end());
+  return corners;
+}
+
 template <class Real>
 void write_cell_values(hid_t group, const Body& body, const Field<Real>& x) {
   std::vector<double> volume_ratio, jacobian;
@@ -172,21 +186,23 @@ void remove_vtk_series(const fs::path& directory) {
   fs::remove(directory / "vtk", ignored);  // if nothing else is in it
 }
 
-VtkSeries::VtkSeries(fs::path directory, const Body& body)
+VtkSeries::VtkSeries(fs::path directory, const Body& body, const std::optional<TriangleMesh>& surface)
     : directory_(std::move(directory)), body_(body), particle_of_(std::size_t(body.lattice().size), -1) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // failures are exceptions, not pages on stderr
   for (std::size_t id = 0; id < body.particle_count(); ++id)
     particle_of_[std::size_t(body.sites()[id])] = std::int64_t(id);
+  if (surface)
+    surface_.emplace(*surface, body.config().voxels, body.config().cell_size, body.config().origin);
   remove_vtk_series(directory_);
   prepare_directory(directory_ / "vtk");
-  write_mesh();
+  write_mesh(surface);
 }
 
 fs::path VtkSeries::frame_file(const std::string& kind, std::size_t frame) const {
   return directory_ / "vtk" / fmt::format("{}_{:06}.vtkhdf", kind, frame);
 }
 
-void VtkSeries::write_mesh() const {
+void VtkSeries::write_mesh(const std::optional<TriangleMesh>& surface) const {
   std::vector<std::int64_t> cells, springs;
   body_.for_each_cell([&](std::ptrdiff_t site) {
     for (const int c : vtk_corners)
@@ -201,6 +217,9 @@ void VtkSeries::write_mesh() const {
     write_text(file, "mss", program_version());
     write_shapes(new_group(file, "cells"), vtk_hexahedron, 8, points, cells);
     write_shapes(new_group(file, "springs"), vtk_line, 2, points, springs);
+    if (surface)
+      write_shapes(new_group(file, "surface"), vtk_triangle, 3, std::int64_t(surface->vertices.size()),
+                   triangle_corners(*surface));
   });
 }
 
@@ -221,11 +240,23 @@ void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v) {
     link(grid, "Points", cells, "/VTKHDF/Points");
     write_spring_values(new_group(grid, "CellData"), body_, x);
   });
+  if (surface_) add_surface(frame_file("surface", frame), x, v);
   times_.push_back(t);
+}
+
+template <class Real>
+void VtkSeries::add_surface(const fs::path& file, const Field<Real>& x, const Field<Real>& v) const {
+  write_file(file, [&](hid_t h5) {
+    const Handle grid = new_group(h5, "VTKHDF");
+    describe_grid(grid, "surface", "mesh.h5");
+    write(grid, "Points", by_vertex(surface_->interpolate(x)), 3);
+    write(new_group(grid, "PointData"), "velocity", by_vertex(surface_->interpolate(v)), 3);
+  });
 }
 
 void VtkSeries::finish() const {
   for (const std::string kind : kinds) {
+    if (kind == "surface" && !surface_) continue;
     Json frames = Json::array();
     for (std::size_t i = 0; i < times_.size(); ++i)
       frames.push_back({{"name", "vtk/" + frame_file(kind, i).filename().string()}, {"time", times_[i]}});

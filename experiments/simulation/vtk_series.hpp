@@ -2,26 +2,32 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/body.hpp"
+#include "core/mesh/embedded_surface.hpp"
 
 namespace mss {
 
 /// Removes the series that an earlier run left in a directory, and nothing else.
 void remove_vtk_series(const std::filesystem::path& directory);
 
-/// A series that ParaView opens, in VTK's own format on HDF5: in a directory the files `cells.vtkhdf.series`
-/// and `springs.vtkhdf.series`, each of which lists its frames with their times; the frames in `vtk/`.
+/// A series that ParaView opens, in VTK's own format on HDF5: in a directory the files `cells.vtkhdf.series`,
+/// `springs.vtkhdf.series` and, of a body given as a mesh, `surface.vtkhdf.series`, each of which lists its
+/// frames with their times; the frames in `vtk/`.
 ///
 /// Cells are hexahedra with their volume_ratio and their smallest corner's jacobian; their points are the
 /// particles, with velocity. Springs are lines between the same points, with their stretch and their class (0
-/// edge, 1 face diagonal, 2 body diagonal). Which points belong together is stored once, in `vtk/mesh.h5`.
+/// edge, 1 face diagonal, 2 body diagonal). The surface is the mesh's triangles where the cells carry them,
+/// with the velocity of their corners. Which points belong together is stored once, in `vtk/mesh.h5`.
 class VtkSeries {
  public:
-  /// Throws InputError if the directory cannot be written to.
-  VtkSeries(std::filesystem::path directory, const Body& body);
+  /// `surface`: the mesh that the body was given as, if it was. Throws InputError if the directory cannot be
+  /// written to.
+  VtkSeries(std::filesystem::path directory, const Body& body,
+            const std::optional<TriangleMesh>& surface = std::nullopt);
 
   /// Writes a frame, whole or not at all. Throws InputError if that fails.
   template <class Real>
@@ -32,10 +38,13 @@ class VtkSeries {
 
  private:
   std::filesystem::path frame_file(const std::string& kind, std::size_t frame) const;
-  void write_mesh() const;
+  void write_mesh(const std::optional<TriangleMesh>& surface) const;
+  template <class Real>
+  void add_surface(const std::filesystem::path& file, const Field<Real>& x, const Field<Real>& v) const;
 
   std::filesystem::path directory_;
   const Body& body_;
+  std::optional<EmbeddedSurface> surface_;
   std::vector<std::int64_t> particle_of_;  ///< by site
   std::vector<double> times_;              ///< of the frames so far [s]
 };

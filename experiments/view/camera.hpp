@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "experiments/view/surface_mesh.hpp"
+#include "experiments/view/drawn_surface.hpp"
 
 namespace mss::view {
 

@@ -229,9 +229,17 @@ void Panel::draw_display(Display& display, Requests& requests) {
     requests.commands.push_back(PanelCommand::fit_colours);
   }
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", info_of(display.quantity).meaning);
+  if (display.has_mesh) {
+    static const std::vector<std::string> shapes{"faces of cells", "surface of the mesh"};
+    std::size_t shown = display.shows_mesh ? 1 : 0;
+    if (choice("shape", shapes, shown)) display.shows_mesh = shown == 1;
+  }
   toggle("surface", display.surface);
   ImGui::SameLine();
-  toggle("cells", display.edges);
+  {
+    const Disabled disabled(display.shows_mesh);
+    toggle("cells", display.edges);
+  }
   ImGui::SameLine();
   toggle("springs", display.springs);
   toggle("particles", display.particles);

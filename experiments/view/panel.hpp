@@ -20,6 +20,8 @@ struct Display {
   DisplayedQuantity quantity = DisplayedQuantity::stretch;
   ValueRange range{};  ///< of the colour bar
   bool surface = true, edges = true, springs = false, particles = false, ground = true;
+  bool has_mesh = false;       ///< the body was given as one,
+  bool shows_mesh = false;     ///< and that is drawn, not the faces of cells
   double ground_spacing = 1;   ///< [m]
   std::string message;         ///< why the last request was refused; empty if it was not
   double frame_seconds = 0;    ///< from one frame to the next

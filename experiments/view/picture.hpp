@@ -5,7 +5,7 @@
 
 #include "core/environment.hpp"
 #include "experiments/view/colour_map.hpp"
-#include "experiments/view/surface_mesh.hpp"
+#include "experiments/view/drawn_surface.hpp"
 
 namespace mss::view {
 

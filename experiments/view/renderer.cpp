@@ -50,7 +50,7 @@ void main() {
     own = mix(own, vec3(0.35), 0.6);
     lit = place.z;
   }
-  vec2 pixel = fwidth(cell);
+  vec2 pixel = max(fwidth(cell), 1e-6);  // a true surface has none
   vec2 near = (1.0 - abs(fract(cell - 0.5) - 0.5) / pixel) * clamp(2.0 - 5.0 * pixel, 0.0, 1.0);
   float edge = edges * clamp(max(near.x, near.y), 0.0, 1.0);
   colour = vec4((own * (0.72 + 0.25 * lit) + 0.11 * lit) * (1.0 - edge), 1);
@@ -160,7 +160,7 @@ void Renderer::draw(const Picture& picture, const Camera& camera, const Viewport
   glDisable(GL_DEPTH_TEST);
 }
 
-void Renderer::upload(const SurfaceMesh& mesh) {
+void Renderer::upload(const DrawnSurface& mesh) {
   fill(GL_ARRAY_BUFFER, vertices_, mesh.vertices(), GL_STREAM_DRAW);
   if (uploaded_ == &mesh) return;
   uploaded_ = &mesh;

@@ -10,10 +10,10 @@ namespace mss::view {
 
 /// What is to be drawn.
 struct Picture {
-  const SurfaceMesh& mesh;
+  const DrawnSurface& mesh;
   ValueRange range{};  ///< of the mesh's values
   bool surface = true;
-  bool edges = true;  ///< of cells, on the surface
+  bool edges = true;  ///< of cells, on their faces
   Marks lines{};      ///< two marks each
   Marks points{};
 };
@@ -28,7 +28,7 @@ class Renderer {
   void draw(const Picture& picture, const Camera& camera, const Viewport& view, int width, int height);
 
  private:
-  void upload(const SurfaceMesh& mesh);
+  void upload(const DrawnSurface& mesh);
   void draw_surface(const Picture& picture, const Eigen::Matrix4f& view, const Eigen::Matrix4f& projection);
   void draw_marks(const Picture& picture, const Eigen::Matrix4f& transform);
 
@@ -36,7 +36,7 @@ class Renderer {
   GlObject colours_;  ///< the colour map, as a texture
   GlObject vertices_, triangles_, marks_;
   GlObject surface_array_, mark_array_;
-  const SurfaceMesh* uploaded_ = nullptr;  ///< its triangles are on the graphics card
+  const DrawnSurface* uploaded_ = nullptr;  ///< its triangles are on the graphics card
 };
 
 /// A picture that no window shows.

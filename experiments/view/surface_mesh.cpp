@@ -21,35 +21,12 @@ std::array<int, 4> face_corners(Direction d) {
   return {base, base + w, base + u + w, base + u};
 }
 
-std::array<float, 3> to_array(const Vec3& v) { return {float(v[0]), float(v[1]), float(v[2])}; }
-
-void add(std::array<float, 3>& sum, const Vec3& v) {
-  for (std::size_t a = 0; a < 3; ++a) sum[a] += float(v[Eigen::Index(a)]);
-}
-
-/// How far along a ray a triangle is met (Moeller and Trumbore, 1997).
-std::optional<double> meet(const Ray& ray, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 p = ray.direction.cross(c - a), from_a = ray.origin - a;
-  const double determinant = p.dot(b - a);
-  if (determinant == 0) return std::nullopt;
-  const Vec3 q = from_a.cross(b - a);
-  const double u = from_a.dot(p) / determinant, v = ray.direction.dot(q) / determinant;
-  const double distance = q.dot(c - a) / determinant;
-  if (u < 0 || v < 0 || u + v > 1 || distance <= 0) return std::nullopt;
-  return distance;
-}
-
 }  // namespace
 
 SurfaceMesh::SurfaceMesh(const Body& body) {
   add_faces(body);
   add_triangles();
-  sites_ = corner_site_;
-  std::sort(sites_.begin(), sites_.end());
-  sites_.erase(std::unique(sites_.begin(), sites_.end()), sites_.end());
-  for (const std::ptrdiff_t site : corner_site_)
-    corner_entry_.push_back(
-        std::size_t(std::lower_bound(sites_.begin(), sites_.end(), site) - sites_.begin()));
+  corner_entry_ = collect_sites(corner_site_);
   Field<double> rest(body.lattice().size);
   for (const std::ptrdiff_t site : sites_) rest.set(site, body.rest_position(site));
   update(rest, std::vector<float>(sites_.size(), 0.0F));
@@ -97,11 +74,6 @@ void SurfaceMesh::add_triangles() {
   }
 }
 
-Vec3 SurfaceMesh::position(std::uint32_t vertex) const {
-  const auto& p = vertices_[vertex].position;
-  return {p[0], p[1], p[2]};
-}
-
 void SurfaceMesh::update(const Field<double>& x, const std::vector<float>& values) {
   const auto put = [](SurfaceVertex& vertex, const Vec3& position, const Vec3& normal, float value) {
     vertex.position = to_array(position);
@@ -121,33 +93,12 @@ void SurfaceMesh::update(const Field<double>& x, const std::vector<float>& value
       add(vertices_[corner].normal, area);
     }
   }
-  for (SurfaceVertex& vertex : vertices_) {
-    const Vec3 sum(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
-    vertex.normal = to_array(sum.stableNormalized());  // of two faces folded onto each other: as it is, 0
-  }
+  normalise();
 }
 
-double SurfaceMesh::volume() const {
-  double six_fold = 0;
-  const Vec3 origin = position(0);  // near the body: less is lost to cancellation
-  for (std::size_t i = 0; i < triangles_.size(); i += 3)
-    six_fold += (position(triangles_[i]) - origin)
-                    .dot((position(triangles_[i + 1]) - origin).cross(position(triangles_[i + 2]) - origin));
-  return six_fold / 6;
-}
-
-std::optional<SurfaceMesh::Hit> SurfaceMesh::hit(const Ray& ray) const {
-  std::optional<Hit> first;
-  for (std::size_t i = 0; i < triangles_.size(); i += 3) {
-    const auto distance =
-        meet(ray, position(triangles_[i]), position(triangles_[i + 1]), position(triangles_[i + 2]));
-    if (!distance || (first && *distance >= first->distance)) continue;
-    const Vec3 point = ray.origin + *distance * ray.direction;
-    const auto away = [&](std::uint32_t vertex) { return (position(vertex) - point).squaredNorm(); };
-    const bool second_nearer = away(triangles_[i + 1]) < away(triangles_[i]);
-    first = Hit{corner_site_[triangles_[second_nearer ? i + 1 : i]], *distance};
-  }
-  return first;
+std::ptrdiff_t SurfaceMesh::site_at(std::size_t triangle, const Vec3& point) const {
+  const std::uint32_t first = triangles_[triangle], second = triangles_[triangle + 1];
+  return corner_site_[distance(second, point) < distance(first, point) ? second : first];
 }
 
 }  // namespace mss::view

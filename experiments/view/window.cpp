@@ -22,6 +22,8 @@
 #include "experiments/view/image.hpp"
 #include "experiments/view/panel.hpp"
 #include "experiments/view/renderer.hpp"
+#include "experiments/view/surface_mesh.hpp"
+#include "experiments/view/true_surface.hpp"
 
 namespace mss::view {
 
@@ -150,9 +152,11 @@ class Viewer {
         window_(options, "mss view: " + scene.name),
         gui_(window_),
         panel_(scene),
-        mesh_(session_.body()),
+        cells_(session_.body()),
         grids_(grids_of(session_.body(), scene.environment)) {
     glfwGetFramebufferSize(window_.get(), &width_, &height_);
+    if (scene.mesh) true_surface_.emplace(scene.mesh->surface(), session_.body());
+    display_.has_mesh = display_.shows_mesh = scene.mesh.has_value();
     display_.ground_spacing = grids_.front().spacing;
     see_all();
     fit_colours();
@@ -178,13 +182,19 @@ class Viewer {
   void draw(const Layout& places, int width, int height);
   void draw_on(const Canvas& canvas);
   void log(const std::string& event) const;
+  /// What is drawn of the body.
+  DrawnSurface& surface() {
+    if (display_.shows_mesh) return *true_surface_;
+    return cells_;
+  }
 
   ViewOptions options_;
   Session session_;
   Window window_;
   Gui gui_;
   Panel panel_;
-  SurfaceMesh mesh_;
+  SurfaceMesh cells_;
+  std::optional<TrueSurface> true_surface_;  ///< of a body given as a mesh
   std::vector<GridPlane> grids_;
   Renderer renderer_;
   Camera camera_;
@@ -242,8 +252,8 @@ void Viewer::play_or_pause() {
 }
 
 void Viewer::see_all() {
-  Vec3 lower = session_.positions().at(mesh_.sites().front()), upper = lower;
-  for (const std::ptrdiff_t site : mesh_.sites()) {
+  Vec3 lower = session_.positions().at(cells_.sites().front()), upper = lower;
+  for (const std::ptrdiff_t site : cells_.sites()) {
     lower = lower.cwiseMin(session_.positions().at(site));
     upper = upper.cwiseMax(session_.positions().at(site));
   }
@@ -328,7 +338,7 @@ void Viewer::do_mouse(const Viewport& view) {
 }
 
 void Viewer::start_dragging(const Ray& ray) {
-  const auto hit = mesh_.hit(ray);
+  const auto hit = surface().hit(ray);
   if (!hit || session_.status() != Status::ok || !session_.grab(hit->site)) return;
   grabbed_depth_ = (session_.positions().at(hit->site) - camera_.eye()).dot(camera_.forward());
   log("grab");
@@ -370,20 +380,22 @@ void Viewer::simulate_frame() {
 
 /// The colour bar covers all values since it was fitted last.
 void Viewer::colour() {
-  const auto values = values_at(mesh_.sites(), display_.quantity, session_.body(), session_.positions(),
+  const auto values = values_at(surface().sites(), display_.quantity, session_.body(), session_.positions(),
                                 session_.velocities());
   for (const float value : values) {
     shown_low_ = std::min(shown_low_, double(value));
     shown_high_ = std::max(shown_high_, double(value));
   }
   display_.range = round_range(shown_low_, shown_high_, 0);
-  mesh_.update(session_.positions(), values);
+  surface().update(session_.positions(), values);
 }
 
 void Viewer::draw(const Layout& places, int width, int height) {
   const Body& body = session_.body();
-  Picture picture{
-      .mesh = mesh_, .range = display_.range, .surface = display_.surface, .edges = display_.edges};
+  Picture picture{.mesh = surface(),
+                  .range = display_.range,
+                  .surface = display_.surface,
+                  .edges = display_.edges && !display_.shows_mesh};
   if (display_.ground)
     for (const GridPlane& grid : grids_) add_grid(picture.lines, grid);
   if (display_.springs)

@@ -63,12 +63,20 @@ void Multigrid::add_penalties(const BodySystem<double>& body_system, const Field
   if (!body_system.contact().has_penalties()) return;
   if (added_.straight.size() == 0)
     added_ = {Field<float>(body_system.size()), Field<float>(body_system.size())};
-  for (const std::ptrdiff_t site : body_system.particles()) {
-    const Eigen::Matrix3d block =
-        body_system.contact().tangent({x.at(site), v.at(site)}, sum, body_system.mass(site));
+  const auto set = [&](std::ptrdiff_t site, const Eigen::Matrix3d& block) {
     added_.straight.set(site, block.diagonal());
     added_.mixed.set(site, Vec3(block(1, 2), block(2, 0), block(0, 1)));
+  };
+  if (const SurfaceContact* contact = body_system.surface_contact()) {
+    std::vector<Eigen::Matrix3d> blocks(body_system.particles().size(), Eigen::Matrix3d::Zero());
+    contact->for_each_diagonal(x, v, sum, [&](std::ptrdiff_t site, const Eigen::Matrix3d& block) {
+      blocks[std::size_t(body_system.body().particle(site))] += block;
+    });
+    for (std::size_t p = 0; p < blocks.size(); ++p) set(body_system.particles()[p], blocks[p]);
+    return;
   }
+  for (const std::ptrdiff_t site : body_system.particles())
+    set(site, body_system.contact().tangent({x.at(site), v.at(site)}, sum, body_system.mass(site)));
 }
 
 Status Multigrid::prepare_preconditioner(System<double>& system, double, const Field<double>& x,

@@ -8,11 +8,10 @@
 #include <cstring>
 #include <random>
 
-#include "core/measures.hpp"
 #include "reference/fem/fem_system.hpp"
 #include "reference/mollemans.hpp"
+#include "tests/body_derivatives.hpp"
 #include "tests/centre_of_mass.hpp"
-#include "tests/differences.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss {
@@ -228,7 +227,7 @@ Environment penalised(const Vec3& corner) {
                       .friction = 0.9}}};
 }
 
-/// Tangents, products and diagonals of a body that stands in two penalty planes.
+/// Tangents of a body that stands in two penalty planes.
 template <class MakeSystem>
 void compare_tangents(MakeSystem&& make) {
   BodyConfig config = testing::test_config(VoxelGrid::box(2, 1, 2));
@@ -237,36 +236,7 @@ void compare_tangents(MakeSystem&& make) {
   const auto system = make(body, penalised(config.origin));
   State<double> state = system->rest_state();
   testing::randomise(body, state, 0.1, 0.5, 5);
-  const auto tangent = [&](const TangentSum& sum) {
-    SparseMatrix matrix = system->tangents()->pattern();
-    system->tangents()->values(0, state.x, state.v, sum, matrix);
-    return Eigen::MatrixXd(matrix);
-  };
-  for (const bool of_positions : {true, false}) {
-    const Eigen::MatrixXd expected =
-        testing::force_differences(*system, state, of_positions, 1e-3 * config.cell_size);
-    EXPECT_LT(testing::relative_difference(
-                  tangent(of_positions ? TangentSum{.stiffness = 1} : TangentSum{.damping = 1}), expected),
-              1e-4);
-  }
-  const TangentSum sum{.mass = 2, .damping = 0.3, .stiffness = 5, .kind = Tangent::elastic};
-  const Eigen::MatrixXd matrix = tangent(sum);
-  EXPECT_LT((matrix - matrix.transpose()).norm(), 1e-12 * matrix.norm());
-  State<double> direction = system->rest_state();
-  testing::randomise(body, direction, 1, 1, 9);
-  Field<double> out(system->size());
-  system->tangents()->product(0, state.x, state.v, sum, direction.v, out);
-  Eigen::VectorXd p(matrix.rows()), product(matrix.rows());
-  for (Eigen::Index i = 0; i < p.size(); ++i) {
-    const auto [site, axis] = system->tangents()->unknowns()[std::size_t(i)];
-    p[i] = direction.v.axis(axis)[site];
-    product[i] = out.axis(axis)[site];
-  }
-  EXPECT_LT((product - matrix * p).norm(), 1e-12 * product.norm());
-  std::vector<Matrix3d> blocks;
-  system->tangents()->diagonal(0, state.x, state.v, sum, blocks);
-  for (Eigen::Index b = 0; b < Eigen::Index(blocks.size()); ++b)
-    EXPECT_LT((blocks[std::size_t(b)] - matrix.block<3, 3>(3 * b, 3 * b)).norm(), 1e-12 * matrix.norm());
+  testing::compare_tangents_with_forces(*system, state);
 }
 
 TEST(PenaltyPlanes, AreInTheTangentsOfSprings) {
@@ -299,16 +269,7 @@ TEST(PenaltyPlanes, AreInTheTotalEnergy) {
   system.force(0, state.x, state.v, f);
   SpringSystem<double>(body, {.gravity = environment.gravity}).force(0, state.x, state.v, without);
   EXPECT_GT((f.array() - without.array()).abs().maxCoeff(), 1);
-  for (const auto [site, axis] : system.tangents()->unknowns()) {
-    double& x = state.x.axis(axis)[site];
-    const double before = x, step = 1e-6 * config.cell_size;
-    x = before + step;
-    const double above = measure(system, state).total();
-    x = before - step;
-    const double below = measure(system, state).total();
-    x = before;
-    EXPECT_NEAR((below - above) / (2 * step), f.axis(axis)[site], 1e-5 * f.array().abs().maxCoeff());
-  }
+  testing::compare_forces_with_energy(system, state);
 }
 
 // The bound that dt = "safe" relies on: above the fastest mode of a body deep in the planes, yet near it.

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include "core/error.hpp"
 #include "core/mesh/shapes.hpp"
 #include "core/scene.hpp"
@@ -78,6 +80,76 @@ TEST(SceneMesh, IsFilledAgainInOtherCells) {
   EXPECT_NEAR(finer.body.cell_size, 3.0 / 9, 1e-12);
   EXPECT_EQ(finer.body.voxels.size(), (std::array<int, 3>{3, 6, 9}));
   EXPECT_EQ(level_of(finer), 9);
+}
+
+TEST(SceneMesh, PlanesTouchItsSurfaceWhereTheSceneSaysSo) {
+  const testing::SceneFolder folder;
+  const std::string mesh = "mesh = \"box.obj\"\ncells_across = 6\n";
+  EXPECT_EQ(read(folder, mesh).environment.contact_surface, nullptr);
+  EXPECT_EQ(read(folder, mesh + "contact_on = \"particles\"\n").environment.contact_surface, nullptr);
+  const Scene scene = read(folder, mesh + "mesh_scale = 2\ncontact_on = \"surface\"\n",
+                           material + "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n");
+  ASSERT_NE(scene.environment.contact_surface, nullptr);
+  EXPECT_NEAR(enclosed_volume(*scene.environment.contact_surface), 48, 1e-12);
+  const Scene again = load_scene(folder.write("again.toml", to_toml(scene, folder.path())));
+  ASSERT_NE(again.environment.contact_surface, nullptr);
+  EXPECT_EQ(again.environment.contact_surface->vertices, scene.environment.contact_surface->vertices);
+}
+
+// The four vertices of the top take a quarter each: the particles get the same force and moment.
+TEST(SceneMesh, TakesLoadsOnItsVertices) {
+  const testing::SceneFolder folder;
+  const std::string load = "[[load]]\nsurface_box = [[0, 0, 3], [1, 2, 3]]\nforce = [1, 2, -8]\n";
+  const Scene scene = read(folder, "mesh = \"box.obj\"\ncell_size = 0.4\n", material + load);
+  const Body body(scene.body);
+  const LoadedSites loads(body, scene.environment.loads);
+  Field<double> f(body.lattice().size);
+  loads.add(0, body.lattice().sites, std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
+  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+  for (const std::ptrdiff_t site : body.sites()) {
+    force += f.at(site);
+    moment += body.rest_position(site).cross(f.at(site));
+  }
+  EXPECT_LT((force - Vec3(1, 2, -8)).norm(), 1e-13);
+  EXPECT_LT((moment - Vec3(0.5, 1, 3).cross(Vec3(1, 2, -8))).norm(), 1e-12);
+  const Scene again = load_scene(folder.write("again.toml", to_toml(scene, folder.path())));
+  ASSERT_NE(again.environment.loads[0].surface, nullptr);
+  EXPECT_EQ(again.environment.loads[0].box.lower, Vec3(0, 0, 3));
+}
+
+TEST(SceneMesh, RefusesWhatItsSurfaceCannotDo) {
+  const testing::SceneFolder folder;
+  const std::string on_surface = "mesh = \"box.obj\"\ncells_across = 6\ncontact_on = \"surface\"\n";
+  const std::string plane = "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n";
+  const auto expect_refused = [&](const std::string& lines, const std::string& rest, const char* message) {
+    try {
+      read(folder, lines, rest);
+      ADD_FAILURE() << message;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(message));
+    }
+  };
+  expect_refused(
+      on_surface, material + plane + "contact = \"thesis\"\n",
+      "plane.0.contact = \"thesis\" is a law of particles, and body.contact_on is \"surface\"; give "
+      "\"impulse\" or \"penalty\"");
+  expect_refused(on_surface, material + "sleep = 1e-3\n" + plane,
+                 "solve.sleep = 0.001 is for contact of particles, and body.contact_on is \"surface\"");
+  expect_refused("mesh = \"box.obj\"\ncells_across = 6\ncontact_on = \"cells\"\n", material,
+                 "body.contact_on = \"cells\" is not what planes touch; give");
+  const std::string mesh = "mesh = \"box.obj\"\ncells_across = 6\n";
+  expect_refused(mesh, material + "[[load]]\nsurface_box = [[0, 0, 1], [1, 2, 2]]\nforce = [0, 0, 1]\n",
+                 "contains no vertex of the mesh; give one that does, it spans [0, 0, 0] to [1, 2, 3]");
+  expect_refused(mesh,
+                 material +
+                     "[expect]\ndisplacement = { surface_box = [[0, 0, 0], [1, 2, 3]], box = [[0, 0, 0], "
+                     "[1, 2, 3]], value = [0, 0, 0], within = 1 }\n",
+                 "stands beside expect.displacement.box; give one of the two");
+  expect_refused("cells = [1, 1, 1]\ncell_size = 1\n",
+                 material + "[[load]]\nsurface_box = [[0, 0, 0], [1, 1, 1]]\nforce = [0, 0, 1]\n",
+                 "is about a mesh; give body.mesh, or box in its place");
+  expect_refused("cells = [1, 1, 1]\ncell_size = 1\ncontact_on = \"surface\"\n", material,
+                 "body.contact_on = \"surface\" is about a mesh; give body.mesh, or leave it out");
 }
 
 TEST(SceneMesh, MistakesEndInASentence) {

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "core/mesh/shapes.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
@@ -219,6 +220,26 @@ TEST(Check, ComparesScenesWithTheirExpectations) {
       << failed.output;
   EXPECT_NE(failed.output.find("2 scenes, 3 expectations: 1 deviation\n"), std::string::npos)
       << failed.output;
+}
+
+// The same beam as a mesh, pulled at its four vertices there, with the mean displacement of these.
+TEST(Check, ComparesDisplacementsOfAMesh) {
+  const Directory directory;
+  std::string scene = beam("[expect]\n" + tip("[0, 0, -0.0282]"));
+  const auto replace_all = [&](const std::string& from, const std::string& to) {
+    for (std::size_t at; (at = scene.find(from)) != std::string::npos;) scene.replace(at, from.size(), to);
+  };
+  replace_all("cells = [4, 2, 2]", "mesh = \"beam.obj\"");
+  replace_all("\nbox = [[2,", "\nsurface_box = [[2,");
+  replace_all("{ box = [[2,", "{ surface_box = [[2,");
+  replace_all("within = 1e-3", "within = 2e-3");  // corners take larger shares
+  write_atomically(directory / "right.toml", scene);
+  write_obj(directory / "beam.obj", box_mesh({0, 0, 0}, {2, 1, 1}));
+  const ProgramRun passed = mss({"check", directory / "right.toml"});
+  EXPECT_EQ(passed.output, "1 scene, 1 expectation: all met\n");
+  replace_all("-0.0282", "-0.0382");
+  write_atomically(directory / "wrong.toml", scene);
+  EXPECT_EQ(mss({"check", directory / "wrong.toml"}).exit_status, 1);
 }
 
 // Results of another program in the files of `mss run` are checked in the same way.

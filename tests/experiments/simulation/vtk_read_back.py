@@ -6,6 +6,7 @@ usage: vtk_read_back.py MSS EMPTY_DIRECTORY
 
 import csv
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -89,6 +90,56 @@ def check_points(cells, springs, particles):
             near(velocity.GetTuple(i)[axis], particle["v" + name], "velocity", 0)
 
 
+def volume_inside(grid):
+    """By the divergence theorem over triangles that face outward."""
+    total = 0
+    for cell in range(grid.GetNumberOfCells()):
+        assert grid.GetCellType(cell) == 5
+        a, b, c = (grid.GetPoint(grid.GetCell(cell).GetPointId(i)) for i in range(3))
+        total += sum(a[i] * (b[i - 2] * c[i - 1] - b[i - 1] * c[i - 2]) for i in range(3)) / 6
+    return total
+
+
+def check_surface(mss, directory):
+    """A tetrahedron whose cells fly away."""
+    directory.mkdir()
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    lines = ["v {} {} {}".format(*corner) for corner in corners]
+    lines += ["f 1 3 2", "f 1 2 4", "f 1 4 3", "f 2 3 4"]
+    (directory / "corner.obj").write_text("\n".join(lines) + "\n")
+    (directory / "corner.toml").write_text("""
+[body]
+mesh = "corner.obj"
+cells_across = 6
+[material]
+density = 1000
+young = 1e6
+poisson = 0.3
+[start]
+velocity = [1, 2, 3]
+[solve]
+integrator = "verlet"
+dt = 5e-4
+duration = 0.1
+every = 0.05
+""")
+    subprocess.run([mss, "run", str(directory / "corner.toml"), "--out", str(directory / "out"), "--vtk", "50"],
+                   check=True)
+    series = frames(directory / "out", "surface")
+    assert len(series) == len(frames(directory / "out", "cells")) == 5
+    for time, grid in series:
+        assert grid.GetNumberOfPoints() == grid.GetNumberOfCells() == 4
+        near(volume_inside(grid), 1 / 6, "volume inside the surface", 1e-9)
+        velocity = grid.GetPointData().GetArray("velocity")
+        for i in range(4):
+            for axis in range(3):
+                near(velocity.GetTuple(i)[axis], axis + 1, "velocity of a vertex", 1e-9)
+        expected = [tuple(corner[axis] + (axis + 1) * time for axis in range(3)) for corner in corners]
+        found = [grid.GetPoint(i) for i in range(4)]  # in the order of the reader
+        for corner in expected:
+            near(min(math.dist(corner, point) for point in found), 0, "distance of a vertex from its place", 1e-9)
+
+
 def run(mss, directory, *more):
     settings = ["body.cells=[8,2,2]", "body.cell_size=0.25", "environment.gravity=[0,0,-981]",
                 "solve.dt=5e-4", "solve.duration=0.025", "solve.every=0.005"]
@@ -117,11 +168,15 @@ def main(mss, directory):
     assert series[-1]["max_stretch"] > 1e-3, "nothing moved"
     check_points(cells[-1][1], springs[-1][1], particles)
 
+    assert not (watched / "surface.vtkhdf.series").exists(), "a surface without a mesh"
+
     run(mss, watched)
     assert not (watched / "vtk").exists() and not (watched / "cells.vtkhdf.series").exists(), "an old series is left"
 
     run(mss, watched, "--vtk", "2", "--set", "solve.integrator=cvode_bdf")
     assert [time for time, _ in frames(watched, "cells")] == [0, 0.01, 0.02], "every second row"
+
+    check_surface(mss, directory / "surface")
 
 
 if __name__ == "__main__":

@@ -5,8 +5,10 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <vector>
 
+#include "core/mesh/shapes.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
 #include "experiments/view/colour_map.hpp"
@@ -84,6 +86,31 @@ TEST_F(Shot, IsTheSameEveryTimeAndMovesOn) {
   EXPECT_EQ(Picture(file("a.png")).width, 800);
   EXPECT_EQ(read_file(file("a.png")), read_file(file("b.png")));
   EXPECT_NE(Picture(file("a.png")).pixels, Picture(file("c.png")).pixels);
+}
+
+// A ball of few cells is drawn round: its outline fills pi / 4 of the square around it.
+TEST_F(Shot, ShowsTheSurfaceOfAMesh) {
+  write_obj(file("ball.obj"), icosphere(0.5, 8));
+  std::ofstream(file("ball.toml")) << "[body]\nmesh = \"ball.obj\"\ncells_across = 4\n"
+                                      "[material]\ndensity = 1000\nyoung = 1e5\npoisson = 0.3\n"
+                                      "[solve]\nduration = 1\n";
+  const ProgramRun run = take("a.png", {file("ball.toml").string(), "--frames", "1"});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  const Picture picture(file("a.png"));
+  int area = 0, left = picture.width, right = 0, top = picture.height, bottom = 0;
+  for (int y = 0; y < 600; ++y)
+    for (int x = 330; x < 1180; ++x) {
+      const Colour c = picture.at(x, y);
+      if (std::max({c[0], c[1], c[2]}) - std::min({c[0], c[1], c[2]}) < 0.15F) continue;  // grey: the ground
+      ++area;
+      left = std::min(left, x);
+      right = std::max(right, x);
+      top = std::min(top, y);
+      bottom = std::max(bottom, y);
+    }
+  ASSERT_GT(area, 10000);
+  EXPECT_NEAR(double(right - left) / (bottom - top), 1, 0.05);  // perspective
+  EXPECT_NEAR(area / double((right - left + 1) * (bottom - top + 1)), 0.7854, 0.012);
 }
 
 TEST_F(Shot, IsTakenOfAFailureToo) {
