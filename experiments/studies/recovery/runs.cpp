@@ -250,7 +250,8 @@ Table measure_costs(const RecoveryConfig& config, const Progress& progress) {
 RecoveryTables measure_recovery(const RecoveryConfig& config, int processes, Journal& journal,
                                 Progress& progress) {
   RecoveryTables tables = empty_tables();
-  if (!compute_cases(own_cases(cases_of(config), journal), processes, journal, progress)) tables.status = Status::interrupted;
+  if (!compute_cases(own_cases(cases_of(config), journal), processes, journal, progress))
+    tables.status = Status::interrupted;
   for (const RecoveryModel& m : config.models) {
     add_rows(config, m, journal, tables);
     tables.models.add({m.name, m.unguarded, std::string(to_string(m.stiffness)), m.guarded() ? 1 : 0,

@@ -21,7 +21,7 @@ struct ShapeBody {
 
 /// How the cells at the surface are filled.
 struct Filling {
-  std::string name;  ///< "staircase", "even", "local"
+  std::string name;                          ///< "staircase", "even", "local"
   double blend_springs = 0, blend_mass = 0;  ///< of BodyConfig, for "local"
   std::string label() const;
 };

@@ -371,8 +371,9 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
     config.cells = {1, 2, 4, 8};
     config.study_cells = 4;
     // What a method that chooses its steps rejects on one processor, by rounding, it takes on another.
-    std::erase_if(config.integrators,
-                  [](const std::string& name) { return find_integrator(name).stepping == Stepping::adaptive; });
+    std::erase_if(config.integrators, [](const std::string& name) {
+      return find_integrator(name).stepping == Stepping::adaptive;
+    });
   }
   config.threads = options.threads;
   return measure_volume(config, progress).rows;
