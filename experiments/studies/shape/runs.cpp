@@ -240,6 +240,7 @@ ShapeTables measure_shape(const ShapeConfig& config, Progress& progress) {
           tables.status = Status::interrupted;
           return tables;
         }
+        if (across > body.most_cells) continue;
         if (body.aligned && &filling != &config.fillings.front()) continue;  // its cells are full
         add_frequencies(config, body, filling, across, bar, tables.rows);
         if (across == config.cells.front()) add_steps(config, body, filling, across, tables.steps);

@@ -111,6 +111,9 @@ ShapeConfig shape_config(const ExperimentOptions& options) {
   config.reference_cells = options.quick ? std::vector<int>{2, 4, 8} : std::vector<int>{4, 8, 16};
   config.step_poissons = options.quick ? std::vector<double>{0.3} : std::vector<double>{0, 0.3};
   if (options.quick) config.step_offsets = 6;
+  if (options.cells.empty())
+    for (ShapeBody& body : config.bodies)
+      if (!body.sphere) body.most_cells = 10;  // its modes take minutes in finer ones
   config.seed = options.seed;
   return config;
 }
@@ -185,6 +188,12 @@ std::vector<NamedTable> shape_files(const ShapeConfig& config, const ShapeTables
 
 namespace {
 
+/// As a legend has room for it.
+std::string short_name(const std::string& fill) {
+  const std::size_t floor = fill.find("a = ");
+  return floor == std::string::npos ? fill : "local, " + fill.substr(fill.find("b = "));
+}
+
 Chart frequency_chart(const Table& summary, const Table& settings, const std::vector<std::string>& bodies,
                       const std::string& title) {
   Chart chart{
@@ -198,14 +207,24 @@ Chart frequency_chart(const Table& summary, const Table& settings, const std::ve
     for (const std::string& mode : summary.distinct("mode"))
       for (const std::string& fill : summary.distinct("fill")) {
         const Table points = summary.where("body", body).where("mode", mode).where("fill", fill);
-        ChartSeries series{.label = (bodies.size() > 1 ? body : mode) + ": " + fill};
+        ChartSeries series{.label = bodies.size() > 1 ? fmt::format("{}: {}", body, short_name(fill))
+                                                      : fmt::format("{}: {}", mode, short_name(fill))};
         if (body == "bar, aligned") series.label = body;
+        if (body.starts_with("bar, ")) series.label.erase(0, 5);
         for (std::size_t r = 0; r < points.size(); ++r)
           if (std::isfinite(points.number(r, "error")))
             series.points.push_back({points.number(r, "cells"), points.number(r, "error")});
         if (!series.points.empty()) chart.series.push_back(std::move(series));
       }
-  chart.x.ticks = summary.distinct_numbers("cells");
+  for (const ChartSeries& series : chart.series)
+    for (const ChartPoint& point : series.points)
+      if (std::find(chart.x.ticks.begin(), chart.x.ticks.end(), point.x) == chart.x.ticks.end())
+        chart.x.ticks.push_back(point.x);
+  std::sort(chart.x.ticks.begin(), chart.x.ticks.end());
+  if (!chart.x.ticks.empty()) {
+    chart.x.low = 0.85 * chart.x.ticks.front();
+    chart.x.high = chart.x.ticks.back() / 0.85;
+  }
   return chart;
 }
 

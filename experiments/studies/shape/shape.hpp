@@ -14,9 +14,10 @@ namespace mss::studies::shape {
 struct ShapeBody {
   std::string name;
   TriangleMesh mesh;
-  double across;         ///< what is counted in cells: a diameter or an edge [m]
-  bool aligned = false;  ///< faces lie on faces of cells: the mesh is not moved in the lattice
-  bool sphere = false;   ///< else a bar
+  double across;          ///< what is counted in cells: a diameter or an edge [m]
+  bool aligned = false;   ///< faces lie on faces of cells: the mesh is not moved in the lattice
+  bool sphere = false;    ///< else a bar
+  int most_cells = 1000;  ///< across it that are tried
 };
 
 /// How the cells at the surface are filled.
