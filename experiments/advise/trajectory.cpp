@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -47,7 +48,8 @@ class Interpolator {
     std::array<double, 8> weight{};
   };
 
-  /// Points between cells belong to any of these that exists.
+  /// Points between cells belong to any of these that exists. Cells of other sizes fill a mesh to other
+  /// places: a point outside of all is extrapolated from the nearest.
   Place place(const Vec3& point) const {
     constexpr double beside = 1e-6;
     const BodyConfig& config = body_.config();
@@ -58,7 +60,22 @@ class Interpolator {
         cell[std::size_t(a)] = int(std::floor(at[a] + ((side >> a & 1) != 0 ? -beside : beside)));
       if (config.voxels.at(cell[0], cell[1], cell[2])) return in_cell(cell, at);
     }
-    throw std::logic_error("a sample point lies outside of the body");
+    return in_cell(nearest_cell(at), at);
+  }
+
+  std::array<int, 3> nearest_cell(const Vec3& at) const {
+    const VoxelGrid& voxels = body_.config().voxels;
+    std::array<int, 3> nearest{};
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < voxels.nz(); ++k)
+      for (int j = 0; j < voxels.ny(); ++j)
+        for (int i = 0; i < voxels.nx(); ++i) {
+          const double distance = (at - Vec3(i + 0.5, j + 0.5, k + 0.5)).squaredNorm();
+          if (!voxels.at(i, j, k) || distance >= least) continue;
+          least = distance;
+          nearest = {i, j, k};
+        }
+    return nearest;
   }
   Place in_cell(const std::array<int, 3>& cell, const Vec3& at) const {
     Place place;
