@@ -37,7 +37,6 @@ SampleGrid grid_around(const std::vector<MeshPart>& parts, const MeshFillConfig&
   SampleGrid grid{.cell_size = h, .samples = config.mode == FillMode::local ? 4 : 1};
   double sites = 1;
   for (int a = 0; a < 3; ++a) {
-    // a box of whole cells has these, whatever its rounding
     // Coordinates of files are in single precision: a body of whole cells may come out longer by rounding.
     const double cells = (box.upper[a] - box.lower[a]) / h,
                  fitting = std::max(1.0, std::ceil(cells * (1 - 1e-6)));

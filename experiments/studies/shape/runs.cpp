@@ -105,7 +105,7 @@ std::vector<Vec3> places(const ShapeConfig& config, const ShapeBody& body, int c
 }
 
 /// The limits of the aligned bar's frequencies from three sizes, each with half the cells of the next
-/// (Aitken's extrapolation).
+/// (Aitken's extrapolation); none if one has no modes.
 std::vector<double> bar_frequencies(const ShapeConfig& config, Table& table, Progress& progress) {
   const auto bar = std::find_if(config.bodies.begin(), config.bodies.end(),
                                 [](const ShapeBody& body) { return body.aligned; });
@@ -115,6 +115,7 @@ std::vector<double> bar_frequencies(const ShapeConfig& config, Table& table, Pro
     const Body body(
         in_cells(config, *bar, {.name = "staircase"}, across, Vec3::Zero(), config.material.poisson));
     const Modes modes = elastic_modes(config, body, bar_modes);
+    if (modes.status != Status::ok) return {};
     by_size.emplace_back();
     for (std::size_t i = rigid; i < modes.modes.size(); ++i) by_size.back().push_back(modes.modes[i].omega);
   }
@@ -146,14 +147,14 @@ void add_steps(const ShapeConfig& config, const ShapeBody& body, const Filling& 
                     .cell_size = body.across / across,
                     .density = config.density};
     full.fill({.young = config.material.young, .poisson = poisson}, config.face_share);
-    Status status = Status::ok;
-    const double full_omega = largest_frequency(config, full, status);
+    Status of_full = Status::ok, status = Status::ok;
+    const double full_omega = largest_frequency(config, full, of_full);
     const std::vector<Vec3> chosen = places(config, body, config.step_offsets);
     for (std::size_t i = 0; i < chosen.size(); ++i) {
       const double omega =
           largest_frequency(config, in_cells(config, body, filling, across, chosen[i], poisson), status);
       steps.add({body.name, filling.label(), std::int64_t(across), poisson, std::int64_t(i), omega,
-                 full_omega / omega, std::string(to_string(status))});
+                 full_omega / omega, std::string(to_string(of_full != Status::ok ? of_full : status))});
     }
   }
 }
@@ -165,12 +166,14 @@ void add_frequencies(const ShapeConfig& config, const ShapeBody& body, const Fil
     const Body cells(in_cells(config, body, filling, across, chosen[i], config.material.poisson));
     const Modes modes = elastic_modes(config, cells, body.sphere ? sphere_modes : bar_modes);
     const double volume = cells.total_mass() / config.density / enclosed_volume(body.mesh) - 1;
+    const bool has_reference = body.sphere || !bar.empty();
+    const std::string status =
+        modes.status == Status::ok && !has_reference ? "no reference" : std::string(to_string(modes.status));
     const auto add = [&](const std::string& mode, double error) {
       rows.add({body.name, filling.label(), std::int64_t(across), mode, std::int64_t(i), error, volume,
-                std::int64_t(cells.cell_count()), std::int64_t(cells.particle_count()),
-                std::string(to_string(modes.status))});
+                std::int64_t(cells.cell_count()), std::int64_t(cells.particle_count()), status});
     };
-    if (modes.status != Status::ok)
+    if (status != "ok")
       add("all", no_value);
     else
       for (const Frequencies& f : frequencies(config, body, cells, modes.modes, bar))
