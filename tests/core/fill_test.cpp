@@ -11,6 +11,7 @@
 #include "core/spring_system.hpp"
 #include "integrators/modes.hpp"
 #include "tests/differences.hpp"
+#include "tests/force_oracle.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss {
@@ -43,24 +44,8 @@ void for_each_config(Visit&& visit) {
 template <class Real>
 void compare_with_oracle(const BodyConfig& config, const SweepKernel<Real>& kernel, double tolerance,
                          const std::string& name) {
-  const Vec3 gravity(0.3, -0.2, -9.81);
-  const Body body(config);
-  SpringSystem<Real> system(body, {.gravity = gravity}, {2, kernel.name});
-  reference::Algorithm1 oracle(config, gravity, 1);
-  State<Real> state = system.rest_state();
-  testing::randomise(body, state, 0.4, 0.5, 3);
-  testing::copy_state(body, state, oracle);
-  oracle.compute_forces();
-  Field<Real> f(system.size());
-  system.force(0, state.x, state.v, f);
-  double largest = 0, error = 0;
-  for (std::size_t id = 0; id < body.particle_count(); ++id) {
-    const Vec3& expected = oracle.particles()[id].f;
-    largest = std::max(largest, expected.norm());
-    error = std::max(error, (f.at(body.sites()[id]) - expected).norm());
-  }
-  EXPECT_GT(largest, 0);
-  EXPECT_LT(error, tolerance * largest) << name << " " << kernel.name;
+  EXPECT_LT(testing::relative_force_error<Real>(config, kernel.name, 2), tolerance)
+      << name << " " << kernel.name;
 }
 
 template <class Real>

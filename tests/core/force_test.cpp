@@ -6,33 +6,11 @@
 #include <array>
 #include <random>
 
+#include "tests/force_oracle.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss {
 namespace {
-
-template <class Real>
-double relative_force_error(const BodyConfig& config, const std::string& kernel, int threads,
-                            double amplitude = 0.4) {
-  const Vec3 gravity(0.3, -0.2, -9.81);
-  const Body body(config);
-  SpringSystem<Real> system(body, {.gravity = gravity}, {threads, kernel});
-  reference::Algorithm1 oracle(config, gravity, 1);
-  auto state = system.rest_state();
-  testing::randomise(body, state, amplitude, 0.5, 3);
-  testing::copy_state(body, state, oracle);
-  oracle.compute_forces();
-  Field<Real> f(system.size());
-  system.force(0, state.x, state.v, f);
-  double largest = 0, error = 0;
-  for (std::size_t id = 0; id < body.particle_count(); ++id) {
-    const Vec3& expected = oracle.particles()[id].f;
-    largest = std::max(largest, expected.norm());
-    error = std::max(error, (f.at(body.sites()[id]) - expected).norm());
-  }
-  EXPECT_GT(largest, 0);
-  return error / largest;
-}
 
 template <class Real>
 void check_all_forces(double tolerance) {
@@ -49,7 +27,7 @@ void check_all_forces(double tolerance) {
               config.sharing = sharing;
               config.damping.law = law;
               config.damping.viscosity = 20;
-              EXPECT_LT(relative_force_error<Real>(config, kernel.name, threads), tolerance)
+              EXPECT_LT(testing::relative_force_error<Real>(config, kernel.name, threads), tolerance)
                   << shape.name << " topology " << int(topology) << " sharing " << int(sharing) << " damping "
                   << int(law) << " kernel " << kernel.name << " threads " << threads;
               ++checked;
@@ -81,10 +59,10 @@ void check_guarded_forces(double tolerance) {
           config.topology = content.topology;
           config.springs.body = content.body;
           config.springs.volume = content.volume;
-          const double without = relative_force_error<Real>(config, kernel.name, 1, amplitude);
+          const double without = testing::relative_force_error<Real>(config, kernel.name, 1, amplitude);
           config.fold_guard = 10;
           EXPECT_LT(without, tolerance);
-          EXPECT_LT(relative_force_error<Real>(config, kernel.name, 2, amplitude), tolerance)
+          EXPECT_LT(testing::relative_force_error<Real>(config, kernel.name, 2, amplitude), tolerance)
               << shape.name << " amplitude " << amplitude << " kernel " << kernel.name;
           ++checked;
         }
