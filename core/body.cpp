@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
+#include <unordered_set>
 
 #include "core/error.hpp"
 
@@ -125,11 +125,12 @@ struct Body::Shares {
 Body::Body(const BodyConfig& config)
     : config_(config),
       lattice_(config.voxels.nx(), config.voxels.ny(), config.voxels.nz()),
-      contents_(config.contents),
-      parts_(config.all_parts()) {
+      parts_(config.all_parts()),
+      springs_floor_(config.springs_floor()),
+      mass_floor_(config.mass_floor()) {
   check_contents();
-  if (contents_.empty()) contents_.push_back({PartFill{}});
   find_constants();
+  find_damping_time();
   find_particles();
   classify_sites();
   check_masses();
@@ -137,11 +138,11 @@ Body::Body(const BodyConfig& config)
 }
 
 void Body::check_contents() const {
-  if (config_.content_of.empty() && contents_.empty()) return;
+  if (config_.content_of.empty() && config_.contents.empty()) return;
   if (config_.sharing != Sharing::weighted)
     throw InputError(
         "fill factors and parts need springs that cells share by weight (sharing = \"weighted\")");
-  for (std::size_t content = 0; content < contents_.size(); ++content) check_content(content);
+  for (std::size_t content = 0; content < config_.contents.size(); ++content) check_content(content);
   const VoxelGrid& voxels = config_.voxels;
   const auto boxed = std::size_t(voxels.nx()) * std::size_t(voxels.ny()) * std::size_t(voxels.nz());
   if (config_.content_of.size() != boxed)
@@ -149,15 +150,15 @@ void Body::check_contents() const {
   for (int k = 0; k < voxels.nz(); ++k)
     for (int j = 0; j < voxels.ny(); ++j)
       for (int i = 0; i < voxels.nx(); ++i)
-        if (voxels.at(i, j, k) && content(i, j, k) > contents_.size())
+        if (voxels.at(i, j, k) && content(i, j, k) > config_.contents.size())
           throw InputError(fmt::format("cell ({}, {}, {}) has content {} of {}", i, j, k,
-                                       content(i, j, k) - 1, contents_.size()));
+                                       content(i, j, k) - 1, config_.contents.size()));
 }
 
 void Body::check_content(std::size_t content) const {
   constexpr float rounding = 1e-5F;
   CellFill all{};
-  for (const auto& [part, fill] : contents_[content]) {
+  for (const auto& [part, fill] : config_.contents[content]) {
     if (part < 0 || std::size_t(part) >= parts_.size())
       throw InputError(
           fmt::format("content {} is of part {}, and there are {}", content, part, parts_.size()));
@@ -178,6 +179,11 @@ void Body::check_content(std::size_t content) const {
 std::uint32_t Body::content(int i, int j, int k) const {
   if (!config_.voxels.at(i, j, k)) return 0;
   return config_.content_of.empty() ? 1 : 1 + config_.content_of[config_.voxels.index(i, j, k)];
+}
+
+const CellContent& Body::content_of(std::uint32_t content) const {
+  static const CellContent full{PartFill{}};
+  return config_.contents.empty() ? full : config_.contents[content - 1];
 }
 
 void Body::find_constants() {
@@ -205,8 +211,20 @@ void Body::find_constants() {
   if (interior_.fold_guard == 0) interior_.fold_guard = largest.fold_guard;
 }
 
+/// One for all springs if nothing damps, or viscosity alone, to which parts are as to their stiffness.
+void Body::find_damping_time() {
+  const auto time_of = [&](std::size_t part) -> std::optional<double> {
+    const Damping& damping = parts_[part].damping;
+    if (damping.law == Damping::Law::none) return 0;
+    if (damping.law != Damping::Law::viscosity) return std::nullopt;
+    return damping.viscosity / constants_[part].shear_modulus;
+  };
+  damping_time_ = time_of(0);
+  for (std::size_t part = 1; part < parts_.size(); ++part)
+    if (time_of(part) != damping_time_) damping_time_.reset();
+}
+
 void Body::find_particles() {
-  content_.assign(std::size_t(lattice_.size), 0);
   particle_.assign(std::size_t(lattice_.size), -1);
   std::vector<double> filled(parts_.size());  // by mass
   const VoxelGrid& voxels = config_.voxels;
@@ -216,8 +234,7 @@ void Body::find_particles() {
         if (!voxels.at(i, j, k)) continue;
         ++cells_;
         const std::ptrdiff_t site = lattice_.site(i, j, k);
-        content_[std::size_t(site)] = content(i, j, k);
-        for (const auto& [part, fill] : content_at(site)) {
+        for (const auto& [part, fill] : content_of(content(i, j, k))) {
           filled_cells_ += mean_of(fill.octant);
           filled[std::size_t(part)] += mean_of(fill.corner);
         }
@@ -234,8 +251,12 @@ void Body::find_particles() {
 
 void Body::classify_sites() {
   kind_.assign(std::size_t(lattice_.size), 0);
-  elements_.emplace_back();  // kind 0: nothing
-  std::unordered_map<Neighbourhood, std::uint32_t, HashCells> kind_of{{Neighbourhood{}, 0}};
+  // The set contains numbers of neighbourhoods, which lie in a row: of a mesh's surface there are many.
+  std::vector<Neighbourhood> kinds{{}};  // kind 0: nothing
+  add_kind(kinds.front());
+  const auto hash = [&](std::uint32_t kind) { return HashCells()(kinds[kind]); };
+  const auto equal = [&](std::uint32_t a, std::uint32_t b) { return kinds[a] == kinds[b]; };
+  std::unordered_set<std::uint32_t, decltype(hash), decltype(equal)> known({0}, 16, hash, equal);
   // All springs of a site touch its own cell's faces at the particle or lie in it; masses of the other
   // corners matter to dampers alone.
   const bool by_mass = config_.any_part([](const Part& part) {
@@ -256,21 +277,26 @@ void Body::classify_sites() {
       for (int i = 0; i <= voxels.nx(); ++i) {
         add_column(i + 1);
         if (particle(lattice_.site(i, j, k)) < 0) continue;
-        Neighbourhood key{};
+        Neighbourhood& key = kinds.emplace_back();
         for (int cell = 0; cell < 27; ++cell)
           if (is_in(relevant, cell)) key[std::size_t(cell)] = cells[std::size_t(cell)];
-        const auto [entry, is_new] = kind_of.try_emplace(key, std::uint32_t(elements_.size()));
-        if (is_new) elements_.push_back(elements_from(key));
-        kind_[std::size_t(lattice_.site(i, j, k))] = entry->second;
+        const auto [kind, is_new] = known.insert(std::uint32_t(kinds.size() - 1));
+        if (is_new)
+          add_kind(key);
+        else
+          kinds.pop_back();
+        kind_[std::size_t(lattice_.site(i, j, k))] = *kind;
       }
     }
+  weights_.shrink_to_fit();
+  dampings_.shrink_to_fit();
   for_each_spring([&](auto&&...) { ++springs_; });
 }
 
 /// A particle in empty octants has mass by the floor b alone.
 void Body::check_masses() const {
   for (const std::ptrdiff_t site : site_of_)
-    if (!(elements_at(site).mass > 0))
+    if (!(weights_at(site).mass > 0))
       throw InputError("a particle has no mass: give its cells more, or fill_blend_mass above 0");
 }
 
@@ -296,7 +322,7 @@ Body::Shares Body::shares_of(const Neighbourhood& cells, int part) const {
   Shares shares;
   for (int cell = 0; cell < 27; ++cell) {
     if (cells[std::size_t(cell)] == 0) continue;
-    for (const auto& [of_part, fill] : contents_[cells[std::size_t(cell)] - 1]) {
+    for (const auto& [of_part, fill] : content_of(cells[std::size_t(cell)])) {
       if (of_part != part) continue;
       const double share = mean_of(fill.octant);
       if (cell == own) shares.cell += share;
@@ -304,11 +330,11 @@ Body::Shares Body::shares_of(const Neighbourhood& cells, int part) const {
         if (!is_in(cells_of_slot[s], cell)) continue;
         const auto [a, b, kind] = spring_slots[s];
         shares.spring[s] +=
-            blend(filled_at(fill, corner_in(cell, a), corner_in(cell, b)), config_.fill_blend_springs, share);
+            blend(filled_at(fill, corner_in(cell, a), corner_in(cell, b)), springs_floor_, share);
       }
       for (std::size_t c = 0; c < 8; ++c)
         if (is_in(cells_of_corner[c], cell))
-          shares.corner[c] += corner_share(fill, corner_in(cell, int(c)), config_.fill_blend_mass);
+          shares.corner[c] += corner_share(fill, corner_in(cell, int(c)), mass_floor_);
     }
   }
   for (std::size_t s = 0; s < spring_slots.size(); ++s) {
@@ -320,47 +346,61 @@ Body::Shares Body::shares_of(const Neighbourhood& cells, int part) const {
   return shares;
 }
 
-/// And the weights. What no part has, has the share as its weight: it multiplies zero.
-void Body::add_stiffness(const Shares& shares, std::size_t part, SiteElements& e) const {
+/// What no part has, has the share as its weight: it multiplies zero.
+void Body::add_weights_of(const Shares& shares, std::size_t part, SiteWeights& w) const {
   const Constants& k = constants_[part];
   const auto over = [](double of_part, double interior) { return interior == 0 ? 1 : of_part / interior; };
-  for (std::size_t s = 0; s < spring_slots.size(); ++s)
-    if (in_topology(config_.topology, s))
-      e.stiffness[s] += shares.spring[s] * k.spring[static_cast<std::size_t>(spring_slots[s].kind)];
   for (std::size_t group = 0; group < slot_of_group.size(); ++group) {
     const std::size_t s = slot_of_group[group];
     const auto kind = static_cast<std::size_t>(spring_slots[s].kind);
-    e.weight[group] += shares.spring[s] * over(k.spring[kind], interior_.spring[kind]);
+    w.spring[group] += shares.spring[s] * over(k.spring[kind], interior_.spring[kind]);
   }
-  e.volume += shares.cell * k.volume;
-  e.fold_guard += shares.cell * k.fold_guard;
-  e.volume_weight += shares.cell * over(k.volume, interior_.volume);
-  e.guard_weight += shares.cell * over(k.fold_guard, interior_.fold_guard);
-  e.fill += shares.cell;
+  w.volume += shares.cell * over(k.volume, interior_.volume);
+  w.fold_guard += shares.cell * over(k.fold_guard, interior_.fold_guard);
+  w.fill += shares.cell;
 }
 
-SiteElements Body::elements_from(const Neighbourhood& cells) const {
-  const double h = config_.cell_size;
-  SiteElements e;
-  std::array<double, 8> mass{};  // of the cell's corners
-  std::vector<Shares> shares;    // by part
+void Body::add_kind(const Neighbourhood& cells) {
+  constexpr std::size_t own = 13;
+  SiteWeights w;
+  std::vector<Shares> shares;  // by part
   for (std::size_t part = 0; part < parts_.size(); ++part) {
     shares.push_back(shares_of(cells, int(part)));
-    add_stiffness(shares.back(), part, e);
-    for (std::size_t c = 0; c < mass.size(); ++c)
-      mass[c] += parts_[part].density * h * h * h / 8 * shares.back().corner[c];
+    add_weights_of(shares.back(), part, w);
+    w.mass += mass_of_full_corner(part) * shares.back().corner[0];
   }
-  e.mass = mass[0];
+  w.content = cells[own];
+  weights_.push_back(w);
+  if (!damping_time_) dampings_.push_back(dampings_of(shares));
+}
+
+/// Of the kind that is the last so far.
+std::array<double, spring_slots.size()> Body::dampings_of(const std::vector<Shares>& shares) const {
+  std::array<double, 8> mass{};  // of the cell's corners
+  for (std::size_t part = 0; part < parts_.size(); ++part)
+    for (std::size_t c = 0; c < mass.size(); ++c)
+      mass[c] += mass_of_full_corner(part) * shares[part].corner[c];
+  std::array<double, spring_slots.size()> dampings{};
   for (std::size_t s = 0; s < spring_slots.size(); ++s) {
     const auto [a, b, kind] = spring_slots[s];
-    for (std::size_t part = 0; part < parts_.size() && e.stiffness[s] != 0; ++part) {
+    const double k = stiffness(std::uint32_t(weights_.size() - 1), s);
+    for (std::size_t part = 0; part < parts_.size() && k != 0; ++part) {
       const double of_part = shares[part].spring[s] * constants_[part].spring[static_cast<std::size_t>(kind)];
       if (of_part == 0) continue;
-      e.damping[s] +=
-          of_part / e.stiffness[s] *
-          parts_[part].damping.coefficient(e.stiffness[s], mass[std::size_t(a)], mass[std::size_t(b)],
-                                           rest_length(kind), constants_[part].shear_modulus);
+      dampings[s] += of_part / k *
+                     parts_[part].damping.coefficient(k, mass[std::size_t(a)], mass[std::size_t(b)],
+                                                      rest_length(kind), constants_[part].shear_modulus);
     }
+  }
+  return dampings;
+}
+
+SiteElements Body::elements(std::uint32_t kind) const {
+  const SiteWeights& w = weights_[kind];
+  SiteElements e{.volume = w.volume * interior_.volume, .fold_guard = w.fold_guard * interior_.fold_guard};
+  for (std::size_t s = 0; s < spring_slots.size(); ++s) {
+    e.stiffness[s] = stiffness(kind, s);
+    e.damping[s] = damping_time_ ? *damping_time_ * e.stiffness[s] : dampings_[kind][s];
   }
   return e;
 }

@@ -46,18 +46,25 @@ inline constexpr std::array<SpringSlot, 13> spring_slots{{
 inline constexpr int spring_groups = 7;
 inline constexpr std::array<std::uint8_t, spring_groups> slot_of_group{0, 1, 2, 3, 4, 5, 9};
 
-/// What a site contributes: the stiffness and damping of its thirteen springs, the volume stiffness of its
-/// cell and the mass of its particle.
+inline constexpr std::array<std::uint8_t, spring_slots.size()> group_of_slot{0, 1, 2, 3, 4, 5, 3,
+                                                                             4, 5, 6, 6, 6, 6};
+
+/// What a site contributes, over what an interior site does, and the mass of its particle.
+struct SiteWeights {
+  std::array<double, spring_groups> spring{};  ///< stiffness, by group
+  double volume = 0;                           ///< k_vol of its cell
+  double fold_guard = 0;                       ///< k_g of its cell
+  double fill = 0;                             ///< filled share f of its cell
+  double mass = 0;                             ///< of the cells' shares at the particle [kg]; 0: no particle
+  std::uint32_t content = 0;                   ///< of its cell, from 1; 0: no cell
+};
+
+/// The same as numbers: the stiffness and damping of a site's thirteen springs, and of its cell.
 struct SiteElements {
-  std::array<double, spring_groups> weight{};           ///< stiffness over that of interior springs, by group
   std::array<double, spring_slots.size()> stiffness{};  ///< [N/m]; 0 where there is no spring
   std::array<double, spring_slots.size()> damping{};    ///< [kg/s]
   double volume = 0;                                    ///< k_vol of the cell [Pa]; 0 where there is no cell
   double fold_guard = 0;                                ///< k_g of the cell [Pa]; the same
-  double volume_weight = 0;                             ///< k_vol over that of interior cells
-  double guard_weight = 0;                              ///< k_g over the same
-  double fill = 0;                                      ///< filled share f of the cell
-  double mass = 0;  ///< of the cells' shares at the particle [kg]; 0: no particle
 };
 
 /// A closed axis-aligned box in rest coordinates [m].
@@ -91,8 +98,10 @@ struct BodyConfig {
   std::vector<std::uint32_t> content_of{};
   /// Floors a and b that keep nearly empty corners from being light or weak: springs take
   /// a f + (1 - a) times the filled share at them, corners b f + (1 - b) times theirs; f is the cell's share.
-  double fill_blend_springs = 0.3;
-  double fill_blend_mass = 0.3;
+  /// By default the smallest errors of frequencies in `mss shape`: a = 0.3, b = 0.35. Where k_vol is negative
+  /// a cell with strong springs at few corners is unstable: there both are 0.4.
+  std::optional<double> fill_blend_springs{};
+  std::optional<double> fill_blend_mass{};
   double cell_size = 1;  ///< h [m]
   Vec3 origin = Vec3::Zero();
   Topology topology = Topology::full;
@@ -132,6 +141,10 @@ struct BodyConfig {
   bool has_negative_volume_stiffness() const {
     return any_part([](const Part& part) { return part.springs.volume < 0; });
   }
+  double springs_floor() const {
+    return fill_blend_springs.value_or(has_negative_volume_stiffness() ? 0.4 : 0.3);
+  }
+  double mass_floor() const { return fill_blend_mass.value_or(has_negative_volume_stiffness() ? 0.4 : 0.35); }
   bool is_damped() const {
     return any_part([](const Part& part) { return part.damping.law != Damping::Law::none; });
   }
@@ -143,13 +156,13 @@ struct BodyConfig {
 /// For cells that are filled evenly.
 void resample(BodyConfig& body, int before, int after);
 
-/// Share of a full corner's mass that a fill gives a corner; `floor` is BodyConfig::fill_blend_mass.
+/// Share of a full corner's mass that a fill gives a corner; `floor` is BodyConfig::mass_floor().
 double corner_share(const CellFill& fill, int corner, double floor);
 
 /// A body at rest: cells, particles, masses and springs on a lattice. Immutable.
 ///
 /// Springs are not stored. Whether a spring exists, its shared stiffness and its damping follow from what the
-/// 3 x 3 x 3 cells around its site hold, so sites with equal neighbourhoods share one SiteElements.
+/// 3 x 3 x 3 cells around its site hold, so sites with equal neighbourhoods share one SiteWeights.
 ///
 /// A cell gives a spring the share of what is filled of it there: an edge that of its quarter, the mean of
 /// the octants at the edge's ends, a face diagonal that of the half at its face, a body diagonal that of the
@@ -168,9 +181,7 @@ class Body {
   /// Part 0 first.
   const std::vector<Part>& parts() const { return parts_; }
   /// What the cell at a site holds; there must be one.
-  const CellContent& content_at(std::ptrdiff_t site) const {
-    return contents_[content_[std::size_t(site)] - 1];
-  }
+  const CellContent& content_at(std::ptrdiff_t site) const { return content_of(weights_at(site).content); }
 
   std::size_t cell_count() const { return cells_; }
   std::size_t particle_count() const { return site_of_.size(); }
@@ -187,7 +198,7 @@ class Body {
 
   /// Mass of the particle at a site [kg]; 0 where there is none. Eq. 2-2, and its share of weights.
   double mass(std::ptrdiff_t site) const {
-    const double cells = elements_at(site).mass;
+    const double cells = weights_at(site).mass;
     return weight_.empty() ? cells : cells + weight_[std::size_t(site)];
   }
 
@@ -199,10 +210,19 @@ class Body {
     return config_.cell_size * length_factor_[static_cast<std::size_t>(kind)];
   }
 
-  /// Which of elements() a site has.
+  /// Which of weights() a site has.
   std::uint32_t element_kind(std::ptrdiff_t site) const { return kind_[std::size_t(site)]; }
-  const std::vector<SiteElements>& elements() const { return elements_; }
-  const SiteElements& elements_at(std::ptrdiff_t site) const { return elements_[element_kind(site)]; }
+  const std::vector<SiteWeights>& weights() const { return weights_; }
+  const SiteWeights& weights_at(std::ptrdiff_t site) const { return weights_[element_kind(site)]; }
+  SiteElements elements(std::uint32_t kind) const;
+  SiteElements elements_at(std::ptrdiff_t site) const { return elements(element_kind(site)); }
+
+  /// Stiffness of a site's spring [N/m]; 0 where there is none.
+  double stiffness(std::uint32_t kind, std::size_t slot) const {
+    return weights_[kind].spring[group_of_slot[slot]] * interior_stiffness(slot);
+  }
+  /// tau [s], if every spring's damping is c = tau k; 0: nothing damps.
+  std::optional<double> damping_time() const { return damping_time_; }
 
   /// What weights multiply, part 0's or, where it has none, the largest of any part: the stiffness of an
   /// interior spring of a slot [N/m], 0 where the topology has none, and k_vol and k_g of a full cell [Pa].
@@ -210,13 +230,14 @@ class Body {
   double interior_volume() const { return interior_.volume; }
   double interior_fold_guard() const { return interior_.fold_guard; }
 
-  bool has_cell(std::ptrdiff_t site) const { return content_[std::size_t(site)] != 0; }
+  bool has_cell(std::ptrdiff_t site) const { return weights_at(site).content != 0; }
 
   /// Calls visit(site_a, site_b, slot, stiffness, damping) for every spring, in site order.
   template <class Visit>
   void for_each_spring(Visit&& visit) const {
     for (std::ptrdiff_t site = 0; site < lattice_.sites; ++site) {
-      const SiteElements& e = elements_at(site);
+      if (element_kind(site) == 0) continue;
+      const SiteElements e = elements_at(site);
       for (std::size_t s = 0; s < spring_slots.size(); ++s) {
         if (e.stiffness[s] == 0) continue;
         const SpringSlot& slot = spring_slots[s];
@@ -249,34 +270,40 @@ class Body {
   void check_contents() const;
   void check_content(std::size_t content) const;
   std::uint32_t content(int i, int j, int k) const;
+  const CellContent& content_of(std::uint32_t content) const;
   void find_constants();
   void find_particles();
   void classify_sites();
   void check_masses() const;
   void add_weights();
   Shares shares_of(const Neighbourhood& cells, int part) const;
-  void add_stiffness(const Shares& shares, std::size_t part, SiteElements& e) const;
-  SiteElements elements_from(const Neighbourhood& cells) const;
+  void add_weights_of(const Shares& shares, std::size_t part, SiteWeights& w) const;
+  void find_damping_time();
+  void add_kind(const Neighbourhood& cells);
+  std::array<double, spring_slots.size()> dampings_of(const std::vector<Shares>& shares) const;
+  double mass_of_full_corner(std::size_t part) const { return parts_[part].density * cell_volume() / 8; }
 
   static constexpr std::array<double, 3> length_factor_{1.0, 1.4142135623730951, 1.7320508075688772};
 
   BodyConfig config_;
   Lattice lattice_;
-  std::vector<CellContent> contents_;  ///< one at least
   std::vector<Part> parts_;
   std::vector<Constants> constants_;  ///< by part
   Constants interior_;
+  double springs_floor_, mass_floor_;
   std::size_t cells_ = 0;
   double filled_cells_ = 0;   ///< shares of all cells, added
   double mass_of_cells_ = 0;  ///< [kg]
   std::size_t springs_ = 0;
-  std::vector<std::uint32_t> content_;  ///< per site, from 1, where a cell has its lower corner; 0: none
-  std::vector<double> weight_;          ///< per site, beside that of cells [kg]; empty: there are none
-  double all_weights_ = 0;              ///< [kg]
+  std::vector<double> weight_;  ///< per site, beside that of cells [kg]; empty: there are none
+  double all_weights_ = 0;      ///< [kg]
   std::vector<std::ptrdiff_t> site_of_;
   std::vector<int> particle_;  ///< per site
   std::vector<std::uint32_t> kind_;
-  std::vector<SiteElements> elements_;
+  std::vector<SiteWeights> weights_;  ///< by kind
+  std::optional<double> damping_time_{};
+  std::vector<std::array<double, spring_slots.size()>>
+      dampings_;  ///< by kind [kg/s], if there is no such time
 };
 
 /// Positions of the eight corners c = bx + 2 by + 4 bz of the cell at a site.

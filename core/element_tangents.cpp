@@ -71,7 +71,8 @@ void for_each_element(const Body& body, const Field<Real>& x, const Field<Real>&
   const Lattice& lattice = body.lattice();
   const double size = body.config().cell_size;
   for (std::ptrdiff_t site = 0; site < lattice.sites; ++site) {
-    const SiteElements& e = body.elements_at(site);
+    if (body.element_kind(site) == 0) continue;
+    const SiteElements e = body.elements_at(site);
     for (std::size_t s = 0; s < spring_slots.size(); ++s) {
       if (e.stiffness[s] == 0) continue;
       const auto [a, b, kind] = spring_slots[s];

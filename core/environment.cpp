@@ -27,9 +27,26 @@ void give(const Strike& strike, const Body& body, Field<Real>& v) {
   for (const std::ptrdiff_t site : sites) v.set(site, v.at(site) + strike.impulse / mass);
 }
 
+std::vector<std::ptrdiff_t> sites_of(const Hold& hold, const Body& body) {
+  if (!hold.surface) return body.select(hold.box.lower, hold.box.upper);
+  const double h = body.config().cell_size, reach = (0.5 + 1e-9) * h;
+  std::vector<bool> held(std::size_t(body.lattice().size));
+  for (const std::size_t face : faces_in(*hold.surface, hold.box, 1e-9 * h)) {
+    const std::array<Vec3, 3> corners = hold.surface->corners(face);
+    Eigen::AlignedBox3d around;
+    for (const Vec3& corner : corners) around.extend(corner);
+    for (const std::ptrdiff_t site :
+         body.select(around.min() - Vec3::Constant(reach), around.max() + Vec3::Constant(reach)))
+      if (distance(body.rest_position(site), corners) <= reach) held[std::size_t(site)] = true;
+  }
+  std::vector<std::ptrdiff_t> sites = body.sites();
+  std::erase_if(sites, [&](std::ptrdiff_t site) { return !held[std::size_t(site)]; });
+  return sites;
+}
+
 HeldSites::HeldSites(const Body& body, const std::vector<Hold>& holds) : holds_(holds) {
   for (std::size_t h = 0; h < holds.size(); ++h)
-    for (const std::ptrdiff_t site : body.select(holds[h].box.lower, holds[h].box.upper))
+    for (const std::ptrdiff_t site : sites_of(holds[h], body))
       entries_.push_back({site, h, body.rest_position(site), holds[h].axes});
   std::stable_sort(entries_.begin(), entries_.end(),
                    [](const Entry& a, const Entry& b) { return a.site < b.site; });

@@ -22,12 +22,14 @@ struct Turn {
 
 /// Particles whose motion is prescribed, as a function of time alone:
 ///   x(t) = R(t) (rest + displacement - centre) + centre + velocity t.
+/// Those in a box; or, of the faces of a mesh that have all corners in the box, those within half a cell.
 struct Hold {
   Box box{};
   std::array<bool, 3> axes{true, true, true};  ///< which coordinates are held
   Vec3 velocity = Vec3::Zero();                ///< [m/s]
   Vec3 displacement = Vec3::Zero();            ///< applied at once [m]
   std::optional<Turn> turn{};
+  std::shared_ptr<const TriangleMesh> surface{};  ///< none: particles in the box
 
   /// Whether it moves anything at a time, or later.
   bool moves(double t = 0) const {
@@ -91,6 +93,9 @@ struct Prescribed {
   Vec3 velocity;
 };
 Prescribed prescribed_motion(const Hold& hold, const Vec3& rest, double t);
+
+/// Sites that a hold is about, ascending.
+std::vector<std::ptrdiff_t> sites_of(const Hold& hold, const Body& body);
 
 /// The holds of an environment resolved to sites, sorted, so that a sweep can apply them plane by plane.
 /// Where holds overlap, the later one wins for the axes it names.

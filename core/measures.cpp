@@ -68,7 +68,7 @@ void measure_cells(const BodySystem<Real>& system, const State<Real>& state, Mea
   double thesis = 0, smallest = std::numeric_limits<double>::infinity();
   body.for_each_cell([&](std::ptrdiff_t site) {
     const std::array<Vec3, 8> corners = corners_of(body, state.x, site);
-    thesis += body.elements_at(site).fill * thesis_volume(corners);
+    thesis += body.weights_at(site).fill * thesis_volume(corners);
     for (int c = 0; c < 8; ++c) smallest = std::min(smallest, corner_volume(corners, c));
   });
   m.volume_ratio = volume_ratio(body, state.x);
@@ -105,7 +105,7 @@ template <class Real>
 double volume_ratio(const Body& body, const Field<Real>& x) {
   double volume = 0;
   body.for_each_cell([&](std::ptrdiff_t site) {
-    volume += body.elements_at(site).fill * trilinear_volume(corners_of(body, x, site));
+    volume += body.weights_at(site).fill * trilinear_volume(corners_of(body, x, site));
   });
   return volume / body.volume();
 }

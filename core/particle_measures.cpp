@@ -28,7 +28,7 @@ double stretch_at(const Body& body, const Field<double>& x, std::ptrdiff_t site)
     const auto [a, b, kind] = spring_slots[s];
     for (const int end : {a, b}) {
       const std::ptrdiff_t owner = site - lattice.corner(end);
-      if (owner < 0 || body.elements_at(owner).stiffness[s] == 0) continue;
+      if (owner < 0 || body.stiffness(body.element_kind(owner), s) == 0) continue;
       const double length = (x.at(owner + lattice.corner(b)) - x.at(owner + lattice.corner(a))).norm();
       largest = std::max(largest, std::abs(length / body.rest_length(kind) - 1));
     }
@@ -39,7 +39,7 @@ double stretch_at(const Body& body, const Field<double>& x, std::ptrdiff_t site)
 double volume_ratio_at(const Body& body, const Field<double>& x, std::ptrdiff_t site) {
   double volume = 0, filled = 0;
   for_each_cell_at(body, x, site, [&](std::ptrdiff_t cell, const std::array<Vec3, 8>& corners, int) {
-    const double fill = body.elements_at(cell).fill;
+    const double fill = body.weights_at(cell).fill;
     volume += fill * trilinear_volume(corners);
     filled += fill;
   });

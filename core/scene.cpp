@@ -35,7 +35,7 @@ KnownKeys make_known_keys() {
       {"part.damping", {"ratio", "viscosity", "thesis"}},
       {"weight", {"box", "mass"}},
       {"environment", {"gravity"}},
-      {"hold", {"box", "axes", "velocity", "displacement", "turn"}},
+      {"hold", {"box", "surface_box", "axes", "velocity", "displacement", "turn"}},
       {"hold.turn", {"axis", "centre", "rate", "until"}},
       {"load", {"box", "surface_box", "force"}},
       {"strike", {"box", "at", "impulse"}},
@@ -399,6 +399,17 @@ SomeBox read_some_box(const TomlTable& table, const TriangleMesh* surface, doubl
                                 lower[0], lower[1], lower[2], upper[0], upper[1], upper[2]));
 }
 
+Hold read_hold(const TomlTable& table, const std::shared_ptr<const TriangleMesh>& surface, double cell_size) {
+  const auto [box, on_surface] = read_some_box(table, surface.get(), cell_size);
+  if (on_surface && faces_in(*surface, box, 1e-9 * cell_size).empty())
+    table.reject("surface_box", "contains no whole face of the mesh; give one that does");
+  Hold hold{.box = box, .axes = read_axes(table), .turn = {}, .surface = on_surface ? surface : nullptr};
+  hold.velocity = table.vector("velocity", velocity, Vec3::Zero());
+  hold.displacement = table.vector("displacement", displacement, Vec3::Zero());
+  if (table.has("turn")) hold.turn = read_turn(table.table("turn"));
+  return hold;
+}
+
 Load read_load(const TomlTable& table, const std::shared_ptr<const TriangleMesh>& surface, double cell_size) {
   const auto [box, on_surface] = read_some_box(table, surface.get(), cell_size);
   return {.box = box, .force = table.vector("force", force), .surface = on_surface ? surface : nullptr};
@@ -408,13 +419,8 @@ Environment read_environment(const TomlTable& scene, const std::shared_ptr<const
                              double cell_size) {
   Environment environment;
   environment.gravity = scene.table("environment").vector("gravity", acceleration, Vec3::Zero());
-  for (const TomlTable& table : scene.tables("hold")) {
-    Hold hold{.box = table.box("box"), .axes = read_axes(table), .turn = {}};
-    hold.velocity = table.vector("velocity", velocity, Vec3::Zero());
-    hold.displacement = table.vector("displacement", displacement, Vec3::Zero());
-    if (table.has("turn")) hold.turn = read_turn(table.table("turn"));
-    environment.holds.push_back(hold);
-  }
+  for (const TomlTable& table : scene.tables("hold"))
+    environment.holds.push_back(read_hold(table, surface, cell_size));
   for (const TomlTable& table : scene.tables("load"))
     environment.loads.push_back(read_load(table, surface, cell_size));
   for (const TomlTable& table : scene.tables("strike"))
@@ -432,9 +438,12 @@ void for_each_box(
   const auto each = [&](std::string_view table, const auto& all) {
     for (std::size_t i = 0; i < all.size(); ++i) visit(table, i, all[i].box);
   };
-  each("hold", scene.environment.holds);
-  for (std::size_t i = 0; i < scene.environment.loads.size(); ++i)
-    if (const Load& load = scene.environment.loads[i]; !load.surface) visit("load", i, load.box);
+  const auto each_without_surface = [&](std::string_view table, const auto& all) {
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (!all[i].surface) visit(table, i, all[i].box);
+  };
+  each_without_surface("hold", scene.environment.holds);
+  each_without_surface("load", scene.environment.loads);
   each("strike", scene.environment.strikes);
   each("weight", scene.body.weights);
 }

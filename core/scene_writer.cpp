@@ -95,7 +95,7 @@ Json to_json(const Hold& hold) {
   std::string axes;
   for (std::size_t a = 0; a < 3; ++a)
     if (hold.axes[a]) axes += "xyz"[a];
-  Json json{{"box", to_json(hold.box)},
+  Json json{{hold.surface ? "surface_box" : "box", to_json(hold.box)},
             {"axes", axes},
             {"velocity", to_json(hold.velocity)},
             {"displacement", to_json(hold.displacement)}};

@@ -104,7 +104,8 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
       discrete_gradient_(body),
       kernel_(kernel),
       blocks_(body, kernel.lanes),
-      damped_(body.config().is_damped()) {
+      own_dampings_(!body.damping_time()),
+      cell_weights_(has_cell_weights()) {
   const Lattice& lattice = body.lattice();
   interior_ = interior_coefficients();
   build_dictionary();
@@ -128,6 +129,8 @@ InteriorCoefficients<Real> SpringSystem<Real>::interior_coefficients() const {
     const double k = body.interior_stiffness(s);
     c.stiffness[s] = static_cast<Real>(k);
     c.rest_pull[s] = static_cast<Real>(k * body.rest_length(spring_slots[s].kind) / kernel_.rsqrt_scale);
+    c.damping[s] = static_cast<Real>(k * body.damping_time().value_or(0) /
+                                     (double(kernel_.rsqrt_scale) * double(kernel_.rsqrt_scale)));
   }
   c.volume = static_cast<Real>(body.interior_volume() / (64 * body.cell_volume()));
   c.guard = static_cast<Real>(guarded_corner_stiffness(body.interior_fold_guard(), body.config().cell_size));
@@ -137,9 +140,9 @@ InteriorCoefficients<Real> SpringSystem<Real>::interior_coefficients() const {
 /// Whether k_vol and k_g have weights of their own, beside those of the body diagonals.
 template <class Real>
 bool SpringSystem<Real>::has_cell_weights() const {
-  const std::vector<SiteElements>& all = this->body().elements();
-  return std::any_of(all.begin(), all.end(), [](const SiteElements& e) {
-    return e.volume_weight != e.weight.back() || e.guard_weight != e.weight.back();
+  const std::vector<SiteWeights>& all = this->body().weights();
+  return std::any_of(all.begin(), all.end(), [](const SiteWeights& w) {
+    return w.volume != w.spring.back() || w.fold_guard != w.spring.back();
   });
 }
 
@@ -163,14 +166,14 @@ void SpringSystem<Real>::build_dictionary() {
   entry_.insert(entry_.end(), 2, 0);  // a sweep looks ahead
 
   content_.assign(entry_of.size(), 0);
-  const bool cell_weights = has_cell_weights();
-  const std::size_t per_lane = coefficients_per_lane + (cell_weights ? 2U : 0U);
+  const std::size_t per_lane =
+      weights_per_lane + (own_dampings_ ? springs_per_site : 0U) + (cell_weights_ ? 2U : 0U);
   dictionary_ = AlignedArray<Real>(std::ptrdiff_t(entry_of.size() * width * per_lane));
   for (const auto& [lane_kinds, entry] : entry_of) {
     Real* coefficients = dictionary_.data() + std::size_t(entry) * width * per_lane;
     std::uint32_t content = 0;
     for (std::size_t lane = 0; lane < width; ++lane)
-      content |= fill_lane(this->body().elements()[lane_kinds[lane]], cell_weights, coefficients + lane);
+      content |= fill_lane(lane_kinds[lane], coefficients + lane);
     content_[entry] = content;
     whole_content_ |= content;
   }
@@ -178,24 +181,30 @@ void SpringSystem<Real>::build_dictionary() {
 
 /// Writes one lane of a block's coefficients and returns its contents.
 template <class Real>
-std::uint32_t SpringSystem<Real>::fill_lane(const SiteElements& e, bool cell_weights,
-                                            Real* coefficients) const {
-  const auto width = std::size_t(kernel_.lanes);
+std::uint32_t SpringSystem<Real>::fill_lane(std::uint32_t kind, Real* coefficients) const {
+  const std::ptrdiff_t width = kernel_.lanes;
   const double scale2 = double(kernel_.rsqrt_scale) * double(kernel_.rsqrt_scale);
+  const SiteWeights& weights = this->body().weights()[kind];
+  const SiteElements e = this->body().elements(kind);
   std::uint32_t content = (e.volume != 0 ? block_volumes : 0U) | (e.fold_guard != 0 ? block_guards : 0U);
-  for (std::size_t group = 0; group < e.weight.size(); ++group)
-    coefficients[width * group] = static_cast<Real>(e.weight[group]);
-  if (cell_weights) {
-    coefficients[width * own_volume_weight] = static_cast<Real>(e.volume_weight);
-    coefficients[width * own_guard_weight] = static_cast<Real>(e.guard_weight);
+  for (const double weight : weights.spring) {
+    *coefficients = static_cast<Real>(weight);
+    coefficients += width;
   }
   for (std::size_t s = 0; s < spring_slots.size(); ++s) {
-    coefficients[width * (weights_per_lane + s)] = static_cast<Real>(e.damping[s] / scale2);
+    if (own_dampings_) {
+      *coefficients = static_cast<Real>(e.damping[s] / scale2);
+      coefficients += width;
+    }
     if (e.stiffness[s] == 0) continue;
-    const auto kind = spring_slots[s].kind;
-    content |= kind == SpringSlot::Class::edge   ? block_edges
-               : kind == SpringSlot::Class::face ? block_faces
-                                                 : block_bodies;
+    const auto of = spring_slots[s].kind;
+    content |= of == SpringSlot::Class::edge   ? block_edges
+               : of == SpringSlot::Class::face ? block_faces
+                                               : block_bodies;
+  }
+  if (cell_weights_) {
+    coefficients[0] = static_cast<Real>(weights.volume);
+    coefficients[width] = static_cast<Real>(weights.fold_guard);
   }
   return content;
 }
@@ -423,7 +432,9 @@ Sweep<Real> SpringSystem<Real>::sweep_for(const Pass& pass) const {
     case Finish::mixed_diagonal:
       return diagonal.mixed;
     default:
-      return (damped_ ? sweeps.damped : sweeps.undamped).for_content(whole_content_);
+      if (own_dampings_) return sweeps.own_dampings.for_content(whole_content_);
+      return (this->body().config().is_damped() ? sweeps.weighted_dampers : sweeps.undamped)
+          .for_content(whole_content_);
   }
 }
 
@@ -447,9 +458,10 @@ void SpringSystem<Real>::sweep_plane(const Pass& pass, int plane, const Streams<
   p.entry = entry_.data() + blocks_.before(plane);
   p.dictionary = dictionary_.data();
   p.entry_size = dictionary_.size() / std::ptrdiff_t(content_.size());
-  const bool own_weights = p.entry_size > coefficients_per_lane * kernel_.lanes;
-  p.volume_weight = kernel_.lanes * (own_weights ? own_volume_weight : spring_groups - 1);
-  p.guard_weight = kernel_.lanes * (own_weights ? own_guard_weight : spring_groups - 1);
+  p.own_dampings = own_dampings_;
+  const std::ptrdiff_t of_bodies = kernel_.lanes * (weights_per_lane - 1);
+  p.volume_weight = cell_weights_ ? p.entry_size - 2 * kernel_.lanes : of_bodies;
+  p.guard_weight = cell_weights_ ? p.entry_size - kernel_.lanes : of_bodies;
   p.content = content_.data();
   p.interior = interior_;
   if (!pass.springs) {

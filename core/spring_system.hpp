@@ -78,7 +78,7 @@ class SpringSystem final : public BodySystem<Real> {
   void stop_sleeping(Field<Real>& a) const;
   InteriorCoefficients<Real> interior_coefficients() const;
   bool has_cell_weights() const;
-  std::uint32_t fill_lane(const SiteElements& elements, bool cell_weights, Real* coefficients) const;
+  std::uint32_t fill_lane(std::uint32_t kind, Real* coefficients) const;
   void build_dictionary();
   Sweep<Real> sweep_for(const Pass& pass) const;
   void build_masses();
@@ -97,7 +97,7 @@ class SpringSystem final : public BodySystem<Real> {
   SpringDiscreteGradient<Real> discrete_gradient_;
   SweepKernel<Real> kernel_;
   SweepBlocks blocks_;
-  bool damped_;
+  bool own_dampings_, cell_weights_;  ///< what a block's coefficients contain beside weights
 
   std::vector<std::uint32_t> entry_;    ///< per block, and two more: dictionary entry
   std::vector<std::uint32_t> content_;  ///< per entry

@@ -17,13 +17,12 @@ enum BlockContent : std::uint32_t {
 
 inline constexpr int springs_per_site = 13;
 
-/// The seven weights of a site's springs, see SiteElements, then the dampings c of all thirteen divided by
-/// the square of rsqrt_scale. A block's coefficients are so many times W numbers.
+/// A block's coefficients, W numbers each: the seven weights of a site's springs, see SiteWeights; where
+/// dampers have no time in common (Body::damping_time) the dampings c of all thirteen, divided by the square
+/// of rsqrt_scale; where parts have other ratios of k_vol or k_g to the body diagonals' stiffness the weights
+/// of a cell's k_vol and k_g. Elsewhere dampers have the weights of their springs, both others that of the
+/// body diagonals.
 inline constexpr int weights_per_lane = 7;
-inline constexpr int coefficients_per_lane = weights_per_lane + springs_per_site;
-/// Where parts have other ratios of k_vol or k_g to the body diagonals' stiffness, two more: weights of a
-/// cell's k_vol and k_g. Elsewhere both have the weight of the body diagonals.
-inline constexpr int own_volume_weight = coefficients_per_lane, own_guard_weight = own_volume_weight + 1;
 
 /// What weights multiply. The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and u the
 /// differences of x and v. The kernel computes rsqrt_scale / |d|, so k L0 is stored divided by rsqrt_scale
@@ -32,6 +31,7 @@ template <class Real>
 struct InteriorCoefficients {
   Real stiffness[springs_per_site];  ///< k
   Real rest_pull[springs_per_site];  ///< k L0 / rsqrt_scale
+  Real damping[springs_per_site];    ///< c, if dampers have the weights of their springs
   Real volume;                       ///< k_vol / (64 V0)
   Real guard;                        ///< guarded_corner_stiffness()
 };
@@ -60,9 +60,10 @@ struct SweepPlane {
   std::ptrdiff_t plane;
   const BlockRun* first_run;  ///< to compute: [first_run, last_run)
   const BlockRun* last_run;
-  const std::uint32_t* entry;    ///< per block of these, and two more: which dictionary entry
-  const Real* dictionary;        ///< entries of entry_size numbers
-  std::ptrdiff_t entry_size;     ///< coefficients_per_lane x W, or two x W more
+  const std::uint32_t* entry;  ///< per block of these, and two more: which dictionary entry
+  const Real* dictionary;      ///< entries of entry_size numbers
+  std::ptrdiff_t entry_size;
+  bool own_dampings;             ///< whether an entry has the dampings of its springs
   std::ptrdiff_t volume_weight;  ///< where in an entry are the weights of k_vol
   std::ptrdiff_t guard_weight;   ///< and of k_g
   const std::uint32_t* content;  ///< per entry: BlockContent bits
@@ -115,8 +116,9 @@ struct ForceSweeps {
 /// Sweeps of a plane's blocks.
 template <class Real>
 struct Sweeps {
-  /// Forces of springs and cells; the undamped ones do not read velocities.
-  ForceSweeps<Real> damped, undamped;
+  /// Forces of springs and cells: with dampings of their own, with dampers that have the weights of their
+  /// springs, and without dampers, which do not read velocities.
+  ForceSweeps<Real> own_dampings, weighted_dampers, undamped;
   /// -(b C + c K) p in place of forces, with p in `v`; elastic or projected (see Tangent).
   Sweep<Real> elastic, projected;
   /// The 3 x 3 blocks on the diagonal of b C + c K in place of forces: xx, yy, zz or yz, zx, xy.

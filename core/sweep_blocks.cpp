@@ -36,7 +36,7 @@ SweepBlocks::SweepBlocks(const Body& body, int width) : width_(width) {
   };
   for (int k = 0; k < lattice.planes(); ++k) {
     for (std::ptrdiff_t q = 0; q < lattice.plane; ++q)
-      marked[std::size_t(q)] = body.elements_at(lattice.plane * k + q).mass != 0;
+      marked[std::size_t(q)] = body.weights_at(lattice.plane * k + q).mass != 0;
     cover(marked, width, runs_);
     std::ptrdiff_t blocks = 0;
     for (const BlockRun& run : of(k)) blocks += count(run);

@@ -93,8 +93,11 @@ struct Cells {
 
   /// Of the group that a spring belongs to.
   MSS_INLINE Pack<Real> weight(int spring) const { return load(coefficient + W * spring_group[spring]); }
-  MSS_INLINE Pack<Real> spring_damping(int spring) const {
+  MSS_INLINE Pack<Real> own_damping(int spring) const {
     return load(coefficient + W * (weights_per_lane + spring));
+  }
+  MSS_INLINE Pack<Real> spring_damping(int spring) const {
+    return p.own_dampings ? own_damping(spring) : weight(spring) * p.interior.damping[spring];
   }
   /// k - r k L0, with r = rsqrt_scale / |d|.
   MSS_INLINE Pack<Real> undamped_tension(int spring, Pack<Real> r) const {
@@ -167,8 +170,10 @@ struct Cells {
   }
 };
 
+enum class Dampers { none, weighted, own };
+
 /// Forces of springs and cells.
-template <class Real, bool Damped>
+template <class Real, Dampers Damped>
 struct Force : Cells<Real> {
   using Cells<Real>::W, Cells<Real>::p, Cells<Real>::coefficient;
   template <int... Spring>
@@ -180,11 +185,14 @@ struct Force : Cells<Real> {
   MSS_INLINE Pack<Real> tension(const Started<Spring...>& s, int i) const {
     const Pack<Real> r = scaled_rsqrt(s.squared[i], s.estimate[i]);
     const int spring = s.spring[i];
-    if constexpr (Damped) {
+    if constexpr (Damped == Dampers::own) {
       const Pack<Real> w = this->weight(spring), k = w * p.interior.stiffness[spring],
                        k_rest = w * p.interior.rest_pull[spring];
-      return k +
-             r * ((this->spring_damping(spring) * dot(s.d[i], this->difference(p.v, spring))) * r - k_rest);
+      return k + r * ((this->own_damping(spring) * dot(s.d[i], this->difference(p.v, spring))) * r - k_rest);
+    } else if constexpr (Damped == Dampers::weighted) {
+      const Pack<Real> rate = p.interior.damping[spring] * dot(s.d[i], this->difference(p.v, spring));
+      return this->weight(spring) *
+             (p.interior.stiffness[spring] + r * (rate * r - p.interior.rest_pull[spring]));
     } else {
       return this->undamped_tension(spring, r);
     }
@@ -611,8 +619,9 @@ typename Sweeps<Real>::DiagonalSweeps make_diagonal_sweeps() {
 /// `Guards`: block_guards or 0.
 template <class Real, std::uint32_t Guards>
 Sweeps<Real> make_sweeps() {
-  return {make_force_sweeps<Real, Force<Real, true>, Guards>(),
-          make_force_sweeps<Real, Force<Real, false>, Guards>(),
+  return {make_force_sweeps<Real, Force<Real, Dampers::own>, Guards>(),
+          make_force_sweeps<Real, Force<Real, Dampers::weighted>, Guards>(),
+          make_force_sweeps<Real, Force<Real, Dampers::none>, Guards>(),
           sweep_any<ForceChange<Real, false>, Guards, Real>,
           sweep_any<ForceChange<Real, true>, Guards, Real>,
           make_diagonal_sweeps<Real, Guards, false>(),

@@ -68,7 +68,7 @@ void VertexDescent<Real>::fill_lane(const std::uint32_t* lane, Real* coefficient
     inertia = static_cast<Real>(1 / (inverse * dt_ * dt_));
   for (int own = 0; own < 8; ++own) {
     if (lane[1 + own] == 0) continue;
-    const SiteElements& e = body.elements()[lane[1 + own] - 1];
+    const SiteElements e = body.elements(lane[1 + own] - 1);
     for (std::size_t s = 0; s < spring_slots.size(); ++s) {
       const SpringSlot& slot = spring_slots[s];
       if (slot.a != own && slot.b != own) continue;

@@ -158,7 +158,7 @@ void Algorithm1::fill(Cell& cell, const PartFill& filled, Connections& connectio
   const bool weighted = config.sharing == Sharing::weighted;
   for (std::size_t c = 0; c < 8; ++c)
     particles_[cell.p[c]].mass +=
-        material.density / 8 * cell_volume_ * share_of_mass(filled.fill, c, config.fill_blend_mass);
+        material.density / 8 * cell_volume_ * share_of_mass(filled.fill, c, config.mass_floor());
   const double share = mean(filled.fill.octant);
   cell.volume_stiffness += share * springs.volume;
   // Times the shear modulus of springs, from the energy that shear stores in a cell's diagonals.
@@ -168,7 +168,7 @@ void Algorithm1::fill(Cell& cell, const PartFill& filled, Connections& connectio
   const auto connect_class = [&](const auto& pairs, double stiffness, double cells, std::size_t stride) {
     for (std::size_t s = 0; s < pairs.size(); s += stride) {
       const auto first = std::size_t(pairs[s].first - 1), second = std::size_t(pairs[s].second - 1);
-      const double of_spring = share_of_spring(filled.fill, first, second, config.fill_blend_springs);
+      const double of_spring = share_of_spring(filled.fill, first, second, config.springs_floor());
       connect_pair(cell.p[first], cell.p[second],
                    {part, weighted ? stiffness / cells * of_spring : stiffness}, connections);
     }

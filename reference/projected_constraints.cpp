@@ -23,7 +23,7 @@ ProjectedConstraints::ProjectedConstraints(const Body& body, std::vector<double>
       for (int j = (colour >> 1) & 1; j <= lattice.cells[1]; j += 2)
         for (int i = colour & 1; i <= lattice.cells[0]; i += 2) {
           const std::ptrdiff_t site = lattice.site(i, j, k);
-          const SiteElements& e = body.elements_at(site);
+          const SiteElements e = body.elements_at(site);
           Cell cell{site, e.volume, 0, {}};
           for (const int s : order) {
             const SpringSlot& slot = spring_slots[std::size_t(s)];

@@ -9,8 +9,9 @@
 namespace mss::testing {
 
 /// A body that fills a mesh.
-inline BodyConfig mesh_config(const TriangleMesh& mesh, double cell_size, double young = 1e5) {
-  MeshFill fill = fill_mesh(mesh, {.cell_size = cell_size});
+inline BodyConfig mesh_config(const TriangleMesh& mesh, double cell_size, double young = 1e5,
+                              FillMode mode = FillMode::local) {
+  MeshFill fill = fill_mesh(mesh, {.cell_size = cell_size, .mode = mode});
   BodyConfig config{.voxels = fill.voxels,
                     .contents = fill.contents,
                     .content_of = fill.content_of,

@@ -16,10 +16,7 @@ namespace mss {
 
 namespace {
 
-constexpr float least_share = 0.1F;
 constexpr double most_reversed = 0.01;
-constexpr std::array<std::array<int, 3>, 6> sides{
-    {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
 Box box_of(const std::vector<MeshPart>& parts) {
   Box all = bounding_box(parts.front().mesh);
@@ -167,11 +164,10 @@ class CellFiller {
   CellFiller(const SampleGrid& grid, const std::vector<MeshPart>& parts,
              const std::vector<std::vector<std::uint64_t>>& masks)
       : grid_(grid), parts_(parts), masks_(masks), voxels_(grid.cells[0], grid.cells[1], grid.cells[2]) {
-    for (std::size_t cell = 0; cell < grid.cell_count(); ++cell)
-      if (share(cell) >= least_share) keep(cell);
-    for (std::size_t cell = 0; cell < grid.cell_count(); ++cell)
-      if (share(cell) > 0 && share(cell) < least_share) hand_over(cell);
-    for (const std::size_t cell : lonely_) keep(cell);
+    for (std::size_t cell = 0; cell < grid.cell_count(); ++cell) {
+      const auto [i, j, k] = grid.cell(cell);
+      if (is_filled(cell)) voxels_.set(i, j, k, true);
+    }
   }
 
   MeshFill finish() {
@@ -181,21 +177,15 @@ class CellFiller {
     for (std::size_t cell = 0; cell < grid_.cell_count(); ++cell) {
       const auto [i, j, k] = grid_.cell(cell);
       if (!fill.voxels.at(i, j, k)) continue;
-      CellContent content = content_of(cell);
-      if (const auto gift = gifts_.find(cell); gift != gifts_.end())
-        for (const PartFill& given : gift->second)
-          for (std::size_t c = 0; c < 8; ++c) entry(content, given.part).corner[c] += given.fill.corner[c];
-      fill.content_of[cell] = table.number(content);
+      fill.content_of[cell] = table.number(content_of(cell));
     }
     fill.contents = table.take();
     return fill;
   }
 
  private:
-  float share(std::size_t cell) const {
-    std::uint64_t all = 0;
-    for (const auto& of_part : masks_) all |= of_part[cell];
-    return float(std::popcount(all)) / float(grid_.per_cell());
+  bool is_filled(std::size_t cell) const {
+    return std::any_of(masks_.begin(), masks_.end(), [&](const auto& of_part) { return of_part[cell] != 0; });
   }
 
   CellContent content_of(std::size_t cell) const {
@@ -213,46 +203,10 @@ class CellFiller {
     return content;
   }
 
-  void keep(std::size_t cell) {
-    const auto [i, j, k] = grid_.cell(cell);
-    voxels_.set(i, j, k, true);
-  }
-
-  /// Gives the mass at each corner of a cell to the kept cells beside it that have this corner; where none
-  /// has it, to all, at the corner that is nearest. The sites' masses are the same, or move one cell along.
-  void hand_over(std::size_t cell) {
-    const std::array<int, 3> at = grid_.cell(cell);
-    std::vector<std::size_t> kept;  // of sides
-    for (std::size_t s = 0; s < sides.size(); ++s)
-      if (voxels_.at(at[0] + sides[s][0], at[1] + sides[s][1], at[2] + sides[s][2])) kept.push_back(s);
-    if (kept.empty()) {
-      lonely_.push_back(cell);
-      return;
-    }
-    const CellContent content = content_of(cell);
-    for (unsigned c = 0; c < 8; ++c) {
-      const auto has_corner = [&](std::size_t s) { return (c >> (s / 2) & 1) == s % 2; };
-      std::vector<std::size_t> takers;
-      std::copy_if(kept.begin(), kept.end(), std::back_inserter(takers), has_corner);
-      if (takers.empty()) takers = kept;
-      for (const std::size_t s : takers) {
-        // across the common face, a corner has the other bit of that axis
-        const unsigned axis = 1U << (s / 2);
-        const unsigned corner = s % 2 == 1 ? c & ~axis : c | axis;
-        const std::size_t taker =
-            grid_.index({at[0] + sides[s][0], at[1] + sides[s][1], at[2] + sides[s][2]});
-        for (const PartFill& p : content)
-          entry(gifts_[taker], p.part).corner[corner] += p.fill.corner[c] / float(takers.size());
-      }
-    }
-  }
-
   const SampleGrid& grid_;
   const std::vector<MeshPart>& parts_;
   const std::vector<std::vector<std::uint64_t>>& masks_;
   VoxelGrid voxels_;
-  std::unordered_map<std::size_t, CellContent> gifts_;
-  std::vector<std::size_t> lonely_;  ///< dropped, but nothing beside them is kept
 };
 
 /// Removes from every mesh the samples that a later one has.

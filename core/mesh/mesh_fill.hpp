@@ -63,10 +63,7 @@ struct MeshPart {
 /// Cells with the shares of their octants that meshes fill. Where meshes overlap, the later one has the
 /// space: a tumour is given after the organ around it.
 ///
-/// Cells that are filled to less than a tenth are dropped; their mass goes to the corners of the cells beside
-/// them, to the same site where that is a corner of such a cell, and else to the site beside it. A cell with
-/// none beside it that is filled enough stays. So the mass is that of all samples inside, and shares of
-/// corners may exceed those of a full cell, and be there for a part without any octant.
+/// A cell is there if one of its samples is inside, so the mass is that of all these samples.
 ///
 /// Throws InputError for a mesh that encloses no volume, for one with more than most_undecided, or 1 percent
 /// reversed, of its samples, for cells that are too many for a body (most_sites), and where nothing is

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <tuple>
@@ -110,6 +111,33 @@ std::vector<std::size_t> vertices_in(const TriangleMesh& mesh, const Box& box, d
     if ((x >= box.lower.array() - slack).all() && (x <= box.upper.array() + slack).all()) inside.push_back(v);
   }
   return inside;
+}
+
+std::vector<std::size_t> faces_in(const TriangleMesh& mesh, const Box& box, double slack) {
+  std::vector<bool> inside(mesh.vertices.size());
+  for (const std::size_t vertex : vertices_in(mesh, box, slack)) inside[vertex] = true;
+  std::vector<std::size_t> faces;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& corners = mesh.triangles[t];
+    if (std::all_of(corners.begin(), corners.end(), [&](int v) { return inside[std::size_t(v)]; }))
+      faces.push_back(t);
+  }
+  return faces;
+}
+
+/// Of the plane where the point is above the triangle, else of the nearest of its edges.
+double distance(const Vec3& point, const std::array<Vec3, 3>& corners) {
+  const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  double nearest = std::numeric_limits<double>::infinity();
+  bool above = normal.squaredNorm() > 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 edge = corners[(i + 1) % 3] - corners[i], arm = point - corners[i];
+    if (normal.cross(edge).dot(arm) < 0) above = false;
+    const double length2 = edge.squaredNorm();
+    const double along = length2 > 0 ? std::clamp(edge.dot(arm) / length2, 0.0, 1.0) : 0;
+    nearest = std::min(nearest, (arm - along * edge).norm());
+  }
+  return above ? std::abs(normal.normalized().dot(point - corners[0])) : nearest;
 }
 
 std::vector<OpenEdge> open_edges(const TriangleMesh& mesh) {

@@ -39,6 +39,12 @@ Box bounding_box(const TriangleMesh& mesh);
 /// Vertices inside a box that is widened by `slack` on all sides [m], ascending.
 std::vector<std::size_t> vertices_in(const TriangleMesh& mesh, const Box& box, double slack);
 
+/// Triangles with all corners in such a box, ascending.
+std::vector<std::size_t> faces_in(const TriangleMesh& mesh, const Box& box, double slack);
+
+/// Distance of a point from a triangle [m].
+double distance(const Vec3& point, const std::array<Vec3, 3>& corners);
+
 /// A directed edge of a triangle that has no partner: no triangle runs along it the other way. An edge that
 /// k more triangles run along in one direction than in the other appears k times.
 struct OpenEdge {

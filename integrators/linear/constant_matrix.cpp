@@ -80,7 +80,7 @@ SparseMatrix CholeskySolver::assemble(const ConstantMatrix& matrix, const FreePa
         join(a, b, matrix.spring[kind] * stiffness / body_.interior_stiffness(slot_of_class[kind]));
       });
   body_.for_each_cell([&](std::ptrdiff_t site) {
-    const double weight = matrix.cell_edge * body_.elements_at(site).volume_weight;
+    const double weight = matrix.cell_edge * body_.weights_at(site).volume;
     for (int c = 0; c < 8; ++c)
       for (const int step : {1, 2, 4})
         if ((c & step) == 0)

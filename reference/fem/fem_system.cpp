@@ -177,7 +177,7 @@ SpectralBound bound_of(const Body& body, const SolidLaw& law) {
       damping += double(fill.share()) * largest[p].damping;
       for (int c = 0; c < 8; ++c)
         mass[std::size_t(c)] += body.parts()[p].density * body.cell_volume() / 8 *
-                                corner_share(fill, c, body.config().fill_blend_mass);
+                                corner_share(fill, c, body.config().mass_floor());
     }
     const double lightest = *std::min_element(mass.begin(), mass.end());
     omega_squared = std::max(omega_squared, stiffness / lightest);

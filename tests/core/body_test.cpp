@@ -106,7 +106,7 @@ TEST(Fill, ScalesSpringsVolumeForceAndMassAlike) {
   const Body quarter(config);
   EXPECT_DOUBLE_EQ(quarter.total_mass(), whole.total_mass() / 4);
   for (const std::ptrdiff_t site : whole.sites()) {
-    const SiteElements &a = quarter.elements_at(site), &b = whole.elements_at(site);
+    const SiteElements a = quarter.elements_at(site), b = whole.elements_at(site);
     EXPECT_DOUBLE_EQ(quarter.mass(site), whole.mass(site) / 4);
     EXPECT_DOUBLE_EQ(a.volume, b.volume / 4);
     for (std::size_t s = 0; s < spring_slots.size(); ++s) {
@@ -114,6 +114,29 @@ TEST(Fill, ScalesSpringsVolumeForceAndMassAlike) {
       EXPECT_DOUBLE_EQ(a.damping[s], b.damping[s] / 4);
     }
   }
+}
+
+TEST(Body, DampersHaveATimeInCommonWhereViscositiesAreAsShearModuliAre) {
+  BodyConfig config{.voxels = VoxelGrid::box(2, 1, 1), .cell_size = 0.1};
+  config.contents = {{PartFill{}}, {PartFill{.part = 1}}};
+  config.content_of = {0, 1};
+  config.springs = calibrate({.young = 1e5, .poisson = 0.3}, config.cell_size, 0.5);
+  Part stiff{.name = "stiff", .springs = calibrate({.young = 3e5, .poisson = 0.3}, config.cell_size, 0.5)};
+  config.parts = {stiff};
+  EXPECT_EQ(Body(config).damping_time(), 0);
+  config.damping = {.law = Damping::Law::viscosity, .viscosity = 20};
+  stiff.damping = {.law = Damping::Law::viscosity, .viscosity = 60};
+  config.parts = {stiff};
+  const Body alike(config);
+  ASSERT_TRUE(alike.damping_time());
+  EXPECT_NEAR(*alike.damping_time(), 20 / (1e5 / 2.6), 1e-18);
+  alike.for_each_spring([&](std::ptrdiff_t, std::ptrdiff_t, const SpringSlot&, double k, double c) {
+    EXPECT_DOUBLE_EQ(c, k * 20 * 2.6 / 1e5);
+  });
+  config.parts.front().damping.viscosity = 61;
+  EXPECT_FALSE(Body(config).damping_time());
+  config.parts.front().damping = {.law = Damping::Law::ratio, .zeta = 0.1};
+  EXPECT_FALSE(Body(config).damping_time());
 }
 
 TEST(Fill, RejectsContentsThatMeanNothing) {

@@ -15,10 +15,11 @@
 namespace mss {
 namespace {
 
-/// A ball in cells of a fifth of its width that are filled in part: some vertices lie outside their cell.
+/// A ball in cells of a fifth of its width that are full where their centre is inside: some vertices lie
+/// outside of all.
 struct Ball {
   TriangleMesh mesh = icosphere(0.25, 4);
-  Body body{testing::mesh_config(mesh, 0.1)};
+  Body body{testing::mesh_config(mesh, 0.1, 1e5, FillMode::staircase)};
 };
 
 std::size_t lowest_vertex(const TriangleMesh& mesh) {

@@ -38,7 +38,7 @@ TEST(SweepBlocks, HoldEveryParticleOnceAndBeginAtOne) {
       for (int k = 0; k < lattice.planes(); ++k) {
         const auto block = block_of_site(body, blocks, width, k);
         for (std::ptrdiff_t q = 0; q < lattice.plane; ++q) {
-          const bool particle = body.elements_at(lattice.plane * k + q).mass != 0;
+          const bool particle = body.weights_at(lattice.plane * k + q).mass != 0;
           const std::ptrdiff_t here = block[std::size_t(q)];
           EXPECT_TRUE(!particle || here != no_block) << shape.name << " plane " << k << " site " << q;
           const bool begins = here != no_block && (q == 0 || block[std::size_t(q) - 1] != here);

@@ -141,21 +141,21 @@ TEST(SurfaceSlope, ABlockStopsWhereFrictionSays) {
 TEST(SurfacePenalty, KeepsTheEnergyOfABounce) {
   const Plane floor{
       .point = Vec3(0, 0, -0.3), .contact = ContactLaw::penalty, .restitution = 1, .friction = 0};
-  double drift[2];
+  double drift[2] = {0,
+                     0};  // the largest on the way: what is left at an end depends on the phase of vibrations
   for (int i = 0; i < 2; ++i) {
     Trial run("velocity_verlet", {.dt = i == 0 ? 4e-5 : 2e-5}, ball, testing::mesh_config(ball, 0.1), floor);
-    const double before = run.measures().total();
+    const double before = run.measures().total(), fall = run.body.total_mass() * g * 0.05;
     double lowest = 1;
     for (int look = 1; look <= 30; ++look) {
       run.advance(0.01 * look);
       lowest = std::min(lowest, run.lowest_gap());
+      drift[i] = std::max(drift[i], std::abs(run.measures().total() - before) / fall);
     }
     EXPECT_LT(lowest, -1e-6);  // it did touch
     EXPECT_GT(lowest, -0.02);
-    const double fall = run.body.total_mass() * g * 0.05;
-    drift[i] = std::abs(run.measures().total() - before) / fall;
   }
-  EXPECT_LT(drift[1], 3e-8);
+  EXPECT_LT(drift[1], 2e-7);
   EXPECT_NEAR(drift[0] / drift[1], 4, 0.3);  // second order
 }
 

@@ -104,6 +104,12 @@ std::vector<Vec3> places(const ShapeConfig& config, const ShapeBody& body, int c
   return chosen;
 }
 
+double slowest_frequency(const ShapeConfig& config, const BodyConfig& cells, Status& status) {
+  const Modes modes = elastic_modes(config, Body(cells), 1);
+  status = modes.status;
+  return status == Status::ok ? modes.modes[rigid].omega : no_value;
+}
+
 /// The limits of the aligned bar's frequencies from three sizes, each with half the cells of the next
 /// (Aitken's extrapolation); none if one has no modes.
 std::vector<double> bar_frequencies(const ShapeConfig& config, Table& table, Progress& progress) {
@@ -130,6 +136,25 @@ std::vector<double> bar_frequencies(const ShapeConfig& config, Table& table, Pro
   return limits;
 }
 
+/// The slowest vibration that there is, of the material with this ratio: of a sphere the true one, of a bar
+/// that of the aligned bar in as many cells, which are full.
+double slowest_expected(const ShapeConfig& config, const ShapeBody& body, int across, double poisson,
+                        Status& status) {
+  if (body.sphere) {
+    const auto omega = [&](reference::SphereMode kind) {
+      const ElasticConstants material{.young = config.material.young, .poisson = poisson};
+      return reference::SphereVibration(
+                 {.material = material, .density = config.density, .radius = body.across / 2}, kind)
+          .omega();
+    };
+    return std::min(omega(reference::SphereMode::torsional), omega(reference::SphereMode::spheroidal));
+  }
+  const auto aligned = std::find_if(config.bodies.begin(), config.bodies.end(),
+                                    [](const ShapeBody& other) { return other.aligned; });
+  return slowest_frequency(
+      config, in_cells(config, *aligned, {.name = "staircase"}, across, Vec3::Zero(), poisson), status);
+}
+
 double largest_frequency(const ShapeConfig& config, const BodyConfig& cells, Status& status) {
   const Body body(cells);
   SpringSystem<double> system(body, {}, {.threads = config.threads});
@@ -147,14 +172,19 @@ void add_steps(const ShapeConfig& config, const ShapeBody& body, const Filling& 
                     .cell_size = body.across / across,
                     .density = config.density};
     full.fill({.young = config.material.young, .poisson = poisson}, config.face_share);
-    Status of_full = Status::ok, status = Status::ok;
-    const double full_omega = largest_frequency(config, full, of_full);
+    std::array<Status, 4> status{};
+    const double full_omega = largest_frequency(config, full, status[0]);
+    const double expected = slowest_expected(config, body, across, poisson, status[1]);
     const std::vector<Vec3> chosen = places(config, body, config.step_offsets);
     for (std::size_t i = 0; i < chosen.size(); ++i) {
-      const double omega =
-          largest_frequency(config, in_cells(config, body, filling, across, chosen[i], poisson), status);
+      const BodyConfig cells = in_cells(config, body, filling, across, chosen[i], poisson);
+      const double omega = largest_frequency(config, cells, status[2]);
+      const double slowest = slowest_frequency(config, cells, status[3]);
+      const auto failed =
+          std::find_if(status.begin(), status.end(), [](Status s) { return s != Status::ok; });
       steps.add({body.name, filling.label(), std::int64_t(across), poisson, std::int64_t(i), omega,
-                 full_omega / omega, std::string(to_string(of_full != Status::ok ? of_full : status))});
+                 full_omega / omega, slowest / expected,
+                 std::string(to_string(failed == status.end() ? Status::ok : *failed))});
     }
   }
 }
@@ -184,7 +214,7 @@ void add_frequencies(const ShapeConfig& config, const ShapeBody& body, const Fil
 }  // namespace
 
 std::string Filling::label() const {
-  return name == "local" ? fmt::format("local, a = {:g}, b = {:g}", blend_springs, blend_mass) : name;
+  return blend_mass ? fmt::format("{}, b = {:g}", name, *blend_mass) : name;
 }
 
 BodyConfig in_cells(const ShapeConfig& config, const ShapeBody& body, const Filling& filling, int across,
@@ -204,10 +234,7 @@ BodyConfig in_cells(const ShapeConfig& config, const ShapeBody& body, const Fill
   if (filling.name == "even")
     for (CellContent& content : cells.contents)
       for (PartFill& part : content) part.fill = CellFill::even(part.fill.share());
-  if (filling.name == "local") {
-    cells.fill_blend_springs = filling.blend_springs;
-    cells.fill_blend_mass = filling.blend_mass;
-  }
+  cells.fill_blend_mass = filling.blend_mass;
   cells.fill({.young = config.material.young, .poisson = poisson}, config.face_share);
   return cells;
 }
@@ -230,6 +257,7 @@ ShapeTables measure_shape(const ShapeConfig& config, Progress& progress) {
                             {"place"},
                             {"omega_max", "rad/s"},
                             {"step_over_full"},
+                            {"slowest_over_expected"},
                             {"status"}}),
                      Table({{"cells"}, {"mode"}, {"omega", "rad/s"}, {"error"}})};
   const std::vector<double> bar = bar_frequencies(config, tables.reference, progress);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,8 @@ struct ShapeBody {
 
 /// How the cells at the surface are filled.
 struct Filling {
-  std::string name;                          ///< "staircase", "even", "local"
-  double blend_springs = 0, blend_mass = 0;  ///< of BodyConfig, for "local"
+  std::string name;                       ///< "staircase", "even", "local"
+  std::optional<double> blend_mass = {};  ///< of BodyConfig, for "local"
   std::string label() const;
 };
 
@@ -49,8 +50,10 @@ BodyConfig in_cells(const ShapeConfig& config, const ShapeBody& body, const Fill
                     const Vec3& place, double poisson);
 
 struct ShapeTables {
-  Table rows;       ///< a body's frequencies at one place in the lattice
-  Table steps;      ///< its largest frequency beside that of a full body of the same cells
+  Table rows;  ///< a body's frequencies at one place in the lattice
+  /// Its largest frequency beside that of a full body of the same cells, its slowest beside the slowest that
+  /// there should be.
+  Table steps;
   Table reference;  ///< frequencies of the bar
   Status status = Status::ok;
 };

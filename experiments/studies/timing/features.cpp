@@ -154,8 +154,9 @@ bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress
 template <class Real>
 SweepKernel<Real> general_kernel() {
   SweepKernel<Real> kernel = sweep_kernels<Real>().back();
-  const Sweep<Real> any = kernel.plain.damped.any;
-  kernel.plain.damped = kernel.plain.undamped = {any, any, any, any, any};
+  const Sweep<Real> own = kernel.plain.own_dampings.any, weighted = kernel.plain.weighted_dampers.any;
+  kernel.plain.own_dampings = {own, own, own, own, own};
+  kernel.plain.weighted_dampers = kernel.plain.undamped = {weighted, weighted, weighted, weighted, weighted};
   return kernel;
 }
 

@@ -117,6 +117,27 @@ TEST(SceneMesh, TakesLoadsOnItsVertices) {
   EXPECT_EQ(again.environment.loads[0].box.lower, Vec3(0, 0, 3));
 }
 
+// Cells of .4 reach .1 beyond a box of 1 x 2 x 3, so the top is .1 from the highest particles and .3 from the
+// next.
+TEST(SceneMesh, HoldsParticlesAtItsFaces) {
+  const testing::SceneFolder folder;
+  const Scene scene = read(folder, "mesh = \"box.obj\"\ncell_size = 0.4\n",
+                           material + "[[hold]]\nsurface_box = [[0, 0, 3], [1, 2, 3]]\naxes = \"z\"\n");
+  const Body body(scene.body);
+  const HeldSites held(body, scene.environment.holds);
+  int count = 0;
+  for (const std::ptrdiff_t site : body.sites()) {
+    const bool on_top = body.rest_position(site)[2] > 3;
+    EXPECT_EQ(held.holds(site, 2), on_top);
+    EXPECT_FALSE(held.holds(site, 0));
+    count += on_top;
+  }
+  EXPECT_EQ(count, 4 * 6);
+  const Scene again = load_scene(folder.write("again.toml", to_toml(scene, folder.path())));
+  ASSERT_NE(again.environment.holds[0].surface, nullptr);
+  EXPECT_EQ(sites_of(again.environment.holds[0], body), sites_of(scene.environment.holds[0], body));
+}
+
 TEST(SceneMesh, RefusesWhatItsSurfaceCannotDo) {
   const testing::SceneFolder folder;
   const std::string on_surface = "mesh = \"box.obj\"\ncells_across = 6\ncontact_on = \"surface\"\n";
@@ -140,6 +161,9 @@ TEST(SceneMesh, RefusesWhatItsSurfaceCannotDo) {
   const std::string mesh = "mesh = \"box.obj\"\ncells_across = 6\n";
   expect_refused(mesh, material + "[[load]]\nsurface_box = [[0, 0, 1], [1, 2, 2]]\nforce = [0, 0, 1]\n",
                  "contains no vertex of the mesh; give one that does, it spans [0, 0, 0] to [1, 2, 3]");
+  expect_refused(mesh, material + "[[hold]]\nsurface_box = [[0, 0, 3], [1, 0, 3]]\n",
+                 "hold.0.surface_box = [[0, 0, 3], [1, 0, 3]] contains no whole face of the mesh; give one "
+                 "that does");
   expect_refused(mesh,
                  material +
                      "[expect]\ndisplacement = { surface_box = [[0, 0, 0], [1, 2, 3]], box = [[0, 0, 0], "

@@ -127,5 +127,14 @@ TEST(Winding, TheTreeAgreesWithTheSum) {
   EXPECT_GT(largest, 1e-6);  // there are clusters
 }
 
+TEST(TriangleMesh, DistanceIsThatOfThePlaneAnEdgeOrACorner) {
+  const std::array<Vec3, 3> corners{Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 2, 0)};
+  EXPECT_DOUBLE_EQ(distance({0.5, 0.5, -3}, corners), 3);
+  EXPECT_DOUBLE_EQ(distance({1, -4, 3}, corners), 5);
+  EXPECT_DOUBLE_EQ(distance({2, 2, 0}, corners), std::sqrt(2));
+  EXPECT_DOUBLE_EQ(distance({-3, -4, 12}, corners), 13);
+  EXPECT_DOUBLE_EQ(distance({5, 0, 4}, {Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(1, 0, 0)}), 5);  // without area
+}
+
 }  // namespace
 }  // namespace mss
