@@ -4,7 +4,7 @@
 add_library(mss_options INTERFACE)
 target_include_directories(mss_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(mss_options INTERFACE -Wall -Wextra -Wpedantic -Wnon-virtual-dtor -Woverloaded-virtual
-                                             -ffp-contract=off)
+                                             -ffp-contract=off -fno-semantic-interposition)
 if(NOT MSS_JOINT_SOURCES)  # joint sources see each other's names
   target_compile_options(mss_options INTERFACE -Wshadow)
 endif()

@@ -14,6 +14,7 @@
 #include "experiments/cli/limits.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/provenance.hpp"
+#include "experiments/io/installation.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
 #include "experiments/simulation/expectation.hpp"
@@ -39,9 +40,6 @@ struct CheckChoice {
   bool promote = false;
   std::string why;
 };
-
-/// The root of the source tree that this program was built from.
-fs::path source_tree() { return scenes_directory().parent_path().parent_path(); }
 
 std::string table_name(const ExperimentInfo& info, bool quick) {
   return info.name + (quick ? "_quick.csv" : ".csv");
@@ -120,7 +118,7 @@ void check_promotable(const CheckChoice& choice) {
     throw InputError("--promote needs --why \"the reason\", which is recorded with the baseline");
   if (choice.why.find('\n') != std::string::npos) throw InputError("--why has several lines; give one");
   const ProgramRun git =
-      run_program({"git", "-C", source_tree().string(), "status", "--porcelain", "--untracked-files=no"});
+      run_program({"git", "-C", shipped_files().string(), "status", "--porcelain", "--untracked-files=no"});
   if (git.exit_status != 0) throw InputError("--promote needs the git repository that mss was built from");
   if (!git.output.empty() || provenance()["modified"] == true)
     throw InputError("--promote refuses a modified tree: commit what changed, build, and promote then");
@@ -232,7 +230,7 @@ void run_check(CheckChoice choice, int& exit_status) {
     return;
   }
   const fs::path baselines =
-      choice.against.empty() ? source_tree() / "results" / "check" : fs::path(choice.against);
+      choice.against.empty() ? shipped_files() / "results" / "check" : fs::path(choice.against);
   if (choice.promote) check_promotable(choice);
   if (!choice.promote && !fs::is_directory(baselines))
     throw InputError(
@@ -269,7 +267,7 @@ void add(CLI::App& app, int& exit_status) {
   command->add_flag("--quick", choice->quick, "The small tables only: under two minutes");
   command->add_option("--only", choice->only, "These studies only, by name")->delimiter(',');
   command->add_option("--against", choice->against,
-                      "Directory of baselines (default: results/check of the source tree)");
+                      "Directory of baselines (default: those that come with the program)");
   command->add_option("--out", choice->directory, "Directory for the present tables (default out/check)");
   command->add_flag("--promote", choice->promote, "Make the present tables the baseline; needs --why");
   command->add_option("--why", choice->why, "Reason for the new baseline, in one line");

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "core/suggest.hpp"
+#include "experiments/io/installation.hpp"
 
 namespace mss {
 
@@ -27,18 +28,16 @@ std::string description(const fs::path& scene) {
 }  // namespace
 
 fs::path scenes_directory() {
+  const fs::path directory = shipped_files() / "experiments" / "scenes";
   std::error_code error;
-  const fs::path beside = fs::read_symlink("/proc/self/exe", error).parent_path() / "scenes";
-  for (const fs::path& candidate : {fs::path(MSS_SCENES_DIRECTORY), beside})
-    if (fs::is_directory(candidate, error)) return candidate;
-  return {};
+  return fs::is_directory(directory, error) ? directory : fs::path();
 }
 
 std::vector<std::pair<std::string, std::string>> listed_scenes() {
   const fs::path directory = scenes_directory();
   if (directory.empty()) {
     fmt::print(stderr,
-               "mss: the scenes that come with the program are neither in its source tree nor beside it\n");
+               "mss: the scenes that come with the program are neither installed nor in its source tree\n");
     return {};
   }
   std::vector<std::pair<std::string, std::string>> scenes;

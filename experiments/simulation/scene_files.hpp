@@ -7,7 +7,7 @@
 
 namespace mss {
 
-/// Where the scenes that come with the program are: in its source tree, or beside it. Empty if they are
+/// Where the scenes that come with the program are: installed, or in its source tree. Empty if they are
 /// nowhere.
 std::filesystem::path scenes_directory();
 

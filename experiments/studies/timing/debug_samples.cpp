@@ -1,6 +1,7 @@
 // Times of the thesis's loops in a debug build, from a program of its own (debug_build.cpp).
 #include <fmt/format.h>
 
+#include "experiments/io/installation.hpp"
 #include "experiments/io/process.hpp"
 #include "experiments/studies/timing/timing.hpp"
 
@@ -9,7 +10,7 @@ namespace mss::studies::timing {
 const char* debug_build_flags() { return MSS_DEBUG_BUILD_FLAGS; }
 
 Table debug_build_samples(int cells, int samples, double sample_seconds, const std::vector<int>& threads) {
-  std::vector<std::string> command{MSS_DEBUG_BUILD, fmt::format("{}", cells), fmt::format("{}", samples),
+  std::vector<std::string> command{helper_program("mss_debug_build").string(), fmt::format("{}", cells), fmt::format("{}", samples),
                                    fmt::format("{}", sample_seconds)};
   for (const int count : threads) command.push_back(fmt::format("{}", count));
   const ProgramRun run = run_program(command);
