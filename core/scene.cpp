@@ -643,12 +643,13 @@ std::vector<std::string> scene_warnings(const Scene& scene) {
   return warnings;
 }
 
-Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  const TomlFile toml(file, overrides, known_keys(), old_keys);
+namespace {
+
+Scene scene_of(const TomlFile& toml) {
   const TomlTable root(toml);
   Scene scene;
-  scene.file = file;
-  scene.name = file.stem().string();
+  scene.file = toml.file();
+  scene.name = toml.file().stem().string();
   read_body(root, scene);
   const double cell_size = scene.body.cell_size;
   const std::shared_ptr<const TriangleMesh> surface =
@@ -666,6 +667,16 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   });
   scene.warnings = scene_warnings(scene);
   return scene;
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  return scene_of(TomlFile(file, overrides, known_keys(), old_keys));
+}
+
+Scene parse_scene(const std::string& toml, const std::vector<std::string>& overrides) {
+  return scene_of(TomlFile(toml, "scene", overrides, known_keys(), old_keys));
 }
 
 }  // namespace mss

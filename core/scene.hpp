@@ -87,6 +87,9 @@ struct Scene {
 /// `--set solve.dt=1e-4`. Throws InputError naming file, line and key.
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
+/// The same of a scene file's text, named "scene"; its relative paths begin at the working directory.
+Scene parse_scene(const std::string& toml, const std::vector<std::string>& overrides = {});
+
 /// Some 100 bytes per lattice site are needed: beyond this, bodies outgrow the memory of a large workstation.
 inline constexpr double most_sites = 2e8;
 

@@ -39,8 +39,7 @@ std::string read_text(const std::filesystem::path& file) {
   return text.str();
 }
 
-toml::table parse_file(const std::filesystem::path& file) {
-  const std::string text = read_text(file);
+toml::table parse(const std::string& text, const std::filesystem::path& file) {
   try {
     return toml::parse(text, file.string());
   } catch (const toml::parse_error& error) {
@@ -113,7 +112,11 @@ std::vector<std::pair<std::string, const toml::node*>> in_order_of_lines(const t
 
 TomlFile::TomlFile(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                    const KnownKeys& known, const KnownKeys& old)
-    : file_(file), root_(parse_file(file)) {
+    : TomlFile(read_text(file), file, overrides, known, old) {}
+
+TomlFile::TomlFile(const std::string& text, const std::filesystem::path& file,
+                   const std::vector<std::string>& overrides, const KnownKeys& known, const KnownKeys& old)
+    : file_(file), root_(parse(text, file)) {
   for (const std::string& text : overrides) {
     const auto equals = text.find('=');
     const std::string path = trimmed(text.substr(0, equals));

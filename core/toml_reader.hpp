@@ -34,6 +34,9 @@ class TomlFile {
   /// names that keys had before, accepted but not suggested.
   TomlFile(const std::filesystem::path& file, const std::vector<std::string>& overrides,
            const KnownKeys& known, const KnownKeys& old = {});
+  /// The same of a text that `file` would hold.
+  TomlFile(const std::string& text, const std::filesystem::path& file,
+           const std::vector<std::string>& overrides, const KnownKeys& known, const KnownKeys& old = {});
 
   const toml::table& root() const { return root_; }
   const std::filesystem::path& file() const { return file_; }

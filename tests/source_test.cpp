@@ -32,6 +32,7 @@ const std::vector<Folder> folders{{"core", 0},
                                   {"experiments/advise", 6},
                                   {"experiments/view", 6},
                                   {"experiments/cli", 7},
+                                  {"experiments/python", 7},
                                   {"tests", 8}};
 
 /// The folder and rank of a file; every study is a folder of its own. An empty path for a file in none.

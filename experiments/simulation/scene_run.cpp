@@ -78,6 +78,12 @@ void SceneRun<Real>::go_on_from(const State<Real>& state) {
 }
 
 template <class Real>
+void SceneRun<Real>::use(std::unique_ptr<Integrator<Real>> method) {
+  method_ = std::move(method);
+  disturb();
+}
+
+template <class Real>
 void SceneRun<Real>::disturb() {
   method_->reset();
   system_->wake_all();

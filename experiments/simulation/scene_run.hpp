@@ -45,6 +45,8 @@ class SceneRun {
 
   /// Continues from another state. Strikes before its time are past.
   void go_on_from(const State<Real>& state);
+  /// Goes on with another method than the scene's.
+  void use(std::unique_ptr<Integrator<Real>> method);
   /// To be called after anything that acts on the body has changed.
   void disturb();
 

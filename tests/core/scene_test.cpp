@@ -26,6 +26,17 @@ Scene load_text(const std::string& text, const std::vector<std::string>& overrid
   return load_scene(folder.write("scene.toml", text), overrides);
 }
 
+TEST(Scene, OfATextIsThatOfAFileWithIt) {
+  EXPECT_EQ(to_json(parse_scene(full_scene, {"solve.dt=3e-4"})),
+            to_json(load_text(full_scene, {"solve.dt=3e-4"})));
+  try {
+    parse_scene("body.cells = [1, 1, 1]\nbody.cell_size = -1\n");
+    ADD_FAILURE() << "a negative size was accepted";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), StartsWith("scene:2: body.cell_size = -1 "));
+  }
+}
+
 TEST(Scene, ReadsTheBody) {
   const BodyConfig body = load_text(full_scene).body;
   EXPECT_THAT(body.voxels.size(), ElementsAre(4, 2, 3));

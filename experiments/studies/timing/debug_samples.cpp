@@ -10,8 +10,8 @@ namespace mss::studies::timing {
 const char* debug_build_flags() { return MSS_DEBUG_BUILD_FLAGS; }
 
 Table debug_build_samples(int cells, int samples, double sample_seconds, const std::vector<int>& threads) {
-  std::vector<std::string> command{helper_program("mss_debug_build").string(), fmt::format("{}", cells), fmt::format("{}", samples),
-                                   fmt::format("{}", sample_seconds)};
+  std::vector<std::string> command{helper_program("mss_debug_build").string(), fmt::format("{}", cells),
+                                   fmt::format("{}", samples), fmt::format("{}", sample_seconds)};
   for (const int count : threads) command.push_back(fmt::format("{}", count));
   const ProgramRun run = run_program(command);
   if (!run.started || run.exit_status != 0)

@@ -1,0 +1,209 @@
+// The Python module mss._mss; mss/__init__.pyi says what it offers, with shapes and units.
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <numbers>
+
+#include "core/body.hpp"
+#include "core/error.hpp"
+#include "experiments/harness/experiment.hpp"
+#include "experiments/python/simulation.hpp"
+#include "experiments/python/study.hpp"
+#include "experiments/python/toml_text.hpp"
+#include "experiments/simulation/model.hpp"
+#include "experiments/simulation/scene_files.hpp"
+#include "integrators/modes.hpp"
+
+namespace mss::python {
+
+namespace py = pybind11;
+
+namespace {
+
+/// A scene from a file, from the name of one that comes with the program, or from a dict.
+std::unique_ptr<Simulation> load(const py::object& scene, const py::dict& settings) {
+  const std::vector<std::string> overrides = toml_overrides(settings);
+  if (py::isinstance<py::dict>(scene))
+    return make_simulation(parse_scene(toml_text(scene.cast<py::dict>()), overrides));
+  return make_simulation(load_scene(scene_file(scene.cast<std::filesystem::path>().string()), overrides));
+}
+
+py::dict energies(const Simulation& simulation) {
+  const py::dict all = simulation.measures();
+  py::dict energies;
+  for (const char* name : {"kinetic", "elastic", "volume_energy", "gravitational", "total"})
+    energies[name] = all[name];
+  return energies;
+}
+
+Doubles masses(const Simulation& simulation) {
+  const Body& body = simulation.body();
+  Doubles masses(py::ssize_t(body.particle_count()));
+  double* out = masses.mutable_data();
+  for (const std::ptrdiff_t site : body.sites()) *out++ = body.mass(site);
+  return masses;
+}
+
+Doubles rest_positions(const Simulation& simulation) {
+  const Body& body = simulation.body();
+  Doubles positions({py::ssize_t(body.particle_count()), py::ssize_t(3)});
+  double* out = positions.mutable_data();
+  for (const std::ptrdiff_t site : body.sites())
+    for (int axis = 0; axis < 3; ++axis) *out++ = body.rest_position(site)[axis];
+  return positions;
+}
+
+py::array_t<int> cells(const Simulation& simulation) {
+  const Body& body = simulation.body();
+  py::array_t<int> cells({py::ssize_t(body.cell_count()), py::ssize_t(8)});
+  int* out = cells.mutable_data();
+  body.for_each_cell([&](std::ptrdiff_t site) {
+    for (int c = 0; c < 8; ++c) *out++ = body.particle(site + body.lattice().corner(c));
+  });
+  return cells;
+}
+
+Modes rest_modes(const Simulation& simulation, int count) {
+  const py::gil_scoped_release free;
+  const Scene& scene = simulation.scene();
+  const auto system =
+      make_system<double>(scene.model, simulation.body(), scene.environment, scene.solve.threads);
+  if (unknowns_of(*system).empty())
+    throw InputError(scene.name + ": everything is held, so nothing can vibrate");
+  Work work;
+  Modes found = slowest_modes(*system, system->undeformed_state(), count, work);
+  if (found.status != Status::ok)
+    throw SimulationFailed(scene.name + ": modes ended with " + std::string(to_string(found.status)));
+  return found;
+}
+
+py::dict modes(const Simulation& simulation, int count) {
+  if (count < 1)
+    throw InputError("count is " + std::to_string(count) + "; give a number of modes, 1 or more");
+  const std::vector<Mode> found = rest_modes(simulation, count).modes;
+  const auto n = py::ssize_t(simulation.body().particle_count());
+  Doubles omega(py::ssize_t(found.size())), shapes({py::ssize_t(found.size()), n, py::ssize_t(3)});
+  for (std::size_t m = 0; m < found.size(); ++m) {
+    omega.mutable_data()[m] = found[m].omega;
+    const Doubles shape = vectors_of(found[m].shape, simulation.body().sites());
+    std::copy_n(shape.data(), 3 * n, shapes.mutable_data() + 3 * n * py::ssize_t(m));
+  }
+  py::dict result;
+  result["omega"] = omega;
+  result["shapes"] = shapes;
+  return result;
+}
+
+py::dict work(const Simulation& simulation) {
+  const Work work = simulation.work();
+  py::dict counts;
+  counts["steps"] = work.steps;
+  counts["force_evaluations"] = work.force_evaluations;
+  counts["jacobians"] = work.jacobians;
+  counts["factorisations"] = work.factorisations;
+  counts["linear_solves"] = work.linear_solves;
+  counts["products"] = work.products;
+  return counts;
+}
+
+/// Name and summary of the members of a registry.
+template <class Info>
+py::dict summaries(const std::vector<Info>& all) {
+  py::dict named;
+  for (const Info& info : all) named[py::str(info.name)] = info.summary;
+  return named;
+}
+
+void define_simulation(py::module_& module) {
+  py::class_<Simulation>(module, "Simulation")
+      .def(
+          "advance", &Simulation::advance, py::arg("until"),
+          R"(Takes the state to the time `until` [s]. Methods of fixed step take whole steps and stop at the one nearest to it.
+Raises SimulationFailed; the state is then the last one computed. Other threads run meanwhile.)")
+      .def("set_state", &Simulation::set_state, py::arg("t"), py::arg("x"), py::arg("v"),
+           R"(Goes on from the time t [s], positions x (N, 3) [m] and velocities v (N, 3) [m/s].)")
+      .def(
+          "add_force", &Simulation::add_force, py::arg("force"),
+          R"(Adds the forces (N, 3) [N] that force(t, x, v) returns for a time [s], positions [m] and velocities [m/s], both
+(N, 3). It is called at every evaluation of forces: slow, for experiments. Implicit methods do not know its derivative.
+If it raises, advance() does, and the state is the one before.)")
+      .def(
+          "set_integrator", &Simulation::set_integrator, py::arg("step"),
+          R"(Replaces the scene's method by step(acceleration, t, x, v, dt), which returns positions (N, 3) [m] and velocities
+(N, 3) [m/s] at t + dt; acceleration(t, x, v) returns (N, 3) [m/s^2]. Holds, contact and strikes act as they do for other
+methods. Slow, for experiments.)")
+      .def(
+          "forces", &Simulation::forces,
+          R"(Forces on the particles (N, 3) [N] of springs or elements, gravity, loads, penalties and functions; not those that
+hold or stop particles.)")
+      .def(
+          "measures", &Simulation::measures,
+          R"(The columns of series.csv at the present state: energies [J], volume ratios, momentum_x, y, z [kg m/s], spin_x, y, z
+[kg m^2/s], max_speed [m/s], max_stretch, min_jacobian, and t [s].)")
+      .def(
+          "energies", &energies,
+          R"(Those of the measures that are energies [J]: kinetic, elastic, volume_energy, gravitational and their total.)")
+      .def(
+          "modes", &modes, py::arg("count") = 10,
+          R"(The slowest free vibrations about rest: {"omega": (count,) [rad/s], ascending, "shapes": (count, N, 3) [kg^-1/2],
+of which each has q.M q = 1}.)")
+      .def_property_readonly(
+          "name", [](const Simulation& s) { return s.scene().name; }, "Name of the scene.")
+      .def_property_readonly(
+          "warnings", [](const Simulation& s) { return s.scene().warnings; },
+          "What to know of the scene before trusting its result.")
+      .def_property_readonly(
+          "duration", [](const Simulation& s) { return s.scene().solve.duration; },
+          "How long the scene is to be simulated [s].")
+      .def_property_readonly("time", &Simulation::time, "Time of the present state [s].")
+      .def_property_readonly(
+          "dt", &Simulation::dt,
+          "Step [s], \"safe\" resolved; of methods that choose their steps the first, or 0.")
+      .def_property_readonly("work", &work, "Counts of steps, force evaluations, solves and so on so far.")
+      .def_property_readonly("positions", &Simulation::positions, "Positions (N, 3) [m], a copy.")
+      .def_property_readonly("velocities", &Simulation::velocities, "Velocities (N, 3) [m/s], a copy.")
+      .def_property_readonly("rest_positions", &rest_positions, "Positions at rest (N, 3) [m].")
+      .def_property_readonly("masses", &masses, "Masses (N,) [kg].")
+      .def_property_readonly("cells", &cells,
+                             "Particles at the corners of cells (M, 8); corner bx + 2 by + 4 bz is at the "
+                             "upper end of axis x, y, z where bx, by, bz is 1.");
+}
+
+void define_functions(py::module_& module) {
+  module.def(
+      "load", &load, py::arg("scene"), py::arg("settings") = py::dict(),
+      R"(A Simulation of a scene: a file (TOML), the name of one of scenes(), or a dict of the tables that such a file has, whose
+relative paths begin at the working directory. `settings` change values, as in {"solve.dt": 1e-4, "hold.0.axes": "xy"}.)");
+  module.def(
+      "run", &run_study, py::arg("study"), py::arg("options") = py::dict(),
+      R"(Runs a study, as `mss STUDY` does, and returns its tables: {table: {column: array}}; numbers that do not exist are NaN,
+and the column "status" says why. Options are those of the command: quick, cells, integrators, threads, model, seed,
+processes, peers; each study takes some of them. Units are those of its CSV files (results/README.md).)");
+  module.def(
+      "scenes",
+      [] {
+        py::dict named;
+        for (const auto& [name, description] : listed_scenes()) named[py::str(name)] = description;
+        return named;
+      },
+      "The scenes that come with mss: {name: description}.");
+  module.def(
+      "integrators", [] { return summaries(integrators()); },
+      "Methods for solve.integrator: {name: summary}.");
+  module.def(
+      "studies", [] { return summaries(experiments()); }, "What run() runs: {name: summary}.");
+}
+
+}  // namespace
+
+}  // namespace mss::python
+
+PYBIND11_MODULE(_mss, module) {
+  using namespace mss::python;  // NOLINT(google-build-using-namespace)
+  module.attr("__version__") = MSS_VERSION;
+  pybind11::register_exception<mss::InputError>(module, "InputError", PyExc_ValueError);
+  pybind11::register_exception<SimulationFailed>(module, "SimulationFailed", PyExc_RuntimeError);
+  define_simulation(module);
+  define_functions(module);
+}

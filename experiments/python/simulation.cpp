@@ -1,0 +1,195 @@
+#include "experiments/python/simulation.hpp"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "experiments/python/callbacks.hpp"
+#include "experiments/simulation/scene_check.hpp"
+#include "experiments/simulation/scene_run.hpp"
+
+namespace mss::python {
+
+namespace py = pybind11;
+
+namespace {
+
+/// Held by whoever uses a simulation. Throws std::runtime_error where another thread does.
+class Use {
+ public:
+  explicit Use(std::atomic<bool>& used) : used_(used) {
+    if (used_.exchange(true))
+      throw std::runtime_error(
+          "this simulation is computing; use it from one thread, and what its functions are given within "
+          "them");
+  }
+  Use(const Use&) = delete;
+  Use& operator=(const Use&) = delete;
+  ~Use() { used_ = false; }
+
+ private:
+  std::atomic<bool>& used_;
+};
+
+template <class Real>
+class SimulationIn final : public Simulation {
+ public:
+  explicit SimulationIn(const Scene& scene) : scene_(scene), body_(scene_.body), run_(scene_, body_) {
+    if constexpr (std::is_same_v<Real, double>) forced_ = std::make_unique<ForcedSystem>(run_.system());
+  }
+
+  const Scene& scene() const override { return scene_; }
+  const Body& body() const override { return body_; }
+  double dt() const override { return run_.dt(); }
+  double time() const override {
+    const Use use(used_);
+    return run_.state().t;
+  }
+  const Work& work() const override {
+    const Use use(used_);
+    return work_;
+  }
+  Doubles positions() const override {
+    const Use use(used_);
+    return vectors_of(run_.state().x, body_.sites());
+  }
+  Doubles velocities() const override {
+    const Use use(used_);
+    return vectors_of(run_.state().v, body_.sites());
+  }
+  Doubles forces() override;
+  py::dict measures() const override;
+  void advance(double until) override;
+  void set_state(double t, const Doubles& x, const Doubles& v) override;
+  void add_force(py::function force) override;
+  void set_integrator(py::function step) override;
+
+ private:
+  /// Python functions compute in double precision.
+  void refuse_single_precision() const {
+    if (!forced_)
+      throw InputError(fmt::format(
+          "{} computes in single precision; set solve.precision to \"double\" for functions in Python",
+          scene_.name));
+  }
+  System<Real>& driven() {
+    if constexpr (std::is_same_v<Real, double>) return *forced_;
+    return run_.system();
+  }
+  Status advance_unlocked(double until);
+
+  const Scene scene_;
+  const Body body_;
+  SceneRun<Real> run_;
+  std::unique_ptr<ForcedSystem> forced_;  ///< of double precision
+  bool calls_python_ = false;
+  Work work_;
+  mutable std::atomic<bool> used_ = false;
+};
+
+template <class Real>
+Doubles SimulationIn<Real>::forces() {
+  const Use use(used_);
+  const State<Real>& state = run_.state();
+  Field<Real> forces(driven().size());
+  {
+    const py::gil_scoped_release free;
+    driven().force(state.t, state.x, state.v, forces);
+  }
+  if (forced_) forced_->rethrow();
+  return vectors_of(forces, body_.sites());
+}
+
+template <class Real>
+py::dict SimulationIn<Real>::measures() const {
+  const Use use(used_);
+  Measures measures;
+  {
+    const py::gil_scoped_release free;
+    measures = mss::measure(run_.system(), run_.state());
+  }
+  py::dict named;
+  for (const MeasureColumn& column : measure_columns)
+    named[py::str(std::string(column.name))] = column.value(measures);
+  return named;
+}
+
+template <class Real>
+Status SimulationIn<Real>::advance_unlocked(double until) {
+  const py::gil_scoped_release free;
+  return run_.advance(driven(), until, work_);
+}
+
+template <class Real>
+void SimulationIn<Real>::advance(double until) {
+  const Use use(used_);
+  if (!(std::isfinite(until) && until >= run_.state().t - run_.dt()))
+    throw InputError(
+        fmt::format("advance({:.9g}) is not ahead; give a time after {:.9g} s", until, run_.state().t));
+  std::optional<State<Real>> before;
+  if (calls_python_) before = run_.state();
+  Status status = Status::ok;
+  try {
+    status = advance_unlocked(until);
+    if (forced_) forced_->rethrow();
+  } catch (...) {
+    if (before) run_.go_on_from(*before);
+    throw;
+  }
+  if (status != Status::ok)
+    throw SimulationFailed(fmt::format("{}: {} after {} steps, at t = {:.9g} s", scene_.name,
+                                       to_string(status), work_.steps, run_.state().t));
+}
+
+template <class Real>
+void SimulationIn<Real>::set_state(double t, const Doubles& x, const Doubles& v) {
+  const Use use(used_);
+  State<Real> state = run_.state();
+  state.t = t;
+  set_vectors(state.x, body_.sites(), x, "positions");
+  set_vectors(state.v, body_.sites(), v, "velocities");
+  if (!std::isfinite(t) || !is_finite(state))
+    throw InputError(
+        "the state has numbers that are not finite; give finite times, positions and velocities");
+  run_.go_on_from(state);
+}
+
+template <class Real>
+void SimulationIn<Real>::add_force(py::function force) {
+  const Use use(used_);
+  refuse_single_precision();
+  if (scene_.solve.sleep.bound > 0)
+    throw InputError(
+        fmt::format("{} lets particles sleep, which would not feel a function's force; set solve.sleep to 0",
+                    scene_.name));
+  forced_->add(std::move(force));
+  calls_python_ = true;
+  run_.disturb();
+}
+
+template <class Real>
+void SimulationIn<Real>::set_integrator(py::function step) {
+  const Use use(used_);
+  refuse_single_precision();
+  if constexpr (std::is_same_v<Real, double>) {
+    if (run_.dt() <= 0)
+      throw InputError(
+          fmt::format("{} chooses its own steps; set solve.integrator to a method of fixed step, "
+                      "or solve.dt to a number of seconds",
+                      scene_.solve.integrator));
+    run_.use(std::make_unique<PythonMethod>(std::move(step), run_.dt()));
+    calls_python_ = true;
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
+  check_solve(scene);
+  if (scene.solve.precision == Precision::single) return std::make_unique<SimulationIn<float>>(scene);
+  return std::make_unique<SimulationIn<double>>(scene);
+}
+
+}  // namespace mss::python
