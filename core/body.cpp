@@ -7,6 +7,7 @@
 #include <unordered_set>
 
 #include "core/error.hpp"
+#include "core/fill_shares.hpp"
 
 namespace mss {
 
@@ -52,27 +53,6 @@ constexpr int corner_in(int cell, int corner) {
   for (int axis = 0; axis < 3; ++axis) number |= (corner_bit(corner, axis) - d[std::size_t(axis)]) << axis;
   return number;
 }
-
-double mean_of(const std::array<float, 8>& corners) {
-  double sum = 0;
-  for (const float share : corners) sum += double(share);
-  return sum / 8;
-}
-
-/// The mean of the octants next to a spring between two corners of a cell: those of the smallest box of
-/// corners that contains both.
-double filled_at(const CellFill& fill, int a, int b) {
-  double sum = 0;
-  int count = 0;
-  for (int c = 0; c < 8; ++c)
-    if (((c ^ a) & ~(a ^ b)) == 0) {
-      sum += double(fill.octant[std::size_t(c)]);
-      ++count;
-    }
-  return sum / count;
-}
-
-double blend(double share, double floor, double mean) { return share + floor * (mean - share); }
 
 struct HashCells {
   std::size_t operator()(const std::array<std::uint32_t, 27>& cells) const {

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <vector>
+
+#include "core/body_system.hpp"
+#include "core/stress_recovery.hpp"
+#include "integrators/integrator.hpp"
+#include "integrators/linear/linear_solver.hpp"
+
+namespace mss {
+
+/// What the cells' size is estimated to change in a quantity J.
+struct GoalEstimate {
+  Status status = Status::ok;      ///< of the dual solution; the rest is valid only if it is ok
+  double value = 0;                ///< J(u_h), as computed
+  double error = 0;                ///< J(u) - J(u_h): what to add
+  std::vector<double> of_cells{};  ///< its parts by cell id; their magnitudes say which cells to refine
+  double corrected() const { return value + error; }
+};
+
+/// Estimates how far quantities of a static solution u_h are from those of infinitely small cells.
+///
+/// With K the tangent at u_h, the dual solution z of a quantity J solves K z = dJ/du, and
+///   J(u) - J(u_h) ~ sum over cells of h^5/12 sum_i g_i(u_h) : C^-1 : g_i(z),
+/// g the recovered gradients of stress (stress_recovery.hpp). Becker and Rannacher, Acta Numerica 10
+/// (2001) 1. Of the displacement under a body's only load z is u_h itself and every part is positive. Of a
+/// reaction z is the unit displacement of its hold, and the sum counts negative: a body in smaller cells is
+/// softer.
+///
+/// To first order about rest, or about an equilibrium of large displacements: then stresses are those of
+/// stress_recovery.hpp, which stay as they are when the body rotates, z is of the tangent there, and the work
+/// of present stresses at second gradients is neglected, which is small where strains are.
+class ErrorEstimator {
+ public:
+  /// At an equilibrium, whose state must outlive it, as the system must. Throws InputError as StressRecovery
+  /// does, and for a system without tangents or of another model.
+  ErrorEstimator(BodySystem<double>& system, const State<double>& equilibrium, Work& work);
+  /// About rest, in which the displacement is the response to the loads.
+  ErrorEstimator(BodySystem<double>& system, const Field<double>& displacement, Work& work);
+
+  const StressRecovery& recovery() const { return recovery_; }
+
+  /// Sum of weight . u over the particles.
+  GoalEstimate displacement(const Field<double>& weight);
+  /// Sum of direction . reaction over the held coordinates; others of the direction are ignored.
+  GoalEstimate reaction(const Field<double>& direction);
+  /// Stored energy [J]: half of the loads' work about rest.
+  GoalEstimate stored_energy();
+
+ private:
+  void prepare();
+  Status solve(const Field<double>& load, Field<double>& solution);
+  std::vector<double> products(const Field<double>& dual) const;
+  Field<double> total_force();
+  double energy();
+  GoalEstimate estimate(double value, double factor, Status status, const Field<double>& dual) const;
+
+  BodySystem<double>& system_;
+  StressRecovery recovery_;
+  Work& work_;
+  bool linear_;
+  State<double> rest_;
+  const State<double>* at_;     ///< what the tangent is of
+  Field<double> displacement_;  ///< u_h
+  CellStressGradient gradient_;
+  std::unique_ptr<LinearSolver> solver_;
+  Status status_ = Status::ok;
+};
+
+}  // namespace mss
