@@ -166,6 +166,17 @@ std::vector<double> StressRecovery::error_products(const CellStressGradient& a,
   return products;
 }
 
+double StressRecovery::share_alone() const {
+  std::size_t alone = 0;
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell)
+    for (int axis = 0; axis < 3; ++axis)
+      if (neighbour(cell, axis, -1) < 0 && neighbour(cell, axis, 1) < 0) {
+        ++alone;
+        break;
+      }
+  return double(alone) / double(cells_.size());
+}
+
 std::vector<std::size_t> doerfler_marking(const std::vector<double>& indicators, double share) {
   std::vector<std::size_t> ids(indicators.size());
   std::iota(ids.begin(), ids.end(), 0);

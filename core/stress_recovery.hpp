@@ -57,6 +57,9 @@ class StressRecovery {
   /// h^5/12 sum_i a_i : C^-1 : b_i of every cell [J].
   std::vector<double> error_products(const CellStressGradient& a, const CellStressGradient& b) const;
 
+  /// Share of the cells without any neighbour along some axis: there the gradient along it is unknown.
+  double share_alone() const;
+
  private:
   /// A spring of a cell: between which corners, and with how much stiffness of this cell [N/m].
   struct CellSpring {

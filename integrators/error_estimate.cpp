@@ -1,8 +1,12 @@
 #include "integrators/error_estimate.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <numeric>
 
 #include "core/error.hpp"
+#include "core/particle_measures.hpp"
 #include "core/spring_system.hpp"
 #include "integrators/linear_response.hpp"
 
@@ -19,7 +23,57 @@ const Body& body_of_springs(const BodySystem<double>& system) {
   return system.body();
 }
 
+constexpr double resolved_share = 0.25, agreeing_share = 0.8, spread_share = 0.05, thin_share = 0.1;
+constexpr double small_strain = 0.05;
+constexpr double negligible = 1e-9;  ///< of a value: parts that are rounding
+
+/// Whether some edge of the lattice lies in three of the four cells around it.
+bool has_reentrant_edge(const Body& body) {
+  const VoxelGrid& cells = body.config().voxels;
+  const auto around = [&](int axis, const std::array<int, 3>& at) {
+    int count = 0;
+    for (int corner = 0; corner < 4; ++corner) {
+      std::array<int, 3> cell = at;
+      cell[std::size_t(axis + 1) % 3] -= corner & 1;
+      cell[std::size_t(axis + 2) % 3] -= corner >> 1;
+      count += cells.at(cell[0], cell[1], cell[2]) ? 1 : 0;
+    }
+    return count;
+  };
+  for (int k = 0; k <= cells.nz(); ++k)
+    for (int j = 0; j <= cells.ny(); ++j)
+      for (int i = 0; i <= cells.nx(); ++i)
+        for (int axis = 0; axis < 3; ++axis)
+          if (around(axis, {i, j, k}) == 3) return true;
+  return false;
+}
+
+/// Largest change of a spring's length over its length at rest.
+double largest_strain(const Body& body, const Field<double>& x) {
+  double largest = 0;
+  for (const std::ptrdiff_t site : body.sites()) largest = std::max(largest, stretch_at(body, x, site));
+  return largest;
+}
+
 }  // namespace
+
+std::string_view to_string(Doubt doubt) {
+  constexpr std::array<std::string_view, 7> names{"large", "far",      "concentrated", "re-entrant",
+                                                  "thin",  "strained", "contact"};
+  return names[std::size_t(doubt)];
+}
+
+std::string_view explanation(Doubt doubt) {
+  constexpr std::array<std::string_view, 7> sentences{
+      "the estimate is more than a quarter of the value: smaller cells are needed",
+      "the quantity is far from what acts on the body, where the estimate is no better than none",
+      "half of the estimate comes from less than a twentieth of the cells: a peak of stress is not resolved",
+      "the body has edges that go inwards: the estimate sees half to three quarters of the error there",
+      "many cells have no neighbour along an axis: the estimate is too small",
+      "strains exceed 5 percent: the estimate is linear",
+      "what touches a plane changes with the cells, which the estimate does not see"};
+  return sentences[std::size_t(doubt)];
+}
 
 ErrorEstimator::ErrorEstimator(BodySystem<double>& system, const State<double>& equilibrium, Work& work)
     : system_(system),
@@ -31,6 +85,7 @@ ErrorEstimator::ErrorEstimator(BodySystem<double>& system, const State<double>& 
       displacement_(equilibrium.x) {
   displacement_.array() -= rest_.x.array();
   gradient_ = recovery_.gradient(recovery_.stress(equilibrium.x));
+  find_doubts();
   prepare();
 }
 
@@ -43,12 +98,34 @@ ErrorEstimator::ErrorEstimator(BodySystem<double>& system, const Field<double>& 
       at_(&rest_),
       displacement_(displacement) {
   gradient_ = recovery_.gradient(recovery_.stress_change(rest_.x, displacement));
+  find_doubts();
   prepare();
 }
 
 void ErrorEstimator::prepare() {
   solver_ = find_linear_solver("automatic").make(tolerance);
   status_ = solver_->prepare(system_, at_->t, at_->x, at_->v, stiffness, work_);
+}
+
+void ErrorEstimator::find_doubts() {
+  const Body& body = system_.body();
+  if (has_reentrant_edge(body)) doubts_.push_back(Doubt::reentrant);
+  if (recovery_.share_alone() > thin_share) doubts_.push_back(Doubt::thin);
+  if (!linear_ && largest_strain(body, at_->x) > small_strain) doubts_.push_back(Doubt::strained);
+  if (!system_.environment().planes.empty()) doubts_.push_back(Doubt::contact);
+}
+
+void ErrorEstimator::add_doubts(GoalEstimate& goal) const {
+  std::vector<double> parts = goal.of_cells;
+  for (double& part : parts) part = std::abs(part);
+  const double all = std::accumulate(parts.begin(), parts.end(), 0.0);
+  const bool thin = std::find(doubts_.begin(), doubts_.end(), Doubt::thin) != doubts_.end();
+  if (all <= negligible * std::abs(goal.value) && !thin) return;
+  if (std::abs(goal.error) > resolved_share * std::abs(goal.value)) goal.doubts.push_back(Doubt::large);
+  if (std::abs(goal.error) < agreeing_share * all) goal.doubts.push_back(Doubt::far);
+  if (double(doerfler_marking(parts, 0.5).size()) < spread_share * double(parts.size()))
+    goal.doubts.push_back(Doubt::concentrated);
+  goal.doubts.insert(goal.doubts.end(), doubts_.begin(), doubts_.end());
 }
 
 /// 0 at prescribed coordinates.
@@ -68,6 +145,7 @@ GoalEstimate ErrorEstimator::estimate(double value, double factor, Status status
   goal.of_cells = products(dual);
   for (double& part : goal.of_cells) part *= factor;
   goal.error = std::accumulate(goal.of_cells.begin(), goal.of_cells.end(), 0.0);
+  add_doubts(goal);
   return goal;
 }
 
@@ -119,10 +197,12 @@ GoalEstimate ErrorEstimator::stored_energy() {
   system_.force(at_->t, rest_.x, rest_.v, load);
   const Status status = solve(load, dual);
   GoalEstimate goal = estimate(energy(), 1, status, dual);
+  goal.doubts.clear();
   if (goal.status != Status::ok) return goal;
   const std::vector<double> own = recovery_.error_products(gradient_, gradient_);
   for (std::size_t cell = 0; cell < own.size(); ++cell) goal.of_cells[cell] -= own[cell] / 2;
   goal.error = std::accumulate(goal.of_cells.begin(), goal.of_cells.end(), 0.0);
+  add_doubts(goal);
   return goal;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+#include <string_view>
 #include <vector>
 
 #include "core/body_system.hpp"
@@ -9,12 +11,29 @@
 
 namespace mss {
 
+/// Why an estimate may be far from the error.
+enum class Doubt {
+  large,         ///< it is more than a quarter of the value: the cells do not resolve the solution
+  far,           ///< parts of cells cancel: the quantity is far from what acts on the body, and what happens
+                 ///< between is not what the estimate sees
+  concentrated,  ///< half of it comes from less than a twentieth of the cells: a peak of stress
+  reentrant,     ///< the body has edges that go inwards: stress has no bound there, and the estimate sees
+                 ///< half to three quarters of the error
+  thin,          ///< many cells have no neighbour along an axis, so that the gradient along it is unknown
+  strained,      ///< strains above 5 percent: the estimate is linear about the equilibrium
+  contact        ///< what touches a plane changes with the cells
+};
+std::string_view to_string(Doubt doubt);
+/// What it means, as the rest of a sentence.
+std::string_view explanation(Doubt doubt);
+
 /// What the cells' size is estimated to change in a quantity J.
 struct GoalEstimate {
   Status status = Status::ok;      ///< of the dual solution; the rest is valid only if it is ok
   double value = 0;                ///< J(u_h), as computed
   double error = 0;                ///< J(u) - J(u_h): what to add
   std::vector<double> of_cells{};  ///< its parts by cell id; their magnitudes say which cells to refine
+  std::vector<Doubt> doubts{};     ///< none: it is to be trusted
   double corrected() const { return value + error; }
 };
 
@@ -49,8 +68,10 @@ class ErrorEstimator {
 
  private:
   void prepare();
+  void find_doubts();
   Status solve(const Field<double>& load, Field<double>& solution);
   std::vector<double> products(const Field<double>& dual) const;
+  void add_doubts(GoalEstimate& goal) const;
   Field<double> total_force();
   double energy();
   GoalEstimate estimate(double value, double factor, Status status, const Field<double>& dual) const;
@@ -63,6 +84,7 @@ class ErrorEstimator {
   const State<double>* at_;     ///< what the tangent is of
   Field<double> displacement_;  ///< u_h
   CellStressGradient gradient_;
+  std::vector<Doubt> doubts_;  ///< about any quantity
   std::unique_ptr<LinearSolver> solver_;
   Status status_ = Status::ok;
 };

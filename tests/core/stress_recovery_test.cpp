@@ -108,9 +108,7 @@ TEST(StressRecovery, IsTheCellsVirialAtSmallStrainsAndItsRotationBackAtLarge) {
   const Body body(testing::test_config(VoxelGrid::box(1, 1, 1)));
   SpringSystem<double> system(body, {.gravity = Vec3::Zero()});
   State<double> state = system.rest_state();
-  testing::randomise(body, state, 0.3, 0, 5);
   Field<double> force(system.size());
-  system.force(0, state.x, state.v, force);
   Eigen::Matrix3d kirchhoff = Eigen::Matrix3d::Zero();  // sum f x^T = F S F^T V0 where F is uniform
   Eigen::Matrix3d deformation;
   deformation << 1.2, 0.1, -0.05, 0.2, 0.9, 0.15, -0.1, 0.05, 1.1;
@@ -190,6 +188,20 @@ TEST(StressRecovery, AJumpBetweenPartsIsNoGradient) {
   EXPECT_NEAR(stress[2](0, 0) / stress[1](0, 0), 10, 1e-9);
   const CellStressGradient g = recovery.gradient(stress);
   EXPECT_NEAR(sum_of(recovery.error_products(g, g)), 0, 1e-18 * young * body.volume());
+}
+
+double share_alone(const BodyConfig& config) {
+  const Body body(config);
+  return StressRecovery(body).share_alone();
+}
+
+TEST(StressRecovery, CountsCellsThatHaveNoNeighbourAlongAnAxis) {
+  EXPECT_EQ(share_alone(bar(4, 3, 2, 1)), 0);
+  EXPECT_EQ(share_alone(bar(4, 3, 1, 1)), 1);
+  BodyConfig plate_with_block = bar(4, 2, 2, 1);
+  for (const int i : {2, 3})
+    for (const int j : {0, 1}) plate_with_block.voxels.set(i, j, 1, false);
+  EXPECT_DOUBLE_EQ(share_alone(plate_with_block), 4.0 / 12);
 }
 
 TEST(StressRecovery, RefusesWhatHasNoElasticityOfItsCells) {

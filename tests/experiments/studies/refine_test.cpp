@@ -1,0 +1,75 @@
+// `mss refine`: corrected values are better than raw ones where they claim to be.
+#include "experiments/studies/refine/refine.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "reference/calculix/calculix.hpp"
+#include "tests/read_back.hpp"
+
+namespace mss::studies::refine {
+namespace {
+
+const EstimateTables& tables() {
+  static const EstimateTables computed = [] {
+    RefineConfig config = refine_config({});
+    config.cells = {2, 4, 8};
+    Progress progress;
+    return measure_estimates(config, progress);
+  }();
+  return computed;
+}
+
+TEST(Refine, TheBeamsLimitIsThatOfFiniteElements) {
+  const Table beam = tables().reference.where("problem", "beam");
+  EXPECT_NEAR(beam.number(0, "reference") / reference::calculix_value("cantilever", 0.3, "deflection").value,
+              1, 3e-4);
+  EXPECT_LT(beam.number(0, "uncertainty"), 1e-4);
+}
+
+/// Corrected over raw error, signs included.
+std::vector<double> ratios(const std::string& problem, double face_share) {
+  const Table rows = tables().rows.where("problem", problem).where("face_share", face_share);
+  std::vector<double> all;
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    all.push_back(rows.number(r, "corrected_error") / rows.number(r, "raw_error"));
+  EXPECT_EQ(all.size(), 3);
+  return all;
+}
+
+TEST(Refine, CorrectedABeamErrsAFifthAndABracketHalfAsMuch) {
+  const std::vector<double> beam = ratios("beam", 1), bracket = ratios("bracket", 1);
+  const std::vector<double> known_beam{0.152, 0.087, 0.092}, known_bracket{0.322, 0.318, 0.375};
+  for (std::size_t r = 0; r < 3; ++r) {
+    EXPECT_NEAR(beam[r], known_beam[r], 0.005);
+    EXPECT_NEAR(bracket[r], known_bracket[r], 0.005);
+  }
+  for (const double ratio : ratios("beam", 0.5)) EXPECT_LT(std::abs(ratio), 0.4);
+  for (const double ratio : ratios("bracket", 0.5)) EXPECT_LT(std::abs(ratio), 0.5);
+}
+
+TEST(Refine, DoubtsTheFarGoalOnlyWhereItIsNoBetter) {
+  const Table& rows = tables().rows;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const bool far = rows.text(r, "doubts").find("far") != std::string::npos;
+    EXPECT_EQ(far, rows.text(r, "problem") == "far goal") << r;
+    EXPECT_NEAR(rows.number(r, "effectivity"), far ? 0 : 0.75, far ? 0.2 : 0.25) << r;
+  }
+}
+
+TEST(Refine, DrawsFromTables) {
+  const std::vector<NamedTable> files{{"refine", tables().rows}, {"refine_reference", tables().reference}};
+  const Drawings drawings = experiment().draw(files);
+  expect_same_drawings(experiment(), files);
+  ASSERT_EQ(drawings.charts.size(), 3);
+  EXPECT_EQ(drawings.charts[0].name, "refine");
+  EXPECT_EQ(drawings.charts[2].name, "refine_far_goal");
+  for (const NamedChart& chart : drawings.charts) {
+    ASSERT_EQ(chart.chart.series.size(), 6);
+    for (const ChartSeries& series : chart.chart.series) EXPECT_EQ(series.points.size(), 3);
+  }
+}
+
+}  // namespace
+}  // namespace mss::studies::refine
