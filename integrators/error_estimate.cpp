@@ -63,10 +63,17 @@ std::string_view to_string(Doubt doubt) {
   return names[std::size_t(doubt)];
 }
 
+std::string to_string(const std::vector<Doubt>& doubts) {
+  std::string names;
+  for (const Doubt doubt : doubts) names += (names.empty() ? "" : ", ") + std::string(to_string(doubt));
+  return names.empty() ? "none" : names;
+}
+
 std::string_view explanation(Doubt doubt) {
   constexpr std::array<std::string_view, 7> sentences{
       "the estimate is more than a quarter of the value: smaller cells are needed",
-      "the quantity is far from what acts on the body, where the estimate is no better than none",
+      "parts of the estimate cancel: the quantity is far from what acts on the body, or across it, and the "
+      "corrected value may be no better",
       "half of the estimate comes from less than a twentieth of the cells: a peak of stress is not resolved",
       "the body has edges that go inwards: the estimate sees half to three quarters of the error there",
       "many cells have no neighbour along an axis: the estimate is too small",
@@ -75,7 +82,7 @@ std::string_view explanation(Doubt doubt) {
   return sentences[std::size_t(doubt)];
 }
 
-ErrorEstimator::ErrorEstimator(BodySystem<double>& system, const State<double>& equilibrium, Work& work)
+GoalEstimator::GoalEstimator(BodySystem<double>& system, const State<double>& equilibrium, Work& work)
     : system_(system),
       recovery_(body_of_springs(system)),
       work_(work),
@@ -89,7 +96,7 @@ ErrorEstimator::ErrorEstimator(BodySystem<double>& system, const State<double>& 
   prepare();
 }
 
-ErrorEstimator::ErrorEstimator(BodySystem<double>& system, const Field<double>& displacement, Work& work)
+GoalEstimator::GoalEstimator(BodySystem<double>& system, const Field<double>& displacement, Work& work)
     : system_(system),
       recovery_(body_of_springs(system)),
       work_(work),
@@ -102,12 +109,12 @@ ErrorEstimator::ErrorEstimator(BodySystem<double>& system, const Field<double>& 
   prepare();
 }
 
-void ErrorEstimator::prepare() {
+void GoalEstimator::prepare() {
   solver_ = find_linear_solver("automatic").make(tolerance);
   status_ = solver_->prepare(system_, at_->t, at_->x, at_->v, stiffness, work_);
 }
 
-void ErrorEstimator::find_doubts() {
+void GoalEstimator::find_doubts() {
   const Body& body = system_.body();
   if (has_reentrant_edge(body)) doubts_.push_back(Doubt::reentrant);
   if (recovery_.share_alone() > thin_share) doubts_.push_back(Doubt::thin);
@@ -115,7 +122,7 @@ void ErrorEstimator::find_doubts() {
   if (!system_.environment().planes.empty()) doubts_.push_back(Doubt::contact);
 }
 
-void ErrorEstimator::add_doubts(GoalEstimate& goal) const {
+void GoalEstimator::add_doubts(GoalEstimate& goal) const {
   std::vector<double> parts = goal.of_cells;
   for (double& part : parts) part = std::abs(part);
   const double all = std::accumulate(parts.begin(), parts.end(), 0.0);
@@ -129,16 +136,16 @@ void ErrorEstimator::add_doubts(GoalEstimate& goal) const {
 }
 
 /// 0 at prescribed coordinates.
-Status ErrorEstimator::solve(const Field<double>& load, Field<double>& solution) {
+Status GoalEstimator::solve(const Field<double>& load, Field<double>& solution) {
   solution = Field<double>(system_.size());
   return status_ == Status::ok ? solver_->solve(load, solution, work_) : status_;
 }
 
-std::vector<double> ErrorEstimator::products(const Field<double>& dual) const {
+std::vector<double> GoalEstimator::products(const Field<double>& dual) const {
   return recovery_.error_products(gradient_, recovery_.gradient(recovery_.stress_change(at_->x, dual)));
 }
 
-GoalEstimate ErrorEstimator::estimate(double value, double factor, Status status,
+GoalEstimate GoalEstimator::estimate(double value, double factor, Status status,
                                       const Field<double>& dual) const {
   GoalEstimate goal{.status = status, .value = value};
   if (status != Status::ok) return goal;
@@ -149,14 +156,14 @@ GoalEstimate ErrorEstimator::estimate(double value, double factor, Status status
   return goal;
 }
 
-GoalEstimate ErrorEstimator::displacement(const Field<double>& weight) {
+GoalEstimate GoalEstimator::displacement(const Field<double>& weight) {
   Field<double> dual;
   const Status status = solve(weight, dual);
   return estimate(inner(system_, weight, displacement_), 1, status, dual);
 }
 
 /// What acts on particles at the solution; about rest to first order.
-Field<double> ErrorEstimator::total_force() {
+Field<double> GoalEstimator::total_force() {
   Field<double> force(system_.size());
   system_.force(at_->t, at_->x, at_->v, force);
   if (linear_) {
@@ -168,7 +175,7 @@ Field<double> ErrorEstimator::total_force() {
 }
 
 /// With z the direction at holds and K z = 0 elsewhere, J = a(u, z) - f(z) and J(u) - J(u_h) = -a(e, e_z).
-GoalEstimate ErrorEstimator::reaction(const Field<double>& direction) {
+GoalEstimate GoalEstimator::reaction(const Field<double>& direction) {
   Field<double> held = direction, inside = direction, load(system_.size()), dual;
   system_.clear_prescribed(inside);
   held.array() -= inside.array();
@@ -180,7 +187,7 @@ GoalEstimate ErrorEstimator::reaction(const Field<double>& direction) {
   return estimate(-inner(system_, held, total_force()), -1, status, dual);
 }
 
-double ErrorEstimator::energy() {
+double GoalEstimator::energy() {
   if (!linear_) {
     const StoredEnergy stored = system_.stored_energy(at_->x);
     return stored.elastic + stored.volume;
@@ -192,7 +199,7 @@ double ErrorEstimator::energy() {
 
 /// The total potential is as much too large as half the energy of the error, -1/2 a(e, e); the stored energy
 /// is that and the loads' potential, whose error is that of a displacement.
-GoalEstimate ErrorEstimator::stored_energy() {
+GoalEstimate GoalEstimator::stored_energy() {
   Field<double> load(system_.size()), dual;
   system_.force(at_->t, rest_.x, rest_.v, load);
   const Status status = solve(load, dual);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -14,8 +15,7 @@ namespace mss {
 /// Why an estimate may be far from the error.
 enum class Doubt {
   large,         ///< it is more than a quarter of the value: the cells do not resolve the solution
-  far,           ///< parts of cells cancel: the quantity is far from what acts on the body, and what happens
-                 ///< between is not what the estimate sees
+  far,           ///< parts of cells cancel: the quantity is far from what acts on the body, or across it
   concentrated,  ///< half of it comes from less than a twentieth of the cells: a peak of stress
   reentrant,     ///< the body has edges that go inwards: stress has no bound there, and the estimate sees
                  ///< half to three quarters of the error
@@ -24,6 +24,8 @@ enum class Doubt {
   contact        ///< what touches a plane changes with the cells
 };
 std::string_view to_string(Doubt doubt);
+/// Their names in a row, "none" without any, as tables have them.
+std::string to_string(const std::vector<Doubt>& doubts);
 /// What it means, as the rest of a sentence.
 std::string_view explanation(Doubt doubt);
 
@@ -49,13 +51,13 @@ struct GoalEstimate {
 /// To first order about rest, or about an equilibrium of large displacements: then stresses are those of
 /// stress_recovery.hpp, which stay as they are when the body rotates, z is of the tangent there, and the work
 /// of present stresses at second gradients is neglected, which is small where strains are.
-class ErrorEstimator {
+class GoalEstimator {
  public:
   /// At an equilibrium, whose state must outlive it, as the system must. Throws InputError as StressRecovery
   /// does, and for a system without tangents or of another model.
-  ErrorEstimator(BodySystem<double>& system, const State<double>& equilibrium, Work& work);
+  GoalEstimator(BodySystem<double>& system, const State<double>& equilibrium, Work& work);
   /// About rest, in which the displacement is the response to the loads.
-  ErrorEstimator(BodySystem<double>& system, const Field<double>& displacement, Work& work);
+  GoalEstimator(BodySystem<double>& system, const Field<double>& displacement, Work& work);
 
   const StressRecovery& recovery() const { return recovery_; }
 

@@ -11,9 +11,11 @@
 #include "core/error.hpp"
 #include "core/suggest.hpp"
 #include "experiments/advise/report.hpp"
+#include "experiments/advise/static_advice.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
+#include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
 
 namespace mss::cli {
@@ -104,13 +106,46 @@ void warn_about_sharing(const Scene& scene) {
                scene.name);
 }
 
+fs::path directory_of(const AdviseChoice& choice, const Scene& scene) {
+  return choice.directory.empty() ? fs::path("out") / (scene.name + "_advice") : fs::path(choice.directory);
+}
+
+void say_how_it_ended(const std::string& scene, bool stopped, const std::string& explanation,
+                      int& exit_status) {
+  if (stopped) {
+    fmt::print(stderr, "mss: {} was interrupted; what was tried is kept\n", scene);
+    exit_status = exit_interrupted;
+  } else if (!explanation.empty()) {
+    fmt::print(stderr, "mss: {}: {}\n", scene, explanation);
+    exit_status = exit_check_failed;
+  }
+}
+
+void advise_static_scene(const Scene& scene, const AdviseChoice& choice, const AdviseRequest& request,
+                         const fs::path& directory, int& exit_status) {
+  if (request.budget || choice.grid)
+    throw InputError(fmt::format("--{} is about motion, and {} is at rest (solve.integrator = \"{}\")",
+                                 choice.grid ? "grid" : "budget", scene.name, scene.solve.integrator));
+  prepare_directory(directory);
+  const Json origin = provenance();
+  StaticAdvice advice;
+  {
+    TerminalProgress progress(scene.name);
+    advice = advise_at_rest(scene, request, progress);
+  }
+  write_static_advice(scene, request, advice, origin, directory);
+  fmt::print("{}see {}\n", summary(scene, request, advice), directory.string());
+  say_how_it_ended(scene.name, advice.stopped, advice.explanation, exit_status);
+}
+
 void run_advise(const AdviseChoice& choice, int& exit_status) {
   AdviseRequest request = read_request(choice);
+  if (const Scene scene = load_scene(scene_file(choice.scene), choice.overrides); is_static(scene))
+    return advise_static_scene(scene, choice, request, directory_of(choice, scene), exit_status);
   SceneFamily family(scene_file(choice.scene), choice.overrides);
   if (choice.of.empty()) request.of = default_error_of(family.given());
   const std::string& name = family.given().name;
-  const fs::path directory =
-      choice.directory.empty() ? fs::path("out") / (name + "_advice") : fs::path(choice.directory);
+  const fs::path directory = directory_of(choice, family.given());
   prepare_directory(directory);
   warn_about_sharing(family.given());
   const Json origin = provenance();
@@ -123,13 +158,7 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
   }
   write_advice(family, request, advice, origin, directory);
   fmt::print("{}see {}\n", summary(family, request, advice), directory.string());
-  if (advice.stopped) {
-    fmt::print(stderr, "mss: {} was interrupted; what was tried is kept\n", name);
-    exit_status = exit_interrupted;
-  } else if (!advice.explanation.empty()) {
-    fmt::print(stderr, "mss: {}: {}\n", name, advice.explanation);
-    exit_status = exit_check_failed;
-  }
+  say_how_it_ended(name, advice.stopped, advice.explanation, exit_status);
 }
 
 void add(CLI::App& app, int& exit_status) {

@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "experiments/advise/chart.hpp"
+#include "experiments/advise/static_advice.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/harness/results_folder.hpp"
 
@@ -18,6 +19,7 @@ using Draw = std::function<Drawings(const std::vector<NamedTable>&)>;
 /// What draws the charts of a folder's experiment.
 Draw draw_of(const ResultsFolder& folder) {
   if (folder.experiment == "advise") return advise::draw;
+  if (folder.experiment == "static_advice") return advise::draw_at_rest;
   try {
     return find_experiment(folder.experiment).draw;
   } catch (const InputError& problem) {

@@ -11,6 +11,7 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
+#include "experiments/simulation/error_estimates.hpp"
 #include "experiments/simulation/result_files.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
@@ -22,6 +23,8 @@ namespace mss::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr double rounding = 1e-9;  ///< of estimates, over their values
 
 struct RunChoice {
   std::string scene;
@@ -59,8 +62,54 @@ std::string description(const SleepReport& sleep, double bound) {
       sleep.largest_deviation > bound ? "more than the" : "of", bound);
 }
 
-Json summary(const Scene& scene, const SimulationResult& result, const Table& series) {
+/// Numbers that do not exist are null.
+Json to_json(const CorrectedValue& value) {
+  const bool ok = value.status == Status::ok;
+  Json doubts = Json::array();
+  for (const Doubt doubt : value.doubts) doubts.push_back(explanation(doubt));
+  return {{"quantity", value.quantity},
+          {"unit", value.unit},
+          {"value", value.value},
+          {"error_estimate", ok ? Json(value.estimate) : Json()},
+          {"corrected", ok ? Json(value.corrected()) : Json()},
+          {"richardson", value.richardson ? Json(*value.richardson) : Json()},
+          {"doubts", doubts},
+          {"status", to_string(value.status)}};
+}
+
+Json to_json(const SceneEstimates& estimates) {
+  Json values = Json::array();
+  for (const CorrectedValue& value : estimates.values) values.push_back(to_json(value));
+  return {{"values", values}, {"none", estimates.none}, {"no_richardson", estimates.no_richardson}};
+}
+
+std::string description(const CorrectedValue& value) {
+  std::string line = fmt::format("{} {:.5g} {}", value.quantity, value.value, value.unit);
+  if (value.status != Status::ok)
+    return line + ", no error estimate: " + std::string(to_string(value.status));
+  const double share = std::abs(value.estimate / value.value);
+  if (share < rounding)
+    line += ", no error estimated";
+  else
+    line += fmt::format(", corrected by {:.2g} ({:.2g} %) to {:.5g}", value.estimate, 100 * share,
+                        value.corrected());
+  if (value.richardson && share >= rounding)
+    line += fmt::format(", by Richardson (order 2 assumed) {:.5g}", *value.richardson);
+  for (const Doubt doubt : value.doubts) line += fmt::format("; {}", explanation(doubt));
+  return line;
+}
+
+void print(const std::string& scene, const SceneEstimates& estimates) {
+  if (!estimates.none.empty()) return fmt::print("{}: no error estimate: {}\n", scene, estimates.none);
+  for (const CorrectedValue& value : estimates.values) fmt::print("{}: {}\n", scene, description(value));
+  if (!estimates.no_richardson.empty())
+    fmt::print("{}: no extrapolation: {}\n", scene, estimates.no_richardson);
+}
+
+Json summary(const Scene& scene, const SimulationResult& result, const Table& series,
+             const std::optional<SceneEstimates>& estimates) {
   return {{"status", to_string(result.status)},
+          {"estimates", estimates ? to_json(*estimates) : Json()},
           {"sleep", result.sleep ? to_json(*result.sleep) : Json()},
           {"scene", scene.name},
           {"integrator", scene.solve.integrator},
@@ -96,20 +145,24 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
   remove_vtk_series(directory);
   SimulationResult result;
+  std::optional<SceneEstimates> estimates;
   {
     TerminalProgress progress(scene.name);
     result = simulate(scene, progress, {.every = choice.vtk.value_or(0), .directory = directory});
+    if (is_static(scene) && result.status == Status::ok)
+      estimates = estimate_errors(scene, result.particles, progress);
   }
   const Table series = series_table(result.series);
   write_atomically(directory / "series.csv", series.csv());
   write_atomically(directory / "particles.csv",
                    [&](std::ostream& stream) { write_particles(stream, result.particles); });
-  write_atomically(directory / "summary.json", summary(scene, result, series).dump(2) + "\n");
+  write_atomically(directory / "summary.json", summary(scene, result, series, estimates).dump(2) + "\n");
   const bool fixed = find_integrator(scene.solve.integrator).stepping == Stepping::fixed;
   const std::string step = fixed ? fmt::format("of {:.4g} s", result.dt) : "of its own choice";
   fmt::print("{}: {} after {} steps {}, {:.4g} s simulated in {:.3g} s; see {}\n", scene.name,
              to_string(result.status), result.work.steps, step, result.simulated_seconds, result.wall_seconds,
              directory.string());
+  if (estimates) print(scene.name, *estimates);
   if (result.sleep) fmt::print("{}: {}\n", scene.name, description(*result.sleep, scene.solve.sleep.bound));
   if (result.status == Status::interrupted)
     exit_status = exit_interrupted;

@@ -87,6 +87,10 @@ void check_model(const Scene& scene) {
               [&] { check_model(scene.model, scene.body, scene.solve.precision == Precision::single); });
 }
 
+bool is_static(const Scene& scene) {
+  return find_integrator(scene.solve.integrator).stepping == Stepping::equilibrium;
+}
+
 void check_solve(const Scene& scene) {
   const bool single = scene.solve.precision == Precision::single;
   check_model(scene);

@@ -59,7 +59,7 @@ TEST(ErrorEstimate, CorrectsTheTipOfACantilever) {
     SpringSystem<double> system(body, cantilever({0, 0, 1}));
     Work work;
     const LinearResponse r = linear_response(system, {}, work);
-    ErrorEstimator estimator(system, r.displacement, work);
+    GoalEstimator estimator(system, r.displacement, work);
     const GoalEstimate goal = estimator.displacement(mean_of_tip(body, Vec3::UnitZ()));
     ASSERT_EQ(goal.status, Status::ok);
     EXPECT_NEAR(goal.error / (2.6413e-3 - goal.value), effectivity, 0.01) << m << " " << face_share;
@@ -83,7 +83,7 @@ TEST(ErrorEstimate, OfAReactionIsThatOfTheEnergyUnderADisplacedHold) {
                                        .holds = {{.box = root}, {.box = tip, .axes = {false, false, true}}}});
     Work work;
     const LinearResponse r = linear_response(system, pushed, work);
-    ErrorEstimator estimator(system, r.displacement, work);
+    GoalEstimator estimator(system, r.displacement, work);
     Field<double> direction(system.size());
     for (const std::ptrdiff_t site : body.select(tip.lower, tip.upper)) direction.set(site, Vec3::UnitZ());
     reactions.push_back(estimator.reaction(direction));
@@ -103,7 +103,7 @@ TEST(ErrorEstimate, OfAReactionThatBalancesTheLoadIsNone) {
   SpringSystem<double> system(body, cantilever({3, 0, -7}));
   Work work;
   const LinearResponse r = linear_response(system, {}, work);
-  ErrorEstimator estimator(system, r.displacement, work);
+  GoalEstimator estimator(system, r.displacement, work);
   const GoalEstimate up = estimator.reaction(at_all(body, Vec3::UnitZ()));
   EXPECT_NEAR(up.value, 7, 1e-8);
   EXPECT_NEAR(up.error, 0, 1e-8);
@@ -119,7 +119,7 @@ TEST(ErrorEstimate, IsNoneUnderUniformStress) {
              .loads = {{.box = tip, .force = {1, 0, 0}}}});
   Work work;
   const LinearResponse r = linear_response(system, {}, work);
-  ErrorEstimator estimator(system, r.displacement, work);
+  GoalEstimator estimator(system, r.displacement, work);
   const GoalEstimate goal = estimator.displacement(mean_of_tip(body, Vec3::UnitX()));
   EXPECT_NEAR(goal.value, 4e-5, 1e-12);
   EXPECT_NEAR(goal.error / goal.value, 0, 1e-12);
@@ -152,7 +152,7 @@ TEST(ErrorEstimate, DoesNotDependOnTheBodysOrientation) {
   for (const Eigen::Matrix3d& by : {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), turn}) {
     Turned turned(body, by, 100, -0.02);  // the tip rises by a third of a metre
     Work work;
-    ErrorEstimator estimator(turned.system, turned.state, work);
+    GoalEstimator estimator(turned.system, turned.state, work);
     energies.push_back(estimator.stored_energy());
     tips.push_back(estimator.displacement(mean_of_tip(body, by * Vec3::UnitZ())));
     ASSERT_EQ(tips.back().status, Status::ok);
@@ -170,7 +170,7 @@ TEST(ErrorEstimate, AtSmallDisplacementsIsThatAboutRest) {
   Turned small(body, Eigen::Matrix3d::Identity(), 0.01, 0);
   Work work;
   const LinearResponse r = linear_response(small.system, {}, work);
-  ErrorEstimator about_rest(small.system, r.displacement, work), there(small.system, small.state, work);
+  GoalEstimator about_rest(small.system, r.displacement, work), there(small.system, small.state, work);
   const Field<double> weight = mean_of_tip(body, Vec3::UnitZ());
   EXPECT_NEAR(there.displacement(weight).error / about_rest.displacement(weight).error, 1, 1e-4);
   EXPECT_NEAR(there.stored_energy().value / about_rest.stored_energy().value, 1, 1e-4);
@@ -186,7 +186,7 @@ std::vector<Doubt> doubts_of(const BodyConfig& config, const Environment& enviro
   Work work;
   const LinearResponse r = linear_response(system, {}, work);
   EXPECT_EQ(r.status, Status::ok);
-  return ErrorEstimator(system, r.displacement, work).displacement(weight(body)).doubts;
+  return GoalEstimator(system, r.displacement, work).displacement(weight(body)).doubts;
 }
 
 TEST(ErrorEstimate, SaysWhereItCannotBeTrusted) {
@@ -226,8 +226,8 @@ TEST(ErrorEstimate, SaysWhereItCannotBeTrusted) {
   const Body body(bar(4, 3, 0.5));
   Turned far(body, Eigen::Matrix3d::Identity(), 300, 0), near(body, Eigen::Matrix3d::Identity(), 1, 0);
   Work work;
-  EXPECT_THAT(ErrorEstimator(far.system, far.state, work).stored_energy().doubts, Contains(Doubt::strained));
-  EXPECT_THAT(ErrorEstimator(near.system, near.state, work).stored_energy().doubts, IsEmpty());
+  EXPECT_THAT(GoalEstimator(far.system, far.state, work).stored_energy().doubts, Contains(Doubt::strained));
+  EXPECT_THAT(GoalEstimator(near.system, near.state, work).stored_energy().doubts, IsEmpty());
 }
 
 TEST(ErrorEstimate, RefusesOtherModels) {
@@ -235,7 +235,7 @@ TEST(ErrorEstimate, RefusesOtherModels) {
   FemSystem elements(body, cantilever({0, 0, 1}), solid_laws().front(), 1);
   Work work;
   const LinearResponse r = linear_response(elements, {}, work);
-  EXPECT_THROW(ErrorEstimator(elements, r.displacement, work), InputError);
+  EXPECT_THROW(GoalEstimator(elements, r.displacement, work), InputError);
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ Solved solve(const RefineConfig& config, const Problem& problem, double face_sha
   if (response.status != Status::ok) return solved;
   const Field<double> weight = mean_over(body, problem.goal, problem.direction);
   if (estimated)
-    solved.goal = ErrorEstimator(system, response.displacement, work).displacement(weight);
+    solved.goal = GoalEstimator(system, response.displacement, work).displacement(weight);
   else
     solved.goal.value = inner(system, weight, response.displacement);
   return solved;
@@ -53,12 +53,6 @@ Limit limit_of(const std::vector<double>& values) {
 
 /// Richardson's extrapolation from two sizes, the error assumed to go with h^2.
 double richardson(double coarse, double fine) { return fine + (fine - coarse) / 3; }
-
-std::string names_of(const std::vector<Doubt>& doubts) {
-  std::string names;
-  for (const Doubt doubt : doubts) names += (names.empty() ? "" : ", ") + std::string(to_string(doubt));
-  return names.empty() ? "none" : names;
-}
 
 class Estimates {
  public:
@@ -142,7 +136,7 @@ void Estimates::measure(const Problem& problem, double face_share) {
     tables_.rows.add({problem.name, face_share, n, std::int64_t(particles), ok ? goal.value : no_value,
                       ok ? goal.error : no_value, limit_.value, error(goal.value), error(goal.corrected()),
                       error(richardson(coarse, goal.value)),
-                      ok ? goal.error / (limit_.value - goal.value) : no_value, names_of(goal.doubts),
+                      ok ? goal.error / (limit_.value - goal.value) : no_value, to_string(goal.doubts),
                       std::string(to_string(goal.status))});
     coarse = goal.value;
   }

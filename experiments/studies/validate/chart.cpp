@@ -186,6 +186,9 @@ Drawings draw_validation(const std::vector<NamedTable>& tables) {
   for (const auto& [name, table] : tables)  // results of earlier versions have none
     if (name == "validate_large_strain" && table.size() > 0)
       drawings.charts.push_back({name, large_strain_chart(table)});
+  for (const auto& [name, table] : tables)
+    if (name == "validate_estimates" && table.size() > 0)
+      drawings.charts.push_back({name, estimates_chart(table, cases)});
   if (refinement.size() > 0) drawings.charts.push_back({"validate_refinement", refinement_chart(refinement)});
   return drawings;
 }

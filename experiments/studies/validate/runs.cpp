@@ -12,6 +12,19 @@
 
 namespace mss::studies::validate {
 
+BodyConfig case_body(const ValidationConfig& config, const ValidationCase& c, const ValidationModel& model,
+                     int m) {
+  const double h = 1.0 / m;
+  const ElasticConstants material{config.young, c.poisson};
+  return {.voxels = VoxelGrid::box(m * c.proportions[0], m * c.proportions[1], m * c.proportions[2]),
+          .cell_size = h,
+          .density = config.density,
+          .springs = model.springs(material, h),
+          .elastic = material,
+          .damping = {.law = c.viscosity > 0 ? Damping::Law::viscosity : Damping::Law::none,
+                      .viscosity = c.viscosity}};
+}
+
 namespace {
 
 constexpr double slow = 2;  ///< [s]; where a solution takes longer, none is repeated
@@ -28,15 +41,7 @@ void solve_once(const ValidationConfig& config, const ValidationCase& c, const V
                 Result& result) {
   if (result.solution.status != Status::ok) return;
   const Stopwatch watch;
-  const double h = 1.0 / m;
-  const ElasticConstants material{config.young, c.poisson};
-  const Body body({.voxels = VoxelGrid::box(m * c.proportions[0], m * c.proportions[1], m * c.proportions[2]),
-                   .cell_size = h,
-                   .density = config.density,
-                   .springs = model.springs(material, h),
-                   .elastic = material,
-                   .damping = {.law = c.viscosity > 0 ? Damping::Law::viscosity : Damping::Law::none,
-                               .viscosity = c.viscosity}});
+  const Body body(case_body(config, c, model, m));
   const auto system = make_system<double>(model.model, body, c.environment, config.threads);
   result.solution = c.solve(*system);
   result.seconds.push_back(watch.seconds());
@@ -120,7 +125,8 @@ ValidationTables measure_validation(const ValidationConfig& config, Progress& pr
   ValidationTables tables{
       .rows = empty_rows(),
       .refinement = Table({{"constant"}, {"sharing"}, {"cells"}, {"young", "Pa"}, {"status"}}),
-      .strains = empty_strains()};
+      .strains = empty_strains(),
+      .estimates = empty_estimates()};
   const auto total = double(config.cases.size() * config.cells.size() + 1);
   double done = 0;
   for (const ValidationCase& c : config.cases)
@@ -140,7 +146,9 @@ ValidationTables measure_validation(const ValidationConfig& config, Progress& pr
     }
     add_refinement(config, tension, n, tables.refinement);
   }
-  if (!measure_large_strain(config, progress, tables.strains)) tables.status = Status::interrupted;
+  if (!measure_large_strain(config, progress, tables.strains) ||
+      !measure_estimates(config, progress, tables.estimates))
+    tables.status = Status::interrupted;
   return tables;
 }
 

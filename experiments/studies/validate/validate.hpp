@@ -6,6 +6,7 @@
 
 #include "core/body_system.hpp"
 #include "experiments/harness/experiment.hpp"
+#include "integrators/error_estimate.hpp"
 
 namespace mss::studies::validate {
 
@@ -29,6 +30,8 @@ struct ValidationCase {
   Eigen::Vector3i proportions{4, 1, 1};  ///< edge lengths over the width, which is 1 m
   Environment environment{};
   std::function<Solution(BodySystem<double>&)> solve{};
+  /// The same quantity with the estimate of its error; for calibrated springs, of small deformations at rest.
+  std::function<GoalEstimate(BodySystem<double>&)> estimate{};
   double reference = 0;    ///< in that unit
   double uncertainty = 0;  ///< of the reference, relative: the effect of its extrapolation; 0: a closed form
   std::string source;
@@ -42,6 +45,7 @@ struct ValidationModel {
   std::string name;
   std::string model;  ///< for make_system()
   std::function<SpringConstants(const ElasticConstants&, double cell_size)> springs;
+  bool calibrated = false;              ///< springs of the material's E and nu in every direction
   bool for_large_only = false;          ///< to first order it equals another model
   bool linear_in_green_strain = false;  ///< the law of the references of large deformations
 };
@@ -62,6 +66,10 @@ ValidationConfig validation_config(const ExperimentOptions& options);
 std::vector<ValidationCase> validation_cases(double young, double density);
 std::vector<ValidationModel> validation_models();
 
+/// The body of a case, filled by a model, in m cells across the width.
+BodyConfig case_body(const ValidationConfig& config, const ValidationCase& c, const ValidationModel& model,
+                     int m);
+
 /// A cube of 1 m in uniaxial tension along a direction: its compliance is 1 / (E x 1 m).
 ValidationCase tension_case(double young, const std::string& name, const Vec3& direction);
 
@@ -69,6 +77,7 @@ struct ValidationTables {
   Table rows;
   Table refinement;  ///< Young's modulus of the thesis's cube at several resolutions
   Table strains;     ///< stress of bars of springs, stretched and compressed far
+  Table estimates;   ///< of errors, where the case has one
   Status status = Status::ok;
 };
 ValidationTables measure_validation(const ValidationConfig& config, Progress& progress);
@@ -79,6 +88,13 @@ ValidationTables measure_validation(const ValidationConfig& config, Progress& pr
 bool measure_large_strain(const ValidationConfig& config, const Progress& progress, Table& strains);
 Table empty_strains();
 std::string large_strain_text(const Table& strains);
+
+/// Adds, for each case with an estimate, calibrated springs and size, value and corrected value against the
+/// reference. False if stopped.
+bool measure_estimates(const ValidationConfig& config, const Progress& progress, Table& estimates);
+Table empty_estimates();
+/// Errors as computed and corrected of every case at one resolution that all have.
+Chart estimates_chart(const Table& estimates, const Table& cases);
 
 /// For each case and model: the error at the finest resolution and the order of convergence there. Where
 /// deformations are large only models with the reference's law have an order.

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "experiments/harness/table.hpp"
@@ -182,6 +183,64 @@ TEST_F(RunCommand, SafeStepIsStable) {
       run(write("cube.toml", cube), {"--set", "solve.dt=safe", "--set", "solve.duration=2"}).exit_status, 0);
   EXPECT_GT(summary()["dt"], 1e-4);
   EXPECT_LT(summary()["final"]["max_stretch"], 0.5);
+}
+
+constexpr const char* cantilever = R"([body]
+cells = [16, 4, 4]
+cell_size = 0.25
+[material]
+density = 1000
+young = 1e5
+poisson = 0.3
+face_share = 1
+[environment]
+gravity = [0, 0, 0]
+[[hold]]
+box = [[0, 0, 0], [0, 1, 1]]
+[[load]]
+box = [[4, 0, 0], [4, 1, 1]]
+force = [0, 0, -1]
+[solve]
+integrator = "static"
+[expect]
+displacement = { box = [[4, 0, 0], [4, 1, 1]], value = [0, 0, -2.64e-3], within = 2e-4 }
+)";
+
+// The limit is 2.6413e-3 m (CalculiX, extrapolated).
+TEST_F(RunCommand, CorrectsQuantitiesAtRest) {
+  const ProgramRun done = run(write("tip.toml", cantilever));
+  ASSERT_EQ(done.exit_status, 0) << done.output;
+  const Json estimates = summary()["estimates"];
+  EXPECT_EQ(estimates["none"], "");
+  EXPECT_EQ(estimates["no_richardson"], "");
+  std::map<std::string, Json> of;
+  for (const Json& value : estimates["values"]) of[value["quantity"]] = value;
+  ASSERT_EQ(of.size(), 3);  // what is nonlinear along x is negligible
+  const Json tip = of["displacement 0 z"], reaction = of["reaction of hold 0 z"],
+             energy = of["stored energy"];
+  EXPECT_NEAR(tip["value"].get<double>() / -2.6413e-3, 1 - 0.0615, 1e-3);
+  EXPECT_NEAR(tip["corrected"].get<double>() / -2.6413e-3, 1 - 0.0054, 1e-3);
+  EXPECT_NEAR(tip["richardson"].get<double>() / -2.6413e-3, 1 - 0.0186, 1e-3);
+  EXPECT_DOUBLE_EQ(tip["value"].get<double>() + tip["error_estimate"].get<double>(), tip["corrected"]);
+  EXPECT_TRUE(tip["doubts"].empty());
+  EXPECT_NEAR(reaction["value"], 1, 1e-9);
+  EXPECT_NEAR(reaction["error_estimate"], 0, 1e-9);
+  EXPECT_NEAR(energy["corrected"].get<double>() / (2.6413e-3 / 2), 1 - 0.0054, 1e-3);
+  EXPECT_NE(done.output.find("displacement 0 z -0.0024786 m, corrected by -0.00015 (6 %) to -0.002627"),
+            std::string::npos)
+      << done.output;
+}
+
+TEST_F(RunCommand, SaysWhyThereIsNoEstimate) {
+  const fs::path scene = write("tip.toml", cantilever);
+  ASSERT_EQ(run(scene, {"--set", "body.sharing=\"uniform\""}).exit_status, 0);
+  EXPECT_NE(summary()["estimates"]["none"].get<std::string>().find("weight"), std::string::npos);
+  ASSERT_EQ(run(scene, {"--set", "material.model=\"linear\""}).exit_status, 0);
+  EXPECT_NE(summary()["estimates"]["none"].get<std::string>().find("springs"), std::string::npos);
+  ASSERT_EQ(run(scene, {"--set", "body.cells=[16,4,3]", "--set", "expect={}"}).exit_status, 0);
+  EXPECT_NE(summary()["estimates"]["no_richardson"].get<std::string>().find("twice"), std::string::npos);
+  ASSERT_EQ(run(write("moving.toml", cube)).exit_status, 0);
+  EXPECT_TRUE(summary()["estimates"].is_null());
 }
 
 TEST_F(RunCommand, InterruptKeepsRows) {

@@ -60,8 +60,8 @@ TEST(Refine, DoubtsTheFarGoalOnlyWhereItIsNoBetter) {
 
 TEST(Refine, DrawsFromTables) {
   const std::vector<NamedTable> files{{"refine", tables().rows}, {"refine_reference", tables().reference}};
-  const Drawings drawings = experiment().draw(files);
-  expect_same_drawings(experiment(), files);
+  const Drawings drawings = find_experiment("refine").draw(files);
+  expect_same_drawings(find_experiment("refine"), files);
   ASSERT_EQ(drawings.charts.size(), 3);
   EXPECT_EQ(drawings.charts[0].name, "refine");
   EXPECT_EQ(drawings.charts[2].name, "refine_far_goal");

@@ -234,9 +234,9 @@ TEST(Validate, DrawsFromItsFiles) {
   const std::vector<NamedTable> tables = validation_files(config, measure_validation(config, progress));
   expect_same_drawings(find_experiment("validate"), tables);
   const std::vector<NamedChart> charts = draw_validation(tables).charts;
-  ASSERT_EQ(charts.size(), 5U);
+  ASSERT_EQ(charts.size(), 6U);
   const std::vector<std::string> names{"validate", "validate_torsion_cells", "validate_torsion_seconds",
-                                       "validate_large_strain", "validate_refinement"};
+                                       "validate_large_strain", "validate_estimates", "validate_refinement"};
   for (std::size_t i = 0; i < names.size(); ++i) EXPECT_EQ(charts[i].name, names[i]);
   // All charted cases at the resolution that they share; shear is not charted.
   EXPECT_EQ(charts[0].chart.y.names, (std::vector<std::string>{"torsion", "large compression"}));

@@ -1,0 +1,250 @@
+// Which cells a scene at rest needs.
+#include "experiments/advise/static_advice.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/scene_writer.hpp"
+#include "experiments/harness/measure.hpp"
+#include "experiments/harness/report.hpp"
+#include "experiments/harness/results_folder.hpp"
+#include "experiments/io/output.hpp"
+
+namespace mss::advise {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double growth = 8;  ///< of a solution's time as cells halve
+constexpr std::size_t sizes_for_limit = 3;
+constexpr double negligible = 1e-9;
+
+const CorrectedValue* find(const SizeTried& size, const std::string& quantity) {
+  for (const CorrectedValue& value : size.estimates.values)
+    if (value.quantity == quantity && value.status == Status::ok) return &value;
+  return nullptr;
+}
+
+/// What a quantity tends to, and relative to it how far the assumption of order 2 leads elsewhere.
+struct Limit {
+  double value = no_value, uncertainty = no_value;
+};
+
+Limit limit_of(const StaticAdvice& advice, const std::string& quantity) {
+  std::vector<double> values;
+  for (const SizeTried& size : advice.sizes) {
+    const CorrectedValue* found = find(size, quantity);
+    if (found == nullptr)
+      values.clear();
+    else
+      values.push_back(found->value);
+  }
+  if (values.size() < sizes_for_limit) return {};
+  const double *last = values.data() + values.size() - 1, change = last[0] - last[-1];
+  if (std::abs(change) <= negligible * std::abs(last[0])) return {last[0], 0};
+  const double ratio = (last[-1] - last[-2]) / change;
+  if (!(ratio > 1)) return {};
+  const double limit = last[0] + change / (ratio - 1);
+  return {limit, std::abs((last[0] + change / 3) / limit - 1)};
+}
+
+SizeTried solve(const Scene& scene, Progress& progress) {
+  SizeTried tried{.cell_size = scene.body.cell_size};
+  SimulationResult result;
+  tried.seconds = seconds_of([&] { result = simulate(scene, progress); });
+  tried.status = result.status;
+  tried.particles = result.particles.size();
+  if (result.status == Status::ok)
+    tried.estimate_seconds =
+        seconds_of([&] { tried.estimates = estimate_errors(scene, result.particles, progress); });
+  return tried;
+}
+
+/// The largest component of a displacement at the finest size, or the stored energy.
+std::string judged_quantity(const AdviseRequest& request, const SizeTried& finest) {
+  const CorrectedValue* largest = nullptr;
+  for (const CorrectedValue& value : finest.estimates.values)
+    if (value.quantity.starts_with("displacement") &&
+        (largest == nullptr || std::abs(value.value) > std::abs(largest->value)))
+      largest = &value;
+  return largest != nullptr && request.of == ErrorOf::displacement ? largest->quantity : "stored energy";
+}
+
+/// The largest cells of those that meet the error and all smaller do too.
+template <class Meets>
+double largest_cells(const StaticAdvice& advice, Meets&& meets) {
+  double largest = 0;
+  for (auto size = advice.sizes.rbegin(); size != advice.sizes.rend() && meets(*size); ++size)
+    largest = size->cell_size;
+  return largest;
+}
+
+void conclude(const AdviseRequest& request, StaticAdvice& advice) {
+  if (advice.sizes.size() < sizes_for_limit) {
+    advice.explanation = fmt::format(
+        "{} sizes of cells were solved, and a limit needs {}; give more --patience, or cells that divide",
+        advice.sizes.size(), sizes_for_limit);
+    return;
+  }
+  advice.quantity = judged_quantity(request, advice.sizes.back());
+  const Limit limit = limit_of(advice, advice.quantity);
+  if (!std::isfinite(limit.value)) {
+    advice.explanation =
+        fmt::format("{} does not converge over the {} smallest sizes", advice.quantity, sizes_for_limit);
+    if (!advice.sizes.back().estimates.none.empty()) advice.explanation = advice.sizes.back().estimates.none;
+    return;
+  }
+  const auto meets = [&](double value) {
+    return std::abs(value / limit.value - 1) + limit.uncertainty <= request.error;
+  };
+  advice.as_computed = largest_cells(advice, [&](const SizeTried& size) {
+    const CorrectedValue* value = find(size, advice.quantity);
+    return value != nullptr && meets(value->value);
+  });
+  advice.corrected = largest_cells(advice, [&](const SizeTried& size) {
+    const CorrectedValue* value = find(size, advice.quantity);
+    return value != nullptr && value->doubts.empty() && meets(value->corrected());
+  });
+  if (advice.as_computed == 0 && advice.corrected == 0)
+    advice.explanation = fmt::format(
+        "no size meets {:.3g} %, of which the limit's uncertainty is {:.2g} %; give more --patience",
+        100 * request.error, 100 * limit.uncertainty);
+}
+
+}  // namespace
+
+StaticAdvice advise_at_rest(const Scene& scene, const AdviseRequest& request, Progress& progress) {
+  if (request.of != ErrorOf::displacement && request.of != ErrorOf::energy)
+    throw InputError(fmt::format("--of {} is about motion; of a scene at rest give displacement or energy",
+                                 error_names()[std::size_t(request.of)]));
+  SceneEdit edit = edit_of(scene);
+  while (edit.level % 2 == 0) edit.level /= 2;
+  StaticAdvice advice;
+  for (double expected = 0; expected <= request.patience; edit.level *= 2) {
+    std::optional<Scene> sized;
+    try {
+      sized = edited(scene, edit);
+    } catch (const InputError&) {  // a box holds no particle, or there are too many
+      if (!advice.sizes.empty() || edit.level > level_of(scene)) break;
+      continue;
+    }
+    progress.report(0, fmt::format("cells of {:.4g} m", sized->body.cell_size));
+    advice.sizes.push_back(solve(*sized, progress));
+    advice.stopped = progress.stopped();
+    if (advice.stopped) break;
+    expected = growth * advice.sizes.back().seconds;
+  }
+  if (!advice.stopped) conclude(request, advice);
+  return advice;
+}
+
+namespace {
+
+void add_rows(const StaticAdvice& advice, const std::string& quantity, Table& table) {
+  const auto [limit, uncertainty] = limit_of(advice, quantity);
+  for (const SizeTried& size : advice.sizes) {
+    const CorrectedValue* value = find(size, quantity);
+    const bool known = value != nullptr && std::isfinite(limit);
+    table.add({quantity, size.cell_size, std::int64_t(size.particles), size.seconds, size.estimate_seconds,
+               value ? value->value : no_value, value ? value->estimate : no_value, limit, uncertainty,
+               known ? value->value / limit - 1 : no_value, known ? value->corrected() / limit - 1 : no_value,
+               value ? to_string(value->doubts) : "",
+               std::string(known                       ? "ok"
+                           : size.status != Status::ok ? to_string(size.status)
+                           : value                     ? "does not converge"
+                                                       : "no estimate")});
+  }
+}
+
+}  // namespace
+
+std::vector<NamedTable> static_tables(const AdviseRequest& request, const StaticAdvice& advice) {
+  Table table({{"quantity"},
+               {"cell_size", "m"},
+               {"particles"},
+               {"seconds", "s"},
+               {"estimate_seconds", "s"},
+               {"value"},
+               {"estimate"},
+               {"limit"},
+               {"uncertainty"},
+               {"error"},
+               {"corrected_error"},
+               {"doubts"},
+               {"status"}});
+  if (!advice.sizes.empty())
+    for (const CorrectedValue& value : advice.sizes.back().estimates.values)
+      add_rows(advice, value.quantity, table);
+  Table requested({{"quantity"}, {"error"}, {"as_computed", "m"}, {"corrected", "m"}});
+  requested.add({advice.quantity, request.error, advice.as_computed, advice.corrected});
+  return {{"static_advice", table}, {"static_advice_request", requested}};
+}
+
+Drawings draw_at_rest(const std::vector<NamedTable>& tables) {
+  const Table &all = find_table(tables, "static_advice"),
+              &request = find_table(tables, "static_advice_request");
+  const std::string quantity = request.text(0, "quantity");
+  if (all.size() == 0 || quantity.empty()) return {};
+  const Table rows = all.where("quantity", quantity).where("status", "ok");
+  Chart chart{.title = "At rest: error against the size of cells",
+              .subtitle = fmt::format("{}; against the limit of the smallest cells", quantity),
+              .x = {.label = "size of cells", .logarithmic = true, .unit = "m"},
+              .y = {.label = "relative error", .logarithmic = true}};
+  for (const auto& [column, label] :
+       {std::pair{"error", "as computed"}, {"corrected_error", "corrected by the estimate"}}) {
+    ChartSeries series{.label = label};
+    for (std::size_t r = 0; r < rows.size(); ++r)
+      series.points.push_back({rows.number(r, "cell_size"), std::abs(rows.number(r, column))});
+    chart.series.push_back(std::move(series));
+  }
+  using Direction = ReferenceLine::Direction;
+  chart.lines.push_back({Direction::horizontal, request.number(0, "error"), "requested"});
+  if (rows.size() > 0 && rows.number(0, "uncertainty") > 0)
+    chart.lines.push_back({Direction::horizontal, rows.number(0, "uncertainty"), "uncertainty of the limit"});
+  return {.charts = {{"static_advice", chart}}};
+}
+
+void write_static_advice(const Scene& scene, const AdviseRequest& request, const StaticAdvice& advice,
+                         const Json& origin, const fs::path& directory) {
+  const std::vector<NamedTable> tables = static_tables(request, advice);
+  for (const NamedTable& table : tables)
+    write_atomically(directory / (table.name + ".csv"), table.table.csv());
+  const Json meta{{"experiment", "static_advice"},
+                  {"scene", scene.name},
+                  {"error", request.error},
+                  {"quantity", advice.quantity},
+                  {"cell_size_as_computed", advice.as_computed},
+                  {"cell_size_corrected", advice.corrected},
+                  {"explanation", advice.explanation},
+                  {"configuration", to_json(scene)},
+                  {"tables", describe_tables(tables)},
+                  {"provenance", origin}};
+  write_atomically(directory / "meta.json", meta.dump(2) + "\n");
+  write_drawings(draw_at_rest(tables), origin, directory);
+}
+
+std::string summary(const Scene& scene, const AdviseRequest& request, const StaticAdvice& advice) {
+  std::string text;
+  const double limit = limit_of(advice, advice.quantity).value;
+  for (const SizeTried& size : advice.sizes) {
+    const CorrectedValue* value = find(size, advice.quantity);
+    if (value == nullptr || !std::isfinite(limit)) continue;
+    text += fmt::format(
+        "  cells of {:<7.4g} m: {} {:.5g} {}, error {:.3g} %, estimated {:.3g} %, corrected {:.3g} %; "
+        "doubts: {}\n",
+        size.cell_size, value->quantity, value->value, value->unit, 100 * (value->value / limit - 1),
+        -100 * value->estimate / limit, 100 * (value->corrected() / limit - 1), to_string(value->doubts));
+  }
+  const auto meet = [&](const char* how, double cell_size) {
+    return cell_size > 0 ? fmt::format("{}: {:.3g} % is met {} in cells of {:.4g} m\n", scene.name,
+                                       100 * request.error, how, cell_size)
+                         : std::string();
+  };
+  return text + meet("as computed", advice.as_computed) + meet("by the corrected value", advice.corrected);
+}
+
+}  // namespace mss::advise
