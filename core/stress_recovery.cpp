@@ -166,6 +166,53 @@ std::vector<double> StressRecovery::error_products(const CellStressGradient& a,
   return products;
 }
 
+std::vector<SpringStrain> StressRecovery::spring_strains(const Field<double>& x) const {
+  const double h = body_.config().cell_size;
+  std::vector<SpringStrain> all;
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
+    const std::array<Vec3, 8> corners = corners_of(body_, x, cells_[cell]);
+    const Matrix gradient = mean_edges(corners) / h;
+    for (const auto& [a, b, stiffness] : kinds_[kind_[cell]].springs) {
+      const Vec3 rest = h * corner_difference(a, b);
+      const auto strain = [&](const Vec3& d) { return (d.squaredNorm() / rest.squaredNorm() - 1) / 2; };
+      all.push_back({strain(corners[std::size_t(b)] - corners[std::size_t(a)]), strain(gradient * rest)});
+    }
+  }
+  return all;
+}
+
+std::vector<SpringStrain> StressRecovery::spring_strain_change(const Field<double>& x,
+                                                               const Field<double>& displacement) const {
+  const double h = body_.config().cell_size;
+  std::vector<SpringStrain> all;
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
+    const std::array<Vec3, 8> corners = corners_of(body_, x, cells_[cell]);
+    const std::array<Vec3, 8> moves = corners_of(body_, displacement, cells_[cell]);
+    const Matrix gradient = mean_edges(corners) / h, change = mean_edges(moves) / h;
+    for (const auto& [a, b, stiffness] : kinds_[kind_[cell]].springs) {
+      const Vec3 rest = h * corner_difference(a, b), mean = gradient * rest;
+      const Vec3 own = corners[std::size_t(b)] - corners[std::size_t(a)];
+      all.push_back({own.dot(moves[std::size_t(b)] - moves[std::size_t(a)]) / rest.squaredNorm(),
+                     mean.dot(change * rest) / rest.squaredNorm()});
+    }
+  }
+  return all;
+}
+
+std::vector<double> StressRecovery::uneven_products(const std::vector<SpringStrain>& a,
+                                                    const std::vector<SpringStrain>& b) const {
+  const double h = body_.config().cell_size;
+  std::vector<double> products(cells_.size());
+  std::size_t s = 0;
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell)
+    for (const auto& spring : kinds_[kind_[cell]].springs) {
+      const double squared = h * h * corner_difference(spring.a, spring.b).squaredNorm();
+      products[cell] += spring.stiffness * squared * (a[s].own * b[s].own - a[s].mean * b[s].mean);
+      ++s;
+    }
+  return products;
+}
+
 double StressRecovery::share_alone() const {
   std::size_t alone = 0;
   for (std::size_t cell = 0; cell < cells_.size(); ++cell)

@@ -16,6 +16,11 @@ using CellStress = std::vector<Eigen::Matrix3d>;
 /// The gradient of such a field: its derivatives along the axes of the lattice at rest.
 using CellStressGradient = std::vector<std::array<Eigen::Matrix3d, 3>>;
 
+/// Strain of a spring of a cell along its own direction, and what the cell's mean deformation makes of it.
+struct SpringStrain {
+  double own, mean;
+};
+
 /// Stress in the cells of a body of springs, from the cells' own forces, and what its variation from cell to
 /// cell says of the error of the lattice.
 ///
@@ -56,6 +61,16 @@ class StressRecovery {
 
   /// h^5/12 sum_i a_i : C^-1 : b_i of every cell [J].
   std::vector<double> error_products(const CellStressGradient& a, const CellStressGradient& b) const;
+
+  /// Green's strain of every cell's springs at positions x, cell by cell.
+  std::vector<SpringStrain> spring_strains(const Field<double>& x) const;
+  /// Its derivative at x along a displacement.
+  std::vector<SpringStrain> spring_strain_change(const Field<double>& x,
+                                                 const Field<double>& displacement) const;
+  /// What the springs of every cell store beyond what they would if it deformed evenly, sum k L^2 (a b - mean
+  /// a mean b) [J]: a cell of springs bends stiffly, by more or less than a continuum's linear stress.
+  std::vector<double> uneven_products(const std::vector<SpringStrain>& a,
+                                      const std::vector<SpringStrain>& b) const;
 
   /// Share of the cells without any neighbour along some axis: there the gradient along it is unknown.
   double share_alone() const;

@@ -24,6 +24,7 @@ const Body& body_of_springs(const BodySystem<double>& system) {
 }
 
 constexpr double resolved_share = 0.25, agreeing_share = 0.8, spread_share = 0.05, thin_share = 0.1;
+constexpr double least_agreement = 0.6, most_agreement = 1.6;  ///< of the other estimate, over the estimate
 constexpr double small_strain = 0.05;
 constexpr double negligible = 1e-9;  ///< of a value: parts that are rounding
 
@@ -58,8 +59,8 @@ double largest_strain(const Body& body, const Field<double>& x) {
 }  // namespace
 
 std::string_view to_string(Doubt doubt) {
-  constexpr std::array<std::string_view, 7> names{"large", "far",      "concentrated", "re-entrant",
-                                                  "thin",  "strained", "contact"};
+  constexpr std::array<std::string_view, 8> names{"large", "far",     "concentrated", "re-entrant",
+                                                  "thin",  "springs", "strained",     "contact"};
   return names[std::size_t(doubt)];
 }
 
@@ -70,13 +71,14 @@ std::string to_string(const std::vector<Doubt>& doubts) {
 }
 
 std::string_view explanation(Doubt doubt) {
-  constexpr std::array<std::string_view, 7> sentences{
+  constexpr std::array<std::string_view, 8> sentences{
       "the estimate is more than a quarter of the value: smaller cells are needed",
       "parts of the estimate cancel: the quantity is far from what acts on the body, or across it, and the "
       "corrected value may be no better",
       "half of the estimate comes from less than a twentieth of the cells: a peak of stress is not resolved",
       "the body has edges that go inwards: the estimate sees half to three quarters of the error there",
       "many cells have no neighbour along an axis: the estimate is too small",
+      "what springs store in uneven cells says something else: the estimate may be off by half or more",
       "strains exceed 5 percent: the estimate is linear",
       "what touches a plane changes with the cells, which the estimate does not see"};
   return sentences[std::size_t(doubt)];
@@ -92,6 +94,7 @@ GoalEstimator::GoalEstimator(BodySystem<double>& system, const State<double>& eq
       displacement_(equilibrium.x) {
   displacement_.array() -= rest_.x.array();
   gradient_ = recovery_.gradient(recovery_.stress(equilibrium.x));
+  strains_ = recovery_.spring_strains(equilibrium.x);
   find_doubts();
   prepare();
 }
@@ -105,6 +108,7 @@ GoalEstimator::GoalEstimator(BodySystem<double>& system, const Field<double>& di
       at_(&rest_),
       displacement_(displacement) {
   gradient_ = recovery_.gradient(recovery_.stress_change(rest_.x, displacement));
+  strains_ = recovery_.spring_strain_change(rest_.x, displacement);
   find_doubts();
   prepare();
 }
@@ -129,9 +133,13 @@ void GoalEstimator::add_doubts(GoalEstimate& goal) const {
   const bool thin = std::find(doubts_.begin(), doubts_.end(), Doubt::thin) != doubts_.end();
   if (all <= negligible * std::abs(goal.value) && !thin) return;
   if (std::abs(goal.error) > resolved_share * std::abs(goal.value)) goal.doubts.push_back(Doubt::large);
-  if (std::abs(goal.error) < agreeing_share * all) goal.doubts.push_back(Doubt::far);
+  const bool far = std::abs(goal.error) < agreeing_share * all;
+  if (far) goal.doubts.push_back(Doubt::far);
   if (double(doerfler_marking(parts, 0.5).size()) < spread_share * double(parts.size()))
     goal.doubts.push_back(Doubt::concentrated);
+  const double agreement = goal.of_springs / goal.error;
+  if (!far && !(agreement > least_agreement && agreement < most_agreement))
+    goal.doubts.push_back(Doubt::springs);
   goal.doubts.insert(goal.doubts.end(), doubts_.begin(), doubts_.end());
 }
 
@@ -141,19 +149,26 @@ Status GoalEstimator::solve(const Field<double>& load, Field<double>& solution) 
   return status_ == Status::ok ? solver_->solve(load, solution, work_) : status_;
 }
 
-std::vector<double> GoalEstimator::products(const Field<double>& dual) const {
-  return recovery_.error_products(gradient_, recovery_.gradient(recovery_.stress_change(at_->x, dual)));
-}
-
 GoalEstimate GoalEstimator::estimate(double value, double factor, Status status,
-                                      const Field<double>& dual) const {
+                                     const Field<double>& dual) const {
   GoalEstimate goal{.status = status, .value = value};
   if (status != Status::ok) return goal;
-  goal.of_cells = products(dual);
-  for (double& part : goal.of_cells) part *= factor;
-  goal.error = std::accumulate(goal.of_cells.begin(), goal.of_cells.end(), 0.0);
+  add(factor, recovery_.gradient(recovery_.stress_change(at_->x, dual)),
+      recovery_.spring_strain_change(at_->x, dual), goal);
   add_doubts(goal);
   return goal;
+}
+
+void GoalEstimator::add(double factor, const CellStressGradient& gradient,
+                        const std::vector<SpringStrain>& strains, GoalEstimate& goal) const {
+  const std::vector<double> parts = recovery_.error_products(gradient_, gradient);
+  const std::vector<double> uneven = recovery_.uneven_products(strains_, strains);
+  goal.of_cells.resize(parts.size());
+  for (std::size_t cell = 0; cell < parts.size(); ++cell) {
+    goal.of_cells[cell] += factor * parts[cell];
+    goal.error += factor * parts[cell];
+    goal.of_springs += factor * (uneven[cell] - parts[cell]);
+  }
 }
 
 GoalEstimate GoalEstimator::displacement(const Field<double>& weight) {
@@ -206,9 +221,7 @@ GoalEstimate GoalEstimator::stored_energy() {
   GoalEstimate goal = estimate(energy(), 1, status, dual);
   goal.doubts.clear();
   if (goal.status != Status::ok) return goal;
-  const std::vector<double> own = recovery_.error_products(gradient_, gradient_);
-  for (std::size_t cell = 0; cell < own.size(); ++cell) goal.of_cells[cell] -= own[cell] / 2;
-  goal.error = std::accumulate(goal.of_cells.begin(), goal.of_cells.end(), 0.0);
+  add(-0.5, gradient_, strains_, goal);
   add_doubts(goal);
   return goal;
 }

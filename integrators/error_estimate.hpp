@@ -20,6 +20,7 @@ enum class Doubt {
   reentrant,     ///< the body has edges that go inwards: stress has no bound there, and the estimate sees
                  ///< half to three quarters of the error
   thin,          ///< many cells have no neighbour along an axis, so that the gradient along it is unknown
+  springs,       ///< what springs store in cells that bend says something else than the estimate
   strained,      ///< strains above 5 percent: the estimate is linear about the equilibrium
   contact        ///< what touches a plane changes with the cells
 };
@@ -34,6 +35,7 @@ struct GoalEstimate {
   Status status = Status::ok;      ///< of the dual solution; the rest is valid only if it is ok
   double value = 0;                ///< J(u_h), as computed
   double error = 0;                ///< J(u) - J(u_h): what to add
+  double of_springs = 0;           ///< another estimate of the error, from what springs store in uneven cells
   std::vector<double> of_cells{};  ///< its parts by cell id; their magnitudes say which cells to refine
   std::vector<Doubt> doubts{};     ///< none: it is to be trusted
   double corrected() const { return value + error; }
@@ -47,6 +49,10 @@ struct GoalEstimate {
 /// (2001) 1. Of the displacement under a body's only load z is u_h itself and every part is positive. Of a
 /// reaction z is the unit displacement of its hold, and the sum counts negative: a body in smaller cells is
 /// softer.
+///
+/// Beside it stands an estimate that is exact where stress is smooth, for any springs, and too small where it
+/// is singular: what the springs of cells store beyond an even deformation less the sum above. Where the two
+/// differ much, springs resist gradients otherwise than a trilinear cell does, as in torsion with t = 1.
 ///
 /// To first order about rest, or about an equilibrium of large displacements: then stresses are those of
 /// stress_recovery.hpp, which stay as they are when the body rotates, z is of the tangent there, and the work
@@ -72,7 +78,8 @@ class GoalEstimator {
   void prepare();
   void find_doubts();
   Status solve(const Field<double>& load, Field<double>& solution);
-  std::vector<double> products(const Field<double>& dual) const;
+  void add(double factor, const CellStressGradient& gradient, const std::vector<SpringStrain>& strains,
+           GoalEstimate& goal) const;
   void add_doubts(GoalEstimate& goal) const;
   Field<double> total_force();
   double energy();
@@ -86,6 +93,7 @@ class GoalEstimator {
   const State<double>* at_;     ///< what the tangent is of
   Field<double> displacement_;  ///< u_h
   CellStressGradient gradient_;
+  std::vector<SpringStrain> strains_;
   std::vector<Doubt> doubts_;  ///< about any quantity
   std::unique_ptr<LinearSolver> solver_;
   Status status_ = Status::ok;

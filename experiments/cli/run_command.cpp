@@ -71,6 +71,7 @@ Json to_json(const CorrectedValue& value) {
           {"unit", value.unit},
           {"value", value.value},
           {"error_estimate", ok ? Json(value.estimate) : Json()},
+          {"error_estimate_of_springs", ok ? Json(value.of_springs) : Json()},
           {"corrected", ok ? Json(value.corrected()) : Json()},
           {"richardson", value.richardson ? Json(*value.richardson) : Json()},
           {"doubts", doubts},

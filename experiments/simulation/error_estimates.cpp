@@ -189,6 +189,7 @@ SceneEstimates estimate_errors(const Scene& scene, const std::vector<ParticleRec
                                   .unit = goal.unit,
                                   .value = found.value,
                                   .estimate = found.error,
+                                  .of_springs = found.of_springs,
                                   .doubts = found.doubts,
                                   .status = found.status});
     }

@@ -87,6 +87,49 @@ TEST(StressRecovery, PureBendingHasTheEnergyOfALinearStress) {
   }
 }
 
+// Half the work of springs at a cell's surface, where the strain is its gradient times h/2: four edges along
+// x and four along z, and the diagonals of the two faces between them.
+TEST(StressRecovery, SpringsOfABentCellStoreMoreThanAContinuum) {
+  constexpr double h = 0.25, curvature = 0.01, mu = young / (2 * (1 + poisson));
+  for (const double face_share : {0.25, 1.0}) {
+    const Body body(bar(6, 4, 3, h, face_share));
+    const StressRecovery recovery(body);
+    const std::vector<SpringStrain> strains =
+        recovery.spring_strain_change(at_rest(body), bent(body, curvature, 0.3));
+    const double expected =
+        mu * curvature * curvature * std::pow(h, 5) / 4 *
+        ((2 - face_share) * (1 + poisson * poisson) + face_share * (1 - poisson) * (1 - poisson));
+    for (const double energy : recovery.uneven_products(strains, strains))
+      EXPECT_NEAR(energy, expected, 1e-9 * expected);
+  }
+}
+
+TEST(StressRecovery, SpringStrainsAreGreensAndTheirChangeIsTheDerivative) {
+  BodyConfig config = testing::test_config(VoxelGrid::box(3, 2, 2));
+  testing::fill_randomly(config, 3);
+  const Body body(config);
+  const StressRecovery recovery(body);
+  Eigen::Matrix3d f;
+  f << 1.2, 0.1, -0.05, 0.2, 0.9, 0.15, -0.1, 0.05, 1.1;
+  for (const auto& [own, mean] : recovery.spring_strains(field(body, [&](const Vec3& x) { return f * x; })))
+    EXPECT_NEAR(own, mean, 1e-12);  // an even deformation
+  SpringSystem<double> system(body, {});
+  State<double> state = system.rest_state(), other = state;
+  testing::randomise(body, state, 0.2, 0, 6);
+  testing::randomise(body, other, 0.5, 0, 7);
+  Field<double> move = other.x, forth = state.x, back = state.x;
+  move.array() -= state.x.array();
+  constexpr double step = 1e-5;
+  forth.array() += step * move.array();
+  back.array() -= step * move.array();
+  const auto change = recovery.spring_strain_change(state.x, move), a = recovery.spring_strains(forth),
+             b = recovery.spring_strains(back);
+  for (std::size_t s = 0; s < change.size(); ++s) {
+    EXPECT_NEAR(change[s].own, (a[s].own - b[s].own) / (2 * step), 1e-8);
+    EXPECT_NEAR(change[s].mean, (a[s].mean - b[s].mean) / (2 * step), 1e-8);
+  }
+}
+
 TEST(StressRecovery, AxesAndComponentsAreThoseOfTheEnergy) {
   // u = (a x y, 0, b y z): every stress linear, in shear and pull, along two axes.
   constexpr double h = 0.5, a = 0.02, b = -0.01;

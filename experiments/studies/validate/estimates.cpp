@@ -73,6 +73,7 @@ double cells_of_all(const Table& estimates) {
 Chart estimates_chart(const Table& estimates, const Table& cases) {
   std::vector<std::string> names = estimates.distinct("case"), shown;
   for (std::string name : names) {
+    if (const std::size_t end = name.find("_45"); end != std::string::npos) name.erase(end);
     std::replace(name.begin(), name.end(), '_', ' ');
     shown.push_back(
         fmt::format("{}, nu = {:g}", name, cases.where("case", names[shown.size()]).number(0, "poisson")));

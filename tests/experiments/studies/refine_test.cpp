@@ -66,7 +66,7 @@ TEST(Refine, DrawsFromTables) {
   EXPECT_EQ(drawings.charts[0].name, "refine");
   EXPECT_EQ(drawings.charts[2].name, "refine_far_goal");
   for (const NamedChart& chart : drawings.charts) {
-    ASSERT_EQ(chart.chart.series.size(), 6);
+    ASSERT_EQ(chart.chart.series.size(), 8);
     for (const ChartSeries& series : chart.chart.series) EXPECT_EQ(series.points.size(), 3);
   }
 }

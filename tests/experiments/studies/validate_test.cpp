@@ -235,8 +235,9 @@ TEST(Validate, DrawsFromItsFiles) {
   expect_same_drawings(find_experiment("validate"), tables);
   const std::vector<NamedChart> charts = draw_validation(tables).charts;
   ASSERT_EQ(charts.size(), 6U);
-  const std::vector<std::string> names{"validate", "validate_torsion_cells", "validate_torsion_seconds",
-                                       "validate_large_strain", "validate_estimates", "validate_refinement"};
+  const std::vector<std::string> names{
+      "validate",           "validate_torsion_cells", "validate_torsion_seconds", "validate_large_strain",
+      "validate_estimates", "validate_refinement"};
   for (std::size_t i = 0; i < names.size(); ++i) EXPECT_EQ(charts[i].name, names[i]);
   // All charted cases at the resolution that they share; shear is not charted.
   EXPECT_EQ(charts[0].chart.y.names, (std::vector<std::string>{"torsion", "large compression"}));
@@ -255,6 +256,25 @@ TEST(Validate, SpringsAreTheirCauchyBornLimitAtLargeStrain) {
     EXPECT_EQ(strains.text(r, "status"), "ok");
     EXPECT_NEAR(strains.number(r, "difference"), 0, 1e-9) << r;
     EXPECT_NEAR(strains.number(r, "lateral_stretch"), strains.number(r, "cauchy_born_lateral_stretch"), 1e-9);
+  }
+}
+
+TEST(Validate, EstimatesAreComparedWithTheReferences) {
+  ValidationConfig config = validation_config({.cells = {4}});
+  Progress progress;
+  Table estimates = empty_estimates();
+  ASSERT_TRUE(measure_estimates(config, progress, estimates));
+  EXPECT_EQ(estimates.size(), 8U * 3);  // static, of small deformations; calibrated springs
+  EXPECT_NEAR(number(estimates, "effectivity", "cantilever", "springs, t = 1", 4), 0.91, 0.01);
+  EXPECT_NEAR(number(estimates, "effectivity", "cantilever", "springs, t = 0.5", 4), 0.71, 0.01);
+  EXPECT_NEAR(number(estimates, "effectivity", "torsion", "springs, t = 0.5", 4), 0.93, 0.01);
+  for (std::size_t r = 0; r < estimates.size(); ++r) {
+    const double value = estimates.number(r, "value") + estimates.number(r, "estimate");
+    const double reference = estimates.number(r, "value") / (1 + estimates.number(r, "error"));
+    EXPECT_NEAR(value / reference - 1, estimates.number(r, "corrected_error"), 1e-9);
+    if (estimates.text(r, "case") == "torsion") {
+      EXPECT_EQ(estimates.text(r, "doubts"), "springs");
+    }
   }
 }
 
