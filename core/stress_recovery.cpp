@@ -224,6 +224,11 @@ double StressRecovery::share_alone() const {
   return double(alone) / double(cells_.size());
 }
 
+bool StressRecovery::has_partial_cells() const {
+  constexpr double full = 1 - 1e-5;
+  return std::any_of(kinds_.begin(), kinds_.end(), [](const Kind& kind) { return kind.fill < full; });
+}
+
 std::vector<std::size_t> doerfler_marking(const std::vector<double>& indicators, double share) {
   std::vector<std::size_t> ids(indicators.size());
   std::iota(ids.begin(), ids.end(), 0);

@@ -74,6 +74,8 @@ class StressRecovery {
 
   /// Share of the cells without any neighbour along some axis: there the gradient along it is unknown.
   double share_alone() const;
+  /// Whether some cell is not full.
+  bool has_partial_cells() const;
 
  private:
   /// A spring of a cell: between which corners, and with how much stiffness of this cell [N/m].

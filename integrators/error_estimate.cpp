@@ -58,9 +58,10 @@ double largest_strain(const Body& body, const Field<double>& x) {
 
 }  // namespace
 
+// In the enumeration's order.
 std::string_view to_string(Doubt doubt) {
-  constexpr std::array<std::string_view, 8> names{"large", "far",     "concentrated", "re-entrant",
-                                                  "thin",  "springs", "strained",     "contact"};
+  constexpr std::array<std::string_view, 9> names{"large",   "far",     "concentrated", "re-entrant", "thin",
+                                                  "partial", "springs", "strained",     "contact"};
   return names[std::size_t(doubt)];
 }
 
@@ -71,13 +72,14 @@ std::string to_string(const std::vector<Doubt>& doubts) {
 }
 
 std::string_view explanation(Doubt doubt) {
-  constexpr std::array<std::string_view, 8> sentences{
+  constexpr std::array<std::string_view, 9> sentences{
       "the estimate is more than a quarter of the value: smaller cells are needed",
       "parts of the estimate cancel: the quantity is far from what acts on the body, or across it, and the "
       "corrected value may be no better",
       "half of the estimate comes from less than a twentieth of the cells: a peak of stress is not resolved",
       "the body has edges that go inwards: the estimate sees half to three quarters of the error there",
       "many cells have no neighbour along an axis: the estimate is too small",
+      "cells are filled in part: the estimate sees less than half of the error",
       "what springs store in uneven cells says something else: the estimate may be off by half or more",
       "strains exceed 5 percent: the estimate is linear",
       "what touches a plane changes with the cells, which the estimate does not see"};
@@ -122,6 +124,7 @@ void GoalEstimator::find_doubts() {
   const Body& body = system_.body();
   if (has_reentrant_edge(body)) doubts_.push_back(Doubt::reentrant);
   if (recovery_.share_alone() > thin_share) doubts_.push_back(Doubt::thin);
+  if (recovery_.has_partial_cells()) doubts_.push_back(Doubt::partial);
   if (!linear_ && largest_strain(body, at_->x) > small_strain) doubts_.push_back(Doubt::strained);
   if (!system_.environment().planes.empty()) doubts_.push_back(Doubt::contact);
 }

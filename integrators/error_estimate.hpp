@@ -20,6 +20,7 @@ enum class Doubt {
   reentrant,     ///< the body has edges that go inwards: stress has no bound there, and the estimate sees
                  ///< half to three quarters of the error
   thin,          ///< many cells have no neighbour along an axis, so that the gradient along it is unknown
+  partial,       ///< cells are filled in part, and what that changes at a surface is not seen
   springs,       ///< what springs store in cells that bend says something else than the estimate
   strained,      ///< strains above 5 percent: the estimate is linear about the equilibrium
   contact        ///< what touches a plane changes with the cells

@@ -212,6 +212,7 @@ TEST(StressRecovery, OfAPartlyFilledCellIsThatOfWhatIsFilled) {
   const StressRecovery recovery(body);
   const CellStressGradient g =
       recovery.gradient(recovery.stress_change(at_rest(body), bent(body, curvature, 0.3)));
+  EXPECT_TRUE(recovery.has_partial_cells());
   const double expected = 0.375 * young * curvature * curvature * std::pow(h, 5) / 12;
   for (const double energy : recovery.error_products(g, g)) EXPECT_NEAR(energy, expected, 1e-9 * expected);
 }
@@ -226,6 +227,7 @@ TEST(StressRecovery, AJumpBetweenPartsIsNoGradient) {
   config.parts = {hard};
   const Body body(config);
   const StressRecovery recovery(body);
+  EXPECT_FALSE(recovery.has_partial_cells());
   const Field<double> u = field(body, [](const Vec3& x) -> Vec3 { return {x[0] + x[1], 0, 2 * x[2]}; });
   const CellStress stress = recovery.stress_change(at_rest(body), u);
   EXPECT_NEAR(stress[2](0, 0) / stress[1](0, 0), 10, 1e-9);

@@ -190,6 +190,12 @@ std::vector<Doubt> doubts_of(const BodyConfig& config, const Environment& enviro
   return GoalEstimator(system, r.displacement, work).displacement(weight(body)).doubts;
 }
 
+TEST(ErrorEstimate, NamesItsDoubts) {
+  EXPECT_EQ(to_string(std::vector<Doubt>()), "none");
+  EXPECT_EQ(to_string(std::vector{Doubt::large, Doubt::partial, Doubt::contact}), "large, partial, contact");
+  EXPECT_NE(explanation(Doubt::contact).find("plane"), std::string_view::npos);
+}
+
 TEST(ErrorEstimate, SaysWhereItCannotBeTrusted) {
   const auto of_tip = [](const Body& body) { return mean_of_tip(body, Vec3::UnitZ()); };
   const auto along = [](const Body& body) { return mean_of_tip(body, Vec3::UnitX()); };
@@ -206,6 +212,11 @@ TEST(ErrorEstimate, SaysWhereItCannotBeTrusted) {
   EXPECT_THAT(doubts_of(plate, {.holds = {{.box = root}}, .loads = {{.box = tip, .force = {0, 1, 0}}}},
                         [](const Body& body) { return mean_of_tip(body, Vec3::UnitY()); }),
               Contains(Doubt::thin));
+
+  BodyConfig partial = config;
+  partial.contents = {{PartFill{}}, {{0, CellFill::even(0.5F)}}};
+  for (int cell = 0; cell < 16 * 4 * 4; ++cell) partial.content_of.push_back(cell < 16 ? 1 : 0);
+  EXPECT_THAT(doubts_of(partial, loaded, of_tip), Contains(Doubt::partial));
 
   const Environment glued{.holds = {{.box = {{0, 0, 0}, {4, 1, 0}}}},
                           .loads = {{.box = {{0, 0, 1}, {1, 1, 1}}, .force = {0, 0, -1}}}};
