@@ -51,9 +51,9 @@ struct GoalEstimate {
 /// reaction z is the unit displacement of its hold, and the sum counts negative: a body in smaller cells is
 /// softer.
 ///
-/// Beside it stands an estimate that is exact where stress is smooth, for any springs, and too small where it
-/// is singular: what the springs of cells store beyond an even deformation less the sum above. Where the two
-/// differ much, springs resist gradients otherwise than a trilinear cell does, as in torsion with t = 1.
+/// Beside it stands what the springs of cells store beyond an even deformation, less the sum above: exact for
+/// strains that vary linearly, as in pure bending, with springs of any t, and too small where stress is
+/// singular. Where the two differ much, springs resist gradients otherwise than a trilinear cell does.
 ///
 /// To first order about rest, or about an equilibrium of large displacements: then stresses are those of
 /// stress_recovery.hpp, which stay as they are when the body rotates, z is of the tangent there, and the work

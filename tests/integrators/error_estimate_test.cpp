@@ -242,6 +242,30 @@ TEST(ErrorEstimate, SaysWhereItCannotBeTrusted) {
   EXPECT_THAT(GoalEstimator(near.system, near.state, work).stored_energy().doubts, IsEmpty());
 }
 
+// Its ends turned against each other by a radian, to first order: E I / L. Of a cell's energy, over E h^5 /
+// 12 times the curvature squared, springs store `stored` (StressRecovery.SpringsOfABentCellStoreMore...)
+// where a continuum stores 1.
+TEST(ErrorEstimate, OfPureBendingIsAnalytic) {
+  constexpr double young = 1e5, poisson = 0.3, truth = young / 12 / 4 / 2;
+  const auto bent = [](const Vec3& rest) { return Vec3(rest[0] < 2 ? 0 : rest[1] - 0.5, 0, 0); };
+  for (const double face_share : {0.25, 0.5, 1.0}) {
+    const double t = face_share, stored = 3 / (1 + poisson) * (1 + poisson * poisson - poisson * t);
+    const Body body(bar(4, 8, t));
+    SpringSystem<double> system(
+        body, {.gravity = Vec3::Zero(),
+               .holds = {{.box = root, .axes = {true, false, false}},
+                         {.box = tip, .axes = {true, false, false}},
+                         {.box = {Vec3::Zero(), Vec3::Zero()}},
+                         {.box = {Vec3::UnitY(), Vec3::UnitY()}, .axes = {false, false, true}}}});
+    Work work;
+    const LinearResponse r = linear_response(system, bent, work);
+    const GoalEstimate energy = GoalEstimator(system, r.displacement, work).stored_energy();
+    EXPECT_NEAR(energy.of_springs / (truth - energy.value), 1, 0.01);
+    EXPECT_NEAR(energy.error / (truth - energy.value), 1 / (stored - 1), 0.01);
+    EXPECT_NEAR(energy.value / truth - 1, (stored - 1) / 64, 0.03 * (stored - 1) / 64);
+  }
+}
+
 // The lattice is too stiff in torsion by 22 percent at 4 cells across and t = 1, and by 3 at t = 0.25; what a
 // trilinear cell would add lies between.
 TEST(ErrorEstimate, DoubtsWhatSpringsContradict) {
