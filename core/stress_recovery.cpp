@@ -62,7 +62,7 @@ StressRecovery::Kind StressRecovery::kind_of(const CellContent& content) const {
       for (int b = a + 1; b < 8; ++b) {
         const int axes = std::popcount(unsigned(a ^ b));
         const double stiffness = (axes == 1 ? k.edge : axes == 2 ? k.face : k.body) / cells_that_share[axes];
-        const double filled = blend(filled_at(fill, a, b), config.fill_blend_springs, share);
+        const double filled = blend(filled_at(fill, a, b), config.springs_floor(), share);
         if (stiffness * filled != 0) kind.springs.push_back({a, b, stiffness * filled});
       }
     kind.volume += share * k.volume;
