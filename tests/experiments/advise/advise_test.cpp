@@ -340,7 +340,8 @@ TEST(Advice, NeedsSomethingThatMoves) {
   EXPECT_THROW(advise(flying, {.of = ErrorOf::deformation}, progress), InputError);
 }
 
-// Errors of the cantilever at 2, 4 and 8 cells across are 19, 6.2 and 1.8 percent, corrected 2.9, 0.5 and 0.2.
+// Errors of the cantilever at 2, 4 and 8 cells across are 19, 6.2 and 1.8 percent, corrected 2.9, 0.5 and
+// 0.2.
 TEST(StaticAdvice, FindsCellsThatMeetTheErrorAsComputedAndCorrected) {
   const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "static_advice.toml";
   write_atomically(file,
