@@ -86,8 +86,8 @@ double largest_cells(const StaticAdvice& advice, Meets&& meets) {
 void conclude(const AdviseRequest& request, StaticAdvice& advice) {
   if (advice.sizes.size() < sizes_for_limit) {
     advice.explanation = fmt::format(
-        "{} sizes of cells were solved, and a limit needs {}; give more --patience, or cells that divide",
-        advice.sizes.size(), sizes_for_limit);
+        "a limit needs {} sizes of cells, and {} could be solved; give more --patience, or cells that divide",
+        sizes_for_limit, advice.sizes.size());
     return;
   }
   advice.quantity = judged_quantity(request, advice.sizes.back());
@@ -117,10 +117,14 @@ void conclude(const AdviseRequest& request, StaticAdvice& advice) {
 
 }  // namespace
 
-StaticAdvice advise_at_rest(const Scene& scene, const AdviseRequest& request, Progress& progress) {
+void check_static(const AdviseRequest& request) {
   if (request.of != ErrorOf::displacement && request.of != ErrorOf::energy)
     throw InputError(fmt::format("--of {} is about motion; of a scene at rest give displacement or energy",
                                  error_names()[std::size_t(request.of)]));
+}
+
+StaticAdvice advise_at_rest(const Scene& scene, const AdviseRequest& request, Progress& progress) {
+  check_static(request);
   SceneEdit edit = edit_of(scene);
   while (edit.level % 2 == 0) edit.level /= 2;
   StaticAdvice advice;
@@ -224,6 +228,7 @@ void write_static_advice(const Scene& scene, const AdviseRequest& request, const
                   {"tables", describe_tables(tables)},
                   {"provenance", origin}};
   write_atomically(directory / "meta.json", meta.dump(2) + "\n");
+  for (const char* picture : {"static_advice.svg", "static_advice.png"}) fs::remove(directory / picture);
   write_drawings(draw_at_rest(tables), origin, directory);
 }
 

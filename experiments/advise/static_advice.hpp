@@ -29,10 +29,13 @@ struct StaticAdvice {
   bool stopped = false;                   ///< by the user
 };
 
+/// Throws InputError if what is requested is about motion.
+void check_static(const AdviseRequest& request);
+
 /// Solves a scene from the largest cells that its own can be merged to, halving them while a solution takes
 /// less than `patience` seconds; limits are extrapolated from the three smallest sizes by the order these
 /// show. The error is of the largest component of a displacement in [expect], or of the stored energy.
-/// Corrected values count where nothing makes their estimate doubtful.
+/// Throws as check_static(). Corrected values count where nothing makes their estimate doubtful.
 StaticAdvice advise_at_rest(const Scene& scene, const AdviseRequest& request, Progress& progress);
 
 /// `static_advice`: a row per quantity and size, with the estimate beside the error that was found;

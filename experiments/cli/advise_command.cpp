@@ -126,6 +126,8 @@ void advise_static_scene(const Scene& scene, const AdviseChoice& choice, const A
   if (request.budget || choice.grid)
     throw InputError(fmt::format("--{} is about motion, and {} is at rest (solve.integrator = \"{}\")",
                                  choice.grid ? "grid" : "budget", scene.name, scene.solve.integrator));
+  check_static(request);
+  check_solve(scene);
   prepare_directory(directory);
   const Json origin = provenance();
   StaticAdvice advice;

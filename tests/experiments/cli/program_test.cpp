@@ -332,6 +332,26 @@ TEST(Advise, WritesTheSceneThatItAdvises) {
   EXPECT_FALSE(fs::exists(fs::path(advice) / "advised.toml"));
 }
 
+// A clamped beam: corrected values need larger cells than those as computed.
+TEST(Advise, HalvesTheCellsOfASceneAtRest) {
+  const Directory out;
+  const std::string scene = (out / "beam.toml"), advice = (out / "advice");
+  write_atomically(scene, beam("[expect]\n" + tip("[0, 0, -0.03]")));
+  const ProgramRun run = mss({"advise", scene, "--error", "16%", "--patience", "1", "--out", advice});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  EXPECT_NE(run.output.find("beam: 16 % is met by the corrected value in cells of 0."), std::string::npos)
+      << run.output;
+  for (const char* file :
+       {"static_advice.csv", "static_advice_request.csv", "static_advice.png", "meta.json"})
+    EXPECT_TRUE(fs::exists(fs::path(advice) / file)) << file;
+  EXPECT_EQ(mss({"redraw", advice}).exit_status, 0);
+  expect_refused({"advise", scene, "--budget", "1ms/frame"}, "--budget is about motion");
+  expect_refused({"advise", scene, "--of", "volume"}, "--of volume is about motion");
+  const ProgramRun hasty = mss({"advise", scene, "--patience", "1e-9", "--out", advice});
+  EXPECT_EQ(hasty.exit_status, 1) << hasty.output;
+  EXPECT_NE(hasty.output.find("give more --patience"), std::string::npos) << hasty.output;
+}
+
 TEST(Model, FillsEveryExperimentsBodies) {
   const Directory directory;
   const std::string out = directory / "energy";
