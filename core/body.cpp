@@ -402,4 +402,11 @@ std::vector<std::ptrdiff_t> Body::select(const Vec3& lower, const Vec3& upper) c
   return selected;
 }
 
+std::vector<std::ptrdiff_t> select(const std::vector<Level>& levels, const Box& box) {
+  std::vector<std::ptrdiff_t> selected;
+  for (const auto& [body, first] : levels)
+    for (const std::ptrdiff_t site : body.select(box.lower, box.upper)) selected.push_back(first + site);
+  return selected;
+}
+
 }  // namespace mss

@@ -306,6 +306,15 @@ class Body {
       dampings_;  ///< by kind [kg/s], if there is no such time
 };
 
+/// A lattice of a solid: its body, and where its sites begin in fields.
+struct Level {
+  const Body& body;
+  std::ptrdiff_t first = 0;
+};
+
+/// Sites in fields of the particles whose rest position lies in a closed box, widened by 1e-9 cell.
+std::vector<std::ptrdiff_t> select(const std::vector<Level>& levels, const Box& box);
+
 /// Positions of the eight corners c = bx + 2 by + 4 bz of the cell at a site.
 template <class Real>
 std::array<Vec3, 8> corners_of(const Body& body, const Field<Real>& x, std::ptrdiff_t site) {

@@ -17,20 +17,21 @@ bool BodyEvents<Real>::collide(const State<Real>& before, double dt, State<Real>
   if (surface_) return surface_->collide(before, dt, state);
   std::atomic<bool> any{false};
   for_each_awake([&](std::ptrdiff_t site) {
-    if (collide_particle(site, before, dt, state)) any.store(true, std::memory_order_relaxed);
+    if (collide_particle(contact_, held_, site, before, dt, state))
+      any.store(true, std::memory_order_relaxed);
   });
   return any;
 }
 
 template <class Real>
-bool BodyEvents<Real>::collide_particle(std::ptrdiff_t site, const State<Real>& before, double dt,
-                                        State<Real>& state) const {
+bool collide_particle(const PlaneContact& contact, const HeldSites& held, std::ptrdiff_t site,
+                      const State<Real>& before, double dt, State<Real>& state) {
   const Vec3 x = state.x.at(site);
-  if (!contact_.touches(x)) return false;
+  if (!contact.touches(x)) return false;
   Motion after{x, state.v.at(site)};
-  if (!contact_.collide({before.x.at(site), before.v.at(site)}, dt, after)) return false;
+  if (!contact.collide({before.x.at(site), before.v.at(site)}, dt, after)) return false;
   for (int axis = 0; axis < 3; ++axis) {
-    if (held_.holds(site, axis)) continue;
+    if (held.holds(site, axis)) continue;
     state.x.axis(axis)[site] = static_cast<Real>(after.x[axis]);
     state.v.axis(axis)[site] = static_cast<Real>(after.v[axis]);
   }
@@ -44,6 +45,10 @@ bool BodyEvents<Real>::settle(State<Real>& state) {
          sleep_->update(state, [&](int k) { return held_.move(state.t, plane * k, plane * (k + 1)); });
 }
 
+template bool collide_particle(const PlaneContact&, const HeldSites&, std::ptrdiff_t, const State<float>&,
+                               double, State<float>&);
+template bool collide_particle(const PlaneContact&, const HeldSites&, std::ptrdiff_t, const State<double>&,
+                               double, State<double>&);
 template class BodyEvents<float>;
 template class BodyEvents<double>;
 

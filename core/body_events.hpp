@@ -10,6 +10,12 @@
 
 namespace mss {
 
+/// Applies planes to a particle at the end of a step of dt that led from `before` to `state`; held
+/// coordinates stay. False if nothing changed.
+template <class Real>
+bool collide_particle(const PlaneContact& contact, const HeldSites& held, std::ptrdiff_t site,
+                      const State<Real>& before, double dt, State<Real>& state);
+
 /// What happens to a body between steps: it collides with planes, and parts of it fall asleep.
 template <class Real>
 class BodyEvents final : public StepEvents<Real> {
@@ -44,8 +50,6 @@ class BodyEvents final : public StepEvents<Real> {
   }
 
  private:
-  bool collide_particle(std::ptrdiff_t site, const State<Real>& before, double dt, State<Real>& state) const;
-
   System<Real>& system_;
   const Body& body_;
   const HeldSites& held_;

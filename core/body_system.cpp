@@ -16,6 +16,7 @@ template <class Real>
 BodySystem<Real>::BodySystem(const Body& body, const Environment& environment, const SpectralBound& bound,
                              int threads, const SleepRule& sleep)
     : body_(body),
+      levels_{{body}},
       environment_(environment),
       bound_(bound),
       held_(body, environment.holds),
@@ -24,20 +25,6 @@ BodySystem<Real>::BodySystem(const Body& body, const Environment& environment, c
       surface_contact_(surface_contact_of(environment, body, held_, contact_)),
       team_(threads),
       events_(*this, body, held_, contact_, surface_contact_.get(), sleep) {}
-
-template <class Real>
-State<Real> BodySystem<Real>::undeformed_state() const {
-  State<Real> state{0, Field<Real>(size()), Field<Real>(size())};
-  for (std::ptrdiff_t site = 0; site < size(); ++site) state.x.set(site, body_.rest_position(site));
-  return state;
-}
-
-template <class Real>
-State<Real> BodySystem<Real>::rest_state() const {
-  State<Real> state = undeformed_state();
-  constrain(0, state.x, state.v);
-  return state;
-}
 
 template <class Real>
 void BodySystem<Real>::constrain(double t, Field<Real>& x, Field<Real>& v) const {

@@ -5,23 +5,16 @@
 #include "core/environment.hpp"
 #include "core/plane_contact.hpp"
 #include "core/sleep_tracker.hpp"
-#include "core/spectral_bound.hpp"
+#include "core/solid_system.hpp"
 #include "core/surface_contact.hpp"
-#include "core/system.hpp"
 #include "core/team.hpp"
 
 namespace mss {
 
-/// Energy stored in a deformed body [J].
-struct StoredEnergy {
-  double elastic = 0;  ///< of springs and the guard against folding, or of finite elements
-  double volume = 0;   ///< eq. 3-1 summed over cells
-};
-
 /// A body in its environment, whatever fills its cells: springs (SpringSystem), finite elements (FemSystem).
 /// The derived class adds up forces and, if implicit methods are to work, contains a BodyTangents.
 template <class Real>
-class BodySystem : public System<Real> {
+class BodySystem : public SolidSystem<Real> {
  public:
   /// The body must outlive the system. `bound`: upper bounds on the frequency and damping of every mode about
   /// the rest state, of the body alone. `threads` compute forces. A `sleep` rule is for systems whose
@@ -30,6 +23,7 @@ class BodySystem : public System<Real> {
              const SleepRule& sleep = {});
 
   const Body& body() const { return body_; }
+  const std::vector<Level>& levels() const override { return levels_; }
   const Environment& environment() const { return environment_; }
   const HeldSites& held() const { return held_; }
   const LoadedSites& loads() const { return loads_; }
@@ -37,25 +31,12 @@ class BodySystem : public System<Real> {
   /// What planes touch; nullptr: particles.
   const SurfaceContact* surface_contact() const { return surface_contact_.get(); }
 
-  /// The body while nothing acts on it: holds have not moved anything.
-  State<Real> undeformed_state() const;
-  /// The same at t = 0, with held coordinates where holds put them.
-  State<Real> rest_state() const;
-
-  /// Energy stored at positions x; NaN or infinite where x is.
-  virtual StoredEnergy stored_energy(const Field<Real>& x) const = 0;
-
   /// Bounds on the spectrum of the body alone, and of the body where it may touch planes.
   const SpectralBound& body_bound() const { return bound_; }
-  SpectralBound spectral_bound() const { return contact_.with_penalties(bound_); }
+  SpectralBound spectral_bound() const override { return contact_.with_penalties(bound_); }
 
-  /// Potential of gravity, from z = 0, of loads and of penalty planes at positions x [J].
-  double outer_potential(const Field<Real>& x) const;
-
-  /// Threads that forces are computed with.
-  int threads() const { return team_.size(); }
-  /// What computes them, as an instruction set.
-  virtual const char* kernel_name() const = 0;
+  double outer_potential(const Field<Real>& x) const override;
+  int threads() const override { return team_.size(); }
 
   std::ptrdiff_t size() const override { return body_.lattice().size; }
   const std::vector<std::ptrdiff_t>& particles() const override { return body_.sites(); }
@@ -68,13 +49,10 @@ class BodySystem : public System<Real> {
     team_.for_each(count, task);
   }
 
-  bool all_asleep() const { return events_.all_asleep(); }
-  /// Planes of particles that sleep, over all.
-  double share_asleep() const { return sleep_tracker() ? sleep_tracker()->share_asleep() : 0; }
-  /// Must be called after a change of velocities.
-  void wake_moving(const State<Real>& state);
-  /// Must be called after a change of positions, or of what acts on the body.
-  void wake_all();
+  bool all_asleep() const override { return events_.all_asleep(); }
+  double share_asleep() const override { return sleep_tracker() ? sleep_tracker()->share_asleep() : 0; }
+  void wake_moving(const State<Real>& state) override;
+  void wake_all() override;
 
  protected:
   /// nullptr where nothing sleeps.
@@ -92,6 +70,7 @@ class BodySystem : public System<Real> {
 
  private:
   const Body& body_;
+  std::vector<Level> levels_;
   Environment environment_;
   SpectralBound bound_;
   HeldSites held_;

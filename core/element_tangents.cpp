@@ -64,55 +64,72 @@ Eigen::Matrix3d CellTangent::block(int c, int d) const {
 
 namespace {
 
-/// Calls add(site, corner, other corner, block) for every pair of corners that a spring or cell joins.
 template <class Real, class Add>
-void for_each_element(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                      Add&& add) {
-  const Lattice& lattice = body.lattice();
-  const double size = body.config().cell_size;
-  for (std::ptrdiff_t site = 0; site < lattice.sites; ++site) {
-    if (body.element_kind(site) == 0) continue;
-    const SiteElements e = body.elements_at(site);
-    for (std::size_t s = 0; s < spring_slots.size(); ++s) {
-      if (e.stiffness[s] == 0) continue;
-      const auto [a, b, kind] = spring_slots[s];
-      const std::ptrdiff_t i = site + lattice.corner(a), j = site + lattice.corner(b);
-      const SpringTangent tangent = spring_tangent(e.stiffness[s], e.damping[s], body.rest_length(kind),
-                                                   x.at(j) - x.at(i), v.at(j) - v.at(i), sum.kind);
-      const Eigen::Matrix3d block = sum.stiffness * tangent.stiffness + sum.damping * tangent.damping;
-      add(site, a, a, block);
-      add(site, b, b, block);
-      add(site, a, b, -block);
-      add(site, b, a, -block);
-    }
-    if (e.fold_guard != 0)
-      FoldGuardTangent(sum.stiffness * guarded_corner_stiffness(e.fold_guard, size), guarded_length(size),
-                       corners_of(body, x, site), sum.kind)
-          .for_each_block([&](int c, int d, const Eigen::Matrix3d& block) { add(site, c, d, block); });
-    if (e.volume == 0) continue;
-    const CellTangent tangent(sum.stiffness * e.volume, body.cell_volume(), corners_of(body, x, site),
-                              sum.kind);
-    for (int c = 0; c < 4; ++c)  // opposite corners have opposite gradients
-      for (int d = 0; d < 4; ++d) {
-        const Eigen::Matrix3d block = tangent.block(c, d);
-        add(site, c, d, block);
-        add(site, 7 - c, 7 - d, block);
-        add(site, c, 7 - d, -block);
-        add(site, 7 - c, d, -block);
-      }
+void add_springs(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v,
+                 const TangentSum& sum, Add&& add) {
+  if (body.element_kind(site) == 0) return;
+  const SiteElements e = body.elements_at(site);
+  for (std::size_t s = 0; s < spring_slots.size(); ++s) {
+    if (e.stiffness[s] == 0) continue;
+    const auto [a, b, kind] = spring_slots[s];
+    const std::ptrdiff_t i = site + body.lattice().corner(a), j = site + body.lattice().corner(b);
+    const SpringTangent tangent = spring_tangent(e.stiffness[s], e.damping[s], body.rest_length(kind),
+                                                 x.at(j) - x.at(i), v.at(j) - v.at(i), sum.kind);
+    const Eigen::Matrix3d block = sum.stiffness * tangent.stiffness + sum.damping * tangent.damping;
+    add(site, a, a, block);
+    add(site, b, b, block);
+    add(site, a, b, -block);
+    add(site, b, a, -block);
   }
+}
+
+/// Its volume force and its guard against folding.
+template <class Real, class Add>
+void add_cell(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const TangentSum& sum, Add&& add) {
+  const SiteElements e = body.elements_at(site);
+  const double size = body.config().cell_size;
+  if (e.fold_guard != 0)
+    FoldGuardTangent(sum.stiffness * guarded_corner_stiffness(e.fold_guard, size), guarded_length(size),
+                     corners_of(body, x, site), sum.kind)
+        .for_each_block([&](int c, int d, const Eigen::Matrix3d& block) { add(site, c, d, block); });
+  if (e.volume == 0) return;
+  const CellTangent tangent(sum.stiffness * e.volume, body.cell_volume(), corners_of(body, x, site),
+                            sum.kind);
+  for (int c = 0; c < 4; ++c)  // opposite corners have opposite gradients
+    for (int d = 0; d < 4; ++d) {
+      const Eigen::Matrix3d block = tangent.block(c, d);
+      add(site, c, d, block);
+      add(site, 7 - c, 7 - d, block);
+      add(site, c, 7 - d, -block);
+      add(site, 7 - c, d, -block);
+    }
 }
 
 }  // namespace
 
 template <class Real>
-void add_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                 BlockMatrix& blocks) {
-  for_each_element(body, x, v, sum, [&](std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block) {
-    blocks.add(site, c, d, block);
-  });
+void for_each_tangent_block(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v,
+                            const TangentSum& sum, const AddBlock& add) {
+  add_springs(body, site, x, v, sum, add);
+  add_cell(body, site, x, sum, add);
 }
 
+template <class Real>
+void add_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                 BlockMatrix& blocks) {
+  const auto add = [&](std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block) {
+    blocks.add(site, c, d, block);
+  };
+  for (std::ptrdiff_t site = 0; site < body.lattice().sites; ++site) {
+    add_springs(body, site, x, v, sum, add);
+    add_cell(body, site, x, sum, add);
+  }
+}
+
+template void for_each_tangent_block(const Body&, std::ptrdiff_t, const Field<float>&, const Field<float>&,
+                                     const TangentSum&, const AddBlock&);
+template void for_each_tangent_block(const Body&, std::ptrdiff_t, const Field<double>&, const Field<double>&,
+                                     const TangentSum&, const AddBlock&);
 template void add_tangent(const Body&, const Field<float>&, const Field<float>&, const TangentSum&,
                           BlockMatrix&);
 template void add_tangent(const Body&, const Field<double>&, const Field<double>&, const TangentSum&,

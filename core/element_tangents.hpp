@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "core/block_matrix.hpp"
@@ -41,6 +42,13 @@ class CellTangent {
   Eigen::Matrix3d mean_edges_;
   std::array<Vec3, 8> gradient_;
 };
+
+/// Calls add(site, corner, other corner, block) for every pair of corners of the cell at a site that a spring
+/// of the site, or the cell, joins.
+using AddBlock = std::function<void(std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block)>;
+template <class Real>
+void for_each_tangent_block(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v,
+                            const TangentSum& sum, const AddBlock& add);
 
 /// Adds the tangent of a body's springs and cells, without its masses.
 template <class Real>

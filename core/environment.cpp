@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "core/mesh/embedded_surface.hpp"
 
@@ -17,14 +18,6 @@ Prescribed prescribed_motion(const Hold& hold, const Vec3& rest, double t) {
   p.position = turn.centre + arm + hold.velocity * t;
   if (t < turn.until) p.velocity += turn.rate * axis.cross(arm);
   return p;
-}
-
-template <class Real>
-void give(const Strike& strike, const Body& body, Field<Real>& v) {
-  const std::vector<std::ptrdiff_t> sites = body.select(strike.box.lower, strike.box.upper);
-  double mass = 0;
-  for (const std::ptrdiff_t site : sites) mass += body.mass(site);
-  for (const std::ptrdiff_t site : sites) v.set(site, v.at(site) + strike.impulse / mass);
 }
 
 std::vector<std::ptrdiff_t> sites_of(const Hold& hold, const Body& body) {
@@ -44,10 +37,11 @@ std::vector<std::ptrdiff_t> sites_of(const Hold& hold, const Body& body) {
   return sites;
 }
 
-HeldSites::HeldSites(const Body& body, const std::vector<Hold>& holds) : holds_(holds) {
-  for (std::size_t h = 0; h < holds.size(); ++h)
-    for (const std::ptrdiff_t site : sites_of(holds[h], body))
-      entries_.push_back({site, h, body.rest_position(site), holds[h].axes});
+HeldSites::HeldSites(const std::vector<Level>& levels, const std::vector<Hold>& holds) : holds_(holds) {
+  for (const auto& [body, first] : levels)
+    for (std::size_t h = 0; h < holds.size(); ++h)
+      for (const std::ptrdiff_t site : sites_of(holds[h], body))
+        entries_.push_back({first + site, h, body.rest_position(site), holds[h].axes});
   std::stable_sort(entries_.begin(), entries_.end(),
                    [](const Entry& a, const Entry& b) { return a.site < b.site; });
 }
@@ -90,19 +84,36 @@ void HeldSites::clear(Field<Real>& field) const {
       if (e.axes[std::size_t(a)]) field.axis(a)[e.site] = Real(0);
 }
 
-LoadedSites::LoadedSites(const Body& body, const std::vector<Load>& loads) {
-  for (const Load& load : loads) {
-    if (load.surface) {
-      add_on_surface(body, load);
-      continue;
-    }
-    const std::vector<std::ptrdiff_t> sites = body.select(load.box.lower, load.box.upper);
-    double mass = 0;
-    for (const std::ptrdiff_t site : sites) mass += body.mass(site);
-    for (const std::ptrdiff_t site : sites) entries_.push_back({site, load.force * (body.mass(site) / mass)});
-  }
+LoadedSites::LoadedSites(const std::vector<Level>& levels, const std::vector<Load>& loads) {
+  for (const Load& load : loads)
+    if (load.surface)
+      add_on_surface(levels.front().body, load);
+    else
+      add_on_particles(levels, load);
   std::stable_sort(entries_.begin(), entries_.end(),
                    [](const Entry& a, const Entry& b) { return a.site < b.site; });
+}
+
+void LoadedSites::add_on_particles(const std::vector<Level>& levels, const Load& load) {
+  const double cell_size = levels.front().body.config().cell_size;
+  struct Loaded {
+    std::ptrdiff_t site;
+    double mass,
+        shrinkage;  ///< of the cells: a power of two, so that shares are exact where there is one size
+  };
+  std::vector<Loaded> loaded;
+  Eigen::AlignedBox3d extent;
+  for (const auto& [body, first] : levels)
+    for (const std::ptrdiff_t site : body.select(load.box.lower, load.box.upper)) {
+      loaded.push_back({first + site, body.mass(site), cell_size / body.config().cell_size});
+      extent.extend(body.rest_position(site));
+    }
+  if (loaded.empty()) return;
+  const auto layers = double((extent.sizes().array() < 1e-9 * cell_size).count());
+  double sum = 0;
+  for (const Loaded& l : loaded) sum += l.mass * std::pow(l.shrinkage, layers);
+  for (const Loaded& l : loaded)
+    entries_.push_back({l.site, load.force * (l.mass * std::pow(l.shrinkage, layers) / sum)});
 }
 
 void LoadedSites::add_on_surface(const Body& body, const Load& load) {
@@ -131,8 +142,6 @@ double LoadedSites::potential(const Field<Real>& x) const {
   return sum;
 }
 
-template void give(const Strike&, const Body&, Field<float>&);
-template void give(const Strike&, const Body&, Field<double>&);
 template void HeldSites::apply(double, std::ptrdiff_t, std::ptrdiff_t, Field<float>&, Field<float>&) const;
 template void HeldSites::apply(double, std::ptrdiff_t, std::ptrdiff_t, Field<double>&, Field<double>&) const;
 template void HeldSites::clear(Field<float>&) const;

@@ -37,8 +37,10 @@ struct Hold {
   }
 };
 
-/// A total force [N] on the particles in a box, shared in proportion to their mass; or on the vertices in the
-/// box of a mesh that the cells carry, shared equally and handed to particles by the vertices' weights.
+/// A total force [N] on the particles in a box, shared in proportion to their mass, or, of a layer of
+/// particles along an axis, to their mass over the length of their cells, so that a face has the same load
+/// where its cells are smaller; or on the vertices in the box of a mesh that the cells carry, shared equally
+/// and handed to particles by the vertices' weights.
 struct Load {
   Box box{};
   Vec3 force = Vec3::Zero();
@@ -52,10 +54,6 @@ struct Strike {
   double at = 0;  ///< [s]
   Vec3 impulse = Vec3::Zero();
 };
-
-/// Adds the velocity change of a strike; prescribed velocities are overwritten again, so there it is lost.
-template <class Real>
-void give(const Strike& strike, const Body& body, Field<Real>& v);
 
 /// How particles and a plane touch; the laws are in contact.hpp.
 enum class ContactLaw {
@@ -101,7 +99,9 @@ std::vector<std::ptrdiff_t> sites_of(const Hold& hold, const Body& body);
 /// Where holds overlap, the later one wins for the axes it names.
 class HeldSites {
  public:
-  HeldSites(const Body& body, const std::vector<Hold>& holds);
+  HeldSites(const Body& body, const std::vector<Hold>& holds)
+      : HeldSites(std::vector<Level>{{body}}, holds) {}
+  HeldSites(const std::vector<Level>& levels, const std::vector<Hold>& holds);
 
   bool empty() const { return entries_.empty(); }
 
@@ -133,7 +133,10 @@ class HeldSites {
 /// The loads of an environment resolved to sites: constant accelerations of a few particles.
 class LoadedSites {
  public:
-  LoadedSites(const Body& body, const std::vector<Load>& loads);
+  LoadedSites(const Body& body, const std::vector<Load>& loads)
+      : LoadedSites(std::vector<Level>{{body}}, loads) {}
+  /// With more than one level, for loads on particles alone.
+  LoadedSites(const std::vector<Level>& levels, const std::vector<Load>& loads);
 
   bool empty() const { return entries_.empty(); }
 
@@ -150,6 +153,7 @@ class LoadedSites {
     std::ptrdiff_t site;
     Vec3 force;
   };
+  void add_on_particles(const std::vector<Level>& levels, const Load& load);
   void add_on_surface(const Body& body, const Load& load);
 
   std::vector<Entry> entries_;  ///< ascending by site

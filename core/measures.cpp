@@ -35,45 +35,46 @@ struct TrilinearMap {
 };
 
 template <class Real>
-void measure_motion(const BodySystem<Real>& system, const State<Real>& state, Measures& m) {
-  const Body& body = system.body();
+void measure_motion(const SolidSystem<Real>& system, const State<Real>& state, Measures& m) {
   Vec3 first_moment = Vec3::Zero();
-  for (const std::ptrdiff_t site : body.sites()) {
-    const double mass = body.mass(site);
+  for (const std::ptrdiff_t site : system.particles()) {
+    const double mass = system.mass(site);
     const Vec3 v = state.v.at(site);
     m.momentum += mass * v;
     first_moment += mass * state.x.at(site);
     m.kinetic += 0.5 * mass * v.squaredNorm();
     m.max_speed = std::max(m.max_speed, v.norm());
   }
-  const Vec3 centre = first_moment / body.total_mass();
-  for (const std::ptrdiff_t site : body.sites())
-    m.spin += body.mass(site) * (state.x.at(site) - centre).cross(state.v.at(site));
+  const Vec3 centre = first_moment / system.total_mass();
+  for (const std::ptrdiff_t site : system.particles())
+    m.spin += system.mass(site) * (state.x.at(site) - centre).cross(state.v.at(site));
   m.gravitational = system.outer_potential(state.x);
 }
 
 template <class Real>
-void measure_springs(const BodySystem<Real>& system, const State<Real>& state, Measures& m) {
-  const Body& body = system.body();
-  body.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double, double) {
-    const double length = (state.x.at(b) - state.x.at(a)).norm();
-    m.max_stretch = std::max(m.max_stretch, std::abs(length / body.rest_length(slot.kind) - 1));
+void measure_springs(const Level& level, const State<Real>& state, Measures& m) {
+  level.body.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double, double) {
+    const double length = (state.x.at(level.first + b) - state.x.at(level.first + a)).norm();
+    m.max_stretch = std::max(m.max_stretch, std::abs(length / level.body.rest_length(slot.kind) - 1));
   });
 }
 
 template <class Real>
-void measure_cells(const BodySystem<Real>& system, const State<Real>& state, Measures& m) {
-  const Body& body = system.body();
-  const double rest = body.cell_volume();
-  double thesis = 0, smallest = std::numeric_limits<double>::infinity();
-  body.for_each_cell([&](std::ptrdiff_t site) {
-    const std::array<Vec3, 8> corners = corners_of(body, state.x, site);
-    thesis += body.weights_at(site).fill * thesis_volume(corners);
-    for (int c = 0; c < 8; ++c) smallest = std::min(smallest, corner_volume(corners, c));
-  });
-  m.volume_ratio = volume_ratio(body, state.x);
-  m.volume_ratio_thesis = thesis / body.volume();
-  m.min_jacobian = smallest / rest;
+void measure_cells(const std::vector<Level>& levels, const State<Real>& state, Measures& m) {
+  double thesis = 0, at_rest = 0;
+  m.min_jacobian = std::numeric_limits<double>::infinity();
+  for (const Level& level : levels) {
+    double smallest = std::numeric_limits<double>::infinity();
+    level.body.for_each_cell([&](std::ptrdiff_t site) {
+      const std::array<Vec3, 8> corners = corners_of(level.body, state.x, level.first + site);
+      thesis += level.body.weights_at(site).fill * thesis_volume(corners);
+      for (int c = 0; c < 8; ++c) smallest = std::min(smallest, corner_volume(corners, c));
+    });
+    m.min_jacobian = std::min(m.min_jacobian, smallest / level.body.cell_volume());
+    at_rest += level.body.volume();
+  }
+  m.volume_ratio = volume_ratio(levels, state.x);
+  m.volume_ratio_thesis = thesis / at_rest;
 }
 
 }  // namespace
@@ -102,30 +103,34 @@ double corner_volume(const std::array<Vec3, 8>& p, int corner) {
 }
 
 template <class Real>
-double volume_ratio(const Body& body, const Field<Real>& x) {
-  double volume = 0;
-  body.for_each_cell([&](std::ptrdiff_t site) {
-    volume += body.weights_at(site).fill * trilinear_volume(corners_of(body, x, site));
-  });
-  return volume / body.volume();
+double volume_ratio(const std::vector<Level>& levels, const Field<Real>& x) {
+  double volume = 0, at_rest = 0;
+  for (const Level& level : levels) {
+    level.body.for_each_cell([&](std::ptrdiff_t site) {
+      volume +=
+          level.body.weights_at(site).fill * trilinear_volume(corners_of(level.body, x, level.first + site));
+    });
+    at_rest += level.body.volume();
+  }
+  return volume / at_rest;
 }
 
 template <class Real>
-Measures measure(const BodySystem<Real>& system, const State<Real>& state) {
+Measures measure(const SolidSystem<Real>& system, const State<Real>& state) {
   Measures m;
   m.t = state.t;
   const StoredEnergy energy = system.stored_energy(state.x);
   m.elastic = energy.elastic;
   m.volume_energy = energy.volume;
   measure_motion(system, state, m);
-  measure_springs(system, state, m);
-  measure_cells(system, state, m);
+  for (const Level& level : system.levels()) measure_springs(level, state, m);
+  measure_cells(system.levels(), state, m);
   return m;
 }
 
-template double volume_ratio(const Body&, const Field<float>&);
-template double volume_ratio(const Body&, const Field<double>&);
-template Measures measure(const BodySystem<float>&, const State<float>&);
-template Measures measure(const BodySystem<double>&, const State<double>&);
+template double volume_ratio(const std::vector<Level>&, const Field<float>&);
+template double volume_ratio(const std::vector<Level>&, const Field<double>&);
+template Measures measure(const SolidSystem<float>&, const State<float>&);
+template Measures measure(const SolidSystem<double>&, const State<double>&);
 
 }  // namespace mss

@@ -3,7 +3,7 @@
 #include <array>
 #include <string_view>
 
-#include "core/body_system.hpp"
+#include "core/solid_system.hpp"
 
 namespace mss {
 
@@ -55,11 +55,15 @@ inline constexpr std::array<MeasureColumn, 17> measure_columns{{
 
 /// Measures a state in double precision, whatever the system computes in.
 template <class Real>
-Measures measure(const BodySystem<Real>& system, const State<Real>& state);
+Measures measure(const SolidSystem<Real>& system, const State<Real>& state);
 
 /// One of the measures alone: exact volume over volume at rest, of cells as far as they are filled.
 template <class Real>
-double volume_ratio(const Body& body, const Field<Real>& x);
+double volume_ratio(const std::vector<Level>& levels, const Field<Real>& x);
+template <class Real>
+double volume_ratio(const Body& body, const Field<Real>& x) {
+  return volume_ratio(std::vector<Level>{{body}}, x);
+}
 
 /// Volume of the trilinear hexahedron with corners c = bx + 2 by + 4 bz [m^3]; exact for curved faces.
 double trilinear_volume(const std::array<Vec3, 8>& corners);

@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/measures.hpp"
+#include "core/refined_system.hpp"
 #include "core/toml_reader.hpp"
 
 namespace mss {
@@ -19,8 +20,8 @@ namespace {
 KnownKeys make_known_keys() {
   KnownKeys keys{
       {"",
-       {"body", "material", "damping", "part", "weight", "environment", "hold", "load", "strike", "plane",
-        "start", "solve", "expect"}},
+       {"body", "material", "damping", "part", "weight", "refine", "environment", "hold", "load", "strike",
+        "plane", "start", "solve", "expect"}},
       {"expect", {energy_drift, mean_displacement}},
       {"expect.energy_drift", {"value", "within"}},
       {"expect.displacement", {"box", "surface_box", "value", "within"}},
@@ -34,6 +35,7 @@ KnownKeys make_known_keys() {
       {"part", {"name", "mesh", "density", "young", "poisson", "damping"}},
       {"part.damping", {"ratio", "viscosity", "thesis"}},
       {"weight", {"box", "mass"}},
+      {"refine", {"box", "levels"}},
       {"environment", {"gravity"}},
       {"hold", {"box", "surface_box", "axes", "velocity", "displacement", "turn"}},
       {"hold.turn", {"axis", "centre", "rate", "until"}},
@@ -70,6 +72,8 @@ constexpr Quantity cell_counts{"a number of cells", "three whole numbers of at l
                                [](double value) { return value >= 1; }};
 constexpr Quantity split_parts{"a number of parts of an edge", "a whole number of at least 1",
                                [](double value) { return value >= 1; }};
+constexpr Quantity split_levels{"a number of levels", "a whole number from 1 to 4, each halves cells",
+                                [](double value) { return value >= 1 && value <= 4; }};
 constexpr Quantity length{"a length", "a positive number of metres", positive};
 constexpr Quantity position{"a position", "three finite numbers of metres", any};
 constexpr Quantity density{"a density", "a positive number of kg/m^3", positive};
@@ -448,22 +452,58 @@ void for_each_box(
   each("weight", scene.body.weights);
 }
 
+std::string extent_at_rest(const BodyConfig& config) {
+  const Vec3 lower = config.origin;
+  const Vec3 upper =
+      lower + config.cell_size * Vec3(config.voxels.nx(), config.voxels.ny(), config.voxels.nz());
+  return fmt::format("the body at rest spans [{:.6g}, {:.6g}, {:.6g}] to [{:.6g}, {:.6g}, {:.6g}]", lower[0],
+                     lower[1], lower[2], upper[0], upper[1], upper[2]);
+}
+
+/// Where cells are split further; after everything that this may contradict.
+void read_refinement(const TomlTable& root, Scene& scene) {
+  const std::vector<TomlTable> tables = root.tables("refine");
+  if (tables.empty()) return;
+  if (scene.mesh)
+    tables.front().reject("box",
+                          "splits cells, and a mesh may fill these unevenly; give body.voxels or "
+                          "body.cells, or a smaller body.cell_size");
+  if (scene.model != spring_model)
+    tables.front().reject(
+        "box", fmt::format("is for model \"{}\", and material.model is \"{}\"; leave it out", spring_model,
+                           scene.model));
+  for (const TomlTable& table : tables) {
+    scene.refined_boxes.push_back({table.box("box"), table.whole("levels", split_levels, 1)});
+    if (refinement_of(scene.body, {scene.refined_boxes.back()}).depth() == 0)
+      table.reject("box", fmt::format("contains no part of a cell; give one that does, {}",
+                                      extent_at_rest(scene.body)));
+  }
+  try {
+    const std::unique_ptr<const RefinedBody> body = refined_body(scene);
+    check_holds(*body, HeldSites(body->levels(), scene.environment.holds));
+  } catch (const InputError& error) {
+    tables.front().reject("box", fmt::format("does not give a body: {}", error.what()));
+  }
+}
+
 /// Calls report(table, index, complaint) for the first box without particles, which would silently have no
 /// effect.
 void find_empty_box(const Scene& scene, const std::function<void(std::string_view table, std::size_t index,
                                                                  const std::string& complaint)>& report) {
   std::optional<Body> body;  // made only where there is a box
+  const std::unique_ptr<const RefinedBody> refined = refined_body(scene);
   for_each_box(scene, [&](std::string_view table, std::size_t index, const Box& box) {
-    if (!body) body.emplace(scene.body);
-    if (!body->select(box.lower, box.upper).empty()) return;
-    const BodyConfig& config = scene.body;
-    const Vec3 lower = config.origin;
-    const Vec3 upper =
-        lower + config.cell_size * Vec3(config.voxels.nx(), config.voxels.ny(), config.voxels.nz());
+    if (refined) {
+      const std::vector<std::ptrdiff_t> sites = select(refined->levels(), box);
+      if (std::any_of(sites.begin(), sites.end(),
+                      [&](std::ptrdiff_t site) { return refined->mass(site) > 0; }))
+        return;
+    } else {
+      if (!body) body.emplace(scene.body);
+      if (!body->select(box.lower, box.upper).empty()) return;
+    }
     report(table, index,
-           fmt::format("contains no particle; give one that does, the body at rest spans "
-                       "[{:.6g}, {:.6g}, {:.6g}] to [{:.6g}, {:.6g}, {:.6g}]",
-                       lower[0], lower[1], lower[2], upper[0], upper[1], upper[2]));
+           fmt::format("contains no particle; give one that does, {}", extent_at_rest(scene.body)));
   });
 }
 
@@ -544,6 +584,11 @@ const std::string& to_string(Topology topology) { return name_of(topology, topol
 const std::string& to_string(Sharing sharing) { return name_of(sharing, sharings); }
 const std::string& to_string(Precision precision) { return name_of(precision, precisions); }
 const std::string& to_string(Tangent tangent) { return name_of(tangent, tangents); }
+
+std::unique_ptr<const RefinedBody> refined_body(const Scene& scene) {
+  if (scene.refined_boxes.empty()) return nullptr;
+  return std::make_unique<const RefinedBody>(scene.body, refinement_of(scene.body, scene.refined_boxes));
+}
 
 void check_boxes(const Scene& scene) {
   find_empty_box(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
@@ -662,6 +707,7 @@ Scene scene_of(const TomlFile& toml) {
   scene.solve = read_solve(root.table("solve"));
   read_contact_surface(root, surface, scene);
   scene.expectations = read_expectations(root.table("expect"), surface.get(), cell_size);
+  read_refinement(root, scene);
   find_empty_box(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
     root.tables(table)[index].reject("box", complaint);
   });

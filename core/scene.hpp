@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "core/body.hpp"
 #include "core/environment.hpp"
 #include "core/mesh/scene_mesh.hpp"
+#include "core/refined_body.hpp"
 #include "core/sleep_tracker.hpp"
 #include "core/system.hpp"
 
@@ -69,11 +71,12 @@ struct Scene {
   std::string name;        ///< file name without extension
   BodyConfig body;         ///< its cells as they are after `refine`, its springs as calibrated
   std::string voxel_file;  ///< where its cells come from, relative to the scene's folder; empty: a box,
-  std::optional<SceneMesh> mesh{};   ///< or a mesh's
-  int refine = 1;                    ///< parts that an edge of a cell of the file is split into
-  double face_share = 0.5;           ///< t of calibrated springs
-  bool volume_force = true;          ///< false: left out of calibrated springs
-  std::string model = spring_model;  ///< what fills the cells, by name
+  std::optional<SceneMesh> mesh{};          ///< or a mesh's
+  int refine = 1;                           ///< parts that an edge of a cell of the file is split into
+  std::vector<RefinedBox> refined_boxes{};  ///< where its cells are split further
+  double face_share = 0.5;                  ///< t of calibrated springs
+  bool volume_force = true;                 ///< false: left out of calibrated springs
+  std::string model = spring_model;         ///< what fills the cells, by name
   Environment environment;
   Vec3 start_velocity = Vec3::Zero();  ///< [m/s]
   Vec3 start_spin = Vec3::Zero();      ///< [rad/s] about the centre of mass
@@ -89,6 +92,9 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
 
 /// The same of a scene file's text, named "scene"; its relative paths begin at the working directory.
 Scene parse_scene(const std::string& toml, const std::vector<std::string>& overrides = {});
+
+/// The body of a scene with cells of several sizes; nullptr where it has one.
+std::unique_ptr<const RefinedBody> refined_body(const Scene& scene);
 
 /// Some 100 bytes per lattice site are needed: beyond this, bodies outgrow the memory of a large workstation.
 inline constexpr double most_sites = 2e8;

@@ -185,13 +185,15 @@ void add_table(std::string& text, const std::string& heading, const Json& table)
 
 Json to_json(const Scene& scene) {
   Json parts = Json::array(), weights = Json::array(), holds = Json::array(), loads = Json::array(),
-       strikes = Json::array(), planes = Json::array();
+       strikes = Json::array(), planes = Json::array(), boxes = Json::array();
   for (const Part& part : scene.body.parts) {
     parts.push_back(to_json(part));
     if (scene.mesh) parts.back()["mesh"] = scene.mesh->part_files[parts.size() - 1];
   }
   for (const Weight& weight : scene.body.weights)
     weights.push_back({{"box", to_json(weight.box)}, {"mass", weight.mass}});
+  for (const RefinedBox& refined : scene.refined_boxes)
+    boxes.push_back({{"box", to_json(refined.box)}, {"levels", refined.levels}});
   for (const Hold& hold : scene.environment.holds) holds.push_back(to_json(hold));
   for (const Load& load : scene.environment.loads)
     loads.push_back(
@@ -206,6 +208,7 @@ Json to_json(const Scene& scene) {
           {"damping", to_json(scene.body.damping)},
           {"part", parts},
           {"weight", weights},
+          {"refine", boxes},
           {"environment", {{"gravity", to_json(scene.environment.gravity)}}},
           {"hold", holds},
           {"load", loads},

@@ -226,7 +226,7 @@ StoredEnergy SpringSystem<Real>::stored_energy(const Field<Real>& x) const {
       });
   const double rest = this->body().cell_volume(), size = this->body().config().cell_size;
   this->body().for_each_cell([&](std::ptrdiff_t site) {
-    const SiteElements& e = this->body().elements_at(site);
+    const SiteElements e = this->body().elements_at(site);
     const double change = thesis_volume(corners_of(this->body(), x, site)) - rest;
     energy.volume += 0.5 * e.volume * change * change / rest;
     if (e.fold_guard != 0)

@@ -14,8 +14,8 @@ void add(Field<Real>& field, std::ptrdiff_t site, const Vec3& value) {
 
 }  // namespace
 
-Tether stable_tether(const Body& body, const SpectralBound& bound, std::ptrdiff_t site) {
-  const double mass = body.mass(site), stiffness = 0.05 * mass * bound.omega * bound.omega;
+Tether stable_tether(double mass, const SpectralBound& bound, std::ptrdiff_t site) {
+  const double stiffness = 0.05 * mass * bound.omega * bound.omega;
   return {.site = site, .stiffness = stiffness, .damping = 0.2 * std::sqrt(stiffness * mass)};
 }
 

@@ -2,7 +2,6 @@
 
 #include <optional>
 
-#include "core/body.hpp"
 #include "core/spectral_bound.hpp"
 #include "core/system_wrapper.hpp"
 
@@ -24,7 +23,7 @@ struct Tether {
 /// particle's mass it has k = 0.05 m w^2 and c = 0.2 sqrt(k m), which raise w^2 dt^2 + 2 c dt of the stiffest
 /// mode from at most 3.6 of the 4 allowed by no more than 0.33: 3.24 * 0.05 of stiffness and 2 * 0.0447 * 1.8
 /// of damping.
-Tether stable_tether(const Body& body, const SpectralBound& bound, std::ptrdiff_t site);
+Tether stable_tether(double mass, const SpectralBound& bound, std::ptrdiff_t site);
 
 /// Another system, with a tether on one of its particles while there is one. Without, it costs nothing.
 template <class Real>

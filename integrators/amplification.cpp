@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 /// K and C scaled to unit masses, and A in a unit of time that gives its two rows the same scale.
 class FirstOrderForm {
  public:
-  FirstOrderForm(BodySystem<double>& system, const State<double>& state)
+  FirstOrderForm(SolidSystem<double>& system, const State<double>& state)
       : stiffness_(scaled(system, state, {.stiffness = 1, .kind = Tangent::elastic})),
         damping_(scaled(system, state, {.damping = 1, .kind = Tangent::elastic})),
         omega_(system.spectral_bound().omega) {}
@@ -49,7 +49,7 @@ class FirstOrderForm {
   }
 
  private:
-  static SparseMatrix scaled(BodySystem<double>& system, const State<double>& state, const TangentSum& sum) {
+  static SparseMatrix scaled(SolidSystem<double>& system, const State<double>& state, const TangentSum& sum) {
     const VectorXd scale = root_masses(system).cwiseInverse();
     SparseMatrix matrix = tangents_of(system).pattern();
     tangents_of(system).values(state.t, state.x, state.v, sum, matrix);
@@ -128,7 +128,7 @@ MatrixXd dense(const Step& step) {
 
 }  // namespace
 
-AmplifiedMotions most_amplified(BodySystem<double>& system, const State<double>& state,
+AmplifiedMotions most_amplified(SolidSystem<double>& system, const State<double>& state,
                                 const IntegratorInfo& method, double dt, Work& work) {
   constexpr Index most_dense = 200, wanted = 10, space = 60, most_restarts = 2000;
   constexpr double tolerance = 1e-7;

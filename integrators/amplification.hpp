@@ -17,7 +17,7 @@ struct AmplifiedMotions {
 /// of R(dt A), A the first-order form q'' = -K q - C q' of small motions and R the method's stability
 /// polynomial; or of its drifts q += dt q' and kicks q' -= dt (K q + C q'). The method has one of the two.
 /// Rigid motions are left out. By Arnoldi; all of them where that is cheaper.
-AmplifiedMotions most_amplified(BodySystem<double>& system, const State<double>& state,
+AmplifiedMotions most_amplified(SolidSystem<double>& system, const State<double>& state,
                                 const IntegratorInfo& method, double dt, Work& work);
 
 }  // namespace mss

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/body_system.hpp"
+#include "core/solid_system.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {
@@ -9,8 +9,8 @@ namespace mss {
 /// the speed at which the fastest mode would cross one. Vibrations ten times slower than that mode then have
 /// errors of the same share in position and velocity.
 template <class Real>
-void scale_errors(IntegratorOptions& options, const BodySystem<Real>& system) {
-  options.length_scale = system.body().config().cell_size;
+void scale_errors(IntegratorOptions& options, const SolidSystem<Real>& system) {
+  options.length_scale = system.cell_size();
   options.speed_scale = options.length_scale * system.spectral_bound().omega / 10;
 }
 

@@ -7,11 +7,11 @@ namespace mss {
 namespace {
 
 /// A function of rest positions at held coordinates, 0 elsewhere.
-Field<double> at_holds(const BodySystem<double>& system, const std::function<Vec3(const Vec3&)>& prescribed) {
+Field<double> at_holds(const SolidSystem<double>& system,
+                       const std::function<Vec3(const Vec3&)>& prescribed) {
   Field<double> all(system.size());
   if (!prescribed) return all;
-  for (const std::ptrdiff_t site : system.particles())
-    all.set(site, prescribed(system.body().rest_position(site)));
+  for (const std::ptrdiff_t site : system.particles()) all.set(site, prescribed(system.rest_position(site)));
   Field<double> unknown = all;
   system.clear_prescribed(unknown);
   all.array() -= unknown.array();
@@ -20,7 +20,7 @@ Field<double> at_holds(const BodySystem<double>& system, const std::function<Vec
 
 }  // namespace
 
-LinearResponse linear_response(BodySystem<double>& system,
+LinearResponse linear_response(SolidSystem<double>& system,
                                const std::function<Vec3(const Vec3& rest)>& prescribed, Work& work) {
   const State<double> rest = system.undeformed_state();
   const TangentSum stiffness{.stiffness = 1, .kind = Tangent::elastic};
@@ -44,7 +44,7 @@ LinearResponse linear_response(BodySystem<double>& system,
   return r;
 }
 
-double inner(const BodySystem<double>& system, const Field<double>& a, const Field<double>& b) {
+double inner(const SolidSystem<double>& system, const Field<double>& a, const Field<double>& b) {
   double sum = 0;
   for (const std::ptrdiff_t site : system.particles()) sum += a.at(site).dot(b.at(site));
   return sum;

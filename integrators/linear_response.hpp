@@ -2,7 +2,7 @@
 
 #include <functional>
 
-#include "core/body_system.hpp"
+#include "core/solid_system.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {
@@ -17,10 +17,10 @@ struct LinearResponse {
 
 /// Solves K u = f with CHOLMOD. Held coordinates are displaced by `prescribed` of their rest position, or not
 /// at all; the motion of the holds themselves is ignored.
-LinearResponse linear_response(BodySystem<double>& system,
+LinearResponse linear_response(SolidSystem<double>& system,
                                const std::function<Vec3(const Vec3& rest)>& prescribed, Work& work);
 
 /// Sum of products of two fields at particles.
-double inner(const BodySystem<double>& system, const Field<double>& a, const Field<double>& b);
+double inner(const SolidSystem<double>& system, const Field<double>& a, const Field<double>& b);
 
 }  // namespace mss

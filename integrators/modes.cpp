@@ -25,7 +25,7 @@ constexpr Index most_restarts = 1000;
 class ShiftedInverse {
  public:
   using Scalar = double;
-  ShiftedInverse(BodySystem<double>& system, LinearSolver& solver, const VectorXd& roots, Work& work)
+  ShiftedInverse(SolidSystem<double>& system, LinearSolver& solver, const VectorXd& roots, Work& work)
       : unknowns_(tangents_of(system).unknowns()),
         solver_(solver),
         roots_(roots),
@@ -69,7 +69,7 @@ class ShiftedInverse {
 class Product {
  public:
   using Scalar = double;
-  Product(BodySystem<double>& system, const State<double>& state, const VectorXd& roots, Work& work,
+  Product(SolidSystem<double>& system, const State<double>& state, const VectorXd& roots, Work& work,
           const TangentSum& sum, double shift = 0)
       : tangents_(tangents_of(system)),
         state_(state),
@@ -121,7 +121,7 @@ void sort(std::vector<Pair>& pairs) {
 }
 
 /// Eigenvalues within `rounding` of 0 belong to rigid motions.
-Modes to_modes(BodySystem<double>& system, std::vector<Pair> pairs, const VectorXd& roots, double rounding) {
+Modes to_modes(SolidSystem<double>& system, std::vector<Pair> pairs, const VectorXd& roots, double rounding) {
   Modes result;
   for (Pair& pair : pairs) {
     if (pair.value < -10 * rounding) return {.status = Status::not_positive_definite, .modes = {}};
@@ -134,7 +134,8 @@ Modes to_modes(BodySystem<double>& system, std::vector<Pair> pairs, const Vector
 }
 
 /// All of them, for a body so small that this is cheapest.
-std::vector<Pair> dense_pairs(BodySystem<double>& system, const State<double>& state, const VectorXd& roots) {
+std::vector<Pair> dense_pairs(SolidSystem<double>& system, const State<double>& state,
+                              const VectorXd& roots) {
   SparseMatrix k = tangents_of(system).pattern();
   tangents_of(system).values(state.t, state.x, state.v, {.stiffness = 1, .kind = Tangent::elastic}, k);
   const MatrixXd a = roots.cwiseInverse().asDiagonal() * MatrixXd(k) * roots.cwiseInverse().asDiagonal();
@@ -175,7 +176,7 @@ constexpr std::size_t most_factored = 20000;
 
 }  // namespace
 
-Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int count, Work& work) {
+Modes slowest_modes(SolidSystem<double>& system, const State<double>& state, int count, Work& work) {
   const VectorXd roots = root_masses(system);
   const Index wanted = std::min<Index>(count, roots.size());
   if (wanted == 0) return {};
@@ -197,7 +198,7 @@ Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int 
   return to_modes(system, std::move(found), roots, 1e-13 * fastest * fastest);
 }
 
-Modes fastest_mode(BodySystem<double>& system, const State<double>& state, Work& work) {
+Modes fastest_mode(SolidSystem<double>& system, const State<double>& state, Work& work) {
   const VectorXd roots = root_masses(system);
   if (roots.size() == 0) return {};
   if (roots.size() <= 100) {
@@ -212,7 +213,7 @@ Modes fastest_mode(BodySystem<double>& system, const State<double>& state, Work&
   return to_modes(system, {{lanczos.eigenvalues()[0], lanczos.eigenvectors().col(0)}}, roots, 0);
 }
 
-RayleighQuotients largest_quotient(BodySystem<double>& system, const State<double>& state, double weight,
+RayleighQuotients largest_quotient(SolidSystem<double>& system, const State<double>& state, double weight,
                                    Work& work) {
   const VectorXd roots = root_masses(system);
   if (roots.size() == 0) return {};

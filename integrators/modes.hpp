@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/body_system.hpp"
+#include "core/solid_system.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {
@@ -21,11 +21,11 @@ struct Modes {
 /// The slowest vibrations of a body about a state, prescribed coordinates still: Lanczos with K + s M
 /// inverted by CHOLMOD, repeated on what is left until no slower one is found, so that pairs of equal
 /// frequency are both found. As many as requested, or as there are unknowns.
-Modes slowest_modes(BodySystem<double>& system, const State<double>& state, int count, Work& work);
+Modes slowest_modes(SolidSystem<double>& system, const State<double>& state, int count, Work& work);
 
 /// The fastest one, by Lanczos through the matrix-free product, to nine digits: it limits the step of
 /// explicit methods.
-Modes fastest_mode(BodySystem<double>& system, const State<double>& state, Work& work);
+Modes fastest_mode(SolidSystem<double>& system, const State<double>& state, Work& work);
 
 /// Stiffness and damping of a motion q with q.M q = 1.
 struct RayleighQuotients {
@@ -40,7 +40,7 @@ inline bool is_rigid(const RayleighQuotients& motion, double omega) {
 }
 
 /// Those of the motion for which q.K q + weight q.C q is largest, weight in [1/s] and of either sign.
-RayleighQuotients largest_quotient(BodySystem<double>& system, const State<double>& state, double weight,
+RayleighQuotients largest_quotient(SolidSystem<double>& system, const State<double>& state, double weight,
                                    Work& work);
 
 }  // namespace mss

@@ -57,7 +57,7 @@ double limit_of(const IntegratorInfo& method, const RayleighQuotients& motion) {
 
 /// Fixed-point iteration: the motion with the largest Rayleigh quotient of K + s C, where s weighs damping
 /// against stiffness as the limit does at the previous motion.
-PredictedStep by_largest_quotient(const IntegratorInfo& method, BodySystem<double>& system,
+PredictedStep by_largest_quotient(const IntegratorInfo& method, SolidSystem<double>& system,
                                   const State<double>& state, Work& work) {
   constexpr int most_rounds = 30;
   constexpr double settled = 1e-7;
@@ -77,7 +77,7 @@ PredictedStep by_largest_quotient(const IntegratorInfo& method, BodySystem<doubl
 
 /// The least limit among the motions that a step a little too long amplifies most; again from there until
 /// there is no lesser one.
-PredictedStep by_amplification(const IntegratorInfo& method, BodySystem<double>& system,
+PredictedStep by_amplification(const IntegratorInfo& method, SolidSystem<double>& system,
                                const State<double>& state, Work& work) {
   constexpr int most_rounds = 60;
   constexpr double settled = 1e-4, too_long = 1.01, far_too_long = 4;
@@ -100,7 +100,7 @@ PredictedStep by_amplification(const IntegratorInfo& method, BodySystem<double>&
 
 }  // namespace
 
-PredictedStep predicted_step(const IntegratorInfo& method, BodySystem<double>& system,
+PredictedStep predicted_step(const IntegratorInfo& method, SolidSystem<double>& system,
                              const State<double>& state, Work& work) {
   if (!method.limit) return {.dt = infinity};
   if (!method.polynomial.empty()) return by_amplification(method, system, state, work);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/body_system.hpp"
+#include "core/solid_system.hpp"
 #include "core/spectral_bound.hpp"
 #include "integrators/integrator.hpp"
 
@@ -30,7 +30,7 @@ struct PredictedStep {
 /// amplifies most, for the others (unstable where a sum of w^2 dt^2 and c dt reaches a number, at a motion
 /// with amplification factor -1) among all. Of methods that split steps it is the smaller of the two: with
 /// little damping some steps shorter than the limit of the fastest motion amplify slower ones.
-PredictedStep predicted_step(const IntegratorInfo& method, BodySystem<double>& system,
+PredictedStep predicted_step(const IntegratorInfo& method, SolidSystem<double>& system,
                              const State<double>& state, Work& work);
 
 }  // namespace mss

@@ -11,7 +11,7 @@
 namespace mss::testing {
 
 /// A tangent as it is stored.
-inline Eigen::MatrixXd tangent_matrix(BodySystem<double>& system, const State<double>& state,
+inline Eigen::MatrixXd tangent_matrix(SolidSystem<double>& system, const State<double>& state,
                                       const TangentSum& sum) {
   SparseMatrix matrix = system.tangents()->pattern();
   system.tangents()->values(0, state.x, state.v, sum, matrix);
@@ -19,11 +19,10 @@ inline Eigen::MatrixXd tangent_matrix(BodySystem<double>& system, const State<do
 }
 
 /// Expects tangents that are differences of the forces, and products and a diagonal that are the matrix's.
-inline void compare_tangents_with_forces(BodySystem<double>& system, State<double>& state) {
-  const Body& body = system.body();
+inline void compare_tangents_with_forces(SolidSystem<double>& system, State<double>& state) {
   for (const bool of_positions : {true, false}) {
     const Eigen::MatrixXd expected =
-        force_differences(system, state, of_positions, 1e-3 * body.config().cell_size);
+        force_differences(system, state, of_positions, 1e-3 * system.cell_size());
     const TangentSum sum = of_positions ? TangentSum{.stiffness = 1} : TangentSum{.damping = 1};
     EXPECT_LT(relative_difference(tangent_matrix(system, state, sum), expected), 1e-4);
   }
@@ -31,7 +30,7 @@ inline void compare_tangents_with_forces(BodySystem<double>& system, State<doubl
   const Eigen::MatrixXd matrix = tangent_matrix(system, state, sum);
   EXPECT_LT((matrix - matrix.transpose()).norm(), 1e-12 * matrix.norm());
   State<double> direction = system.rest_state();
-  randomise(body, direction, 1, 1, 9);
+  randomise(system, direction, 1, 1, 9);
   Field<double> out(system.size());
   system.tangents()->product(0, state.x, state.v, sum, direction.v, out);
   Eigen::VectorXd p(matrix.rows()), product(matrix.rows());
@@ -48,12 +47,12 @@ inline void compare_tangents_with_forces(BodySystem<double>& system, State<doubl
 }
 
 /// Expects the forces to be the negative gradient of the total energy.
-inline void compare_forces_with_energy(BodySystem<double>& system, State<double>& state) {
+inline void compare_forces_with_energy(SolidSystem<double>& system, State<double>& state) {
   Field<double> f(system.size());
   system.force(0, state.x, state.v, f);
   for (const auto [site, axis] : system.tangents()->unknowns()) {
     double& x = state.x.axis(axis)[site];
-    const double before = x, step = 1e-6 * system.body().config().cell_size;
+    const double before = x, step = 1e-6 * system.cell_size();
     x = before + step;
     const double above = measure(system, state).total();
     x = before - step;

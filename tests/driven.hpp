@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <string>
 
-#include "core/body_system.hpp"
+#include "core/solid_system.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss::testing {
 
 /// Expects that every integrator that can takes a system through a short motion, against RK4 with half the
 /// step.
-inline void expect_driven_by_every_integrator(BodySystem<double>& system) {
+inline void expect_driven_by_every_integrator(SolidSystem<double>& system) {
   const double dt = 0.01 / system.spectral_bound().omega, duration = 500 * dt;
   const auto end_of = [&](const std::string& name, double step) {
     State<double> state = system.rest_state();

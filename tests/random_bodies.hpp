@@ -130,6 +130,22 @@ void randomise(const Body& body, State<Real>& state, double amplitude, double sp
   }
 }
 
+/// The same of a solid, in sizes of its smallest cells; what follows other particles goes where it belongs.
+template <class Real>
+void randomise(const SolidSystem<Real>& system, State<Real>& state, double amplitude, double speed,
+               unsigned seed) {
+  for (const Level& level : system.levels()) {
+    State<Real> part{0, Field<Real>(level.body.lattice().size), Field<Real>(level.body.lattice().size)};
+    randomise(level.body, part, amplitude * system.cell_size() / level.body.config().cell_size, speed,
+              seed++);
+    for (const std::ptrdiff_t site : level.body.sites()) {
+      state.x.set(level.first + site, state.x.at(level.first + site) + part.x.at(site));
+      state.v.set(level.first + site, part.v.at(site));
+    }
+  }
+  system.constrain(state.t, state.x, state.v);
+}
+
 /// Gives Algorithm 1 exactly the positions and velocities of the state, in its precision.
 template <class Real>
 void copy_state(const Body& body, const State<Real>& state, reference::Algorithm1& oracle) {

@@ -273,9 +273,9 @@ namespace {
 
 /// Only what the error is of: to measure small bodies would take longer than their steps.
 template <class Real>
-Trajectory::Sample sample_of(const BodySystem<Real>& system, const State<Real>& state, ErrorOf of) {
+Trajectory::Sample sample_of(const SolidSystem<Real>& system, const State<Real>& state, ErrorOf of) {
   Trajectory::Sample sample;
-  if (of == ErrorOf::volume) sample.volume_ratio = volume_ratio(system.body(), state.x);
+  if (of == ErrorOf::volume) sample.volume_ratio = volume_ratio(system.levels(), state.x);
   if (of == ErrorOf::energy) {
     const Measures m = measure(system, state);
     sample.energy = m.total();

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <memory>
@@ -67,6 +68,15 @@ Json summary(const Scene& scene, double omega_max, double bound, double crushed,
           {"provenance", provenance()}};
 }
 
+/// What the fold guard adds to squared frequencies where it acts, at most [1/s^2].
+double guarding(const SolidSystem<double>& system) {
+  double most = 0;
+  for (const auto& [body, first] : system.levels())
+    most = std::max(
+        most, std::pow(guarded_spectral_bound(body).omega, 2) - std::pow(spectral_bound(body).omega, 2));
+  return most;
+}
+
 /// The stable step where the fold guard acts, beside the one of dt = "safe", for methods that have one.
 void print_with_guard(const IntegratorInfo& method, const SpectralBound& bound, double crushed) {
   fmt::print("  where the fold guard acts: at most {:.6g} rad/s", crushed);
@@ -88,7 +98,8 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   const fs::path directory =
       choice.directory.empty() ? fs::path("out") / (scene.name + "_modes") : fs::path(choice.directory);
   const Body body(scene.body);
-  const auto system = make_system<double>(scene.model, body, scene.environment, scene.solve.threads);
+  const std::unique_ptr<const RefinedBody> refined = refined_body(scene);
+  const auto system = make_solid<double>(scene, body, refined.get());
   if (unknowns_of(*system).empty())
     throw InputError(fmt::format("{}: everything is held, so nothing can vibrate", scene.file.string()));
   prepare_directory(directory);
@@ -109,9 +120,7 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
     }
   const Table table = modes_table(slow.modes);
   const double omega_max = fast.modes.front().omega, bound = system->spectral_bound().omega,
-               guarding =
-                   std::pow(guarded_spectral_bound(body).omega, 2) - std::pow(spectral_bound(body).omega, 2),
-               crushed = std::sqrt(bound * bound + guarding);
+               crushed = std::sqrt(bound * bound + guarding(*system));
   write_atomically(directory / "modes.csv", table.csv());
   write_atomically(directory / "summary.json",
                    summary(scene, omega_max, bound, crushed, limit.dt, table).dump(2) + "\n");

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/body_system.hpp"
+#include "core/refined_system.hpp"
 #include "core/scene.hpp"
 #include "experiments/plot/chart.hpp"
 
@@ -31,6 +32,16 @@ template <>
 std::unique_ptr<BodySystem<double>> make_system(const std::string& model, const Body& body,
                                                 const Environment& environment, int threads,
                                                 const SleepRule& sleep);
+
+/// The system of a scene: of its body, or of the refined one if that is given. Both must outlive it.
+template <class Real>
+std::unique_ptr<SolidSystem<Real>> make_solid(const Scene& scene, const Body& body,
+                                              const RefinedBody* refined) {
+  if (!refined)
+    return make_system<Real>(scene.model, body, scene.environment, scene.solve.threads, scene.solve.sleep);
+  return std::make_unique<RefinedSystem<Real>>(*refined, scene.environment,
+                                               Execution{.threads = scene.solve.threads});
+}
 
 /// Throws InputError for an unknown name.
 void check_model_name(const std::string& model);

@@ -59,7 +59,7 @@ double velocity_lag(const IntegratorInfo& method, double dt) {
   return method.symplectic && method.order_undamped == 1 ? dt / 2 : 0;
 }
 
-SampledRun::SampledRun(BodySystem<double>& system, State<double>& state, double velocity_lag)
+SampledRun::SampledRun(SolidSystem<double>& system, State<double>& state, double velocity_lag)
     : system_(system), state_(state), velocity_lag_(velocity_lag) {
   extremes_.initial_energy = extremes_.max_energy = measure(system, state).mechanical();
 }

@@ -57,7 +57,7 @@ class SampledRun {
   static constexpr double tolerated_growth = 0.05;
 
   /// `velocity_lag` [s]: see velocity_lag(). Energies are taken with velocities advanced by it.
-  SampledRun(BodySystem<double>& system, State<double>& state, double velocity_lag = 0);
+  SampledRun(SolidSystem<double>& system, State<double>& state, double velocity_lag = 0);
 
   /// Advances the state through a window of so many samples: `advance` takes it to the sample of that number,
   /// 1 the first; `sample` receives the measures there. Ends early with the outcome of an advance that fails,
@@ -73,7 +73,7 @@ class SampledRun {
  private:
   Measures measure_now();
 
-  BodySystem<double>& system_;
+  SolidSystem<double>& system_;
   State<double>& state_;
   double velocity_lag_;
   RunExtremes extremes_;

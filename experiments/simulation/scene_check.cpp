@@ -67,6 +67,24 @@ void check_contact(const Scene& scene, const IntegratorInfo& method) {
                   to_string(discrete->contact), method.name));
 }
 
+/// What needs one lattice for the whole body.
+void check_refined(const Scene& scene, const IntegratorInfo& method) {
+  if (scene.refined_boxes.empty()) return;
+  const auto refuse = [](std::string_view what, std::string_view name, std::string_view others) {
+    throw InputError(
+        fmt::format("{} '{}' is for bodies with cells of one size; leave [[refine]] out, or give {}", what,
+                    name, others));
+  };
+  if (method.needs_springs()) refuse("integrator", method.name, "another one");
+  const SolveConfig& solve = scene.solve;
+  if (solve.nonlinear_solver != SolveConfig{}.nonlinear_solver || method.name.find('/') != std::string::npos)
+    refuse("nonlinear solver", solve.nonlinear_solver, "\"newton\"");
+  if (solve.linear_solver == "multigrid" || solve.linear_solver == "separable")
+    refuse("linear solver", solve.linear_solver, "\"cholmod\" or \"matrix_free\"");
+  if (solve.sleep.bound > 0)
+    throw InputError("sleep is for bodies with cells of one size; leave it or [[refine]] out");
+}
+
 /// Sleeping particles have no acceleration, but other methods evaluate forces on all of them.
 void check_sleep(const Scene& scene, const IntegratorInfo& method) {
   if (scene.solve.sleep.bound == 0) return;
@@ -105,6 +123,7 @@ void check_solve(const Scene& scene) {
     check_variant(scene.solve);
     check_sleep(scene, method);
     check_springs(scene, method);
+    check_refined(scene, method);
   });
   check_table(scene, "plane", [&] { check_contact(scene, find_integrator(scene.solve.integrator)); });
   if (scene.solve.dt && *scene.solve.dt > scene.solve.duration)

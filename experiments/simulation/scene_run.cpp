@@ -28,7 +28,7 @@ bool is_finite(const Measures& measures) {
 }
 
 template <class Real>
-IntegratorOptions method_options(const Scene& scene, const BodySystem<Real>& system) {
+IntegratorOptions method_options(const Scene& scene, const SolidSystem<Real>& system) {
   IntegratorOptions options{
       .dt = step_of(scene, find_integrator(scene.solve.integrator), system.spectral_bound()),
       .linear_solver = scene.solve.linear_solver,
@@ -45,13 +45,12 @@ IntegratorOptions method_options(const Scene& scene, const BodySystem<Real>& sys
 }
 
 template <class Real>
-State<Real> start_state(const BodySystem<Real>& system, const Scene& scene) {
+State<Real> start_state(const SolidSystem<Real>& system, const Scene& scene) {
   State<Real> state = system.rest_state();
-  const Body& body = system.body();
+  const double mass = system.total_mass();
   Vec3 centre = Vec3::Zero();
-  for (const std::ptrdiff_t site : body.sites())
-    centre += body.mass(site) / body.total_mass() * state.x.at(site);
-  for (const std::ptrdiff_t site : body.sites())
+  for (const std::ptrdiff_t site : system.particles()) centre += system.mass(site) / mass * state.x.at(site);
+  for (const std::ptrdiff_t site : system.particles())
     state.v.set(site, scene.start_velocity + scene.start_spin.cross(state.x.at(site) - centre));
   system.constrain(0, state.x, state.v);
   return state;
@@ -60,8 +59,8 @@ State<Real> start_state(const BodySystem<Real>& system, const Scene& scene) {
 template <class Real>
 SceneRun<Real>::SceneRun(const Scene& scene, const Body& body, long most_steps)
     : strikes_(scene.environment.strikes),
-      system_(
-          make_system<Real>(scene.model, body, scene.environment, scene.solve.threads, scene.solve.sleep)),
+      refined_(refined_body(scene)),
+      system_(make_solid<Real>(scene, body, refined_.get())),
       options_(method_options(scene, *system_)) {
   options_.most_steps = most_steps;
   method_ = find_integrator(scene.solve.integrator).template make<Real>(options_);
@@ -96,7 +95,7 @@ Status SceneRun<Real>::advance(System<Real>& driven, double t_end, Work& work) {
     const Status status =
         strike.at > state_.t ? method_->advance(driven, state_, strike.at, work) : Status::ok;
     if (status != Status::ok) return status;
-    give(strike, system_->body(), state_.v);
+    system_->give(strike, state_.v);
     system_->constrain(state_.t, state_.x, state_.v);
     method_->reset();
     system_->wake_moving(state_);
@@ -110,10 +109,10 @@ std::optional<Measures> SceneRun<Real>::measure() const {
   return is_finite(measures) ? std::optional(measures) : std::nullopt;
 }
 
-template IntegratorOptions method_options(const Scene&, const BodySystem<float>&);
-template IntegratorOptions method_options(const Scene&, const BodySystem<double>&);
-template State<float> start_state(const BodySystem<float>&, const Scene&);
-template State<double> start_state(const BodySystem<double>&, const Scene&);
+template IntegratorOptions method_options(const Scene&, const SolidSystem<float>&);
+template IntegratorOptions method_options(const Scene&, const SolidSystem<double>&);
+template State<float> start_state(const SolidSystem<float>&, const Scene&);
+template State<double> start_state(const SolidSystem<double>&, const Scene&);
 template class SceneRun<float>;
 template class SceneRun<double>;
 

@@ -3,17 +3,17 @@
 #include <memory>
 #include <optional>
 
-#include "core/body_system.hpp"
 #include "core/measures.hpp"
+#include "core/refined_body.hpp"
 #include "core/scene.hpp"
 #include "integrators/error_scale.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {
 
-/// The body of a scene as it starts: at rest, in its holds, moving and spinning as [start] says.
+/// The solid of a scene as it starts: at rest, in its holds, moving and spinning as [start] says.
 template <class Real>
-State<Real> start_state(const BodySystem<Real>& system, const Scene& scene);
+State<Real> start_state(const SolidSystem<Real>& system, const Scene& scene);
 
 /// True if all numbers are finite.
 bool is_finite(const Measures& measures);
@@ -21,17 +21,18 @@ bool is_finite(const Measures& measures);
 /// Options of the scene's method: its step resolved, errors of adaptive methods scaled (error_scale.hpp).
 /// Throws InputError if dt is "safe" and no step is.
 template <class Real>
-IntegratorOptions method_options(const Scene& scene, const BodySystem<Real>& system);
+IntegratorOptions method_options(const Scene& scene, const SolidSystem<Real>& system);
 
 /// A scene being simulated: its system, its method, its state, and the strikes still to come.
 template <class Real>
 class SceneRun {
  public:
-  /// The body must outlive it. Adaptive methods may take `most_steps` in one advance.
+  /// The body, which is the scene's without refinement, must outlive it. Adaptive methods may take
+  /// `most_steps` in one advance.
   SceneRun(const Scene& scene, const Body& body, long most_steps = IntegratorOptions{}.most_steps);
 
-  BodySystem<Real>& system() { return *system_; }
-  const BodySystem<Real>& system() const { return *system_; }
+  SolidSystem<Real>& system() { return *system_; }
+  const SolidSystem<Real>& system() const { return *system_; }
   const State<Real>& state() const { return state_; }
   /// Of adaptive methods the first; 0 if that is their choice [s].
   double dt() const { return options_.dt; }
@@ -51,9 +52,10 @@ class SceneRun {
   void disturb();
 
  private:
-  std::vector<Strike> strikes_;  ///< by time
-  std::size_t next_ = 0;         ///< strike
-  std::unique_ptr<BodySystem<Real>> system_;
+  std::vector<Strike> strikes_;                 ///< by time
+  std::size_t next_ = 0;                        ///< strike
+  std::unique_ptr<const RefinedBody> refined_;  ///< where the scene refines
+  std::unique_ptr<SolidSystem<Real>> system_;
   IntegratorOptions options_;
   std::unique_ptr<Integrator<Real>> method_;
   State<Real> state_;

@@ -15,11 +15,12 @@ namespace mss {
 
 namespace {
 
-std::vector<ParticleRecord> record_particles(const Body& body, const auto& state) {
+template <class Real>
+std::vector<ParticleRecord> record_particles(const SolidSystem<Real>& system, const State<Real>& state) {
   std::vector<ParticleRecord> particles;
-  particles.reserve(body.particle_count());
-  for (const std::ptrdiff_t site : body.sites())
-    particles.push_back({body.rest_position(site), state.x.at(site), state.v.at(site), body.mass(site)});
+  particles.reserve(system.particles().size());
+  for (const std::ptrdiff_t site : system.particles())
+    particles.push_back({system.rest_position(site), state.x.at(site), state.v.at(site), system.mass(site)});
   return particles;
 }
 
@@ -34,7 +35,8 @@ class Simulation {
     result.kernel = run_.system().kernel_name();
     if (scene.solve.sleep.bound > 0) reference_.emplace(scene, body);
     if (frame_every_ > 0)
-      frames_.emplace(vtk.directory, body, scene.mesh ? std::optional(scene.mesh->surface()) : std::nullopt);
+      frames_.emplace(vtk.directory, run_.system().levels(),
+                      scene.mesh ? std::optional(scene.mesh->surface()) : std::nullopt);
   }
 
   /// The state of the last finite row is what a failed run leaves.
@@ -106,7 +108,7 @@ void Simulation<Real>::rows(Progress& progress) {
   }
   if (frames_) frames_->finish();
   if (reference_) result_.sleep = reference_->report();
-  result_.particles = record_particles(run_.system().body(), last);
+  result_.particles = record_particles(run_.system(), last);
 }
 
 template <class Real>

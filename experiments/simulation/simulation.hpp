@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/body_system.hpp"
 #include "core/measures.hpp"
 #include "core/scene.hpp"
 #include "experiments/harness/progress.hpp"

@@ -117,11 +117,11 @@ void describe_grid(hid_t group, const char* kind, const fs::path& mesh) {
 }
 
 template <class Real>
-std::vector<double> by_particle(const Body& body, const Field<Real>& field) {
+std::vector<double> by_point(const std::vector<Level>& levels, const Field<Real>& field) {
   std::vector<double> values;
-  values.reserve(3 * body.particle_count());
-  for (const std::ptrdiff_t site : body.sites())
-    for (int axis = 0; axis < 3; ++axis) values.push_back(double(field.axis(axis)[site]));
+  for (const auto& [body, first] : levels)
+    for (const std::ptrdiff_t site : body.sites())
+      for (int axis = 0; axis < 3; ++axis) values.push_back(double(field.axis(axis)[first + site]));
   return values;
 }
 
@@ -140,27 +140,31 @@ std::vector<std::int64_t> triangle_corners(const TriangleMesh& mesh) {
 }
 
 template <class Real>
-void write_cell_values(hid_t group, const Body& body, const Field<Real>& x) {
+void write_cell_values(hid_t group, const std::vector<Level>& levels, const Field<Real>& x) {
   std::vector<double> volume_ratio, jacobian;
-  body.for_each_cell([&](std::ptrdiff_t site) {
-    const std::array<Vec3, 8> corners = corners_of(body, x, site);
-    double smallest = corner_volume(corners, 0);
-    for (int c = 1; c < 8; ++c) smallest = std::min(smallest, corner_volume(corners, c));
-    volume_ratio.push_back(trilinear_volume(corners) / body.cell_volume());
-    jacobian.push_back(smallest / body.cell_volume());
-  });
+  for (const Level& level : levels)
+    level.body.for_each_cell([&](std::ptrdiff_t site) {
+      const std::array<Vec3, 8> corners = corners_of(level.body, x, level.first + site);
+      double smallest = corner_volume(corners, 0);
+      for (int c = 1; c < 8; ++c) smallest = std::min(smallest, corner_volume(corners, c));
+      volume_ratio.push_back(trilinear_volume(corners) / level.body.cell_volume());
+      jacobian.push_back(smallest / level.body.cell_volume());
+    });
   write(group, "volume_ratio", volume_ratio);
   write(group, "jacobian", jacobian);
 }
 
 template <class Real>
-void write_spring_values(hid_t group, const Body& body, const Field<Real>& x) {
+void write_spring_values(hid_t group, const std::vector<Level>& levels, const Field<Real>& x) {
   std::vector<double> stretch;
   std::vector<std::uint8_t> classes;
-  body.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double, double) {
-    classes.push_back(std::uint8_t(slot.kind));
-    stretch.push_back((x.at(b) - x.at(a)).norm() / body.rest_length(slot.kind) - 1);
-  });
+  for (const Level& level : levels)
+    level.body.for_each_spring(
+        [&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double, double) {
+          classes.push_back(std::uint8_t(slot.kind));
+          const double length = (x.at(level.first + b) - x.at(level.first + a)).norm();
+          stretch.push_back(length / level.body.rest_length(slot.kind) - 1);
+        });
   write(group, "stretch", stretch);
   write(group, "class", classes);
 }
@@ -186,13 +190,16 @@ void remove_vtk_series(const fs::path& directory) {
   fs::remove(directory / "vtk", ignored);  // if nothing else is in it
 }
 
-VtkSeries::VtkSeries(fs::path directory, const Body& body, const std::optional<TriangleMesh>& surface)
-    : directory_(std::move(directory)), body_(body), particle_of_(std::size_t(body.lattice().size), -1) {
+VtkSeries::VtkSeries(fs::path directory, std::vector<Level> levels,
+                     const std::optional<TriangleMesh>& surface)
+    : directory_(std::move(directory)), levels_(std::move(levels)) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // failures are exceptions, not pages on stderr
-  for (std::size_t id = 0; id < body.particle_count(); ++id)
-    particle_of_[std::size_t(body.sites()[id])] = std::int64_t(id);
-  if (surface)
-    surface_.emplace(*surface, body.config().voxels, body.config().cell_size, body.config().origin);
+  for (const auto& [body, first] : levels_) {
+    point_of_.resize(std::size_t(first + body.lattice().size), -1);
+    for (const std::ptrdiff_t site : body.sites()) point_of_[std::size_t(first + site)] = points_++;
+  }
+  const BodyConfig& config = levels_.front().body.config();
+  if (surface) surface_.emplace(*surface, config.voxels, config.cell_size, config.origin);
   remove_vtk_series(directory_);
   prepare_directory(directory_ / "vtk");
   write_mesh(surface);
@@ -204,19 +211,20 @@ fs::path VtkSeries::frame_file(const std::string& kind, std::size_t frame) const
 
 void VtkSeries::write_mesh(const std::optional<TriangleMesh>& surface) const {
   std::vector<std::int64_t> cells, springs;
-  body_.for_each_cell([&](std::ptrdiff_t site) {
-    for (const int c : vtk_corners)
-      cells.push_back(particle_of_[std::size_t(site + body_.lattice().corner(c))]);
-  });
-  body_.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot&, double, double) {
-    springs.push_back(particle_of_[std::size_t(a)]);
-    springs.push_back(particle_of_[std::size_t(b)]);
-  });
-  const auto points = std::int64_t(body_.particle_count());
+  for (const Level& level : levels_) {
+    const auto point = [&](std::ptrdiff_t site) { return point_of_[std::size_t(level.first + site)]; };
+    level.body.for_each_cell([&](std::ptrdiff_t site) {
+      for (const int c : vtk_corners) cells.push_back(point(site + level.body.lattice().corner(c)));
+    });
+    level.body.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot&, double, double) {
+      springs.push_back(point(a));
+      springs.push_back(point(b));
+    });
+  }
   write_file(directory_ / "vtk" / "mesh.h5", [&](hid_t file) {
     write_text(file, "mss", program_version());
-    write_shapes(new_group(file, "cells"), vtk_hexahedron, 8, points, cells);
-    write_shapes(new_group(file, "springs"), vtk_line, 2, points, springs);
+    write_shapes(new_group(file, "cells"), vtk_hexahedron, 8, points_, cells);
+    write_shapes(new_group(file, "springs"), vtk_line, 2, points_, springs);
     if (surface)
       write_shapes(new_group(file, "surface"), vtk_triangle, 3, std::int64_t(surface->vertices.size()),
                    triangle_corners(*surface));
@@ -230,15 +238,15 @@ void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v) {
   write_file(cells, [&](hid_t file) {
     const Handle grid = new_group(file, "VTKHDF");
     describe_grid(grid, "cells", mesh);
-    write(grid, "Points", by_particle(body_, x), 3);
-    write(new_group(grid, "PointData"), "velocity", by_particle(body_, v), 3);
-    write_cell_values(new_group(grid, "CellData"), body_, x);
+    write(grid, "Points", by_point(levels_, x), 3);
+    write(new_group(grid, "PointData"), "velocity", by_point(levels_, v), 3);
+    write_cell_values(new_group(grid, "CellData"), levels_, x);
   });
   write_file(frame_file("springs", frame), [&](hid_t file) {
     const Handle grid = new_group(file, "VTKHDF");
     describe_grid(grid, "springs", mesh);
     link(grid, "Points", cells, "/VTKHDF/Points");
-    write_spring_values(new_group(grid, "CellData"), body_, x);
+    write_spring_values(new_group(grid, "CellData"), levels_, x);
   });
   if (surface_) add_surface(frame_file("surface", frame), x, v);
   times_.push_back(t);

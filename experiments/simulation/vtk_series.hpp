@@ -19,14 +19,16 @@ void remove_vtk_series(const std::filesystem::path& directory);
 /// frames with their times; the frames in `vtk/`.
 ///
 /// Cells are hexahedra with their volume_ratio and their smallest corner's jacobian; their points are the
-/// particles, with velocity. Springs are lines between the same points, with their stretch and their class (0
-/// edge, 1 face diagonal, 2 body diagonal). The surface is the mesh's triangles where the cells carry them,
-/// with the velocity of their corners. Which points belong together is stored once, in `vtk/mesh.h5`.
+/// particles, with velocity. A body with cells of several sizes has those of all its levels, one after the
+/// other, and as points of a smaller cell the particles that follow those of larger ones too. Springs are
+/// lines between the same points, with their stretch and their class (0 edge, 1 face diagonal, 2 body
+/// diagonal). The surface is the mesh's triangles where the cells carry them, with the velocity of their
+/// corners. Which points belong together is stored once, in `vtk/mesh.h5`.
 class VtkSeries {
  public:
-  /// `surface`: the mesh that the body was given as, if it was. Throws InputError if the directory cannot be
-  /// written to.
-  VtkSeries(std::filesystem::path directory, const Body& body,
+  /// `levels`: the body's, which must outlive it. `surface`: the mesh that it was given as, if it was. Throws
+  /// InputError if the directory cannot be written to.
+  VtkSeries(std::filesystem::path directory, std::vector<Level> levels,
             const std::optional<TriangleMesh>& surface = std::nullopt);
 
   /// Writes a frame, whole or not at all. Throws InputError if that fails.
@@ -43,10 +45,11 @@ class VtkSeries {
   void add_surface(const std::filesystem::path& file, const Field<Real>& x, const Field<Real>& v) const;
 
   std::filesystem::path directory_;
-  const Body& body_;
+  std::vector<Level> levels_;
   std::optional<EmbeddedSurface> surface_;
-  std::vector<std::int64_t> particle_of_;  ///< by site
-  std::vector<double> times_;              ///< of the frames so far [s]
+  std::vector<std::int64_t> point_of_;  ///< by site
+  std::int64_t points_ = 0;
+  std::vector<double> times_;  ///< of the frames so far [s]
 };
 
 }  // namespace mss

@@ -74,8 +74,8 @@ std::string pace(const Session& session, const Display& display) {
 
 void draw_state(const Session& session, const Display& display) {
   const Measures& m = session.measures();
-  text(fmt::format("{}   {} cells, {} particles", session.scene().name, session.body().cell_count(),
-                   session.body().particle_count()));
+  text(fmt::format("{}   {} cells, {} particles", session.scene().name, session.cell_count(),
+                   session.particle_count()));
   text(fmt::format("t = {:.3f} s   {}", session.time(), pace(session, display)));
   if (display.frame_seconds > 0)
     text(fmt::format("frame {:.1f} ms, of it {:.1f} ms for {:.3g} steps", 1e3 * display.frame_seconds,

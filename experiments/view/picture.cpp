@@ -34,25 +34,30 @@ const std::vector<QuantityInfo>& quantities() {
 const QuantityInfo& info_of(DisplayedQuantity quantity) { return quantities()[std::size_t(quantity)]; }
 
 std::vector<float> values_at(const std::vector<std::ptrdiff_t>& sites, DisplayedQuantity quantity,
-                             const Body& body, const Field<double>& x, const Field<double>& v) {
+                             const std::vector<Level>& levels, const Field<double>& x,
+                             const Field<double>& v) {
   std::vector<float> values;
   values.reserve(sites.size());
   const auto fill = [&](auto&& at) {
     constexpr double most = 1e30;  // bodies that fly apart leave the range of single precision first
-    for (const std::ptrdiff_t site : sites) values.push_back(float(std::clamp(at(site), -most, most)));
+    auto level = levels.begin();
+    for (const std::ptrdiff_t site : sites) {  // ascending
+      while (level + 1 != levels.end() && (level + 1)->first <= site) ++level;
+      values.push_back(float(std::clamp(at(*level, site - level->first), -most, most)));
+    }
   };
   switch (quantity) {
     case DisplayedQuantity::stretch:
-      fill([&](std::ptrdiff_t site) { return stretch_at(body, x, site); });
+      fill([&](const Level& level, std::ptrdiff_t site) { return stretch_at(level, x, site); });
       break;
     case DisplayedQuantity::volume_ratio:
-      fill([&](std::ptrdiff_t site) { return volume_ratio_at(body, x, site); });
+      fill([&](const Level& level, std::ptrdiff_t site) { return volume_ratio_at(level, x, site); });
       break;
     case DisplayedQuantity::jacobian:
-      fill([&](std::ptrdiff_t site) { return jacobian_at(body, x, site); });
+      fill([&](const Level& level, std::ptrdiff_t site) { return jacobian_at(level, x, site); });
       break;
     case DisplayedQuantity::speed:
-      fill([&](std::ptrdiff_t site) { return v.at(site).norm(); });
+      fill([&](const Level& level, std::ptrdiff_t site) { return v.at(level.first + site).norm(); });
       break;
   }
   return values;
@@ -64,10 +69,11 @@ Mark mark(const Vec3& position, const Colour& colour, double opacity) {
           {byte(colour[0]), byte(colour[1]), byte(colour[2]), byte(opacity)}};
 }
 
-void add_springs(Marks& lines, const Body& body, const Field<double>& x, const ValueRange* stretch) {
+void add_springs(Marks& lines, const Level& level, const Field<double>& x, const ValueRange* stretch) {
+  const Body& body = level.body;
   lines.reserve(lines.size() + 2 * body.spring_count());
   body.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double, double) {
-    const Vec3 from = x.at(a), to = x.at(b);
+    const Vec3 from = x.at(level.first + a), to = x.at(level.first + b);
     Colour colour = plain_spring;
     if (stretch != nullptr)
       colour = map_colour(stretch->share(std::abs((to - from).norm() / body.rest_length(slot.kind) - 1)));
@@ -76,10 +82,12 @@ void add_springs(Marks& lines, const Body& body, const Field<double>& x, const V
   });
 }
 
-void add_particles(Marks& points, const Body& body, const Field<double>& x, const std::vector<Hold>& holds) {
-  const HeldSites held(body, holds);
-  for (const std::ptrdiff_t site : body.sites())
-    points.push_back(mark(x.at(site), is_held(held, site) ? held_particle : free_particle));
+void add_particles(Marks& points, const std::vector<Level>& levels, const Field<double>& x,
+                   const std::vector<Hold>& holds) {
+  const HeldSites held(levels, holds);
+  for (const auto& [body, first] : levels)
+    for (const std::ptrdiff_t site : body.sites())
+      points.push_back(mark(x.at(first + site), is_held(held, first + site) ? held_particle : free_particle));
 }
 
 void add_grid(Marks& lines, const GridPlane& plane) {

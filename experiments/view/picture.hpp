@@ -25,9 +25,10 @@ struct QuantityInfo {
 const std::vector<QuantityInfo>& quantities();
 const QuantityInfo& info_of(DisplayedQuantity quantity);
 
-/// A quantity of the particles at some sites.
+/// A quantity of the particles at some sites, of their level's springs and cells.
 std::vector<float> values_at(const std::vector<std::ptrdiff_t>& sites, DisplayedQuantity quantity,
-                             const Body& body, const Field<double>& x, const Field<double>& v);
+                             const std::vector<Level>& levels, const Field<double>& x,
+                             const Field<double>& v);
 
 /// A point, or one of the two ends of a line, as the graphics card takes it.
 struct Mark {
@@ -39,10 +40,11 @@ using Marks = std::vector<Mark>;
 Mark mark(const Vec3& position, const Colour& colour, double opacity = 1);
 
 /// A line per spring, coloured by its stretch if a range for that is given.
-void add_springs(Marks& lines, const Body& body, const Field<double>& x, const ValueRange* stretch);
+void add_springs(Marks& lines, const Level& level, const Field<double>& x, const ValueRange* stretch);
 
 /// A point per particle; those held in all directions have another colour.
-void add_particles(Marks& points, const Body& body, const Field<double>& x, const std::vector<Hold>& holds);
+void add_particles(Marks& points, const std::vector<Level>& levels, const Field<double>& x,
+                   const std::vector<Hold>& holds);
 
 /// A plane in space, drawn as a square grid round a point of it.
 struct GridPlane {

@@ -27,6 +27,10 @@ class Simulation {
   virtual Status advance(double t_end, Work& work) = 0;
   virtual std::optional<Measures> measure() const = 0;
   virtual double time() const = 0;
+  virtual const std::vector<Level>& levels() const = 0;
+  virtual std::ptrdiff_t size() const = 0;
+  virtual std::size_t particle_count() const = 0;
+  virtual bool moves_by_itself(std::ptrdiff_t site) const = 0;
   virtual double dt() const = 0;
   virtual void read(Field<double>& x, Field<double>& v) const = 0;
   virtual void write(double t, const Field<double>& x, const Field<double>& v) = 0;
@@ -44,24 +48,30 @@ class SimulationIn final : public Simulation {
   Status advance(double t_end, Work& work) override { return run_.advance(tethered_, t_end, work); }
   std::optional<Measures> measure() const override { return run_.measure(); }
   double time() const override { return run_.state().t; }
+  const std::vector<Level>& levels() const override { return run_.system().levels(); }
+  std::ptrdiff_t size() const override { return run_.system().size(); }
+  std::size_t particle_count() const override { return run_.system().particles().size(); }
+  bool moves_by_itself(std::ptrdiff_t site) const override { return run_.system().mass(site) > 0; }
   double dt() const override { return run_.dt(); }
   void read(Field<double>& x, Field<double>& v) const override {
-    for (const std::ptrdiff_t site : run_.system().particles()) {
-      x.set(site, run_.state().x.at(site));
-      v.set(site, run_.state().v.at(site));
-    }
+    for (const auto& [body, first] : levels())
+      for (const std::ptrdiff_t site : body.sites()) {
+        x.set(first + site, run_.state().x.at(first + site));
+        v.set(first + site, run_.state().v.at(first + site));
+      }
   }
   void write(double t, const Field<double>& x, const Field<double>& v) override {
     State<Real> state = run_.state();
     state.t = t;
-    for (const std::ptrdiff_t site : run_.system().particles()) {
-      state.x.set(site, x.at(site));
-      state.v.set(site, v.at(site));
-    }
+    for (const auto& [body, first] : levels())
+      for (const std::ptrdiff_t site : body.sites()) {
+        state.x.set(first + site, x.at(first + site));
+        state.v.set(first + site, v.at(first + site));
+      }
     run_.go_on_from(state);
   }
   Tether stable_tether(std::ptrdiff_t site) const override {
-    return mss::stable_tether(run_.system().body(), run_.system().spectral_bound(), site);
+    return mss::stable_tether(run_.system().mass(site), run_.system().spectral_bound(), site);
   }
   void tie(const std::optional<Tether>& tether) override {
     tethered_.tie(tether);
@@ -90,12 +100,22 @@ Session::~Session() = default;
 
 double Session::dt() const { return simulation_->dt(); }
 
+const std::vector<Level>& Session::levels() const { return simulation_->levels(); }
+
+std::size_t Session::cell_count() const {
+  std::size_t count = 0;
+  for (const Level& level : levels()) count += level.body.cell_count();
+  return count;
+}
+
+std::size_t Session::particle_count() const { return simulation_->particle_count(); }
+
 void Session::restart() {
   release();
   simulation_ = simulation_of(scene_, *body_);
   status_ = Status::ok;
   work_ = {};
-  x_ = v_ = Field<double>(body_->lattice().size);
+  x_ = v_ = Field<double>(simulation_->size());
   read_state();
   forget_target();
   history_.clear();
@@ -157,7 +177,8 @@ void Session::change(const SceneEdit& settings) {
 }
 
 bool Session::grab(std::ptrdiff_t site) {
-  const HeldSites held(*body_, scene_.environment.holds);
+  const HeldSites held(levels(), scene_.environment.holds);
+  if (!simulation_->moves_by_itself(site)) return false;
   if (held.holds(site, 0) && held.holds(site, 1) && held.holds(site, 2)) return false;
   tether_ = simulation_->stable_tether(site);
   pull(x_.at(site));

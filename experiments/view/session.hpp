@@ -29,7 +29,11 @@ class Session {
   /// The scene with the settings in force.
   const Scene& scene() const { return scene_; }
   const SceneEdit& settings() const { return settings_; }
+  /// Without refinement.
   const Body& body() const { return *body_; }
+  const std::vector<Level>& levels() const;
+  std::size_t cell_count() const;
+  std::size_t particle_count() const;
 
   double time() const { return t_; }  ///< [s]
   double dt() const;                  ///< [s]; of adaptive methods the first, 0 if that is their choice
@@ -58,7 +62,7 @@ class Session {
   /// cannot be simulated; nothing has changed then.
   void change(const SceneEdit& settings);
 
-  /// Ties a particle to the point where it is. False if it cannot move, being held.
+  /// Ties a particle to the point where it is. False if it cannot move by itself: it is held, or hangs.
   bool grab(std::ptrdiff_t site);
   /// Takes that point elsewhere. Only while a particle is grabbed.
   void pull(const Vec3& anchor);

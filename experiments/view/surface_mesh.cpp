@@ -21,18 +21,35 @@ std::array<int, 4> face_corners(Direction d) {
   return {base, base + w, base + u + w, base + u};
 }
 
+/// Whether a cell of another size is behind a face: all of it or nothing is covered, by larger cells or by
+/// ones half as large.
+bool has_other_cell(const std::vector<Level>& levels, const Level& level, const std::array<int, 3>& cell,
+                    Direction d) {
+  Vec3 behind = level.body.rest_position(level.body.lattice().site(cell[0], cell[1], cell[2]));
+  const double size = level.body.config().cell_size;
+  behind += Vec3::Constant(size / 4);
+  behind[d.axis] += (d.side == 1 ? 1 : -0.5) * size;
+  return std::any_of(levels.begin(), levels.end(), [&](const Level& other) {
+    const BodyConfig& config = other.body.config();
+    const Vec3 at = ((behind - config.origin) / config.cell_size).array().floor();
+    return config.voxels.at(int(at[0]), int(at[1]), int(at[2]));
+  });
+}
+
 }  // namespace
 
-SurfaceMesh::SurfaceMesh(const Body& body) {
-  add_faces(body);
+SurfaceMesh::SurfaceMesh(const std::vector<Level>& levels) {
+  for (const Level& level : levels) add_faces(levels, level);
   add_triangles();
   corner_entry_ = collect_sites(corner_site_);
-  Field<double> rest(body.lattice().size);
-  for (const std::ptrdiff_t site : sites_) rest.set(site, body.rest_position(site));
+  Field<double> rest(levels.back().first + levels.back().body.lattice().size);
+  for (const auto& [body, first] : levels)
+    for (const std::ptrdiff_t site : body.sites()) rest.set(first + site, body.rest_position(site));
   update(rest, std::vector<float>(sites_.size(), 0.0F));
 }
 
-void SurfaceMesh::add_faces(const Body& body) {
+void SurfaceMesh::add_faces(const std::vector<Level>& levels, const Level& level) {
+  const Body& body = level.body;
   const VoxelGrid& voxels = body.config().voxels;
   std::map<std::pair<std::ptrdiff_t, int>, std::uint32_t> vertex_of;  // by site and direction
   const auto add_face = [&](const std::array<int, 3>& cell, Direction d) {
@@ -41,7 +58,7 @@ void SurfaceMesh::add_faces(const Body& body) {
     for (std::size_t i = 0; i < 4; ++i) {
       std::array<int, 3> at = cell;
       for (std::size_t axis = 0; axis < 3; ++axis) at[axis] += (corners[i] >> axis) & 1;
-      const std::ptrdiff_t site = body.lattice().site(at[0], at[1], at[2]);
+      const std::ptrdiff_t site = level.first + body.lattice().site(at[0], at[1], at[2]);
       const auto [entry, is_new] =
           vertex_of.try_emplace({site, 2 * d.axis + d.side}, std::uint32_t(corner_site_.size()));
       if (is_new) {
@@ -60,7 +77,9 @@ void SurfaceMesh::add_faces(const Body& body) {
           for (const int side : {0, 1}) {
             std::array<int, 3> next{i, j, k};
             next[std::size_t(axis)] += 2 * side - 1;
-            if (!voxels.at(next[0], next[1], next[2])) add_face({i, j, k}, {axis, side});
+            if (!voxels.at(next[0], next[1], next[2]) &&
+                !has_other_cell(levels, level, {i, j, k}, {axis, side}))
+              add_face({i, j, k}, {axis, side});
           }
 }
 

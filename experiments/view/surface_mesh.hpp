@@ -12,7 +12,8 @@ namespace mss::view {
 class SurfaceMesh final : public DrawnSurface {
  public:
   /// At rest; all values 0.
-  explicit SurfaceMesh(const Body& body);
+  explicit SurfaceMesh(const std::vector<Level>& levels);
+  explicit SurfaceMesh(const Body& body) : SurfaceMesh(std::vector<Level>{{body}}) {}
 
   std::size_t face_count() const { return faces_.size(); }
 
@@ -23,7 +24,7 @@ class SurfaceMesh final : public DrawnSurface {
 
   /// The nearest.
   std::ptrdiff_t site_at(std::size_t triangle, const Vec3& point) const override;
-  void add_faces(const Body& body);
+  void add_faces(const std::vector<Level>& levels, const Level& level);
   void add_triangles();
   std::uint32_t centre(std::size_t face) const { return std::uint32_t(corner_site_.size() + face); }
 

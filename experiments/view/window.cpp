@@ -152,7 +152,7 @@ class Viewer {
         window_(options, "mss view: " + scene.name),
         gui_(window_),
         panel_(scene),
-        cells_(session_.body()),
+        cells_(session_.levels()),
         grids_(grids_of(session_.body(), scene.environment)) {
     glfwGetFramebufferSize(window_.get(), &width_, &height_);
     if (scene.mesh) true_surface_.emplace(scene.mesh->surface(), session_.body());
@@ -380,7 +380,7 @@ void Viewer::simulate_frame() {
 
 /// The colour bar covers all values since it was fitted last.
 void Viewer::colour() {
-  const auto values = values_at(surface().sites(), display_.quantity, session_.body(), session_.positions(),
+  const auto values = values_at(surface().sites(), display_.quantity, session_.levels(), session_.positions(),
                                 session_.velocities());
   for (const float value : values) {
     shown_low_ = std::min(shown_low_, double(value));
@@ -391,7 +391,6 @@ void Viewer::colour() {
 }
 
 void Viewer::draw(const Layout& places, int width, int height) {
-  const Body& body = session_.body();
   Picture picture{.mesh = surface(),
                   .range = display_.range,
                   .surface = display_.surface,
@@ -399,10 +398,12 @@ void Viewer::draw(const Layout& places, int width, int height) {
   if (display_.ground)
     for (const GridPlane& grid : grids_) add_grid(picture.lines, grid);
   if (display_.springs)
-    add_springs(picture.lines, body, session_.positions(),
-                display_.quantity == DisplayedQuantity::stretch ? &display_.range : nullptr);
+    for (const Level& level : session_.levels())
+      add_springs(picture.lines, level, session_.positions(),
+                  display_.quantity == DisplayedQuantity::stretch ? &display_.range : nullptr);
   if (display_.particles)
-    add_particles(picture.points, body, session_.positions(), session_.scene().environment.holds);
+    add_particles(picture.points, session_.levels(), session_.positions(),
+                  session_.scene().environment.holds);
   if (const auto pull = session_.pulled()) {
     const Colour red{0.8F, 0.1F, 0.1F};
     for (const Vec3& end : {pull->from, pull->to}) {

@@ -353,8 +353,8 @@ TEST(LocalFill, VolumeAtAParticleIsOfWhatIsFilled) {
     const Vec3 x = state.x.at(site);
     if (x[0] < config.origin[0] + 0.1) state.x.set(site, x - Vec3(config.cell_size, 0, 0));
   }
-  EXPECT_NEAR(volume_ratio_at(body, state.x, body.lattice().site(0, 0, 0)), 2, 1e-14);
-  EXPECT_NEAR(volume_ratio_at(body, state.x, body.lattice().site(1, 0, 0)), (0.25 * 2 + 1) / 1.25, 1e-14);
+  EXPECT_NEAR(volume_ratio_at({body}, state.x, body.lattice().site(0, 0, 0)), 2, 1e-14);
+  EXPECT_NEAR(volume_ratio_at({body}, state.x, body.lattice().site(1, 0, 0)), (0.25 * 2 + 1) / 1.25, 1e-14);
 }
 
 /// Young's modulus of a bar along x whose ends are moved apart along x and free across, to first order.

@@ -25,8 +25,8 @@ TEST(ParticleMeasures, ReachTheExtremesOfTheWholeBody) {
     testing::randomise(body, state, 0.3, 0, 11);
     double stretch = 0, jacobian = 1e9;
     for (const std::ptrdiff_t site : body.sites()) {
-      stretch = std::max(stretch, stretch_at(body, state.x, site));
-      jacobian = std::min(jacobian, jacobian_at(body, state.x, site));
+      stretch = std::max(stretch, stretch_at({body}, state.x, site));
+      jacobian = std::min(jacobian, jacobian_at({body}, state.x, site));
     }
     const Measures whole = measure(system, state);
     EXPECT_EQ(stretch, whole.max_stretch) << shape.name;
@@ -42,7 +42,7 @@ TEST(ParticleMeasures, VolumeRatioOfAUniformStretch) {
   for (const std::ptrdiff_t site : body.sites())
     x.set(site, body.rest_position(site).cwiseProduct(Vec3(1.1, 0.9, 1.2)));
   for (const std::ptrdiff_t site : body.sites())
-    EXPECT_NEAR(volume_ratio_at(body, x, site), 1.1 * 0.9 * 1.2, 1e-12);
+    EXPECT_NEAR(volume_ratio_at({body}, x, site), 1.1 * 0.9 * 1.2, 1e-12);
 }
 
 /// A small damped body in a random state, with a tether on a corner.
@@ -58,7 +58,7 @@ struct Tethered {
         springs(body, environment),
         system(springs),
         state(springs.rest_state()),
-        tether(stable_tether(body, springs.spectral_bound(), body.sites().back())) {
+        tether(stable_tether(body.mass(body.sites().back()), springs.spectral_bound(), body.sites().back())) {
     testing::randomise(body, state, 0.2, 0.5, 3);
     tether.anchor = state.x.at(tether.site) + Vec3(0.3, -0.2, 0.1);
   }

@@ -376,6 +376,28 @@ TEST(Scene, SplitsFillsAndParts) {
   EXPECT_EQ(edited(fine, edit).body.content_of, coarse.body.content_of);
 }
 
+TEST(Scene, ReadsWhereCellsAreSmaller) {
+  const SceneFolder folder;
+  const Scene scene = load_scene(folder.write("scene.toml", plain_scene + R"([[refine]]
+box = [[0, 0, 0], [0.4, 1, 1]]
+[[refine]]
+box = [[0, 0, 0], [0.1, 0.1, 0.1]]
+levels = 3
+[[hold]]
+box = [[0, 0.0625, 0], [0, 0.0625, 0]]
+)"));
+  ASSERT_EQ(scene.refined_boxes.size(), 2U);
+  EXPECT_EQ(scene.refined_boxes[0].levels, 1);
+  EXPECT_EQ(scene.refined_boxes[0].box.upper, Vec3(0.4, 1, 1));
+  EXPECT_EQ(scene.refined_boxes[1].levels, 3);
+  const std::unique_ptr<const RefinedBody> body = refined_body(scene);
+  ASSERT_EQ(body->levels().size(), 4U);
+  EXPECT_EQ(body->levels()[3].body.config().cell_size, 0.0625);
+  EXPECT_EQ(refined_body(load_text(plain_scene)), nullptr);
+  EXPECT_EQ(to_json(scene)["refine"][1]["levels"], 3);
+  expect_same_when_read_again(scene, folder);
+}
+
 TEST(Scene, WarnsOfContrastsThatItsCellsCannotResolve) {
   const SceneFolder folder;
   const auto file = folder.write("scene.toml", mixed_scene);

@@ -147,7 +147,8 @@ TEST(Multigrid, KnowsOfPlanesThatPushAndOfTethers) {
   Bent bent(cube(10), 0.3, {.threads = 1}, {.planes = {plane}});
   EXPECT_LE(bent.iterations("multigrid", bent.sum(300)), 12);
   TetheredSystem<double> tethered(bent.system);
-  tethered.tie(stable_tether(bent.body, bent.system.spectral_bound(), bent.body.sites().back()));
+  const std::ptrdiff_t site = bent.body.sites().back();
+  tethered.tie(stable_tether(bent.body.mass(site), bent.system.spectral_bound(), site));
   Work work;
   const auto linear = find_linear_solver("multigrid").make(1e-6);
   ASSERT_EQ(linear->prepare(tethered, 0, bent.state.x, bent.state.v, bent.sum(300), work), Status::ok);

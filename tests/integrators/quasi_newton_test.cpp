@@ -153,7 +153,8 @@ TEST(QuasiNewton, TakesWhatPullsAtABody) {
   const Body body(testing::test_config(VoxelGrid::box(3, 3, 3)));
   SpringSystem<double> system(body, {.gravity = Vec3(0, 0, -9.81)});
   TetheredSystem<double> tethered(system);
-  Tether tether = stable_tether(body, system.spectral_bound(), body.sites().front());
+  Tether tether =
+      stable_tether(body.mass(body.sites().front()), system.spectral_bound(), body.sites().front());
   tether.anchor = body.config().origin - Vec3(0.3, 0, 0);
   tethered.tie(tether);
   State<double> newton = system.rest_state(), state = newton, start = newton;

@@ -197,7 +197,7 @@ TEST(Sleep, IsOffWhileAParticleIsTied) {
   ASSERT_TRUE(run.system.all_asleep());
   TetheredSystem<double> tethered(run.system);
   const std::ptrdiff_t site = body.sites().back();
-  Tether tether = stable_tether(body, run.system.spectral_bound(), site);
+  Tether tether = stable_tether(body.mass(site), run.system.spectral_bound(), site);
   tether.anchor = run.state.x.at(site);
   tethered.tie(tether);
   run.system.wake_all();

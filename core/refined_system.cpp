@@ -1,0 +1,282 @@
+#include "core/refined_system.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+
+#include "core/error.hpp"
+
+namespace mss {
+
+namespace {
+
+/// What acts on a level alone: loads, and planes at the end of steps, act on the whole.
+Environment of_level(const Environment& environment) {
+  Environment part = environment;
+  part.loads.clear();
+  part.strikes.clear();
+  std::erase_if(part.planes, [](const Plane& plane) { return plane.contact != ContactLaw::penalty; });
+  return part;
+}
+
+void check(const Environment& environment) {
+  const auto on_surface = [](const Load& load) { return load.surface != nullptr; };
+  if (environment.contact_surface ||
+      std::any_of(environment.loads.begin(), environment.loads.end(), on_surface))
+    throw InputError(
+        "a body with cells of several sizes carries no mesh; let planes and loads act on particles");
+}
+
+SpectralBound largest(const SpectralBound& a, const SpectralBound& b) {
+  return {std::max(a.omega, b.omega), std::max(a.damping, b.damping)};
+}
+
+SpectralBound bound_of(const RefinedBody& body) {
+  SpectralBound bound;
+  for (const Level& level : body.levels()) bound = largest(bound, spectral_bound(level.body));
+  return bound;
+}
+
+}  // namespace
+
+void check_holds(const RefinedBody& body, const HeldSites& held) {
+  for (const HangingParticle& p : body.hanging())
+    for (int axis = 0; axis < 3; ++axis)
+      for (std::size_t m = 0; m < p.count && held.holds(body.site_in_field(p.level, p.site), axis); ++m) {
+        if (held.holds(body.site_in_field(p.level - 1, p.masters[m]), axis)) continue;
+        const Vec3 at = body.levels()[p.level].body.rest_position(p.site);
+        throw InputError(fmt::format(
+            "a hold takes the particle at [{:.6g}, {:.6g}, {:.6g}], which follows particles of larger cells, "
+            "and not all of these; make its box or the refined box larger or smaller",
+            at[0], at[1], at[2]));
+      }
+}
+
+template <class Real>
+RefinedSystem<Real>::RefinedSystem(const RefinedBody& body, const Environment& environment,
+                                   const Execution& execution)
+    : body_(body),
+      held_(body.levels(), environment.holds),
+      contact_(environment, bound_of(body), body.levels().back().body.config().cell_size),
+      tangents_(*this),
+      events_(*this) {
+  check(environment);
+  check_holds(body, held_);
+  for (const Level& level : body.levels()) {
+    levels_.push_back(std::make_unique<LevelState>(level.body, of_level(environment), execution));
+    bound_ = largest(bound_, levels_.back()->system.spectral_bound());
+  }
+  find_masters();
+  find_loads(environment.loads);
+}
+
+template <class Real>
+void RefinedSystem<Real>::find_masters() {
+  std::vector<bool> known(std::size_t(this->size()));
+  for (const HangingParticle& p : body_.hanging()) {
+    shares_.push_back(static_cast<Real>(p.weight() * levels()[p.level].body.mass(p.site)));
+    for (std::size_t m = 0; m < p.count; ++m) {
+      const std::size_t level = p.level - 1;
+      const std::ptrdiff_t site = body_.site_in_field(level, p.masters[m]);
+      if (known[std::size_t(site)]) continue;
+      known[std::size_t(site)] = true;
+      masters_.push_back({level, p.masters[m], static_cast<Real>(levels()[level].body.mass(p.masters[m])),
+                          static_cast<Real>(1 / body_.mass(site))});
+    }
+  }
+}
+
+/// Those on hanging particles are their masters'.
+template <class Real>
+void RefinedSystem<Real>::find_loads(const std::vector<Load>& loads) {
+  Field<double> forces(size());
+  LoadedSites(levels(), loads)
+      .add(0, size(), std::array<double*, 3>{forces.axis(0), forces.axis(1), forces.axis(2)});
+  body_.hand_over(forces);
+  for (std::size_t level = 0; level < levels().size(); ++level)
+    for (const std::ptrdiff_t site : levels()[level].body.sites())
+      if (const Vec3 force = forces.at(body_.site_in_field(level, site)); force != Vec3::Zero())
+        loaded_.push_back({level, site, force, force / body_.mass(body_.site_in_field(level, site))});
+}
+
+template <class Real>
+void RefinedSystem<Real>::take(const Field<Real>& x, const Field<Real>& v) {
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    copy_level(x, levels()[i], levels_[i]->state.x);
+    copy_level(v, levels()[i], levels_[i]->state.v);
+  }
+  place_hanging();
+}
+
+template <class Real>
+void RefinedSystem<Real>::place_hanging() {
+  interpolate([](LevelState& level) -> Field<Real>& { return level.state.x; });
+  interpolate([](LevelState& level) -> Field<Real>& { return level.state.v; });
+}
+
+/// Of all levels, from their positions and velocities.
+template <class Real>
+void RefinedSystem<Real>::accelerate(double t) {
+  for (const auto& level : levels_) level->system.acceleration(t, level->state.x, level->state.v, level->a);
+  hand_over_accelerations();
+  for (const Loaded& l : loaded_)
+    for (int axis = 0; axis < 3; ++axis)
+      levels_[l.level]->a.axis(axis)[l.site] += static_cast<Real>(l.acceleration[axis]);
+  if (contact_.has_collisions()) stop_sticking();
+  for (const auto& level : levels_) level->system.clear_prescribed(level->a);
+  interpolate([](LevelState& level) -> Field<Real>& { return level.a; });
+}
+
+/// As forces: of masters by their own cells, and by those of what hangs on them.
+template <class Real>
+void RefinedSystem<Real>::hand_over_accelerations() {
+  const auto scale_masters = [&](Real Master::*factor) {
+    for (const Master& m : masters_)
+      for (int axis = 0; axis < 3; ++axis) levels_[m.level]->a.axis(axis)[m.site] *= m.*factor;
+  };
+  scale_masters(&Master::own_mass);
+  for (std::size_t i = 0; i < shares_.size(); ++i) {
+    const HangingParticle& p = body_.hanging()[i];
+    for (int axis = 0; axis < 3; ++axis) {
+      const Real share = shares_[i] * levels_[p.level]->a.axis(axis)[p.site];
+      for (std::size_t m = 0; m < p.count; ++m) levels_[p.level - 1]->a.axis(axis)[p.masters[m]] += share;
+    }
+  }
+  scale_masters(&Master::inverse_mass);
+}
+
+/// As BodySystem::stop_sticking().
+template <class Real>
+void RefinedSystem<Real>::stop_sticking() {
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    LevelState& level = *levels_[i];
+    for_each_particle(level.system, [&](std::ptrdiff_t site) {
+      if (contact_.sticks({level.state.x.at(site), level.state.v.at(site)}, level.a.at(site)))
+        level.a.set(site, Vec3::Zero());
+    });
+  }
+}
+
+template <class Real>
+void RefinedSystem<Real>::force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) {
+  take(x, v);
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    LevelState& level = *levels_[i];
+    level.system.force(t, level.state.x, level.state.v, level.a);
+    copy_level(levels()[i], level.a, f);
+  }
+  body_.hand_over(f);
+  for (const Loaded& l : loaded_)
+    for (int axis = 0; axis < 3; ++axis)
+      f.axis(axis)[body_.site_in_field(l.level, l.site)] += static_cast<Real>(l.force[axis]);
+}
+
+template <class Real>
+void RefinedSystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
+  take(x, v);
+  accelerate(t);
+  for (std::size_t i = 0; i < levels_.size(); ++i) copy_level(levels()[i], levels_[i]->a, a);
+}
+
+template <class Real>
+void RefinedSystem<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
+  take(state.x, state.v);
+  for (long step = 0; step < steps; ++step) {
+    const double t = state.t + double(step) * dt;
+    accelerate(t);
+    for (const auto& level : levels_) {
+      level->state.t = t;
+      level->system.apply(update, level->a, dt, level->state);
+    }
+    place_hanging();
+  }
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    copy_level(levels()[i], levels_[i]->state.x, state.x);
+    copy_level(levels()[i], levels_[i]->state.v, state.v);
+  }
+  state.t += double(steps) * dt;
+}
+
+template <class Real>
+void RefinedSystem<Real>::constrain(double t, Field<Real>& x, Field<Real>& v) const {
+  held_.apply(t, 0, size(), x, v);
+  body_.interpolate(x);
+  body_.interpolate(v);
+}
+
+template <class Real>
+void RefinedSystem<Real>::clear_prescribed(Field<Real>& field) const {
+  held_.clear(field);
+  for (const HangingParticle& p : body_.hanging())
+    for (int axis = 0; axis < 3; ++axis) field.axis(axis)[body_.site_in_field(p.level, p.site)] = 0;
+}
+
+template <class Real>
+void RefinedSystem<Real>::parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
+  const auto most = std::max_element(levels_.begin(), levels_.end(), [](const auto& a, const auto& b) {
+    return a->system.threads() < b->system.threads();
+  });
+  (*most)->system.parallel(count, task);
+}
+
+template <class Real>
+int RefinedSystem<Real>::threads() const {
+  int most = 1;
+  for (const auto& level : levels_) most = std::max(most, level->system.threads());
+  return most;
+}
+
+template <class Real>
+const char* RefinedSystem<Real>::kernel_name() const {
+  return levels_.front()->system.kernel_name();
+}
+
+template <class Real>
+template <class Visit>
+void RefinedSystem<Real>::for_each_level(const Field<Real>& x, Visit&& visit) const {
+  Field<Real> whole = x;
+  body_.interpolate(whole);
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    Field<Real> part(levels_[i]->system.size());
+    copy_level(whole, levels()[i], part);
+    visit(levels_[i]->system, part);
+  }
+}
+
+template <class Real>
+StoredEnergy RefinedSystem<Real>::stored_energy(const Field<Real>& x) const {
+  StoredEnergy sum;
+  for_each_level(x, [&](const SpringSystem<Real>& system, const Field<Real>& part) {
+    const StoredEnergy energy = system.stored_energy(part);
+    sum.elastic += energy.elastic;
+    sum.volume += energy.volume;
+  });
+  return sum;
+}
+
+template <class Real>
+double RefinedSystem<Real>::outer_potential(const Field<Real>& x) const {
+  double sum = 0;
+  for (const Loaded& l : loaded_) sum -= l.force.dot(x.at(body_.site_in_field(l.level, l.site)));
+  for_each_level(x, [&](const SpringSystem<Real>& system, const Field<Real>& part) {
+    sum += system.outer_potential(part);
+  });
+  return sum;
+}
+
+template <class Real>
+bool RefinedSystem<Real>::Events::collide(const State<Real>& before, double dt, State<Real>& state) {
+  std::atomic<bool> any{false};
+  for_each_particle(system_, [&](std::ptrdiff_t site) {
+    if (collide_particle(system_.contact_, system_.held_, site, before, dt, state))
+      any.store(true, std::memory_order_relaxed);
+  });
+  if (any) system_.constrain(state.t, state.x, state.v);
+  return any;
+}
+
+template class RefinedSystem<float>;
+template class RefinedSystem<double>;
+
+}  // namespace mss

@@ -1,0 +1,162 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/plane_contact.hpp"
+#include "core/refined_body.hpp"
+#include "core/solid_system.hpp"
+#include "core/spring_system.hpp"
+
+namespace mss {
+
+/// Throws InputError if a hanging particle is held and not all of its masters are: it would not be where the
+/// hold has it.
+void check_holds(const RefinedBody& body, const HeldSites& held);
+
+/// A body of springs with cells of several sizes in its environment: of each level a SpringSystem, whose
+/// sweep adds up its forces, and between them what RefinedBody says of hanging particles. These have the
+/// motion of their masters; what fields say of them is not read. Planes act on particles that move: no other
+/// can be behind a plane.
+template <class Real>
+class RefinedSystem final : public SolidSystem<Real> {
+ public:
+  /// The body must outlive the system. Throws InputError for a hold of a hanging particle without its
+  /// masters, and for what acts on a mesh's surface.
+  RefinedSystem(const RefinedBody& body, const Environment& environment, const Execution& execution = {});
+
+  const RefinedBody& body() const { return body_; }
+
+  std::ptrdiff_t size() const override { return body_.size(); }
+  const std::vector<std::ptrdiff_t>& particles() const override { return body_.sites(); }
+  double mass(std::ptrdiff_t site) const override { return body_.mass(site); }
+  void force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) override;
+  void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
+  void constrain(double t, Field<Real>& x, Field<Real>& v) const override;
+  void clear_prescribed(Field<Real>& field) const override;
+  Tangents<Real>* tangents() override { return &tangents_; }
+  StepEvents<Real>* events() override { return &events_; }
+  void kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) override;
+  /// By the threads of the level with most particles.
+  void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override;
+
+  const std::vector<Level>& levels() const override { return body_.levels(); }
+  StoredEnergy stored_energy(const Field<Real>& x) const override;
+  double outer_potential(const Field<Real>& x) const override;
+  SpectralBound spectral_bound() const override { return bound_; }
+  int threads() const override;
+  const char* kernel_name() const override;
+
+ private:
+  class Events final : public StepEvents<Real> {
+   public:
+    explicit Events(RefinedSystem& system) : system_(system) {}
+    bool collides() const override { return system_.contact_.has_collisions(); }
+    bool collide(const State<Real>& before, double dt, State<Real>& state) override;
+    bool sleeps() const override { return false; }
+    bool settle(State<Real>&) override { return false; }
+    bool all_asleep() const override { return false; }
+    std::vector<double> event_functions(const Field<Real>& x) const override {
+      return system_.contact_.smallest_gaps(system_.particles(), x);
+    }
+
+   private:
+    RefinedSystem& system_;
+  };
+
+  /// A level's system and its part of the fields.
+  struct LevelState {
+    LevelState(const Body& body, const Environment& environment, const Execution& execution)
+        : system(body, environment, execution),
+          state{0, Field<Real>(body.lattice().size), Field<Real>(body.lattice().size)},
+          a(body.lattice().size) {}
+
+    SpringSystem<Real> system;
+    State<Real> state;
+    Field<Real> a;  ///< accelerations or forces
+    Field<Real> p;  ///< directions of a product; without a size until there is one
+  };
+  /// T^T A T of the levels' tangents A, and the masses.
+  class RefinedTangents final : public Tangents<Real> {
+   public:
+    explicit RefinedTangents(RefinedSystem& system) : system_(system) {}
+    const std::vector<Unknown>& unknowns() override;
+    SparseMatrix pattern() override;
+    void values(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                SparseMatrix& matrix) override;
+    void product(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                 const Field<Real>& p, Field<Real>& out) override;
+    void diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                  std::vector<Eigen::Matrix3d>& blocks) override;
+
+   private:
+    /// A number of a level's matrix that is part of one of the whole's.
+    struct Share {
+      int source, target;
+      double weight;
+    };
+    struct LevelMatrix {
+      SparseMatrix matrix;
+      std::vector<Share> shares;
+    };
+    using Weights = std::vector<std::pair<int, double>>;  ///< by unknown
+
+    std::vector<Weights> expand(std::size_t level) const;
+    void build();
+    void add_hanging(std::size_t level, const TangentSum& sum, std::vector<Eigen::Matrix3d>& blocks) const;
+
+    RefinedSystem& system_;
+    std::vector<Unknown> unknowns_;
+    std::vector<LevelMatrix> levels_;  ///< built at the first use: they are large
+    SparseMatrix pattern_;
+  };
+
+  struct Master {
+    std::size_t level;
+    std::ptrdiff_t site;
+    Real own_mass, inverse_mass;  ///< of its level's cells [kg], of all [1/kg]
+  };
+  struct Loaded {
+    std::size_t level;
+    std::ptrdiff_t site;
+    Vec3 force, acceleration;
+  };
+
+  /// T of the levels' fields that `field_of` gives.
+  template <class FieldOf>
+  void interpolate(FieldOf&& field_of) {
+    for (const HangingParticle& p : body_.hanging()) {
+      const Field<Real>& masters = field_of(*levels_[p.level - 1]);
+      Field<Real>& own = field_of(*levels_[p.level]);
+      for (int axis = 0; axis < 3; ++axis) {
+        Real sum = 0;
+        for (std::size_t m = 0; m < p.count; ++m) sum += masters.axis(axis)[p.masters[m]];
+        own.axis(axis)[p.site] = static_cast<Real>(p.weight()) * sum;
+      }
+    }
+  }
+
+  void find_masters();
+  void find_loads(const std::vector<Load>& loads);
+  void take(const Field<Real>& x, const Field<Real>& v);
+  void place_hanging();
+  void accelerate(double t);
+  void hand_over_accelerations();
+  void stop_sticking();
+  /// Calls visit(system, positions) with what is each level's of positions x.
+  template <class Visit>
+  void for_each_level(const Field<Real>& x, Visit&& visit) const;
+
+  const RefinedBody& body_;
+  HeldSites held_;
+  PlaneContact contact_;
+  SpectralBound bound_;
+  std::vector<std::unique_ptr<LevelState>> levels_;
+  std::vector<Master> masters_;
+  std::vector<Real> shares_;    ///< of each hanging particle's mass, a master's [kg]
+  std::vector<Loaded> loaded_;  ///< particles that move
+  RefinedTangents tangents_;
+  Events events_;
+};
+
+}  // namespace mss
