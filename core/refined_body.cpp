@@ -166,6 +166,12 @@ void RefinedBody::find_masses() {
       if (!hangs[std::size_t(first + site)]) sites_.push_back(first + site);
 }
 
+RefinementMap::Cell RefinedBody::cell(std::size_t level, std::ptrdiff_t site) const {
+  Cell cell = indices(levels_[level].body.lattice(), site);
+  for (std::size_t axis = 0; axis < 3; ++axis) cell[axis] += corners_[level][axis];
+  return cell;
+}
+
 std::size_t RefinedBody::cell_count() const {
   std::size_t count = 0;
   for (const Level& level : levels_) count += level.body.cell_count();

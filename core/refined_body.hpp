@@ -58,6 +58,8 @@ class RefinedBody {
   double total_mass() const { return total_mass_; }
   std::size_t cell_count() const;
 
+  /// The cell at a site of a level, as the map counts them.
+  RefinementMap::Cell cell(std::size_t level, std::ptrdiff_t site) const;
   /// Of a site of a level, in fields.
   std::ptrdiff_t site_in_field(std::size_t level, std::ptrdiff_t site) const {
     return levels_[level].first + site;

@@ -52,7 +52,7 @@ bool has_reentrant_edge(const Body& body) {
 /// Largest change of a spring's length over its length at rest.
 double largest_strain(const Body& body, const Field<double>& x) {
   double largest = 0;
-  for (const std::ptrdiff_t site : body.sites()) largest = std::max(largest, stretch_at(body, x, site));
+  for (const std::ptrdiff_t site : body.sites()) largest = std::max(largest, stretch_at({body}, x, site));
   return largest;
 }
 

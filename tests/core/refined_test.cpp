@@ -303,7 +303,7 @@ TEST(RefinedSystem, NothingPassesThroughAPlane) {
   State<double> state = system.rest_state();
   Work work;
   const auto method = find_integrator("verlet").make<double>({.dt = 0.5 / system.spectral_bound().omega});
-  for (int i = 1; i <= 10; ++i) {
+  for (int i = 1; i <= 30; ++i) {
     ASSERT_EQ(method->advance(system, state, 0.1 * i, work), Status::ok);
     for (const Level& level : body.levels())
       for (const std::ptrdiff_t site : level.body.sites())

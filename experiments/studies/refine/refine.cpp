@@ -4,6 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
+#include "experiments/studies/refine/maps.hpp"
+
 namespace mss::studies::refine {
 
 namespace {
@@ -18,7 +22,12 @@ constexpr const char* caption =
     "elasticity. Effectivity is the estimate over the error. The bracket has a re-entrant edge, where stress "
     "has no bound. The far goal is where hardly anything of the load arrives: there the estimate is no "
     "better "
-    "than none, and says so in the column doubts. Left out: large deformations, other nu, meshes.";
+    "than none, and says so in the column doubts. Maps: which cells are smaller, chosen around what "
+    "concentrates stress, by the estimate, or two layers at the surface, against cells of one size. The "
+    "displacement is that under the only load, spread evenly over a part of the surface. Particles are those "
+    "that move. Static solutions are by the fastest linear solver that takes the body: multigrid takes cells "
+    "of "
+    "one size alone. Left out: large deformations, other nu, meshes.";
 
 Json configuration(const RefineConfig& config) {
   Json problems = Json::object();
@@ -30,6 +39,27 @@ Json configuration(const RefineConfig& config) {
           {"young", config.material.young},
           {"poisson", config.material.poisson},
           {"threads", config.threads}};
+}
+
+Json configuration(const MapConfig& config) {
+  Json problems = Json::object();
+  for (const LoadProblem& problem : config.problems) problems[problem.name] = problem.description;
+  return {{"problems", problems},
+          {"uniform_cells", config.uniform_cells},
+          {"reference_coarsening", config.reference_coarsening},
+          {"most_particles", config.most_particles},
+          {"face_share", config.face_share},
+          {"sample_seconds", config.sample_seconds}};
+}
+
+std::string lines_of_gains(const Table& gains) {
+  std::string lines;
+  for (std::size_t r = 0; r < gains.size(); ++r)
+    if (std::isfinite(gains.number(r, "gain")))
+      lines += fmt::format("{:<18} {:<14} at {:>2.0f} %: {} {:.2f} times fewer\n", gains.text(r, "problem"),
+                           gains.text(r, "map"), 100 * gains.number(r, "error"), gains.text(r, "quantity"),
+                           gains.number(r, "gain"));
+  return lines;
 }
 
 std::string lines_of(const Table& rows) {
@@ -54,11 +84,23 @@ ExperimentResult run_refine(const ExperimentOptions& options, Progress& progress
                           .configuration = configuration(config)};
   result.tables = {{"refine", std::move(estimates.rows)},
                    {"refine_reference", std::move(estimates.reference)}};
+  if (result.status != Status::ok) return result;
+  const MapConfig of_maps = map_config(options);
+  MapTables maps = measure_maps(of_maps, progress);
+  result.status = maps.status;
+  result.summary += lines_of_gains(maps.gains);
+  result.configuration["maps"] = configuration(of_maps);
+  result.tables.push_back({"refine_maps", std::move(maps.rows)});
+  result.tables.push_back({"refine_gains", std::move(maps.gains)});
   return result;
 }
 
 Drawings draw_refine(const std::vector<NamedTable>& tables) {
-  return {.charts = estimate_charts(find_table(tables, "refine"), find_table(tables, "refine_reference"))};
+  Drawings drawings{
+      .charts = estimate_charts(find_table(tables, "refine"), find_table(tables, "refine_reference"))};
+  for (NamedChart& chart : map_charts(find_table(tables, "refine_maps")))
+    drawings.charts.push_back(std::move(chart));
+  return drawings;
 }
 
 Table baseline_table(const BaselineOptions& options, Progress& progress) {
@@ -78,7 +120,8 @@ RefineConfig refine_config(const ExperimentOptions& options) {
 
 ExperimentInfo experiment() {
   return {.name = "refine",
-          .summary = "what cells of one size leave unresolved, and corrected values, of static problems",
+          .summary =
+              "what cells of one size leave unresolved, corrected values, and smaller cells where they pay",
           .run = run_refine,
           .draw = draw_refine,
           .baseline = {.keys = {"problem", "face_share", "cells"},

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "experiments/studies/refine/maps.hpp"
 #include "reference/calculix/calculix.hpp"
 #include "tests/read_back.hpp"
 
@@ -58,17 +59,66 @@ TEST(Refine, DoubtsTheFarGoalOnlyWhereItIsNoBetter) {
   }
 }
 
+/// Of a load on a patch.
+const MapTables& maps() {
+  static const MapTables computed = [] {
+    MapConfig config = map_config({});
+    config.problems = {load_problems().front()};
+    config.uniform_cells = {2, 4, 6, 8, 10, 12};
+    config.reference_coarsening = 2;
+    config.most_particles = 1000;
+    config.sample_seconds = 0;
+    Progress progress;
+    return measure_maps(config, progress);
+  }();
+  return computed;
+}
+
+TEST(Refine, SmallerCellsUnderALoadSaveParticlesAndLayersAtTheSurfaceDoNot) {
+  const auto gain = [](const char* map, double error) {
+    const Table rows = maps().gains.where("map", map).where("error", error).where("quantity", "particles");
+    EXPECT_EQ(rows.size(), 1);
+    return rows.number(0, "gain");
+  };
+  EXPECT_GT(gain("by hand", 0.1), 3);
+  EXPECT_GT(gain("by hand", 0.05), 4.5);
+  EXPECT_GT(gain("estimated", 0.05), 3);
+  EXPECT_LT(gain("surface layers", 0.1), 1);
+}
+
+TEST(Refine, TractionIsWholeAndInTheMiddleOfItsBox) {
+  const BodyConfig config{.voxels = VoxelGrid::box(3, 3, 3), .cell_size = 1.0 / 3};
+  RefinementMap map;
+  map.split(1, {2, 2, 5});
+  const RefinedBody body(config, map);
+  const Box patch{{0.2, 0.3, 1}, {0.7, 0.5, 1}};
+  Field<double> force = traction(body.levels(), patch, Vec3(0, 0, -1));
+  body.hand_over(force);
+  double sum = 0;
+  Vec3 middle = Vec3::Zero();
+  for (const auto& [of, first] : body.levels())
+    for (const std::ptrdiff_t site : of.sites()) {
+      sum -= force.at(first + site)[2];
+      middle -= force.at(first + site)[2] * of.rest_position(site);
+    }
+  EXPECT_NEAR(sum, 1, 1e-14);
+  EXPECT_LT((middle - Vec3(0.45, 0.4, 1)).norm(), 1e-14);
+}
+
 TEST(Refine, DrawsFromTables) {
-  const std::vector<NamedTable> files{{"refine", tables().rows}, {"refine_reference", tables().reference}};
+  const std::vector<NamedTable> files{
+      {"refine", tables().rows}, {"refine_reference", tables().reference}, {"refine_maps", maps().rows}};
   const Drawings drawings = find_experiment("refine").draw(files);
   expect_same_drawings(find_experiment("refine"), files);
-  ASSERT_EQ(drawings.charts.size(), 3);
+  ASSERT_EQ(drawings.charts.size(), 3 + 3);
   EXPECT_EQ(drawings.charts[0].name, "refine");
   EXPECT_EQ(drawings.charts[2].name, "refine_far_goal");
-  for (const NamedChart& chart : drawings.charts) {
-    ASSERT_EQ(chart.chart.series.size(), 8);
-    for (const ChartSeries& series : chart.chart.series) EXPECT_EQ(series.points.size(), 3);
+  for (std::size_t c = 0; c < 3; ++c) {
+    ASSERT_EQ(drawings.charts[c].chart.series.size(), 8);
+    for (const ChartSeries& series : drawings.charts[c].chart.series) EXPECT_EQ(series.points.size(), 3);
   }
+  EXPECT_EQ(drawings.charts[3].name, "refine_maps_patch_of_a_quarter_particles");
+  EXPECT_EQ(drawings.charts[3].chart.series.size(), 4);
 }
 
 }  // namespace
