@@ -6,6 +6,7 @@
 #include <atomic>
 
 #include "core/error.hpp"
+#include "core/local_steps.hpp"
 
 namespace mss {
 
@@ -57,6 +58,9 @@ template <class Real>
 RefinedSystem<Real>::RefinedSystem(const RefinedBody& body, const Environment& environment,
                                    const Execution& execution)
     : body_(body),
+      of_level_(of_level(environment)),
+      requested_threads_(execution.threads),
+      transfer_(body),
       held_(body.levels(), environment.holds),
       contact_(environment, bound_of(body), body.levels().back().body.config().cell_size),
       tangents_(*this),
@@ -64,27 +68,10 @@ RefinedSystem<Real>::RefinedSystem(const RefinedBody& body, const Environment& e
   check(environment);
   check_holds(body, held_);
   for (const Level& level : body.levels()) {
-    levels_.push_back(std::make_unique<LevelState>(level.body, of_level(environment), execution));
+    levels_.push_back(std::make_unique<LevelState>(level.body, of_level_, execution));
     bound_ = largest(bound_, levels_.back()->system.spectral_bound());
   }
-  find_masters();
   find_loads(environment.loads);
-}
-
-template <class Real>
-void RefinedSystem<Real>::find_masters() {
-  std::vector<bool> known(std::size_t(this->size()));
-  for (const HangingParticle& p : body_.hanging()) {
-    shares_.push_back(static_cast<Real>(p.weight() * levels()[p.level].body.mass(p.site)));
-    for (std::size_t m = 0; m < p.count; ++m) {
-      const std::size_t level = p.level - 1;
-      const std::ptrdiff_t site = body_.site_in_field(level, p.masters[m]);
-      if (known[std::size_t(site)]) continue;
-      known[std::size_t(site)] = true;
-      masters_.push_back({level, p.masters[m], static_cast<Real>(levels()[level].body.mass(p.masters[m])),
-                          static_cast<Real>(1 / body_.mass(site))});
-    }
-  }
 }
 
 /// Those on hanging particles are their masters'.
@@ -111,39 +98,26 @@ void RefinedSystem<Real>::take(const Field<Real>& x, const Field<Real>& v) {
 
 template <class Real>
 void RefinedSystem<Real>::place_hanging() {
-  interpolate([](LevelState& level) -> Field<Real>& { return level.state.x; });
-  interpolate([](LevelState& level) -> Field<Real>& { return level.state.v; });
+  transfer_.interpolate([&](std::size_t level) -> Field<Real>& { return levels_[level]->state.x; });
+  transfer_.interpolate([&](std::size_t level) -> Field<Real>& { return levels_[level]->state.v; });
 }
 
 /// Of all levels, from their positions and velocities.
 template <class Real>
 void RefinedSystem<Real>::accelerate(double t) {
   for (const auto& level : levels_) level->system.acceleration(t, level->state.x, level->state.v, level->a);
-  hand_over_accelerations();
+  transfer_.hand_over_accelerations([&](std::size_t level) -> Field<Real>& { return levels_[level]->a; });
   for (const Loaded& l : loaded_)
     for (int axis = 0; axis < 3; ++axis)
       levels_[l.level]->a.axis(axis)[l.site] += static_cast<Real>(l.acceleration[axis]);
-  if (contact_.has_collisions()) stop_sticking();
-  for (const auto& level : levels_) level->system.clear_prescribed(level->a);
-  interpolate([](LevelState& level) -> Field<Real>& { return level.a; });
+  finish_accelerations();
 }
 
-/// As forces: of masters by their own cells, and by those of what hangs on them.
 template <class Real>
-void RefinedSystem<Real>::hand_over_accelerations() {
-  const auto scale_masters = [&](Real Master::*factor) {
-    for (const Master& m : masters_)
-      for (int axis = 0; axis < 3; ++axis) levels_[m.level]->a.axis(axis)[m.site] *= m.*factor;
-  };
-  scale_masters(&Master::own_mass);
-  for (std::size_t i = 0; i < shares_.size(); ++i) {
-    const HangingParticle& p = body_.hanging()[i];
-    for (int axis = 0; axis < 3; ++axis) {
-      const Real share = shares_[i] * levels_[p.level]->a.axis(axis)[p.site];
-      for (std::size_t m = 0; m < p.count; ++m) levels_[p.level - 1]->a.axis(axis)[p.masters[m]] += share;
-    }
-  }
-  scale_masters(&Master::inverse_mass);
+void RefinedSystem<Real>::finish_accelerations() {
+  if (contact_.has_collisions()) stop_sticking();
+  for (const auto& level : levels_) level->system.clear_prescribed(level->a);
+  transfer_.interpolate([&](std::size_t level) -> Field<Real>& { return levels_[level]->a; });
 }
 
 /// As BodySystem::stop_sticking().
@@ -218,6 +192,24 @@ void RefinedSystem<Real>::parallel(std::ptrdiff_t count, const std::function<voi
     return a->system.threads() < b->system.threads();
   });
   (*most)->system.parallel(count, task);
+}
+
+template <class Real>
+LocalStepPlan RefinedSystem<Real>::local_step_plan() const {
+  std::vector<LevelCost> costs;
+  for (std::size_t i = 0; i < levels_.size(); ++i)
+    costs.push_back({body_.depth(i), levels()[i].body.particle_count(), levels_[i]->system.spectral_bound()});
+  return plan_local_steps(costs);
+}
+
+template <class Real>
+SpectralBound RefinedSystem<Real>::local_bound() const {
+  return {.omega = 2 / local_step_plan().largest_step};
+}
+
+template <class Real>
+std::unique_ptr<System<Real>> RefinedSystem<Real>::with_local_steps(double dt) {
+  return std::make_unique<LocalSteps<Real>>(*this, of_level_, dt, requested_threads_);
 }
 
 template <class Real>

@@ -3,12 +3,17 @@
 #include <memory>
 #include <vector>
 
+#include "core/hanging_transfer.hpp"
 #include "core/plane_contact.hpp"
 #include "core/refined_body.hpp"
 #include "core/solid_system.hpp"
 #include "core/spring_system.hpp"
 
 namespace mss {
+
+struct LocalStepPlan;
+template <class Real>
+class LocalSteps;
 
 /// Throws InputError if a hanging particle is held and not all of its masters are: it would not be where the
 /// hold has it.
@@ -44,10 +49,14 @@ class RefinedSystem final : public SolidSystem<Real> {
   StoredEnergy stored_energy(const Field<Real>& x) const override;
   double outer_potential(const Field<Real>& x) const override;
   SpectralBound spectral_bound() const override { return bound_; }
+  SpectralBound local_bound() const override;
+  std::unique_ptr<System<Real>> with_local_steps(double dt) override;
+  LocalStepPlan local_step_plan() const;
   int threads() const override;
   const char* kernel_name() const override;
 
  private:
+  friend class LocalSteps<Real>;
   class Events final : public StepEvents<Real> {
    public:
     explicit Events(RefinedSystem& system) : system_(system) {}
@@ -111,49 +120,31 @@ class RefinedSystem final : public SolidSystem<Real> {
     SparseMatrix pattern_;
   };
 
-  struct Master {
-    std::size_t level;
-    std::ptrdiff_t site;
-    Real own_mass, inverse_mass;  ///< of its level's cells [kg], of all [1/kg]
-  };
   struct Loaded {
     std::size_t level;
     std::ptrdiff_t site;
     Vec3 force, acceleration;
   };
 
-  /// T of the levels' fields that `field_of` gives.
-  template <class FieldOf>
-  void interpolate(FieldOf&& field_of) {
-    for (const HangingParticle& p : body_.hanging()) {
-      const Field<Real>& masters = field_of(*levels_[p.level - 1]);
-      Field<Real>& own = field_of(*levels_[p.level]);
-      for (int axis = 0; axis < 3; ++axis) {
-        Real sum = 0;
-        for (std::size_t m = 0; m < p.count; ++m) sum += masters.axis(axis)[p.masters[m]];
-        own.axis(axis)[p.site] = static_cast<Real>(p.weight()) * sum;
-      }
-    }
-  }
-
-  void find_masters();
   void find_loads(const std::vector<Load>& loads);
   void take(const Field<Real>& x, const Field<Real>& v);
   void place_hanging();
   void accelerate(double t);
-  void hand_over_accelerations();
   void stop_sticking();
+  /// Accelerations of all particles, from those of particles that move alone.
+  void finish_accelerations();
   /// Calls visit(system, positions) with what is each level's of positions x.
   template <class Visit>
   void for_each_level(const Field<Real>& x, Visit&& visit) const;
 
   const RefinedBody& body_;
+  Environment of_level_;  ///< what acts on a level alone
+  int requested_threads_;
+  HangingTransfer<Real> transfer_;
   HeldSites held_;
   PlaneContact contact_;
   SpectralBound bound_;
   std::vector<std::unique_ptr<LevelState>> levels_;
-  std::vector<Master> masters_;
-  std::vector<Real> shares_;    ///< of each hanging particle's mass, a master's [kg]
   std::vector<Loaded> loaded_;  ///< particles that move
   RefinedTangents tangents_;
   Events events_;

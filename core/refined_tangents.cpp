@@ -115,7 +115,7 @@ void RefinedSystem<Real>::RefinedTangents::product(double t, const Field<Real>& 
     if (part.p.size() == 0) part.p = Field<Real>(part.system.size());
     copy_level(p, body.levels()[level], part.p);
   }
-  system_.interpolate([](LevelState& part) -> Field<Real>& { return part.p; });
+  system_.transfer_.interpolate([&](std::size_t level) -> Field<Real>& { return system_.levels_[level]->p; });
   for (std::size_t level = 0; level < body.levels().size(); ++level) {
     LevelState& part = *system_.levels_[level];
     part.system.tangents()->product(t, part.state.x, part.state.v, without_mass(sum), part.p, part.a);

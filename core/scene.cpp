@@ -46,7 +46,7 @@ KnownKeys make_known_keys() {
       {"solve",
        {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "nonlinear_solver",
         "iterations", "tangent", "spectral_radius", "acceleration", "region_width", "alpha", "tolerance",
-        "every", "sleep", "sleep_after"}},
+        "every", "local_steps", "sleep", "sleep_after"}},
   };
   keys["body"].insert(keys["body"].end(), mesh_keys.begin(), mesh_keys.end());
   for (const MeasureColumn& column : measure_columns) {
@@ -572,6 +572,7 @@ SolveConfig read_solve(const TomlTable& solve) {
   config.alpha = solve.number("alpha", alpha, config.alpha);
   config.tolerance = solve.number("tolerance", tolerance, config.tolerance);
   config.every = solve.number("every", interval, config.every);
+  config.local_steps = solve.boolean("local_steps", config.local_steps);
   config.sleep.bound = solve.number("sleep", sleep_bound, config.sleep.bound);
   config.sleep.after = solve.number("sleep_after", interval, config.sleep.after);
   return config;

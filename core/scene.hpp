@@ -34,6 +34,7 @@ struct SolveConfig {
   double alpha = 1;                         ///< of shape_matching: share of the way to the goal in a step
   double tolerance = 1e-6;                  ///< of adaptive methods: local error over a cell's size
   double every = 0.01;                      ///< seconds between rows of series.csv
+  bool local_steps = false;                 ///< of refined bodies: larger cells take longer steps
   SleepRule sleep{};                        ///< of springs driven by explicit methods of fixed step
 };
 

@@ -130,6 +130,7 @@ Json to_json(const SolveConfig& solve) {
           {"alpha", solve.alpha},
           {"tolerance", solve.tolerance},
           {"every", solve.every},
+          {"local_steps", solve.local_steps},
           {"sleep", solve.sleep.bound},
           {"sleep_after", solve.sleep.after}};
 }

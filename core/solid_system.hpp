@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "core/body.hpp"
@@ -36,6 +37,12 @@ class SolidSystem : public System<Real> {
 
   /// Bounds on the spectrum of the solid where it may touch planes.
   virtual SpectralBound spectral_bound() const = 0;
+
+  /// What with_local_steps() is limited by, as a bound without damping.
+  virtual SpectralBound local_bound() const { return spectral_bound(); }
+  /// The same solid for methods with one force a step, in steps of dt [s] that only its larger cells resolve
+  /// (local_steps.hpp); nullptr where all cells have one size.
+  virtual std::unique_ptr<System<Real>> with_local_steps(double) { return nullptr; }
 
   /// Threads that forces are computed with.
   virtual int threads() const = 0;

@@ -1,8 +1,10 @@
 #include "experiments/simulation/scene_check.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 
 #include "core/error.hpp"
@@ -67,6 +69,20 @@ void check_contact(const Scene& scene, const IntegratorInfo& method) {
                   to_string(discrete->contact), method.name));
 }
 
+/// Local steps take the place of a step's only force.
+void check_local_steps(const Scene& scene, const IntegratorInfo& method) {
+  if (!scene.solve.local_steps) return;
+  if (scene.refined_boxes.empty())
+    throw InputError(
+        "local_steps is for bodies with cells of several sizes; leave it out, or give [[refine]]");
+  constexpr std::array<std::string_view, 3> allowed{"verlet", "velocity_verlet", "semi_implicit_euler"};
+  if (std::find(allowed.begin(), allowed.end(), method.name) == allowed.end())
+    throw InputError(
+        fmt::format("local_steps is for {}, and integrator is \"{}\"; leave it out, or give one of "
+                    "these",
+                    fmt::join(allowed, ", "), method.name));
+}
+
 /// What needs one lattice for the whole body.
 void check_refined(const Scene& scene, const IntegratorInfo& method) {
   if (scene.refined_boxes.empty()) return;
@@ -124,6 +140,7 @@ void check_solve(const Scene& scene) {
     check_sleep(scene, method);
     check_springs(scene, method);
     check_refined(scene, method);
+    check_local_steps(scene, method);
   });
   check_table(scene, "plane", [&] { check_contact(scene, find_integrator(scene.solve.integrator)); });
   if (scene.solve.dt && *scene.solve.dt > scene.solve.duration)

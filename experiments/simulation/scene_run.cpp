@@ -30,7 +30,8 @@ bool is_finite(const Measures& measures) {
 template <class Real>
 IntegratorOptions method_options(const Scene& scene, const SolidSystem<Real>& system) {
   IntegratorOptions options{
-      .dt = step_of(scene, find_integrator(scene.solve.integrator), system.spectral_bound()),
+      .dt = step_of(scene, find_integrator(scene.solve.integrator),
+                    scene.solve.local_steps ? system.local_bound() : system.spectral_bound()),
       .linear_solver = scene.solve.linear_solver,
       .tangent = scene.solve.tangent,
       .spectral_radius = scene.solve.spectral_radius,
@@ -63,6 +64,7 @@ SceneRun<Real>::SceneRun(const Scene& scene, const Body& body, long most_steps)
       system_(make_solid<Real>(scene, body, refined_.get())),
       options_(method_options(scene, *system_)) {
   options_.most_steps = most_steps;
+  if (scene.solve.local_steps) in_local_steps_ = system_->with_local_steps(options_.dt);
   method_ = find_integrator(scene.solve.integrator).template make<Real>(options_);
   std::stable_sort(strikes_.begin(), strikes_.end(),
                    [](const Strike& a, const Strike& b) { return a.at < b.at; });

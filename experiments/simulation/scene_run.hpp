@@ -37,9 +37,14 @@ class SceneRun {
   /// Of adaptive methods the first; 0 if that is their choice [s].
   double dt() const { return options_.dt; }
 
-  /// As Integrator::advance(), with the strikes on the way; drives `driven`, which stands for the system.
+  /// What methods drive: the system, or the same in local steps.
+  System<Real>& driven() { return in_local_steps_ ? *in_local_steps_ : *system_; }
+  /// What limits their steps.
+  SpectralBound bound() const { return in_local_steps_ ? system_->local_bound() : system_->spectral_bound(); }
+
+  /// As Integrator::advance(), with the strikes on the way; drives `driven`, which stands for driven().
   Status advance(System<Real>& driven, double t_end, Work& work);
-  Status advance(double t_end, Work& work) { return advance(*system_, t_end, work); }
+  Status advance(double t_end, Work& work) { return advance(driven(), t_end, work); }
 
   /// Of the state; nothing if a number is not finite: energies overflow before coordinates do.
   std::optional<Measures> measure() const;
@@ -57,6 +62,7 @@ class SceneRun {
   std::unique_ptr<const RefinedBody> refined_;  ///< where the scene refines
   std::unique_ptr<SolidSystem<Real>> system_;
   IntegratorOptions options_;
+  std::unique_ptr<System<Real>> in_local_steps_;  ///< where the scene has them
   std::unique_ptr<Integrator<Real>> method_;
   State<Real> state_;
 };

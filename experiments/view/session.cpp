@@ -43,7 +43,7 @@ namespace {
 template <class Real>
 class SimulationIn final : public Simulation {
  public:
-  SimulationIn(const Scene& scene, const Body& body) : run_(scene, body), tethered_(run_.system()) {}
+  SimulationIn(const Scene& scene, const Body& body) : run_(scene, body), tethered_(run_.driven()) {}
 
   Status advance(double t_end, Work& work) override { return run_.advance(tethered_, t_end, work); }
   std::optional<Measures> measure() const override { return run_.measure(); }
@@ -71,7 +71,7 @@ class SimulationIn final : public Simulation {
     run_.go_on_from(state);
   }
   Tether stable_tether(std::ptrdiff_t site) const override {
-    return mss::stable_tether(run_.system().mass(site), run_.system().spectral_bound(), site);
+    return mss::stable_tether(run_.system().mass(site), run_.bound(), site);
   }
   void tie(const std::optional<Tether>& tether) override {
     tethered_.tie(tether);

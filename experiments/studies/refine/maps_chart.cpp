@@ -16,10 +16,18 @@ struct Cost {
   const char* label;
   const char* unit;
 };
-constexpr std::array<Cost, 3> costs{
+constexpr std::array<Cost, 4> costs{
     {{"particles", "particles", "particles that move", ""},
      {"static_seconds", "static", "time of a static solution, its matrix included", "s"},
-     {"period_seconds", "steps", "time of a period of the slowest vibration in safe steps of Verlet", "s"}}};
+     {"period_seconds", "steps", "time of a period of the slowest vibration in safe steps of Verlet", "s"},
+     {"local_period_seconds", "local_steps", "time of such a period, larger cells in longer steps", "s"}}};
+
+std::string label_of(const std::string& map) {
+  if (map == to_string(Map::uniform)) return "cells of one size";
+  if (map == to_string(Map::by_hand)) return "smaller where stress concentrates, by hand";
+  if (map == to_string(Map::estimated)) return "smaller where the estimate says";
+  return "two layers of smaller ones at the surface";
+}
 
 Chart map_chart(const Table& rows, const Cost& cost) {
   Chart chart{.title = "A displacement under a load: cells of one size and of several",
@@ -28,7 +36,7 @@ Chart map_chart(const Table& rows, const Cost& cost) {
               .y = {.label = "relative error", .logarithmic = true}};
   for (const std::string& map : rows.distinct("map")) {
     const Table of_map = rows.where("map", map);
-    ChartSeries series{.label = map};
+    ChartSeries series{.label = label_of(map)};
     for (std::size_t r = 0; r < of_map.size(); ++r)
       series.points.push_back({of_map.number(r, cost.column), of_map.number(r, "error")});
     chart.series.push_back(std::move(series));

@@ -110,7 +110,7 @@ TEST(Refine, DrawsFromTables) {
       {"refine", tables().rows}, {"refine_reference", tables().reference}, {"refine_maps", maps().rows}};
   const Drawings drawings = find_experiment("refine").draw(files);
   expect_same_drawings(find_experiment("refine"), files);
-  ASSERT_EQ(drawings.charts.size(), 3 + 3);
+  ASSERT_EQ(drawings.charts.size(), 3 + 4);
   EXPECT_EQ(drawings.charts[0].name, "refine");
   EXPECT_EQ(drawings.charts[2].name, "refine_far_goal");
   for (std::size_t c = 0; c < 3; ++c) {
