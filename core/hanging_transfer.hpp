@@ -21,6 +21,7 @@ class HangingTransfer {
       for (std::size_t m = 0; m < p.count; ++m) {
         const std::ptrdiff_t site = body.site_in_field(p.level - 1, p.masters[m]);
         group.masters.push_back(std::int32_t(p.masters[m]));
+        group.weights.push_back(static_cast<Real>(p.weight()));
         group.shares.push_back(static_cast<Real>(p.weight() * mass / body.mass(site)));
         if (known[std::size_t(site)]) continue;
         known[std::size_t(site)] = true;
@@ -48,14 +49,8 @@ class HangingTransfer {
   /// Adds forces on hanging particles to their masters'.
   template <class FieldOf>
   void hand_over(FieldOf&& field_of) const {
-    for (const Group& group : groups_) {
-      Field<Real>& masters = field_of(group.level - 1);
-      const Field<Real>& own = field_of(group.level);
-      const auto weight = static_cast<Real>(1.0 / double(group.count));
-      for_each_share(group, [&](int axis, std::size_t i, std::size_t m) {
-        masters.axis(axis)[group.masters[m]] += weight * own.axis(axis)[group.sites[i]];
-      });
-    }
+    for (const Group& group : groups_)
+      add(group, group.weights, field_of(group.level), field_of(group.level - 1));
   }
 
   /// The same of accelerations that each level's own masses had under forces.
@@ -63,13 +58,8 @@ class HangingTransfer {
   void hand_over_accelerations(FieldOf&& field_of) const {
     for (const Master& master : masters_)
       for (int axis = 0; axis < 3; ++axis) field_of(master.level).axis(axis)[master.site] *= master.own_share;
-    for (const Group& group : groups_) {
-      Field<Real>& masters = field_of(group.level - 1);
-      const Field<Real>& own = field_of(group.level);
-      for_each_share(group, [&](int axis, std::size_t i, std::size_t m) {
-        masters.axis(axis)[group.masters[m]] += group.shares[m] * own.axis(axis)[group.sites[i]];
-      });
-    }
+    for (const Group& group : groups_)
+      add(group, group.shares, field_of(group.level), field_of(group.level - 1));
   }
 
  private:
@@ -77,6 +67,7 @@ class HangingTransfer {
   struct Group {
     std::size_t level, count;
     std::vector<std::int32_t> sites, masters;  ///< `count` masters per site, one after the other
+    std::vector<Real> weights;                 ///< per master
     std::vector<Real> shares;                  ///< per master: of the particle's mass in the master's whole
   };
   struct Master {
@@ -88,7 +79,7 @@ class HangingTransfer {
   Group& group_of(const HangingParticle& p) {
     for (Group& group : groups_)
       if (group.level == p.level && group.count == p.count) return group;
-    return groups_.emplace_back(Group{p.level, p.count, {}, {}, {}});
+    return groups_.emplace_back(Group{p.level, p.count, {}, {}, {}, {}});
   }
 
   template <std::size_t count>
@@ -102,11 +93,16 @@ class HangingTransfer {
     }
   }
 
-  template <class Visit>
-  static void for_each_share(const Group& group, Visit&& visit) {
-    for (int axis = 0; axis < 3; ++axis)
-      for (std::size_t i = 0, m = 0; i < group.sites.size(); ++i)
-        for (const std::size_t end = m + group.count; m < end; ++m) visit(axis, i, m);
+  static void add(const Group& group, const std::vector<Real>& factors, const Field<Real>& from,
+                  Field<Real>& masters) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const Real* own = from.axis(axis);
+      Real* to = masters.axis(axis);
+      const std::int32_t* m = group.masters.data();
+      const Real* factor = factors.data();
+      for (const std::int32_t site : group.sites)
+        for (const std::int32_t* end = m + group.count; m < end; ++m) to[*m] += *factor++ * own[site];
+    }
   }
 
   std::vector<Group> groups_;

@@ -69,7 +69,6 @@ class LocalSteps final : public SystemWrapper<Real> {
   void find_fast_sites();
   void add_slow_forces(double t);
   void take_substeps(double t);
-  Field<Real> displacements() const;
 
   RefinedSystem<Real>& system_;
   LocalStepPlan plan_;
@@ -78,7 +77,6 @@ class LocalSteps final : public SystemWrapper<Real> {
   std::vector<std::vector<bool>> is_fast_;  ///< by level and site
   std::vector<FastSite> sites_;
   Levels slow_force_, fast_force_, moved_, inverse_mass_;
-  Field<Real> part_force_;
   std::vector<std::array<Real, 3>> before_, now_;  ///< d_{k-1}, d_k of the sites
 };
 
