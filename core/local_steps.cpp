@@ -130,19 +130,20 @@ void LocalSteps<Real>::find_fast_sites() {
   Field<Real> is_free(this->size());
   is_free.array() = Real(1);
   system_.clear_prescribed(is_free);
-  for (std::size_t level = 0; level < system_.levels().size(); ++level)
+  for (std::size_t level = 0; level < system_.levels().size(); ++level) {
+    FastLevel fast{.level = level};
     for (const std::ptrdiff_t site : system_.levels()[level].body.sites()) {
       const std::ptrdiff_t in_field = system_.body().site_in_field(level, site);
       if (!acts[std::size_t(in_field)] || system_.mass(in_field) == 0) continue;
-      const auto inverse = static_cast<Real>(1 / system_.mass(in_field));
-      sites_.push_back({level,
-                        site,
-                        is_fast_[level][std::size_t(site)],
-                        {inverse * is_free.axis(0)[in_field], inverse * is_free.axis(1)[in_field],
-                         inverse * is_free.axis(2)[in_field]}});
+      fast.sites.push_back(std::int32_t(site));
+      fast.moves.push_back(is_fast_[level][std::size_t(site)] ? Real(1) : Real(0));
+      for (int axis = 0; axis < 3; ++axis)
+        fast.mobility[std::size_t(axis)].push_back(is_free.axis(axis)[in_field] *
+                                                   static_cast<Real>(1 / system_.mass(in_field)));
     }
-  before_.resize(sites_.size());
-  now_.resize(sites_.size());
+    fast.before = fast.now = fast.mobility;
+    if (!fast.sites.empty()) sites_.push_back(std::move(fast));
+  }
 }
 
 template <class Real>
@@ -158,14 +159,16 @@ void LocalSteps<Real>::add_slow_forces(double t) {
       slow_force_[loaded.level].axis(axis)[loaded.site] += static_cast<Real>(loaded.force[axis]);
 }
 
-/// Leaves d_p in now_.
+/// Leaves d_p in the levels' `now`.
 template <class Real>
 void LocalSteps<Real>::take_substeps(double t) {
   const int p = plan_.substeps;
   const Damped c(p, least_nu(system_.spectral_bound().damping, dt_));
   const double squared = dt_ * dt_;
   for (std::size_t level = 0; level < moved_.size(); ++level) moved_[level] = system_.levels_[level]->state.x;
-  for (auto* d : {&before_, &now_}) std::fill(d->begin(), d->end(), std::array<Real, 3>{});
+  for (FastLevel& fast : sites_)
+    for (auto* displacements : {&fast.before, &fast.now})
+      for (std::vector<Real>& d : *displacements) std::fill(d.begin(), d.end(), Real(0));
   for (int k = 0; k < p; ++k) {
     for (Field<Real>& force : fast_force_) force.array() = 0;
     for (const auto& part : fast_)
@@ -176,22 +179,29 @@ void LocalSteps<Real>::take_substeps(double t) {
     const auto of_now = static_cast<Real>(k == 0 ? 0 : 2 * c.delta * at(k) / at(k + 1)),
                of_before = static_cast<Real>(k == 0 ? 0 : at(k - 1) / at(k + 1)),
                of_force = static_cast<Real>((k == 0 ? 1 / c.delta : 2 * at(k) / at(k + 1)) / c.w * squared);
-    for (std::size_t i = 0; i < sites_.size(); ++i) {
-      const FastSite& s = sites_[i];
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const Real force =
-            slow_force_[s.level].axis(int(axis))[s.site] + fast_force_[s.level].axis(int(axis))[s.site];
-        const Real next =
-            of_now * now_[i][axis] - of_before * before_[i][axis] + of_force * (s.mobility[axis] * force);
-        before_[i][axis] = now_[i][axis];
-        now_[i][axis] = next;
-        if (s.moves)
-          moved_[s.level].axis(int(axis))[s.site] =
-              system_.levels_[s.level]->state.x.axis(int(axis))[s.site] + next;
-      }
-    }
+    displace(of_now, of_before, of_force);
     system_.transfer_.interpolate([&](std::size_t level) -> Field<Real>& { return moved_[level]; });
   }
+}
+
+/// d_{k+1} = of_now d_k - of_before d_{k-1} + of_force a.
+template <class Real>
+void LocalSteps<Real>::displace(Real of_now, Real of_before, Real of_force) {
+  for (FastLevel& fast : sites_)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const int a = int(axis);
+      const Real *slow = slow_force_[fast.level].axis(a), *quick = fast_force_[fast.level].axis(a),
+                 *from = system_.levels_[fast.level]->state.x.axis(a);
+      Real *to = moved_[fast.level].axis(a), *before = fast.before[axis].data(), *now = fast.now[axis].data();
+      for (std::size_t i = 0; i < fast.sites.size(); ++i) {
+        const std::int32_t site = fast.sites[i];
+        const Real next = of_now * now[i] - of_before * before[i] +
+                          of_force * (fast.mobility[axis][i] * (slow[site] + quick[site]));
+        before[i] = now[i];
+        now[i] = next;
+        to[site] = from[site] + fast.moves[i] * next;
+      }
+    }
 }
 
 template <class Real>
@@ -202,9 +212,10 @@ void LocalSteps<Real>::acceleration(double t, const Field<Real>& x, const Field<
   for (std::size_t level = 0; level < inverse_mass_.size(); ++level)
     system_.levels_[level]->a.array() = slow_force_[level].array() * inverse_mass_[level].array();
   const auto factor = static_cast<Real>(2 / (dt_ * dt_));
-  for (std::size_t i = 0; i < sites_.size(); ++i)
+  for (const FastLevel& fast : sites_)
     for (std::size_t axis = 0; axis < 3; ++axis)
-      system_.levels_[sites_[i].level]->a.axis(int(axis))[sites_[i].site] = factor * now_[i][axis];
+      for (std::size_t i = 0; i < fast.sites.size(); ++i)
+        system_.levels_[fast.level]->a.axis(int(axis))[fast.sites[i]] = factor * fast.now[axis][i];
   system_.finish_accelerations();
   for (std::size_t level = 0; level < system_.levels().size(); ++level)
     copy_level(system_.levels()[level], system_.levels_[level]->a, a);

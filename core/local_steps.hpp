@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -57,11 +58,13 @@ class LocalSteps final : public SystemWrapper<Real> {
     Body body;
     SpringSystem<Real> system;
   };
-  struct FastSite {
-    std::size_t level;
-    std::ptrdiff_t site;
-    bool moves;                    ///< false: its forces change, but forces do not see it move
-    std::array<Real, 3> mobility;  ///< inverse mass; 0 where it is held
+  /// Particles of a level that forces of fast cells act on, and their displacements since the step began.
+  struct FastLevel {
+    std::size_t level = 0;
+    std::vector<std::int32_t> sites{};
+    std::vector<Real> moves{};                    ///< 1; 0: its forces change, but forces do not see it move
+    std::array<std::vector<Real>, 3> mobility{};  ///< by axis: inverse mass; 0 where it is held
+    std::array<std::vector<Real>, 3> before{}, now{};  ///< by axis: d_{k-1}, d_k
   };
   using Levels = std::vector<Field<Real>>;
 
@@ -69,15 +72,15 @@ class LocalSteps final : public SystemWrapper<Real> {
   void find_fast_sites();
   void add_slow_forces(double t);
   void take_substeps(double t);
+  void displace(Real of_now, Real of_before, Real of_force);
 
   RefinedSystem<Real>& system_;
   LocalStepPlan plan_;
   double dt_;
   std::vector<std::unique_ptr<Part>> slow_, fast_;
   std::vector<std::vector<bool>> is_fast_;  ///< by level and site
-  std::vector<FastSite> sites_;
+  std::vector<FastLevel> sites_;
   Levels slow_force_, fast_force_, moved_, inverse_mass_;
-  std::vector<std::array<Real, 3>> before_, now_;  ///< d_{k-1}, d_k of the sites
 };
 
 }  // namespace mss
