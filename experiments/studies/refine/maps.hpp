@@ -45,7 +45,7 @@ struct MapConfig {
   std::size_t most_particles = 0;    ///< and of several
   double face_share = 0.5;
   ElasticConstants material{.young = 1e5, .poisson = 0.3};
-  double sample_seconds = 0;  ///< of steps; 0: nothing is timed
+  double sample_seconds = 0.05;  ///< of steps that are timed
 };
 MapConfig map_config(const ExperimentOptions& options);
 

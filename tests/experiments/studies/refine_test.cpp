@@ -64,10 +64,10 @@ const MapTables& maps() {
   static const MapTables computed = [] {
     MapConfig config = map_config({});
     config.problems = {load_problems().front()};
-    config.uniform_cells = {2, 4, 6, 8, 10, 12};
+    config.uniform_cells = {2, 4, 8, 12, 16, 20, 24};
     config.reference_coarsening = 2;
-    config.most_particles = 1000;
-    config.sample_seconds = 0;
+    config.most_particles = 5000;
+    config.sample_seconds = 1e-4;
     Progress progress;
     return measure_maps(config, progress);
   }();
