@@ -102,7 +102,7 @@ def volume_inside(grid):
 
 def check_surface(mss, directory):
     """A tetrahedron whose cells fly away."""
-    directory.mkdir()
+    directory.mkdir(exist_ok=True)
     corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
     lines = ["v {} {} {}".format(*corner) for corner in corners]
     lines += ["f 1 3 2", "f 1 2 4", "f 1 4 3", "f 2 3 4"]
