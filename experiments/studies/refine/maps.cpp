@@ -389,7 +389,7 @@ std::vector<LoadProblem> load_problems() {
   const auto from_edge = [](const Vec3& x) { return std::hypot(x[0] - 1, x[2] - 1); };
   const auto from_clamp = [](const Vec3& x) { return x[0]; };
   return {patch_problem("patch of a quarter", 0.25), patch_problem("patch of an eighth", 0.125),
-          without_load(bracket(), from_edge, {{2, 1}, {4, 1}, {4, 2}, {8, 1}, {8, 2}, {12, 2}}),
+          without_load(bracket(), from_edge, {{2, 1}, {4, 1}, {4, 2}, {8, 1}, {8, 2}, {12, 2}, {16, 2}}),
           without_load(beam(), from_clamp, {{2, 1}, {4, 1}, {8, 1}, {12, 1}})};
 }
 
@@ -399,7 +399,7 @@ MapConfig map_config(const ExperimentOptions& options) {
       options.quick ? std::vector{1, 2, 4, 6} : std::vector{1, 2, 3, 4, 6, 8, 10, 12, 16, 20, 24, 32};
   config.reference_coarsening = options.quick ? 4 : 1;
   config.most_uniform = options.quick ? 2000 : 80000;
-  config.most_particles = options.quick ? 1000 : 20000;
+  config.most_particles = options.quick ? 1000 : 30000;
   config.sample_seconds = options.quick ? 0.005 : 0.05;
   return config;
 }
