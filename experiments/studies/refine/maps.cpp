@@ -69,18 +69,18 @@ struct Solid {
   std::unique_ptr<SolidSystem<double>> system;
 };
 
-struct Solved {
+struct Solution {
   Status status = Status::ok;
   Field<double> displacement{};
   double value = no_value;    ///< the displacement under the load [m]
   double seconds = no_value;  ///< of the solution, its matrix included
 };
 
-Solved solve(Solid& solid, const LoadProblem& problem, const char* solver) {
+Solution solve(Solid& solid, const LoadProblem& problem, const char* solver) {
   const State<double> rest = solid.system->undeformed_state();
   Field<double> load = traction(solid.body.levels(), problem.patch, problem.direction);
   solid.body.hand_over(load);
-  Solved solved{.displacement = Field<double>(solid.system->size())};
+  Solution solved{.displacement = Field<double>(solid.system->size())};
   Work work;
   solved.seconds = seconds_of([&] {
     const auto linear = find_linear_solver(solver).make(1e-9);
@@ -141,7 +141,7 @@ RefinementMap split_surface(const BodyConfig& body) {
 }
 
 /// v in v + c h^p through three values at sizes each half of the one before.
-double limit_of(const std::vector<double>& values) {
+double extrapolated(const std::vector<double>& values) {
   const double ratio = (values[1] - values[0]) / (values[2] - values[1]);
   return values[2] + (values[2] - values[1]) / (ratio - 1);
 }
@@ -158,7 +158,7 @@ class Maps {
   void measure_by_hand();
   void measure_estimated();
   void measure_surface();
-  Solved measure(Map map, int n, Solid& solid);
+  Solution measure(Map map, int n, Solid& solid);
   bool goes_on(Map map, int n);
   bool fits(const RefinedBody& body) const { return body.sites().size() <= config_.most_particles; }
 
@@ -203,18 +203,18 @@ void Maps::find_reference() {
     Solid solid(body(n), {}, problem_->shape.environment);
     values.push_back(solve(solid, *problem_, "automatic").value);
   }
-  reference_ = limit_of(values);
+  reference_ = extrapolated(values);
   Solid solid(body(problem_->coarsest), {}, problem_->shape.environment);
   Work work;
   const Modes modes = slowest_modes(*solid.system, solid.system->undeformed_state(), 1, work);
   period_ = modes.status == Status::ok ? 2 * std::numbers::pi / modes.modes.front().omega : no_value;
 }
 
-Solved Maps::measure(Map map, int n, Solid& solid) {
+Solution Maps::measure(Map map, int n, Solid& solid) {
   const bool one_size = solid.body.levels().size() == 1;
   constexpr std::size_t most_factored = 1000;  // above, products are quicker
   const bool factored = solid.system->particles().size() <= most_factored;
-  Solved solved = solve(solid, *problem_, one_size ? "automatic" : factored ? "cholmod" : "matrix_free");
+  Solution solved = solve(solid, *problem_, one_size ? "automatic" : factored ? "cholmod" : "matrix_free");
   const IntegratorInfo& verlet = find_integrator("verlet");
   SolidSystem<double>& system = *solid.system;
   const double dt = safe_share * stable_step(verlet, system.spectral_bound()),
@@ -255,7 +255,7 @@ void Maps::measure_estimated() {
   const int n = problem_->coarsest;
   auto solid = std::make_unique<Solid>(body(n), RefinementMap(), problem_->shape.environment);
   while (goes_on(Map::estimated, n)) {
-    const Solved solved = measure(Map::estimated, n, *solid);
+    const Solution solved = measure(Map::estimated, n, *solid);
     if (solved.status != Status::ok) return;
     const RefinementMap next = split_by_estimate(solid->body, solved.displacement);
     solid = std::make_unique<Solid>(body(n), next, problem_->shape.environment);
