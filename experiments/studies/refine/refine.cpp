@@ -56,9 +56,9 @@ std::string lines_of_gains(const Table& gains) {
   std::string lines;
   for (std::size_t r = 0; r < gains.size(); ++r)
     if (std::isfinite(gains.number(r, "gain")))
-      lines += fmt::format("{:<18} {:<14} at {:>2.0f} %: {} {:.2f} times fewer\n", gains.text(r, "problem"),
-                           gains.text(r, "map"), 100 * gains.number(r, "error"), gains.text(r, "quantity"),
-                           gains.number(r, "gain"));
+      lines += fmt::format("{:<18} {:<14} at {:>2.0f} %: {} of one cell size over its own {:.2f}\n",
+                           gains.text(r, "problem"), gains.text(r, "map"), 100 * gains.number(r, "error"),
+                           gains.text(r, "quantity"), gains.number(r, "gain"));
   return lines;
 }
 
