@@ -12,8 +12,8 @@ namespace mss::studies::refine {
 /// A static problem of small deformations whose solution is wanted in one number: the mean displacement of
 /// the particles in a box.
 struct Problem {
-  std::string name;
-  std::string description;
+  std::string name{};
+  std::string description{};
   Vec3 size = Vec3::Ones();                   ///< of the box around it [m]
   std::function<bool(const Vec3&)> filled{};  ///< whether there is a cell around a point; empty: everywhere
   Environment environment{};
