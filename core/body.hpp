@@ -98,7 +98,7 @@ struct BodyConfig {
   std::vector<std::uint32_t> content_of{};
   /// Floors a and b that keep nearly empty corners from being light or weak: springs take
   /// a f + (1 - a) times the filled share at them, corners b f + (1 - b) times theirs; f is the cell's share.
-  /// By default the smallest errors of frequencies in `mss shape`: a = 0.3, b = 0.35. Where k_vol is negative
+  /// By default a = 0.3, b = 0.35, chosen on the sphere of `mss shape`. Where k_vol is negative
   /// a cell with strong springs at few corners is unstable: there both are 0.4.
   std::optional<double> fill_blend_springs{};
   std::optional<double> fill_blend_mass{};

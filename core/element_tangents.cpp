@@ -86,15 +86,15 @@ void add_springs(const Body& body, std::ptrdiff_t site, const Field<Real>& x, co
 /// Its volume force and its guard against folding.
 template <class Real, class Add>
 void add_cell(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const TangentSum& sum, Add&& add) {
-  const SiteElements e = body.elements_at(site);
-  const double size = body.config().cell_size;
-  if (e.fold_guard != 0)
-    FoldGuardTangent(sum.stiffness * guarded_corner_stiffness(e.fold_guard, size), guarded_length(size),
+  const SiteWeights& weights = body.weights_at(site);
+  const double volume = weights.volume * body.interior_volume(),
+               guard = weights.fold_guard * body.interior_fold_guard(), size = body.config().cell_size;
+  if (guard != 0)
+    FoldGuardTangent(sum.stiffness * guarded_corner_stiffness(guard, size), guarded_length(size),
                      corners_of(body, x, site), sum.kind)
         .for_each_block([&](int c, int d, const Eigen::Matrix3d& block) { add(site, c, d, block); });
-  if (e.volume == 0) return;
-  const CellTangent tangent(sum.stiffness * e.volume, body.cell_volume(), corners_of(body, x, site),
-                            sum.kind);
+  if (volume == 0) return;
+  const CellTangent tangent(sum.stiffness * volume, body.cell_volume(), corners_of(body, x, site), sum.kind);
   for (int c = 0; c < 4; ++c)  // opposite corners have opposite gradients
     for (int d = 0; d < 4; ++d) {
       const Eigen::Matrix3d block = tangent.block(c, d);

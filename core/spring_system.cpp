@@ -226,11 +226,13 @@ StoredEnergy SpringSystem<Real>::stored_energy(const Field<Real>& x) const {
       });
   const double rest = this->body().cell_volume(), size = this->body().config().cell_size;
   this->body().for_each_cell([&](std::ptrdiff_t site) {
-    const SiteElements e = this->body().elements_at(site);
+    const SiteWeights& weights = this->body().weights_at(site);
+    const double volume = weights.volume * this->body().interior_volume(),
+                 guard = weights.fold_guard * this->body().interior_fold_guard();
     const double change = thesis_volume(corners_of(this->body(), x, site)) - rest;
-    energy.volume += 0.5 * e.volume * change * change / rest;
-    if (e.fold_guard != 0)
-      energy.elastic += fold_guard_energy(guarded_corner_stiffness(e.fold_guard, size), guarded_length(size),
+    energy.volume += 0.5 * volume * change * change / rest;
+    if (guard != 0)
+      energy.elastic += fold_guard_energy(guarded_corner_stiffness(guard, size), guarded_length(size),
                                           corners_of(this->body(), x, site));
   });
   return energy;

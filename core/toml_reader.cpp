@@ -117,14 +117,15 @@ TomlFile::TomlFile(const std::filesystem::path& file, const std::vector<std::str
 TomlFile::TomlFile(const std::string& text, const std::filesystem::path& file,
                    const std::vector<std::string>& overrides, const KnownKeys& known, const KnownKeys& old)
     : file_(file), root_(parse(text, file)) {
-  for (const std::string& text : overrides) {
-    const auto equals = text.find('=');
-    const std::string path = trimmed(text.substr(0, equals));
+  for (const std::string& setting : overrides) {
+    const auto equals = setting.find('=');
+    const std::string path = trimmed(setting.substr(0, equals));
     const std::vector<std::string> keys = split_at_dots(path);
     if (equals == std::string::npos || std::find(keys.begin(), keys.end(), "") != keys.end())
-      fail(fmt::format("--set {}: is not a setting; give table.key=value, as in --set solve.dt=1e-4", text));
-    overrides_.push_back({path, text});
-    apply(overrides_.back(), trimmed(text.substr(equals + 1)));
+      fail(fmt::format("--set {}: is not a setting; give table.key=value, as in --set solve.dt=1e-4",
+                       setting));
+    overrides_.push_back({path, setting});
+    apply(overrides_.back(), trimmed(setting.substr(equals + 1)));
   }
   check_keys(root_, "", "", known, old);
 }

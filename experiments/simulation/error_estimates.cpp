@@ -69,8 +69,7 @@ Field<double> held_by(const Scene& scene, const Body& body, std::size_t hold, in
   const std::vector<Hold>& holds = scene.environment.holds;
   for (std::size_t i = hold; i < holds.size(); ++i) {
     if (!holds[i].axes[std::size_t(axis)]) continue;
-    for (const std::ptrdiff_t site : body.select(holds[i].box.lower, holds[i].box.upper))
-      weight.axis(axis)[site] = i == hold ? 1 : 0;
+    for (const std::ptrdiff_t site : sites_of(holds[i], body)) weight.axis(axis)[site] = i == hold ? 1 : 0;
   }
   return weight;
 }
@@ -120,18 +119,26 @@ GoalEstimate estimate(GoalEstimator& estimator, const Goal& goal) {
 /// another one in other cells.
 bool same_boxes(const Scene& scene, const Body& a, const Body& b) {
   std::vector<Box> boxes;
-  for (const Hold& hold : scene.environment.holds) boxes.push_back(hold.box);
   for (const Load& load : scene.environment.loads)
     if (!load.surface) boxes.push_back(load.box);
   for (const Expectation& e : scene.expectations)
     if (e.quantity == mean_displacement && !e.on_surface) boxes.push_back(e.box);
-  const auto extent = [](const Body& body, const Box& box) {
+  const auto extent = [](const Body& body, const std::vector<std::ptrdiff_t>& sites) {
     Eigen::AlignedBox<double, 3> all;
-    for (const std::ptrdiff_t site : body.select(box.lower, box.upper)) all.extend(body.rest_position(site));
+    for (const std::ptrdiff_t site : sites) all.extend(body.rest_position(site));
     return all;
   };
+  const auto same = [&](const auto& select) {
+    return extent(a, select(a)).isApprox(extent(b, select(b)), 1e-9);
+  };
+  const std::vector<Hold>& holds = scene.environment.holds;
   return std::all_of(boxes.begin(), boxes.end(),
-                     [&](const Box& box) { return extent(a, box).isApprox(extent(b, box), 1e-9); });
+                     [&](const Box& box) {
+                       return same([&](const Body& body) { return body.select(box.lower, box.upper); });
+                     }) &&
+         std::all_of(holds.begin(), holds.end(), [&](const Hold& hold) {
+           return same([&](const Body& body) { return sites_of(hold, body); });
+         });
 }
 
 /// Values of the goals in cells twice as large; throws InputError that says why there are none.

@@ -231,6 +231,17 @@ TEST_F(RunCommand, CorrectsQuantitiesAtRest) {
       << done.output;
 }
 
+// The bar of 1 x 0.25 x 0.25 m, held at faces of its mesh, bears its weight there and nothing else.
+TEST_F(RunCommand, ReactionsAreThoseOfHoldsAtFacesToo) {
+  const fs::path scenes = fs::path(MSS_SOURCE_DIR) / "experiments" / "scenes";
+  ASSERT_EQ(run(scenes / "mesh_bar.toml", {"--set", "solve.integrator=static"}).exit_status, 0);
+  const Json values = summary()["estimates"]["values"];
+  std::map<std::string, double> of;
+  for (const Json& value : values) of[value["quantity"]] = value["value"];
+  ASSERT_EQ(of.size(), 2);  // along x and y they are negligible
+  EXPECT_NEAR(of["reaction of hold 0 z"], 62.5 * 9.81, 1e-3 * 62.5 * 9.81);
+}
+
 TEST_F(RunCommand, SaysWhyThereIsNoEstimate) {
   const fs::path scene = write("tip.toml", cantilever);
   ASSERT_EQ(run(scene, {"--set", "body.sharing=\"uniform\""}).exit_status, 0);
