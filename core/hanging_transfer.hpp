@@ -1,112 +1,122 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "core/refined_body.hpp"
 
 namespace mss {
 
-/// T and T^T of a RefinedBody on fields of its levels, for every step. `field_of(level)` is the field of that
-/// level.
+/// T and T^T of a RefinedBody on fields of its levels, for every step.
 template <class Real>
 class HangingTransfer {
  public:
-  explicit HangingTransfer(const RefinedBody& body) {
-    std::vector<bool> known(std::size_t(body.size()));
+  explicit HangingTransfer(const RefinedBody& body) : levels_(body.levels().size()) {
     for (const HangingParticle& p : body.hanging()) {
-      Group& group = group_of(p);
-      group.sites.push_back(std::int32_t(p.site));
-      const double mass = body.levels()[p.level].body.mass(p.site);
-      for (std::size_t m = 0; m < p.count; ++m) {
-        const std::ptrdiff_t site = body.site_in_field(p.level - 1, p.masters[m]);
-        group.masters.push_back(std::int32_t(p.masters[m]));
-        group.weights.push_back(static_cast<Real>(p.weight()));
-        group.shares.push_back(static_cast<Real>(p.weight() * mass / body.mass(site)));
-        if (known[std::size_t(site)]) continue;
-        known[std::size_t(site)] = true;
-        masters_.push_back(
-            {p.level - 1, p.masters[m],
-             static_cast<Real>(body.levels()[p.level - 1].body.mass(p.masters[m]) / body.mass(site))});
-      }
+      Followers& followers = levels_[p.level].followers[p.count / 2];
+      followers.sites.push_back(std::int32_t(p.site));
+      for (std::size_t m = 0; m < p.count; ++m) followers.masters.push_back(std::int32_t(p.masters[m]));
     }
+    for (std::size_t level = 1; level < levels_.size(); ++level) list_masters(body, level);
   }
 
-  /// Gives hanging particles the mean of their masters.
+  /// Gives hanging particles of a level the mean of their masters.
+  void interpolate(std::size_t level, const Field<Real>& masters, Field<Real>& own) const {
+    const auto& [single, pairs, fours] = levels_[level].followers;
+    interpolate<1>(single, masters, own);
+    interpolate<2>(pairs, masters, own);
+    interpolate<4>(fours, masters, own);
+  }
+  /// The same on all levels; `field_of(level)` is the field of that level.
   template <class FieldOf>
   void interpolate(FieldOf&& field_of) const {
-    for (const Group& group : groups_) {
-      const Field<Real>& masters = field_of(group.level - 1);
-      Field<Real>& own = field_of(group.level);
-      for (int axis = 0; axis < 3; ++axis) {
-        if (group.count == 1) interpolate<1>(group, masters.axis(axis), own.axis(axis));
-        if (group.count == 2) interpolate<2>(group, masters.axis(axis), own.axis(axis));
-        if (group.count == 4) interpolate<4>(group, masters.axis(axis), own.axis(axis));
-      }
-    }
+    for (std::size_t level = 1; level < levels_.size(); ++level)
+      interpolate(level, field_of(level - 1), field_of(level));
   }
 
-  /// Adds forces on hanging particles to their masters'.
-  template <class FieldOf>
-  void hand_over(FieldOf&& field_of) const {
-    for (const Group& group : groups_)
-      add(group, group.weights, field_of(group.level), field_of(group.level - 1));
+  /// Adds forces on a level's hanging particles to their masters'.
+  void hand_over(std::size_t level, const Field<Real>& own, Field<Real>& masters) const {
+    for (const Master& master : levels_[level].masters)
+      add(levels_[level], master, levels_[level].weights, Real(1), own, masters);
   }
-
   /// The same of accelerations that each level's own masses had under forces.
-  template <class FieldOf>
-  void hand_over_accelerations(FieldOf&& field_of) const {
-    for (const Master& master : masters_)
-      for (int axis = 0; axis < 3; ++axis) field_of(master.level).axis(axis)[master.site] *= master.own_share;
-    for (const Group& group : groups_)
-      add(group, group.shares, field_of(group.level), field_of(group.level - 1));
+  void hand_over_accelerations(std::size_t level, const Field<Real>& own, Field<Real>& masters) const {
+    for (const Master& master : levels_[level].masters)
+      add(levels_[level], master, levels_[level].shares, master.own_share, own, masters);
   }
 
  private:
-  /// Those of a level with so many masters.
-  struct Group {
-    std::size_t level, count;
-    std::vector<std::int32_t> sites, masters;  ///< `count` masters per site, one after the other
-    std::vector<Real> weights;                 ///< per master
-    std::vector<Real> shares;                  ///< per master: of the particle's mass in the master's whole
+  /// Hanging particles with equally many masters.
+  struct Followers {
+    std::vector<std::int32_t> sites, masters;  ///< of each site, one after the other
   };
   struct Master {
-    std::size_t level;
     std::ptrdiff_t site;
-    Real own_share;  ///< of its level's cells in its mass
+    std::size_t first, last;  ///< what hangs on it: in the level's sites, weights and shares
+    Real own_share;           ///< of its level's cells in its mass
+  };
+  struct OfLevel {
+    std::array<Followers, 3> followers{};  ///< of one, two and four masters
+    std::vector<Master> masters{};
+    std::vector<std::int32_t> sites{};  ///< those that hang, by master
+    std::vector<Real> weights{};        ///< of the master in the particle's position
+    std::vector<Real> shares{};         ///< of the particle's mass in the master's whole
   };
 
-  Group& group_of(const HangingParticle& p) {
-    for (Group& group : groups_)
-      if (group.level == p.level && group.count == p.count) return group;
-    return groups_.emplace_back(Group{p.level, p.count, {}, {}, {}, {}});
+  void list_masters(const RefinedBody& body, std::size_t level) {
+    std::map<std::ptrdiff_t, std::vector<const HangingParticle*>> of_master;
+    for (const HangingParticle& p : body.hanging())
+      for (std::size_t m = 0; m < p.count && p.level == level; ++m) of_master[p.masters[m]].push_back(&p);
+    OfLevel& of = levels_[level];
+    const Body &own = body.levels()[level].body, &larger = body.levels()[level - 1].body;
+    for (const auto& [site, particles] : of_master) {
+      const double mass = body.mass(body.site_in_field(level - 1, site));
+      const std::size_t first = of.sites.size();
+      for (const HangingParticle* p : particles) {
+        of.sites.push_back(std::int32_t(p->site));
+        of.weights.push_back(static_cast<Real>(p->weight()));
+        of.shares.push_back(static_cast<Real>(p->weight() * own.mass(p->site) / mass));
+      }
+      of.masters.push_back({site, first, of.sites.size(), static_cast<Real>(larger.mass(site) / mass)});
+    }
   }
 
   template <std::size_t count>
-  static void interpolate(const Group& group, const Real* masters, Real* own) {
-    const std::int32_t* m = group.masters.data();
-    for (const std::int32_t site : group.sites) {
-      Real sum = 0;
-      for (std::size_t i = 0; i < count; ++i) sum += masters[m[i]];
-      own[site] = Real(1) / Real(count) * sum;
+  static void interpolate(const Followers& followers, const Field<Real>& masters, Field<Real>& own) {
+    const Real *x = masters.axis(0), *y = masters.axis(1), *z = masters.axis(2);
+    const std::int32_t* m = followers.masters.data();
+    for (const std::int32_t site : followers.sites) {
+      Real sum[3] = {x[m[0]], y[m[0]], z[m[0]]};
+      for (std::size_t i = 1; i < count; ++i) {
+        sum[0] += x[m[i]];
+        sum[1] += y[m[i]];
+        sum[2] += z[m[i]];
+      }
+      for (int axis = 0; axis < 3; ++axis) own.axis(axis)[site] = Real(1) / Real(count) * sum[axis];
       m += count;
     }
   }
 
-  static void add(const Group& group, const std::vector<Real>& factors, const Field<Real>& from,
-                  Field<Real>& masters) {
+  /// field = own_share field + sum of factor times what hangs on the master.
+  static void add(const OfLevel& level, const Master& master, const std::vector<Real>& factors,
+                  Real own_share, const Field<Real>& own, Field<Real>& masters) {
+    const Real *x = own.axis(0), *y = own.axis(1), *z = own.axis(2);
+    Real sum[3] = {0, 0, 0};
+    for (std::size_t i = master.first; i < master.last; ++i) {
+      const std::int32_t site = level.sites[i];
+      sum[0] += factors[i] * x[site];
+      sum[1] += factors[i] * y[site];
+      sum[2] += factors[i] * z[site];
+    }
     for (int axis = 0; axis < 3; ++axis) {
-      const Real* own = from.axis(axis);
-      Real* to = masters.axis(axis);
-      const std::int32_t* m = group.masters.data();
-      const Real* factor = factors.data();
-      for (const std::int32_t site : group.sites)
-        for (const std::int32_t* end = m + group.count; m < end; ++m) to[*m] += *factor++ * own[site];
+      Real& to = masters.axis(axis)[master.site];
+      to = own_share * to + sum[axis];
     }
   }
 
-  std::vector<Group> groups_;
-  std::vector<Master> masters_;
+  std::vector<OfLevel> levels_;
 };
 
 }  // namespace mss

@@ -39,6 +39,21 @@ SpectralBound bound_of(const RefinedBody& body) {
   return bound;
 }
 
+/// Those of a level in cells that touch a master of what hangs on the level.
+std::size_t particles_beside_next(const RefinedBody& body, std::size_t level) {
+  const Body& own = body.levels()[level].body;
+  std::vector<bool> is_master(std::size_t(own.lattice().size)), beside = is_master;
+  for (const HangingParticle& p : body.hanging())
+    for (std::size_t m = 0; m < p.count && p.level == level + 1; ++m)
+      is_master[std::size_t(p.masters[m])] = true;
+  own.for_each_cell([&](std::ptrdiff_t cell) {
+    bool touches = false;
+    for (int c = 0; c < 8; ++c) touches = touches || is_master[std::size_t(cell + own.lattice().corner(c))];
+    for (int c = 0; c < 8 && touches; ++c) beside[std::size_t(cell + own.lattice().corner(c))] = true;
+  });
+  return std::size_t(std::count(beside.begin(), beside.end(), true));
+}
+
 }  // namespace
 
 void check_holds(const RefinedBody& body, const HeldSites& held) {
@@ -71,6 +86,7 @@ RefinedSystem<Real>::RefinedSystem(const RefinedBody& body, const Environment& e
     levels_.push_back(std::make_unique<LevelState>(level.body, of_level_, execution));
     bound_ = largest(bound_, levels_.back()->system.spectral_bound());
   }
+  forces_take_velocities_ = body.config().is_damped() || contact_.has_penalties();
   find_loads(environment.loads);
 }
 
@@ -99,14 +115,16 @@ void RefinedSystem<Real>::take(const Field<Real>& x, const Field<Real>& v) {
 template <class Real>
 void RefinedSystem<Real>::place_hanging() {
   transfer_.interpolate([&](std::size_t level) -> Field<Real>& { return levels_[level]->state.x; });
-  transfer_.interpolate([&](std::size_t level) -> Field<Real>& { return levels_[level]->state.v; });
+  if (forces_take_velocities_)
+    transfer_.interpolate([&](std::size_t level) -> Field<Real>& { return levels_[level]->state.v; });
 }
 
 /// Of all levels, from their positions and velocities.
 template <class Real>
 void RefinedSystem<Real>::accelerate(double t) {
   for (const auto& level : levels_) level->system.acceleration(t, level->state.x, level->state.v, level->a);
-  transfer_.hand_over_accelerations([&](std::size_t level) -> Field<Real>& { return levels_[level]->a; });
+  for (std::size_t i = 1; i < levels_.size(); ++i)
+    transfer_.hand_over_accelerations(i, levels_[i]->a, levels_[i - 1]->a);
   for (const Loaded& l : loaded_)
     for (int axis = 0; axis < 3; ++axis)
       levels_[l.level]->a.axis(axis)[l.site] += static_cast<Real>(l.acceleration[axis]);
@@ -117,7 +135,6 @@ template <class Real>
 void RefinedSystem<Real>::finish_accelerations() {
   if (contact_.has_collisions()) stop_sticking();
   for (const auto& level : levels_) level->system.clear_prescribed(level->a);
-  transfer_.interpolate([&](std::size_t level) -> Field<Real>& { return levels_[level]->a; });
 }
 
 /// As BodySystem::stop_sticking().
@@ -150,6 +167,13 @@ template <class Real>
 void RefinedSystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   take(x, v);
   accelerate(t);
+  give(a);
+}
+
+/// Accelerations of all particles.
+template <class Real>
+void RefinedSystem<Real>::give(Field<Real>& a) {
+  transfer_.interpolate([&](std::size_t level) -> Field<Real>& { return levels_[level]->a; });
   for (std::size_t i = 0; i < levels_.size(); ++i) copy_level(levels()[i], levels_[i]->a, a);
 }
 
@@ -169,6 +193,7 @@ void RefinedSystem<Real>::kick_drift(const KickDrift& update, double dt, long st
     copy_level(levels()[i], levels_[i]->state.x, state.x);
     copy_level(levels()[i], levels_[i]->state.v, state.v);
   }
+  body_.interpolate(state.v);
   state.t += double(steps) * dt;
 }
 
@@ -198,7 +223,8 @@ template <class Real>
 LocalStepPlan RefinedSystem<Real>::local_step_plan() const {
   std::vector<LevelCost> costs;
   for (std::size_t i = 0; i < levels_.size(); ++i)
-    costs.push_back({body_.depth(i), levels()[i].body.particle_count(), levels_[i]->system.spectral_bound()});
+    costs.push_back({body_.depth(i), levels()[i].body.particle_count(), particles_beside_next(body_, i),
+                     levels_[i]->system.spectral_bound()});
   return plan_local_steps(costs);
 }
 

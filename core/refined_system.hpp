@@ -131,8 +131,9 @@ class RefinedSystem final : public SolidSystem<Real> {
   void place_hanging();
   void accelerate(double t);
   void stop_sticking();
-  /// Accelerations of all particles, from those of particles that move alone.
+  /// Of what is held or rests on a plane.
   void finish_accelerations();
+  void give(Field<Real>& a);
   /// Calls visit(system, positions) with what is each level's of positions x.
   template <class Visit>
   void for_each_level(const Field<Real>& x, Visit&& visit) const;
@@ -144,6 +145,7 @@ class RefinedSystem final : public SolidSystem<Real> {
   HeldSites held_;
   PlaneContact contact_;
   SpectralBound bound_;
+  bool forces_take_velocities_ = false;
   std::vector<std::unique_ptr<LevelState>> levels_;
   std::vector<Loaded> loaded_;  ///< particles that move
   RefinedTangents tangents_;

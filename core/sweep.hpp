@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/short_step.hpp"
+
 namespace mss {
 
 /// Contents of a block of W neighbouring sites: bits that let the sweep skip whole groups of springs.
@@ -146,6 +148,7 @@ struct SweepKernel {
   void (*kick_drift)(const FinishPlane<Real>&);
   /// The KickDrift update in place, from an acceleration in `own`.
   void (*kick_drift_stored)(const FinishPlane<Real>&);
+  void (*short_step)(const ShortStepPlane<Real>&);
 };
 
 /// For the sweeps, which do not include Eigen: adds to the forces [N] on a cell's corners, by corner and

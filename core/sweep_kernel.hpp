@@ -16,6 +16,7 @@
 // not.
 
 #include "core/cell_vectors.hpp"
+#include "core/short_step_kernel.hpp"
 #include "core/sweep.hpp"
 
 namespace mss::MSS_ISA {
@@ -639,7 +640,8 @@ SweepKernel<Real> make_kernel(const char* name) {
           store_acceleration<Real>,
           store_product<Real>,
           kick_drift<Real>,
-          kick_drift_stored<Real>};
+          kick_drift_stored<Real>,
+          short_step<Real>};
 }
 
 }  // namespace mss::MSS_ISA

@@ -389,11 +389,55 @@ TEST(LocalSteps, AreStableUpToTheLimit) {
       EXPECT_LT(growth(bodies[b], share, 800), 10) << b << " at " << share;
 }
 
-TEST(LocalSteps, AreTwiceAsLongAndConserveMomentum) {
+TEST(LocalStepPlan, GivesEveryLevelItsRateWhereLargeCellsAreMost) {
+  const auto level = [](int depth, std::size_t particles, double damping = 0) {
+    return LevelCost{
+        depth, particles, particles / 10, {.omega = std::ldexp(100.0, depth), .damping = damping}};
+  };
+  const LocalStepPlan plan = plan_local_steps({level(0, 8000), level(1, 4000), level(2, 2000)});
+  ASSERT_EQ(plan.rates.size(), 2U);
+  EXPECT_EQ(plan.rates[0].first_level, 1U);
+  EXPECT_EQ(plan.rates[0].substeps, 2);
+  EXPECT_EQ(plan.rates[1].first_level, 2U);
+  EXPECT_EQ(plan.rates[1].substeps, 2);
+  EXPECT_GT(plan.largest_step, 0.98 * 2 / 100);
+  EXPECT_LE(plan.largest_step, 2.0 / 100);
+  // Few large cells: short steps of all cost less than computing forces beside the small ones twice.
+  EXPECT_TRUE(plan_local_steps({level(0, 10), level(1, 4000)}).rates.empty());
+  // Levels that do not touch have no masters between them.
+  EXPECT_TRUE(plan_local_steps({level(0, 8000), level(2, 100)}).rates.empty());
+  // Damping over a step is at most 0.4.
+  const LocalStepPlan damped = plan_local_steps({level(0, 8000), level(1, 400, 30)});
+  ASSERT_EQ(damped.rates.size(), 1U);
+  EXPECT_NEAR(damped.largest_step * 30, 0.4, 0.003);
+}
+
+TEST(LocalStepPlan, EachFilterKeepsWithinTheRangeOfTheOneBefore) {
+  const std::vector<LocalRate> rates{{1, 2}, {2, 4}, {3, 2}};
+  const std::vector<ChebyshevFilter> filters = filters_of(rates, 0, 1);
+  ASSERT_EQ(filters.size(), 3U);
+  for (std::size_t r = 0; r < rates.size(); ++r) {
+    const auto& [delta, w, value] = filters[r];
+    const int p = rates[r].substeps;
+    EXPECT_NEAR(value.back(), std::cosh(p * std::acosh(delta)), 1e-12);
+    double most = 0;
+    for (int i = 1; i <= 1000; ++i) {
+      const double x = delta - filters[r].range() * i / 1000 / w;
+      const double t = x > 1 ? std::cosh(p * std::acosh(x)) : std::cos(p * std::acos(x));
+      most = std::max(most, 2 * (1 - t / value.back()));
+    }
+    EXPECT_LE(most, filters[r].largest() * (1 + 1e-12));
+    EXPECT_NEAR(most, filters[r].largest(), 1e-3);
+    if (r == 0) continue;
+    EXPECT_LE(most * rates[r - 1].substeps * rates[r - 1].substeps, filters[r - 1].range() * (1 + 1e-12));
+  }
+}
+
+TEST(LocalSteps, AreAsLongAsLargeCellsAllowAndConserveMomentum) {
   const BodyConfig config = block(8, 8, 8, 0.1);
   const RefinedBody body = refine(config, {refined_cells(config, {3, 3, 7}, {5, 5, 8}, 2)});
   RefinedSystem<double> system(body, {}, {.threads = 1});
-  EXPECT_GT(system.spectral_bound().omega / system.local_bound().omega, 1.9);
+  EXPECT_GT(system.spectral_bound().omega / system.local_bound().omega, 3.9);
   State<double> state = system.rest_state();
   testing::randomise(system, state, 0.01, 0.1, 3);
   const Vec3 before = measure(system, state).momentum;
