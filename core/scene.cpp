@@ -25,7 +25,9 @@ KnownKeys make_known_keys() {
       {"expect", {energy_drift, mean_displacement}},
       {"expect.energy_drift", {"value", "within"}},
       {"expect.displacement", {"box", "surface_box", "value", "within"}},
-      {"body", {"cells", "voxels", "refine", "cell_size", "origin", "topology", "sharing"}},
+      {"body",
+       {"cells", "voxels", "refine", "refinement", "refinement_levels", "refinement_goal", "cell_size",
+        "origin", "topology", "sharing"}},
       {"body.mesh_rotation", mesh_rotation_keys},
       {"material",
        {"model", "density", "young", "poisson", "face_share", "springs", "volume", "volume_force",
@@ -137,6 +139,8 @@ const std::vector<std::pair<std::string, ContactLaw>> contact_laws{
     {"impulse", ContactLaw::impulse}, {"thesis", ContactLaw::thesis}, {"penalty", ContactLaw::penalty}};
 const std::vector<std::pair<std::string, Tangent>> tangents{{"elastic", Tangent::elastic},
                                                             {"projected", Tangent::projected}};
+const std::vector<std::pair<std::string, AutoRefinement::Goal>> refinement_goals{
+    {"energy", AutoRefinement::Goal::energy}, {"displacement", AutoRefinement::Goal::displacement}};
 const std::vector<std::pair<std::string, Precision>> precisions{{"double", Precision::dbl},
                                                                 {"single", Precision::single}};
 
@@ -460,18 +464,47 @@ std::string extent_at_rest(const BodyConfig& config) {
                      lower[1], lower[2], upper[0], upper[1], upper[2]);
 }
 
+/// What the body and its model have to be for cells to be split.
+void check_splittable(const TomlTable& table, std::string_view key, const Scene& scene) {
+  if (scene.mesh)
+    table.reject(key,
+                 "splits cells, and a mesh may fill these unevenly; give body.voxels or "
+                 "body.cells, or a smaller body.cell_size");
+  if (scene.model != spring_model)
+    table.reject(key, fmt::format("is for model \"{}\", and material.model is \"{}\"; leave it out",
+                                  spring_model, scene.model));
+}
+
+/// Cells that are chosen later; whether they can be split is seen now.
+void read_auto_refinement(const TomlTable& root, Scene& scene) {
+  static const std::vector<std::pair<std::string, bool>> ways{{"auto", true}};
+  const TomlTable body = root.table("body");
+  if (!body.choice("refinement", "a way of choosing smaller cells", ways, false)) {
+    for (const char* key : {"refinement_levels", "refinement_goal"})
+      if (body.has(key)) body.reject(key, "is of body.refinement = \"auto\", which is missing; give both");
+    return;
+  }
+  check_splittable(body, "refinement", scene);
+  if (!root.tables("refine").empty())
+    body.reject("refinement", "chooses cells, and [[refine]] does so too; leave one of them out");
+  AutoRefinement& chosen = scene.auto_refinement.emplace();
+  chosen.levels = body.whole("refinement_levels", split_levels, 1);
+  chosen.goal = body.choice("refinement_goal", "a goal", refinement_goals, AutoRefinement::Goal::energy);
+  if (chosen.goal == AutoRefinement::Goal::displacement && !root.table("expect").has(mean_displacement))
+    body.reject("refinement_goal", "is the displacement of [expect], which is missing; give it");
+  try {
+    RefinedBody(scene.body, {});
+  } catch (const InputError& error) {
+    body.reject("refinement", fmt::format("does not give a body: {}", error.what()));
+  }
+}
+
 /// Where cells are split further; after everything that this may contradict.
 void read_refinement(const TomlTable& root, Scene& scene) {
+  read_auto_refinement(root, scene);
   const std::vector<TomlTable> tables = root.tables("refine");
   if (tables.empty()) return;
-  if (scene.mesh)
-    tables.front().reject("box",
-                          "splits cells, and a mesh may fill these unevenly; give body.voxels or "
-                          "body.cells, or a smaller body.cell_size");
-  if (scene.model != spring_model)
-    tables.front().reject(
-        "box", fmt::format("is for model \"{}\", and material.model is \"{}\"; leave it out", spring_model,
-                           scene.model));
+  check_splittable(tables.front(), "box", scene);
   for (const TomlTable& table : tables) {
     scene.refined_boxes.push_back({table.box("box"), table.whole("levels", split_levels, 1)});
     if (refinement_of(scene.body, {scene.refined_boxes.back()}).depth() == 0)
@@ -491,7 +524,8 @@ void read_refinement(const TomlTable& root, Scene& scene) {
 void find_empty_box(const Scene& scene, const std::function<void(std::string_view table, std::size_t index,
                                                                  const std::string& complaint)>& report) {
   std::optional<Body> body;  // made only where there is a box
-  const std::unique_ptr<const RefinedBody> refined = refined_body(scene);
+  const std::unique_ptr<const RefinedBody> refined =
+      scene.auto_refinement ? nullptr : refined_body(scene);  // chosen cells have all of a body's particles
   for_each_box(scene, [&](std::string_view table, std::size_t index, const Box& box) {
     if (refined) {
       const std::vector<std::ptrdiff_t> sites = select(refined->levels(), box);
@@ -585,8 +619,13 @@ const std::string& to_string(Topology topology) { return name_of(topology, topol
 const std::string& to_string(Sharing sharing) { return name_of(sharing, sharings); }
 const std::string& to_string(Precision precision) { return name_of(precision, precisions); }
 const std::string& to_string(Tangent tangent) { return name_of(tangent, tangents); }
+const std::string& to_string(AutoRefinement::Goal goal) { return name_of(goal, refinement_goals); }
 
 std::unique_ptr<const RefinedBody> refined_body(const Scene& scene) {
+  if (scene.auto_refinement)
+    throw InputError(fmt::format(
+        "{}: body.refinement = \"auto\" has cells chosen by a solution at rest, which is not known here",
+        scene.file.string()));
   if (scene.refined_boxes.empty()) return nullptr;
   return std::make_unique<const RefinedBody>(scene.body, refinement_of(scene.body, scene.refined_boxes));
 }

@@ -59,12 +59,23 @@ inline bool has_springs(const std::string& model) {
   return model == spring_model || model == mollemans_model;
 }
 
+/// Cells that are chosen to be smaller, by an estimate of the error of a quantity at rest.
+struct AutoRefinement {
+  enum class Goal {
+    energy,       ///< that is stored
+    displacement  ///< of [expect]
+  };
+  Goal goal = Goal::energy;
+  int levels = 1;  ///< how often cells are halved at most
+};
+
 /// As scene files spell them.
 const std::string& to_string(ContactLaw law);
 const std::string& to_string(Topology topology);
 const std::string& to_string(Sharing sharing);
 const std::string& to_string(Precision precision);
 const std::string& to_string(Tangent tangent);
+const std::string& to_string(AutoRefinement::Goal goal);
 
 /// A scene file, read and checked.
 struct Scene {
@@ -74,10 +85,11 @@ struct Scene {
   std::string voxel_file;  ///< where its cells come from, relative to the scene's folder; empty: a box,
   std::optional<SceneMesh> mesh{};          ///< or a mesh's
   int refine = 1;                           ///< parts that an edge of a cell of the file is split into
-  std::vector<RefinedBox> refined_boxes{};  ///< where its cells are split further
-  double face_share = 0.5;                  ///< t of calibrated springs
-  bool volume_force = true;                 ///< false: left out of calibrated springs
-  std::string model = spring_model;         ///< what fills the cells, by name
+  std::vector<RefinedBox> refined_boxes{};  ///< where its cells are split further,
+  std::optional<AutoRefinement> auto_refinement{};  ///< or what chooses where
+  double face_share = 0.5;                          ///< t of calibrated springs
+  bool volume_force = true;                         ///< false: left out of calibrated springs
+  std::string model = spring_model;                 ///< what fills the cells, by name
   Environment environment;
   Vec3 start_velocity = Vec3::Zero();  ///< [m/s]
   Vec3 start_spin = Vec3::Zero();      ///< [rad/s] about the centre of mass
@@ -94,7 +106,13 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
 /// The same of a scene file's text, named "scene"; its relative paths begin at the working directory.
 Scene parse_scene(const std::string& toml, const std::vector<std::string>& overrides = {});
 
-/// The body of a scene with cells of several sizes; nullptr where it has one.
+/// Whether its body has cells of several sizes.
+inline bool is_refined(const Scene& scene) {
+  return !scene.refined_boxes.empty() || scene.auto_refinement.has_value();
+}
+
+/// The body of a scene with cells of several sizes; nullptr where it has one. Throws InputError where cells
+/// are chosen, which takes a solution: choose_refinement() in integrators/chosen_refinement.hpp finds them.
 std::unique_ptr<const RefinedBody> refined_body(const Scene& scene);
 
 /// Some 100 bytes per lattice site are needed: beyond this, bodies outgrow the memory of a large workstation.

@@ -42,6 +42,11 @@ Json body_to_json(const Scene& scene) {
   else
     json["voxels"] = scene.voxel_file;
   json["refine"] = scene.refine;
+  if (scene.auto_refinement) {
+    json["refinement"] = "auto";
+    json["refinement_levels"] = scene.auto_refinement->levels;
+    json["refinement_goal"] = to_string(scene.auto_refinement->goal);
+  }
   json["cell_count"] = body.voxels.count();
   json["cell_size"] = size_before(body.cell_size, scene.refine);
   if (!scene.mesh) json["origin"] = to_json(body.origin);

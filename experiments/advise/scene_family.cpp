@@ -24,8 +24,8 @@ SceneFamily::SceneFamily(const std::filesystem::path& file, const std::vector<st
     throw InputError(fmt::format("{}: {}", file.string(), problem));
   };
   check_model(given_);
-  if (!given_.refined_boxes.empty())
-    refuse("advice is about bodies with cells of one size; leave [[refine]] out");
+  if (is_refined(given_))
+    refuse("advice is about bodies with cells of one size; leave [[refine]] and body.refinement out");
   if (given_.body.any_part([](const Part& part) { return part.damping.law == Damping::Law::thesis; }))
     refuse(
         "damping.thesis has no viscosity that other cells could keep; give damping.viscosity or "

@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 constexpr double growth = 8;  ///< of a solution's time as cells halve
 constexpr std::size_t sizes_for_limit = 3;
 constexpr double negligible = 1e-9;
+constexpr double least_gain = 1.5;  ///< of a map, in particles: below, cells of a size between do as well
 
 const CorrectedValue* find(const SizeTried& size, const std::string& quantity) {
   for (const CorrectedValue& value : size.estimates.values)
@@ -58,6 +59,7 @@ SizeTried solve(const Scene& scene, Progress& progress) {
   tried.seconds = seconds_of([&] { result = simulate(scene, progress); });
   tried.status = result.status;
   tried.particles = result.particles.size();
+  tried.boxes = extents_of_boxes(scene, result.particles);
   if (result.status == Status::ok)
     tried.estimate_seconds =
         seconds_of([&] { tried.estimates = estimate_errors(scene, result.particles, progress); });
@@ -115,6 +117,57 @@ void conclude(const AdviseRequest& request, StaticAdvice& advice) {
         100 * request.error, 100 * limit.uncertainty);
 }
 
+const SizeTried* size_of(const StaticAdvice& advice, double cell_size) {
+  for (const SizeTried& size : advice.sizes)
+    if (size.cell_size == cell_size) return &size;
+  return nullptr;
+}
+
+/// The three smallest of the sizes that do not meet the error.
+std::vector<double> sizes_of_maps(const StaticAdvice& advice) {
+  std::vector<double> sizes;
+  for (auto size = advice.sizes.rbegin(); size != advice.sizes.rend() && sizes.size() < 3; ++size)
+    if (size->cell_size > advice.as_computed) sizes.push_back(size->cell_size);
+  return sizes;
+}
+
+/// Particles that cells of one size would need for an error, by interpolation of the logarithms between the
+/// sizes tried; at smaller errors than the smallest cells have, theirs, which are too few.
+double whole_particles(const StaticAdvice& advice, double limit, double error) {
+  double before = no_value, particles_before = no_value;
+  for (const SizeTried& size : advice.sizes) {
+    if (!same_extents(size.boxes, advice.sizes.back().boxes)) continue;
+    const CorrectedValue* value = find(size, advice.quantity);
+    const double here = value != nullptr ? std::abs(value->value / limit - 1) : no_value;
+    if (before >= error && error >= here && before > here) {
+      const double share = std::log(before / error) / std::log(before / here);
+      return particles_before * std::pow(double(size.particles) / particles_before, share);
+    }
+    before = here;
+    particles_before = double(size.particles);
+  }
+  return error < before ? particles_before : no_value;
+}
+
+void advise_maps(const Scene& scene, const AdviseRequest& request, Progress& progress, StaticAdvice& advice) {
+  const Limit limit = limit_of(advice, advice.quantity);
+  if (!std::isfinite(limit.value) || !can_be_split(scene)) return;
+  const SizeTried* whole = size_of(advice, advice.as_computed);
+  std::size_t fewest = whole != nullptr ? whole->particles : advice.sizes.back().particles;
+  advice.maps = try_maps(scene, advice.quantity, sizes_of_maps(advice), fewest, progress);
+  for (std::size_t i = 0; i < advice.maps.size(); ++i) {
+    MapTried& map = advice.maps[i];
+    if (!same_extents(map.boxes, advice.sizes.back().boxes)) continue;
+    const double error = std::abs(map.value / limit.value - 1);
+    map.gain = whole_particles(advice, limit.value, error) / double(map.particles);
+    if (error + limit.uncertainty > request.error || map.particles >= fewest || !(map.gain >= least_gain))
+      continue;
+    fewest = map.particles;
+    advice.map = i;
+    advice.explanation.clear();
+  }
+}
+
 }  // namespace
 
 void check_static(const AdviseRequest& request) {
@@ -125,6 +178,10 @@ void check_static(const AdviseRequest& request) {
 
 StaticAdvice advise_at_rest(const Scene& scene, const AdviseRequest& request, Progress& progress) {
   check_static(request);
+  if (is_refined(scene))
+    throw InputError(
+        fmt::format("{}: advice begins with cells of one size; leave [[refine]] and body.refinement out",
+                    scene.file.string()));
   SceneEdit edit = edit_of(scene);
   while (edit.level % 2 == 0) edit.level /= 2;
   StaticAdvice advice;
@@ -142,7 +199,10 @@ StaticAdvice advise_at_rest(const Scene& scene, const AdviseRequest& request, Pr
     if (advice.stopped) break;
     expected = growth * advice.sizes.back().seconds;
   }
-  if (!advice.stopped) conclude(request, advice);
+  if (advice.stopped) return advice;
+  conclude(request, advice);
+  advise_maps(scene, request, progress, advice);
+  advice.stopped = progress.stopped();
   return advice;
 }
 
@@ -183,9 +243,23 @@ std::vector<NamedTable> static_tables(const AdviseRequest& request, const Static
   if (!advice.sizes.empty())
     for (const CorrectedValue& value : advice.sizes.back().estimates.values)
       add_rows(advice, value.quantity, table);
+  Table maps({{"cell_size", "m"},
+              {"levels"},
+              {"particles"},
+              {"seconds", "s"},
+              {"value"},
+              {"error"},
+              {"gain"},
+              {"status"}});
+  const double limit = limit_of(advice, advice.quantity).value;
+  for (const MapTried& map : advice.maps)
+    maps.add({map.cell_size, map.levels, std::int64_t(map.particles), map.seconds, map.value,
+              map.value / limit - 1, map.gain,
+              std::string(std::isfinite(map.gain) || map.status != Status::ok ? to_string(map.status)
+                                                                              : "not compared")});
   Table requested({{"quantity"}, {"error"}, {"as_computed", "m"}, {"corrected", "m"}});
   requested.add({advice.quantity, request.error, advice.as_computed, advice.corrected});
-  return {{"static_advice", table}, {"static_advice_request", requested}};
+  return {{"static_advice", table}, {"static_advice_maps", maps}, {"static_advice_request", requested}};
 }
 
 Drawings draw_at_rest(const std::vector<NamedTable>& tables) {
@@ -223,6 +297,9 @@ void write_static_advice(const Scene& scene, const AdviseRequest& request, const
                   {"quantity", advice.quantity},
                   {"cell_size_as_computed", advice.as_computed},
                   {"cell_size_corrected", advice.corrected},
+                  {"map", advice.map ? Json{{"cell_size", advice.maps[*advice.map].cell_size},
+                                            {"levels", advice.maps[*advice.map].levels}}
+                                     : Json()},
                   {"explanation", advice.explanation},
                   {"configuration", to_json(scene)},
                   {"tables", describe_tables(tables)},
@@ -231,6 +308,27 @@ void write_static_advice(const Scene& scene, const AdviseRequest& request, const
   for (const char* picture : {"static_advice.svg", "static_advice.png"}) fs::remove(directory / picture);
   write_drawings(draw_at_rest(tables), origin, directory);
 }
+
+namespace {
+
+std::string summary_of_maps(const Scene& scene, const StaticAdvice& advice) {
+  if (advice.maps.empty()) return {};
+  if (!advice.map)
+    return fmt::format(
+        "{}: smaller cells in places do not pay: at equal errors they save less than a third of the "
+        "particles\n",
+        scene.name);
+  const MapTried& map = advice.maps[*advice.map];
+  std::string text = fmt::format(
+      "{}: it is met as computed in cells of {:.4g} m, halved up to {} times in places (body.refinement = "
+      "\"auto\", body.refinement_levels = {}): {} particles, {:.3g} s",
+      scene.name, map.cell_size, map.levels, map.levels, map.particles, map.seconds);
+  if (const SizeTried* whole = size_of(advice, advice.as_computed))
+    text += fmt::format(" in place of {} and {:.3g} s", whole->particles, whole->seconds);
+  return text + "\n";
+}
+
+}  // namespace
 
 std::string summary(const Scene& scene, const AdviseRequest& request, const StaticAdvice& advice) {
   std::string text;
@@ -249,7 +347,8 @@ std::string summary(const Scene& scene, const AdviseRequest& request, const Stat
                                        100 * request.error, how, cell_size)
                          : std::string();
   };
-  return text + meet("as computed", advice.as_computed) + meet("by the corrected value", advice.corrected);
+  return text + meet("as computed", advice.as_computed) + meet("by the corrected value", advice.corrected) +
+         summary_of_maps(scene, advice);
 }
 
 }  // namespace mss::advise

@@ -98,7 +98,7 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   const fs::path directory =
       choice.directory.empty() ? fs::path("out") / (scene.name + "_modes") : fs::path(choice.directory);
   const Body body(scene.body);
-  const std::unique_ptr<const RefinedBody> refined = refined_body(scene);
+  const std::unique_ptr<const RefinedBody> refined = refined_body_of(scene);
   const auto system = make_solid<double>(scene, body, refined.get());
   if (unknowns_of(*system).empty())
     throw InputError(fmt::format("{}: everything is held, so nothing can vibrate", scene.file.string()));

@@ -1,5 +1,6 @@
 // `mss run`: simulates one scene and writes the results.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -71,7 +72,6 @@ Json to_json(const CorrectedValue& value) {
           {"unit", value.unit},
           {"value", value.value},
           {"error_estimate", ok ? Json(value.estimate) : Json()},
-          {"error_estimate_of_springs", ok ? Json(value.of_springs) : Json()},
           {"corrected", ok ? Json(value.corrected()) : Json()},
           {"richardson", value.richardson ? Json(*value.richardson) : Json()},
           {"doubts", doubts},
@@ -107,6 +107,23 @@ void print(const std::string& scene, const SceneEstimates& estimates) {
     fmt::print("{}: no extrapolation: {}\n", scene, estimates.no_richardson);
 }
 
+Json to_json(const std::vector<LevelCount>& levels) {
+  Json json = Json::array();
+  for (const LevelCount& level : levels)
+    json.push_back({{"cell_size", level.cell_size}, {"cells", level.cells}, {"particles", level.particles}});
+  return json;
+}
+
+std::string description(const std::vector<LevelCount>& levels) {
+  std::vector<std::string> parts;
+  std::size_t particles = 0;
+  for (const LevelCount& level : levels) {
+    parts.push_back(fmt::format("{} cells of {:.4g} m", level.cells, level.cell_size));
+    particles += level.particles;
+  }
+  return fmt::format("{}; {} particles move", fmt::join(parts, ", "), particles);
+}
+
 Json summary(const Scene& scene, const SimulationResult& result, const Table& series,
              const std::optional<SceneEstimates>& estimates) {
   return {{"status", to_string(result.status)},
@@ -116,6 +133,7 @@ Json summary(const Scene& scene, const SimulationResult& result, const Table& se
           {"integrator", scene.solve.integrator},
           {"precision", to_string(scene.solve.precision)},
           {"dt", result.dt},
+          {"levels", to_json(result.levels)},
           {"threads", result.threads},
           {"kernel", result.kernel},
           {"steps", result.work.steps},
@@ -163,6 +181,7 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   fmt::print("{}: {} after {} steps {}, {:.4g} s simulated in {:.3g} s; see {}\n", scene.name,
              to_string(result.status), result.work.steps, step, result.simulated_seconds, result.wall_seconds,
              directory.string());
+  if (is_refined(scene)) fmt::print("{}: {}\n", scene.name, description(result.levels));
   if (estimates) print(scene.name, *estimates);
   if (result.sleep) fmt::print("{}: {}\n", scene.name, description(*result.sleep, scene.solve.sleep.bound));
   if (result.status == Status::interrupted)

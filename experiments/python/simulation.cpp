@@ -188,6 +188,10 @@ void SimulationIn<Real>::set_integrator(py::function step) {
 
 std::unique_ptr<Simulation> make_simulation(const Scene& scene) {
   check_solve(scene);
+  if (is_refined(scene))
+    throw InputError(fmt::format(
+        "{}: arrays are of bodies with cells of one size; leave [[refine]] and body.refinement out",
+        scene.file.string()));
   if (scene.solve.precision == Precision::single) return std::make_unique<SimulationIn<float>>(scene);
   return std::make_unique<SimulationIn<double>>(scene);
 }

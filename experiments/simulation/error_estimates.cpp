@@ -186,6 +186,10 @@ void add_richardson(const Scene& scene, const Body& body, Progress& progress, Sc
 SceneEstimates estimate_errors(const Scene& scene, const std::vector<ParticleRecord>& particles,
                                Progress& progress) {
   SceneEstimates estimates;
+  if (is_refined(scene)) {
+    estimates.none = "an estimate of the error is of bodies with cells of one size";
+    return estimates;
+  }
   AtRest at_rest(scene, particles);
   try {
     Work work;
@@ -196,7 +200,6 @@ SceneEstimates estimate_errors(const Scene& scene, const std::vector<ParticleRec
                                   .unit = goal.unit,
                                   .value = found.value,
                                   .estimate = found.error,
-                                  .of_springs = found.of_springs,
                                   .doubts = found.doubts,
                                   .status = found.status});
     }

@@ -16,7 +16,6 @@ struct CorrectedValue {
   std::string unit;
   double value = 0;
   double estimate = 0;                 ///< what to add; valid if the status is ok
-  double of_springs = 0;               ///< the other estimate of GoalEstimate
   std::optional<double> richardson{};  ///< from these cells and cells twice as large, by order 2
   std::vector<Doubt> doubts{};
   Status status = Status::ok;  ///< of the dual solution

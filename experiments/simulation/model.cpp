@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/spring_system.hpp"
 #include "core/suggest.hpp"
+#include "integrators/chosen_refinement.hpp"
 #include "reference/fem/fem_system.hpp"
 #include "reference/mollemans.hpp"
 
@@ -79,6 +80,21 @@ void check_model(const std::string& name, const BodyConfig& body, bool single_pr
 
 void add_model_to_subtitle(Chart& chart, const std::string& model) {
   if (model != spring_model) chart.subtitle += "; model: " + model;
+}
+
+std::unique_ptr<const RefinedBody> refined_body_of(const Scene& scene) {
+  if (!scene.auto_refinement) return refined_body(scene);
+  RefinementGoal goal{
+      .levels = scene.auto_refinement->levels, .time = scene.solve.duration, .threads = scene.solve.threads};
+  if (scene.auto_refinement->goal == AutoRefinement::Goal::displacement)
+    for (const Expectation& e : scene.expectations)
+      if (e.quantity == mean_displacement) goal.box = e.box;
+  try {
+    return std::make_unique<const RefinedBody>(scene.body,
+                                               choose_refinement(scene.body, scene.environment, goal));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: body.refinement = \"auto\": {}", scene.file.string(), error.what()));
+  }
 }
 
 template <>

@@ -33,6 +33,10 @@ std::unique_ptr<BodySystem<double>> make_system(const std::string& model, const 
                                                 const Environment& environment, int threads,
                                                 const SleepRule& sleep);
 
+/// The body of a scene with cells of several sizes, given or chosen; nullptr where it has one. Throws
+/// InputError as choose_refinement() in integrators/chosen_refinement.hpp does.
+std::unique_ptr<const RefinedBody> refined_body_of(const Scene& scene);
+
 /// The system of a scene: of its body, or of the refined one if that is given. Both must outlive it.
 template <class Real>
 std::unique_ptr<SolidSystem<Real>> make_solid(const Scene& scene, const Body& body,

@@ -72,7 +72,7 @@ void check_contact(const Scene& scene, const IntegratorInfo& method) {
 /// Local steps take the place of a step's only force.
 void check_local_steps(const Scene& scene, const IntegratorInfo& method) {
   if (!scene.solve.local_steps) return;
-  if (scene.refined_boxes.empty())
+  if (!is_refined(scene))
     throw InputError(
         "local_steps is for bodies with cells of several sizes; leave it out, or give [[refine]]");
   constexpr std::array<std::string_view, 3> allowed{"verlet", "velocity_verlet", "semi_implicit_euler"};
@@ -85,11 +85,11 @@ void check_local_steps(const Scene& scene, const IntegratorInfo& method) {
 
 /// What needs one lattice for the whole body.
 void check_refined(const Scene& scene, const IntegratorInfo& method) {
-  if (scene.refined_boxes.empty()) return;
-  const auto refuse = [](std::string_view what, std::string_view name, std::string_view others) {
-    throw InputError(
-        fmt::format("{} '{}' is for bodies with cells of one size; leave [[refine]] out, or give {}", what,
-                    name, others));
+  if (!is_refined(scene)) return;
+  const char* given = scene.auto_refinement ? "body.refinement" : "[[refine]]";
+  const auto refuse = [&](std::string_view what, std::string_view name, std::string_view others) {
+    throw InputError(fmt::format("{} '{}' is for bodies with cells of one size; leave {} out, or give {}",
+                                 what, name, given, others));
   };
   if (method.needs_springs()) refuse("integrator", method.name, "another one");
   const SolveConfig& solve = scene.solve;
@@ -98,7 +98,7 @@ void check_refined(const Scene& scene, const IntegratorInfo& method) {
   if (solve.linear_solver == "multigrid" || solve.linear_solver == "separable")
     refuse("linear solver", solve.linear_solver, "\"cholmod\" or \"matrix_free\"");
   if (solve.sleep.bound > 0)
-    throw InputError("sleep is for bodies with cells of one size; leave it or [[refine]] out");
+    throw InputError(fmt::format("sleep is for bodies with cells of one size; leave it or {} out", given));
 }
 
 /// Sleeping particles have no acceleration, but other methods evaluate forces on all of them.

@@ -60,7 +60,7 @@ State<Real> start_state(const SolidSystem<Real>& system, const Scene& scene) {
 template <class Real>
 SceneRun<Real>::SceneRun(const Scene& scene, const Body& body, long most_steps)
     : strikes_(scene.environment.strikes),
-      refined_(refined_body(scene)),
+      refined_(refined_body_of(scene)),
       system_(make_solid<Real>(scene, body, refined_.get())),
       options_(method_options(scene, *system_)) {
   options_.most_steps = most_steps;

@@ -24,6 +24,18 @@ std::vector<ParticleRecord> record_particles(const SolidSystem<Real>& system, co
   return particles;
 }
 
+template <class Real>
+std::vector<LevelCount> count_levels(const SolidSystem<Real>& system) {
+  std::vector<LevelCount> counts;
+  for (const auto& [body, first] : system.levels()) {
+    const std::vector<std::ptrdiff_t>& sites = system.particles();
+    const auto begin = std::lower_bound(sites.begin(), sites.end(), first);
+    const auto end = std::lower_bound(begin, sites.end(), first + body.lattice().size);
+    counts.push_back({body.config().cell_size, body.cell_count(), std::size_t(end - begin)});
+  }
+  return counts;
+}
+
 /// One simulation: advances from row to row, and stops at frames on the way.
 template <class Real>
 class Simulation {
@@ -33,6 +45,7 @@ class Simulation {
     result.dt = run_.dt();
     result.threads = run_.system().threads();
     result.kernel = run_.system().kernel_name();
+    result.levels = count_levels(run_.system());
     if (scene.solve.sleep.bound > 0) reference_.emplace(scene, body);
     if (frame_every_ > 0)
       frames_.emplace(vtk.directory, run_.system().levels(),

@@ -21,6 +21,13 @@ struct ParticleRecord {
   double mass = 0;
 };
 
+/// What a body has of cells of one size.
+struct LevelCount {
+  double cell_size = 0;  ///< [m]
+  std::size_t cells = 0;
+  std::size_t particles = 0;  ///< that move
+};
+
 /// Result of simulating a scene. A failed run has the rows it finished, and the particles of the last one.
 struct SimulationResult {
   Status status = Status::ok;
@@ -30,6 +37,7 @@ struct SimulationResult {
   double wall_seconds = 0;  ///< of stepping; measuring and setting up not counted
   int threads = 1;
   std::string kernel;                ///< instruction set of the sweep
+  std::vector<LevelCount> levels;    ///< the largest cells first
   std::optional<SleepReport> sleep;  ///< where the scene has particles sleep
   std::vector<Measures> series;
   std::vector<ParticleRecord> particles;

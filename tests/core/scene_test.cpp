@@ -376,6 +376,26 @@ TEST(Scene, SplitsFillsAndParts) {
   EXPECT_EQ(edited(fine, edit).body.content_of, coarse.body.content_of);
 }
 
+TEST(Scene, ReadsWhatSmallerCellsAreChosenFor) {
+  const SceneFolder folder;
+  const Scene scene = load_scene(
+      folder.write("scene.toml", plain_scene + R"([expect]
+displacement = { box = [[0, 0, 1], [1, 1, 1]], value = [0, 0, 0], within = 1 }
+)"),
+      {"body.refinement=\"auto\"", "body.refinement_levels=2", "body.refinement_goal=\"displacement\""});
+  ASSERT_TRUE(scene.auto_refinement);
+  EXPECT_EQ(scene.auto_refinement->levels, 2);
+  EXPECT_EQ(scene.auto_refinement->goal, AutoRefinement::Goal::displacement);
+  EXPECT_TRUE(is_refined(scene));
+  EXPECT_THROW(refined_body(scene), InputError);
+  EXPECT_EQ(to_json(scene)["body"]["refinement"], "auto");
+  expect_same_when_read_again(scene, folder);
+  const Scene plain = load_text(plain_scene, {"body.refinement=\"auto\""});
+  EXPECT_EQ(plain.auto_refinement->levels, 1);
+  EXPECT_EQ(plain.auto_refinement->goal, AutoRefinement::Goal::energy);
+  EXPECT_FALSE(is_refined(load_text(plain_scene)));
+}
+
 TEST(Scene, ReadsWhereCellsAreSmaller) {
   const SceneFolder folder;
   const Scene scene = load_scene(folder.write("scene.toml", plain_scene + R"([[refine]]

@@ -47,30 +47,97 @@ Field<double> at_all(const Body& body, const Vec3& value) {
   return all;
 }
 
-// The limit of the deflection is 2.6413e-3 m (CalculiX, extrapolated).
+/// An L of 3 x 1 x 3 m, its arms 1 m thick, in m cells a metre.
+BodyConfig bracket(int m, double face_share) {
+  BodyConfig config = bar(3, m, face_share);
+  config.voxels = VoxelGrid::box(3 * m, m, 3 * m);
+  for (int k = m; k < 3 * m; ++k)
+    for (int j = 0; j < m; ++j)
+      for (int i = m; i < 3 * m; ++i) config.voxels.set(i, j, k, false);
+  return config;
+}
+
+/// The linear response to an environment, and its estimates.
+struct AboutRest {
+  AboutRest(const BodyConfig& config, const Environment& environment)
+      : body(config),
+        system(body, environment),
+        response(linear_response(system, {}, work)),
+        estimator(system, response.displacement, work) {}
+  GoalEstimate of_box(const Box& box, const Vec3& direction) {
+    Field<double> weight(body.lattice().size);
+    const auto sites = body.select(box.lower, box.upper);
+    for (const std::ptrdiff_t site : sites) weight.set(site, direction / double(sites.size()));
+    GoalEstimate goal = estimator.displacement(weight);
+    EXPECT_EQ(goal.status, Status::ok);
+    return goal;
+  }
+  Body body;
+  SpringSystem<double> system;
+  Work work;
+  LinearResponse response;
+  GoalEstimator estimator;
+};
+
+double effectivity(const GoalEstimate& goal, double limit) { return goal.error / (limit - goal.value); }
+
+constexpr double deflection = 2.6413e-3;  ///< of the cantilever, [m] (CalculiX, extrapolated)
+
+// Corrected, it errs a fifth as much or less.
 TEST(ErrorEstimate, CorrectsTheTipOfACantilever) {
   struct Known {
     int cells;
     double face_share, effectivity;
   };
-  for (const auto& [m, face_share, effectivity] :
-       {Known{2, 1, 0.85}, Known{4, 1, 0.91}, Known{8, 1, 0.91}, Known{4, 0.5, 0.71}, Known{8, 0.5, 0.74}}) {
-    const Body body(bar(4, m, face_share));
-    SpringSystem<double> system(body, cantilever({0, 0, 1}));
-    Work work;
-    const LinearResponse r = linear_response(system, {}, work);
-    GoalEstimator estimator(system, r.displacement, work);
-    const GoalEstimate goal = estimator.displacement(mean_of_tip(body, Vec3::UnitZ()));
-    ASSERT_EQ(goal.status, Status::ok);
-    EXPECT_NEAR(goal.error / (2.6413e-3 - goal.value), effectivity, 0.01) << m << " " << face_share;
-    EXPECT_NEAR(goal.of_springs / (2.6413e-3 - goal.value), 0.75, 0.07);
-    EXPECT_THAT(goal.doubts, IsEmpty());
+  for (const auto& [m, face_share, expected] : {Known{2, 0.5, 0.87}, Known{4, 0.5, 0.88}, Known{8, 0.5, 0.88},
+                                                Known{2, 1, 0.81}, Known{4, 1, 0.84}, Known{8, 1, 0.84}}) {
+    AboutRest beam(bar(4, m, face_share), cantilever({0, 0, 1}));
+    const GoalEstimate goal = beam.of_box(tip, Vec3::UnitZ());
+    EXPECT_NEAR(effectivity(goal, deflection), expected, 0.015) << m << " " << face_share;
+    EXPECT_LT(std::abs(goal.corrected() - deflection), std::abs(goal.value - deflection) / 5);
+    EXPECT_THAT(goal.doubts, m == 2 && face_share == 0.5 ? Contains(Doubt::large)
+                                                         : ::testing::Matcher<std::vector<Doubt>>(IsEmpty()));
     // Nearly the load's work; exactly that is twice the stored energy.
-    EXPECT_NEAR(estimator.stored_energy().error / (goal.error / 2), 1, 0.01);
-    const GoalEstimate work_of_load = estimator.displacement(r.load);
-    EXPECT_NEAR(estimator.stored_energy().error / (work_of_load.error / 2), 1, 1e-9);
-    EXPECT_NEAR(estimator.stored_energy().value / (work_of_load.value / 2), 1, 1e-9);
+    const GoalEstimate energy = beam.estimator.stored_energy();
+    EXPECT_NEAR(energy.error / (goal.error / 2), 1, 0.01);
+    const GoalEstimate work_of_load = beam.estimator.displacement(beam.response.load);
+    EXPECT_NEAR(energy.error / (work_of_load.error / 2), 1, 1e-9);
+    EXPECT_NEAR(energy.value / (work_of_load.value / 2), 1, 1e-9);
   }
+}
+
+// Half as much or less where stress has no bound. The limit is that of `mss refine`.
+TEST(ErrorEstimate, CorrectsTheEndOfABracket) {
+  const Box end{{3, 0, 0}, {3, 1, 1}};
+  for (const double face_share : {0.5, 1.0})
+    for (const int m : {2, 4, 8}) {
+      AboutRest ell(bracket(m, face_share), {.holds = {{.box = {{0, 0, 3}, {1, 1, 3}}}},
+                                             .loads = {{.box = end, .force = {0, 0, -1}}}});
+      const GoalEstimate goal = ell.of_box(end, -Vec3::UnitZ());
+      EXPECT_GT(effectivity(goal, 2.3141e-3), 0.6) << m << " " << face_share;
+      EXPECT_LT(effectivity(goal, 2.3141e-3), 0.85) << m << " " << face_share;
+      EXPECT_THAT(goal.doubts, Contains(Doubt::reentrant));
+    }
+}
+
+// One cell thick, what bends it across itself is unknown, which is little.
+TEST(ErrorEstimate, SeesMostOfTheErrorOfABeamOneCellThick) {
+  AboutRest thin(bar(4, 1, 0.5), cantilever({0, 0, 1}));
+  const GoalEstimate goal = thin.of_box(tip, Vec3::UnitZ());
+  EXPECT_THAT(goal.doubts, Contains(Doubt::thin));
+  EXPECT_NEAR(effectivity(goal, deflection), 0.63, 0.1);
+}
+
+// Its own weight is spread over cells: what these do not resolve of its work cancels.
+TEST(ErrorEstimate, CorrectsWhatABodysWeightBends) {
+  std::vector<GoalEstimate> energies;
+  for (const int m : {4, 8}) {
+    AboutRest beam(bar(4, m, 0.5), {.gravity = {0, 0, -1}, .holds = {{.box = root}}});
+    energies.push_back(beam.estimator.stored_energy());
+  }
+  const double limit = energies[1].value + (energies[1].value - energies[0].value) / (std::exp2(1.77) - 1);
+  EXPECT_NEAR(effectivity(energies[0], limit), 0.83, 0.05);
+  EXPECT_NEAR(effectivity(energies[1], limit), 0.83, 0.05);
 }
 
 // Its tip pushed aside by 1 m, to first order: the force is the stiffness, the energy half of it, and both
@@ -96,7 +163,7 @@ TEST(ErrorEstimate, OfAReactionIsThatOfTheEnergyUnderADisplacedHold) {
   }
   // By Richardson, the finer one is 1.8 % too large.
   const double limit = reactions[1].value + (reactions[1].value - reactions[0].value) / (std::exp2(1.78) - 1);
-  EXPECT_NEAR(reactions[1].error / (limit - reactions[1].value), 0.9, 0.1);
+  EXPECT_NEAR(effectivity(reactions[1], limit), 0.82, 0.06);
 }
 
 TEST(ErrorEstimate, OfAReactionThatBalancesTheLoadIsNone) {
@@ -243,8 +310,8 @@ TEST(ErrorEstimate, SaysWhereItCannotBeTrusted) {
 }
 
 // Its ends turned against each other by a radian, to first order: E I / L. Of a cell's energy, over E h^5 /
-// 12 times the curvature squared, springs store `stored` (StressRecovery.SpringsOfABentCellStoreMore...)
-// where a continuum stores 1.
+// 12 times the curvature squared, springs store `stored` (PureBendingIsAnalytic in
+// displacement_recovery_test) where a continuum stores 1.
 TEST(ErrorEstimate, OfPureBendingIsAnalytic) {
   constexpr double young = 1e5, poisson = 0.3, truth = young / 12 / 4 / 2;
   const auto bent = [](const Vec3& rest) { return Vec3(rest[0] < 2 ? 0 : rest[1] - 0.5, 0, 0); };
@@ -260,20 +327,19 @@ TEST(ErrorEstimate, OfPureBendingIsAnalytic) {
     Work work;
     const LinearResponse r = linear_response(system, bent, work);
     const GoalEstimate energy = GoalEstimator(system, r.displacement, work).stored_energy();
-    EXPECT_NEAR(energy.of_springs / (truth - energy.value), 1, 0.01);
-    EXPECT_NEAR(energy.error / (truth - energy.value), 1 / (stored - 1), 0.01);
+    EXPECT_NEAR(effectivity(energy, truth), 1, 0.02);
     EXPECT_NEAR(energy.value / truth - 1, (stored - 1) / 64, 0.03 * (stored - 1) / 64);
   }
 }
 
-// The lattice is too stiff in torsion by 22 percent at 4 cells across and t = 1, and by 3 at t = 0.25; what a
-// trilinear cell would add lies between.
-TEST(ErrorEstimate, DoubtsWhatSpringsContradict) {
+// The lattice is too stiff in torsion by 22 percent at 4 cells across and t = 1, and by 3 at t = 0.25, where
+// what springs lack and what trilinear cells do cancel nearly.
+TEST(ErrorEstimate, SeesWhatSpringsOfAnyKindLackInTorsion) {
   const auto twisted = [](const Vec3& rest) -> Vec3 {
     const Vec3 arm = rest - Vec3(0, 0.5, 0.5);
     return rest[0] < 2 ? Vec3(0, 0, 0) : Vec3(0, -arm[2], arm[1]);
   };
-  for (const double face_share : {0.25, 1.0}) {
+  for (const double face_share : {0.25, 0.5, 1.0}) {
     const Body body(bar(4, 4, face_share));
     SpringSystem<double> system(body, {.gravity = Vec3::Zero(),
                                        .holds = {{.box = root, .axes = {false, true, true}},
@@ -282,9 +348,12 @@ TEST(ErrorEstimate, DoubtsWhatSpringsContradict) {
     Work work;
     const LinearResponse r = linear_response(system, twisted, work);
     const GoalEstimate energy = GoalEstimator(system, r.displacement, work).stored_energy();
-    const double truth = 1351.7 / 2;  // Saint-Venant
-    EXPECT_NEAR(energy.error / (truth - energy.value), face_share == 1 ? 0.38 : 3.06, 0.02);
-    EXPECT_THAT(energy.doubts, Contains(Doubt::springs));
+    constexpr double truth = 1351.7 / 2;  // Saint-Venant
+    EXPECT_LT(std::abs(energy.corrected() - truth), (face_share == 1     ? 0.3
+                                                     : face_share == 0.5 ? 0.4
+                                                                         : 1) *
+                                                        std::abs(energy.value - truth))
+        << face_share << " " << effectivity(energy, truth);
   }
 }
 

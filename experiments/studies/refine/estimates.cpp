@@ -79,7 +79,6 @@ class Estimates {
                                         {"reference", "m"},
                                         {"raw_error"},
                                         {"corrected_error"},
-                                        {"springs_error"},
                                         {"richardson_error"},
                                         {"effectivity"},
                                         {"doubts"},
@@ -136,7 +135,7 @@ void Estimates::measure(const Problem& problem, double face_share) {
     const auto error = [&](double value) { return ok ? value / limit_.value - 1 : no_value; };
     tables_.rows.add({problem.name, face_share, n, std::int64_t(particles), ok ? goal.value : no_value,
                       ok ? goal.error : no_value, limit_.value, error(goal.value), error(goal.corrected()),
-                      error(goal.value + goal.of_springs), error(richardson(coarse, goal.value)),
+                      error(richardson(coarse, goal.value)),
                       ok ? goal.error / (limit_.value - goal.value) : no_value, to_string(goal.doubts),
                       std::string(to_string(goal.status))});
     coarse = goal.value;

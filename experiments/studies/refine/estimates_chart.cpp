@@ -28,7 +28,6 @@ Chart estimate_chart(const Table& rows, const std::string& description, double u
     const std::string springs = fmt::format("t = {:g}: ", face_share);
     chart.series.push_back(errors_of(of_share, springs + "as computed", "raw_error"));
     chart.series.push_back(errors_of(of_share, springs + "corrected", "corrected_error"));
-    chart.series.push_back(errors_of(of_share, springs + "corrected by what springs store", "springs_error"));
     chart.series.push_back(errors_of(of_share, springs + "Richardson, order 2", "richardson_error"));
   }
   chart.x.ticks = rows.distinct_numbers("cells");

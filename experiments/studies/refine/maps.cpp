@@ -9,8 +9,8 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/marking.hpp"
 #include "core/refined_system.hpp"
-#include "core/stress_recovery.hpp"
 #include "experiments/harness/measure.hpp"
 #include "integrators/linear/linear_solver.hpp"
 #include "integrators/modes.hpp"
@@ -361,28 +361,6 @@ Field<double> traction(const std::vector<Level>& levels, const Box& patch, const
   if (area == 0) throw InputError("the load's box covers no face of a cell");
   force.array() /= area;
   return force;
-}
-
-RefinementMap split_by_estimate(const RefinedBody& body, const Field<double>& displacement) {
-  Field<double> whole = displacement;
-  body.interpolate(whole);
-  std::vector<double> indicators;
-  std::vector<std::pair<int, RefinementMap::Cell>> cells;  // with their depths
-  for (std::size_t level = 0; level < body.levels().size(); ++level) {
-    const Level& of = body.levels()[level];
-    Field<double> rest(of.body.lattice().size), moved = rest;
-    for (const std::ptrdiff_t site : of.body.sites()) rest.set(site, of.body.rest_position(site));
-    copy_level(whole, of, moved);
-    const StressRecovery recovery(of.body);
-    const CellStressGradient gradient = recovery.gradient(recovery.stress_change(rest, moved));
-    for (const double part : recovery.error_products(gradient, gradient)) indicators.push_back(part);
-    for (const std::ptrdiff_t site : recovery.cells())
-      cells.emplace_back(body.depth(level), body.cell(level, site));
-  }
-  RefinementMap map = body.map();
-  for (const std::size_t marked : doerfler_marking(indicators, 0.5))
-    map.split(cells[marked].first, cells[marked].second);
-  return map;
 }
 
 std::vector<LoadProblem> load_problems() {

@@ -64,8 +64,4 @@ std::vector<NamedChart> map_charts(const Table& rows);
 /// what the box covers of the face. Throws InputError if the box covers no face.
 Field<double> traction(const std::vector<Level>& levels, const Box& patch, const Vec3& direction);
 
-/// The cells that an estimate of the error of the displacement under the only load would have smaller: the
-/// fewest that half of it comes from are split.
-RefinementMap split_by_estimate(const RefinedBody& body, const Field<double>& displacement);
-
 }  // namespace mss::studies::refine

@@ -50,7 +50,7 @@ constexpr const char* caption =
     "energy of a cell under the same deformation as all others; a bar of springs is it to rounding, and a "
     "chart shows it beside a compressible neo-Hookean solid and that of St. Venant and Kirchhoff with the "
     "same "
-    "E and nu. Estimates of the error, by recovered gradients of stress, are of calibrated springs at rest "
+    "E and nu. Estimates of the error, by recovered smooth displacements, are of calibrated springs at rest "
     "under small deformations; effectivity is the estimate over the error. References from finite elements "
     "are extrapolated; errors "
     "below their uncertainty, the effect of that extrapolation, are not significant. The elements are plain "

@@ -40,14 +40,12 @@ std::vector<double> ratios(const std::string& problem, double face_share) {
 }
 
 TEST(Refine, CorrectedABeamErrsAFifthAndABracketHalfAsMuch) {
-  const std::vector<double> beam = ratios("beam", 1), bracket = ratios("bracket", 1);
-  const std::vector<double> known_beam{0.152, 0.087, 0.092}, known_bracket{0.322, 0.318, 0.375};
-  for (std::size_t r = 0; r < 3; ++r) {
-    EXPECT_NEAR(beam[r], known_beam[r], 0.005);
-    EXPECT_NEAR(bracket[r], known_bracket[r], 0.005);
+  for (const double face_share : {0.5, 1.0}) {
+    for (const double ratio : ratios("beam", face_share)) EXPECT_LT(std::abs(ratio), 0.2) << face_share;
+    for (const double ratio : ratios("bracket", face_share)) EXPECT_LT(std::abs(ratio), 0.5) << face_share;
   }
-  for (const double ratio : ratios("beam", 0.5)) EXPECT_LT(std::abs(ratio), 0.4);
-  for (const double ratio : ratios("bracket", 0.5)) EXPECT_LT(std::abs(ratio), 0.5);
+  EXPECT_NEAR(ratios("beam", 0.5)[1], 0.117, 0.005);
+  EXPECT_NEAR(ratios("bracket", 0.5)[1], 0.247, 0.005);
 }
 
 TEST(Refine, DoubtsTheFarGoalOnlyWhereItIsNoBetter) {
@@ -55,7 +53,7 @@ TEST(Refine, DoubtsTheFarGoalOnlyWhereItIsNoBetter) {
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const bool far = rows.text(r, "doubts").find("far") != std::string::npos;
     EXPECT_EQ(far, rows.text(r, "problem") == "far goal") << r;
-    EXPECT_NEAR(rows.number(r, "effectivity"), far ? 0 : 0.75, far ? 0.2 : 0.25) << r;
+    EXPECT_NEAR(rows.number(r, "effectivity"), far ? 0 : 0.75, far ? 0.35 : 0.15) << r;
   }
 }
 
@@ -114,7 +112,7 @@ TEST(Refine, DrawsFromTables) {
   EXPECT_EQ(drawings.charts[0].name, "refine");
   EXPECT_EQ(drawings.charts[2].name, "refine_far_goal");
   for (std::size_t c = 0; c < 3; ++c) {
-    ASSERT_EQ(drawings.charts[c].chart.series.size(), 8);
+    ASSERT_EQ(drawings.charts[c].chart.series.size(), 6);
     for (const ChartSeries& series : drawings.charts[c].chart.series) EXPECT_EQ(series.points.size(), 3);
   }
   EXPECT_EQ(drawings.charts[3].name, "refine_maps_patch_of_a_quarter_particles");
