@@ -232,23 +232,35 @@ auto LocalSteps<Real>::span_of(std::size_t r, std::size_t level) const -> const 
   return nullptr;
 }
 
+/// Of all levels, from their positions and velocities.
 template <class Real>
-void LocalSteps<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
-  system_.take(x, v);
+void LocalSteps<Real>::accelerate(double t) {
   for (std::size_t level = 0; level < moved_.size(); ++level) moved_[level] = system_.levels_[level]->state.x;
   respond(0, t);
   for (std::size_t level = 0; level < inverse_mass_.size(); ++level)
     system_.levels_[level]->a.array() = rates_[0].force[level].array() * inverse_mass_[level].array();
-  if (rates_.size() > 1)
-    for (const Span& span : rates_[1].spans) {
-      const std::ptrdiff_t plane = system_.levels()[span.level].body.lattice().plane;
-      for (int axis = 0; axis < 3; ++axis)
-        std::transform(span.now.axis(axis), span.now.axis(axis) + plane * (span.last - span.first),
-                       system_.levels_[span.level]->a.axis(axis) + plane * span.first,
-                       [&](Real move) { return rates_[1].acceleration_of_move * move; });
-    }
+  for (const Span& span : rates_[1].spans) {
+    const std::ptrdiff_t plane = system_.levels()[span.level].body.lattice().plane;
+    for (int axis = 0; axis < 3; ++axis)
+      std::transform(span.now.axis(axis), span.now.axis(axis) + plane * (span.last - span.first),
+                     system_.levels_[span.level]->a.axis(axis) + plane * span.first,
+                     [&](Real move) { return rates_[1].acceleration_of_move * move; });
+  }
   system_.finish_accelerations();
+}
+
+template <class Real>
+void LocalSteps<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
+  if (!has_short_steps()) return system_.acceleration(t, x, v, a);
+  system_.take(x, v);
+  accelerate(t);
   system_.give(a);
+}
+
+template <class Real>
+void LocalSteps<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
+  if (!has_short_steps()) return system_.kick_drift(update, dt, steps, state);
+  system_.step_levels(update, dt, steps, state, [this](double t) { accelerate(t); });
 }
 
 template class LocalSteps<float>;

@@ -39,6 +39,7 @@ class LocalSteps final : public SystemWrapper<Real> {
     system_.force(t, x, v, f);
   }
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
+  void kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) override;
 
  private:
   using Levels = std::vector<Field<Real>>;
@@ -84,6 +85,9 @@ class LocalSteps final : public SystemWrapper<Real> {
   void find_spans(const std::vector<Flags>& fast);
   void find_short_steps();
 
+  /// Not where the quickest plan has none.
+  bool has_short_steps() const { return rates_.size() > 1; }
+  void accelerate(double t);
   void respond(std::size_t r, double t);
   void sum_forces(std::size_t r, double t);
   void take_short_steps(std::size_t r, double t);

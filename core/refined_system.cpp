@@ -179,6 +179,13 @@ void RefinedSystem<Real>::give(Field<Real>& a) {
 
 template <class Real>
 void RefinedSystem<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
+  step_levels(update, dt, steps, state, [this](double t) { accelerate(t); });
+}
+
+/// With the accelerations that `accelerate` leaves in the levels.
+template <class Real>
+void RefinedSystem<Real>::step_levels(const KickDrift& update, double dt, long steps, State<Real>& state,
+                                      const std::function<void(double)>& accelerate) {
   take(state.x, state.v);
   for (long step = 0; step < steps; ++step) {
     const double t = state.t + double(step) * dt;

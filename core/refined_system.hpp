@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -130,6 +131,8 @@ class RefinedSystem final : public SolidSystem<Real> {
   void take(const Field<Real>& x, const Field<Real>& v);
   void place_hanging();
   void accelerate(double t);
+  void step_levels(const KickDrift& update, double dt, long steps, State<Real>& state,
+                   const std::function<void(double)>& accelerate);
   void stop_sticking();
   /// Of what is held or rests on a plane.
   void finish_accelerations();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/spring_system.hpp"
+#include "experiments/harness/extrapolation.hpp"
 #include "experiments/studies/refine/refine.hpp"
 #include "integrators/error_estimate.hpp"
 #include "integrators/linear_response.hpp"
@@ -41,18 +42,6 @@ Solved solve(const RefineConfig& config, const Problem& problem, double face_sha
     solved.goal.value = inner(system, weight, response.displacement);
   return solved;
 }
-
-/// v in v + c h^p through three values at sizes each half of the one before, and p.
-struct Limit {
-  double value = no_value, order = no_value;
-};
-Limit limit_of(const std::vector<double>& values) {
-  const double ratio = (values[1] - values[0]) / (values[2] - values[1]);
-  return {values[2] + (values[2] - values[1]) / (ratio - 1), std::log2(ratio)};
-}
-
-/// Richardson's extrapolation from two sizes, the error assumed to go with h^2.
-double richardson(double coarse, double fine) { return fine + (fine - coarse) / 3; }
 
 class Estimates {
  public:

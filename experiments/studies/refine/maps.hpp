@@ -19,26 +19,36 @@ enum class Map {
 };
 const std::string& to_string(Map map);
 
-/// A static problem of small deformations with one load, evenly spread over a flat box. What is wanted is the
-/// displacement under the load, the mean that the load's work goes with.
-struct LoadProblem {
-  std::string name;
-  std::string description;
-  Problem shape;                                  ///< without loads; its goal is not used
-  Box patch{};                                    ///< flat along one axis, on the body's surface [m]
-  Vec3 direction;                                 ///< of the load, of length 1
+/// What is wanted of a problem.
+enum class Quantity {
+  displacement,  ///< static, small, under the only load: the mean that the load's work goes with [m]
+  frequency,     ///< of the slowest vibration [Hz]
+  impact         ///< the way of the centre of mass from a plane's first touch to where it turns back [m]
+};
+
+/// One quantity of a body in cells of some size, or of several.
+struct MapProblem {
+  std::string name{};
+  std::string description{};
+  Quantity quantity = Quantity::displacement;
+  Problem shape{};                                ///< without loads; its goal is not used
+  Box patch{};                                    ///< loaded: flat along one axis, on the surface [m]
+  Vec3 direction = Vec3::UnitZ();                 ///< of the load or of the fall, of length 1
+  double speed = 0;                               ///< of the fall [m/s]
   std::function<double(const Vec3&)> distance{};  ///< from what concentrates stress [m]
+  int multiple = 1;                               ///< of which all cells a metre are
   int coarsest = 2;                               ///< cells a metre that refinement begins with
   int finest = 32;                                ///< and those of the reference
+  std::size_t most_particles = 300000;            ///< that the quantity is found for in time
   /// Cells a metre and levels of maps chosen by hand.
   std::vector<std::pair<int, int>> by_hand{};
 };
-std::vector<LoadProblem> load_problems();
+std::vector<MapProblem> map_problems();
 
-/// References are extrapolated from three sizes of cells of which the last is the problem's finest.
-/// What of `mss refine` is about bodies with cells of several sizes.
+/// What of `mss refine` is about bodies with cells of several sizes. References are extrapolated from three
+/// sizes of cells of which the last is the problem's finest.
 struct MapConfig {
-  std::vector<LoadProblem> problems{};
+  std::vector<MapProblem> problems{};
   std::vector<int> uniform_cells{};  ///< a metre
   int reference_coarsening = 1;      ///< of the problems' references
   std::size_t most_uniform = 0;      ///< particles of bodies with cells of one size,
@@ -54,14 +64,19 @@ struct MapTables {
   Table gains;  ///< uniform over refined, at equal errors
   Status status = Status::ok;
 };
+/// Of cells of one size over those of several, at equal errors: of particles, and of times.
+Table gains_of(const Table& rows);
+
 MapTables measure_maps(const MapConfig& config, Progress& progress);
 
 /// Errors against particles, against the time of a static solution and of explicit steps.
 std::vector<NamedChart> map_charts(const Table& rows);
 
-/// A force of size 1 along a direction, spread evenly over a flat box on the surface of a body whose
-/// lattices are given: what each corner of a cell's face gets is the integral of its bilinear weight over
-/// what the box covers of the face. Throws InputError if the box covers no face.
-Field<double> traction(const std::vector<Level>& levels, const Box& patch, const Vec3& direction);
+/// Cells of a depth are split that are closer to what concentrates stress than two of them are long.
+RefinementMap split_near(const BodyConfig& body, const std::function<double(const Vec3&)>& distance,
+                         int levels);
+
+/// Cells with a face that no other cell has are split: two layers of smaller ones.
+RefinementMap split_surface(const BodyConfig& body);
 
 }  // namespace mss::studies::refine

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "experiments/studies/refine/answers.hpp"
 #include "experiments/studies/refine/maps.hpp"
 
 namespace mss::studies::refine {
@@ -13,14 +14,21 @@ namespace {
 struct Cost {
   const char* column;
   const char* file;
-  const char* label;
+  std::string label;
   const char* unit;
 };
-constexpr std::array<Cost, 4> costs{
-    {{"particles", "particles", "particles that move", ""},
-     {"static_seconds", "static", "time of a static solution, its matrix included", "s"},
-     {"period_seconds", "steps", "time of a period of the slowest vibration in safe steps of Verlet", "s"},
-     {"local_period_seconds", "local_steps", "time of such a period, larger cells in longer steps", "s"}}};
+
+std::array<Cost, 3> costs(const std::string& quantity) {
+  std::string of_answer = "time of the run in safe steps of Verlet's method";
+  if (quantity == to_string(Quantity::displacement))
+    of_answer = "time of the static solution, its matrix included";
+  if (quantity == to_string(Quantity::frequency)) of_answer = "time to find the mode";
+  return {
+      {{"particles", "particles", "particles that move", ""},
+       {"answer_seconds", "answer", of_answer, "s"},
+       {"local_period_seconds", "steps",
+        "time of a period of the slowest vibration by Verlet's method, larger cells in longer steps", "s"}}};
+}
 
 std::string label_of(const std::string& map) {
   if (map == to_string(Map::uniform)) return "cells of one size";
@@ -30,10 +38,12 @@ std::string label_of(const std::string& map) {
 }
 
 Chart map_chart(const Table& rows, const Cost& cost) {
-  Chart chart{.title = "A displacement under a load: cells of one size and of several",
+  const std::string quantity = rows.text(0, "quantity");
+  Chart chart{.title = fmt::format("Cells of one size and of several: {}", rows.text(0, "problem")),
               .subtitle = fmt::format("{}; nu = 0.3, t = 0.5", rows.text(0, "description")),
               .x = {.label = cost.label, .logarithmic = true, .unit = cost.unit},
-              .y = {.label = "relative error", .logarithmic = true}};
+              .y = {.label = fmt::format("relative error of the {}", quantity.substr(0, quantity.find(" ["))),
+                    .logarithmic = true}};
   for (const std::string& map : rows.distinct("map")) {
     const Table of_map = rows.where("map", map);
     ChartSeries series{.label = label_of(map)};
@@ -50,11 +60,11 @@ std::vector<NamedChart> map_charts(const Table& rows) {
   std::vector<NamedChart> charts;
   for (const std::string& problem : rows.distinct("problem")) {
     const Table of_problem = rows.where("problem", problem).where("status", "ok");
+    if (of_problem.size() == 0) continue;
     std::string name = problem;
     std::replace(name.begin(), name.end(), ' ', '_');
-    for (const Cost& cost : costs)
-      if (of_problem.size() > 0)
-        charts.push_back({fmt::format("refine_maps_{}_{}", name, cost.file), map_chart(of_problem, cost)});
+    for (const Cost& cost : costs(of_problem.text(0, "quantity")))
+      charts.push_back({fmt::format("refine_maps_{}_{}", name, cost.file), map_chart(of_problem, cost)});
   }
   return charts;
 }

@@ -43,7 +43,7 @@ Json configuration(const RefineConfig& config) {
 
 Json configuration(const MapConfig& config) {
   Json problems = Json::object();
-  for (const LoadProblem& problem : config.problems) problems[problem.name] = problem.description;
+  for (const MapProblem& problem : config.problems) problems[problem.name] = problem.description;
   return {{"problems", problems},
           {"uniform_cells", config.uniform_cells},
           {"reference_coarsening", config.reference_coarsening},

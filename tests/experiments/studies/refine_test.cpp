@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "experiments/studies/refine/answers.hpp"
 #include "experiments/studies/refine/maps.hpp"
 #include "reference/calculix/calculix.hpp"
 #include "tests/read_back.hpp"
@@ -61,7 +62,7 @@ TEST(Refine, DoubtsTheFarGoalOnlyWhereItIsNoBetter) {
 const MapTables& maps() {
   static const MapTables computed = [] {
     MapConfig config = map_config({});
-    config.problems = {load_problems().front()};
+    config.problems = {map_problems().front()};
     config.uniform_cells = {2, 4, 8, 12, 16, 20, 24};
     config.reference_coarsening = 2;
     config.most_particles = 5000;
@@ -108,7 +109,7 @@ TEST(Refine, DrawsFromTables) {
       {"refine", tables().rows}, {"refine_reference", tables().reference}, {"refine_maps", maps().rows}};
   const Drawings drawings = find_experiment("refine").draw(files);
   expect_same_drawings(find_experiment("refine"), files);
-  ASSERT_EQ(drawings.charts.size(), 3 + 4);
+  ASSERT_EQ(drawings.charts.size(), 3 + 3);
   EXPECT_EQ(drawings.charts[0].name, "refine");
   EXPECT_EQ(drawings.charts[2].name, "refine_far_goal");
   for (std::size_t c = 0; c < 3; ++c) {
