@@ -9,11 +9,14 @@
 
 namespace mss {
 
-std::vector<std::size_t> doerfler_marking(const std::vector<double>& indicators, double share) {
+std::vector<std::size_t> doerfler_marking(const std::vector<double>& indicators, double share,
+                                          const std::vector<double>& costs) {
   std::vector<std::size_t> ids(indicators.size());
   std::iota(ids.begin(), ids.end(), 0);
-  std::stable_sort(ids.begin(), ids.end(),
-                   [&](std::size_t a, std::size_t b) { return indicators[a] > indicators[b]; });
+  const auto rank = [&](std::size_t id) {
+    return costs.empty() ? indicators[id] : indicators[id] / costs[id];
+  };
+  std::stable_sort(ids.begin(), ids.end(), [&](std::size_t a, std::size_t b) { return rank(a) > rank(b); });
   const double enough = share * std::accumulate(indicators.begin(), indicators.end(), 0.0);
   double sum = 0;
   std::size_t count = 0;
@@ -23,11 +26,11 @@ std::vector<std::size_t> doerfler_marking(const std::vector<double>& indicators,
 }
 
 RefinementMap split_by_estimate(const RefinedBody& body, const Field<double>& displacement,
-                                const Field<double>* dual) {
+                                const Field<double>* dual, Saved saved) {
   Field<double> u = displacement, z = dual != nullptr ? *dual : displacement;
   body.interpolate(u);
   body.interpolate(z);
-  std::vector<double> indicators;
+  std::vector<double> indicators, costs;
   std::vector<std::pair<int, RefinementMap::Cell>> cells;  // with their depths
   for (std::size_t level = 0; level < body.levels().size(); ++level) {
     const Level& of = body.levels()[level];
@@ -40,9 +43,10 @@ RefinementMap split_by_estimate(const RefinedBody& body, const Field<double>& di
       indicators.push_back(std::abs(part));
     for (const std::ptrdiff_t site : recovery.cells())
       cells.emplace_back(body.depth(level), body.cell(level, site));
+    costs.resize(cells.size(), saved == Saved::time ? std::ldexp(1, 2 * body.depth(level)) : 1);
   }
   RefinementMap map = body.map();
-  for (const std::size_t marked : doerfler_marking(indicators, 0.5))
+  for (const std::size_t marked : doerfler_marking(indicators, 0.5, costs))
     map.split(cells[marked].first, cells[marked].second);
   return map;
 }

@@ -240,6 +240,7 @@ TEST(DoerflerMarking, TakesTheFewestThatReachTheShare) {
   EXPECT_EQ(doerfler_marking({2, 2, 2}, 0.5), Ids({0, 1}));
   EXPECT_TRUE(doerfler_marking({0, 0}, 0.5).empty());
   EXPECT_TRUE(doerfler_marking({}, 0.5).empty());
+  EXPECT_EQ(doerfler_marking({2, 3, 1}, 0.5, {1, 4, 4}), Ids({0, 1}));
 }
 
 // Bent in its left part alone, a bar is to be refined there; with a dual displacement bent in its right part,

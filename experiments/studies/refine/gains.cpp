@@ -33,7 +33,7 @@ Table gains_of(const Table& rows) {
   for (const std::string& problem : rows.distinct("problem")) {
     const Table of_problem = rows.where("problem", problem);
     const Table uniform = of_problem.where("map", to_string(Map::uniform));
-    for (const Map map : {Map::by_hand, Map::estimated, Map::surface})
+    for (const Map map : {Map::by_hand, Map::estimated, Map::for_time, Map::surface})
       for (const double error : errors)
         for (const char* quantity : quantities) {
           const double gain = at_error(uniform, quantity, error) /

@@ -39,7 +39,7 @@ class Maps {
   void find_reference();
   void measure_uniform();
   void measure_by_hand();
-  void measure_estimated();
+  void measure_estimated(Map map);
   void measure_surface();
   Answer measure(Map map, int n, Solid& solid);
   bool goes_on(Map map, int n);
@@ -132,13 +132,14 @@ void Maps::measure_by_hand() {
   }
 }
 
-void Maps::measure_estimated() {
+void Maps::measure_estimated(Map map) {
   const int n = problem_->coarsest;
+  const Saved saved = map == Map::for_time ? Saved::time : Saved::particles;
   auto solid = std::make_unique<Solid>(body(n), RefinementMap(), problem_->shape.environment);
-  while (goes_on(Map::estimated, n)) {
-    const Answer solved = measure(Map::estimated, n, *solid);
+  while (goes_on(map, n)) {
+    const Answer solved = measure(map, n, *solid);
     if (solved.status != Status::ok) return;
-    const RefinementMap next = split_by_estimate(solid->body, solved.displacement);
+    const RefinementMap next = split_by_estimate(solid->body, solved.displacement, nullptr, saved);
     solid = std::make_unique<Solid>(body(n), next, problem_->shape.environment);
     if (!fits(*solid, config_.most_particles)) return;
   }
@@ -159,7 +160,8 @@ MapTables Maps::run() {
     find_reference();
     measure_uniform();
     measure_by_hand();
-    measure_estimated();
+    measure_estimated(Map::estimated);
+    measure_estimated(Map::for_time);
     measure_surface();
     if (tables_.status != Status::ok) break;
   }
@@ -170,7 +172,8 @@ MapTables Maps::run() {
 }  // namespace
 
 const std::string& to_string(Map map) {
-  static const std::array<std::string, 4> names{"uniform", "by hand", "estimated", "surface layers"};
+  static const std::array<std::string, 5> names{"uniform", "by hand", "estimated", "estimated for time",
+                                                "surface layers"};
   return names[std::size_t(map)];
 }
 

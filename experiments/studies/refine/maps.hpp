@@ -15,6 +15,7 @@ enum class Map {
   uniform,    ///< none
   by_hand,    ///< around what concentrates stress: smaller by half, the closer the more often
   estimated,  ///< repeatedly those that half of the estimated error comes from
+  for_time,   ///< the same, those of little depth first: Saved::time
   surface     ///< two layers at the surface, of cells half as large: the thesis, 5.3 (3)
 };
 const std::string& to_string(Map map);

@@ -34,6 +34,7 @@ std::string label_of(const std::string& map) {
   if (map == to_string(Map::uniform)) return "cells of one size";
   if (map == to_string(Map::by_hand)) return "smaller where stress concentrates, by hand";
   if (map == to_string(Map::estimated)) return "smaller where the estimate says";
+  if (map == to_string(Map::for_time)) return "the same, deep cells last";
   return "two layers of smaller ones at the surface";
 }
 

@@ -117,7 +117,7 @@ TEST(Refine, DrawsFromTables) {
     for (const ChartSeries& series : drawings.charts[c].chart.series) EXPECT_EQ(series.points.size(), 3);
   }
   EXPECT_EQ(drawings.charts[3].name, "refine_maps_patch_of_a_quarter_particles");
-  EXPECT_EQ(drawings.charts[3].chart.series.size(), 4);
+  EXPECT_EQ(drawings.charts[3].chart.series.size(), 5);
 }
 
 }  // namespace
