@@ -102,9 +102,28 @@ struct Body::Shares {
   double cell = 0;
 };
 
-Body::Body(const BodyConfig& config)
+namespace {
+
+/// The planes of a body that a rank has, of the whole body's lattice: its share, and a ghost plane on each
+/// side where there are others.
+PlaneRange planes_with_ghosts(const Ranks& ranks, int planes) {
+  if (ranks.count() > planes)
+    throw InputError(fmt::format("{} ranks share a body of {} planes of particles along z; give at most {}",
+                                 ranks.count(), planes, planes));
+  const auto [first, last] = ranks.share_of(planes);
+  return {ranks.is_lowest() ? first : first - 1, ranks.is_highest() ? last : last + 1};
+}
+
+PlaneRange shifted(PlaneRange planes, int by) { return {planes.first + by, planes.last + by}; }
+
+}  // namespace
+
+Body::Body(const BodyConfig& config, const Ranks& ranks)
     : config_(config),
-      lattice_(config.voxels.nx(), config.voxels.ny(), config.voxels.nz()),
+      ranks_(ranks),
+      planes_(planes_with_ghosts(ranks, config.voxels.nz() + 1)),
+      own_(shifted(ranks.share_of(config.voxels.nz() + 1), -planes_.first)),
+      lattice_(config.voxels.nx(), config.voxels.ny(), planes_.last - planes_.first - 1),
       parts_(config.all_parts()),
       springs_floor_(config.springs_floor()),
       mass_floor_(config.mass_floor()) {
@@ -204,6 +223,7 @@ void Body::find_damping_time() {
     if (time_of(part) != damping_time_) damping_time_.reset();
 }
 
+/// Each rank goes through all cells, so that sums over them are everywhere the same.
 void Body::find_particles() {
   particle_.assign(std::size_t(lattice_.size), -1);
   std::vector<double> filled(parts_.size());  // by mass
@@ -213,22 +233,36 @@ void Body::find_particles() {
       for (int i = 0; i < voxels.nx(); ++i) {
         if (!voxels.at(i, j, k)) continue;
         ++cells_;
-        const std::ptrdiff_t site = lattice_.site(i, j, k);
         for (const auto& [part, fill] : content_of(content(i, j, k))) {
           filled_cells_ += mean_of(fill.octant);
           filled[std::size_t(part)] += mean_of(fill.corner);
         }
-        for (int c = 0; c < 8; ++c) particle_[std::size_t(site + lattice_.corner(c))] = 0;
+        const int plane = k - planes_.first;
+        const std::ptrdiff_t site = lattice_.site(i, j, plane);
+        for (int c = 0; c < 8; ++c)
+          if (is_own(plane + (c >> 2))) particle_[std::size_t(site + lattice_.corner(c))] = 0;
       }
   for (std::size_t part = 0; part < parts_.size(); ++part)
     mass_of_cells_ += parts_[part].density * filled[part] * cell_volume();
-  for (std::ptrdiff_t site = 0; site < lattice_.sites; ++site)
+  for (std::ptrdiff_t site = lattice_.plane * own_.first; site < lattice_.plane * own_.last; ++site)
     if (int& particle = particle_[std::size_t(site)]; particle == 0) {
       particle = int(site_of_.size());
       site_of_.push_back(site);
     }
 }
 
+namespace {
+
+/// Whether there is a particle amid 27 cells, at the lower corner of the one in the middle.
+bool touches_cell(const std::array<std::uint32_t, 27>& cells) {
+  for (int cell = 0; cell < 27; ++cell)
+    if (is_in(cells_of_corner[0], cell) && cells[std::size_t(cell)] != 0) return true;
+  return false;
+}
+
+}  // namespace
+
+/// Each rank goes through all sites, so that kinds are everywhere the same.
 void Body::classify_sites() {
   kind_.assign(std::size_t(lattice_.size), 0);
   // The set contains numbers of neighbourhoods, which lie in a row: of a mesh's surface there are many.
@@ -254,9 +288,10 @@ void Body::classify_sites() {
         }
       };
       add_column(0);
+      const int plane = k - planes_.first;
       for (int i = 0; i <= voxels.nx(); ++i) {
         add_column(i + 1);
-        if (particle(lattice_.site(i, j, k)) < 0) continue;
+        if (is_own(plane) ? particle(lattice_.site(i, j, plane)) < 0 : !touches_cell(cells)) continue;
         Neighbourhood& key = kinds.emplace_back();
         for (int cell = 0; cell < 27; ++cell)
           if (is_in(relevant, cell)) key[std::size_t(cell)] = cells[std::size_t(cell)];
@@ -265,12 +300,12 @@ void Body::classify_sites() {
           add_kind(key);
         else
           kinds.pop_back();
-        kind_[std::size_t(lattice_.site(i, j, k))] = *kind;
+        if (is_here(plane)) kind_[std::size_t(lattice_.site(i, j, plane))] = *kind;
       }
     }
   weights_.shrink_to_fit();
   dampings_.shrink_to_fit();
-  for_each_spring([&](auto&&...) { ++springs_; });
+  ranks_.add_in_order(springs_, [&] { for_each_spring([&](auto&&...) { ++springs_; }); });
 }
 
 /// A particle in empty octants has mass by the floor b alone.
@@ -285,8 +320,10 @@ void Body::add_weights() {
   weight_.assign(std::size_t(lattice_.size), 0);
   for (const Weight& weight : config_.weights) {
     const std::vector<std::ptrdiff_t> sites = select(weight.box.lower, weight.box.upper);
-    for (const std::ptrdiff_t site : sites) weight_[std::size_t(site)] += weight.mass / double(sites.size());
-    if (!sites.empty()) all_weights_ += weight.mass;
+    std::size_t count = 0;
+    ranks_.add_in_order(count, [&] { count += sites.size(); });
+    for (const std::ptrdiff_t site : sites) weight_[std::size_t(site)] += weight.mass / double(count);
+    if (count > 0) all_weights_ += weight.mass;
   }
 }
 
@@ -387,7 +424,8 @@ SiteElements Body::elements(std::uint32_t kind) const {
 
 Vec3 Body::rest_position(std::ptrdiff_t site) const {
   const std::ptrdiff_t in_plane = site % lattice_.plane;
-  const std::ptrdiff_t i = in_plane % lattice_.row, j = in_plane / lattice_.row, k = site / lattice_.plane;
+  const std::ptrdiff_t i = in_plane % lattice_.row, j = in_plane / lattice_.row,
+                       k = site / lattice_.plane + planes_.first;
   return config_.origin + config_.cell_size * Vec3(double(i), double(j), double(k));
 }
 

@@ -12,6 +12,7 @@
 #include "core/field.hpp"
 #include "core/lattice.hpp"
 #include "core/material.hpp"
+#include "core/ranks.hpp"
 #include "core/voxels.hpp"
 
 namespace mss {
@@ -170,14 +171,23 @@ double corner_share(const CellFill& fill, int corner, double floor);
 /// get mass by the trilinear weights of what is filled. Several parts in a cell add up, each with its own
 /// constants; dampers of a spring are the mean of what each part's law gives the spring, by shares of its
 /// stiffness.
+///
+/// Where several ranks share a body, each has a slab of its planes: its lattice is these and a ghost plane on
+/// each side where another rank goes on. Particles, springs and cells it calls its own, with their sites, are
+/// those at its own planes; what is known of elements at a site holds for ghosts too. Numbers of cells and
+/// springs, mass, volume and the kinds of sites are those of the whole.
 class Body {
  public:
   /// Throws InputError for contents that are too few, empty, of an unknown part, fuller than a cell, or with
-  /// Sharing::uniform, and for particles without mass.
-  explicit Body(const BodyConfig& config);
+  /// Sharing::uniform, for particles without mass, and for more ranks, which must outlive it, than planes.
+  explicit Body(const BodyConfig& config, const Ranks& ranks = Ranks::alone());
 
   const BodyConfig& config() const { return config_; }
   const Lattice& lattice() const { return lattice_; }
+  /// Those that share the body.
+  const Ranks& ranks() const { return ranks_; }
+  /// Of lattice(), without ghosts.
+  PlaneRange own_planes() const { return own_; }
   /// Part 0 first.
   const std::vector<Part>& parts() const { return parts_; }
   /// What the cell at a site holds; there must be one.
@@ -235,7 +245,7 @@ class Body {
   /// Calls visit(site_a, site_b, slot, stiffness, damping) for every spring, in site order.
   template <class Visit>
   void for_each_spring(Visit&& visit) const {
-    for (std::ptrdiff_t site = 0; site < lattice_.sites; ++site) {
+    for (std::ptrdiff_t site = lattice_.plane * own_.first; site < lattice_.plane * own_.last; ++site) {
       if (element_kind(site) == 0) continue;
       const SiteElements e = elements_at(site);
       for (std::size_t s = 0; s < spring_slots.size(); ++s) {
@@ -250,7 +260,7 @@ class Body {
   /// Calls visit(site) with the lower corner of every cell, in site order.
   template <class Visit>
   void for_each_cell(Visit&& visit) const {
-    for (std::ptrdiff_t site = 0; site < lattice_.sites; ++site)
+    for (std::ptrdiff_t site = lattice_.plane * own_.first; site < lattice_.plane * own_.last; ++site)
       if (has_cell(site)) visit(site);
   }
 
@@ -267,6 +277,8 @@ class Body {
   };
   struct Shares;
 
+  bool is_own(int plane) const { return plane >= own_.first && plane < own_.last; }
+  bool is_here(int plane) const { return plane >= 0 && plane < lattice_.planes(); }
   void check_contents() const;
   void check_content(std::size_t content) const;
   std::uint32_t content(int i, int j, int k) const;
@@ -286,6 +298,9 @@ class Body {
   static constexpr std::array<double, 3> length_factor_{1.0, 1.4142135623730951, 1.7320508075688772};
 
   BodyConfig config_;
+  const Ranks& ranks_;
+  PlaneRange planes_;  ///< of the whole body's lattice: all that this one has
+  PlaneRange own_;
   Lattice lattice_;
   std::vector<Part> parts_;
   std::vector<Constants> constants_;  ///< by part

@@ -20,7 +20,7 @@ bool BodyEvents<Real>::collide(const State<Real>& before, double dt, State<Real>
     if (collide_particle(contact_, held_, site, before, dt, state))
       any.store(true, std::memory_order_relaxed);
   });
-  return any;
+  return !system_.everywhere(!any);
 }
 
 template <class Real>

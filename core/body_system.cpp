@@ -49,13 +49,16 @@ void BodySystem<Real>::acceleration(double t, const Field<Real>& x, const Field<
 
 template <class Real>
 double BodySystem<Real>::outer_potential(const Field<Real>& x) const {
-  double sum = loads_.potential(x);
-  for (const std::ptrdiff_t site : body_.sites()) {
-    const Vec3 at = x.at(site);
-    double over_mass = -environment_.gravity.dot(at);
-    if (!surface_contact_) contact_.add_potential(at, over_mass);
-    sum += body_.mass(site) * over_mass;
-  }
+  double sum = 0;
+  body_.ranks().add_in_order(sum, [&] { loads_.add_potential(x, sum); });
+  body_.ranks().add_in_order(sum, [&] {
+    for (const std::ptrdiff_t site : body_.sites()) {
+      const Vec3 at = x.at(site);
+      double over_mass = -environment_.gravity.dot(at);
+      if (!surface_contact_) contact_.add_potential(at, over_mass);
+      sum += body_.mass(site) * over_mass;
+    }
+  });
   if (surface_contact_) sum += surface_contact_->potential(x);
   return sum;
 }

@@ -108,10 +108,15 @@ void LoadedSites::add_on_particles(const std::vector<Level>& levels, const Load&
       loaded.push_back({first + site, body.mass(site), cell_size / body.config().cell_size});
       extent.extend(body.rest_position(site));
     }
-  if (loaded.empty()) return;
-  const auto layers = double((extent.sizes().array() < 1e-9 * cell_size).count());
+  const Ranks& ranks = levels.front().body.ranks();
+  Eigen::AlignedBox3d whole_extent;
+  ranks.add_in_order(whole_extent, [&] { whole_extent.extend(extent); });
+  if (whole_extent.isEmpty()) return;
+  const auto layers = double((whole_extent.sizes().array() < 1e-9 * cell_size).count());
   double sum = 0;
-  for (const Loaded& l : loaded) sum += l.mass * std::pow(l.shrinkage, layers);
+  ranks.add_in_order(sum, [&] {
+    for (const Loaded& l : loaded) sum += l.mass * std::pow(l.shrinkage, layers);
+  });
   for (const Loaded& l : loaded)
     entries_.push_back({l.site, load.force * (l.mass * std::pow(l.shrinkage, layers) / sum)});
 }
@@ -136,10 +141,8 @@ void LoadedSites::add(std::ptrdiff_t first, std::ptrdiff_t last, const std::arra
 }
 
 template <class Real>
-double LoadedSites::potential(const Field<Real>& x) const {
-  double sum = 0;
+void LoadedSites::add_potential(const Field<Real>& x, double& sum) const {
   for (const Entry& e : entries_) sum -= e.force.dot(x.at(e.site));
-  return sum;
 }
 
 template void HeldSites::apply(double, std::ptrdiff_t, std::ptrdiff_t, Field<float>&, Field<float>&) const;
@@ -148,7 +151,7 @@ template void HeldSites::clear(Field<float>&) const;
 template void HeldSites::clear(Field<double>&) const;
 template void LoadedSites::add(std::ptrdiff_t, std::ptrdiff_t, const std::array<float*, 3>&) const;
 template void LoadedSites::add(std::ptrdiff_t, std::ptrdiff_t, const std::array<double*, 3>&) const;
-template double LoadedSites::potential(const Field<float>&) const;
-template double LoadedSites::potential(const Field<double>&) const;
+template void LoadedSites::add_potential(const Field<float>&, double&) const;
+template void LoadedSites::add_potential(const Field<double>&, double&) const;
 
 }  // namespace mss

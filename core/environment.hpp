@@ -144,9 +144,9 @@ class LoadedSites {
   template <class Real>
   void add(std::ptrdiff_t first, std::ptrdiff_t last, const std::array<Real*, 3>& forces) const;
 
-  /// Potential -sum F.x of the loads at positions x [J].
+  /// Adds the potential -sum F.x of the loads at positions x to a sum [J].
   template <class Real>
-  double potential(const Field<Real>& x) const;
+  void add_potential(const Field<Real>& x, double& sum) const;
 
  private:
   struct Entry {

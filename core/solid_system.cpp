@@ -36,7 +36,9 @@ template <class Real>
 void SolidSystem<Real>::give(const Strike& strike, Field<Real>& v) const {
   const std::vector<std::ptrdiff_t> sites = select(levels(), strike.box);
   double mass = 0;
-  for (const std::ptrdiff_t site : sites) mass += this->mass(site);
+  ranks().add_in_order(mass, [&] {
+    for (const std::ptrdiff_t site : sites) mass += this->mass(site);
+  });
   for (const std::ptrdiff_t site : sites)
     if (this->mass(site) > 0) v.set(site, v.at(site) + strike.impulse / mass);
 }

@@ -57,6 +57,12 @@ class SolidSystem : public System<Real> {
   /// Must be called after a change of positions, or of what acts on the solid.
   virtual void wake_all() {}
 
+  /// Those that share the solid.
+  const Ranks& ranks() const { return levels().front().body.ranks(); }
+
+  /// Where other ranks share the solid: gets from them what measures of a state read at ghosts.
+  virtual void update_ghosts(const State<Real>&) const {}
+
   double total_mass() const;
   /// Position at rest of the particle at a site [m].
   Vec3 rest_position(std::ptrdiff_t site) const;

@@ -31,9 +31,11 @@ SweepKernel<Real> find_kernel(const std::string& name) {
 }
 
 /// The requested number of threads, at most one a plane; by default as many as pay: synchronising a second
-/// thread takes about a microsecond a step, the time of some 600 springs.
+/// thread takes about a microsecond a step, the time of some 600 springs. Where several ranks share the body,
+/// they have the cores already.
 int team_size(const Body& body, int requested) {
-  const int planes = body.lattice().planes();
+  const int planes = body.own_planes().last;
+  if (requested == 0 && body.ranks().are_several()) return 1;
   if (requested > 0) return std::min(requested, planes);
   const int worth_it = int(std::min<std::size_t>(body.spring_count() / 600, 1024));
   return std::clamp(std::min(available_cores(), worth_it), 1, planes);
@@ -103,6 +105,7 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
       tangents_(*this),
       discrete_gradient_(body),
       kernel_(kernel),
+      halo_(body.ranks().are_several() ? std::make_unique<Halo<Real>>(body) : nullptr),
       blocks_(body, kernel.lanes),
       own_dampings_(!body.damping_time()),
       cell_weights_(has_cell_weights()) {
@@ -112,8 +115,9 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
   build_masses();
   const std::ptrdiff_t scratch = lattice.plane;
   nothing_below_ = Field<Real>(scratch);
+  const int swept = body.own_planes().last;  // a ghost plane below them too
   for (int rank = 0; rank < this->team().size(); ++rank) {
-    const auto bound = [&](int r) { return int(std::int64_t(lattice.planes()) * r / this->team().size()); };
+    const auto bound = [&](int r) { return int(std::int64_t(swept) * r / this->team().size()); };
     slabs_.push_back(std::make_unique<Slab>(bound(rank), bound(rank + 1), scratch));
   }
 }
@@ -166,6 +170,7 @@ void SpringSystem<Real>::build_dictionary() {
   entry_.insert(entry_.end(), 2, 0);  // a sweep looks ahead
 
   content_.assign(entry_of.size(), 0);
+  whole_content_ = content_of_all_kinds();
   const std::size_t per_lane =
       weights_per_lane + (own_dampings_ ? springs_per_site : 0U) + (cell_weights_ ? 2U : 0U);
   dictionary_ = AlignedArray<Real>(std::ptrdiff_t(entry_of.size() * width * per_lane));
@@ -175,8 +180,29 @@ void SpringSystem<Real>::build_dictionary() {
     for (std::size_t lane = 0; lane < width; ++lane)
       content |= fill_lane(lane_kinds[lane], coefficients + lane);
     content_[entry] = content;
-    whole_content_ |= content;
   }
+}
+
+template <class Real>
+std::uint32_t SpringSystem<Real>::content_of(const SiteElements& e) {
+  std::uint32_t content = (e.volume != 0 ? block_volumes : 0U) | (e.fold_guard != 0 ? block_guards : 0U);
+  for (std::size_t s = 0; s < spring_slots.size(); ++s) {
+    if (e.stiffness[s] == 0) continue;
+    const auto of = spring_slots[s].kind;
+    content |= of == SpringSlot::Class::edge   ? block_edges
+               : of == SpringSlot::Class::face ? block_faces
+                                               : block_bodies;
+  }
+  return content;
+}
+
+/// Of the whole body, so that all ranks sweep with the same code.
+template <class Real>
+std::uint32_t SpringSystem<Real>::content_of_all_kinds() const {
+  std::uint32_t content = 0;
+  for (std::uint32_t kind = 0; kind < this->body().weights().size(); ++kind)
+    content |= content_of(this->body().elements(kind));
+  return content;
 }
 
 /// Writes one lane of a block's coefficients and returns its contents.
@@ -186,27 +212,19 @@ std::uint32_t SpringSystem<Real>::fill_lane(std::uint32_t kind, Real* coefficien
   const double scale2 = double(kernel_.rsqrt_scale) * double(kernel_.rsqrt_scale);
   const SiteWeights& weights = this->body().weights()[kind];
   const SiteElements e = this->body().elements(kind);
-  std::uint32_t content = (e.volume != 0 ? block_volumes : 0U) | (e.fold_guard != 0 ? block_guards : 0U);
   for (const double weight : weights.spring) {
     *coefficients = static_cast<Real>(weight);
     coefficients += width;
   }
-  for (std::size_t s = 0; s < spring_slots.size(); ++s) {
-    if (own_dampings_) {
-      *coefficients = static_cast<Real>(e.damping[s] / scale2);
-      coefficients += width;
-    }
-    if (e.stiffness[s] == 0) continue;
-    const auto of = spring_slots[s].kind;
-    content |= of == SpringSlot::Class::edge   ? block_edges
-               : of == SpringSlot::Class::face ? block_faces
-                                               : block_bodies;
+  for (std::size_t s = 0; own_dampings_ && s < spring_slots.size(); ++s) {
+    *coefficients = static_cast<Real>(e.damping[s] / scale2);
+    coefficients += width;
   }
   if (cell_weights_) {
     coefficients[0] = static_cast<Real>(weights.volume);
     coefficients[width] = static_cast<Real>(weights.fold_guard);
   }
-  return content;
+  return content_of(e);
 }
 
 template <class Real>
@@ -219,11 +237,23 @@ void SpringSystem<Real>::build_masses() {
 template <class Real>
 StoredEnergy SpringSystem<Real>::stored_energy(const Field<Real>& x) const {
   StoredEnergy energy;
+  const Ranks& ranks = this->body().ranks();
+  ranks.add_in_order(energy, [&] { add_energy_of_springs(x, energy); });
+  ranks.add_in_order(energy, [&] { add_energy_of_cells(x, energy); });
+  return energy;
+}
+
+template <class Real>
+void SpringSystem<Real>::add_energy_of_springs(const Field<Real>& x, StoredEnergy& energy) const {
   this->body().for_each_spring(
       [&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double stiffness, double) {
         const double change = (x.at(b) - x.at(a)).norm() - this->body().rest_length(slot.kind);
         energy.elastic += 0.5 * stiffness * change * change;
       });
+}
+
+template <class Real>
+void SpringSystem<Real>::add_energy_of_cells(const Field<Real>& x, StoredEnergy& energy) const {
   const double rest = this->body().cell_volume(), size = this->body().config().cell_size;
   this->body().for_each_cell([&](std::ptrdiff_t site) {
     const SiteWeights& weights = this->body().weights_at(site);
@@ -235,7 +265,6 @@ StoredEnergy SpringSystem<Real>::stored_energy(const Field<Real>& x) const {
       energy.elastic += fold_guard_energy(guarded_corner_stiffness(guard, size), guarded_length(size),
                                           corners_of(this->body(), x, site));
   });
-  return energy;
 }
 
 template <class Real>
@@ -356,7 +385,8 @@ FinishPlane<Real> SpringSystem<Real>::result_of(int plane, std::span<const Block
 template <class Real>
 void SpringSystem<Real>::apply(const KickDrift& update, const Field<Real>& a, double dt,
                                State<Real>& state) const {
-  for (int plane = 0; plane < this->body().lattice().planes(); ++plane) {
+  const auto [first, last] = this->body().own_planes();
+  for (int plane = first; plane < last; ++plane) {
     FinishPlane<Real> p = update_of(plane, blocks_.of(plane), update, state);
     p.own = const_streams(a, this->body().lattice().plane * plane);
     kernel_.kick_drift_stored(p);
@@ -371,13 +401,22 @@ void SpringSystem<Real>::run(const Pass& pass, long steps) {
     slab->swept.store(0, std::memory_order_relaxed);
     slab->finished.store(0, std::memory_order_relaxed);
   }
-  this->team().run([&](int rank) {
-    for (long step = 0; step < steps; ++step) step_slab(pass, rank, step);
-  });
+  if (!halo_) {
+    this->team().run([&](int rank) {
+      for (long step = 0; step < steps; ++step) step_slab(pass, rank, step);
+    });
+    return;
+  }
+  for (long step = 0; step < steps; ++step) {
+    halo_->exchange(*pass.x, *pass.v);
+    this->team().run([&](int rank) { step_slab(pass, rank, step); });
+  }
 }
 
+/// Whether a plane is swept for what its cells add to the next one alone: a ghost, or asleep.
 template <class Real>
-bool SpringSystem<Real>::is_asleep(const Pass& pass, int plane) const {
+bool SpringSystem<Real>::stays_unfinished(const Pass& pass, int plane) const {
+  if (plane < this->body().own_planes().first) return true;
   return this->sleep_tracker() && pass.moves_particles() && this->sleep_tracker()->asleep(plane);
 }
 
@@ -407,14 +446,15 @@ void SpringSystem<Real>::step_slab(const Pass& pass, int rank, long step) {
       sweep_plane(pass, plane, streams(slab.first_own), above, nullptr, t_new);
     } else {
       const ConstStreams<Real> below = const_streams(plane == 0 ? nothing_below_ : slab.above[1 - turn]);
-      sweep_plane(pass, plane, streams(slab.own), above, is_asleep(pass, plane) ? nullptr : &below, t_new);
+      sweep_plane(pass, plane, streams(slab.own), above, stays_unfinished(pass, plane) ? nullptr : &below,
+                  t_new);
     }
   }
   announce(slab.swept, done + 1);
   if (!bottom) {
     const Slab& lower = *slabs_[std::size_t(rank - 1)];
     wait_until_reached(lower.swept, done + 1, this->team().may_spin());
-    if (!is_asleep(pass, slab.first))
+    if (!stays_unfinished(pass, slab.first))
       finish_runs(pass, slab.first, blocks_.of(slab.first), streams(slab.first_own),
                   const_streams(lower.outgoing), t_new);
   }

@@ -9,6 +9,7 @@
 #include "core/body_system.hpp"
 #include "core/body_tangents.hpp"
 #include "core/discrete_gradient.hpp"
+#include "core/halo.hpp"
 #include "core/sweep.hpp"
 #include "core/sweep_blocks.hpp"
 
@@ -25,7 +26,7 @@ struct Execution {
 /// A mass-spring body in its environment, driven through the structured sweep.
 ///
 /// Threads own slabs of planes. A slab's first plane is finished last, after the slab below has added its
-/// contribution.
+/// contribution. Where several ranks share the body, ghost planes are exchanged before each pass (halo.hpp).
 template <class Real>
 class SpringSystem final : public BodySystem<Real> {
  public:
@@ -38,6 +39,9 @@ class SpringSystem final : public BodySystem<Real> {
 
   StoredEnergy stored_energy(const Field<Real>& x) const override;
   const char* kernel_name() const override { return kernel_.name; }
+  void update_ghosts(const State<Real>& state) const override {
+    if (halo_) halo_->exchange(state.x, state.v);
+  }
 
   void force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) override;
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
@@ -72,12 +76,16 @@ class SpringSystem final : public BodySystem<Real> {
   struct Slab;
   enum class Finish { force, acceleration, product, straight_diagonal, mixed_diagonal, kick_drift };
   struct Pass;
-  bool is_asleep(const Pass& pass, int plane) const;
+  bool stays_unfinished(const Pass& pass, int plane) const;
   bool needs_cells(const Pass& pass, int plane) const;
 
   void stop_sleeping(Field<Real>& a) const;
+  void add_energy_of_springs(const Field<Real>& x, StoredEnergy& energy) const;
+  void add_energy_of_cells(const Field<Real>& x, StoredEnergy& energy) const;
   InteriorCoefficients<Real> interior_coefficients() const;
   bool has_cell_weights() const;
+  static std::uint32_t content_of(const SiteElements& e);
+  std::uint32_t content_of_all_kinds() const;
   std::uint32_t fill_lane(std::uint32_t kind, Real* coefficients) const;
   void build_dictionary();
   Sweep<Real> sweep_for(const Pass& pass) const;
@@ -96,6 +104,7 @@ class SpringSystem final : public BodySystem<Real> {
   SpringTangents tangents_;
   SpringDiscreteGradient<Real> discrete_gradient_;
   SweepKernel<Real> kernel_;
+  std::unique_ptr<Halo<Real>> halo_;  ///< nullptr: no other process has a part of the body
   SweepBlocks blocks_;
   bool own_dampings_, cell_weights_;  ///< what a block's coefficients contain beside weights
 

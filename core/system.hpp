@@ -69,6 +69,10 @@ class System {
   /// Contact and sleep; nullptr if nothing happens between steps.
   virtual StepEvents<Real>* events() { return nullptr; }
 
+  /// Whether something holds everywhere, where other processes have parts of the system: these must ask too.
+  /// What methods decide by a state they decide by this.
+  virtual bool everywhere(bool here) const { return here; }
+
   /// Runs task(0) ... task(count - 1), on as many threads as forces are computed with. Tasks must not throw.
   virtual void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task);
 

@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "core/suggest.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/launched_ranks.hpp"
 #include "experiments/harness/progress.hpp"
 #include "experiments/harness/provenance.hpp"
 
@@ -65,7 +66,14 @@ void check_first_word(const CLI::App& app, int argc, char** argv) {
   const std::string word = argv[1];
   const bool option = !word.empty() && word[0] == '-';
   const std::vector<std::string>& known = option ? options : commands;
-  if (contains(known, word)) return;
+  if (contains(known, word)) {
+    if (!option && word != "run" && launch().count > 1)
+      throw InputError(fmt::format(
+          "`mss {}` is for one process, and {} were started; `mss run` alone is for several, so start it "
+          "without mpirun",
+          word, launch().count));
+    return;
+  }
   throw InputError(fmt::format("{} '{}' is unknown; did you mean '{}'? `mss --help` shows all",
                                option ? "option" : "command", word, nearest(word, known)));
 }
@@ -88,7 +96,7 @@ std::string unexpected(const CLI::App& app) {
 }
 
 int fail(const std::string& sentence, ExitStatus status) {
-  fmt::print(stderr, "mss: {}\n", sentence);
+  if (speaks_for_all()) fmt::print(stderr, "mss: {}\n", sentence);
   return status;
 }
 

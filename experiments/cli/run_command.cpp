@@ -4,12 +4,14 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <fstream>
 #include <memory>
 #include <optional>
 
 #include "core/error.hpp"
 #include "core/scene_writer.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/launched_ranks.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/simulation/error_estimates.hpp"
@@ -124,9 +126,39 @@ std::string description(const std::vector<LevelCount>& levels) {
   return fmt::format("{}; {} particles move", fmt::join(parts, ", "), particles);
 }
 
+/// series.csv as far as it is there: of ranks that share a body each may be lost, and the others with it.
+class GrowingSeries {
+ public:
+  explicit GrowingSeries(const fs::path& file) : stream_(file, std::ios::binary | std::ios::trunc) {
+    stream_ << header() << std::flush;
+  }
+  void add(const Measures& row) {
+    stream_ << series_table({row}).csv().substr(header().size()) << std::flush;
+  }
+
+ private:
+  static std::string header() { return series_table({}).csv(); }
+  std::ofstream stream_;
+};
+
+/// Null of a body in one process. What a rank sends to each neighbour before a force are positions and
+/// velocities of a plane of particles.
+Json sharing(const Scene& scene, const ConnectedRanks& ranks) {
+  if (!ranks.are_several()) return {};
+  const ConnectedRanks::Costs costs = ranks.costs();
+  const VoxelGrid& cells = scene.body.voxels;
+  const std::int64_t number = scene.solve.precision == Precision::single ? sizeof(float) : sizeof(double);
+  return {{"halo_exchanges", ranks.exchanges()},
+          {"halo_bytes_to_a_neighbour", 2 * 3 * (cells.nx() + 1) * (cells.ny() + 1) * number},
+          {"halo_bytes_sent", costs.halo_bytes},
+          {"peak_memory_bytes", costs.peak_memory}};
+}
+
 Json summary(const Scene& scene, const SimulationResult& result, const Table& series,
-             const std::optional<SceneEstimates>& estimates) {
+             const std::optional<SceneEstimates>& estimates, int ranks, const Json& sharing) {
   return {{"status", to_string(result.status)},
+          {"ranks", ranks},
+          {"sharing", sharing},
           {"estimates", estimates ? to_json(*estimates) : Json()},
           {"sleep", result.sleep ? to_json(*result.sleep) : Json()},
           {"scene", scene.name},
@@ -152,30 +184,28 @@ Json summary(const Scene& scene, const SimulationResult& result, const Table& se
           {"provenance", provenance()}};
 }
 
-void run_scene(const RunChoice& choice, int& exit_status) {
-  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
-  check_solve(scene);
-  const fs::path directory =
-      choice.directory.empty() ? fs::path("out") / scene.name : fs::path(choice.directory);
-  if (choice.vtk && *choice.vtk < 1)
-    throw InputError(
-        fmt::format("--vtk is {}; give the number of steps from frame to frame, 1 or more", *choice.vtk));
+void prepare(const Scene& scene, const fs::path& directory) {
   prepare_directory(directory);  // before hours of work, not after
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
   remove_vtk_series(directory);
-  SimulationResult result;
-  std::optional<SceneEstimates> estimates;
-  {
-    TerminalProgress progress(scene.name);
-    result = simulate(scene, progress, {.every = choice.vtk.value_or(0), .directory = directory});
-    if (is_static(scene) && result.status == Status::ok)
-      estimates = estimate_errors(scene, result.particles, progress);
+}
+
+/// As simulate(), with rows written as soon as they are there.
+SimulationResult simulate_in_ranks(const Scene& scene, Progress& progress, const Ranks& ranks,
+                                   const fs::path& directory) {
+  std::optional<GrowingSeries> rows;
+  if (ranks.is_lowest()) {
+    fs::remove(directory / "summary.json");  // of an earlier run, whose rows are overwritten
+    fs::remove(directory / "particles.csv");
+    rows.emplace(directory / "series.csv");
   }
-  const Table series = series_table(result.series);
-  write_atomically(directory / "series.csv", series.csv());
-  write_atomically(directory / "particles.csv",
-                   [&](std::ostream& stream) { write_particles(stream, result.particles); });
-  write_atomically(directory / "summary.json", summary(scene, result, series, estimates).dump(2) + "\n");
+  return simulate(scene, progress, {}, {ranks, [&](const Measures& row) {
+                                          if (rows) rows->add(row);
+                                        }});
+}
+
+void report(const Scene& scene, const SimulationResult& result, const fs::path& directory,
+            const std::optional<SceneEstimates>& estimates) {
   const bool fixed = find_integrator(scene.solve.integrator).stepping == Stepping::fixed;
   const std::string step = fixed ? fmt::format("of {:.4g} s", result.dt) : "of its own choice";
   fmt::print("{}: {} after {} steps {}, {:.4g} s simulated in {:.3g} s; see {}\n", scene.name,
@@ -184,6 +214,42 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   if (is_refined(scene)) fmt::print("{}: {}\n", scene.name, description(result.levels));
   if (estimates) print(scene.name, *estimates);
   if (result.sleep) fmt::print("{}: {}\n", scene.name, description(*result.sleep, scene.solve.sleep.bound));
+}
+
+void run_scene(const RunChoice& choice, int& exit_status) {
+  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+  check_solve(scene);
+  if (launch().count > 1) check_shared(scene);
+  const fs::path directory =
+      choice.directory.empty() ? fs::path("out") / scene.name : fs::path(choice.directory);
+  if (choice.vtk && *choice.vtk < 1)
+    throw InputError(
+        fmt::format("--vtk is {}; give the number of steps from frame to frame, 1 or more", *choice.vtk));
+  if (choice.vtk && launch().count > 1)
+    throw InputError("--vtk is for a body in one process; leave it out, or start mss without mpirun");
+  const std::unique_ptr<ConnectedRanks> ranks =
+      connect_ranks(fmt::format("the rows until then are in {}", (directory / "series.csv").string()));
+  if (ranks->is_lowest()) prepare(scene, directory);
+  SimulationResult result;
+  std::optional<SceneEstimates> estimates;
+  {
+    TerminalProgress progress(scene.name);
+    result = ranks->are_several()
+                 ? simulate_in_ranks(scene, progress, *ranks, directory)
+                 : simulate(scene, progress, {.every = choice.vtk.value_or(0), .directory = directory});
+    if (is_static(scene) && result.status == Status::ok)
+      estimates = estimate_errors(scene, result.particles, progress);
+  }
+  const Table series = series_table(result.series);
+  if (ranks->is_lowest()) write_atomically(directory / "series.csv", series.csv());
+  write_particles(directory / "particles.csv", *ranks, result.particles);
+  const Json shared = sharing(scene, *ranks);
+  if (ranks->is_lowest()) {
+    write_atomically(directory / "summary.json",
+                     summary(scene, result, series, estimates, ranks->count(), shared).dump(2) + "\n");
+    report(scene, result, directory, estimates);
+  }
+  ranks->leave();
   if (result.status == Status::interrupted)
     exit_status = exit_interrupted;
   else if (result.status != Status::ok)

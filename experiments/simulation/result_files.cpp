@@ -2,7 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <functional>
 #include <ostream>
+#include <span>
+
+#include "experiments/io/output.hpp"
 
 namespace mss {
 
@@ -19,13 +24,57 @@ Table series_table(const std::vector<Measures>& series) {
   return table;
 }
 
-void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& particles) {
-  stream << "id,rest_x,rest_y,rest_z,x,y,z,vx,vy,vz,mass\n";
-  for (std::size_t id = 0; id < particles.size(); ++id) {
-    const auto& [rest, x, v, mass] = particles[id];
-    stream << fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", id, rest[0], rest[1], rest[2], x[0], x[1],
-                          x[2], v[0], v[1], v[2], mass);
+namespace {
+
+constexpr const char* particle_columns = "id,rest_x,rest_y,rest_z,x,y,z,vx,vy,vz,mass\n";
+
+void write_rows(std::ostream& stream, std::span<const ParticleRecord> particles, std::size_t first_id) {
+  for (std::size_t p = 0; p < particles.size(); ++p) {
+    const auto& [rest, x, v, mass] = particles[p];
+    stream << fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", first_id + p, rest[0], rest[1], rest[2], x[0],
+                          x[1], x[2], v[0], v[1], v[2], mass);
   }
+}
+
+/// Calls take(records) with a rank's particles, some thousand at a time, on the lowest rank.
+void move_to_lowest(const Ranks& ranks, int from, std::vector<ParticleRecord>& particles,
+                    const std::function<void(std::span<const ParticleRecord>)>& take) {
+  constexpr std::size_t most = 4096;
+  const auto pass = [&](auto records) { ranks.pass(from, 0, std::as_writable_bytes(std::span(records))); };
+  std::size_t left = particles.size();
+  pass(std::span(&left, 1));
+  std::vector<ParticleRecord> received(ranks.is_lowest() ? most : 0);
+  for (std::size_t begin = 0; left > 0;) {
+    const std::size_t count = std::min(left, most);
+    const auto records = std::span(ranks.is_lowest() ? received : particles).subspan(begin, count);
+    pass(records);
+    if (ranks.is_lowest())
+      take(records);
+    else
+      begin += count;
+    left -= count;
+  }
+}
+
+}  // namespace
+
+void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& particles) {
+  stream << particle_columns;
+  write_rows(stream, particles, 0);
+}
+
+void write_particles(const std::filesystem::path& file, const Ranks& ranks,
+                     std::vector<ParticleRecord>& particles) {
+  if (!ranks.is_lowest()) return move_to_lowest(ranks, ranks.rank(), particles, {});
+  write_atomically(file, [&](std::ostream& stream) {
+    write_particles(stream, particles);
+    std::size_t id = particles.size();
+    for (int rank = 1; rank < ranks.count(); ++rank)
+      move_to_lowest(ranks, rank, particles, [&](std::span<const ParticleRecord> records) {
+        write_rows(stream, records, id);
+        id += records.size();
+      });
+  });
 }
 
 }  // namespace mss

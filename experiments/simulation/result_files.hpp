@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <iosfwd>
 #include <vector>
 
@@ -13,5 +14,10 @@ Table series_table(const std::vector<Measures>& series);
 
 /// particles.csv, row by row: a body may have millions of particles, too many for a Table.
 void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& particles);
+
+/// The same of ranks that share a body: the lowest writes the file, all must call it with their own
+/// particles.
+void write_particles(const std::filesystem::path& file, const Ranks& ranks,
+                     std::vector<ParticleRecord>& particles);
 
 }  // namespace mss

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <tuple>
 
 #include "core/error.hpp"
 #include "experiments/simulation/model.hpp"
@@ -123,6 +124,28 @@ void check_model(const Scene& scene) {
 
 bool is_static(const Scene& scene) {
   return find_integrator(scene.solve.integrator).stepping == Stepping::equilibrium;
+}
+
+void check_shared(const Scene& scene) {
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(
+        fmt::format("{}: {} is for a body in one process; leave it out, or start mss without mpirun",
+                    scene.file.string(), what));
+  };
+  const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+  if (method.stepping != Stepping::fixed || method.implicit || method.springs_only)
+    throw InputError(
+        fmt::format("{}: ranks share a body in explicit methods of fixed step, and {} is none; give another "
+                    "integrator, or start mss without mpirun",
+                    scene.file.string(), method.name));
+  if (scene.model != spring_model) refuse(fmt::format("model \"{}\"", scene.model));
+  if (!scene.refined_boxes.empty()) refuse("[[refine]]");
+  if (scene.solve.sleep.bound > 0) refuse("sleep");
+  if (scene.environment.contact_surface) refuse("contact_on = \"surface\"");
+  const auto acts_on_surface = [](const auto& action) { return action.surface != nullptr; };
+  const auto& [holds, loads] = std::tie(scene.environment.holds, scene.environment.loads);
+  if (std::any_of(holds.begin(), holds.end(), acts_on_surface)) refuse("a hold of a mesh's faces");
+  if (std::any_of(loads.begin(), loads.end(), acts_on_surface)) refuse("a load on a mesh's vertices");
 }
 
 void check_solve(const Scene& scene) {

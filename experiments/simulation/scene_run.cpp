@@ -50,7 +50,10 @@ State<Real> start_state(const SolidSystem<Real>& system, const Scene& scene) {
   State<Real> state = system.rest_state();
   const double mass = system.total_mass();
   Vec3 centre = Vec3::Zero();
-  for (const std::ptrdiff_t site : system.particles()) centre += system.mass(site) / mass * state.x.at(site);
+  system.ranks().add_in_order(centre, [&] {
+    for (const std::ptrdiff_t site : system.particles())
+      centre += system.mass(site) / mass * state.x.at(site);
+  });
   for (const std::ptrdiff_t site : system.particles())
     state.v.set(site, scene.start_velocity + scene.start_spin.cross(state.x.at(site) - centre));
   system.constrain(0, state.x, state.v);

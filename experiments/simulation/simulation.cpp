@@ -40,8 +40,9 @@ std::vector<LevelCount> count_levels(const SolidSystem<Real>& system) {
 template <class Real>
 class Simulation {
  public:
-  Simulation(const Scene& scene, const Body& body, const VtkChoice& vtk, SimulationResult& result)
-      : scene_(scene), run_(scene, body), result_(result), frame_every_(vtk.every) {
+  Simulation(const Scene& scene, const Body& body, const VtkChoice& vtk, const SharedRun& shared,
+             SimulationResult& result)
+      : scene_(scene), run_(scene, body), shared_(shared), result_(result), frame_every_(vtk.every) {
     result.dt = run_.dt();
     result.threads = run_.system().threads();
     result.kernel = run_.system().kernel_name();
@@ -56,6 +57,10 @@ class Simulation {
   void rows(Progress& progress);
 
  private:
+  void add_row(const Measures& measures) {
+    result_.series.push_back(measures);
+    shared_.on_row(measures);
+  }
   void advance(double t_end);
   void advance_with_frames(double t_end);
   void add_frame() { frames_->add(run_.state().t, run_.state().x, run_.state().v); }
@@ -65,6 +70,7 @@ class Simulation {
 
   const Scene& scene_;
   SceneRun<Real> run_;
+  const SharedRun& shared_;
   SimulationResult& result_;
   long frame_every_;  ///< n-th step, or row
   std::optional<VtkSeries> frames_;
@@ -95,7 +101,7 @@ template <class Real>
 void Simulation<Real>::rows(Progress& progress) {
   const State<Real>& state = run_.state();
   State<Real> last = state;
-  result_.series.push_back(measure(run_.system(), state));
+  add_row(measure(run_.system(), state));
   if (frames_) add_frame();
   const auto rows = std::max(1L, std::lround(std::ceil(scene_.solve.duration / scene_.solve.every - 1e-9)));
   for (long i = 1; i <= rows && result_.status == Status::ok; ++i) {
@@ -108,7 +114,7 @@ void Simulation<Real>::rows(Progress& progress) {
       result_.status = Status::non_finite;
       continue;
     }
-    result_.series.push_back(*measures);
+    add_row(*measures);
     if (reference_)
       reference_->advance_and_compare(
           run_, t_end,
@@ -117,7 +123,7 @@ void Simulation<Real>::rows(Progress& progress) {
     if (frames_ && !frames_by_step() && i % frame_every_ == 0) add_frame();
     last = state;
     progress.report(double(i) / double(rows), fmt::format("t = {:.4g} s", state.t));
-    if (i < rows && progress.stopped()) result_.status = Status::interrupted;
+    if (i < rows && !shared_.ranks.all(!progress.stopped())) result_.status = Status::interrupted;
   }
   if (frames_) frames_->finish();
   if (reference_) result_.sleep = reference_->report();
@@ -125,9 +131,10 @@ void Simulation<Real>::rows(Progress& progress) {
 }
 
 template <class Real>
-void simulate_in(const Scene& scene, const VtkChoice& vtk, Progress& progress, SimulationResult& result) {
-  const Body body(scene.body);
-  Simulation<Real>(scene, body, vtk, result).rows(progress);
+void simulate_in(const Scene& scene, const VtkChoice& vtk, const SharedRun& shared, Progress& progress,
+                 SimulationResult& result) {
+  const Body body(scene.body, shared.ranks);
+  Simulation<Real>(scene, body, vtk, shared, result).rows(progress);
 }
 
 }  // namespace
@@ -142,13 +149,14 @@ State<Real> stretched_state(const BodySystem<Real>& system, double factor) {
   return state;
 }
 
-SimulationResult simulate(const Scene& scene, Progress& progress, const VtkChoice& vtk) {
+SimulationResult simulate(const Scene& scene, Progress& progress, const VtkChoice& vtk,
+                          const SharedRun& shared) {
   check_solve(scene);
   SimulationResult result;
   if (scene.solve.precision == Precision::single)
-    simulate_in<float>(scene, vtk, progress, result);
+    simulate_in<float>(scene, vtk, shared, progress, result);
   else
-    simulate_in<double>(scene, vtk, progress, result);
+    simulate_in<double>(scene, vtk, shared, progress, result);
   return result;
 }
 

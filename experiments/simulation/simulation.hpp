@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -53,8 +54,16 @@ struct VtkChoice {
 template <class Real>
 State<Real> stretched_state(const BodySystem<Real>& system, double factor);
 
+/// Ranks that simulate a scene together: each must call simulate() then. All get the same result, but for the
+/// particles: a rank gets its own, which follow those of the rank below.
+struct SharedRun {
+  const Ranks& ranks = Ranks::alone();
+  std::function<void(const Measures&)> on_row = [](const Measures&) {};  ///< as soon as one is there
+};
+
 /// Simulates a scene from beginning to end, and writes the series if that is chosen. Throws as
 /// check_solve() in scene_check.hpp, and InputError if a file cannot be written.
-SimulationResult simulate(const Scene& scene, Progress& progress, const VtkChoice& vtk = {});
+SimulationResult simulate(const Scene& scene, Progress& progress, const VtkChoice& vtk = {},
+                          const SharedRun& shared = {});
 
 }  // namespace mss
