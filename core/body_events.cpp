@@ -20,7 +20,7 @@ bool BodyEvents<Real>::collide(const State<Real>& before, double dt, State<Real>
     if (collide_particle(contact_, held_, site, before, dt, state))
       any.store(true, std::memory_order_relaxed);
   });
-  return !system_.everywhere(!any);
+  return !system_.ranks().all(!any);
 }
 
 template <class Real>

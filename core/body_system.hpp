@@ -45,7 +45,6 @@ class BodySystem : public SolidSystem<Real> {
   void clear_prescribed(Field<Real>& field) const override { held_.clear(field); }
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
   BodyEvents<Real>* events() override { return &events_; }
-  bool everywhere(bool here) const override { return body_.ranks().all(here); }
   void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override {
     team_.for_each(count, task);
   }

@@ -54,6 +54,13 @@ class Ranks {
   /// The largest of all ranks' numbers.
   virtual double largest(double number) const { return number; }
 
+  /// Replaces numbers by their sums over all ranks, added from the lowest up.
+  virtual void sum(std::span<double> /*numbers*/) const {}
+  double sum(double number) const {
+    sum(std::span(&number, 1));
+    return number;
+  }
+
   bool all(bool here) const { return largest(here ? 0 : 1) == 0; }
 
   /// Runs add() on one rank after the other, from the lowest planes up; each goes on with the `sums` of the

@@ -25,6 +25,8 @@ class SolidSystem : public System<Real> {
   /// particles follow others: these are not among particles(), and constrain() puts them where they belong.
   virtual const std::vector<Level>& levels() const = 0;
 
+  const Ranks& ranks() const override { return levels().front().body.ranks(); }
+
   /// The solid while nothing acts on it: holds have not moved anything.
   State<Real> undeformed_state() const;
   /// The same at t = 0, with held coordinates where holds put them.
@@ -56,9 +58,6 @@ class SolidSystem : public System<Real> {
   virtual void wake_moving(const State<Real>&) {}
   /// Must be called after a change of positions, or of what acts on the solid.
   virtual void wake_all() {}
-
-  /// Those that share the solid.
-  const Ranks& ranks() const { return levels().front().body.ranks(); }
 
   /// Where other ranks share the solid: gets from them what measures of a state read at ghosts.
   virtual void update_ghosts(const State<Real>&) const {}

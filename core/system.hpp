@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/field.hpp"
+#include "core/ranks.hpp"
 #include "core/state.hpp"
 #include "core/step_events.hpp"
 #include "core/tangents.hpp"
@@ -69,9 +70,9 @@ class System {
   /// Contact and sleep; nullptr if nothing happens between steps.
   virtual StepEvents<Real>* events() { return nullptr; }
 
-  /// Whether something holds everywhere, where other processes have parts of the system: these must ask too.
-  /// What methods decide by a state they decide by this.
-  virtual bool everywhere(bool here) const { return here; }
+  /// Those that share the system, each with some of its particles. What methods decide by a state, and sums
+  /// over particles, are to be all ranks' together.
+  virtual const Ranks& ranks() const { return Ranks::alone(); }
 
   /// Runs task(0) ... task(count - 1), on as many threads as forces are computed with. Tasks must not throw.
   virtual void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task);

@@ -22,7 +22,7 @@ class SystemWrapper : public System<Real> {
   Tangents<Real>* tangents() override { return other_.tangents(); }
   DiscreteGradient<Real>* discrete_gradient() override { return other_.discrete_gradient(); }
   StepEvents<Real>* events() override { return other_.events(); }
-  bool everywhere(bool here) const final { return other_.everywhere(here); }
+  const Ranks& ranks() const final { return other_.ranks(); }
   void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) final {
     other_.parallel(count, task);
   }

@@ -72,7 +72,7 @@ Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>
     for (long taken = 0; between.active() && taken < n; ++taken) step_alone();
     work.steps += n;
     left -= n;
-    if (!system.everywhere(is_finite(state))) return Status::non_finite;
+    if (!system.ranks().all(is_finite(state))) return Status::non_finite;
   }
   snap_to_end_time(state.t, dt, t_end);
   return Status::ok;
@@ -89,7 +89,7 @@ Status advance_step_by_step(Integrator<Real>& method, System<Real>& system, Stat
     if (const Status status = take(); status != Status::ok) return status;
     between.step_ends(state);
     ++work.steps;
-    if (!system.everywhere(is_finite(state))) return Status::non_finite;
+    if (!system.ranks().all(is_finite(state))) return Status::non_finite;
   }
   snap_to_end_time(state.t, dt, t_end);
   return Status::ok;

@@ -40,7 +40,7 @@ double dot(const System<double>& system, const Field<double>& a, const Field<dou
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis)
     for (const std::ptrdiff_t i : system.particles()) sum += a.axis(axis)[i] * b.axis(axis)[i];
-  return sum;
+  return system.ranks().sum(sum);
 }
 
 }  // namespace
@@ -90,8 +90,11 @@ bool Newton::search(System<double>& system, const ImplicitStage& stage, State<do
   return false;
 }
 
-double Newton::largest_move(const ImplicitStage& stage) const {
-  return stage.gamma_x * step_.array().abs().maxCoeff();
+/// The largest change of a coordinate that the step makes, over the largest coordinate.
+double Newton::relative_move(const System<double>& system, const ImplicitStage& stage,
+                             const State<double>& state) const {
+  const double move = stage.gamma_x * system.ranks().largest(step_.array().abs().maxCoeff());
+  return move / system.ranks().largest(state.x.array().abs().maxCoeff());
 }
 
 Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) {
@@ -111,7 +114,7 @@ Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<d
     const Status status =
         solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
     if (status != Status::ok) return status;
-    const double move = largest_move(stage) / state.x.array().abs().maxCoeff(), before = norm;
+    const double move = relative_move(system, stage, state), before = norm;
     if (!search(system, stage, state, norm, work))
       return move <= ordinary.negligible || before <= good ? Status::ok : Status::newton_stalled;
     const bool near = norm <= target || move <= ordinary.negligible;

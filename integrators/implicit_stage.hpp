@@ -76,7 +76,8 @@ class Newton final : public NonlinearSolver {
   double residual(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
   bool search(System<double>& system, const ImplicitStage& stage, State<double>& state, double& norm,
               Work& work);
-  double largest_move(const ImplicitStage& stage) const;
+  double relative_move(const System<double>& system, const ImplicitStage& stage,
+                       const State<double>& state) const;
 
   Tangent kind_;
   int iterations_;

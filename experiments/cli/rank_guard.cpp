@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -44,6 +45,7 @@ void work_under_guard(const std::string& kept) {
   worker = fork();
   if (worker < 0) throw std::system_error(errno, std::generic_category(), "a process cannot be started");
   if (worker > 0) {
+    prctl(PR_SET_NAME, "mss-guard");  // for `top`, and those who end processes by name
     std::signal(SIGINT, hand_on);
     std::signal(SIGTERM, hand_on);
     watch_worker(kept);

@@ -191,17 +191,18 @@ void prepare(const Scene& scene, const fs::path& directory) {
 }
 
 /// As simulate(), with rows written as soon as they are there.
-SimulationResult simulate_in_ranks(const Scene& scene, Progress& progress, const Ranks& ranks,
-                                   const fs::path& directory) {
+SimulationResult simulate_in_ranks(const Scene& scene, Progress& progress, const VtkChoice& vtk,
+                                   const Ranks& ranks) {
+  const fs::path& directory = vtk.directory;
   std::optional<GrowingSeries> rows;
   if (ranks.is_lowest()) {
     fs::remove(directory / "summary.json");  // of an earlier run, whose rows are overwritten
     fs::remove(directory / "particles.csv");
     rows.emplace(directory / "series.csv");
   }
-  return simulate(scene, progress, {}, {ranks, [&](const Measures& row) {
-                                          if (rows) rows->add(row);
-                                        }});
+  return simulate(scene, progress, vtk, {ranks, [&](const Measures& row) {
+                                           if (rows) rows->add(row);
+                                         }});
 }
 
 void report(const Scene& scene, const SimulationResult& result, const fs::path& directory,
@@ -216,17 +217,37 @@ void report(const Scene& scene, const SimulationResult& result, const fs::path& 
   if (result.sleep) fmt::print("{}: {}\n", scene.name, description(*result.sleep, scene.solve.sleep.bound));
 }
 
-void run_scene(const RunChoice& choice, int& exit_status) {
-  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+/// What can be said before any work.
+void check_run(const Scene& scene, const RunChoice& choice) {
   check_solve(scene);
   if (launch().count > 1) check_shared(scene);
-  const fs::path directory =
-      choice.directory.empty() ? fs::path("out") / scene.name : fs::path(choice.directory);
   if (choice.vtk && *choice.vtk < 1)
     throw InputError(
         fmt::format("--vtk is {}; give the number of steps from frame to frame, 1 or more", *choice.vtk));
-  if (choice.vtk && launch().count > 1)
-    throw InputError("--vtk is for a body in one process; leave it out, or start mss without mpirun");
+  if (choice.vtk && scene.mesh && launch().count > 1)
+    throw InputError(
+        "--vtk of a body given as a mesh is for one process; leave it out, or start mss without mpirun");
+}
+
+/// All ranks call it, and the lowest writes.
+void write_results(const Scene& scene, SimulationResult& result,
+                   const std::optional<SceneEstimates>& estimates, const ConnectedRanks& ranks,
+                   const fs::path& directory) {
+  const Table series = series_table(result.series);
+  if (ranks.is_lowest()) write_atomically(directory / "series.csv", series.csv());
+  write_particles(directory / "particles.csv", ranks, result.particles);
+  const Json shared = sharing(scene, ranks);
+  if (!ranks.is_lowest()) return;
+  write_atomically(directory / "summary.json",
+                   summary(scene, result, series, estimates, ranks.count(), shared).dump(2) + "\n");
+  report(scene, result, directory, estimates);
+}
+
+void run_scene(const RunChoice& choice, int& exit_status) {
+  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+  check_run(scene, choice);
+  const fs::path directory =
+      choice.directory.empty() ? fs::path("out") / scene.name : fs::path(choice.directory);
   const std::unique_ptr<ConnectedRanks> ranks =
       connect_ranks(fmt::format("the rows until then are in {}", (directory / "series.csv").string()));
   if (ranks->is_lowest()) prepare(scene, directory);
@@ -234,21 +255,13 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   std::optional<SceneEstimates> estimates;
   {
     TerminalProgress progress(scene.name);
-    result = ranks->are_several()
-                 ? simulate_in_ranks(scene, progress, *ranks, directory)
-                 : simulate(scene, progress, {.every = choice.vtk.value_or(0), .directory = directory});
+    const VtkChoice vtk{.every = choice.vtk.value_or(0), .directory = directory};
+    result = ranks->are_several() ? simulate_in_ranks(scene, progress, vtk, *ranks)
+                                  : simulate(scene, progress, vtk);
     if (is_static(scene) && result.status == Status::ok)
       estimates = estimate_errors(scene, result.particles, progress);
   }
-  const Table series = series_table(result.series);
-  if (ranks->is_lowest()) write_atomically(directory / "series.csv", series.csv());
-  write_particles(directory / "particles.csv", *ranks, result.particles);
-  const Json shared = sharing(scene, *ranks);
-  if (ranks->is_lowest()) {
-    write_atomically(directory / "summary.json",
-                     summary(scene, result, series, estimates, ranks->count(), shared).dump(2) + "\n");
-    report(scene, result, directory, estimates);
-  }
+  write_results(scene, result, estimates, *ranks, directory);
   ranks->leave();
   if (result.status == Status::interrupted)
     exit_status = exit_interrupted;

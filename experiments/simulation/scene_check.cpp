@@ -133,11 +133,16 @@ void check_shared(const Scene& scene) {
                     scene.file.string(), what));
   };
   const IntegratorInfo& method = find_integrator(scene.solve.integrator);
-  if (method.stepping != Stepping::fixed || method.implicit || method.springs_only)
+  if (method.stepping == Stepping::equilibrium || method.needs_springs() || method.name == "cvode_bdf_klu")
+    refuse(fmt::format("integrator = \"{}\"", method.name));
+  const bool by_newton =
+      scene.solve.nonlinear_solver == SolveConfig{}.nonlinear_solver && method.nonlinear_solver.empty();
+  if (method.implicit && !by_newton) refuse("a nonlinear solver other than \"newton\"");
+  if (method.implicit && method.name != "cvode_bdf_gmres" && scene.solve.linear_solver != "matrix_free")
     throw InputError(
-        fmt::format("{}: ranks share a body in explicit methods of fixed step, and {} is none; give another "
-                    "integrator, or start mss without mpirun",
-                    scene.file.string(), method.name));
+        fmt::format("{}: {} in ranks needs linear_solver = \"matrix_free\", and that is \"{}\"; give it, or "
+                    "start mss without mpirun",
+                    scene.file.string(), method.name, scene.solve.linear_solver));
   if (scene.model != spring_model) refuse(fmt::format("model \"{}\"", scene.model));
   if (!scene.refined_boxes.empty()) refuse("[[refine]]");
   if (scene.solve.sleep.bound > 0) refuse("sleep");

@@ -63,7 +63,10 @@ class Simulation {
   }
   void advance(double t_end);
   void advance_with_frames(double t_end);
-  void add_frame() { frames_->add(run_.state().t, run_.state().x, run_.state().v); }
+  void add_frame() {
+    run_.system().update_ghosts(run_.state());
+    frames_->add(run_.state().t, run_.state().x, run_.state().v);
+  }
   bool frames_by_step() const {
     return frames_ && find_integrator(scene_.solve.integrator).stepping == Stepping::fixed;
   }

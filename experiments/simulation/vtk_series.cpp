@@ -4,8 +4,11 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
+#include <numeric>
+#include <span>
 
 #include "core/error.hpp"
 #include "core/measures.hpp"
@@ -29,35 +32,98 @@ void check(std::int64_t result) {
   if (result < 0) throw InputError(errno != 0 ? std::strerror(errno) : "HDF5 gives no reason");
 }
 
+/// Where ranks write that have no file: only the lowest has one.
+constexpr hid_t nowhere = H5I_INVALID_HID;
+
 /// An HDF5 identifier, closed by the destructor. Throws if it could not be opened.
 class Handle {
  public:
   Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) { check(id); }
+  /// Nowhere.
+  Handle() = default;
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
-  ~Handle() { close_(id_); }
+  ~Handle() {
+    if (close_) close_(id_);
+  }
   operator hid_t() const { return id_; }  // NOLINT(google-explicit-constructor): HDF5 takes numbers
 
  private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
+  hid_t id_ = nowhere;
+  herr_t (*close_)(hid_t) = nullptr;
 };
+
+/// In messages whose size an int can count.
+template <class T>
+void pass_to_lowest(const Ranks& ranks, int from, std::vector<T>& values) {
+  constexpr std::size_t most = std::size_t(1) << 27U;
+  for (std::size_t first = 0; first < values.size(); first += most)
+    ranks.pass(
+        from, 0,
+        std::as_writable_bytes(std::span(values).subspan(first, std::min(most, values.size() - first))));
+}
 
 hid_t type_of(double) { return H5T_NATIVE_DOUBLE; }
 hid_t type_of(std::int64_t) { return H5T_NATIVE_INT64; }
 hid_t type_of(std::uint8_t) { return H5T_NATIVE_UINT8; }
 
-/// A dataset of rows of `columns` numbers.
+/// A dataset of rows of `columns` numbers, opened to be written in portions.
+template <class T>
+class Dataset {
+ public:
+  Dataset(hid_t group, const char* name, hsize_t numbers, hsize_t columns)
+      : columns_(columns),
+        space_(H5Screate_simple(columns == 1 ? 1 : 2, std::array{numbers / columns, columns}.data(), nullptr),
+               H5Sclose),
+        untimed_(H5Pcreate(H5P_DATASET_CREATE), H5Pclose),
+        set_(H5Dcreate2(group, name, type_of(T{}), space_, H5P_DEFAULT, untimed(), H5P_DEFAULT), H5Dclose) {}
+
+  /// The rows after those before.
+  void add(const std::vector<T>& values) {
+    if (values.empty()) return;
+    const std::array<hsize_t, 2> first{done_, 0}, count{values.size() / columns_, columns_};
+    const Handle part(H5Screate_simple(columns_ == 1 ? 1 : 2, count.data(), nullptr), H5Sclose);
+    check(H5Sselect_hyperslab(space_, H5S_SELECT_SET, first.data(), nullptr, count.data(), nullptr));
+    check(H5Dwrite(set_, type_of(T{}), part, space_, H5P_DEFAULT, values.data()));
+    done_ += count[0];
+  }
+
+ private:
+  /// Without the time of its making, so that equal runs leave equal files.
+  hid_t untimed() {
+    check(H5Pset_obj_track_times(untimed_, false));
+    return untimed_;
+  }
+
+  hsize_t columns_, done_ = 0;
+  Handle space_, untimed_, set_;
+};
+
 template <class T>
 void write(hid_t group, const char* name, const std::vector<T>& values, hsize_t columns = 1) {
-  const hsize_t extent[] = {values.size() / columns, columns};
-  const Handle space(H5Screate_simple(columns == 1 ? 1 : 2, extent, nullptr), H5Sclose);
-  const Handle set(H5Dcreate2(group, name, type_of(T{}), space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                   H5Dclose);
-  check(H5Dwrite(set, type_of(T{}), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()));
+  if (group != nowhere) Dataset<T>(group, name, values.size(), columns).add(values);
+}
+
+/// The same of ranks that each have some of the rows, those of the lowest first: it gets the others' one
+/// after the other.
+template <class T>
+void write_all(const Ranks& ranks, hid_t group, const char* name, std::vector<T> values,
+               hsize_t columns = 1) {
+  std::vector<std::size_t> sizes(std::size_t(ranks.count()), values.size());
+  for (int rank = 1; rank < ranks.count(); ++rank)
+    ranks.pass(rank, 0, std::as_writable_bytes(std::span(&sizes[std::size_t(rank)], 1)));
+  if (!ranks.is_lowest()) return pass_to_lowest(ranks, ranks.rank(), values);
+  Dataset<T> set(group, name, std::accumulate(sizes.begin(), sizes.end(), hsize_t(0)), columns);
+  set.add(values);
+  for (int rank = 1; rank < ranks.count(); ++rank) {
+    values.resize(sizes[std::size_t(rank)]);
+    pass_to_lowest(ranks, rank, values);
+    set.add(values);
+  }
 }
 
 void write_text(hid_t group, const char* name, const std::string& text) {
+  if (group == nowhere) return;
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate(H5S_SCALAR), H5Sclose);
   check(H5Tset_size(type, text.size()));
   const Handle attribute(H5Acreate2(group, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
@@ -65,6 +131,7 @@ void write_text(hid_t group, const char* name, const std::string& text) {
 }
 
 void write_version(hid_t group) {
+  if (group == nowhere) return;
   const hsize_t two = 2;
   const std::int64_t version[] = {1, 0};
   const Handle space(H5Screate_simple(1, &two, nullptr), H5Sclose);
@@ -74,17 +141,21 @@ void write_version(hid_t group) {
 }
 
 Handle new_group(hid_t parent, const char* name) {
+  if (parent == nowhere) return {};
   return {H5Gcreate2(parent, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
 }
 
 /// Lets a name stand for what another file of the directory holds.
 void link(hid_t group, const char* name, const fs::path& file, const std::string& object) {
+  if (group == nowhere) return;
   check(H5Lcreate_external(file.filename().c_str(), object.c_str(), group, name, H5P_DEFAULT, H5P_DEFAULT));
 }
 
-/// Makes an HDF5 file beside its place, lets `fill` fill it, and puts it there.
+/// Makes an HDF5 file beside its place, lets `fill` fill it, and puts it there: on the lowest rank. On others
+/// fill(nowhere) hands over what they have of it.
 template <class Fill>
-void write_file(const fs::path& file, Fill&& fill) {
+void write_file(const Ranks& ranks, const fs::path& file, Fill&& fill) {
+  if (!ranks.is_lowest()) return fill(nowhere);
   replace_atomically(file, [&](const fs::path& beside) {
     errno = 0;
     const Handle h5(H5Fcreate(beside.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
@@ -93,18 +164,22 @@ void write_file(const fs::path& file, Fill&& fill) {
   });
 }
 
-/// The shapes of an unstructured grid, all with the same number of corners.
-void write_shapes(hid_t group, std::uint8_t type, std::int64_t corners, std::int64_t points,
-                  const std::vector<std::int64_t>& connectivity) {
-  const std::int64_t count = std::int64_t(connectivity.size()) / corners;
+/// The shapes of an unstructured grid, all with the same number of corners: those of all ranks.
+void write_shapes(const Ranks& ranks, hid_t group, std::uint8_t type, std::int64_t corners,
+                  std::int64_t points, const std::vector<std::int64_t>& connectivity) {
+  const std::int64_t own = std::int64_t(connectivity.size()) / corners;
+  std::int64_t count = 0;
   std::vector<std::int64_t> offsets;
-  for (std::int64_t i = 0; i <= count; ++i) offsets.push_back(corners * i);
+  ranks.add_in_order(count, [&] {
+    for (const std::int64_t end = count + own; count < end; ++count) offsets.push_back(corners * count);
+  });
+  if (ranks.is_highest()) offsets.push_back(corners * count);
   write(group, "NumberOfPoints", std::vector<std::int64_t>{points});
   write(group, "NumberOfCells", std::vector<std::int64_t>{count});
   write(group, "NumberOfConnectivityIds", std::vector<std::int64_t>{corners * count});
-  write(group, "Types", std::vector<std::uint8_t>(std::size_t(count), type));
-  write(group, "Offsets", offsets);
-  write(group, "Connectivity", connectivity);
+  write_all(ranks, group, "Types", std::vector<std::uint8_t>(std::size_t(own), type));
+  write_all(ranks, group, "Offsets", offsets);
+  write_all(ranks, group, "Connectivity", connectivity);
 }
 
 /// Makes a group VTK's, with what `kind` has in common with all frames.
@@ -150,8 +225,9 @@ void write_cell_values(hid_t group, const std::vector<Level>& levels, const Fiel
       volume_ratio.push_back(trilinear_volume(corners) / level.body.cell_volume());
       jacobian.push_back(smallest / level.body.cell_volume());
     });
-  write(group, "volume_ratio", volume_ratio);
-  write(group, "jacobian", jacobian);
+  const Ranks& ranks = levels.front().body.ranks();
+  write_all(ranks, group, "volume_ratio", volume_ratio);
+  write_all(ranks, group, "jacobian", jacobian);
 }
 
 template <class Real>
@@ -165,8 +241,9 @@ void write_spring_values(hid_t group, const std::vector<Level>& levels, const Fi
           const double length = (x.at(level.first + b) - x.at(level.first + a)).norm();
           stretch.push_back(length / level.body.rest_length(slot.kind) - 1);
         });
-  write(group, "stretch", stretch);
-  write(group, "class", classes);
+  const Ranks& ranks = levels.front().body.ranks();
+  write_all(ranks, group, "stretch", stretch);
+  write_all(ranks, group, "class", classes);
 }
 
 /// Whether a file is one of ours: cells_000012.vtkhdf, springs_000012.vtkhdf, mesh.h5.
@@ -194,15 +271,30 @@ VtkSeries::VtkSeries(fs::path directory, std::vector<Level> levels,
                      const std::optional<TriangleMesh>& surface)
     : directory_(std::move(directory)), levels_(std::move(levels)) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // failures are exceptions, not pages on stderr
-  for (const auto& [body, first] : levels_) {
-    point_of_.resize(std::size_t(first + body.lattice().size), -1);
-    for (const std::ptrdiff_t site : body.sites()) point_of_[std::size_t(first + site)] = points_++;
-  }
+  number_points();
   const BodyConfig& config = levels_.front().body.config();
   if (surface) surface_.emplace(*surface, config.voxels, config.cell_size, config.origin);
-  remove_vtk_series(directory_);
-  prepare_directory(directory_ / "vtk");
+  if (ranks().is_lowest()) {
+    remove_vtk_series(directory_);
+    prepare_directory(directory_ / "vtk");
+  }
   write_mesh(surface);
+}
+
+/// In the order of particles; each rank those of its own planes and of the ghosts above, where its cells end.
+void VtkSeries::number_points() {
+  for (const auto& [body, first] : levels_) {
+    point_of_.resize(std::size_t(first + body.lattice().size), -1);
+    std::int64_t next = 0;  // of the rank above
+    ranks().add_in_order(points_, [&] {
+      for (const std::ptrdiff_t site : body.sites()) point_of_[std::size_t(first + site)] = points_++;
+      next = points_;
+    });
+    const Lattice& lattice = body.lattice();
+    const std::ptrdiff_t above = lattice.plane * body.own_planes().last;
+    for (std::ptrdiff_t site = above; site < lattice.sites; ++site)
+      if (body.weights_at(site).mass > 0) point_of_[std::size_t(first + site)] = next++;
+  }
 }
 
 fs::path VtkSeries::frame_file(const std::string& kind, std::size_t frame) const {
@@ -221,13 +313,13 @@ void VtkSeries::write_mesh(const std::optional<TriangleMesh>& surface) const {
       springs.push_back(point(b));
     });
   }
-  write_file(directory_ / "vtk" / "mesh.h5", [&](hid_t file) {
+  write_file(ranks(), directory_ / "vtk" / "mesh.h5", [&](hid_t file) {
     write_text(file, "mss", program_version());
-    write_shapes(new_group(file, "cells"), vtk_hexahedron, 8, points_, cells);
-    write_shapes(new_group(file, "springs"), vtk_line, 2, points_, springs);
+    write_shapes(ranks(), new_group(file, "cells"), vtk_hexahedron, 8, points_, cells);
+    write_shapes(ranks(), new_group(file, "springs"), vtk_line, 2, points_, springs);
     if (surface)
-      write_shapes(new_group(file, "surface"), vtk_triangle, 3, std::int64_t(surface->vertices.size()),
-                   triangle_corners(*surface));
+      write_shapes(ranks(), new_group(file, "surface"), vtk_triangle, 3,
+                   std::int64_t(surface->vertices.size()), triangle_corners(*surface));
   });
 }
 
@@ -235,14 +327,14 @@ template <class Real>
 void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v) {
   const std::size_t frame = times_.size();
   const fs::path mesh = "mesh.h5", cells = frame_file("cells", frame);
-  write_file(cells, [&](hid_t file) {
+  write_file(ranks(), cells, [&](hid_t file) {
     const Handle grid = new_group(file, "VTKHDF");
     describe_grid(grid, "cells", mesh);
-    write(grid, "Points", by_point(levels_, x), 3);
-    write(new_group(grid, "PointData"), "velocity", by_point(levels_, v), 3);
+    write_all(ranks(), grid, "Points", by_point(levels_, x), 3);
+    write_all(ranks(), new_group(grid, "PointData"), "velocity", by_point(levels_, v), 3);
     write_cell_values(new_group(grid, "CellData"), levels_, x);
   });
-  write_file(frame_file("springs", frame), [&](hid_t file) {
+  write_file(ranks(), frame_file("springs", frame), [&](hid_t file) {
     const Handle grid = new_group(file, "VTKHDF");
     describe_grid(grid, "springs", mesh);
     link(grid, "Points", cells, "/VTKHDF/Points");
@@ -254,7 +346,7 @@ void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v) {
 
 template <class Real>
 void VtkSeries::add_surface(const fs::path& file, const Field<Real>& x, const Field<Real>& v) const {
-  write_file(file, [&](hid_t h5) {
+  write_file(ranks(), file, [&](hid_t h5) {
     const Handle grid = new_group(h5, "VTKHDF");
     describe_grid(grid, "surface", "mesh.h5");
     write(grid, "Points", by_vertex(surface_->interpolate(x)), 3);
@@ -263,6 +355,7 @@ void VtkSeries::add_surface(const fs::path& file, const Field<Real>& x, const Fi
 }
 
 void VtkSeries::finish() const {
+  if (!ranks().is_lowest()) return;
   for (const std::string kind : kinds) {
     if (kind == "surface" && !surface_) continue;
     Json frames = Json::array();

@@ -24,14 +24,17 @@ void remove_vtk_series(const std::filesystem::path& directory);
 /// lines between the same points, with their stretch and their class (0 edge, 1 face diagonal, 2 body
 /// diagonal). The surface is the mesh's triangles where the cells carry them, with the velocity of their
 /// corners. Which points belong together is stored once, in `vtk/mesh.h5`.
+///
+/// Where ranks share the body all of them make a series and call its functions; the lowest writes the files,
+/// as one process would.
 class VtkSeries {
  public:
-  /// `levels`: the body's, which must outlive it. `surface`: the mesh that it was given as, if it was. Throws
-  /// InputError if the directory cannot be written to.
+  /// `levels`: the body's, which must outlive it. `surface`: the mesh that it was given as, if it was, of a
+  /// body in one process. Throws InputError if the directory cannot be written to.
   VtkSeries(std::filesystem::path directory, std::vector<Level> levels,
             const std::optional<TriangleMesh>& surface = std::nullopt);
 
-  /// Writes a frame, whole or not at all. Throws InputError if that fails.
+  /// Writes a frame, whole or not at all; ghosts must be up to date. Throws InputError if that fails.
   template <class Real>
   void add(double t, const Field<Real>& x, const Field<Real>& v);
 
@@ -39,6 +42,8 @@ class VtkSeries {
   void finish() const;
 
  private:
+  const Ranks& ranks() const { return levels_.front().body.ranks(); }
+  void number_points();
   std::filesystem::path frame_file(const std::string& kind, std::size_t frame) const;
   void write_mesh(const std::optional<TriangleMesh>& surface) const;
   template <class Real>

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "integrators/linear/unknowns.hpp"
@@ -72,7 +73,7 @@ Status ConjugateGradients::prepare(System<double>& system, double t, const Field
     mask_ = mask_of_unknowns(system);
   }
   system_ = &system;
-  most_iterations_ = std::max(100L, long(tangents_of(system).unknowns().size()));
+  most_iterations_ = std::max(100L, long(system.ranks().sum(double(tangents_of(system).unknowns().size()))));
   prepare_product(system, t, x, v, sum, work);
   ++work.jacobians;
   return prepare_preconditioner(system, t, x, v, sum, work);
@@ -115,7 +116,9 @@ ConjugateGradients::Products ConjugateGradients::sum_over_ranges(const std::func
   });
   Products total;
   for (const auto& [rz, rr] : sums_) total = {total.rz + rz, total.rr + rr};
-  return total;
+  std::array<double, 2> of_all{total.rz, total.rr};
+  system_->ranks().sum(of_all);
+  return {of_all[0], of_all[1]};
 }
 
 Status ConjugateGradients::solve(const Field<double>& rhs, Field<double>& solution, Work& work) {

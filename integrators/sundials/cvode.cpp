@@ -243,8 +243,9 @@ void Session::find_events(const Field<double>& x) {
 int Session::event_functions(double t, N_Vector y, double* values, void* self) {
   Session& s = *static_cast<Session*>(self);
   s.problem_.fields(t, y);
-  const std::vector<double> now = s.problem_.system().events()->event_functions(s.problem_.x());
-  std::copy(now.begin(), now.end(), values);
+  System<double>& system = s.problem_.system();
+  for (const double gap : system.events()->event_functions(s.problem_.x()))
+    *values++ = -system.ranks().largest(-gap);  // the smallest of all
   return 0;
 }
 

@@ -4,12 +4,13 @@
 
 #include <cmath>
 
+#include "integrators/sundials/shared_vector.hpp"
 #include "integrators/sundials/version.hpp"
 
 namespace mss::sundials {
 
 bool advance_if_all_prescribed(System<double>& system, State<double>& state, double t_end) {
-  if (!unknowns_of(system).empty()) return false;
+  if (!system.ranks().all(unknowns_of(system).empty())) return false;
   state.t = t_end;
   system.constrain(t_end, state.x, state.v);
   return true;
@@ -20,7 +21,7 @@ FirstOrder::FirstOrder(System<double>& system, SUNContext context)
       context_(context),
       unknowns_(unknowns_of(system)),
       size_(Eigen::Index(unknowns_.size())),
-      y_(N_VNew_Serial(2 * size_, context)),
+      y_(shared_vector(2 * size_, system.ranks(), context)),
       x_(system.size()),
       v_(system.size()),
       a_(system.size()) {}
@@ -61,11 +62,11 @@ bool FirstOrder::rate(double t, N_Vector y, N_Vector ydot) {
     *xdot++ = v_.axis(axis)[site];
     sum += * vdot++ = a_.axis(axis)[site];
   }
-  return std::isfinite(sum);
+  return system_.ranks().all(std::isfinite(sum));
 }
 
 Vector FirstOrder::tolerances(const IntegratorOptions& options) const {
-  Vector tolerances(N_VNew_Serial(2 * size_, context_));
+  Vector tolerances(N_VClone(y_.get()));
   double* out = N_VGetArrayPointer(tolerances.get());
   std::fill_n(out, size_, options.tolerance * options.length_scale);
   std::fill_n(out + size_, size_, options.tolerance * options.speed_scale);
