@@ -144,7 +144,7 @@ void check_shared(const Scene& scene) {
                     "start mss without mpirun",
                     scene.file.string(), method.name, scene.solve.linear_solver));
   if (scene.model != spring_model) refuse(fmt::format("model \"{}\"", scene.model));
-  if (!scene.refined_boxes.empty()) refuse("[[refine]]");
+  if (is_refined(scene)) refuse(scene.auto_refinement ? "body.refinement" : "[[refine]]");
   if (scene.solve.sleep.bound > 0) refuse("sleep");
   if (scene.environment.contact_surface) refuse("contact_on = \"surface\"");
   const auto acts_on_surface = [](const auto& action) { return action.surface != nullptr; };
