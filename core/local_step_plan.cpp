@@ -9,6 +9,9 @@ namespace {
 
 constexpr double least_nu = 0.01;     ///< delta = 1 + nu / p^2
 constexpr double most_damping = 0.4;  ///< over a step
+/// What a particle's update costs in a plan with short steps, over one in plain steps: 1.3 to 1.7 were
+/// measured.
+constexpr double cost_in_short_steps = 1.5;
 
 /// What keeps a damped mode at the edge of the range stable: 4 - omega^2 dt^2 >= 2 c dt.
 double nu_of(double damping, double dt) {
@@ -44,7 +47,8 @@ class Planner {
       }
       if (!possible) continue;
       set_substeps(rates);
-      const double step = stable_step(rates), cost = work(rates) / step;
+      const double step = stable_step(rates),
+                   cost = (rates.empty() ? 1 : cost_in_short_steps) * work(rates) / step;
       if (slower > 0 && cost >= least) continue;
       least = cost;
       best = {std::move(rates), step};
