@@ -20,6 +20,9 @@ constexpr std::size_t gauss_points = 8;
 /// From corner a to corner b of a cell at rest, in cells.
 Vec3 corner_difference(int a, int b) { return (corner_sides(b) - corner_sides(a)) / 2; }
 
+/// Of a Gauss point, from the middle of a cell of edges 1.
+Vec3 gauss_offset(std::size_t g) { return corner_sides(int(g)) / (2 * std::sqrt(3.0)); }
+
 /// Gradients at Gauss points of what corners and edges have between them, in a cell of edges 1.
 struct Gradients {
   Gradients();
@@ -38,7 +41,7 @@ std::array<int, 4> edges_along(int axis) {
 
 Gradients::Gradients() {
   for (std::size_t g = 0; g < gauss_points; ++g) {
-    const Vec3 s = (Vec3::Ones() + corner_sides(int(g)) / std::sqrt(3.0)) / 2;
+    const Vec3 s = Vec3::Constant(0.5) + gauss_offset(g);
     // Linear along an axis from the other side, and its slope.
     const auto weight = [&](int c, int axis) { return ((c >> axis) & 1) != 0 ? s[axis] : 1 - s[axis]; };
     const auto slope = [&](int c, int axis) { return ((c >> axis) & 1) != 0 ? 1.0 : -1.0; };
@@ -60,10 +63,10 @@ Gradients::Gradients() {
 
 Matrix symmetric(const Matrix& m) { return (m + m.transpose()) / 2; }
 
-/// a : C : b of symmetric tensors.
+/// a : C : b of symmetric tensors, without what C12 multiplies, the product of their traces.
 double stiffness_product(const CubicStiffness& c, const Matrix& a, const Matrix& b) {
   const double shear = a(0, 1) * b(0, 1) + a(1, 2) * b(1, 2) + a(2, 0) * b(2, 0);
-  return (c.c11 - c.c12) * a.diagonal().dot(b.diagonal()) + c.c12 * a.trace() * b.trace() + 4 * c.c44 * shear;
+  return (c.c11 - c.c12) * a.diagonal().dot(b.diagonal()) + 4 * c.c44 * shear;
 }
 
 }  // namespace
@@ -158,8 +161,36 @@ DisplacementRecovery::SecondDifferences DisplacementRecovery::second_differences
   return all;
 }
 
+std::vector<double> DisplacementRecovery::volume_strains(const StrainField& field) const {
+  const double h = body_.config().cell_size;
+  std::vector<double> all;
+  all.reserve(cells_.size());
+  for (const std::ptrdiff_t site : cells_) {
+    const Matrix f = mean_edges(corners_of(body_, field.positions, site)) / h;
+    all.push_back(field.displacement == nullptr
+                      ? (f.squaredNorm() - 3) / 2
+                      : f.cwiseProduct(mean_edges(corners_of(body_, *field.displacement, site)) / h).sum());
+  }
+  return all;
+}
+
+Vec3 DisplacementRecovery::slope(std::size_t cell, const std::vector<double>& of_cells) const {
+  Vec3 slope = Vec3::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    int ends = 0;
+    for (const int step : {-1, 1}) {
+      const int other = neighbour(cell, axis, step);
+      if (other < 0) continue;
+      slope[axis] += step * (of_cells[std::size_t(other)] - of_cells[cell]);
+      ++ends;
+    }
+    if (ends == 2) slope[axis] /= 2;
+  }
+  return slope;
+}
+
 void DisplacementRecovery::find_strains(std::size_t cell, const StrainField& field,
-                                        CellStrains& strains) const {
+                                        const std::vector<double>& volumes, CellStrains& strains) const {
   static const Gradients gradients;
   const double h = body_.config().cell_size;
   const bool change = field.displacement != nullptr;
@@ -170,7 +201,8 @@ void DisplacementRecovery::find_strains(std::size_t cell, const StrainField& fie
   const auto strain = [&](const Matrix& f, const Matrix& by) -> Matrix {
     return change ? symmetric(f.transpose() * by) : Matrix((f.transpose() * f - one) / 2);
   };
-  strains.volume = strain(mean_edges(x) / h, mean_edges(z) / h).trace();
+  strains.volume = volumes[cell];
+  strains.volume_slope = slope(cell, volumes);
   std::size_t s = 0;
   for (const auto& [a, b, stiffness] : kinds_[kind_[cell]].springs) {
     const double squared = h * h * corner_difference(a, b).squaredNorm();
@@ -215,11 +247,12 @@ DisplacementRecovery::Products DisplacementRecovery::products(const StrainField&
   const bool same = &a.positions == &b.positions && a.displacement == b.displacement;
   Products products;
   products.error.reserve(cells_.size());
+  const std::vector<double> volumes_a = volume_strains(a), volumes_b = same ? volumes_a : volume_strains(b);
   CellStrains of_a, of_b;
   for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
     const Kind& kind = kinds_[kind_[cell]];
-    find_strains(cell, a, of_a);
-    if (!same) find_strains(cell, b, of_b);
+    find_strains(cell, a, volumes_a, of_a);
+    if (!same) find_strains(cell, b, volumes_b, of_b);
     const CellStrains& other = same ? of_a : of_b;
     double stored = volume * kind.volume * of_a.volume * other.volume;
     for (std::size_t s = 0; s < kind.springs.size(); ++s) {
@@ -228,9 +261,16 @@ DisplacementRecovery::Products DisplacementRecovery::products(const StrainField&
           stiffness * h * h * corner_difference(from, to).squaredNorm() * of_a.springs[s] * other.springs[s];
     }
     double continuum = 0;
-    for (std::size_t g = 0; g < gauss_points; ++g)
-      continuum += stiffness_product(kind.elastic[g], of_a.trilinear[g], other.trilinear[g]) -
-                   stiffness_product(kind.elastic[g], of_a.rest[g], other.rest[g]);
+    for (std::size_t g = 0; g < gauss_points; ++g) {
+      const CubicStiffness& c = kind.elastic[g];
+      const double q_a = of_a.volume_slope.dot(gauss_offset(g)),
+                   q_b = other.volume_slope.dot(gauss_offset(g)),
+                   t_a = of_a.trilinear[g].trace() - of_a.volume,
+                   t_b = other.trilinear[g].trace() - other.volume;
+      continuum += stiffness_product(c, of_a.trilinear[g], other.trilinear[g]) -
+                   stiffness_product(c, of_a.rest[g], other.rest[g]) +
+                   c.c12 * (of_a.volume * other.volume - q_a * q_b + q_a * t_b + t_a * q_b);
+    }
     products.error.push_back(stored - volume / gauss_points * continuum);
     products.stored += stored;
   }

@@ -41,6 +41,11 @@ struct StrainField {
 /// cell without such a neighbour along an axis it is unknown, and 0. Any quadratic displacement is recovered
 /// exactly, but for that.
 ///
+/// In a nearly incompressible solid a trilinear displacement stores far too much by its change of volume, and
+/// what cancels that is recovered too badly. With m the mean trace of strain in a cell, t that of Iu less m,
+/// and q that of the whole less m, the last two terms are, of what C12 multiplies, -m^2 - t^2 + (q - t)^2 or
+/// -m^2 + q^2 - 2 q t; there q is recovered as linear, from differences between the means of neighbours.
+///
 /// Strains are Green's, so that nothing changes when the body rotates; to first order about rest they are
 /// those of linear elasticity, which the above is about. C is that of the springs (cubic_stiffness()), for
 /// calibrated ones isotropic with E and nu. Of a cell that is filled in part both energies are those of what
@@ -87,7 +92,8 @@ class DisplacementRecovery {
   /// Of one cell.
   struct CellStrains {
     std::array<double, 28> springs;         ///< along each
-    double volume;                          ///< trace of the mean
+    double volume;                          ///< trace of the mean,
+    Vec3 volume_slope;                      ///< and what it changes by from side to side
     std::array<Matrix, 8> trilinear, rest;  ///< at Gauss points: of Iu and w
   };
 
@@ -95,7 +101,11 @@ class DisplacementRecovery {
   /// The id of the cell across a face that holds the same parts; -1: there is none.
   int neighbour(std::size_t cell, int axis, int step) const;
   SecondDifferences second_differences(std::size_t cell, const Field<double>& field) const;
-  void find_strains(std::size_t cell, const StrainField& field, CellStrains& strains) const;
+  /// Trace of the mean strain of every cell.
+  std::vector<double> volume_strains(const StrainField& field) const;
+  Vec3 slope(std::size_t cell, const std::vector<double>& of_cells) const;
+  void find_strains(std::size_t cell, const StrainField& field, const std::vector<double>& volumes,
+                    CellStrains& strains) const;
 
   const Body& body_;
   std::vector<std::ptrdiff_t> cells_;

@@ -79,8 +79,8 @@ std::string_view explanation(Doubt doubt) {
       "corrected value may be no better",
       "half of the estimate comes from less than a twentieth of the cells: a peak of stress is not resolved",
       "the body has edges that go inwards: the estimate sees three fifths to four fifths of the error there",
-      "many cells have no neighbour along an axis: the estimate is too small",
-      "cells are filled in part: the estimate sees a third to two thirds of the error",
+      "many cells have no neighbour along an axis: what bends them along it is not seen",
+      "cells are filled in part: the estimate sees a quarter to two thirds of the error",
       "strains exceed 5 percent: the estimate is linear",
       "what touches a plane changes with the cells, which the estimate does not see"};
   return sentences[std::size_t(doubt)];

@@ -45,8 +45,8 @@ TEST(Refine, CorrectedABeamErrsAFifthAndABracketHalfAsMuch) {
     for (const double ratio : ratios("beam", face_share)) EXPECT_LT(std::abs(ratio), 0.2) << face_share;
     for (const double ratio : ratios("bracket", face_share)) EXPECT_LT(std::abs(ratio), 0.5) << face_share;
   }
-  EXPECT_NEAR(ratios("beam", 0.5)[1], 0.117, 0.005);
-  EXPECT_NEAR(ratios("bracket", 0.5)[1], 0.247, 0.005);
+  EXPECT_NEAR(ratios("beam", 0.5)[1], 0.110, 0.005);
+  EXPECT_NEAR(ratios("bracket", 0.5)[1], 0.228, 0.005);
 }
 
 TEST(Refine, DoubtsTheFarGoalOnlyWhereItIsNoBetter) {
@@ -54,7 +54,7 @@ TEST(Refine, DoubtsTheFarGoalOnlyWhereItIsNoBetter) {
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const bool far = rows.text(r, "doubts").find("far") != std::string::npos;
     EXPECT_EQ(far, rows.text(r, "problem") == "far goal") << r;
-    EXPECT_NEAR(rows.number(r, "effectivity"), far ? 0 : 0.75, far ? 0.35 : 0.15) << r;
+    EXPECT_NEAR(rows.number(r, "effectivity"), far ? 0 : 0.75, far ? 0.4 : 0.15) << r;
   }
 }
 
