@@ -377,11 +377,11 @@ double growth(const RefinedBody& body, double share, long steps) {
 
 TEST(LocalSteps, AreStableUpToTheLimit) {
   std::vector<RefinedBody> bodies;
-  for (const double viscosity : {0.0, 5.0}) {
-    BodyConfig config = block(7, 6, 5, 0.2);
+  for (const double viscosity : {0.0, 0.2}) {
+    BodyConfig config = block(9, 8, 7, 0.2);
     if (viscosity > 0) config.damping = {.law = Damping::Law::viscosity, .viscosity = viscosity};
     bodies.push_back(refine(config, {refined_cells(config, {0, 0, 0}, {1, 1, 1}, 2)}));
-    bodies.push_back(refine(config, {refined_cells(config, {2, 2, 4}, {4, 4, 5}, 1)}));
+    bodies.push_back(refine(config, {refined_cells(config, {4, 4, 6}, {5, 5, 7}, 1)}));
     bodies.push_back(refine(config, {refined_cells(config, {3, 0, 0}, {4, 1, 1}, 3)}));
   }
   for (std::size_t b = 0; b < bodies.size(); ++b) {

@@ -1,6 +1,8 @@
 // What cells of several sizes save at equal errors.
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "experiments/studies/refine/maps.hpp"
 
@@ -8,19 +10,28 @@ namespace mss::studies::refine {
 
 namespace {
 
-/// What x a curve has at an error, by interpolation of the logarithms between its points of falling error;
-/// NaN where it has none.
-double at_error(const Table& rows, const std::string& column, double error) {
-  double least = no_value;
-  for (std::size_t r = 0; r + 1 < rows.size(); ++r) {
-    const double before = rows.number(r, "error"), after = rows.number(r + 1, "error");
-    if (!(before >= error && error >= after) || before == after) continue;
-    const double share = std::log(before / error) / std::log(before / after);
-    const double x = std::exp((1 - share) * std::log(rows.number(r, column)) +
-                              share * std::log(rows.number(r + 1, column)));
-    least = std::fmin(least, x);
+/// From each row on, the largest error: values that cross the truth by chance have small ones for a while.
+std::vector<double> errors_from_here_on(const Table& rows) {
+  std::vector<double> errors(rows.size());
+  double largest = 0;
+  for (std::size_t r = rows.size(); r-- > 0;) {
+    largest = std::max(largest, rows.number(r, "error"));
+    errors[r] = largest;
   }
-  return least;
+  return errors;
+}
+
+/// What x a curve has where it falls below an error for good, by interpolation of the logarithms between its
+/// points; NaN where it does not.
+double at_error(const Table& rows, const std::string& column, double error) {
+  const std::vector<double> errors = errors_from_here_on(rows);
+  for (std::size_t r = 0; r + 1 < rows.size(); ++r) {
+    if (!(errors[r] >= error && error > errors[r + 1])) continue;
+    const double share = std::log(errors[r] / error) / std::log(errors[r] / errors[r + 1]);
+    return std::exp((1 - share) * std::log(rows.number(r, column)) +
+                    share * std::log(rows.number(r + 1, column)));
+  }
+  return no_value;
 }
 
 }  // namespace
