@@ -29,7 +29,7 @@ MapProblem patch_problem(const std::string& name, double edge) {
           .distance = [patch](const Vec3& x) { return distance_from_outline(patch, x); },
           .coarsest = 4,
           .finest = 64,
-          .by_hand = {{4, 1}, {4, 2}, {4, 3}, {8, 2}, {8, 3}, {8, 4}, {12, 4}, {16, 3}, {16, 4}}};
+          .by_hand = {{4, 1}, {4, 2}, {4, 3}, {8, 2}, {8, 3}, {16, 3}}};
 }
 
 MapProblem without_load(const Problem& problem, const std::function<double(const Vec3&)>& distance,
@@ -85,8 +85,7 @@ MapProblem landing_on_foot() {
   shape.environment.planes = {{.contact = ContactLaw::penalty, .restitution = 1, .friction = 0}};
   return {.name = "landing on a foot",
           .description =
-              "cube of 1 m falling at 0.1 m/s on a foot of 0.5 x 0.5 x 0.25 m and a penalty "
-              "plane: how far its centre goes on",
+              "cube of 1 m landing at 0.1 m/s on a foot of 0.5 x 0.5 x 0.25 m: how far its centre sinks",
           .quantity = Quantity::impact,
           .shape = shape,
           .direction = -Vec3::UnitZ(),
@@ -96,7 +95,7 @@ MapProblem landing_on_foot() {
           .coarsest = 4,
           .finest = 32,
           .most_particles = 20000,
-          .by_hand = {{4, 1}, {4, 2}, {4, 3}, {8, 1}, {8, 2}}};
+          .by_hand = {{4, 1}, {4, 2}, {4, 3}}};
 }
 
 }  // namespace
