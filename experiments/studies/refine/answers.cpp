@@ -26,18 +26,32 @@ const char* static_solver(const Solid& solid) {
   return solid.system->particles().size() <= most_factored ? "cholmod" : "matrix_free";
 }
 
-Answer displacement_under_load(Solid& solid, const MapProblem& problem) {
-  const State<double> rest = solid.system->undeformed_state();
-  Field<double> load = traction(solid.body.levels(), problem.patch, problem.direction);
+/// A force of size 1, as the particles that move have it.
+Field<double> load_on(const Solid& solid, const Box& patch, const Vec3& direction) {
+  Field<double> load = traction(solid.body.levels(), patch, direction);
   solid.body.hand_over(load);
+  return load;
+}
+
+Answer displacement_at_rest(Solid& solid, const MapProblem& problem) {
+  const State<double> rest = solid.system->undeformed_state();
   Answer answer{.displacement = Field<double>(solid.system->size())};
   Work work;
   const auto linear = find_linear_solver(static_solver(solid)).make(1e-9);
+  const auto solve = [&](const Field<double>& load, Field<double>& u) {
+    if (answer.status == Status::ok) answer.status = linear->solve(load, u, work);
+  };
   answer.status = linear->prepare(*solid.system, 0, rest.x, rest.v, stiffness, work);
-  if (answer.status == Status::ok) answer.status = linear->solve(load, answer.displacement, work);
+  Field<double> weight = load_on(solid, problem.patch, problem.direction);
+  solve(weight, answer.displacement);
+  if (problem.looked_at) {
+    weight = load_on(solid, *problem.looked_at, problem.looked_along);
+    answer.dual.emplace(solid.system->size());
+    solve(weight, *answer.dual);
+  }
   answer.value = 0;
   for (const std::ptrdiff_t site : solid.system->particles())
-    answer.value += load.at(site).dot(answer.displacement.at(site));
+    answer.value += weight.at(site).dot(answer.displacement.at(site));
   return answer;
 }
 
@@ -115,7 +129,7 @@ Answer answer(Solid& solid, const MapProblem& problem) {
   Answer found = [&] {
     switch (problem.quantity) {
       case Quantity::displacement:
-        return displacement_under_load(solid, problem);
+        return displacement_at_rest(solid, problem);
       case Quantity::frequency:
         return slowest_vibration(solid);
       case Quantity::impact:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "core/refined_body.hpp"
 #include "core/solid_system.hpp"
@@ -18,10 +19,11 @@ struct Solid {
 /// What a body says to a problem.
 struct Answer {
   Status status = Status::ok;
-  Field<double> displacement{};  ///< what the estimate of its error is computed from [m]
-  double value = no_value;       ///< in the quantity's unit
-  double period = no_value;      ///< of the slowest vibration where that was looked for [s]
-  double seconds = no_value;     ///< of finding it, matrices included
+  Field<double> displacement{};         ///< what the estimate of its error is computed from [m]
+  std::optional<Field<double>> dual{};  ///< and that of what is looked at, where it is not under the load
+  double value = no_value;              ///< in the quantity's unit
+  double period = no_value;             ///< of the slowest vibration where that was looked for [s]
+  double seconds = no_value;            ///< of finding it, matrices included
 };
 
 /// As tables spell it, with its unit.

@@ -46,6 +46,16 @@ MapProblem without_load(const Problem& problem, const std::function<double(const
   return taken;
 }
 
+/// A displacement where hardly anything of the load arrives.
+MapProblem far_from_load() {
+  const Problem problem = far_goal();
+  MapProblem far = without_load(problem, [](const Vec3& x) { return std::hypot(x[0] - 1, x[2] - 1); },
+                                {{2, 1}, {4, 1}, {8, 1}});
+  far.looked_at = problem.goal;
+  far.looked_along = problem.direction;
+  return far;
+}
+
 /// On a held part of its base, whose outline concentrates stress.
 MapProblem vibration_on_pedestal() {
   const Box pedestal{{0.25, 0.25, 0}, {0.75, 0.75, 0}};
@@ -107,6 +117,7 @@ std::vector<MapProblem> map_problems() {
           patch_problem("patch of an eighth", 0.125),
           without_load(bracket(), from_edge, {{2, 1}, {4, 1}, {4, 2}, {8, 1}, {8, 2}, {12, 2}, {16, 2}}),
           without_load(beam(), from_clamp, {{2, 1}, {4, 1}, {8, 1}, {12, 1}}),
+          far_from_load(),
           vibration_on_pedestal(),
           vibration_of_beam(),
           landing_on_foot()};

@@ -139,7 +139,8 @@ void Maps::measure_estimated(Map map) {
   while (goes_on(map, n)) {
     const Answer solved = measure(map, n, *solid);
     if (solved.status != Status::ok) return;
-    const RefinementMap next = split_by_estimate(solid->body, solved.displacement, nullptr, saved);
+    const RefinementMap next =
+        split_by_estimate(solid->body, solved.displacement, solved.dual ? &*solved.dual : nullptr, saved);
     solid = std::make_unique<Solid>(body(n), next, problem_->shape.environment);
     if (!fits(*solid, config_.most_particles)) return;
   }

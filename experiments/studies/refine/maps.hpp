@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,7 @@ const std::string& to_string(Map map);
 
 /// What is wanted of a problem.
 enum class Quantity {
-  displacement,  ///< static, small, under the only load: the mean that the load's work goes with [m]
+  displacement,  ///< static, small: the mean under the only load, or over another part of the surface [m]
   frequency,     ///< of the slowest vibration [Hz]
   impact         ///< the way of the centre of mass from a plane's first touch to where it turns back [m]
 };
@@ -35,6 +36,8 @@ struct MapProblem {
   Problem shape{};                                ///< without loads; its goal is not used
   Box patch{};                                    ///< loaded: flat along one axis, on the surface [m]
   Vec3 direction = Vec3::UnitZ();                 ///< of the load or of the fall, of length 1
+  std::optional<Box> looked_at{};                 ///< flat, on the surface; none: the patch [m]
+  Vec3 looked_along = Vec3::UnitZ();              ///< direction of the displacement there
   double speed = 0;                               ///< of the fall [m/s]
   std::function<double(const Vec3&)> distance{};  ///< from what concentrates stress [m]
   int multiple = 1;                               ///< of which all cells a metre are
