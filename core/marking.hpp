@@ -17,7 +17,7 @@ std::vector<std::size_t> doerfler_marking(const std::vector<double>& indicators,
 /// one before.
 enum class Saved {
   particles,  ///< cells are split by their indicators
-  time        ///< by their indicators over 4^depth: of 1, 2, 4, 8 and 16 the quickest under a patch's load
+  time        ///< by their indicators over 4^depth; `mss refine` compares both
 };
 
 /// The map of a body in which those cells are split too that half of the estimated error comes from: of the

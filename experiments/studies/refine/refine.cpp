@@ -23,8 +23,10 @@ constexpr const char* caption =
     "has no bound. The far goal is where hardly anything of the load arrives: there the estimate is no "
     "better "
     "than none, and says so in the column doubts. Maps: which cells are smaller, chosen around what "
-    "concentrates stress, by the estimate, or two layers at the surface, against cells of one size. The "
-    "displacement is that under the only load, spread evenly over a part of the surface. Particles are those "
+    "concentrates stress, by the estimate (for few particles, or for little time: deep cells last), or two "
+    "layers at the surface, against cells of one size. Displacements are those under the only load, spread "
+    "evenly over a part of the surface, or of the far goal; frequencies the lowest; a landing is run by "
+    "Verlet's method in safe steps. Gains are taken where errors stay below a bound. Particles are those "
     "that move. Static solutions are by the fastest linear solver that takes the body: multigrid takes cells "
     "of "
     "one size alone. Left out: large deformations, other nu, meshes.";

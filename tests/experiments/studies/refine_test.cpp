@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "experiments/studies/refine/answers.hpp"
@@ -102,6 +103,47 @@ TEST(Refine, TractionIsWholeAndInTheMiddleOfItsBox) {
     }
   EXPECT_NEAR(sum, 1, 1e-14);
   EXPECT_LT((middle - Vec3(0.45, 0.4, 1)).norm(), 1e-14);
+}
+
+TEST(Refine, GainsAreTakenWhereErrorsStayBelow) {
+  Table rows({{"problem"},
+              {"map"},
+              {"error"},
+              {"particles"},
+              {"answer_seconds"},
+              {"period_seconds"},
+              {"local_period_seconds"}});
+  const auto add = [&](Map map, double error, double cost) {
+    rows.add({std::string("a"), to_string(map), error, cost, cost, cost, cost});
+  };
+  for (const double error : {0.4, 0.2, 0.05, 0.02}) add(Map::uniform, error, 16 / error);
+  add(Map::estimated, 0.4, 10);
+  add(Map::estimated, 0.001, 11);  // by chance
+  add(Map::estimated, 0.2, 20);
+  add(Map::estimated, 0.05, 80);
+  const Table gains = gains_of(rows).where("map", to_string(Map::estimated)).where("quantity", "particles");
+  EXPECT_NEAR(gains.number(0, "gain"), 4, 1e-12);
+  EXPECT_EQ(gains.text(0, "status"), "ok");
+  EXPECT_EQ(gains.text(2, "status"), "error not passed");  // 2 percent
+}
+
+// Betti: what is looked at moves under the load as the patch does under a force on what is looked at.
+TEST(Refine, AFarGoalIsSeenThroughItsDualSolution) {
+  const std::vector<MapProblem> problems = map_problems();
+  const auto far = std::find_if(problems.begin(), problems.end(),
+                                [](const MapProblem& problem) { return problem.looked_at.has_value(); });
+  ASSERT_NE(far, problems.end());
+  const BodyConfig config = in_cells(far->shape, 2, {.young = 1e5, .poisson = 0.3}, 0.5);
+  Solid solid(config, split_near(config, far->distance, 1), far->shape.environment);
+  ASSERT_EQ(solid.body.levels().size(), 2U);
+  const Answer found = answer(solid, *far);
+  ASSERT_EQ(found.status, Status::ok);
+  Field<double> load = traction(solid.body.levels(), far->patch, far->direction);
+  solid.body.hand_over(load);
+  double by_dual = 0;
+  for (const std::ptrdiff_t site : solid.system->particles())
+    by_dual += load.at(site).dot(found.dual->at(site));
+  EXPECT_NEAR(by_dual / found.value, 1, 1e-6);
 }
 
 TEST(Refine, DrawsFromTables) {
