@@ -155,4 +155,14 @@ class RefinedSystem final : public SolidSystem<Real> {
   Events events_;
 };
 
+/// Of a body that may have cells of several sizes; where all have one, without what refinement needs, which
+/// more solvers take. The body must outlive it.
+template <class Real>
+std::unique_ptr<SolidSystem<Real>> make_solid_system(const RefinedBody& body, const Environment& environment,
+                                                     const Execution& execution) {
+  if (body.levels().size() == 1)
+    return std::make_unique<SpringSystem<Real>>(body.levels().front().body, environment, execution);
+  return std::make_unique<RefinedSystem<Real>>(body, environment, execution);
+}
+
 }  // namespace mss

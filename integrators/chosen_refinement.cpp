@@ -60,17 +60,9 @@ class Equilibrium {
   double largest_ = 0;  ///< of its coordinates
 };
 
-std::unique_ptr<SolidSystem<double>> system_of(const RefinedBody& body, const Environment& environment,
-                                               int threads) {
-  const Execution execution{.threads = threads};
-  if (body.levels().size() == 1)  // which more solvers take
-    return std::make_unique<SpringSystem<double>>(body.levels().front().body, environment, execution);
-  return std::make_unique<RefinedSystem<double>>(body, environment, execution);
-}
-
 Equilibrium::Equilibrium(const RefinedBody& body, const Environment& environment, const RefinementGoal& goal)
     : body_(body),
-      system_(system_of(body, environment, goal.threads)),
+      system_(make_solid_system<double>(body, environment, {.threads = goal.threads})),
       rest_(system_->undeformed_state()),
       solver_(find_linear_solver("automatic").make(1e-8)) {
   if (!is_kept_in_place(*system_))

@@ -105,12 +105,7 @@ std::array<double, 2> linear_weights(double lower, double upper) {
 }  // namespace
 
 Solid::Solid(const BodyConfig& config, const RefinementMap& map, const Environment& environment)
-    : body(config, map) {
-  if (body.levels().size() == 1)
-    system = std::make_unique<SpringSystem<double>>(body.levels().front().body, environment, Execution{1});
-  else
-    system = std::make_unique<RefinedSystem<double>>(body, environment, Execution{1});
-}
+    : body(config, map), system(make_solid_system<double>(body, environment, {.threads = 1})) {}
 
 std::string to_string(Quantity quantity) {
   switch (quantity) {

@@ -9,7 +9,7 @@
 
 namespace mss::studies::refine {
 
-/// A body in its environment: cells of one size have a system without what refinement needs.
+/// A body in its environment.
 struct Solid {
   Solid(const BodyConfig& config, const RefinementMap& map, const Environment& environment);
   RefinedBody body;
