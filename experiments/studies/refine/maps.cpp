@@ -150,7 +150,7 @@ void Maps::measure_surface() {
   for (const int n : config_.uniform_cells) {
     if (n % (2 * problem_->multiple) != 0 || !goes_on(Map::surface, n / 2)) continue;
     Solid solid(body(n / 2), split_surface(body(n / 2)), problem_->shape.environment);
-    if (solid.body.levels().size() > 1 && fits(solid, config_.most_uniform))
+    if (solid.body.levels().size() > 1 && fits(solid, config_.most_particles))
       measure(Map::surface, n / 2, solid);
   }
 }
@@ -184,7 +184,7 @@ MapConfig map_config(const ExperimentOptions& options) {
                                        : std::vector{1, 2, 3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64};
   config.reference_coarsening = options.quick ? 2 : 1;
   config.most_uniform = options.quick ? 2000 : 280000;
-  config.most_particles = options.quick ? 1000 : 60000;
+  config.most_particles = options.quick ? 1000 : 30000;
   config.sample_seconds = options.quick ? 0.005 : 0.05;
   return config;
 }

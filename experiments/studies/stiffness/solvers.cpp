@@ -154,7 +154,7 @@ std::vector<std::string> compared_solvers(const std::string& model) {
 }
 
 bool is_too_large(const std::string& solver, int cells, bool charted) {
-  if (solver == "cholmod") return cells > (charted ? 40 : 20);
+  if (solver == "cholmod") return cells > 20;
   if (solver == "pcg") return cells > (charted ? 40 : 20);
   if (solver == "matrix_free") return cells > (charted ? 60 : 20);
   return false;

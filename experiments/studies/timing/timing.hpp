@@ -20,10 +20,10 @@ struct TimingConfig {
   /// Over all sizes, up and down in turn, so that slow changes of the machine's speed over minutes affect all
   /// sizes alike and do not bias exponents.
   int passes = 3;
-  int repetitions = 27;          ///< samples per method and size, over all passes
+  int repetitions = 18;          ///< samples per method and size, over all passes
   double sample_seconds = 4e-3;  ///< duration of a sample, which consists of several updates
   /// Large bodies get fewer repetitions to stay near this, but at least fewest_repetitions.
-  double seconds_per_size = 20;
+  double seconds_per_size = 10;
   int fewest_repetitions = 5;
   int largest_algorithm1 = 100;  ///< cells per edge up to which Algorithm 1 is built: it needs 1.5 GB there
   int largest_debug_build = 15;  ///< cells per edge up to which its debug build is run; 0: not at all
@@ -76,7 +76,7 @@ std::string passes_text(const Table& passes);
 /// Settings of the comparison of features of a body, interleaved, on one thread.
 struct FeatureTimingConfig {
   std::vector<int> cells{7, 20, 50};  ///< per edge
-  int repetitions = 81;  ///< many: differences are smaller than the noise of one sample on a busy machine
+  int repetitions = 45;  ///< many: differences are smaller than the noise of one sample on a busy machine
   double sample_seconds = 2e-3;
 };
 
@@ -100,7 +100,7 @@ Chart features_chart(const Table& table);
 /// thread.
 struct ShapeTimingConfig {
   std::vector<int> cells{20, 33, 40, 60};  ///< per edge
-  int repetitions = 21;
+  int repetitions = 15;
   double sample_seconds = 10e-3;
 };
 
@@ -114,7 +114,7 @@ Chart shapes_chart(const Table& table);
 struct MethodTimingConfig {
   std::vector<int> cells{7, 20, 50};  ///< per edge
   std::vector<int> threads{1};
-  int repetitions = 21;
+  int repetitions = 15;
   double sample_seconds = 10e-3;
 };
 
