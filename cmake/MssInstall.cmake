@@ -12,7 +12,7 @@ install(TARGETS mss_core mss_integrators EXPORT mssTargets
 install(EXPORT mssTargets NAMESPACE mss:: DESTINATION ${config_folder} COMPONENT development)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/mssConfig.cmake.in ${PROJECT_BINARY_DIR}/mssConfig.cmake
                               INSTALL_DESTINATION ${config_folder})
-write_basic_package_version_file(${PROJECT_BINARY_DIR}/mssConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/mssConfigVersion.cmake COMPATIBILITY SameMajorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/mssConfig.cmake ${PROJECT_BINARY_DIR}/mssConfigVersion.cmake
               ${PROJECT_SOURCE_DIR}/cmake/FindCHOLMOD.cmake
         DESTINATION ${config_folder} COMPONENT development)
@@ -22,7 +22,8 @@ configure_file(${PROJECT_SOURCE_DIR}/cmake/mss.pc.in ${PROJECT_BINARY_DIR}/mss.p
 install(FILES ${PROJECT_BINARY_DIR}/mss.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 
 set(CPACK_GENERATOR DEB)
-set(CPACK_PACKAGE_CONTACT "the authors of mss <mss@localhost>")
+set(MSS_PACKAGE_CONTACT "the mss authors <unset@example.invalid>" CACHE STRING "Maintainer of the Debian packages")
+set(CPACK_PACKAGE_CONTACT "${MSS_PACKAGE_CONTACT}")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)

@@ -11,7 +11,7 @@ namespace mss {
 /// cores, operating system, sweep kernels, OpenMP settings, and the present UTC date and load average.
 Json provenance();
 
-/// "0.1.0 (commit 72ce471, modified)".
+/// "1.0.0 (commit 72ce471, modified)".
 std::string program_version();
 
 /// The line at the foot of a chart, from the provenance() of the run: processor, cores, load, compiler,
