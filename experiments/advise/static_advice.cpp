@@ -8,8 +8,8 @@
 
 #include "core/error.hpp"
 #include "core/scene_writer.hpp"
+#include "experiments/harness/drawings.hpp"
 #include "experiments/harness/measure.hpp"
-#include "experiments/harness/report.hpp"
 #include "experiments/harness/results_folder.hpp"
 #include "experiments/io/output.hpp"
 
@@ -306,7 +306,7 @@ void write_static_advice(const Scene& scene, const AdviseRequest& request, const
                   {"provenance", origin}};
   write_atomically(directory / "meta.json", meta.dump(2) + "\n");
   for (const char* picture : {"static_advice.svg", "static_advice.png"}) fs::remove(directory / picture);
-  write_drawings(draw_at_rest(tables), origin, directory);
+  write_drawings(draw_at_rest(tables), tables, origin, directory);
 }
 
 namespace {

@@ -11,9 +11,11 @@
 #include "experiments/cli/conclude.hpp"
 #include "experiments/cli/limits.hpp"
 #include "experiments/cli/number_list.hpp"
+#include "experiments/harness/page.hpp"
 #include "experiments/harness/parts.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/report.hpp"
+#include "experiments/harness/study_times.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/plot/gnuplot.hpp"
 #include "experiments/simulation/model.hpp"
@@ -35,8 +37,10 @@ struct Choice {
 constexpr int most_parallel = 1024;                            // threads or processes
 constexpr std::int64_t largest_seed = std::int64_t(1) << 53U;  // exact in meta.json
 
-void add_options(CLI::App& command, Choice& choice, const ExperimentAccepts& accepts) {
-  command.add_flag("--quick", choice.options.quick, "Smaller and fewer samples: under a minute on two cores");
+void add_options(CLI::App& command, Choice& choice, const std::vector<std::string>& studies,
+                 const ExperimentAccepts& accepts) {
+  command.add_flag("--quick", choice.options.quick,
+                   "Smaller and fewer samples" + StudyClock(studies, true).comparison());
   command.add_option("--out", choice.directory, "Directory for the results")->capture_default_str();
   if (accepts.cells)
     command.add_option(
@@ -119,16 +123,25 @@ void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
   exit_status = conclude(run(info, choice.options, choice.directory));
 }
 
+std::vector<std::string> study_names() {
+  std::vector<std::string> names;
+  for (const ExperimentInfo& info : experiments()) names.push_back(info.name);
+  return names;
+}
+
 void run_all(const Choice& choice, int& exit_status) {
   const fs::path directory = choice.directory;
   prepare_directory(directory);
   warn_first();
+  StudyClock clock(study_names(), choice.options.quick);
+  fmt::print(stderr, "mss: {}\n", clock.announcement());
   std::vector<Report> reports;
   for (const ExperimentInfo& info : experiments()) {
     fmt::print(stderr, "mss: {} ({} of {})\n", info.name, reports.size() + 1, experiments().size());
     reports.push_back(run_and_write(info, choice.options, directory / info.name));
     exit_status = std::max(exit_status, conclude(reports.back()));
     if (interrupted()) break;
+    fmt::print(stderr, "mss: {}\n", clock.finished(reports.back().seconds));
   }
   write_page(reports, directory / "index.html");
   fmt::print("wrote {}\n", (directory / "index.html").string());
@@ -150,7 +163,7 @@ void add_experiment(CLI::App& app, const ExperimentInfo& info, int& exit_status)
   choice->directory = "out/" + info.name;
   CLI::App& parent = info.under.empty() ? app : *app.get_subcommand(info.under);
   CLI::App* command = parent.add_subcommand(info.name, info.summary);
-  add_options(*command, *choice, info.accepts);
+  add_options(*command, *choice, {info.name}, info.accepts);
   command->callback([&info, choice, command, &exit_status] {
     if (!command->get_subcommands().empty()) return;  // the command is one under this one
     check_order(*command);
@@ -165,7 +178,7 @@ void add(CLI::App& app, int& exit_status) {
   choice->options.peers = true;
   CLI::App* command =
       app.add_subcommand("reproduce", "every experiment, and one page that shows every chart");
-  add_options(*command, *choice, {});
+  add_options(*command, *choice, study_names(), {});
   command->callback([choice, &exit_status] { run_all(*choice, exit_status); });
 }
 

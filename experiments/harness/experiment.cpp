@@ -15,6 +15,14 @@ const Table& find_table(const std::vector<NamedTable>& tables, std::string_view 
   throw InputError(fmt::format("there is no table {}.csv, from which charts are drawn", name));
 }
 
+std::string table_of(std::string_view chart, const std::vector<NamedTable>& tables) {
+  std::string longest;
+  for (const NamedTable& named : tables)
+    if ((chart == named.name || chart.starts_with(named.name + "_")) && named.name.size() > longest.size())
+      longest = named.name;
+  return longest;
+}
+
 const ExperimentInfo& find_experiment(std::string_view name) {
   return find_named(experiments(), name, "experiment", "experiments");
 }

@@ -58,12 +58,18 @@ const Table& find_table(const std::vector<NamedTable>& tables, std::string_view 
 struct NamedChart {
   std::string name;  ///< of the files, without extension
   Chart chart;
+  std::string table = {};  ///< most of what it shows; empty: see table_of()
 };
 
 struct NamedMap {
   std::string name;  ///< of the files, without extension
   MapChart chart;
+  std::string table = {};  ///< as of a chart
 };
+
+/// The table that a chart shows, if that is not said: of those whose name the chart's begins with, the one of
+/// the longest name, as `timing_features` for `timing_features_7`. Empty if there is none.
+std::string table_of(std::string_view chart, const std::vector<NamedTable>& tables);
 
 /// The charts of an experiment: the first has the experiment's name, if there is only one or there are no
 /// maps.

@@ -2,23 +2,34 @@
 
 #include <filesystem>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "experiments/harness/drawings.hpp"
 #include "experiments/harness/experiment.hpp"
 
 namespace mss {
 
 /// The outcome of running one experiment and writing its files.
+// NOLINTNEXTLINE(bugprone-exception-escape): as of ExperimentResult
 struct Report {
   std::string name;
+  std::string question = {};  ///< what the experiment is about, in a line
+  std::string command = {};   ///< as one types it, but for --out
   std::string caption = {};
   std::string summary = {};
   Status status = Status::ok;
   bool resumable = false;  ///< if interrupted, the same command continues from its journal
+  double seconds = 0;      ///< wall time
+  std::filesystem::path directory = {};
   std::vector<std::filesystem::path> files = {};  ///< as written, the tables first
-  std::string chart_problem = {};                 ///< why there is no chart; empty if there is one
-  Json provenance;
+  std::vector<std::pair<std::string, std::size_t>> tables =
+      {};  ///< names and numbers of rows, the main one first
+  std::vector<std::pair<std::string, std::size_t>> outcomes =
+      {};  ///< rows of the main table by status, most first
+  std::vector<DrawnChart> charts = {};
+  std::string chart_problem = {};  ///< why there is no chart; empty if there is one
+  Json provenance = {};
 };
 
 /// Runs an experiment with a progress line and writes its tables, meta.json and its charts to `directory`,
@@ -27,19 +38,10 @@ struct Report {
 Report run_and_write(const ExperimentInfo& info, ExperimentOptions options,
                      const std::filesystem::path& directory);
 
-/// Draws every chart and map that has something on it to NAME.svg and NAME.png in a directory, all or none of
-/// them, with the provenance of the run at their foot. Returns the files. Throws InputError if gnuplot is
-/// missing or fails.
-std::vector<std::filesystem::path> write_drawings(Drawings drawings, const Json& provenance,
-                                                  const std::filesystem::path& directory);
+/// The report of an experiment that was run before, from what it left; its charts are drawn again.
+Report redrawn_report(const ExperimentInfo& info, const std::filesystem::path& directory);
 
-/// One self-contained page that shows every chart with its caption and links the files beside it.
-void write_page(const std::vector<Report>& reports, const std::filesystem::path& file);
-
-/// Base64 encoding of bytes, for images inside a page.
-std::string base64(std::string_view bytes);
-
-/// Text with the characters that are markup in HTML replaced.
-std::string html_text(std::string_view text);
+/// The command that runs an experiment with these options, as one types it; without --out.
+std::string command_line(const ExperimentInfo& info, const ExperimentOptions& options);
 
 }  // namespace mss

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "core/error.hpp"
-#include "experiments/harness/report.hpp"
 #include "experiments/io/output.hpp"
 
 namespace mss {
@@ -34,6 +33,8 @@ Json describe_tables(const std::vector<NamedTable>& tables) {
   return json;
 }
 
+bool has_results(const fs::path& directory) { return fs::exists(directory / "meta.json"); }
+
 ResultsFolder read_results(const fs::path& directory) {
   if (!fs::is_directory(directory))
     throw InputError(fmt::format("{} is not a directory", directory.string()));
@@ -43,7 +44,8 @@ ResultsFolder read_results(const fs::path& directory) {
         fmt::format("{} has no meta.json; give a directory that an experiment wrote", directory.string()));
   try {
     const Json meta = Json::parse(read_file(file));
-    ResultsFolder folder{directory, meta.at("experiment").get<std::string>(), meta.at("provenance"), {}};
+    ResultsFolder folder{
+        directory, meta.at("experiment").get<std::string>(), meta, meta.at("provenance"), {}};
     for (const auto& [name, about] : meta.at("tables").items())
       folder.tables.push_back(read_table(directory / name, about.at("rows").get<std::size_t>()));
     return folder;
@@ -52,22 +54,17 @@ ResultsFolder read_results(const fs::path& directory) {
   }
 }
 
-std::vector<fs::path> redraw(const ResultsFolder& folder,
-                             const std::function<Drawings(const std::vector<NamedTable>&)>& draw) {
-  const auto unfit = [&](const std::exception& problem) {
-    return InputError(fmt::format("{}: {}", folder.directory.string(), problem.what()));
-  };
+std::vector<DrawnChart> redraw(const ResultsFolder& folder,
+                               const std::function<Drawings(const std::vector<NamedTable>&)>& draw) {
   try {
-    const std::vector<fs::path> files =
-        write_drawings(draw(folder.tables), folder.provenance, folder.directory);
-    if (files.empty()) throw InputError("there are too few rows for a chart");
-    return files;
-  } catch (const InputError& problem) {
-    throw unfit(problem);
+    std::vector<DrawnChart> charts =
+        write_drawings(draw(folder.tables), folder.tables, folder.provenance, folder.directory);
+    if (charts.empty()) throw InputError("there are too few rows for a chart");
+    return charts;
   } catch (const std::logic_error& problem) {  // a column that is missing, or of text instead of numbers
-    throw unfit(problem);
+    throw InputError(problem.what());
   } catch (const Json::exception& problem) {
-    throw unfit(problem);
+    throw InputError(problem.what());
   }
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/harness/drawings.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/json.hpp"
 
@@ -13,7 +14,8 @@ namespace mss {
 struct ResultsFolder {
   std::filesystem::path directory;
   std::string experiment;  ///< its name
-  Json provenance;
+  Json meta;               ///< meta.json
+  Json provenance;         ///< its part
   std::vector<NamedTable> tables;
 };
 
@@ -21,14 +23,17 @@ struct ResultsFolder {
 /// counts or ratios.
 Json describe_tables(const std::vector<NamedTable>& tables);
 
+/// Whether a run left its results in a directory.
+bool has_results(const std::filesystem::path& directory);
+
 /// Reads meta.json and the tables it lists. Throws InputError that names the file if one is missing or
 /// incomplete.
 ResultsFolder read_results(const std::filesystem::path& directory);
 
 /// Draws all charts of a folder again from its tables and the provenance in its meta.json, into the same
-/// folder: all or none. Returns the files written. Throws InputError if the tables are not those that `draw`
+/// folder: all or none. Returns them. Throws InputError if the tables are not those that `draw`
 /// needs, leave nothing to draw, or gnuplot fails.
-std::vector<std::filesystem::path> redraw(
-    const ResultsFolder& folder, const std::function<Drawings(const std::vector<NamedTable>&)>& draw);
+std::vector<DrawnChart> redraw(const ResultsFolder& folder,
+                               const std::function<Drawings(const std::vector<NamedTable>&)>& draw);
 
 }  // namespace mss

@@ -38,14 +38,14 @@ void draw_with_gnuplot(const AnyChart& chart, const fs::path& stem) {
                  png = scratch.path() / "chart.png";
   write_atomically(program, gnuplot_script(chart, svg.string(), png.string()));
   const ProgramRun run = run_program({"gnuplot", program.string()});
-  const std::string target = stem.string() + ".svg";
+  const std::string target = stem.filename().string() + ".svg";
   if (!run.started)
     throw InputError(fmt::format(
         "{} cannot be drawn because gnuplot is not installed; its package is gnuplot-nox", target));
   if (run.exit_status != 0 || !fs::exists(svg) || !fs::exists(png))
     throw InputError(
         fmt::format("{} cannot be drawn because gnuplot failed: {}", target, one_line(run.output)));
-  write_atomically(target, with_fallback_fonts(read_file(svg)));
+  write_atomically(stem.string() + ".svg", with_fallback_fonts(read_file(svg)));
   write_atomically(stem.string() + ".png", read_file(png));
 }
 

@@ -398,7 +398,8 @@ Drawings draw_convergence(const std::vector<NamedTable>& tables) {
   const Table& settings = find_table(tables, "convergence_settings");
   Drawings drawings{
       .charts = {{"convergence", gap_chart(rows, settings, "twisted")},
-                 {"convergence_starts", starts_chart(find_table(tables, "convergence_summary"), settings)},
+                 {"convergence_starts", starts_chart(find_table(tables, "convergence_summary"), settings),
+                  "convergence_summary"},
                  {"convergence_iterations", iterations_chart(rows, settings, charted_dt_omega)},
                  {"convergence_momentum", momentum_chart(rows, settings)}}};
   std::erase_if(drawings.charts, [](const NamedChart& chart) { return !has_points(chart.chart); });

@@ -205,9 +205,10 @@ Drawings draw_frames(const std::vector<NamedTable>& tables) {
     return rows.where("scene", wanted).size() > 0 ? wanted : rows.text(0, "scene");
   };
   const std::string motion = charted("medium_7"), iterations = charted("soft_7");
-  drawings.charts = {{"frames", scenes_chart(rows)},
-                     {"frames_" + motion, motion_chart(rows.where("scene", motion))},
-                     {"frames_iterations_" + iterations, iterations_chart(rows.where("scene", iterations))}};
+  drawings.charts = {
+      {"frames", scenes_chart(rows)},
+      {"frames_" + motion, motion_chart(rows.where("scene", motion))},
+      {"frames_iterations_" + iterations, iterations_chart(rows.where("scene", iterations)), "frames"}};
   if (rest.size() > 0) {
     const std::string largest = rest.text(rest.size() - 1, "scene");
     drawings.charts.push_back({"frames_rest_" + largest, rest_chart(rest.where("scene", largest))});

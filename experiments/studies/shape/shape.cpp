@@ -236,12 +236,14 @@ Drawings draw_shape(const std::vector<NamedTable>& tables) {
   std::vector<std::string> bars;
   for (const std::string& body : summary.distinct("body"))
     if (body.starts_with("bar")) bars.push_back(body);
-  Drawings drawings{
-      .charts = {{"shape", frequency_chart(summary, settings, {"sphere"},
-                                           "A sphere in cubic cells: error of its slowest modes")}}};
+  Drawings drawings{.charts = {{"shape",
+                                frequency_chart(summary, settings, {"sphere"},
+                                                "A sphere in cubic cells: error of its slowest modes"),
+                                "shape_summary"}}};
   if (!bars.empty())
     drawings.charts.push_back(
-        {"shape_bar", frequency_chart(summary, settings, bars, "A bar that is turned in the lattice")});
+        {"shape_bar", frequency_chart(summary, settings, bars, "A bar that is turned in the lattice"),
+         "shape_summary"});
   return drawings;
 }
 

@@ -117,7 +117,7 @@ Drawings draw_thesis(const std::vector<NamedTable>& tables) {
   Drawings drawings;
   const auto add = [&](const char* name, const char* table, Chart (*chart)(const Table&)) {
     if (const Table& rows = find_table(tables, table); rows.size() > 0)
-      drawings.charts.push_back({name, chart(rows)});
+      drawings.charts.push_back({name, chart(rows), table});
   };
   add("thesis", "thesis_unloading", unloading_chart);
   add("thesis_twist", "thesis_twist", twist_chart);

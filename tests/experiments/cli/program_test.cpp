@@ -537,10 +537,13 @@ TEST(Reproduce, ShowsEveryChartOnOnePage) {
                                       MSS_PROGRAM, "reproduce", "--quick", "--out", out.string()});
   EXPECT_EQ(run.exit_status, 130) << run.output;
   const std::string page = read_file(out / "index.html");
-  EXPECT_NE(page.find("<h2>timing</h2>"), std::string::npos);
+  EXPECT_NE(page.find("<section id=\"timing\""), std::string::npos);
+  EXPECT_NE(page.find("mss timing --quick --peers --out timing"), std::string::npos);
   EXPECT_NE(page.find("href=\"timing/timing.csv\""), std::string::npos);
   EXPECT_NE(page.find("href=\"timing/meta.json\""), std::string::npos);
-  EXPECT_NE(page.find("Status: interrupted"), std::string::npos);
+  EXPECT_NE(page.find("Not complete: timing."), std::string::npos);
+  EXPECT_EQ(page.find(out.string()), std::string::npos);
+  EXPECT_NE(run.output.find(" studies, about "), std::string::npos) << run.output;
 }
 
 }  // namespace

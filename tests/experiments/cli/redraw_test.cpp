@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
+#include <set>
 #include <string>
+#include <variant>
 
 #include "experiments/harness/json.hpp"
 #include "experiments/harness/results_folder.hpp"
@@ -95,6 +98,29 @@ TEST_F(Redraw, RefusesIncompleteResultsInOneSentence) {
   expect_refused("has no meta.json");
 }
 
+TEST_F(Redraw, MakesThePageOfSeveralStudiesAgain) {
+  const fs::path root = directory().parent_path();
+  for (const char* picture : {"energy.svg", "energy.png"}) fs::remove(directory() / picture);
+  const ProgramRun run = run_program({MSS_PROGRAM, "redraw", root.string()});
+  EXPECT_EQ(run.exit_status, 0) << run.output;
+  EXPECT_TRUE(fs::exists(directory() / "energy.png"));
+  const std::string page = read_file(root / "index.html");
+  for (const std::string part :
+       {"1 study with 1 chart,", "mss energy --quick --integrators explicit_euler,verlet --out energy",
+        "href=\"energy/energy.csv\">Data: energy.csv", "What it printed"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  EXPECT_EQ(page.find(root.string()), std::string::npos);
+
+  const std::string rows = read_file(directory() / "energy.csv");
+  Json meta = Json::parse(read_file(directory() / "meta.json"));
+  meta["tables"]["energy.csv"]["rows"] = 0;
+  write_atomically(directory() / "energy.csv", rows.substr(0, rows.find('\n') + 1));
+  write_atomically(directory() / "meta.json", meta.dump());
+  const ProgramRun empty = run_program({MSS_PROGRAM, "redraw", root.string()});
+  EXPECT_EQ(empty.exit_status, 2) << empty.output;
+  EXPECT_NE(read_file(root / "index.html").find("Without charts: energy."), std::string::npos);
+}
+
 /// Whether a text beside the results shows a picture.
 bool is_shown(const std::string& picture) {
   for (const char* text : {"README.md", "results/README.md", "reference/THESIS.md"})
@@ -125,6 +151,58 @@ TEST(Results, HaveTheTablesOfTheirCharts) {
     EXPECT_EQ(std::size_t(pictures), shown) << info.name;
   }
   EXPECT_GE(directories, 11);
+}
+
+/// The same tables with the numbers of a column, floating-point ones, 1 percent larger.
+std::vector<NamedTable> nudged(std::vector<NamedTable> tables, const std::string& name, std::size_t column) {
+  for (NamedTable& named : tables) {
+    if (named.name != name) continue;
+    Table moved(named.table.columns());
+    for (std::vector<Cell> row : named.table.rows()) {
+      if (double* number = std::get_if<double>(&row[column])) *number *= 1.01;
+      if (auto* number = std::get_if<std::int64_t>(&row[column])) *number += *number / 100 + 1;
+      moved.add(row);
+    }
+    named.table = std::move(moved);
+  }
+  return tables;
+}
+
+/// The charts that change with a table.
+std::set<std::string> charts_of(const ExperimentInfo& info, const std::vector<NamedTable>& tables,
+                                const std::string& table) {
+  const auto before = scripts(info.draw(tables));
+  std::set<std::string> changed;
+  for (std::size_t column = find_table(tables, table).columns().size(); column-- > 0;) try {
+      const auto after = scripts(info.draw(nudged(tables, table, column)));
+      for (const auto& script : before)
+        if (std::find(after.begin(), after.end(), script) == after.end()) changed.insert(script.first);
+    } catch (const std::exception&) {  // what it looked up is no longer there
+    }
+  return changed;
+}
+
+/// What the page names as a chart's table.
+TEST(Results, ChartsChangeWithTheTablesNamedAsTheirs) {
+  for (const ExperimentInfo& info : experiments()) {
+    const fs::path directory = fs::path(MSS_SOURCE_DIR) / "results" / info.name;
+    if (!fs::exists(directory)) continue;
+    const std::vector<NamedTable> tables = read_results(directory).tables;
+    std::map<std::string, std::set<std::string>> charts;  // by table
+    const auto note = [&](const auto& all) {
+      for (const auto& drawn : all)
+        charts[drawn.table.empty() ? table_of(drawn.name, tables) : drawn.table].insert(drawn.name);
+    };
+    const Drawings drawings = info.draw(tables);
+    note(drawings.charts);
+    note(drawings.maps);
+    for (const auto& [table, of_table] : charts) {
+      ASSERT_FALSE(table.empty()) << info.name;
+      const std::set<std::string> changed = charts_of(info, tables, table);
+      for (const std::string& chart : of_table)
+        EXPECT_TRUE(changed.contains(chart)) << chart << " is not drawn from " << table;
+    }
+  }
 }
 
 }  // namespace

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "experiments/harness/report.hpp"
+
+namespace mss {
+
+/// One self-contained page of studies: a summary, every chart with its caption, its table and its command,
+/// and links to the files beside it. It needs no script and nothing from elsewhere.
+void write_page(const std::vector<Report>& reports, const std::filesystem::path& file);
+
+/// Base64 encoding of bytes, for images inside a page.
+std::string base64(std::string_view bytes);
+
+/// Text with the characters that are markup in HTML replaced.
+std::string html_text(std::string_view text);
+
+}  // namespace mss
