@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# Reruns every study of this folder with build/release/mss, each in a process group of its own; those that measure
+# time wait until the machine is quiet. Keeps the charts that a text shows.
+#   results/run.sh [OUT [STUDY ...]]    of these only; the default is this folder and all of them
+set -euo pipefail
+root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
+out=${1:-$root/results}
+untimed=(atlas failures recovery stability volume energy shape contact validate)
+timed=(timing precision stiffness convergence frames regimes refine thesis)
+studies=("${@:2}")
+[[ ${#studies[@]} -gt 0 ]] || studies=("${untimed[@]}" "${timed[@]}")
+
+command_of() {
+  case $1 in
+    atlas | failures) echo "stability $1" ;;
+    contact) echo "validate contact" ;;
+    timing) echo "timing --peers" ;;
+    *) echo "$1" ;;
+  esac
+}
+
+# Up to five minutes; meta.json says what the load was.
+wait_until_quiet() {
+  local load
+  for _ in {1..60}; do
+    read -r load _ < /proc/loadavg
+    awk "BEGIN { exit !($load < 0.3) }" && return
+    sleep 5
+  done
+  echo "results/run.sh: the machine is busy, load $load" >&2
+}
+
+drop_charts_that_no_text_shows() {
+  local chart name
+  for chart in "$out/$1"/*.svg; do
+    name=$1/$(basename -- "$chart" .svg)
+    grep -qF "$name.png" "$root"/{README.md,results/README.md,reference/THESIS.md} || rm -f -- "$out/$name".{svg,png}
+  done
+}
+
+for study in "${studies[@]}"; do
+  [[ " ${timed[*]} " != *" $study "* ]] || wait_until_quiet
+  find "$out/$study" -maxdepth 1 -type f -delete 2>/dev/null || true
+  # shellcheck disable=SC2046  # a command may have several words
+  setsid --wait "$root/build/release/mss" $(command_of "$study") --out "$out/$study"
+  drop_charts_that_no_text_shows "$study"
+done
