@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/site_limit.hpp"
 
 namespace mss {
 
@@ -58,9 +59,9 @@ std::pair<Cell, Cell> bounds(const std::vector<Cell>& cells) {
     size[axis] = upper[axis] - lower[axis] + 1;
     sites *= size[axis] + 1;
   }
-  if (constexpr double most = 2e8; sites > most)
+  if (sites > most_sites)
     throw InputError(fmt::format("makes a lattice of {:.0f} million particles; at most {:.0f} million fit",
-                                 sites / 1e6, most / 1e6));
+                                 sites / 1e6, most_sites / 1e6));
   return {lower, size};
 }
 

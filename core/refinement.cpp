@@ -1,7 +1,13 @@
 #include "core/refinement.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "core/site_limit.hpp"
 
 namespace mss {
 
@@ -40,6 +46,11 @@ void RefinementMap::split(int depth, Cell cell) {
     cell = {cell[0] / 2, cell[1] / 2, cell[2] / 2};
 }
 
+std::size_t RefinementMap::split_count() const {
+  return std::accumulate(split_.begin(), split_.end(), std::size_t{0},
+                         [](std::size_t sum, const std::set<Cell>& cells) { return sum + cells.size(); });
+}
+
 /// A split cell of depth d needs neighbours of depth d or more all around: they are parts of split cells.
 void RefinementMap::balance(const VoxelGrid& voxels) {
   for (int depth = this->depth() - 1; depth > 0; --depth) {
@@ -63,7 +74,13 @@ RefinementMap refinement_of(const BodyConfig& body, const std::vector<RefinedBox
     for (int k = 0; k < body.voxels.nz(); ++k)
       for (int j = 0; j < body.voxels.ny(); ++j)
         for (int i = 0; i < body.voxels.nx(); ++i)
-          if (body.voxels.at(i, j, k)) split_within(body, refined, 0, {i, j, k}, map);
+          if (body.voxels.at(i, j, k)) {
+            split_within(body, refined, 0, {i, j, k}, map);
+            if (8 * double(map.split_count()) > most_sites)
+              throw InputError(fmt::format(
+                  "splits cells into more than {:.0f} million; give a smaller box, or fewer levels",
+                  most_sites / 1e6));
+          }
   return map;
 }
 

@@ -30,6 +30,8 @@ class RefinementMap {
   }
   /// The greatest depth of a cell.
   int depth() const { return int(split_.size()); }
+  /// How many cells are split, of all depths.
+  std::size_t split_count() const;
   /// In order.
   const std::set<Cell>& split_cells(int depth) const { return split_[std::size_t(depth)]; }
 

@@ -179,10 +179,13 @@ void check_use(const TomlTable& root, const BodyConfig& config) {
   std::vector<bool> used(root.tables("part").size() + 1);
   for (const CellContent& content : config.contents)
     for (const PartFill& fill : content) used[std::size_t(fill.part)] = true;
-  for (std::size_t part = 1; part < used.size(); ++part)
-    if (!used[part])
-      root.tables("part")[part - 1].reject(
-          "name", "is of no cell; give body.voxels a file with cells of that letter, or leave the part out");
+  for (std::size_t part = 1; part < used.size(); ++part) {
+    if (used[part]) continue;
+    const TomlTable table = root.tables("part")[part - 1];
+    constexpr auto remedy = "give body.voxels a file with cells of that letter, or leave the part out";
+    if (!table.has("name")) table.reject_missing("name", remedy);
+    table.reject("name", fmt::format("is of no cell; {}", remedy));
+  }
 }
 
 /// Parts of a mesh are meshes too.
@@ -499,6 +502,15 @@ void read_auto_refinement(const TomlTable& root, Scene& scene) {
   }
 }
 
+/// Of the last box read.
+int depth_of_refinement(const TomlTable& table, const Scene& scene) {
+  try {
+    return refinement_of(scene.body, {scene.refined_boxes.back()}).depth();
+  } catch (const InputError& error) {
+    table.reject("box", error.what());
+  }
+}
+
 /// Where cells are split further; after everything that this may contradict.
 void read_refinement(const TomlTable& root, Scene& scene) {
   read_auto_refinement(root, scene);
@@ -507,7 +519,7 @@ void read_refinement(const TomlTable& root, Scene& scene) {
   check_splittable(tables.front(), "box", scene);
   for (const TomlTable& table : tables) {
     scene.refined_boxes.push_back({table.box("box"), table.whole("levels", split_levels, 1)});
-    if (refinement_of(scene.body, {scene.refined_boxes.back()}).depth() == 0)
+    if (depth_of_refinement(table, scene) == 0)
       table.reject("box", fmt::format("contains no part of a cell; give one that does, {}",
                                       extent_at_rest(scene.body)));
   }
@@ -751,7 +763,7 @@ Scene scene_of(const TomlFile& toml) {
   find_empty_box(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
     root.tables(table)[index].reject("box", complaint);
   });
-  scene.warnings = scene_warnings(scene);
+  for (const std::string& warning : scene_warnings(scene)) scene.warnings.push_back(printable(warning));
   return scene;
 }
 

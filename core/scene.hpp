@@ -10,6 +10,7 @@
 #include "core/environment.hpp"
 #include "core/mesh/scene_mesh.hpp"
 #include "core/refined_body.hpp"
+#include "core/site_limit.hpp"
 #include "core/sleep_tracker.hpp"
 #include "core/system.hpp"
 
@@ -114,9 +115,6 @@ inline bool is_refined(const Scene& scene) {
 /// The body of a scene with cells of several sizes; nullptr where it has one. Throws InputError where cells
 /// are chosen, which takes a solution: choose_refinement() in integrators/chosen_refinement.hpp finds them.
 std::unique_ptr<const RefinedBody> refined_body(const Scene& scene);
-
-/// Some 100 bytes per lattice site are needed: beyond this, bodies outgrow the memory of a large workstation.
-inline constexpr double most_sites = 2e8;
 
 /// Throws InputError "FILE: hold.0.box contains no particle; ..." if a hold, load, strike or weight acts on
 /// none.

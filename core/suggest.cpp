@@ -30,6 +30,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string nearest(std::string_view found, const std::vector<std::string>& known) {
+  found = found.substr(0, 100);  // no name is longer, and the distance takes time in proportion
   const auto closer = [&](const std::string& a, const std::string& b) {
     return edit_distance(found, a) < edit_distance(found, b);
   };

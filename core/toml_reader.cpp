@@ -18,14 +18,7 @@ namespace mss {
 
 namespace {
 
-/// Quoted keys and strings may hold line breaks; a message may not.
-std::string one_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
-  return text;
-}
-
-[[noreturn]] void fail(const std::string& message) { throw InputError(one_line(message)); }
+[[noreturn]] void fail(const std::string& message) { throw InputError(message); }
 
 std::string read_text(const std::filesystem::path& file) {
   std::error_code ignored;
@@ -39,7 +32,45 @@ std::string read_text(const std::filesystem::path& file) {
   return text.str();
 }
 
+/// Where the string ends that begins with the quotation mark at `begin`: behind its last one.
+std::size_t end_of_string(std::string_view text, std::size_t begin) {
+  const std::size_t marks = text.substr(begin, 3) == std::string(3, text[begin]) ? 3 : 1;
+  const std::string_view mark = text.substr(begin, marks);
+  for (std::size_t i = begin + marks; i < text.size(); ++i) {
+    if (text[begin] == '"' && text[i] == '\\')
+      ++i;
+    else if (text.substr(i, marks) == mark || (marks == 1 && text[i] == '\n'))
+      return std::min(text.find_first_not_of(marks == 3 ? mark.substr(0, 1) : "", i + marks), text.size());
+  }
+  return text.size();
+}
+
+/// Where keys with dots in them, such as a.b.c, lead more than 256 tables deep; the text's size if they do
+/// not. toml++ limits brackets alone, and a table of 100,000 in each other overflows the stack when it ends.
+std::size_t find_too_deep(std::string_view text) {
+  constexpr std::size_t most = 256;
+  std::vector<std::size_t> around;  // dots on the way to each open bracket
+  std::size_t dots = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '#') i = std::min(text.find('\n', i), text.size()) - 1;
+    if (c == '"' || c == '\'') i = end_of_string(text, i) - 1;
+    if (c == '.' && ++dots > most) return i;
+    if (c == '[' || c == '{') around.push_back(dots);
+    if (c == ',' || c == '\n') dots = around.empty() ? 0 : around.back();
+    if ((c == ']' || c == '}') && !around.empty()) {
+      dots = around.back();
+      around.pop_back();
+    }
+  }
+  return text.size();
+}
+
 toml::table parse(const std::string& text, const std::filesystem::path& file) {
+  if (const std::size_t at = find_too_deep(text); at < text.size())
+    fail(fmt::format(
+        "{}:{}: a key leads more than 256 tables deep, and those of scenes at most two; correct the line",
+        file.string(), 1 + std::count(text.begin(), text.begin() + std::ptrdiff_t(at), '\n')));
   try {
     return toml::parse(text, file.string());
   } catch (const toml::parse_error& error) {
@@ -53,8 +84,9 @@ toml::table parse(const std::string& text, const std::filesystem::path& file) {
 /// The value of an override as TOML; a word that is not TOML, such as verlet, is taken as a string.
 toml::table parse_value(const std::string& value, const std::string& setting) {
   const bool bare = value.find_first_of("[]{}\"'\n\r") == std::string::npos && !value.empty();
+  const bool deep = find_too_deep(value) < value.size() || find_too_deep(setting) < setting.size();
   try {
-    toml::table parsed = toml::parse("value = " + value);
+    toml::table parsed = deep ? toml::table() : toml::parse("value = " + value);
     if (parsed.size() == 1) return parsed;
   } catch (const toml::parse_error&) {
     if (bare) return toml::table{{"value", value}};
@@ -350,7 +382,9 @@ std::size_t TomlTable::choose(std::string_view key, std::string_view noun,
 
 void TomlTable::reject(std::string_view key, const std::string& complaint) const {
   const toml::node* node = find(key);
-  file_->reject(path_of(key), node, fmt::format("{} = {} {}", path_of(key), shown(*node), complaint));
+  const std::string value = node == nullptr ? "" : " = " + shown(*node);
+  file_->reject(path_of(key), node == nullptr ? table_ : node,
+                fmt::format("{}{} {}", path_of(key), value, complaint));
 }
 
 void TomlTable::reject_missing(std::string_view key, std::string_view remedy) const {

@@ -27,11 +27,19 @@ namespace {
 
 using Layer = std::vector<std::string>;
 
+constexpr std::uintmax_t most_voxel_bytes = std::uintmax_t(1) << 30;
+
 /// Of the part that a cell's letter names, 0 for '#' and digits; -1: there is none.
 int part_of(char cell, const std::vector<std::string>& parts) {
   if (cell < 'A' || cell > 'Z') return 0;
   const auto named = std::find(parts.begin(), parts.end(), std::string(1, cell));
   return named == parts.end() ? -1 : int(named - parts.begin()) + 1;
+}
+
+/// A character that can be seen, or its code.
+std::string shown_cell(char cell) {
+  return cell >= ' ' && cell < 0x7f ? fmt::format("'{}'", cell)
+                                    : fmt::format("the byte {}", int(static_cast<unsigned char>(cell)));
 }
 
 /// What is wrong with a cell, and what to give instead; empty: nothing.
@@ -53,10 +61,14 @@ CellContent content_of(char cell, const std::vector<std::string>& parts) {
 
 /// The layers as text, with every row and layer known to have the size of the first.
 std::vector<Layer> read_layers(const std::filesystem::path& file, const std::vector<std::string>& parts) {
+  std::error_code error;
   std::ifstream in(file);
-  if (!in || std::filesystem::is_directory(file))
+  if (!in || !std::filesystem::is_regular_file(file, error))
     throw InputError(
         fmt::format("{}: cannot read this voxel file; give the path of a text file", file.string()));
+  if (std::filesystem::file_size(file, error) > most_voxel_bytes)
+    throw InputError(
+        fmt::format("{}: this voxel file is larger than 1 GiB; give fewer cells", file.string()));
   std::vector<Layer> layers;
   bool in_layer = false;
   std::string row;
@@ -68,8 +80,8 @@ std::vector<Layer> read_layers(const std::filesystem::path& file, const std::vec
     }
     for (const char cell : row)
       if (const std::string problem = problem_of(cell, parts); !problem.empty())
-        throw InputError(
-            fmt::format("{}:{}: found '{}' in a voxel row; {}", file.string(), line, cell, problem));
+        throw InputError(fmt::format("{}:{}: found {} in a voxel row; {}", file.string(), line,
+                                     shown_cell(cell), problem));
     if (!in_layer) layers.emplace_back();
     in_layer = true;
     if (row.size() != (layers.front().empty() ? row : layers.front().front()).size())

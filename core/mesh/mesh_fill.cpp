@@ -10,7 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/mesh/inside_samples.hpp"
-#include "core/scene.hpp"
+#include "core/site_limit.hpp"
 
 namespace mss {
 

@@ -77,6 +77,27 @@ void check(const aiMesh& mesh) {
                                      int(index), mesh.mNumVertices));
 }
 
+/// Says of what kinds a mesh's faces are. Assimp's readers say what kinds a format has, and its division of
+/// polygons ends the program where there are none.
+void set_types(aiMesh& mesh) {
+  mesh.mPrimitiveTypes = 0;
+  for (unsigned f = 0; f < mesh.mNumFaces; ++f) switch (mesh.mFaces[f].mNumIndices) {
+      case 0:
+        break;
+      case 1:
+        mesh.mPrimitiveTypes |= aiPrimitiveType_POINT;
+        break;
+      case 2:
+        mesh.mPrimitiveTypes |= aiPrimitiveType_LINE;
+        break;
+      case 3:
+        mesh.mPrimitiveTypes |= aiPrimitiveType_TRIANGLE;
+        break;
+      default:
+        mesh.mPrimitiveTypes |= aiPrimitiveType_POLYGON;
+    }
+}
+
 void add(const aiMesh& mesh, const aiMatrix4x4& transform, TriangleMesh& all) {
   const auto first = int(all.vertices.size());
   for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
@@ -111,7 +132,10 @@ TriangleMesh import(const std::string& content, const std::string& format) {
   if (scene == nullptr)
     throw InputError(fmt::format("is no mesh that can be read ({}); export it again",
                                  one_line(importer.GetErrorString())));
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) check(*scene->mMeshes[m]);
+  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
+    check(*scene->mMeshes[m]);
+    set_types(*scene->mMeshes[m]);
+  }
   if (scene->mNumMeshes > 0) scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   TriangleMesh mesh;
   if (scene != nullptr && scene->mRootNode != nullptr)

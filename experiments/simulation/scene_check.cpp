@@ -20,6 +20,8 @@ namespace mss {
 
 namespace {
 
+constexpr double most_rows = 1e9;
+
 void check_safe(const IntegratorInfo& method) {
   if (method.stepping != Stepping::fixed) return;
   if (!method.limit)
@@ -175,6 +177,10 @@ void check_solve(const Scene& scene) {
     throw InputError(
         fmt::format("{}: solve.dt = {} s is longer than solve.duration = {} s; give a shorter step",
                     scene.file.string(), *scene.solve.dt, scene.solve.duration));
+  if (scene.solve.duration / scene.solve.every > most_rows)
+    throw InputError(fmt::format(
+        "{}: solve.every = {} s makes more than {:.0e} rows of solve.duration = {} s; give a longer interval",
+        scene.file.string(), scene.solve.every, most_rows, scene.solve.duration));
 }
 
 }  // namespace mss

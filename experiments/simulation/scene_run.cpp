@@ -1,9 +1,12 @@
 #include "experiments/simulation/scene_run.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "core/error.hpp"
 #include "experiments/simulation/model.hpp"
 #include "integrators/error_scale.hpp"
 #include "integrators/stable_step.hpp"
@@ -12,11 +15,22 @@ namespace mss {
 
 namespace {
 
+/// No computer takes so many, and a long counts them.
+constexpr double most_steps_of_a_run = 1e15;
+
+double checked_step(const Scene& scene, double dt) {
+  if (dt > 0 && scene.solve.duration / dt <= most_steps_of_a_run) return dt;
+  throw InputError(fmt::format(
+      "{}: solve.duration = {} s takes more than {:.0e} steps of {} s; give a longer step, or a softer or "
+      "heavier material",
+      scene.file.string(), scene.solve.duration, most_steps_of_a_run, dt));
+}
+
 double step_of(const Scene& scene, const IntegratorInfo& method, const SpectralBound& bound) {
   if (method.stepping == Stepping::equilibrium && !method.limit) return 0;
-  if (scene.solve.dt) return *scene.solve.dt;
+  if (scene.solve.dt) return checked_step(scene, *scene.solve.dt);
   if (method.stepping == Stepping::adaptive) return 0;  // the method's own choice
-  const double safe = safe_share * stable_step(method, bound);
+  const double safe = checked_step(scene, safe_share * stable_step(method, bound));
   return scene.solve.duration > 0 ? std::min(safe, scene.solve.duration) : safe;
 }
 

@@ -1,0 +1,9 @@
+#pragma once
+
+namespace mss {
+
+/// Most sites of a lattice. Some 100 bytes per site are needed: beyond this, bodies outgrow the memory of a
+/// large workstation. A variable, because tests that make bodies by the thousand lower it.
+inline double most_sites = 2e8;
+
+}  // namespace mss
