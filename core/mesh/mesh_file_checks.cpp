@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cstdint>
 #include <cstring>
@@ -94,6 +95,10 @@ class PlyContent {
                                                 : PlyFormat::little_endian;
     } else if (key == "element") {
       const std::string_view name = next_word(line);
+      // assimp would take the digits for the number of elements
+      if (name.empty() || !std::isalpha(static_cast<unsigned char>(name.front())))
+        throw InputError(
+            fmt::format("has an element of the name '{}'; export the mesh again", name.substr(0, 40)));
       elements_.push_back({std::string(name.substr(0, 40)), whole_number(next_word(line), "its elements")});
     } else if (key == "property") {
       if (elements_.empty()) throw InputError("has a property before its elements; export the mesh again");

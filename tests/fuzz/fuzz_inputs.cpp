@@ -28,6 +28,7 @@ struct FuzzChoice {
   Campaign limits;
   std::string keep;
   std::string corpus;
+  bool says_all = false;
 };
 
 void write(const fs::path& file, const std::string& content) {
@@ -84,7 +85,7 @@ int fuzz(const Seeds& seeds, const FuzzChoice& choice) {
       campaign, [&](const fs::path& folder) { write_files(folder, seeds.companions); },
       [&](std::uint64_t index, const fs::path& folder) {
         const Outcome outcome = try_input(seeds, choice, index, folder);
-        if (is_mistake(outcome.ending))
+        if (is_mistake(outcome.ending) || choice.says_all)
           fmt::print(stderr, "input {}: {}: {:.300}\n", index, ending_names[std::size_t(outcome.ending)],
                      outcome.sentence);
         return outcome.ending;
@@ -180,6 +181,8 @@ int run(int argc, char** argv) {
   app.add_option("--keep", choice.keep, "Folder for the files of inputs that the program mistook");
   app.add_option("--processes", choice.limits.processes, "How many");
   app.add_option("--seconds", choice.limits.most_seconds, "Of computing that an input may take");
+  app.add_flag("--sentences", choice.says_all,
+               "Prints what the program says to each input, not to those alone that it mistakes");
   app.add_option("--corpus", choice.corpus,
                  "Runs the files of a folder, whose names begin with their exit status");
   CLI11_PARSE(app, argc, argv);

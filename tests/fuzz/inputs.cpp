@@ -48,6 +48,7 @@ Input make_input(const Seeds& seeds, std::uint64_t seed, std::uint64_t index) {
   const std::string& other = random.pick(texts);
   do damage(input.kind, text, other, random);
   while (random.once_in(2));
+  if (input.kind == Kind::scene && !random.once_in(6)) drop_repeated_keys(text);
   const std::string file = mutant_files[std::size_t(input.kind)];
   if (input.kind != Kind::scene)
     input.files["scene.toml"] = scene_around(input.kind, file, random.below(scene_variants));

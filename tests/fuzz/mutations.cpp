@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cctype>
+#include <set>
 #include <string_view>
 #include <vector>
 
@@ -314,21 +315,21 @@ void damage_bytes(std::string& text, const std::string& other, Random& random) {
 }
 
 void damage_lines(std::string& text, const std::string& other, Random& random) {
-  const std::size_t what = random.below(8);
-  if (what < 3) return replace_number(text, some_number(random), random);
+  const std::size_t what = random.below(12);
+  if (what < 7) return replace_number(text, some_number(random), random);
   std::vector<std::string> lines = lines_of(text);
   if (lines.empty()) return;
   switch (what) {
-    case 3:
+    case 7:
       lines.insert(some_place(lines, random), std::string(random.pick(lines)));
       break;
-    case 4:
+    case 8:
       lines.erase(some_place(lines, random));
       break;
-    case 5:
+    case 9:
       swap_lines(lines, random);
       break;
-    case 6:
+    case 10:
       splice_lines(lines, other, random);
       break;
     default:
@@ -381,13 +382,31 @@ void damage_voxels(std::string& text, const std::string& other, Random& random) 
 }
 
 void damage_mesh(Kind kind, std::string& text, const std::string& other, Random& random) {
-  if (random.once_in(4)) return damage_bytes(text, other, random);
+  if (random.once_in(5)) return damage_bytes(text, other, random);
   const bool binary = text.find('\0') != std::string::npos;
-  if (binary && random.once_in(2)) return replace_binary_number(text, random);
+  if (binary && !random.once_in(4)) return replace_binary_number(text, random);
   if (!binary && random.once_in(2)) return damage_lines(text, other, random);
   if (kind == Kind::obj) return damage_obj(text, random);
   if (kind == Kind::ply) return damage_ply(text, random);
   if (!binary) return damage_stl(text, random);
+}
+
+void drop_repeated_keys(std::string& text) {
+  std::string kept, table;
+  std::set<std::string> seen;
+  bool drops = false;
+  std::size_t arrays = 0;
+  for (const std::string& line : lines_of(text)) {
+    if (line.starts_with("[")) {
+      table = line.substr(0, line.find(']'));
+      if (line.starts_with("[[")) table += std::to_string(++arrays);
+      drops = !seen.insert(table).second;
+    }
+    const std::string key = line.substr(0, line.find_first_of(" ="));
+    const bool has_key = !line.empty() && std::isalpha(static_cast<unsigned char>(line[0])) != 0;
+    if (!drops && (!has_key || seen.insert(table + "/" + key).second)) kept += line + "\n";
+  }
+  text = kept;
 }
 
 std::string random_override(Random& random) {

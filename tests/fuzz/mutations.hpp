@@ -17,6 +17,9 @@ void damage_lines(std::string& text, const std::string& other, Random& random);
 /// Damages a scene so that most of it stays one: keys with other values, of other tables, of other types.
 void damage_scene(std::string& text, const std::string& other, Random& random);
 
+/// Leaves out what stands twice in a table, which is no TOML.
+void drop_repeated_keys(std::string& text);
+
 /// Damages a voxel file.
 void damage_voxels(std::string& text, const std::string& other, Random& random);
 
