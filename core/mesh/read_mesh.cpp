@@ -78,24 +78,16 @@ void check(const aiMesh& mesh) {
 }
 
 /// Says of what kinds a mesh's faces are. Assimp's readers say what kinds a format has, and its division of
-/// polygons ends the program where there are none.
+/// polygons ends the program where there are none; no kind at all means to it that all may be there.
 void set_types(aiMesh& mesh) {
   mesh.mPrimitiveTypes = 0;
-  for (unsigned f = 0; f < mesh.mNumFaces; ++f) switch (mesh.mFaces[f].mNumIndices) {
-      case 0:
-        break;
-      case 1:
-        mesh.mPrimitiveTypes |= aiPrimitiveType_POINT;
-        break;
-      case 2:
-        mesh.mPrimitiveTypes |= aiPrimitiveType_LINE;
-        break;
-      case 3:
-        mesh.mPrimitiveTypes |= aiPrimitiveType_TRIANGLE;
-        break;
-      default:
-        mesh.mPrimitiveTypes |= aiPrimitiveType_POLYGON;
-    }
+  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+    const unsigned corners = mesh.mFaces[f].mNumIndices;
+    mesh.mPrimitiveTypes |= corners < 2    ? aiPrimitiveType_POINT
+                            : corners == 2 ? aiPrimitiveType_LINE
+                            : corners == 3 ? aiPrimitiveType_TRIANGLE
+                                           : aiPrimitiveType_POLYGON;
+  }
 }
 
 void add(const aiMesh& mesh, const aiMatrix4x4& transform, TriangleMesh& all) {

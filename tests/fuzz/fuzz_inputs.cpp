@@ -97,7 +97,6 @@ int fuzz(const Seeds& seeds, const FuzzChoice& choice) {
   for (std::size_t i = 0; i < result.endings.size(); ++i) {
     if (!is_mistake(result.endings[i])) continue;
     const std::uint64_t index = choice.first + i;
-    fmt::print(stderr, "input {}: {}\n", index, ending_names[std::size_t(result.endings[i])]);
     if (!choice.keep.empty() && ++mistakes <= 200)
       keep_input(fs::path(choice.keep) / std::to_string(index), seeds, make_input(seeds, choice.seed, index));
   }

@@ -1,5 +1,6 @@
 #include "tests/fuzz/workers.hpp"
 
+#include <fmt/format.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -177,7 +178,9 @@ class Workers {
     process.begin = finished ? process.end : std::min(index + 1, process.end);
     if (finished) return;
     // sanitizers that find leaks at the end blame the last input
-    endings_[std::min(index, process.end - 1) - campaign_.first] = hangs ? Ending::hang : Ending::crash;
+    const std::uint64_t blamed = std::min(index, process.end - 1);
+    endings_[blamed - campaign_.first] = hangs ? Ending::hang : Ending::crash;
+    fmt::print(stderr, "input {}: {}\n", blamed, hangs ? "hang" : "crash");
   }
 
   const Campaign& campaign_;
