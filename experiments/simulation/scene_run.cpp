@@ -34,6 +34,18 @@ double step_of(const Scene& scene, const IntegratorInfo& method, const SpectralB
   return scene.solve.duration > 0 ? std::min(safe, scene.solve.duration) : safe;
 }
 
+/// Adaptive methods compute with their tolerances.
+void check_scales(const Scene& scene, const IntegratorOptions& options) {
+  if (find_integrator(scene.solve.integrator).stepping != Stepping::adaptive) return;
+  const double length = options.tolerance * options.length_scale,
+               speed = options.tolerance * options.speed_scale;
+  if (std::isnormal(length) && std::isnormal(speed)) return;
+  throw InputError(
+      fmt::format("{}: solve.tolerance = {} allows errors of {} m and {} m/s, which cannot be computed with; "
+                  "give another one, or another material",
+                  scene.file.string(), options.tolerance, length, speed));
+}
+
 }  // namespace
 
 bool is_finite(const Measures& measures) {
@@ -56,6 +68,7 @@ IntegratorOptions method_options(const Scene& scene, const SolidSystem<Real>& sy
       .region_width = scene.solve.region_width,
       .alpha = scene.solve.alpha};
   scale_errors(options, system);
+  check_scales(scene, options);
   return options;
 }
 
