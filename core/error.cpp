@@ -50,11 +50,13 @@ bool is_control(std::string_view character) {
 /// The place stands at the beginning of a message, the remedy at its end.
 std::string without_middle(const std::string& text) {
   if (text.size() <= longest_line) return text;
+  constexpr std::string_view gap = " ... ";
+  constexpr std::size_t kept = (longest_line - gap.size()) / 2;
   const auto is_inside = [&](std::size_t i) { return (byte_at(text, i) & 0xc0U) == 0x80U; };
-  std::size_t begin = longest_line / 2, end = text.size() - longest_line / 2;
+  std::size_t begin = kept, end = text.size() - kept;
   while (is_inside(begin)) --begin;
   while (end < text.size() && is_inside(end)) ++end;
-  return text.substr(0, begin) + " ... " + text.substr(end);
+  return text.substr(0, begin) + std::string(gap) + text.substr(end);
 }
 
 }  // namespace

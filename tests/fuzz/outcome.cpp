@@ -15,7 +15,7 @@ namespace mss::fuzz {
 
 namespace {
 
-constexpr std::size_t longest_sentence = 3000;  ///< bytes; the known keys of a table alone are 600
+constexpr std::size_t longest_sentence = 2000;  ///< bytes, as printable() leaves
 constexpr long most_adaptive_steps = 20;
 
 double site_count(const Scene& scene) {
