@@ -87,6 +87,7 @@ void add_springs(const Body& body, std::ptrdiff_t site, const Field<Real>& x, co
 template <class Real, class Add>
 void add_cell(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const TangentSum& sum, Add&& add) {
   const SiteWeights& weights = body.weights_at(site);
+  if (weights.volume == 0 && weights.fold_guard == 0) return;  // no cell, whatever 0 times the rest is
   const double volume = weights.volume * body.interior_volume(),
                guard = weights.fold_guard * body.interior_fold_guard(), size = body.config().cell_size;
   if (guard != 0)

@@ -235,10 +235,15 @@ void read_cells(const TomlTable& root, Scene& scene) {
   resample(config, 1, scene.refine);
 }
 
+bool have_finite_moduli(const SpringConstants& springs, double cell_size) {
+  const CubicStiffness moduli = cubic_stiffness(springs, cell_size);
+  return std::isfinite(springs.edge + springs.volume + moduli.c11 + moduli.c12 + moduli.c44);
+}
+
 SpringConstants calibrate_for(const Scene& scene, const ElasticConstants& elastic, const TomlTable& table) {
   SpringConstants springs = calibrate(elastic, scene.body.cell_size, scene.face_share);
   if (!scene.volume_force) springs.volume = 0;
-  if (!std::isfinite(springs.edge + springs.volume))
+  if (!have_finite_moduli(springs, scene.body.cell_size))
     table.reject("young", "is too large to compute with; give a smaller number of pascals");
   return springs;
 }
@@ -250,10 +255,13 @@ SpringConstants read_springs(const TomlTable& material, Scene& scene) {
     for (const auto* key : {"young", "poisson", "face_share", "volume_force"})
       if (material.has(key)) material.reject(key, "stands beside material.springs; give one of the two");
     const TomlTable springs = material.table("springs");
-    return {.edge = springs.number("edge", spring),
-            .face = springs.number("face", spring),
-            .body = springs.number("body", spring),
-            .volume = material.number("volume", volume, 0)};
+    const SpringConstants given{.edge = springs.number("edge", spring),
+                                .face = springs.number("face", spring),
+                                .body = springs.number("body", spring),
+                                .volume = material.number("volume", volume, 0)};
+    if (!have_finite_moduli(given, scene.body.cell_size))
+      material.reject("springs", "are too stiff to compute with; give smaller constants");
+    return given;
   }
   if (!calibrated)
     material.reject_missing("young",

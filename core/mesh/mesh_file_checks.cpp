@@ -99,6 +99,9 @@ class PlyContent {
       if (name.empty() || !std::isalpha(static_cast<unsigned char>(name.front())))
         throw InputError(
             fmt::format("has an element of the name '{}'; export the mesh again", name.substr(0, 40)));
+      // assimp reads strips whose values are of another kind than it expects, beyond its memory
+      if (name == "tristrips")
+        throw InputError("has strips of triangles, which are not read; export the mesh as triangles");
       elements_.push_back({std::string(name.substr(0, 40)), whole_number(next_word(line), "its elements")});
     } else if (key == "property") {
       if (elements_.empty()) throw InputError("has a property before its elements; export the mesh again");
