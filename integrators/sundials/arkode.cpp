@@ -31,6 +31,8 @@ Status status_of(int flag) {
       return Status::step_limit;
     case ARK_TOO_MUCH_ACC:
     case ARK_ERR_FAILURE:
+    case ARK_TOO_CLOSE:  // of options that are sound: an interval so short that numbers end
+    case ARK_ILL_INPUT:
       return Status::tolerance_missed;
     case ARK_CONV_FAILURE:
       return Status::newton_stalled;

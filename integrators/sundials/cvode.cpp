@@ -33,6 +33,8 @@ Status status_of(int flag) {
       return Status::step_limit;
     case CV_TOO_MUCH_ACC:
     case CV_ERR_FAILURE:
+    case CV_TOO_CLOSE:  // of options that are sound: an interval so short that numbers end
+    case CV_ILL_INPUT:
       return Status::tolerance_missed;
     case CV_CONV_FAILURE:
       return Status::newton_stalled;
