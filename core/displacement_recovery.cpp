@@ -93,6 +93,7 @@ DisplacementRecovery::Kind DisplacementRecovery::kind_of(const CellContent& cont
   const BodyConfig& config = body_.config();
   constexpr std::array<double, 4> cells_that_share{0, 4, 2, 1};  // by how many axes a spring spans
   Kind kind;
+  std::array<std::array<double, 8>, 8> stiffness{};  // of all parts, between corners a < b
   for (const auto& [number, fill] : content) {
     SpringConstants k = body_.parts()[std::size_t(number)].springs;
     if (config.topology == Topology::edges_body) k.face = 0;
@@ -103,9 +104,8 @@ DisplacementRecovery::Kind DisplacementRecovery::kind_of(const CellContent& cont
     for (int a = 0; a < 8; ++a)
       for (int b = a + 1; b < 8; ++b) {
         const int axes = std::popcount(unsigned(a ^ b));
-        const double stiffness = (axes == 1 ? k.edge : axes == 2 ? k.face : k.body) / cells_that_share[axes];
-        const double filled = blend(filled_at(fill, a, b), config.springs_floor(), share);
-        if (stiffness * filled != 0) kind.springs.push_back({a, b, stiffness * filled});
+        const double full = (axes == 1 ? k.edge : axes == 2 ? k.face : k.body) / cells_that_share[axes];
+        stiffness[a][b] += full * blend(filled_at(fill, a, b), config.springs_floor(), share);
       }
     kind.volume += share * k.volume;
     kind.fill += share;
@@ -117,6 +117,9 @@ DisplacementRecovery::Kind DisplacementRecovery::kind_of(const CellContent& cont
     }
     kind.parts.push_back(number);
   }
+  for (int a = 0; a < 8; ++a)
+    for (int b = a + 1; b < 8; ++b)
+      if (stiffness[a][b] != 0) kind.springs.push_back({a, b, stiffness[a][b]});
   std::sort(kind.parts.begin(), kind.parts.end());
   return kind;
 }

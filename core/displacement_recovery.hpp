@@ -83,7 +83,7 @@ class DisplacementRecovery {
   };
   /// What cells of one content have.
   struct Kind {
-    std::vector<CellSpring> springs;
+    std::vector<CellSpring> springs;          ///< one between two corners
     double volume = 0;                        ///< k_vol [Pa]
     double fill = 0;                          ///< f
     std::array<CubicStiffness, 8> elastic{};  ///< of what is filled of each octant, which has a Gauss point
