@@ -404,7 +404,8 @@ void drop_repeated_keys(std::string& text) {
     }
     const std::string key = line.substr(0, line.find_first_of(" ="));
     const bool has_key = !line.empty() && std::isalpha(static_cast<unsigned char>(line[0])) != 0;
-    if (!drops && (!has_key || seen.insert(table + "/" + key).second)) kept += line + "\n";
+    if (drops || (has_key && !seen.insert(std::string(table).append("/").append(key)).second)) continue;
+    kept.append(line).append("\n");
   }
   text = kept;
 }

@@ -44,7 +44,7 @@ Outcome run_scene(const std::filesystem::path& file, const std::vector<std::stri
   if (is_refined(scene) && site_count(scene) > most_sites_stepped) return {Ending::made, ""};
   for (const std::string& warning : scene.warnings)
     if (const std::string fault = fault_of_sentence(warning); !fault.empty())
-      return {Ending::bad_sentence, fault + ": " + warning};
+      return {Ending::bad_sentence, fmt::format("{}: {}", fault, warning)};
   static_cast<void>(to_json(scene).dump());
   static_cast<void>(to_toml(scene, file.parent_path()));
   const Body body(scene.body);
