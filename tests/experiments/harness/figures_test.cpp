@@ -67,6 +67,11 @@ TEST(Figures, OfTheFrontPageAreThoseOfItsTables) {
   EXPECT_GT(expect_figures(read_file(root / "README.md"), root), 0U);
 }
 
+TEST(Figures, OfTheThesisPageAreThoseOfItsTables) {
+  const fs::path directory = fs::path(MSS_SOURCE_DIR) / "reference";
+  EXPECT_GT(expect_figures(read_file(directory / "THESIS.md"), directory), 0U);
+}
+
 /// The section of results/README.md about a study.
 std::string section_of(const std::string& text, const std::string& study) {
   const std::size_t from = text.find("\n## " + study + ":");
