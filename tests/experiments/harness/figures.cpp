@@ -77,24 +77,6 @@ Rows rows_where(const Rows& table, const std::string& conditions) {
   return rows;
 }
 
-/// Of "column,column where conditions", row by row.
-std::vector<double> values_of(const Rows& table, const std::string& term) {
-  const std::vector<std::string> parts = split(term, " where ");
-  std::vector<double> values;
-  for (const std::vector<std::string>& row : rows_where(table, parts.size() > 1 ? parts[1] : ""))
-    for (const std::string& column : split(parts[0], ","))
-      values.push_back(number_in(row[index_of(table, column)]).value_or(std::nan("")));
-  if (values.empty()) throw std::invalid_argument(fmt::format("no row for '{}'", term));
-  return values;
-}
-
-std::vector<double> quotient(std::vector<double> values, const std::vector<double>& divisors) {
-  if (divisors.size() != 1 && divisors.size() != values.size())
-    throw std::invalid_argument(fmt::format("{} values over {}", values.size(), divisors.size()));
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] /= divisors[divisors.size() == 1 ? 0 : i];
-  return values;
-}
-
 double aggregate(const std::string& name, std::vector<double> values) {
   if (std::any_of(values.begin(), values.end(), [](double value) { return std::isnan(value); }))
     return std::nan("");
@@ -107,9 +89,30 @@ double aggregate(const std::string& name, std::vector<double> values) {
   return sum;
 }
 
+/// Of "[min|max|median|sum of] column,column [where conditions]", row by row.
+std::vector<double> values_of(const Rows& table, const std::string& term) {
+  static const std::regex of_all("(?:(min|max|median|sum) of )?(.*)");
+  std::smatch part;
+  std::regex_match(term, part, of_all);
+  const std::vector<std::string> parts = split(part[2], " where ");
+  std::vector<double> values;
+  for (const std::vector<std::string>& row : rows_where(table, parts.size() > 1 ? parts[1] : ""))
+    for (const std::string& column : split(parts[0], ","))
+      values.push_back(number_in(row[index_of(table, column)]).value_or(std::nan("")));
+  if (values.empty()) throw std::invalid_argument(fmt::format("no row for '{}'", term));
+  return part[1].matched ? std::vector{aggregate(part[1], std::move(values))} : values;
+}
+
+std::vector<double> quotient(std::vector<double> values, const std::vector<double>& divisors) {
+  if (divisors.size() != 1 && divisors.size() != values.size())
+    throw std::invalid_argument(fmt::format("{} values over {}", values.size(), divisors.size()));
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] /= divisors[divisors.size() == 1 ? 0 : i];
+  return values;
+}
+
 /// The numbers that a title asks for.
 std::vector<double> evaluate(const std::string& title, const Rows& table) {
-  static const std::regex form("(?:(min|max|median|sum) )?(abs )?(?:([-+.0-9e]+) )?(.*)");
+  static const std::regex form("(?:(min|max|median|sum) (?!of ))?(abs )?(?:([-+.0-9e]+) )?(.*)");
   if (title == "count" || title.starts_with("count where "))
     return {double(rows_where(table, title.size() > 5 ? title.substr(12) : "").size())};
   std::smatch part;

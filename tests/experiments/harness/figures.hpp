@@ -10,9 +10,10 @@ namespace mss {
 ///
 ///   [7.6 and 2.2](refine/refine.csv "100 raw_error where problem=beam; cells=4|8")
 ///
-/// Title: [min|max|median|sum] [abs] [factor] column,column [where conditions] [over column [where
-/// conditions]], or `count [where conditions]`. A condition is a column, one of = != >= <= > <, and a value,
-/// or several with bars between them. `over` divides, row by row, or by the one row there is.
+/// Title: [min|max|median|sum] [abs] [factor] TERM [over|off TERM], or `count [where conditions]`. TERM is
+/// [min of|max of|median of|sum of] column,column [where conditions]. A condition is a column, one of = != >=
+/// <= > <, and a value, or several with bars between them; between conditions is "; ". `over` divides, row by
+/// row, or by the one row there is; `off` is how far the quotient is from 1.
 struct Figure {
   int line = 0;       ///< of the text
   std::string shown;  ///< what a reader sees

@@ -32,6 +32,7 @@ TEST(Figures, AreFoundInATable) {
   EXPECT_EQ(problem("4.5", "seconds where body=beam; cells=8 over seconds where cells=4"), "");
   EXPECT_EQ(problem("350 percent", "100 seconds where body=beam; cells=8 off seconds where cells=4"), "");
   EXPECT_EQ(problem("50 percent", "abs 100 cells where cells=4 off cells where body=beam; cells=8"), "");
+  EXPECT_EQ(problem("2000", "max of seconds where status=ok over min of seconds where status=ok"), "");
   EXPECT_EQ(problem("3", "count where body=beam"), "");
   EXPECT_EQ(problem("1", "count where status!=ok"), "");
   EXPECT_EQ(problem("0.08", "max error where body=beam; cells<16"), "");
