@@ -83,7 +83,7 @@ TEST(ThesisPage, NamesTestsAndFilesThatExist) {
     const std::string suite = test.substr(0, dot), name = test.substr(dot + 1);
     EXPECT_NE(tests.find(fmt::format("({}, {})", suite, name)), std::string::npos) << test;
   }
-  for (const std::string& link : matches(page, "\\]\\(([^)#]+)\\)"))
+  for (const std::string& link : matches(page, "\\]\\(([^)# ]+)"))
     EXPECT_TRUE(fs::exists(root / "reference" / link)) << link;
 }
 

@@ -94,7 +94,8 @@ TEST(LinearSolves, AllSolversSolveEveryCase) {
 TEST(LinearSolves, SayWhatIsTooLarge) {
   EXPECT_FALSE(is_too_large("cholmod", 20, false));
   EXPECT_TRUE(is_too_large("cholmod", 40, false));
-  EXPECT_FALSE(is_too_large("cholmod", 40, true));
+  EXPECT_TRUE(is_too_large("cholmod", 40, true));
+  EXPECT_FALSE(is_too_large("pcg", 40, true));
   LinearSolveConfig config = small_solves();
   config.cells = {41};
   config.poisson = {charted_poisson};
