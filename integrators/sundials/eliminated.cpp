@@ -122,15 +122,16 @@ int store_jacobian_state(double t, N_Vector y, N_Vector, SUNMatrix jacobian, voi
 }
 
 Eliminated make_eliminated(FirstOrder& problem, const IntegratorOptions& options, SUNContext context) {
-  SUNLinearSolver s = SUNLinSolNewEmpty(context);
   const std::ptrdiff_t size = problem.system().size();
-  s->content =
+  std::unique_ptr<Elimination> content(  // first: a system without tangents throws
       new Elimination{.tangents = tangents_of(problem.system()),
                       .linear = find_linear_solver(options.linear_solver).make(options.linear_tolerance),
                       .kind = options.tangent,
                       .rhs = Field<double>(size),
                       .product = Field<double>(size),
-                      .solution = Field<double>(size)};
+                      .solution = Field<double>(size)});
+  SUNLinearSolver s = SUNLinSolNewEmpty(context);
+  s->content = content.release();
   s->ops->gettype = solver_type;
   s->ops->getid = solver_id;
   s->ops->setup = set_up;
