@@ -12,9 +12,11 @@ namespace {
 
 /// Adds an eighth of what a cell holds, spread evenly.
 void add_eighth(const CellContent& fine, CellContent& coarse) {
-  for (const auto& [part, fill] : fine) {
-    auto same = std::find_if(coarse.begin(), coarse.end(), [&](const PartFill& p) { return p.part == part; });
-    if (same == coarse.end()) same = coarse.insert(same, {part, CellFill::even(0)});
+  for (const PartFill& of_part : fine) {
+    const CellFill& fill = of_part.fill;
+    auto same =
+        std::find_if(coarse.begin(), coarse.end(), [&](const PartFill& p) { return p.part == of_part.part; });
+    if (same == coarse.end()) same = coarse.insert(same, {of_part.part, CellFill::even(0)});
     const float mass = std::accumulate(fill.corner.begin(), fill.corner.end(), 0.0F) / 8;
     for (std::size_t c = 0; c < 8; ++c) {
       same->fill.octant[c] += fill.share() / 8;
@@ -92,7 +94,7 @@ std::vector<Share> shares_of(int coarse, int fine_cells) {
 
 void LatticeTransfer::interpolate_add(const Field<float>& coarse, Field<float>& fine,
                                       const Parallel& parallel) const {
-  const auto [nx, ny, nz] = fine_.cells;
+  const int nx = fine_.cells[0], ny = fine_.cells[1], nz = fine_.cells[2];
   const std::ptrdiff_t coarse_row = coarse_.row;
   parallel(nz + 1, [&](std::ptrdiff_t k) {
     std::vector<float> mean(std::size_t(coarse_row) + 1);
@@ -114,7 +116,7 @@ void LatticeTransfer::interpolate_add(const Field<float>& coarse, Field<float>& 
 
 void LatticeTransfer::restrict_to(const Field<float>& fine, Field<float>& coarse,
                                   const Parallel& parallel) const {
-  const auto [nx, ny, nz] = fine_.cells;
+  const int ny = fine_.cells[1], nz = fine_.cells[2];
   const std::ptrdiff_t fine_row = fine_.row;
   parallel(coarse_.planes(), [&](std::ptrdiff_t k) {
     std::vector<float> padded(std::size_t(fine_row) + 3);

@@ -141,7 +141,7 @@ DisplacementRecovery::SecondDifferences DisplacementRecovery::second_differences
   SecondDifferences all;
   const std::array<Vec3, 8> corners = corners_of(body_, field, cells_[cell]);
   for (int axis = 0; axis < 3; ++axis) {
-    const int along = 1 << axis;
+    const std::size_t along = std::size_t{1} << axis;
     const std::array<int, 4> lower = edges_along(axis);
     std::array<Vec3, 4>& sums = all[std::size_t(axis)];
     sums.fill(Vec3::Zero());
@@ -152,7 +152,7 @@ DisplacementRecovery::SecondDifferences DisplacementRecovery::second_differences
       const std::array<Vec3, 8> next = corners_of(body_, field, cells_[std::size_t(other)]);
       for (std::size_t e = 0; e < 4; ++e) {
         const auto edge = [&](const std::array<Vec3, 8>& of) -> Vec3 {
-          return of[std::size_t(lower[e] + along)] - of[std::size_t(lower[e])];
+          return of[std::size_t(lower[e]) + along] - of[std::size_t(lower[e])];
         };
         sums[e] += step * (edge(next) - edge(corners));
       }

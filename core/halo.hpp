@@ -17,7 +17,7 @@ class Halo {
   explicit Halo(const Body& body);
 
   /// Numbers that go from one rank to a rank beside it in an exchange: positions and velocities.
-  static std::ptrdiff_t numbers(const Lattice& lattice) { return 2 * 3 * lattice.used(); }
+  static std::ptrdiff_t numbers(const Lattice& lattice) { return std::ptrdiff_t{2 * 3} * lattice.used(); }
 
   /// Overwrites the ghost planes of positions and velocities, which no one else reads: they belong to this
   /// class in every field.

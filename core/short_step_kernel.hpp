@@ -1,6 +1,7 @@
 // Compiled by sweep_kernel.hpp once per instruction set.
 #pragma once
 
+#include "core/loops.hpp"
 #include "core/short_step.hpp"
 
 namespace mss::MSS_ISA {
@@ -8,7 +9,7 @@ namespace mss::MSS_ISA {
 /// Calls body(i) for every number, with no dependence between them.
 template <class Body>
 inline void for_numbers(std::ptrdiff_t count, Body&& body) {
-#pragma GCC ivdep
+  MSS_INDEPENDENT
   for (std::ptrdiff_t i = 0; i < count; ++i) body(i);
 }
 

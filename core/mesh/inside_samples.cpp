@@ -26,7 +26,8 @@ Vec3 SampleGrid::centre(std::size_t index) const {
 
 Vec3 SampleGrid::sample(std::size_t index, int bit) const {
   const auto [i, j, k] = cell(index);
-  const Vec3 within(bit % samples + 0.5, bit / samples % samples + 0.5, bit / samples / samples + 0.5);
+  const int x = bit % samples, y = bit / samples % samples, z = bit / samples / samples;
+  const Vec3 within(x + 0.5, y + 0.5, z + 0.5);
   return origin + cell_size * (Vec3(i, j, k) + within / samples);
 }
 

@@ -20,7 +20,7 @@ struct SampleGrid {
   /// From a bit of a mask to that of the next sample along x, y and z.
   std::array<int, 3> bit_steps() const { return {1, samples, samples * samples}; }
   double spacing() const { return cell_size / samples; }
-  std::size_t per_cell() const { return std::size_t(samples * samples * samples); }
+  std::size_t per_cell() const { return std::size_t(samples) * std::size_t(samples) * std::size_t(samples); }
   std::size_t cell_count() const {
     return std::size_t(cells[0]) * std::size_t(cells[1]) * std::size_t(cells[2]);
   }

@@ -108,7 +108,8 @@ CellFill fill_of(std::uint64_t mask) {
   for (int bit = 0; bit < 64; ++bit) {
     if ((mask >> bit & 1) == 0) continue;
     const std::array<int, 3> at{bit & 3, bit >> 2 & 3, bit >> 4};
-    fill.octant[std::size_t(at[0] / 2 + at[1] / 2 * 2 + at[2] / 2 * 4)] += 1.0F / 8;
+    const int octant = at[0] / 2 + at[1] / 2 * 2 + at[2] / 2 * 4;
+    fill.octant[std::size_t(octant)] += 1.0F / 8;
     for (unsigned c = 0; c < 8; ++c) {
       float weight = 1;  // in eighths along an axis, so that sums are exact
       for (unsigned a = 0; a < 3; ++a) {

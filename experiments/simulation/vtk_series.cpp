@@ -283,7 +283,9 @@ VtkSeries::VtkSeries(fs::path directory, std::vector<Level> levels,
 
 /// In the order of particles; each rank those of its own planes and of the ghosts above, where its cells end.
 void VtkSeries::number_points() {
-  for (const auto& [body, first] : levels_) {
+  for (const Level& level : levels_) {
+    const Body& body = level.body;
+    const std::ptrdiff_t first = level.first;
     point_of_.resize(std::size_t(first + body.lattice().size), -1);
     std::int64_t next = 0;  // of the rank above
     ranks().add_in_order(points_, [&] {

@@ -2,6 +2,7 @@
 
 // The loops of vector_kernels.hpp. Included once per instruction set, see core/simd.hpp.
 
+#include "core/loops.hpp"
 #include "core/simd.hpp"
 #include "integrators/linear/vector_kernels.hpp"
 
@@ -92,7 +93,7 @@ inline void add(double a, const double* x, double* y, std::ptrdiff_t n) {
 
 inline void move(double a, const double* p, double b, const double* x_base, double* v, double* x,
                  std::ptrdiff_t n) {
-#pragma GCC ivdep
+  MSS_INDEPENDENT
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     v[i] += a * p[i];
     x[i] = x_base[i] + b * v[i];
@@ -101,7 +102,7 @@ inline void move(double a, const double* p, double b, const double* x_base, doub
 
 inline void gradient(const double* m, const double* v, const double* v_base, double b, double* g,
                      std::ptrdiff_t n) {
-#pragma GCC ivdep
+  MSS_INDEPENDENT
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     const double value = m[i] * (v[i] - v_base[i]) - b * g[i];
     g[i] = m[i] != 0 ? value : 0;

@@ -18,7 +18,6 @@ bool advance_if_all_prescribed(System<double>& system, State<double>& state, dou
 
 FirstOrder::FirstOrder(System<double>& system, SUNContext context)
     : system_(system),
-      context_(context),
       unknowns_(unknowns_of(system)),
       size_(Eigen::Index(unknowns_.size())),
       y_(shared_vector(2 * size_, system.ranks(), context)),

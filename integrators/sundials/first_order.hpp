@@ -62,7 +62,6 @@ class FirstOrder {
 
  private:
   System<double>& system_;
-  SUNContext context_;
   std::vector<Unknown> unknowns_;
   Eigen::Index size_;
   Vector y_;
