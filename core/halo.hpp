@@ -16,8 +16,9 @@ class Halo {
   /// The body must outlive it.
   explicit Halo(const Body& body);
 
-  /// Numbers that go from one rank to a rank beside it in an exchange: positions and velocities.
-  static std::ptrdiff_t numbers(const Lattice& lattice) { return std::ptrdiff_t{2 * 3} * lattice.used(); }
+  /// Numbers that go from one rank to a rank beside it in an exchange: positions and velocities, three axes
+  /// each.
+  static std::ptrdiff_t numbers(const Lattice& lattice) { return 6 * lattice.used(); }
 
   /// Overwrites the ghost planes of positions and velocities, which no one else reads: they belong to this
   /// class in every field.

@@ -410,7 +410,7 @@ SomeBox read_some_box(const TomlTable& table, const TriangleMesh* surface, doubl
   if (table.has("box"))
     table.reject(key, fmt::format("stands beside {}.box; give one of the two", table.path()));
   if (!surface) table.reject(key, "is about a mesh; give body.mesh, or box in its place");
-  const SomeBox read{table.box(key), true};
+  SomeBox read{table.box(key), true};
   if (!vertices_in(*surface, read.box, 1e-9 * cell_size).empty()) return read;
   const auto [lower, upper] = bounding_box(*surface);
   table.reject(key, fmt::format("contains no vertex of the mesh; give one that does, it spans "
@@ -559,7 +559,7 @@ void find_empty_box(const Scene& scene, const std::function<void(std::string_vie
     report(table, index,
            fmt::format("contains no particle; give one that does, {}", extent_at_rest(scene.body)));
   });
-}
+}  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks): `refined` deletes it
 
 /// What planes touch: the particles, or the surface of the mesh.
 void read_contact_surface(const TomlTable& root, const std::shared_ptr<const TriangleMesh>& surface,

@@ -375,11 +375,12 @@ void Search::explain_budget() {
   const Trial best = trials()[*advice_.best];
   SceneEdit coarser = best.candidate;
   const double step_over_cell = coarser.dt.value_or(0) / family().cell_size(coarser.level);
-  for (auto level = reference_levels.rbegin(); level != reference_levels.rend(); ++level) {
-    if (*level >= best.candidate.level || stopped()) continue;
-    coarser.level = *level;
+  for (std::size_t i = reference_levels.size(); i-- > 0;) {
+    const int level = reference_levels[i];
+    if (level >= best.candidate.level || stopped()) continue;
+    coarser.level = level;
     if (coarser.dt)
-      coarser.dt = step_between_samples(step_over_cell * family().cell_size(*level), state_.sampling);
+      coarser.dt = step_between_samples(step_over_cell * family().cell_size(level), state_.sampling);
     const std::size_t before = trials().size();
     run(coarser, {});
     if (trials().size() > before && trials().back().cost <= *request().budget) break;

@@ -91,7 +91,7 @@ double measured_modulus(const Table& cheapest) {
   std::sort(moduli.begin(), moduli.end());
   double last_explicit = no_value;
   for (const double young : moduli) {
-    const std::string& kind = stable.where("young", young).text(0, "kind");
+    const std::string kind = stable.where("young", young).text(0, "kind");
     if (kind == label_of(Kind::none)) continue;
     if (kind != label_of(Kind::explicit_steps)) return std::sqrt(last_explicit * young);
     last_explicit = young;
