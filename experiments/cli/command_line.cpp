@@ -31,7 +31,7 @@ const CLI::App& chosen(const CLI::App& app) {
 std::string help_hint(const CLI::App& app) {
   std::string words;
   for (const CLI::App* command = &chosen(app); command != &app; command = command->get_parent())
-    words = command->get_name() + " " + words;
+    words.insert(0, command->get_name() + " ");
   return fmt::format("`mss {}--help`", words);
 }
 

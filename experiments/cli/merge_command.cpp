@@ -12,8 +12,6 @@ namespace mss::cli {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 void add(CLI::App& app, int& exit_status) {
   CLI::App* command =
       app.add_subcommand("merge", "the results of an experiment from the parts that runs with --part left");

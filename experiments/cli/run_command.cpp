@@ -149,7 +149,7 @@ Json sharing(const Scene& scene, const ConnectedRanks& ranks) {
   const VoxelGrid& cells = scene.body.voxels;
   const std::int64_t number = scene.solve.precision == Precision::single ? sizeof(float) : sizeof(double);
   return {{"halo_exchanges", ranks.exchanges()},
-          {"halo_bytes_to_a_neighbour", 2 * 3 * (cells.nx() + 1) * (cells.ny() + 1) * number},
+          {"halo_bytes_to_a_neighbour", number * 2 * 3 * (cells.nx() + 1) * (cells.ny() + 1)},
           {"halo_bytes_sent", costs.halo_bytes},
           {"peak_memory_bytes", costs.peak_memory}};
 }

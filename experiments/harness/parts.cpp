@@ -153,6 +153,7 @@ Report run_part(const ExperimentInfo& info, ExperimentOptions options, const fs:
 
 PartsFound merge_parts(const std::vector<fs::path>& directories, const fs::path& directory) {
   std::vector<PartFound> parts;
+  parts.reserve(directories.size());
   for (const fs::path& one : directories) parts.push_back(read_part(one));
   const ExperimentInfo& info = find_experiment(parts.front().experiment);
   for (const PartFound& part : parts) check_alike(parts.front(), part, info.times);
