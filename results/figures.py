@@ -1,0 +1,180 @@
+#!/usr/bin/env python3
+"""Figures in texts are those of the tables that they link to.
+
+    results/figures.py [TEXT ...]           names those that are not, with exit status 1
+    results/figures.py --write [TEXT ...]   writes them again from their tables, with as many digits
+
+TEXT is README.md, results/README.md and reference/THESIS.md if left out. A figure is a link to a table with a title that says
+from where, as in
+
+    [7.6 and 2.2](refine/refine.csv "abs 100 raw_error where problem=beam; cells=4|8")
+
+Its numbers are those of the table, in its order, each rounded to the digits shown; "A to B" are the smallest and the largest,
+"A [B, C]" a median and its quartiles. Title: [min|max|median|sum] [abs] [factor] TERM [over|off TERM], or `count [where
+conditions]`. TERM: [min of|max of|median of|sum of] column,column [where conditions]. A condition is a column, one of
+= != >= <= > <, and a value, or several with bars between them; between conditions is "; ". `over` divides, row by row, or by the
+one row there is; `off` is how far the quotient is from 1."""
+
+import csv
+import math
+import pathlib
+import re
+import statistics
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+TEXTS = "README.md", "results/README.md", "reference/THESIS.md"
+FIGURE = re.compile(r'\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^() ]+\.csv)(\s+)"([^"]*)"\)')
+CONDITION = re.compile(r"(\w+)(!=|>=|<=|=|>|<)(.*)")
+TERM = re.compile(r"(?:(min|max|median|sum) of )?(.*?)(?: where (.*))?")
+TITLE = re.compile(r"(?:(min|max|median|sum) (?!of ))?(abs )?(?:([-+.0-9e]+) )?(.*)")
+AGGREGATES = {"min": min, "max": max, "median": statistics.median, "sum": sum}
+RELATIONS = {">=": lambda a, b: a >= b, "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, "<": lambda a, b: a < b}
+
+
+def number(text):
+    """A number, or None."""
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def compares(cell, relation, value):
+    a, b = number(cell), number(value)
+    if relation == "=":
+        return cell == value if a is None or b is None else a == b
+    return a is not None and b is not None and RELATIONS[relation](a, b)
+
+
+def rows_where(table, conditions):
+    """Rows that meet all conditions."""
+    def meets(row, condition):
+        part = CONDITION.fullmatch(condition)
+        if not part or part[1] not in row:
+            raise ValueError(f"'{condition}' is no condition on {', '.join(row)}")
+        unequal = part[2] == "!="
+        found = any(compares(row[part[1]], "=" if unequal else part[2], value) for value in part[3].split("|"))
+        return found != unequal
+    return [row for row in table if all(meets(row, condition) for condition in (conditions or "").split("; ") if condition)]
+
+
+def values_of(table, term):
+    aggregate, columns, conditions = TERM.fullmatch(term).groups()
+    rows = rows_where(table, conditions)
+    if not rows:
+        raise ValueError(f"no row for '{term}'")
+    for column in columns.split(","):
+        if column not in rows[0]:
+            raise ValueError(f"there is no column '{column}', only {', '.join(rows[0])}")
+    values = [number(row[column]) for row in rows for column in columns.split(",")]
+    if None in values:
+        raise ValueError(f"a row of '{term}' has no number")
+    return [AGGREGATES[aggregate](values)] if aggregate else values
+
+
+def evaluate(title, table):
+    """The numbers that a title asks for."""
+    if title == "count" or title.startswith("count where "):
+        return [len(rows_where(table, title[len("count where "):]))]
+    aggregate, absolute, factor, terms = TITLE.fullmatch(title).groups()
+    two = re.fullmatch(r"(.*) (over|off) (.*)", terms)
+    values = values_of(table, two[1] if two else terms)
+    if two:
+        divisors = values_of(table, two[3])
+        if len(divisors) not in (1, len(values)):
+            raise ValueError(f"{len(values)} values over {len(divisors)}")
+        values = [a / divisors[i % len(divisors)] - (two[2] == "off") for i, a in enumerate(values)]
+    if absolute:
+        values = [abs(value) for value in values]
+    values = [float(factor or 1) * value for value in values]
+    return [AGGREGATES[aggregate](values)] if aggregate else values
+
+
+def shown_numbers(text):
+    """Numbers as a text shows them, and half a unit of the last digit of each."""
+    text = re.sub(r"(\d),(?=\d{3}(?!\d))", r"\1", text)
+    for part in re.finditer(r"-?\d+(?:\.(\d+))?(?:e(-?\d+))?", text):
+        yield float(part[0]), 0.5 * 10.0 ** (int(part[2] or 0) - len(part[1] or ""))
+
+
+def is_range(shown):
+    return " to " in shown and len(list(shown_numbers(shown))) == 2
+
+
+def problem_with(shown, values):
+    """What is wrong with a figure; None if nothing is."""
+    values = [min(values), max(values)] if is_range(shown) else values
+    numbers = list(shown_numbers(shown))
+    right = len(numbers) == len(values) and all(
+        abs(value - number) <= half * (1 + 1e-9) + 1e-12 * abs(value) for value, (number, half) in zip(values, numbers))
+    return None if right else "the table says " + ", ".join(f"{value:.6g}" for value in values)
+
+
+def rounded(value, digits):
+    """A number with so many significant digits."""
+    if value == int(value) and abs(value) < 1e6:
+        return f"{int(value):,}"
+    exponent = int(f"{value:.{digits - 1}e}".split("e")[1])
+    if not -4 < exponent < 6:
+        mantissa, power = f"{value:.{digits - 1}e}".split("e")
+        return f"{mantissa}e{int(power)}"
+    decimals = digits - 1 - exponent
+    return f"{value:.{decimals}f}" if decimals > 0 else f"{int(round(value)):,}"
+
+
+def written(shown, values):
+    """The figure with other values, in the form and with the digits that it has."""
+    significant = [part.replace(".", "").lstrip("0") for part in re.findall(r"\d[\d.]*(?=e|\D|$)", shown.replace(",", ""))]
+    digits = min(max(max(len(part) for part in significant), 1), 4)
+    texts = [rounded(value, digits) for value in values]
+    if is_range(shown):
+        return f"{rounded(min(values), digits)} to {rounded(max(values), digits)}"
+    if "[" in shown and len(texts) == 3:
+        return "{} [{}, {}]".format(*texts)
+    return texts[0] if len(texts) == 1 else ", ".join(texts[:-1]) + " and " + texts[-1]
+
+
+def check(path, write):
+    """Number of figures in a text, and the problems with them."""
+    text, problems, count = path.read_text(), [], 0
+
+    def visit(match):
+        nonlocal count
+        count += 1
+        shown, link, space, title = match.groups()
+        table = path.parent / link
+        try:
+            if not table.exists():
+                raise ValueError("there is no such table")
+            with open(table, newline="") as file:
+                values = evaluate(" ".join(title.split()), list(csv.DictReader(file)))
+            problem = problem_with(shown, values)
+        except ValueError as error:
+            problem, values = str(error), None
+        if problem and write and values:
+            return f'[{written(shown, values)}]({link}{space}"{title}")'
+        if problem:
+            line = text.count("\n", 0, match.start()) + 1
+            problems.append(f"{path}:{line}: '{shown}' is shown, and {link}: {problem} ({title})")
+        return match[0]
+
+    new = FIGURE.sub(visit, text)
+    if new != text:
+        path.write_text(new)
+    return count, problems
+
+
+def main(arguments):
+    write = arguments[:1] == ["--write"]
+    texts = [pathlib.Path(name) for name in arguments[write:]] or [ROOT / name for name in TEXTS]
+    failed = False
+    for text in texts:
+        count, problems = check(text, write)
+        print(*problems, f"{text}: {count} figures, {len(problems)} wrong", sep="\n")
+        failed = failed or problems or count == 0
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
