@@ -391,7 +391,7 @@ TEST(StaticAdvice, AdvisesSmallerCellsUnderALoadOnAPatch) {
                    "displacement = { box = [[0.375, 0.375, 1], [0.625, 0.625, 1]], value = [0, 0, 0], "
                    "within = 1 }\n");
   const Scene scene = load_scene(file);
-  const AdviseRequest request{.error = 0.4, .patience = 60};
+  const AdviseRequest request{.error = 0.4, .patience = MSS_SANITIZED != 0 ? 80 : 8};
   Progress progress;
   const StaticAdvice advice = advise_at_rest(scene, request, progress);
   ASSERT_TRUE(advice.map) << summary(scene, request, advice);
