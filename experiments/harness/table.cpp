@@ -116,6 +116,7 @@ Table Table::select(const std::vector<std::string>& columns) const {
   Table table(std::move(selected));
   for (const auto& row : rows_) {
     std::vector<Cell> cells;
+    cells.reserve(places.size());
     for (const std::size_t place : places) cells.push_back(row[place]);
     table.add(std::move(cells));
   }

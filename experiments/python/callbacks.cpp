@@ -27,6 +27,8 @@ void ForcedSystem::force(double t, const Field<double>& x, const Field<double>& 
   if (error_) f.array() = std::numeric_limits<double>::quiet_NaN();
 }
 
+// NOLINTBEGIN(bugprone-parent-virtual-call): forces from Python need the general ways of System, not those
+// that a wrapper passes on.
 void ForcedSystem::acceleration(double t, const Field<double>& x, const Field<double>& v, Field<double>& a) {
   if (empty())
     other().acceleration(t, x, v, a);
@@ -40,6 +42,7 @@ void ForcedSystem::kick_drift(const KickDrift& update, double dt, long steps, St
   else
     System<double>::kick_drift(update, dt, steps, state);
 }
+// NOLINTEND(bugprone-parent-virtual-call)
 
 void ForcedSystem::rethrow() {
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
@@ -51,6 +54,7 @@ PythonMethod::PythonMethod(py::function step, double dt)
           [this](double t, const Doubles& x, const Doubles& v) { return acceleration(t, x, v); })),
       dt_(dt) {}
 
+// NOLINTNEXTLINE(bugprone-exception-escape): without an interpreter there is nothing to go on with
 PythonMethod::~PythonMethod() {
   const py::gil_scoped_acquire lock;
   step_ = py::function();

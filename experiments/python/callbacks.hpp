@@ -40,7 +40,7 @@ class ForcedSystem final : public SystemWrapper<double> {
 class PythonMethod final : public Integrator<double> {
  public:
   PythonMethod(pybind11::function step, double dt);
-  ~PythonMethod() override;
+  ~PythonMethod() override;  // NOLINT(bugprone-exception-escape): as in callbacks.cpp
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override;
 
  private:
