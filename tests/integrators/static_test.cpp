@@ -179,20 +179,26 @@ TEST(Static, DynamicRelaxationSaysThatAFallingBodyDoesNotRest) {
 }
 
 // Its springs' tangents are indefinite far from rest; the constant matrix is not.
+// Where Newton's method stalls depends on rounding, so that several random states are tried.
 TEST(Static, QuasiNewtonMethodsRestWhereNewtonsMethodStalls) {
-  Pressed cube(3, 0.4, 0.45);
-  const auto rest = [&] {
-    cube.state = cube.system.rest_state();
-    testing::randomise(cube.body, cube.state, 0.15, 0, 4);
-    return find_integrator("static")
-        .make<double>(cube.options)
-        ->advance(cube.system, cube.state, 1, cube.work);
-  };
-  EXPECT_EQ(rest(), Status::newton_stalled);
-  const double stalled = cube.energy();
-  cube.options.nonlinear_solver = "lbfgs";
-  EXPECT_EQ(rest(), Status::ok);
-  EXPECT_LT(cube.energy(), stalled * (1 + 1e-6));
+  int stalls = 0;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    Pressed cube(3, 0.4, 0.45);
+    const auto rest = [&] {
+      cube.state = cube.system.rest_state();
+      testing::randomise(cube.body, cube.state, 0.15, 0, seed);
+      return find_integrator("static")
+          .make<double>(cube.options)
+          ->advance(cube.system, cube.state, 1, cube.work);
+    };
+    if (rest() != Status::newton_stalled) continue;
+    ++stalls;
+    const double stalled = cube.energy();
+    cube.options.nonlinear_solver = "lbfgs";
+    EXPECT_EQ(rest(), Status::ok) << seed;
+    EXPECT_LT(cube.energy(), stalled * (1 + 1e-6)) << seed;
+  }
+  EXPECT_GT(stalls, 0);
 }
 
 }  // namespace
