@@ -170,9 +170,10 @@ void add(CLI::App& app, int& exit_status) {
   command->add_option("scene", choice->scene, "Scene file (TOML), or a name from `mss list scenes`")
       ->required();
   command->add_option("--error", choice->error, "Largest error allowed, as in 1%")->capture_default_str();
-  command->add_option("--of", choice->of,
-                      "Quantity whose error is meant: displacement (the default where anything is held), "
-                      "deformation (else), volume, frequency or energy");
+  command->add_option(
+      "--of", choice->of,
+      "Quantity whose error is meant: displacement (the default where anything is held), "
+      "deformation (else), volume, frequency or energy; of a scene at rest displacement or energy");
   command->add_option("--budget", choice->budget,
                       "Most time that a frame of 1/60 s may take, as in 16.7ms/frame");
   command->add_option("--patience", choice->patience, "Most seconds that one reference may take")

@@ -105,7 +105,8 @@ std::size_t report_deviations(const CheckChoice& choice, const fs::path& baselin
     rows += std::size_t(std::max<std::ptrdiff_t>(std::count(now.begin(), now.end(), '\n') - 1, 0));
   }
   if (total == 0)
-    fmt::print("{} tables, {} rows: nothing moved, and {} truths are met\n", infos.size(), rows, compared);
+    fmt::print("{} table{}, {} rows: nothing moved, and {} truths are met\n", infos.size(),
+               infos.size() == 1 ? "" : "s", rows, compared);
   else
     fmt::print("{} deviation{} from {}; the present tables are in {}\n", total, total == 1 ? "" : "s",
                baselines.string(), choice.directory);
