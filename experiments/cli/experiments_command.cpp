@@ -60,7 +60,8 @@ void add_options(CLI::App& command, Choice& choice, const std::vector<std::strin
         ->capture_default_str();
   if (accepts.threads)
     command
-        .add_option("--threads", choice.options.threads, "Largest number of threads to measure; 0: all cores")
+        .add_option("--threads", choice.options.threads,
+                    "Largest number of threads of the sweep and the plain loop; 0: all cores")
         ->check(whole_number(1, most_parallel, "all cores"))
         ->capture_default_str();
   if (accepts.peers)
