@@ -145,7 +145,10 @@ std::string layout_commands(const Chart& chart) {
     longest = std::max(longest, series.label.size());
     labels += series.label.empty() ? 0 : 1;
   }
-  const std::size_t columns = longest <= 20 ? 3 : 2, rows = (labels + columns - 1) / columns;
+  const std::size_t columns = longest <= 20   ? 3
+                              : longest <= 42 ? 2
+                                              : 1,
+                    rows = (labels + columns - 1) / columns;
   const double legend = below ? legend_row * double(rows + (chart.legend_title.empty() ? 0 : 1)) : 0;
   std::string out = fmt::format("set tmargin at screen {}\nset bmargin at screen {}\n",
                                 screen(page_height - 105), screen(129 + legend));

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <sstream>
 
 #include "core/error.hpp"
@@ -26,11 +25,6 @@ std::string with_fallback_fonts(std::string svg) {
   return svg;
 }
 
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
-}
-
 template <class AnyChart>
 void draw_with_gnuplot(const AnyChart& chart, const fs::path& stem) {
   const TemporaryDirectory scratch;
@@ -43,8 +37,7 @@ void draw_with_gnuplot(const AnyChart& chart, const fs::path& stem) {
     throw InputError(fmt::format(
         "{} cannot be drawn because gnuplot is not installed; its package is gnuplot-nox", target));
   if (run.exit_status != 0 || !fs::exists(svg) || !fs::exists(png))
-    throw InputError(
-        fmt::format("{} cannot be drawn because gnuplot failed: {}", target, one_line(run.output)));
+    throw InputError(fmt::format("{} cannot be drawn because gnuplot failed: {}", target, run.output));
   write_atomically(stem.string() + ".svg", with_fallback_fonts(read_file(svg)));
   write_atomically(stem.string() + ".png", read_file(png));
 }
