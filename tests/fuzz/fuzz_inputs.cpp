@@ -4,12 +4,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
 
 #include "core/site_limit.hpp"
+#include "experiments/io/output.hpp"
 #include "tests/fuzz/inputs.hpp"
 #include "tests/fuzz/outcome.hpp"
 #include "tests/fuzz/workers.hpp"
@@ -120,22 +122,20 @@ int show_one(const Seeds& seeds, const FuzzChoice& choice) {
 
 /// A file of the corpus, as an input: a scene, a voxel file or a mesh in a scene, or settings of one.
 Input corpus_input(const fs::path& file) {
-  std::ostringstream content;
-  content << std::ifstream(file, std::ios::binary).rdbuf();
+  const std::string content = read_file(file);
   Input input;
   const std::string ending = file.extension().string();
-  if (ending == ".toml")
-    return {.kind = Kind::scene, .files = {{"scene.toml", content.str()}}, .overrides = {}};
+  if (ending == ".toml") return {.kind = Kind::scene, .files = {{"scene.toml", content}}, .overrides = {}};
   if (ending == ".set") {
     input.files["scene.toml"] = scene_around(Kind::voxels, "parts.txt", 0);
-    std::istringstream lines(content.str());
+    std::istringstream lines(content);
     for (std::string line; std::getline(lines, line);) input.overrides.push_back(line);
     return input;
   }
   for (std::size_t kind = 1; kind < mutant_files.size(); ++kind)
     if (fs::path(mutant_files[kind]).extension() == ending) input.kind = Kind(kind);
   input.files["scene.toml"] = scene_around(input.kind, file.filename().string(), 0);
-  input.files[file.filename().string()] = content.str();
+  input.files[file.filename().string()] = content;
   return input;
 }
 
@@ -186,6 +186,8 @@ int run(int argc, char** argv) {
                  "Runs the files of a folder, whose names begin with their exit status");
   CLI11_PARSE(app, argc, argv);
   most_sites = most_sites_here;
+  // in memory, unless the user says otherwise: an input takes less time than a disk to write it
+  if (fs::is_directory("/dev/shm")) setenv("TMPDIR", "/dev/shm", 0);
   const Seeds seeds = make_seeds(fs::path(MSS_SOURCE_DIR) / "experiments/scenes");
   if (choice.only >= 0) return show_one(seeds, choice);
   if (!choice.corpus.empty()) return run_corpus(seeds, choice.corpus, choice.limits);

@@ -4,26 +4,17 @@
 
 #include <algorithm>
 #include <bit>
-#include <fstream>
 #include <numeric>
 #include <regex>
-#include <sstream>
 
-#include "core/error.hpp"
 #include "core/mesh/shapes.hpp"
+#include "experiments/io/output.hpp"
 
 namespace mss::fuzz {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string content_of(const fs::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  if (text.str().empty()) throw InputError(file.string() + ": cannot be read");
-  return text.str();
-}
 
 /// The same box in cells as large as divide it, if it has many: an input should take a millisecond.
 std::string in_larger_cells(std::string scene) {
@@ -139,14 +130,14 @@ Seeds make_seeds(const fs::path& scenes) {
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files) {
     if (file.extension() == ".toml")
-      seeds.texts[std::size_t(Kind::scene)].push_back(with_small_mesh(in_larger_cells(content_of(file))));
+      seeds.texts[std::size_t(Kind::scene)].push_back(with_small_mesh(in_larger_cells(read_file(file))));
     if (file.extension() == ".txt") {
-      seeds.companions[file.filename().string()] = content_of(file);
-      seeds.texts[std::size_t(Kind::voxels)].push_back(content_of(file));
+      seeds.companions[file.filename().string()] = read_file(file);
+      seeds.texts[std::size_t(Kind::voxels)].push_back(read_file(file));
     }
   }
   for (const char* mesh : {"bar.obj", "bracket_arm.obj", "bracket_foot.obj"})
-    seeds.companions[mesh] = content_of(scenes / "meshes" / mesh);
+    seeds.companions[mesh] = read_file(scenes / "meshes" / mesh);
   for (const char* text : {"#\n", "##A\n5#A\n\n.#A\n1#.\n", "AA9\n", "##\n##\n\n##\n##\n"})
     seeds.texts[std::size_t(Kind::voxels)].emplace_back(text);
   seeds.companions["parts.txt"] = "##A\n5#A\n\n.#A\n1#.\n";

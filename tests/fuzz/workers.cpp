@@ -9,13 +9,13 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
 #include <ctime>
 #include <new>
 #include <span>
 #include <stdexcept>
 #include <thread>
 
+#include "experiments/io/output.hpp"
 #include "tests/fuzz/memory.hpp"
 
 namespace mss::fuzz {
@@ -60,32 +60,6 @@ class SharedArray {
   T* items_ = nullptr;
 };
 
-/// A folder that is removed with what is in it.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string name = (folder() / "mss_fuzz_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no folder for inputs: " + name);
-    path_ = name;
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  const fs::path& path() const { return path_; }
-
- private:
-  /// In memory where the user does not say otherwise: an input takes less time than a disk to write it.
-  static fs::path folder() {
-    const bool in_memory = std::getenv("TMPDIR") == nullptr && fs::is_directory("/dev/shm");
-    return in_memory ? fs::path("/dev/shm") : fs::temp_directory_path();
-  }
-
-  fs::path path_;
-};
-
 class Workers {
  public:
   using Run = std::function<Ending(std::uint64_t, const fs::path&)>;
@@ -101,7 +75,7 @@ class Workers {
     std::fill(endings_.all().begin(), endings_.all().end(), Ending::not_run);
   }
 
-  const std::vector<ScratchFolder>& folders() const { return folders_; }
+  const std::vector<TemporaryDirectory>& folders() const { return folders_; }
 
   /// Starts processes that are due, and looks after those that run. False: all is done.
   bool attend() {
@@ -195,7 +169,7 @@ class Workers {
   SharedArray<Ending> endings_;
   SharedArray<Slot> slots_;
   std::vector<Process> processes_;
-  std::vector<ScratchFolder> folders_;
+  std::vector<TemporaryDirectory> folders_;
 };
 
 }  // namespace
@@ -204,7 +178,7 @@ CampaignResult run_campaign(const Campaign& campaign, const std::function<void(c
                             const std::function<Ending(std::uint64_t, const fs::path&)>& run,
                             const std::function<void(std::uint64_t)>& report) {
   Workers workers(campaign, run);
-  for (const ScratchFolder& folder : workers.folders()) prepare(folder.path());
+  for (const TemporaryDirectory& folder : workers.folders()) prepare(folder.path());
   auto last = std::chrono::steady_clock::now();
   while (workers.attend()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
