@@ -99,6 +99,16 @@ TEST(DisplacementRecovery, OfAPartlyFilledCellItIsTheShareOfThatOfAFullOne) {
   for (const double error : of_displacement(body, bent).error) EXPECT_NEAR(error, expected, 1e-9 * expected);
 }
 
+TEST(DisplacementRecovery, OfTwoPartsOfOneMaterialItIsThatOfOne) {
+  BodyConfig config = bar(5, 4, 3);
+  config.parts = {{.name = "A", .density = config.density, .springs = config.springs}};
+  config.contents = {{{0, CellFill::even(0.25F)}, {1, CellFill::even(0.75F)}}};
+  config.content_of.assign(60, 0);
+  const double expected = beyond_a_bent_continuum(0.5);
+  for (const double error : of_displacement(Body(config), bent).error)
+    EXPECT_NEAR(error, expected, 1e-9 * expected);
+}
+
 // Of a quadratic stretch along an axis lattice and trilinear cells know the mean; C11 a^2 h^5 / 12 is
 // missing.
 TEST(DisplacementRecovery, SeesWhatTrilinearCellsLack) {
