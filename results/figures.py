@@ -16,7 +16,7 @@ conditions]`. TERM: [min of|max of|median of|sum of] column,column [where condit
 one row there is; `off` is how far the quotient is from 1."""
 
 import csv
-import math
+import functools
 import pathlib
 import re
 import statistics
@@ -30,6 +30,12 @@ TERM = re.compile(r"(?:(min|max|median|sum) of )?(.*?)(?: where (.*))?")
 TITLE = re.compile(r"(?:(min|max|median|sum) (?!of ))?(abs )?(?:([-+.0-9e]+) )?(.*)")
 AGGREGATES = {"min": min, "max": max, "median": statistics.median, "sum": sum}
 RELATIONS = {">=": lambda a, b: a >= b, "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, "<": lambda a, b: a < b}
+
+
+@functools.cache
+def rows_of(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def number(text):
@@ -147,8 +153,7 @@ def check(path, write):
         try:
             if not table.exists():
                 raise ValueError("there is no such table")
-            with open(table, newline="") as file:
-                values = evaluate(" ".join(title.split()), list(csv.DictReader(file)))
+            values = evaluate(" ".join(title.split()), rows_of(table))
             problem = problem_with(shown, values)
         except ValueError as error:
             problem, values = str(error), None

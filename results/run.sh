@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Reruns every study of this folder with build/release/mss, each in a process group of its own; those that measure
-# time wait until the machine is quiet. Keeps the charts that a text shows.
+# time wait until the machine is quiet. A folder is replaced when its study is done; of its charts those stay that a text
+# shows.
 #   results/run.sh [OUT [STUDY ...]]    of these only; the default is this folder and all of them
 set -euo pipefail
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
@@ -40,8 +41,10 @@ drop_charts_that_no_text_shows() {
 
 for study in "${studies[@]}"; do
   [[ " ${timed[*]} " != *" $study "* ]] || wait_until_quiet
-  find "$out/$study" -maxdepth 1 -type f -delete 2>/dev/null || true
+  rm -rf -- "$out/$study.new"
   # shellcheck disable=SC2046  # a command may have several words
-  setsid --wait "$root/build/release/mss" $(command_of "$study") --out "$out/$study"
+  setsid --wait "$root/build/release/mss" $(command_of "$study") --out "$out/$study.new"
+  rm -rf -- "${out:?}/$study"
+  mv -- "$out/$study.new" "$out/$study"
   drop_charts_that_no_text_shows "$study"
 done
