@@ -337,7 +337,8 @@ TEST(Advise, HalvesTheCellsOfASceneAtRest) {
   const Directory out;
   const std::string scene = (out / "beam.toml"), advice = (out / "advice");
   write_atomically(scene, beam("[expect]\n" + tip("[0, 0, -0.03]")));
-  const ProgramRun run = mss({"advise", scene, "--error", "16%", "--patience", MSS_SANITIZED != 0 ? "40" : "4", "--out", advice});
+  const ProgramRun run = mss(
+      {"advise", scene, "--error", "16%", "--patience", MSS_SANITIZED != 0 ? "40" : "4", "--out", advice});
   ASSERT_EQ(run.exit_status, 0) << run.output;
   EXPECT_NE(run.output.find("beam: 16 % is met by the corrected value in cells of 0."), std::string::npos)
       << run.output;
