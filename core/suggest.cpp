@@ -11,6 +11,8 @@ namespace mss {
 
 namespace {
 
+constexpr std::size_t longest_name = 100;  ///< more would take time in proportion
+
 /// Levenshtein distance, one row of the table at a time.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -30,7 +32,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string nearest(std::string_view found, const std::vector<std::string>& known) {
-  found = found.substr(0, 100);  // no name is longer, and the distance takes time in proportion
+  found = found.substr(0, longest_name);
   const auto closer = [&](const std::string& a, const std::string& b) {
     return edit_distance(found, a) < edit_distance(found, b);
   };
@@ -40,6 +42,12 @@ std::string nearest(std::string_view found, const std::vector<std::string>& know
   if (begun != known.end()) return *begun;
   const auto best = std::min_element(known.begin(), known.end(), closer);
   return best == known.end() ? std::string() : *best;
+}
+
+bool are_alike(std::string_view a, std::string_view b) {
+  constexpr std::size_t two_letters = 2;  // as where they changed places in a short name
+  const std::size_t longer = std::max(a.size(), b.size());
+  return longer <= longest_name && edit_distance(a, b) <= std::max(two_letters, longer / 2);
 }
 
 void throw_unknown(std::string_view name, const std::vector<std::string>& known, std::string_view what,

@@ -117,11 +117,14 @@ bool lies_in(const std::string& inner, const std::string& outer) {
   return inner == outer || inner.compare(0, outer.size() + 1, outer + ".") == 0;
 }
 
-/// The known full key a user most likely meant: the same name in another table, else the nearest in this one.
+/// The known full key a user most likely meant, as a question: the same name in another table, else the
+/// nearest in this one if there is one alike.
 std::string suggestion(const std::string& pattern, const std::string& key, const KnownKeys& known) {
+  const auto question = [](const std::string& meant) { return fmt::format("; did you mean {}?", meant); };
   for (const auto& [table, keys] : known)
-    if (std::find(keys.begin(), keys.end(), key) != keys.end()) return join(table, key);
-  return join(pattern, nearest(key, known.at(pattern)));
+    if (std::find(keys.begin(), keys.end(), key) != keys.end()) return question(join(table, key));
+  const std::string near = nearest(key, known.at(pattern));
+  return are_alike(key, near) || near.starts_with(key) ? question(join(pattern, near)) : std::string();
 }
 
 bool contains(const KnownKeys& keys, const std::string& table, const std::string& key) {
@@ -206,9 +209,8 @@ void TomlFile::check_keys(const toml::table& table, const std::string& path, con
     const std::string full = join(path, name), inner = join(pattern, name);
     if (!contains(known, pattern, name) && !contains(old, pattern, name))
       reject(full, node,
-             fmt::format("{} is not a known {} (known: {}); did you mean {}?", full,
-                         node->is_table() ? "table" : "key", fmt::join(entry->second, ", "),
-                         suggestion(pattern, name, known)));
+             fmt::format("{} is not a known {} (known: {}){}", full, node->is_table() ? "table" : "key",
+                         fmt::join(entry->second, ", "), suggestion(pattern, name, known)));
     if (const toml::table* child = node->as_table()) check_keys(*child, full, inner, known, old);
     if (const toml::array* children = node->as_array())
       for (std::size_t i = 0; i < children->size(); ++i)

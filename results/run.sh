@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Reruns every study of this folder with build/release/mss, each in a process group of its own; those that measure
 # time wait until the machine is quiet. A folder is replaced when its study is done; of its charts those stay that a text
-# shows.
+# shows. After all of them `mss reproduce --quick`, and how long each took both ways: study_times.csv, from which
+# `mss reproduce` says beforehand how long it takes.
 #   results/run.sh [OUT [STUDY ...]]    of these only; the default is this folder and all of them
 set -euo pipefail
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
@@ -48,3 +49,19 @@ for study in "${studies[@]}"; do
   mv -- "$out/$study.new" "$out/$study"
   drop_charts_that_no_text_shows "$study"
 done
+
+# What meta.json of a study has under a key on a line of its own.
+json() { sed -n "s/^ *\"$2\": \"\{0,1\}\([^,\"]*\)\"\{0,1\},\{0,1\}$/\1/p" "$1/meta.json" | head -1; }
+
+write_study_times() {
+  local quick=$out/quick.new
+  setsid --wait "$root/build/release/mss" reproduce --quick --out "$quick"
+  echo "study,quick,full,machine" > "$out/study_times.new"
+  for study in "${studies[@]}"; do
+    echo "$study,$(json "$quick/$study" wall_seconds),$(json "$out/$study" wall_seconds),$(json "$out/$study" cpu)"
+  done >> "$out/study_times.new"
+  rm -rf -- "$quick"
+  mv -- "$out/study_times.new" "$out/study_times.csv"
+}
+
+[[ $# -gt 1 ]] || write_study_times

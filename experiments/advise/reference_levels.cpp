@@ -235,16 +235,16 @@ std::string ReferenceLevels::why_inaccurate() const {
         "s of --patience",
         all_.size() == 1 ? "one reference shows" : "two references show", seconds_at(next_level()), patience);
   if (all_.size() < 2) return no_reference;
-  return fmt::format(
-      "no reference within --patience {:.3g} is accurate enough: the finest, {}, or give more "
-      "--patience",
-      patience, advice_for_accuracy());
+  return fmt::format("no reference within --patience {:.3g} is accurate enough: the finest, {}", patience,
+                     advice_for_accuracy("give more --patience"));
 }
 
-std::string ReferenceLevels::advice_for_accuracy() const {
-  return fmt::format("with cells of {:.4g} m, is itself uncertain by {}; request an error of at least {}",
-                     search_.family.cell_size(finest().level), percent(uncertainty_),
-                     percent(uncertainty_ / allowed_share));
+std::string ReferenceLevels::advice_for_accuracy(const std::string& remedy) const {
+  const double least = uncertainty_ / allowed_share;
+  const std::string less =
+      least < 1 ? fmt::format("request an error of at least {}, or ", percent(least)) : "";
+  return fmt::format("with cells of {:.4g} m, is itself uncertain by {}; {}{}",
+                     search_.family.cell_size(finest().level), percent(uncertainty_), less, remedy);
 }
 
 /// References of a grid are of the levels that --grid gives, whatever --patience is.
@@ -252,7 +252,7 @@ std::string ReferenceLevels::why_grid_fails() const {
   if (all_.size() < 3) return no_reference;
   if (is_accurate_enough())
     return "nothing that was tried meets the error; a larger --grid tries finer cells";
-  return fmt::format("the finest reference, {}, or give a larger --grid", advice_for_accuracy());
+  return fmt::format("the finest reference, {}", advice_for_accuracy("give a larger --grid"));
 }
 
 }  // namespace mss::advise

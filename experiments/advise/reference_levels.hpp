@@ -127,7 +127,7 @@ class ReferenceLevels {
   bool decides() const;
   int next_level() const;
   void check_scale() const;
-  std::string advice_for_accuracy() const;
+  std::string advice_for_accuracy(const std::string& remedy) const;
 
   SearchState& search_;
   std::vector<Reference> all_;

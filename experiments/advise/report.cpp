@@ -120,11 +120,11 @@ void write_advice(const SceneFamily& family, const AdviseRequest& request, const
   for (const NamedTable& table : tables)
     write_atomically(directory / (table.name + ".csv"), table.table.csv());
   write_atomically(directory / "meta.json", meta(family, request, advice, tables, origin).dump(2) + "\n");
+  const fs::path advised = directory / (family.given().name + "_advised.toml");
   if (advice.best && advice.within_budget)
-    write_atomically(directory / "advised.toml",
-                     advised_text(family, request, advice.trials[*advice.best], directory));
+    write_atomically(advised, advised_text(family, request, advice.trials[*advice.best], directory));
   else
-    fs::remove(directory / "advised.toml");
+    fs::remove(advised);
   for (const char* picture : {"advise.svg", "advise.png"}) fs::remove(directory / picture);
   for (NamedChart& chart : draw(tables).charts) {
     if (!has_points(chart.chart)) continue;

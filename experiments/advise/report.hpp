@@ -16,8 +16,9 @@ namespace mss::advise {
 std::vector<NamedTable> advice_tables(const SceneFamily& family, const AdviseRequest& request,
                                       const Advice& advice);
 
-/// Writes the tables, the chart, meta.json and, where something is advised, advised.toml to a directory.
-/// Files of these names that an earlier request left are replaced or removed. `origin`: the provenance.
+/// Writes the tables, the chart, meta.json and, where something is advised, its scene as NAME_advised.toml to
+/// a directory. Files of these names that an earlier request left are replaced or removed. `origin`: the
+/// provenance.
 void write_advice(const SceneFamily& family, const AdviseRequest& request, const Advice& advice,
                   const Json& origin, const std::filesystem::path& directory);
 

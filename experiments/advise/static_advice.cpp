@@ -324,7 +324,8 @@ std::string summary_of_maps(const Scene& scene, const StaticAdvice& advice) {
       "\"auto\", body.refinement_levels = {}): {} particles, {:.3g} s",
       scene.name, map.cell_size, map.levels, map.levels, map.particles, map.seconds);
   if (const SizeTried* whole = size_of(advice, advice.as_computed))
-    text += fmt::format(" in place of {} and {:.3g} s", whole->particles, whole->seconds);
+    text += fmt::format(" in place of {} and {:.3g} s{}", whole->particles, whole->seconds,
+                        map.seconds > whole->seconds ? ": fewer, but slower" : "");
   return text + "\n";
 }
 

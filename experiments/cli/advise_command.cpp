@@ -1,5 +1,6 @@
 // `mss advise`: the cheapest way to compute a scene with an error below a limit.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -106,6 +107,13 @@ void warn_about_sharing(const Scene& scene) {
                scene.name);
 }
 
+/// Where no terminal shows the progress.
+void say_that_it_takes_time(const std::string& scene, const AdviseRequest& request) {
+  if (isatty(STDERR_FILENO) == 1) return;
+  fmt::print(stderr, "mss: advice for {} takes some minutes: up to {:g} s a reference (--patience)\n", scene,
+             request.patience);
+}
+
 fs::path directory_of(const AdviseChoice& choice, const Scene& scene) {
   return choice.directory.empty() ? fs::path("out") / (scene.name + "_advice") : fs::path(choice.directory);
 }
@@ -130,6 +138,7 @@ void advise_static_scene(const Scene& scene, const AdviseChoice& choice, const A
   check_solve(scene);
   prepare_directory(directory);
   const Json origin = provenance();
+  say_that_it_takes_time(scene.name, request);
   StaticAdvice advice;
   {
     TerminalProgress progress(scene.name);
@@ -151,6 +160,7 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
   prepare_directory(directory);
   warn_about_sharing(family.given());
   const Json origin = provenance();
+  say_that_it_takes_time(name, request);
   Advice advice;
   {
     TerminalProgress progress(name);

@@ -31,6 +31,7 @@ constexpr int default_threads = 1;  // results do not depend on them, and small 
 
 struct CheckChoice {
   std::vector<std::string> scenes;
+  std::vector<std::string> overrides;
   std::string results;
   bool quick = false;
   std::vector<std::string> only;  ///< names of experiments; empty: all
@@ -155,11 +156,11 @@ void promote(const CheckChoice& choice, const fs::path& baselines) {
 }
 
 /// The scene files given, and those in the directories given that have an [expect].
-std::vector<Scene> scenes_to_judge(const std::vector<std::string>& names) {
+std::vector<Scene> scenes_to_judge(const CheckChoice& choice) {
   std::vector<Scene> scenes;
-  for (const std::string& name : names) {
+  for (const std::string& name : choice.scenes) {
     if (!fs::is_directory(name)) {
-      scenes.push_back(load_scene(scene_file(name)));
+      scenes.push_back(load_scene(scene_file(name), choice.overrides));
       if (scenes.back().expectations.empty())
         throw InputError(fmt::format("{} has no table [expect]; add one", scenes.back().file.string()));
       continue;
@@ -170,7 +171,8 @@ std::vector<Scene> scenes_to_judge(const std::vector<std::string>& names) {
     std::sort(files.begin(), files.end());
     const std::size_t before = scenes.size();
     for (const fs::path& file : files)
-      if (Scene scene = load_scene(file); !scene.expectations.empty()) scenes.push_back(std::move(scene));
+      if (Scene scene = load_scene(file, choice.overrides); !scene.expectations.empty())
+        scenes.push_back(std::move(scene));
     if (scenes.size() == before)
       throw InputError(fmt::format("{} has no scene (TOML) with a table [expect]", name));
   }
@@ -185,7 +187,7 @@ SceneEnd simulated(Scene scene, int threads) {
 }
 
 void check_scenes(const CheckChoice& choice, int& exit_status) {
-  const std::vector<Scene> scenes = scenes_to_judge(choice.scenes);
+  const std::vector<Scene> scenes = scenes_to_judge(choice);
   if (!choice.results.empty() && scenes.size() != 1)
     throw InputError(fmt::format("--results are of one scene, and {} are given", scenes.size()));
   std::size_t expectations = 0, total = 0;
@@ -208,6 +210,8 @@ void check_scenes(const CheckChoice& choice, int& exit_status) {
 }
 
 void check_usage(const CheckChoice& choice) {
+  if (choice.scenes.empty() && !choice.overrides.empty())
+    throw InputError("--set changes a scene, and none is given");
   if (choice.scenes.empty() && !choice.results.empty())
     throw InputError("--results needs the scene whose [expect] applies to them");
   if (!choice.scenes.empty() &&
@@ -265,6 +269,8 @@ void add(CLI::App& app, int& exit_status) {
                    "Threads of the core (default 1); results do not depend on them, and small bodies are "
                    "fastest with one")
       ->check(whole_number(1, most_threads));
+  command->add_option("--set", choice->overrides, "Change a value of the scenes: table.key=value")
+      ->take_all();
   command->add_flag("--quick", choice->quick, "The small tables only: under two minutes");
   command->add_option("--only", choice->only, "These studies only, by name")->delimiter(',');
   command->add_option("--against", choice->against,

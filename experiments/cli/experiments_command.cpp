@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <cstdio>
 #include <memory>
 
 #include "core/error.hpp"
@@ -89,6 +90,7 @@ void add_options(CLI::App& command, Choice& choice, const std::vector<std::strin
 int conclude(const Report& report) {
   fmt::print("{}", report.summary);
   for (const fs::path& file : report.files) fmt::print("wrote {}\n", file.string());
+  std::fflush(stdout);  // before what stderr says, where both go to one file
   if (!report.chart_problem.empty()) fmt::print(stderr, "mss: {}; the rows are kept\n", report.chart_problem);
   if (report.status == Status::interrupted) {
     fmt::print(stderr, "mss: {} was interrupted; finished rows are kept{}\n", report.name,

@@ -15,6 +15,7 @@
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/simulation/error_estimates.hpp"
+#include "experiments/simulation/remarks.hpp"
 #include "experiments/simulation/result_files.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
@@ -154,6 +155,13 @@ Json sharing(const Scene& scene, const ConnectedRanks& ranks) {
           {"peak_memory_bytes", costs.peak_memory}};
 }
 
+/// Of the scene, and of how it ended.
+std::vector<std::string> all_warnings(const Scene& scene, const SimulationResult& result) {
+  std::vector<std::string> warnings = scene.warnings;
+  for (std::string& remark : remarks_on(scene, result)) warnings.push_back(std::move(remark));
+  return warnings;
+}
+
 Json summary(const Scene& scene, const SimulationResult& result, const Table& series,
              const std::optional<SceneEstimates>& estimates, int ranks, const Json& sharing) {
   return {{"status", to_string(result.status)},
@@ -165,6 +173,7 @@ Json summary(const Scene& scene, const SimulationResult& result, const Table& se
           {"integrator", scene.solve.integrator},
           {"precision", to_string(scene.solve.precision)},
           {"dt", result.dt},
+          {"stable_dt", std::isfinite(result.stable_dt) ? Json(result.stable_dt) : Json()},
           {"levels", to_json(result.levels)},
           {"threads", result.threads},
           {"kernel", result.kernel},
@@ -179,7 +188,7 @@ Json summary(const Scene& scene, const SimulationResult& result, const Table& se
             {"linear_solves", result.work.linear_solves},
             {"products", result.work.products}}},
           {"final", final_row(series)},
-          {"warnings", scene.warnings},
+          {"warnings", all_warnings(scene, result)},
           {"configuration", to_json(scene)},
           {"provenance", provenance()}};
 }
@@ -208,13 +217,17 @@ SimulationResult simulate_in_ranks(const Scene& scene, Progress& progress, const
 void report(const Scene& scene, const SimulationResult& result, const fs::path& directory,
             const std::optional<SceneEstimates>& estimates) {
   const bool fixed = find_integrator(scene.solve.integrator).stepping == Stepping::fixed;
-  const std::string step = fixed ? fmt::format("of {:.4g} s", result.dt) : "of its own choice";
-  fmt::print("{}: {} after {} steps {}, {:.4g} s simulated in {:.3g} s; see {}\n", scene.name,
-             to_string(result.status), result.work.steps, step, result.simulated_seconds, result.wall_seconds,
-             directory.string());
+  const std::string step = fixed ? fmt::format("of {:.4g} s", result.dt) : "of its own choice",
+                    simulated =
+                        is_static(scene) ? "" : fmt::format("{:.4g} s simulated ", result.simulated_seconds);
+  fmt::print("{}: {} after {} steps {}, {}in {:.3g} s; see {}\n", scene.name, to_string(result.status),
+             result.work.steps, step, simulated, result.wall_seconds, directory.string());
   if (is_refined(scene)) fmt::print("{}: {}\n", scene.name, description(result.levels));
   if (estimates) print(scene.name, *estimates);
   if (result.sleep) fmt::print("{}: {}\n", scene.name, description(*result.sleep, scene.solve.sleep.bound));
+  std::fflush(stdout);
+  for (const std::string& remark : remarks_on(scene, result))
+    fmt::print(stderr, "mss: {}: {}\n", scene.name, remark);
 }
 
 /// What can be said before any work.
@@ -262,6 +275,8 @@ void run_scene(const RunChoice& choice, int& exit_status) {
       estimates = estimate_errors(scene, result.particles, progress);
   }
   write_results(scene, result, estimates, *ranks, directory);
+  if (choice.vtk && ranks->is_lowest())
+    fmt::print("{}: for ParaView: {}\n", scene.name, (directory / "cells.vtkhdf.series").string());
   ranks->leave();
   if (result.status == Status::interrupted)
     exit_status = exit_interrupted;

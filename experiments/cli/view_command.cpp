@@ -46,7 +46,9 @@ void view_scene(ViewChoice& choice, int& exit_status) {
   const Status status = view::show(scene, choice.options);
   if (status == Status::interrupted) exit_status = exit_interrupted;
   const bool failed = status != Status::ok && status != Status::interrupted;
-  if (!failed || choice.shot.empty()) return;  // the window has shown it
+  if (choice.shot.empty()) return;  // the window has shown it
+  if (status != Status::interrupted) fmt::print("wrote {}\n", choice.shot);
+  if (!failed) return;
   fmt::print(stderr, "mss: the simulation failed: {}; {} shows the body as it last was\n", to_string(status),
              choice.shot);
   exit_status = exit_simulation_failed;

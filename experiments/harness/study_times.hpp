@@ -1,22 +1,25 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace mss {
 
-/// How long a study takes on the two cores of the machine below, by `mss reproduce`.
+/// How long a study takes by `mss reproduce` on two cores.
 struct StudyTime {
-  std::string_view study;  ///< name
-  double quick;            ///< [s] with --quick
-  double full;             ///< [s]
+  std::string study;    ///< name
+  double quick = 0;     ///< [s] with --quick
+  double full = 0;      ///< [s]
+  std::string machine;  ///< processor that it was measured on
 };
 
-/// The machine that the times were measured on.
-extern const std::string_view study_times_machine;
+/// A table as results/run.sh writes it: study, quick [s], full [s], machine. Empty if there is no such file;
+/// throws InputError if a row is not as above.
+std::vector<StudyTime> read_study_times(const std::filesystem::path& file);
 
-/// The times of all studies that have been measured.
+/// The times that come with the program.
 const std::vector<StudyTime>& study_times();
 
 /// Seconds that a study is expected to take; 0 if it has not been measured.

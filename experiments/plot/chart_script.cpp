@@ -150,8 +150,10 @@ std::string layout_commands(const Chart& chart) {
                                               : 1,
                     rows = (labels + columns - 1) / columns;
   const double legend = below ? legend_row * double(rows + (chart.legend_title.empty() ? 0 : 1)) : 0;
-  std::string out = fmt::format("set tmargin at screen {}\nset bmargin at screen {}\n",
-                                screen(page_height - 105), screen(129 + legend));
+  constexpr double right = 0.965;  // half of a tick's label stands beyond the last tick
+  std::string out =
+      fmt::format("set tmargin at screen {}\nset bmargin at screen {}\nset rmargin at screen {}\n",
+                  screen(page_height - 105), screen(129 + legend), right);
   out += fmt::format("set key {} Left reverse samplen 3\n", legend_place(chart.legend));
   if (below) {
     // gnuplot reserves a fifth more width than the letters of this font take, in units of a wide letter.

@@ -141,10 +141,17 @@ bool same_boxes(const Scene& scene, const Body& a, const Body& b) {
          });
 }
 
+/// Cells of a voxel file are the coarsest that a scene has, whatever they could make up.
+std::string why_not_coarser(const Scene& scene) {
+  if (scene.voxel_file.empty()) return "its cells do not make up whole ones of twice their size";
+  return fmt::format("body.refine is {}; with twice that there are cells of twice their size to compare with",
+                     level_of(scene));
+}
+
 /// Values of the goals in cells twice as large; throws InputError that says why there are none.
 std::vector<double> coarser_values(const Scene& scene, const Body& body, Progress& progress) {
   SceneEdit edit = edit_of(scene);
-  if (edit.level % 2 != 0) throw InputError("its cells do not make up whole ones of twice their size");
+  if (edit.level % 2 != 0) throw InputError(why_not_coarser(scene));
   edit.level /= 2;
   const Scene coarse = edited(scene, edit);
   if (!same_boxes(scene, body, Body(coarse.body)))

@@ -10,6 +10,7 @@
 #include "experiments/simulation/non_sleeping_reference.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/vtk_series.hpp"
+#include "integrators/stable_step.hpp"
 
 namespace mss {
 
@@ -44,6 +45,9 @@ class Simulation {
              SimulationResult& result)
       : scene_(scene), run_(scene, body), shared_(shared), result_(result), frame_every_(vtk.every) {
     result.dt = run_.dt();
+    if (const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+        method.stepping == Stepping::fixed)
+      result.stable_dt = guaranteed_step(method, run_.bound());
     result.threads = run_.system().threads();
     result.kernel = run_.system().kernel_name();
     result.levels = count_levels(run_.system());

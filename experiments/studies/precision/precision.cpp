@@ -198,6 +198,10 @@ PrecisionConfig precision_config(const ExperimentOptions& options) {
 
 namespace {
 
+/// Which steps the references take hangs on rounding, and with them their energies, which energy_drift is
+/// relative to: of the undamped cube they are 3e-9 apart between GCC 12 and Clang 14.
+constexpr double energy_of_references = 1e-8;
+
 /// Methods of fixed step at steps well inside their stability: these errors are the same on every machine.
 Table baseline_table(const BaselineOptions& options, Progress& progress) {
   PrecisionConfig config = precision_config({.quick = options.quick, .integrators = moving_integrators({})});
@@ -233,10 +237,11 @@ ExperimentInfo experiment() {
           .accepts = {.integrators = moving_families, .model = true},
           .run = run_precision,
           .draw = draw_precision,
-          .baseline = {
-              .keys = {"scene", "integrator", "value"},
-              .rules = {{"error", 1e-4, 1e-9}, {"energy_drift", 1e-4, 1e-9}, {"volume_drift", 1e-4, 1e-9}},
-              .table = baseline_table}};
+          .baseline = {.keys = {"scene", "integrator", "value"},
+                       .rules = {{"error", 1e-4, 1e-9},
+                                 {"energy_drift", 1e-4, energy_of_references},
+                                 {"volume_drift", 1e-4, 1e-9}},
+                       .table = baseline_table}};
 }
 
 }  // namespace mss::studies::precision

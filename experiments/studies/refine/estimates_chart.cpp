@@ -19,7 +19,8 @@ ChartSeries errors_of(const Table& rows, const std::string& label, const char* c
 }
 
 Chart estimate_chart(const Table& rows, const std::string& description, double uncertainty) {
-  Chart chart{.title = "A static displacement: as computed, corrected, extrapolated",
+  Chart chart{.title = fmt::format("A displacement as computed, corrected, extrapolated: {}",
+                                   rows.text(0, "problem")),
               .subtitle = fmt::format("{}; nu = 0.3", description),
               .x = {.label = "cells across 1 m", .logarithmic = true},
               .y = {.label = "relative error", .logarithmic = true}};

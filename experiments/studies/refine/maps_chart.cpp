@@ -14,6 +14,7 @@ namespace {
 struct Cost {
   const char* column;
   const char* file;
+  const char* in_title;
   std::string label;
   const char* unit;
 };
@@ -24,9 +25,9 @@ std::array<Cost, 3> costs(const std::string& quantity) {
     of_answer = "time of the static solution, its matrix included";
   if (quantity == to_string(Quantity::frequency)) of_answer = "time to find the mode";
   return {
-      {{"particles", "particles", "particles that move", ""},
-       {"answer_seconds", "answer", of_answer, "s"},
-       {"local_period_seconds", "steps",
+      {{"particles", "particles", "particles", "particles that move", ""},
+       {"answer_seconds", "answer", "time of one answer", of_answer, "s"},
+       {"local_period_seconds", "steps", "time in local steps",
         "time of a period of the slowest vibration by Verlet's method, larger cells in longer steps", "s"}}};
 }
 
@@ -40,7 +41,8 @@ std::string label_of(const std::string& map) {
 
 Chart map_chart(const Table& rows, const Cost& cost) {
   const std::string quantity = rows.text(0, "quantity");
-  Chart chart{.title = fmt::format("Cells of one size and of several: {}", rows.text(0, "problem")),
+  Chart chart{.title = fmt::format("Cells of one size and of several: {}, by {}", rows.text(0, "problem"),
+                                   cost.in_title),
               .subtitle = fmt::format("{}; nu = 0.3, t = 0.5", rows.text(0, "description")),
               .x = {.label = cost.label, .logarithmic = true, .unit = cost.unit},
               .y = {.label = fmt::format("relative error of the {}", quantity.substr(0, quantity.find(" ["))),

@@ -100,6 +100,8 @@ TEST(Program, RefusesBadUsageInOneSentence) {
 TEST(View, RefusesWhatItCannotShow) {
   expect_refused({"view"}, "scene");
   expect_refused({"view", "cantilver"}, "did you mean 'cantilever'?");
+  const ProgramRun unlike = mss({"run", "cantilever", "--set", "solve.method=rk4"});
+  EXPECT_EQ(unlike.output.find("did you mean"), std::string::npos) << unlike.output;
   expect_refused({"view", "cantilever", "--set", "solve.integrator=rk5"}, "did you mean 'rk4'?");
   for (const char* size : {"10x10", "1280", "1280x800x2", "wide", "9000x800"})
     expect_refused({"view", "cantilever", "--size", size}, std::string("--size is ") + size);
@@ -268,6 +270,16 @@ TEST(Check, ComparesResultsWithoutSimulating) {
   expect_refused({"check", scene, "--results", results}, "is not JSON");
 }
 
+TEST(Check, JudgesAChangedScene) {
+  const Directory directory;
+  const std::string scene = directory / "scene.toml";
+  write_atomically(scene, beam("[expect]\nvolume_ratio = { value = 1, within = 0.5 }\n"));
+  EXPECT_EQ(mss({"check", scene}).exit_status, 0);
+  const ProgramRun changed = mss({"check", scene, "--set", "expect.volume_ratio.value=9"});
+  EXPECT_EQ(changed.exit_status, 1) << changed.output;
+  EXPECT_NE(changed.output.find("volume_ratio: should be 9"), std::string::npos) << changed.output;
+}
+
 TEST(Check, RefusesScenesThatExpectNothing) {
   const Directory directory;
   const std::string scene = directory / "scene.toml";
@@ -276,6 +288,7 @@ TEST(Check, RefusesScenesThatExpectNothing) {
   expect_refused({"check", directory.string()}, "no scene");
   expect_refused({"check", scene, "--quick"}, "--quick");
   expect_refused({"check", "--results", directory.string()}, "--results needs the scene");
+  expect_refused({"check", "--set", "solve.dt=1"}, "--set changes a scene, and none is given");
   write_atomically(scene, beam("[expect]\nvolume_rato = { value = 1, within = 1 }\n"));
   expect_refused({"check", scene}, "did you mean expect.volume_ratio");
   write_atomically(scene, beam("[expect]\nvolume_ratio = { value = 1, within = -1 }\n"));
@@ -321,15 +334,15 @@ TEST(Advise, WritesTheSceneThatItAdvises) {
   const ProgramRun run = mss({"advise", scene, "--error", "10%", "--patience", "5", "--out", advice});
   ASSERT_EQ(run.exit_status, 0) << run.output;
   for (const char* file :
-       {"advise.csv", "advise_request.csv", "advise.svg", "advise.png", "meta.json", "advised.toml"})
+       {"advise.csv", "advise_request.csv", "advise.svg", "advise.png", "meta.json", "ell_advised.toml"})
     EXPECT_TRUE(fs::exists(fs::path(advice) / file)) << file;
-  const ProgramRun again = mss({"run", advice + "/advised.toml", "--out", (out / "run").string()});
+  const ProgramRun again = mss({"run", advice + "/ell_advised.toml", "--out", (out / "run").string()});
   EXPECT_EQ(again.exit_status, 0) << again.output;
   const ProgramRun hasty =
       mss({"advise", scene, "--error", "10%", "--patience", "5", "--budget", "1ns/frame", "--out", advice});
   EXPECT_EQ(hasty.exit_status, 1) << hasty.output;
   EXPECT_NE(hasty.output.find("nothing is that cheap"), std::string::npos) << hasty.output;
-  EXPECT_FALSE(fs::exists(fs::path(advice) / "advised.toml"));
+  EXPECT_FALSE(fs::exists(fs::path(advice) / "ell_advised.toml"));
 }
 
 // A clamped beam: corrected values need larger cells than those as computed.

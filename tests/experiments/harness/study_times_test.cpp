@@ -3,10 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include "core/error.hpp"
 #include "experiments/harness/experiment.hpp"
+#include "experiments/io/output.hpp"
 
 namespace mss {
 namespace {
+
+namespace fs = std::filesystem;
 
 TEST(StudyTimes, AreThoseOfTheStudies) {
   EXPECT_EQ(study_times().size(), experiments().size());
@@ -15,6 +19,19 @@ TEST(StudyTimes, AreThoseOfTheStudies) {
     EXPECT_GT(expected_seconds(info.name, false), expected_seconds(info.name, true)) << info.name;
   }
   EXPECT_EQ(expected_seconds("a study of tomorrow", true), 0);
+}
+
+TEST(StudyTimes, OfAFileMustBeSeconds) {
+  const fs::path file = fs::path(::testing::TempDir()) / "mss_study_times.csv";
+  EXPECT_TRUE(read_study_times(file).empty());
+  write_atomically(file, "study,quick,full,machine\nenergy,10,103.5,a processor\n");
+  EXPECT_EQ(read_study_times(file).at(0).full, 103.5);
+  EXPECT_EQ(read_study_times(file).at(0).machine, "a processor");
+  write_atomically(file, "study,quick,full,machine\nenergy,10,,a processor\n");
+  EXPECT_THROW(read_study_times(file), InputError);
+  write_atomically(file, "study,quick,full,machine\nenergy,10\n");
+  EXPECT_THROW(read_study_times(file), InputError);
+  fs::remove(file);
 }
 
 TEST(StudyTimes, AreSaidInWords) {

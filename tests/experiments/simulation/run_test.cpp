@@ -124,6 +124,37 @@ TEST_F(RunCommand, DivergenceIsAResultWithItsRows) {
   }
 }
 
+TEST_F(RunCommand, SaysWhatTheStepHasToDoWithADivergence) {
+  const fs::path scene = write("cube.toml", cube);
+  const ProgramRun longer = run(scene, {"--set", "solve.dt=0.05", "--set", "solve.duration=20"});
+  EXPECT_EQ(longer.exit_status, 3);
+  EXPECT_NE(longer.output.find("the step of 0.05 s is longer than the "), std::string::npos) << longer.output;
+  EXPECT_LT(summary()["stable_dt"], 0.05);
+  EXPECT_EQ(summary()["warnings"].size(), 1U);
+  const ProgramRun unstable =
+      run(scene, {"--set", "solve.integrator=explicit_euler", "--set", "solve.dt=0.05", "--set",
+                  "solve.duration=20", "--set", "damping.ratio=0"});
+  EXPECT_NE(unstable.output.find("no step of explicit_euler is sure to be stable"), std::string::npos)
+      << unstable.output;
+}
+
+/// Its top falls through its bottom, which is held.
+TEST_F(RunCommand, SaysThatABodyEndsFolded) {
+  const ProgramRun fallen = run(write("cube.toml", cube),
+                                {"--set", "material.young=1", "--set", "environment.gravity=[0,0,-9.81]",
+                                 "--set", "hold=[{box=[[0,0,0],[1,1,0]]}]", "--set", "solve.duration=0.3"});
+  EXPECT_EQ(fallen.exit_status, 0) << fallen.output;
+  EXPECT_LT(summary()["final"]["min_jacobian"], 0);
+  EXPECT_NE(fallen.output.find("the body ends folded: "), std::string::npos) << fallen.output;
+}
+
+TEST_F(RunCommand, SaysThatNothingHoldsABodyThatFindsNoRest) {
+  const ProgramRun adrift = run(write("cube.toml", cube), {"--set", "solve.integrator=static", "--set",
+                                                           "environment.gravity=[0,0,-9.81]"});
+  EXPECT_EQ(adrift.exit_status, 3) << adrift.output;
+  EXPECT_NE(adrift.output.find("nothing holds the body in place"), std::string::npos) << adrift.output;
+}
+
 /// A hundredth of its weight at 0.02 s: 8 kg get 0.8 N s, which shows as momentum.
 TEST_F(RunCommand, StrikesAreGivenOnceUnderEveryKindOfMethod) {
   for (const char* method : {"velocity_verlet", "backward_euler", "cvode_adams"}) {

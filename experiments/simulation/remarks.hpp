@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "experiments/simulation/simulation.hpp"
+
+namespace mss {
+
+/// What the end of a run calls attention to, a sentence each: why it may have failed and what to do, and
+/// whether the body ends folded, which "ok" does not exclude.
+std::vector<std::string> remarks_on(const Scene& scene, const SimulationResult& result);
+
+}  // namespace mss
