@@ -53,16 +53,27 @@ def compares(cell, relation, value):
     return a is not None and b is not None and RELATIONS[relation](a, b)
 
 
+def check_condition(table, condition):
+    """Of the names that a condition gives one at least stands in the column: else it counts none, whatever happened."""
+    part = CONDITION.fullmatch(condition)
+    if not part or part[1] not in (table[0] if table else ()):
+        raise ValueError(f"'{condition}' is no condition on {', '.join(table[0] if table else ())}")
+    names = {row[part[1]] for row in table}
+    if all(number(value) is None and value not in names for value in part[3].split("|")):
+        raise ValueError(f"there is no '{part[3]}' under {part[1]}, only {', '.join(sorted(names)[:20])}")
+
+
 def rows_where(table, conditions):
     """Rows that meet all conditions."""
     def meets(row, condition):
         part = CONDITION.fullmatch(condition)
-        if not part or part[1] not in row:
-            raise ValueError(f"'{condition}' is no condition on {', '.join(row)}")
         unequal = part[2] == "!="
         found = any(compares(row[part[1]], "=" if unequal else part[2], value) for value in part[3].split("|"))
         return found != unequal
-    return [row for row in table if all(meets(row, condition) for condition in (conditions or "").split("; ") if condition)]
+    all_conditions = [condition for condition in (conditions or "").split("; ") if condition]
+    for condition in all_conditions:
+        check_condition(table, condition)
+    return [row for row in table if all(meets(row, condition) for condition in all_conditions)]
 
 
 def values_of(table, term):

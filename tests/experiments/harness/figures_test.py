@@ -50,7 +50,7 @@ class Figures(unittest.TestCase):
                 ("2.2", "100 error where body=beam; cells<=8", "7.63, 2.21"), ("2.2 to 7.7", "100 error where status=ok", "2.21"),
                 ("0", "error where cells=16", "no number"), ("7.6", "100 eror where cells=4", "no column 'eror'"),
                 ("7.6", "100 error where cells=5", "no row"), ("7.6", "100 error where cells", "no condition"),
-                ("2", "count where body=beam", "3")):
+                ("2", "count where body=beam", "3"), ("0", "count where body=beem", "no 'beem'")):
             self.assertIn(said, self.problem(shown, title), title)
 
     def test_are_written_with_as_many_digits(self):
