@@ -110,7 +110,7 @@ void warn_about_sharing(const Scene& scene) {
 /// Where no terminal shows the progress.
 void say_that_it_takes_time(const std::string& scene, const AdviseRequest& request) {
   if (isatty(STDERR_FILENO) == 1) return;
-  fmt::print(stderr, "mss: advice for {} takes some minutes: up to {:g} s a reference (--patience)\n", scene,
+  fmt::print(stderr, "mss: advice for {} may take minutes: up to {:g} s a reference (--patience)\n", scene,
              request.patience);
 }
 

@@ -120,9 +120,9 @@ int run_command_line(int argc, char** argv) {
   app.footer(exit_status_help);
   app.get_formatter()->column_width(34);
   int exit_status = exit_ok;
-  for (const Command add : commands()) add(app, exit_status);
   watch_interrupts();
   try {
+    for (const Command add : commands()) add(app, exit_status);
     check_first_word(app, argc, argv);
     app.parse(argc, argv);
     return exit_status;

@@ -6,33 +6,19 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/io/installation.hpp"
 #include "experiments/io/output.hpp"
 
 namespace mss {
 
-namespace {
-
-double seconds_in(const std::string& cell, const std::filesystem::path& file) {
-  const double seconds = std::strtod(cell.c_str(), nullptr);
-  if (seconds > 0) return seconds;
-  throw InputError(fmt::format("{}: '{}' is not a number of seconds", file.string(), cell));
-}
-
-}  // namespace
-
 std::vector<StudyTime> read_study_times(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return {};
-  std::vector<std::vector<std::string>> rows = parse_csv(read_file(file));
+  const Table table = Table::read(read_file(file), file.string());
   std::vector<StudyTime> times;
-  for (std::size_t r = 1; r < rows.size(); ++r) {
-    if (rows[r].size() != 4)
-      throw InputError(fmt::format("{}: line {} has {} cells; give study, quick, full and machine",
-                                   file.string(), r + 1, rows[r].size()));
-    times.push_back({rows[r][0], seconds_in(rows[r][1], file), seconds_in(rows[r][2], file), rows[r][3]});
-  }
+  for (std::size_t r = 0; r < table.size(); ++r)
+    times.push_back({table.text(r, "study"), table.number(r, "quick"), table.number(r, "full"),
+                     table.text(r, "machine")});
   return times;
 }
 

@@ -16,7 +16,7 @@ struct StudyTime {
 };
 
 /// A table as results/run.sh writes it: study, quick [s], full [s], machine. Empty if there is no such file;
-/// throws InputError if a row is not as above.
+/// throws as Table::read().
 std::vector<StudyTime> read_study_times(const std::filesystem::path& file);
 
 /// The times that come with the program.

@@ -135,20 +135,35 @@ const char* legend_place(Chart::Legend legend) {
   return "";
 }
 
+struct LegendGrid {
+  std::size_t columns, rows;
+  std::size_t longest;  ///< letters of a label
+};
+
+/// As many columns, filled one after the other, as the labels leave room for.
+LegendGrid legend_grid(const Chart& chart) {
+  constexpr std::size_t short_label = 20;
+  constexpr double column_letter = 13.3, letter = 12,
+                   width = 1100;  // [px] of a column's, of the last label's
+  std::vector<std::size_t> lengths;
+  for (const ChartSeries& series : chart.series)
+    if (!series.label.empty()) lengths.push_back(series.label.size());
+  if (lengths.empty()) return {1, 0, 0};
+  const std::size_t longest = *std::max_element(lengths.begin(), lengths.end());
+  const auto rows_in = [&](std::size_t columns) { return (lengths.size() + columns - 1) / columns; };
+  if (longest <= short_label) return {3, rows_in(3), longest};
+  const auto right = lengths.begin() + std::ptrdiff_t(rows_in(2));
+  const std::size_t longest_right = right == lengths.end() ? 0 : *std::max_element(right, lengths.end());
+  const bool fit = column_letter * double(longest) + letter * double(longest_right) <= width;
+  return fit ? LegendGrid{2, rows_in(2), longest} : LegendGrid{1, lengths.size(), longest};
+}
+
 /// Margins, legend, title and foot; heights in pixels from below.
 std::string layout_commands(const Chart& chart) {
   constexpr double legend_row = 27;
   const auto screen = [](double pixels) { return pixels / page_height; };
   const bool below = chart.legend == Chart::Legend::below;
-  std::size_t longest = 0, labels = 0;
-  for (const ChartSeries& series : chart.series) {
-    longest = std::max(longest, series.label.size());
-    labels += series.label.empty() ? 0 : 1;
-  }
-  const std::size_t columns = longest <= 20   ? 3
-                              : longest <= 42 ? 2
-                                              : 1,
-                    rows = (labels + columns - 1) / columns;
+  const auto [columns, rows, longest] = legend_grid(chart);
   const double legend = below ? legend_row * double(rows + (chart.legend_title.empty() ? 0 : 1)) : 0;
   constexpr double right = 0.965;  // half of a tick's label stands beyond the last tick
   std::string out =

@@ -17,13 +17,13 @@ std::string on_step(const Scene& scene, const SimulationResult& result) {
   if (!std::isfinite(result.stable_dt))
     return "numbers grew beyond what can be computed with; a shorter solve.dt may help";
   const std::string about =
-      fmt::format("the {:.4g} s up to which small motions are stable", result.stable_dt);
+      fmt::format("the {:.4g} s up to which small motions are sure to be stable", result.stable_dt);
   if (result.dt > result.stable_dt)
     return fmt::format("the step of {:.4g} s is longer than {}; give solve.dt = \"safe\", or less than that",
                        result.dt, about);
   return fmt::format(
-      "the step of {:.4g} s is below {}, but the body deformed beyond small motions; a shorter "
-      "solve.dt may help",
+      "the step of {:.4g} s is below {}, but the body deformed beyond small motions: a shorter "
+      "solve.dt may help, or the body is too soft for its loads",
       result.dt, about);
 }
 

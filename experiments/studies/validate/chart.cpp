@@ -144,13 +144,12 @@ Chart cases_chart(const Table& rows, const Table& cases) {
 }
 
 Chart large_strain_chart(const Table& strains) {
-  Chart chart{
-      .title = "Springs at large strain beside laws of elasticity",
-      .subtitle =
-          "a bar, its sides free; the lattice, which is its Cauchy-Born limit to rounding; same E, and "
-          "nu = 0.3 but for the thesis's springs",
-      .x = {.label = "strain along the bar"},
-      .y = {.label = "nominal stress / that of a neo-Hookean solid"}};
+  Chart chart{.title = "Springs at large strain beside laws of elasticity",
+              .subtitle =
+                  "a bar with free sides; the lattice is its Cauchy-Born limit; same E, nu = 0.3 but for the "
+                  "thesis's springs",
+              .x = {.label = "strain along the bar"},
+              .y = {.label = "nominal stress / that of a neo-Hookean solid"}};
   const std::vector<std::string> models = strains.distinct("springs");
   for (std::size_t m = 0; m < models.size(); ++m) {
     const Table of_model = strains.where("springs", models[m]).where("status", "ok");

@@ -27,7 +27,7 @@ TEST(StudyTimes, OfAFileMustBeSeconds) {
   write_atomically(file, "study,quick,full,machine\nenergy,10,103.5,a processor\n");
   EXPECT_EQ(read_study_times(file).at(0).full, 103.5);
   EXPECT_EQ(read_study_times(file).at(0).machine, "a processor");
-  write_atomically(file, "study,quick,full,machine\nenergy,10,,a processor\n");
+  write_atomically(file, "study,quick,full,machine\nshape,9,99,a processor\nenergy,10,,a processor\n");
   EXPECT_THROW(read_study_times(file), InputError);
   write_atomically(file, "study,quick,full,machine\nenergy,10\n");
   EXPECT_THROW(read_study_times(file), InputError);

@@ -17,6 +17,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Ten labels, of which those in the left column may be longer.
+TEST(ChartScript, HasALegendInTwoColumnsWhereTheRightOneFits) {
+  Chart chart{.title = "T", .x = {.label = "x"}, .y = {.label = "y"}};
+  for (int i = 0; i < 10; ++i)
+    chart.series.push_back({.label = std::string(22, char('a' + i)), .points = {{1, 1}, {2, 2}}});
+  const auto rows = [&] {
+    const std::string script = gnuplot_script(chart, "a.svg", "a.png");
+    return std::stoi(script.substr(script.find("maxrows ") + 8));
+  };
+  EXPECT_EQ(rows(), 5);
+  chart.series[2].label = std::string(49, 'c');
+  EXPECT_EQ(rows(), 5);
+  chart.series[9].label = std::string(49, 'j');
+  EXPECT_EQ(rows(), 10);
+  for (ChartSeries& series : chart.series) series.label = "short";
+  EXPECT_EQ(rows(), 4);
+}
+
 TEST(ChartText, EscapesEverythingGnuplotReadsAsMarkup) {
   EXPECT_EQ(gnuplot_text("time per update"), "'time per update'");
   EXPECT_EQ(gnuplot_text("k_e^2 {a} @b & c~d"), "'k\\_e\\^2 \\{a\\} \\@b \\& c\\~d'");

@@ -148,6 +148,20 @@ TEST_F(RunCommand, SaysThatABodyEndsFolded) {
   EXPECT_NE(fallen.output.find("the body ends folded: "), std::string::npos) << fallen.output;
 }
 
+/// Its cells could be paired, but those of a voxel file are the coarsest.
+TEST_F(RunCommand, SaysWhichRefinementAnExtrapolationNeeds) {
+  write("block.txt", "##\n##\n\n##\n##\n");
+  const fs::path scene = write("block.toml",
+                               "[body]\nvoxels = 'block.txt'\ncell_size = 0.1\n"
+                               "[material]\ndensity = 1000\nyoung = 1e6\npoisson = 0.3\n"
+                               "[environment]\ngravity = [0, 0, -9.81]\n"
+                               "[[hold]]\nbox = [[0, 0, 0], [1, 1, 0]]\n[solve]\nintegrator = 'static'\n");
+  const ProgramRun once = run(scene);
+  EXPECT_NE(once.output.find("body.refine is 1; with twice that"), std::string::npos) << once.output;
+  const ProgramRun twice = run(scene, {"--set", "body.refine=2"});
+  EXPECT_EQ(twice.output.find("no extrapolation"), std::string::npos) << twice.output;
+}
+
 TEST_F(RunCommand, SaysThatNothingHoldsABodyThatFindsNoRest) {
   const ProgramRun adrift = run(write("cube.toml", cube), {"--set", "solve.integrator=static", "--set",
                                                            "environment.gravity=[0,0,-9.81]"});
