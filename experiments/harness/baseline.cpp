@@ -120,8 +120,10 @@ class Comparison {
     for (std::size_t i = 0; i < before.size(); ++i) {
       const std::string& column = before_.header[i];
       if (is_key(column, baseline_)) continue;
-      const auto rule = std::find_if(baseline_.rules.begin(), baseline_.rules.end(),
-                                     [&](const ColumnRule& r) { return r.column == column; });
+      const auto rule =
+          std::find_if(baseline_.rules.begin(), baseline_.rules.end(), [&](const ColumnRule& r) {
+            return r.column == column && (r.only_of.empty() || r.only_of == now.front());
+          });
       const std::string why = violation(before[i], now[i], rule == baseline_.rules.end() ? nullptr : &*rule);
       if (!why.empty()) add(key(now), column, before[i], now[i], why);
     }

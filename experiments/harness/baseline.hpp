@@ -17,6 +17,7 @@ struct ColumnRule {
   std::string column;
   double relative = 0;
   double absolute = 0;
+  std::string only_of{};  ///< the first key of the rows it is for; empty: all that no rule before it is for
 };
 
 struct BaselineOptions {

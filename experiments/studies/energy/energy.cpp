@@ -264,6 +264,11 @@ Drawings draw_energy(const std::vector<NamedTable>& tables) {
   return {.charts = {{"energy", energy_chart(rows, find_table(tables, "energy_settings"))}}};
 }
 
+/// A stretch of 1e-6 is kept to 1e-16 / 1e-6 = 1e-10 of itself, energy to twice that, in each of 100 steps:
+/// methods that conserve energy show 5e-9 of it, and other compilers other digits.
+constexpr double mode_rounding = 1e-8;
+constexpr const char* one_mode = "one mode";
+
 /// The free cube, and the one mode of a cell whose energy has a closed form.
 Table baseline_table(const BaselineOptions& options, Progress& progress) {
   EnergyConfig cube = energy_config({.integrators = moving_integrators({})}), mode = one_mode_config();
@@ -274,7 +279,7 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
   cube.threads = mode.threads = options.threads;
   Table table(
       {{"start"}, {"integrator"}, {"step"}, {"t", "s"}, {"energy_error"}, {"steps_taken"}, {"status"}});
-  for (const auto& [start, config] : {std::pair{"stretched cube", &cube}, {"one mode", &mode}}) {
+  for (const auto& [start, config] : {std::pair{"stretched cube", &cube}, {one_mode, &mode}}) {
     const Table rows = measure_energy(*config, progress).rows;
     for (std::vector<Cell> row : rows.rows()) {
       row.insert(row.begin(), std::string(start));
@@ -293,7 +298,9 @@ ExperimentInfo experiment() {
           .run = run_energy,
           .draw = draw_energy,
           .baseline = {.keys = {"start", "integrator", "step"},
-                       .rules = {{"t", 1e-12}, {"energy_error", 1e-4, 1e-10}},
+                       .rules = {{"t", 1e-12},
+                                 {"energy_error", 1e-4, mode_rounding, one_mode},
+                                 {"energy_error", 1e-4, exact}},
                        .table = baseline_table}};
 }
 

@@ -153,7 +153,7 @@ RecoveryConfig recovery_config(const ExperimentOptions& options) {
     }
   // The guard is meant for t = 0.5 and 1: three hundred trials each. Elements take a hundred times as long.
   for (RecoveryModel& model : config.models)
-    model.seeds = options.quick ? 1 : model.guarded() && model.face_share > 0 ? 17 : 12;
+    model.seeds = options.quick ? 1 : model.guarded() && model.face_share > 0 ? 12 : 9;
   constexpr int seeds_of_elements = 2;
   for (const double poisson : {0.25, 0.45}) {
     if (options.quick) break;

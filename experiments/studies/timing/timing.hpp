@@ -19,11 +19,11 @@ struct TimingConfig {
   std::vector<int> core_threads{1};
   /// Over all sizes, up and down in turn, so that slow changes of the machine's speed over minutes affect all
   /// sizes alike and do not bias exponents.
-  int passes = 3;
-  int repetitions = 18;          ///< samples per method and size, over all passes
+  int passes = 2;
+  int repetitions = 12;          ///< samples per method and size, over all passes
   double sample_seconds = 4e-3;  ///< duration of a sample, which consists of several updates
   /// Large bodies get fewer repetitions to stay near this, but at least fewest_repetitions.
-  double seconds_per_size = 10;
+  double seconds_per_size = 7;
   int fewest_repetitions = 5;
   int largest_algorithm1 = 100;  ///< cells per edge up to which Algorithm 1 is built: it needs 1.5 GB there
   int largest_debug_build = 15;  ///< cells per edge up to which its debug build is run; 0: not at all

@@ -391,9 +391,14 @@ TEST(StaticAdvice, AdvisesSmallerCellsUnderALoadOnAPatch) {
                    "displacement = { box = [[0.375, 0.375, 1], [0.625, 0.625, 1]], value = [0, 0, 0], "
                    "within = 1 }\n");
   const Scene scene = load_scene(file);
-  const AdviseRequest request{.error = 0.4, .patience = MSS_SANITIZED != 0 ? 80 : 8};
+  AdviseRequest request{.error = 0.4};
   Progress progress;
-  const StaticAdvice advice = advise_at_rest(scene, request, progress);
+  StaticAdvice advice;
+  for (const double patience : {8, 80}) {  // on a busy machine or with sanitizers the first does not do
+    request.patience = patience;
+    advice = advise_at_rest(scene, request, progress);
+    if (advice.map) break;
+  }
   ASSERT_TRUE(advice.map) << summary(scene, request, advice);
   const MapTried& map = advice.maps[*advice.map];
   EXPECT_GT(map.cell_size, advice.as_computed);

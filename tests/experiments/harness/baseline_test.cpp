@@ -41,6 +41,14 @@ TEST(Baseline, LetsNumbersMoveAsFarAsTheirRule) {
             "model = thesis, cells = 4: drift: was 0.25, is 0.250001; may move by 1e-06 of itself or 1e-12");
 }
 
+TEST(Baseline, HasRulesForRowsOfOneKeyBeforeThoseOfAll) {
+  Baseline of_thesis = rules;
+  of_thesis.rules.insert(of_thesis.rules.begin(), {"drift", 1e-2, 0, "thesis"});
+  EXPECT_TRUE(compare(table, planted("0.25,", "0.251,"), of_thesis).empty());
+  of_thesis.rules.front().only_of = "other";
+  EXPECT_EQ(compare(table, planted("0.25,", "0.251,"), of_thesis).size(), 1U);
+}
+
 TEST(Baseline, NamesARowThatVanishedOrAppeared) {
   EXPECT_EQ(only(planted("thesis,4,0.25,0.0025,ok\n", "")).row, "model = thesis, cells = 4");
   EXPECT_EQ(only(planted("thesis,4,0.25,0.0025,ok\n", "")).rule, "rows must not vanish");

@@ -411,7 +411,9 @@ TEST(TimingPeers, TimeBulletOrSayThatItIsMissing) {
   ASSERT_EQ(rows.size(), 2U);  // beside ours in single and in double precision
   for (std::size_t r = 0; r < rows.size(); ++r) {
     EXPECT_EQ(rows.text(r, "status"), "ok");
-    EXPECT_GT(rows.number(r, "over_ours"), 1);
+    if (!MSS_SANITIZED) {  // Bullet's library has no such checks
+      EXPECT_GT(rows.number(r, "over_ours"), 1);
+    }
   }
   const Body body(timing_cube(2));
   reference::BulletCube bullet(body, Vec3(0, 0, -10));
