@@ -539,27 +539,51 @@ void read_refinement(const TomlTable& root, Scene& scene) {
   }
 }
 
+/// Which boxes have particles of a scene's body, whose lattice is made only if there is a box.
+class Particles {
+ public:
+  explicit Particles(const Scene& scene) : scene_(scene) {
+    if (!scene.auto_refinement)
+      refined_ = refined_body(scene);  // chosen cells have all of a body's particles
+  }
+
+  bool any_in(const Box& box) {
+    if (!refined_) {
+      if (!body_) body_.emplace(scene_.body);
+      return !body_->select(box.lower, box.upper).empty();
+    }
+    const std::vector<std::ptrdiff_t> sites = select(refined_->levels(), box);
+    return std::any_of(sites.begin(), sites.end(),
+                       [&](std::ptrdiff_t site) { return refined_->mass(site) > 0; });
+  }
+  /// Of a box without one.
+  std::string complaint() const {
+    return fmt::format("contains no particle; give one that does, {}", extent_at_rest(scene_.body));
+  }
+
+ private:
+  const Scene& scene_;
+  std::optional<Body> body_;
+  std::unique_ptr<const RefinedBody> refined_;
+};
+
 /// Calls report(table, index, complaint) for the first box without particles, which would silently have no
 /// effect.
 void find_empty_box(const Scene& scene, const std::function<void(std::string_view table, std::size_t index,
                                                                  const std::string& complaint)>& report) {
-  std::optional<Body> body;  // made only where there is a box
-  const std::unique_ptr<const RefinedBody> refined =
-      scene.auto_refinement ? nullptr : refined_body(scene);  // chosen cells have all of a body's particles
+  Particles particles(scene);
   for_each_box(scene, [&](std::string_view table, std::size_t index, const Box& box) {
-    if (refined) {
-      const std::vector<std::ptrdiff_t> sites = select(refined->levels(), box);
-      if (std::any_of(sites.begin(), sites.end(),
-                      [&](std::ptrdiff_t site) { return refined->mass(site) > 0; }))
-        return;
-    } else {
-      if (!body) body.emplace(scene.body);
-      if (!body->select(box.lower, box.upper).empty()) return;
-    }
-    report(table, index,
-           fmt::format("contains no particle; give one that does, {}", extent_at_rest(scene.body)));
+    if (!particles.any_in(box)) report(table, index, particles.complaint());
   });
-}  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks): `refined` deletes it
+}
+
+/// The mean of no particle is no displacement.
+void check_expected_boxes(const TomlTable& expect, const Scene& scene) {
+  Particles particles(scene);
+  for (const Expectation& e : scene.expectations)
+    if (e.quantity == mean_displacement && !e.on_surface && !particles.any_in(e.box))
+      expect.table(e.quantity).reject("box", particles.complaint());
+}
 
 /// What planes touch: the particles, or the surface of the mesh.
 void read_contact_surface(const TomlTable& root, const std::shared_ptr<const TriangleMesh>& surface,
@@ -658,98 +682,6 @@ void check_boxes(const Scene& scene) {
 
 namespace {
 
-/// By part, which others it meets in a cell or in cells that share a spring, those with an edge in common.
-std::vector<std::vector<bool>> meetings(const BodyConfig& body) {
-  const std::size_t parts = body.parts.size() + 1;
-  std::vector<std::vector<bool>> meets(parts, std::vector<bool>(parts));
-  const VoxelGrid& voxels = body.voxels;
-  const auto meet = [&](const std::array<int, 3>& a, const std::array<int, 3>& b) {
-    if (!voxels.at(a[0], a[1], a[2]) || !voxels.at(b[0], b[1], b[2])) return;
-    for (const auto& [p, of_a] : body.contents[body.content_of[voxels.index(a[0], a[1], a[2])]])
-      for (const auto& [q, of_b] : body.contents[body.content_of[voxels.index(b[0], b[1], b[2])]])
-        meets[std::size_t(p)][std::size_t(q)] = meets[std::size_t(q)][std::size_t(p)] = true;
-  };
-  constexpr std::array<std::array<int, 3>, 10> steps{{{0, 0, 0},
-                                                      {1, 0, 0},
-                                                      {0, 1, 0},
-                                                      {0, 0, 1},
-                                                      {1, 1, 0},
-                                                      {1, -1, 0},
-                                                      {0, 1, 1},
-                                                      {0, 1, -1},
-                                                      {1, 0, 1},
-                                                      {1, 0, -1}}};
-  for (int k = 0; k < voxels.nz() && !body.content_of.empty(); ++k)
-    for (int j = 0; j < voxels.ny(); ++j)
-      for (int i = 0; i < voxels.nx(); ++i)
-        for (const auto& [x, y, z] : steps) meet({i, j, k}, {i + x, j + y, k + z});
-  return meets;
-}
-
-/// Above a contrast of some thousand a shared spring is the stiffer part's alone.
-void add_contrasts(const BodyConfig& body, std::vector<std::string>& warnings) {
-  constexpr double most = 1000;
-  const std::vector<Part> parts = body.all_parts();
-  const std::vector<std::vector<bool>> meets = meetings(body);
-  const auto named = [&](std::size_t part) {
-    return part == 0 ? std::string("[material]") : fmt::format("part \"{}\"", parts[part].name);
-  };
-  const auto stiffness = [&](std::size_t part) {
-    return cubic_stiffness(parts[part].springs, body.cell_size).young(Vec3::UnitX());
-  };
-  for (std::size_t a = 0; a < parts.size(); ++a)
-    for (std::size_t b = 0; b < parts.size(); ++b)
-      if (const double ratio = stiffness(a) / stiffness(b); meets[a][b] && ratio > most)
-        warnings.push_back(fmt::format(
-            "{} is {:.3g} times as stiff as {} where they meet: beyond {} times springs that both "
-            "share follow the stiffer one alone, so the joint lies up to a cell off",
-            named(a), ratio, named(b), most));
-}
-
-}  // namespace
-
-namespace {
-
-/// What was found in the meshes of a scene.
-std::vector<std::string> mesh_warnings(const Scene& scene) {
-  std::vector<std::string> warnings;
-  if (!scene.mesh) return warnings;
-  for (std::size_t i = 0; i < scene.mesh->reports.size(); ++i)
-    for (const std::string& note : scene.mesh->reports[i].notes())
-      warnings.push_back(
-          fmt::format("{}: {}", i == 0 ? scene.mesh->file : scene.mesh->part_files[i - 1], note));
-  return warnings;
-}
-
-}  // namespace
-
-/// The constants assume the full, weighted lattice.
-std::vector<std::string> scene_warnings(const Scene& scene) {
-  const BodyConfig& body = scene.body;
-  std::vector<std::string> warnings = mesh_warnings(scene);
-  if (!has_springs(scene.model)) return warnings;  // the others are about springs
-  if (body.topology != Topology::full) {
-    warnings.push_back(
-        fmt::format("body.topology = \"{}\" leaves out face diagonals: the body is softer in shear than its "
-                    "material, and anisotropic",
-                    name_of(body.topology, topologies)));
-    return warnings;
-  }
-  for (std::string& warning : material_warnings(body.springs, body.cell_size))
-    warnings.push_back(std::move(warning));
-  for (const Part& part : body.parts)
-    for (const std::string& warning : material_warnings(part.springs, body.cell_size))
-      warnings.push_back(fmt::format("part \"{}\": {}", part.name, warning));
-  add_contrasts(body, warnings);
-  if (body.sharing == Sharing::uniform && body.elastic)
-    warnings.emplace_back(
-        "body.sharing = \"uniform\" makes surfaces stiffer than material.young; only "
-        "\"weighted\" keeps it");
-  return warnings;
-}
-
-namespace {
-
 Scene scene_of(const TomlFile& toml) {
   const TomlTable root(toml);
   Scene scene;
@@ -771,6 +703,7 @@ Scene scene_of(const TomlFile& toml) {
   find_empty_box(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
     root.tables(table)[index].reject("box", complaint);
   });
+  check_expected_boxes(root.table("expect"), scene);
   for (const std::string& warning : scene_warnings(scene)) scene.warnings.push_back(printable(warning));
   return scene;
 }

@@ -120,7 +120,7 @@ std::unique_ptr<const RefinedBody> refined_body(const Scene& scene);
 /// none.
 void check_boxes(const Scene& scene);
 
-/// Warnings about the material of a scene, as sentences for the user.
+/// Warnings about materials, meshes and what has no effect, as sentences for the user.
 std::vector<std::string> scene_warnings(const Scene& scene);
 
 }  // namespace mss

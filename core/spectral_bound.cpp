@@ -74,4 +74,12 @@ SpectralBound spectral_bound(const Body& body) { return bound_of(body, false); }
 
 SpectralBound guarded_spectral_bound(const Body& body) { return bound_of(body, true); }
 
+SpectralBound with_guard(const SpectralBound& bound, const std::vector<Level>& levels) {
+  double most = 0;
+  for (const auto& [body, first] : levels)
+    most = std::max(
+        most, std::pow(guarded_spectral_bound(body).omega, 2) - std::pow(spectral_bound(body).omega, 2));
+  return {.omega = std::sqrt(bound.omega * bound.omega + most), .damping = bound.damping};
+}
+
 }  // namespace mss

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "core/body.hpp"
 
 namespace mss {
@@ -23,5 +25,8 @@ SpectralBound spectral_bound(const Body& body);
 /// three edges of each corner of a cell, two corners an edge, it adds 12 guarded_corner_stiffness() to a
 /// block. Steps that must be stable under strong compression need this.
 SpectralBound guarded_spectral_bound(const Body& body);
+
+/// The bound of a solid of several lattices, and what a guard that acts everywhere adds to it at most.
+SpectralBound with_guard(const SpectralBound& bound, const std::vector<Level>& levels);
 
 }  // namespace mss

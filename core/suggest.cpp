@@ -52,8 +52,10 @@ bool are_alike(std::string_view a, std::string_view b) {
 
 void throw_unknown(std::string_view name, const std::vector<std::string>& known, std::string_view what,
                    std::string_view list) {
-  throw InputError(fmt::format("{} '{}' is unknown; did you mean '{}'? `mss list {}` shows all", what, name,
-                               nearest(name, known), list));
+  const std::string near = nearest(name, known);
+  const std::string question =
+      are_alike(name, near) || near.starts_with(name) ? fmt::format("did you mean '{}'? ", near) : "";
+  throw InputError(fmt::format("{} '{}' is unknown; {}`mss list {}` shows all", what, name, question, list));
 }
 
 }  // namespace mss

@@ -377,8 +377,9 @@ std::size_t TomlTable::choose(std::string_view key, std::string_view noun,
   const auto* value = find(key)->as_string();
   const auto chosen = value == nullptr ? known.end() : std::find(known.begin(), known.end(), value->get());
   if (chosen != known.end()) return static_cast<std::size_t>(chosen - known.begin());
+  const std::string near = value == nullptr ? std::string() : nearest(value->get(), known);
   const std::string hint =
-      value == nullptr ? "" : fmt::format(" (the nearest is \"{}\")", nearest(value->get(), known));
+      value != nullptr && are_alike(value->get(), near) ? fmt::format(" (the nearest is \"{}\")", near) : "";
   reject(key, fmt::format("is not {}; give one of \"{}\"{}", noun, fmt::join(known, "\", \""), hint));
 }
 

@@ -198,6 +198,9 @@ void check_scenes(const CheckChoice& choice, int& exit_status) {
       exit_status = exit_interrupted;
       return;
     }
+    if (!choice.results.empty())
+      for (const std::string& doubt : doubts_about(scene, end))
+        fmt::print(stderr, "mss: warning: {}: {}\n", choice.results, doubt);
     const std::vector<Deviation> wrong = compare_with_expectations(scene, end);
     for (const Deviation& d : wrong) fmt::print("{}\n", to_string(d, "should be"));
     expectations += scene.expectations.size();

@@ -68,13 +68,13 @@ Json summary(const Scene& scene, double omega_max, double bound, double crushed,
           {"provenance", provenance()}};
 }
 
-/// What the fold guard adds to squared frequencies where it acts, at most [1/s^2].
-double guarding(const SolidSystem<double>& system) {
-  double most = 0;
-  for (const auto& [body, first] : system.levels())
-    most = std::max(
-        most, std::pow(guarded_spectral_bound(body).omega, 2) - std::pow(spectral_bound(body).omega, 2));
-  return most;
+/// What `mss run` says: the step that the bound is sure of, and what local steps make of it.
+std::string sure_step(const Scene& scene, const IntegratorInfo& method, const SolidSystem<double>& system) {
+  std::string text = fmt::format("sure to be up to {:.6g} s, by the bound",
+                                 guaranteed_step(method, system.spectral_bound()));
+  if (scene.solve.local_steps)
+    text += fmt::format("; in local steps {:.6g} s", guaranteed_step(method, system.local_bound()));
+  return text;
 }
 
 /// The stable step where the fold guard acts, beside the one of dt = "safe", for methods that have one.
@@ -120,7 +120,7 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
     }
   const Table table = modes_table(slow.modes);
   const double omega_max = fast.modes.front().omega, bound = system->spectral_bound().omega,
-               crushed = std::sqrt(bound * bound + guarding(*system));
+               crushed = with_guard(system->spectral_bound(), system->levels()).omega;
   write_atomically(directory / "modes.csv", table.csv());
   write_atomically(directory / "summary.json",
                    summary(scene, omega_max, bound, crushed, limit.dt, table).dump(2) + "\n");
@@ -133,7 +133,8 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   fmt::print("   max  {:>12.6g} Hz  {:>12.6g} rad/s; the bound of dt = \"safe\": {:.6g} rad/s\n",
              omega_max / turn, omega_max, bound);
   if (std::isfinite(limit.dt))
-    fmt::print("  with {} small motions are stable up to dt = {:.6g} s\n", method.name, limit.dt);
+    fmt::print("  with {} small motions are stable up to dt = {:.6g} s, as found; {}\n", method.name,
+               limit.dt, sure_step(scene, method, *system));
   if (crushed > bound) print_with_guard(method, system->spectral_bound(), crushed);
   fmt::print("see {}\n", directory.string());
 }

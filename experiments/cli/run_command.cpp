@@ -173,7 +173,8 @@ Json summary(const Scene& scene, const SimulationResult& result, const Table& se
           {"integrator", scene.solve.integrator},
           {"precision", to_string(scene.solve.precision)},
           {"dt", result.dt},
-          {"stable_dt", std::isfinite(result.stable_dt) ? Json(result.stable_dt) : Json()},
+          {"stable_dt", result.sure_steps.free},  // null where it is infinite
+          {"stable_dt_guarded", result.sure_steps.guarded},
           {"levels", to_json(result.levels)},
           {"threads", result.threads},
           {"kernel", result.kernel},

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "experiments/python/callbacks.hpp"
+#include "experiments/simulation/remarks.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_run.hpp"
 
@@ -138,9 +139,13 @@ void SimulationIn<Real>::advance(double until) {
     if (before) run_.go_on_from(*before);
     throw;
   }
-  if (status != Status::ok)
-    throw SimulationFailed(fmt::format("{}: {} after {} steps, at t = {:.9g} s", scene_.name,
-                                       to_string(status), work_.steps, run_.state().t));
+  if (status == Status::ok) return;
+  const SureSteps sure = run_.sure_steps();
+  const std::string remark = status == Status::non_finite && std::isfinite(sure.free) && !calls_python_
+                                 ? "; " + remark_on_divergence(scene_, run_.dt(), sure)
+                                 : std::string();
+  throw SimulationFailed(fmt::format("{}: {} after {} steps, at t = {:.9g} s{}", scene_.name,
+                                     to_string(status), work_.steps, run_.state().t, remark));
 }
 
 template <class Real>

@@ -55,11 +55,16 @@ Vec3 vector_of(const fs::path& file, const Row& row, const std::array<const char
   return v;
 }
 
-std::string read_status(const fs::path& file) {
+/// What a summary.json says of the status, and of the scene if it says that.
+struct SummaryText {
+  std::string status, scene;
+};
+SummaryText read_summary(const fs::path& file) {
   const Json summary = Json::parse(read_file(file), nullptr, false);
   if (!summary.is_object() || !summary.contains("status") || !summary["status"].is_string())
     throw InputError(fmt::format("{} is not JSON with a text \"status\"", file.string()));
-  return summary["status"].get<std::string>();
+  const Json scene = summary.value("scene", Json());
+  return {summary["status"].get<std::string>(), scene.is_string() ? scene.get<std::string>() : ""};
 }
 
 /// Mean displacement of the particles whose rest position lies in a box, widened by 1e-9 cell.
@@ -118,7 +123,8 @@ SceneEnd scene_end_of(const SimulationResult& result) {
 }
 
 SceneEnd read_scene_end(const fs::path& directory) {
-  SceneEnd end{.status = read_status(directory / "summary.json")};
+  const SummaryText summary = read_summary(directory / "summary.json");
+  SceneEnd end{.status = summary.status, .scene = summary.scene};
   const std::vector<Row> series = read_numbers(directory / "series.csv");
   end.first = series.front();
   end.last = series.back();
@@ -128,6 +134,19 @@ SceneEnd read_scene_end(const fs::path& directory) {
                              .x = vector_of(particles, row, {"x", "y", "z"}),
                              .v = Vec3::Zero()});
   return end;
+}
+
+std::vector<std::string> doubts_about(const Scene& scene, const SceneEnd& end) {
+  std::vector<std::string> doubts;
+  if (!end.scene.empty() && end.scene != scene.name)
+    doubts.push_back(fmt::format("these are results of the scene '{}', not of '{}'", end.scene, scene.name));
+  const auto t = end.last.find("t");
+  if (end.status != "ok" || t == end.last.end()) return doubts;
+  const double most = std::max(scene.solve.every, scene.solve.dt.value_or(0)) + 1e-9 * scene.solve.duration;
+  if (std::abs(t->second - scene.solve.duration) > most)
+    doubts.push_back(fmt::format("they end at t = {:.6g} s, and the scene at solve.duration = {:.6g} s",
+                                 t->second, scene.solve.duration));
+  return doubts;
 }
 
 std::vector<Deviation> compare_with_expectations(const Scene& scene, const SceneEnd& end) {

@@ -13,6 +13,7 @@ namespace mss {
 /// The end of a simulated scene, by this program or another.
 struct SceneEnd {
   std::string status;
+  std::string scene{};                            ///< its name; empty: not known
   std::map<std::string, double> first{}, last{};  ///< rows of series.csv, by column
   std::vector<ParticleRecord> particles{};
 };
@@ -21,6 +22,9 @@ SceneEnd scene_end_of(const SimulationResult& result);
 /// Reads summary.json, series.csv and particles.csv from a directory: what `mss run` left there, or another
 /// program that writes the same files. Throws InputError naming file and line.
 SceneEnd read_scene_end(const std::filesystem::path& directory);
+
+/// Why results may be of another scene, or of this one with other settings, a sentence each.
+std::vector<std::string> doubts_about(const Scene& scene, const SceneEnd& end);
 
 /// Compares a scene's end with the scene's [expect]. A status other than ok deviates too.
 std::vector<Deviation> compare_with_expectations(const Scene& scene, const SceneEnd& end);

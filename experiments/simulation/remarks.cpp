@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "experiments/simulation/scene_check.hpp"
@@ -10,36 +11,87 @@ namespace mss {
 
 namespace {
 
-std::string on_step(const Scene& scene, const SimulationResult& result) {
-  if (result.stable_dt == 0)
-    return fmt::format("no step of {} is sure to be stable here; choose another method",
-                       scene.solve.integrator);
-  if (!std::isfinite(result.stable_dt))
-    return "numbers grew beyond what can be computed with; a shorter solve.dt may help";
-  const std::string about =
-      fmt::format("the {:.4g} s up to which small motions are sure to be stable", result.stable_dt);
-  if (result.dt > result.stable_dt)
-    return fmt::format("the step of {:.4g} s is longer than {}; give solve.dt = \"safe\", or less than that",
-                       result.dt, about);
+bool in_fixed_steps(const Scene& scene) {
+  return find_integrator(scene.solve.integrator).stepping == Stepping::fixed;
+}
+
+/// How many of the six rigid motions the holds leave, of particles at rest.
+Eigen::Index free_motions(const Scene& scene, const std::vector<ParticleRecord>& particles) {
+  using Motion = Eigen::Matrix<double, 6, 1>;
+  const double reach = scene.body.cell_size *
+                       Vec3(scene.body.voxels.nx(), scene.body.voxels.ny(), scene.body.voxels.nz()).norm();
+  Eigen::Matrix<double, 6, 6> held = Eigen::Matrix<double, 6, 6>::Zero();
+  for (const Hold& hold : scene.environment.holds)
+    for (const ParticleRecord& p : particles) {
+      const double margin = 1e-9 * scene.body.cell_size;
+      if (!hold.surface && (((p.rest - hold.box.lower).array() < -margin).any() ||
+                            ((p.rest - hold.box.upper).array() > margin).any()))
+        continue;
+      for (int axis = 0; axis < 3; ++axis) {
+        if (!hold.axes[std::size_t(axis)]) continue;
+        Motion motion;  // what it is held against
+        motion << Vec3::Unit(axis), (p.rest - scene.body.origin).cross(Vec3::Unit(axis)) / reach;
+        held += motion * motion.transpose();
+      }
+    }
+  constexpr double none = 1e-9;
+  const Motion shares = held.selfadjointView<Eigen::Lower>().eigenvalues();
+  return (shares.array() <= none * std::max(shares.maxCoeff(), 1.0)).count();
+}
+
+/// Of a static scene that found no rest.
+std::string on_holds(const Scene& scene, const SimulationResult& result) {
+  if (scene.environment.holds.empty())
+    return "nothing holds the body in place; where a scene has no [[hold]], few are at rest";
+  const Eigen::Index motions = free_motions(scene, result.particles);
+  if (motions == 0) return {};
   return fmt::format(
-      "the step of {:.4g} s is below {}, but the body deformed beyond small motions: a shorter "
-      "solve.dt may help, or the body is too soft for its loads",
-      result.dt, about);
+      "the holds leave {} of the body's 6 rigid motions free, so that it can move as a whole; hold more of "
+      "it",
+      motions);
 }
 
 }  // namespace
 
+std::string remark_on_divergence(const Scene& scene, double dt, const SureSteps& sure) {
+  if (sure.free == 0)
+    return fmt::format("no step of {} is sure to be stable here; choose another method",
+                       scene.solve.integrator);
+  if (!std::isfinite(sure.free))
+    return "numbers grew beyond what can be computed with; a shorter solve.dt may help";
+  const std::string about =
+      fmt::format("the {:.4g} s up to which small motions are sure to be stable", sure.free);
+  if (dt > sure.free)
+    return fmt::format("the step of {:.4g} s is longer than {}; give solve.dt = \"safe\", or less than that",
+                       dt, about);
+  if (sure.guarded < dt)
+    return fmt::format(
+        "the step of {:.4g} s is below {}, but where the fold guard acts up to {:.4g} s are; give such a "
+        "solve.dt",
+        dt, about, sure.guarded);
+  return fmt::format(
+      "the step of {:.4g} s is below {}, but the body deformed beyond small motions: a shorter "
+      "solve.dt may help, or the body is too soft for its loads",
+      dt, about);
+}
+
 std::vector<std::string> remarks_on(const Scene& scene, const SimulationResult& result) {
   std::vector<std::string> remarks;
-  const bool fixed = find_integrator(scene.solve.integrator).stepping == Stepping::fixed;
-  if (result.status == Status::non_finite && fixed) remarks.push_back(on_step(scene, result));
-  if (result.status == Status::newton_stalled && is_static(scene) && scene.environment.holds.empty())
-    remarks.emplace_back("nothing holds the body in place; where a scene has no [[hold]], few are at rest");
+  if (result.status == Status::non_finite && in_fixed_steps(scene))
+    remarks.push_back(remark_on_divergence(scene, result.dt, result.sure_steps));
+  if (result.status == Status::newton_stalled && is_static(scene))
+    if (std::string remark = on_holds(scene, result); !remark.empty()) remarks.push_back(std::move(remark));
   if (result.status == Status::ok && !result.series.empty() && result.series.back().min_jacobian <= 0)
     remarks.push_back(fmt::format(
         "the body ends folded: the smallest signed volume at a cell's corner is {:.3g} of the one "
         "at rest (min_jacobian), and the largest stretch {:.3g}",
         result.series.back().min_jacobian, result.series.back().max_stretch));
+  if (in_fixed_steps(scene) && result.dt > (1 + 1e-9) * scene.solve.every)
+    remarks.push_back(
+        fmt::format("solve.every = {:.4g} s is less than the step of {:.4g} s: there is a row a step",
+                    scene.solve.every, result.dt));
+  if (scene.solve.local_steps && !result.in_local_steps)
+    remarks.emplace_back("solve.local_steps saves nothing here: all cells take the same steps");
   return remarks;
 }
 

@@ -92,13 +92,24 @@ SceneRun<Real>::SceneRun(const Scene& scene, const Body& body, long most_steps)
     : strikes_(scene.environment.strikes),
       refined_(refined_body_of(scene)),
       system_(make_solid<Real>(scene, body, refined_.get())),
-      options_(method_options(scene, *system_)) {
+      options_(method_options(scene, *system_)),
+      info_(&find_integrator(scene.solve.integrator)) {
   options_.most_steps = most_steps;
   if (scene.solve.local_steps) in_local_steps_ = system_->with_local_steps(options_.dt);
-  method_ = find_integrator(scene.solve.integrator).template make<Real>(options_);
+  method_ = info_->template make<Real>(options_);
   std::stable_sort(strikes_.begin(), strikes_.end(),
                    [](const Strike& a, const Strike& b) { return a.at < b.at; });
   go_on_from(start_state(*system_, scene));
+}
+
+/// What the guard makes of local steps is not known.
+template <class Real>
+SureSteps SceneRun<Real>::sure_steps() const {
+  if (info_->stepping != Stepping::fixed) return {};
+  SureSteps sure{.free = guaranteed_step(*info_, bound())};
+  const std::vector<Level>& levels = system_->levels();
+  if (!in_local_steps_) sure.guarded = guaranteed_step(*info_, with_guard(bound(), levels));
+  return sure;
 }
 
 template <class Real>

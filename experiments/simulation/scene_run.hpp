@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -23,6 +24,13 @@ bool is_finite(const Measures& measures);
 template <class Real>
 IntegratorOptions method_options(const Scene& scene, const SolidSystem<Real>& system);
 
+/// Steps of a method up to which small motions are sure to be stable [s]; of methods that choose their steps
+/// infinite.
+struct SureSteps {
+  double free = std::numeric_limits<double>::infinity();
+  double guarded = std::numeric_limits<double>::infinity();  ///< if the fold guard acts everywhere
+};
+
 /// A scene being simulated: its system, its method, its state, and the strikes still to come.
 template <class Real>
 class SceneRun {
@@ -41,6 +49,9 @@ class SceneRun {
   System<Real>& driven() { return in_local_steps_ ? *in_local_steps_ : *system_; }
   /// What limits their steps.
   SpectralBound bound() const { return in_local_steps_ ? system_->local_bound() : system_->spectral_bound(); }
+  SureSteps sure_steps() const;
+  /// Whether some cells take longer steps than others.
+  bool in_local_steps() const { return bound().omega < (1 - 1e-9) * system_->spectral_bound().omega; }
 
   /// As Integrator::advance(), with the strikes on the way; drives `driven`, which stands for driven().
   Status advance(System<Real>& driven, double t_end, Work& work);
@@ -64,6 +75,7 @@ class SceneRun {
   IntegratorOptions options_;
   std::unique_ptr<System<Real>> in_local_steps_;  ///< where the scene has them
   std::unique_ptr<Integrator<Real>> method_;
+  const IntegratorInfo* info_;  ///< of the scene's method
   State<Real> state_;
 };
 

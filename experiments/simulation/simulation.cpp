@@ -10,7 +10,7 @@
 #include "experiments/simulation/non_sleeping_reference.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/vtk_series.hpp"
-#include "integrators/stable_step.hpp"
+#include "integrators/fixed_step.hpp"
 
 namespace mss {
 
@@ -37,7 +37,7 @@ std::vector<LevelCount> count_levels(const SolidSystem<Real>& system) {
   return counts;
 }
 
-/// One simulation: advances from row to row, and stops at frames on the way.
+/// One simulation: advances from row to row, and stops at frames, or when it is told to, on the way.
 template <class Real>
 class Simulation {
  public:
@@ -45,9 +45,9 @@ class Simulation {
              SimulationResult& result)
       : scene_(scene), run_(scene, body), shared_(shared), result_(result), frame_every_(vtk.every) {
     result.dt = run_.dt();
-    if (const IntegratorInfo& method = find_integrator(scene.solve.integrator);
-        method.stepping == Stepping::fixed)
-      result.stable_dt = guaranteed_step(method, run_.bound());
+    result.sure_steps = run_.sure_steps();
+    result.in_local_steps = run_.in_local_steps();
+    if (!find_integrator(scene.solve.integrator).implicit) stretch_ = steps_between_checks;
     result.threads = run_.system().threads();
     result.kernel = run_.system().kernel_name();
     result.levels = count_levels(run_.system());
@@ -66,20 +66,23 @@ class Simulation {
     shared_.on_row(measures);
   }
   void advance(double t_end);
-  void advance_with_frames(double t_end);
+  void advance_to_row(double t_end, Progress& progress);
+  void report(Progress& progress) const {
+    const double t = run_.state().t;
+    progress.report(std::min(1.0, t / scene_.solve.duration), fmt::format("t = {:.4g} s", t));
+  }
   void add_frame() {
     run_.system().update_ghosts(run_.state());
     frames_->add(run_.state().t, run_.state().x, run_.state().v);
   }
-  bool frames_by_step() const {
-    return frames_ && find_integrator(scene_.solve.integrator).stepping == Stepping::fixed;
-  }
+  bool in_fixed_steps() const { return find_integrator(scene_.solve.integrator).stepping == Stepping::fixed; }
 
   const Scene& scene_;
   SceneRun<Real> run_;
   const SharedRun& shared_;
   SimulationResult& result_;
   long frame_every_;  ///< n-th step, or row
+  long stretch_ = 1;  ///< steps between two looks at whether to stop
   std::optional<VtkSeries> frames_;
   std::optional<NonSleepingReference<Real>> reference_;
 };
@@ -90,17 +93,26 @@ void Simulation<Real>::advance(double t_end) {
   result_.simulated_seconds = run_.state().t;
 }
 
+/// Interrupts are seen after stretches of steps, twice as many each time until they take a tenth of a second.
+/// All ranks take the same.
 template <class Real>
-void Simulation<Real>::advance_with_frames(double t_end) {
-  if (!frames_by_step()) return advance(t_end);
+void Simulation<Real>::advance_to_row(double t_end, Progress& progress) {
+  constexpr double quick = 0.1;    // [s]
+  constexpr double beside = 0.25;  // so that t stays the sum of the steps, as without stops
   const double& t = run_.state().t;
-  long left = std::lround((t_end - t) / result_.dt);
+  long left = in_fixed_steps() ? std::lround((t_end - t) / result_.dt) : 0;
+  if (left == 0) return advance(t_end);
   while (left > 0 && result_.status == Status::ok) {
-    const long due = frame_every_ - result_.work.steps % frame_every_;
-    constexpr double beside = 0.25;  // so that t stays the sum of the steps, as without frames
-    advance(due < left ? t + (double(due) + beside) * result_.dt : t_end);
-    left -= due;
-    if (left >= 0 && result_.status == Status::ok) add_frame();
+    const long to_frame = frames_ ? frame_every_ - result_.work.steps % frame_every_ : left,
+               steps = std::min({left, to_frame, stretch_});
+    const double before = result_.wall_seconds;
+    advance(steps < left ? t + (double(steps) + beside) * result_.dt : t_end);
+    left -= steps;
+    if (steps == to_frame && frames_ && result_.status == Status::ok) add_frame();
+    if (left == 0 || result_.status != Status::ok) return;
+    if (steps == stretch_ && shared_.ranks.all(result_.wall_seconds - before < quick)) stretch_ *= 2;
+    report(progress);
+    if (!shared_.ranks.all(!progress.stopped())) result_.status = Status::interrupted;
   }
 }
 
@@ -114,22 +126,25 @@ void Simulation<Real>::rows(Progress& progress) {
   for (long i = 1; i <= rows && result_.status == Status::ok; ++i) {
     const double t_end = std::min(double(i) * scene_.solve.every, scene_.solve.duration);
     const Interval before{run_.system().all_asleep(), result_.work.steps, result_.wall_seconds};
-    advance_with_frames(t_end);
-    if (result_.status != Status::ok || state.t == last.t) continue;  // a row every step if `every` is less
+    advance_to_row(t_end, progress);
+    const bool stopped = result_.status == Status::interrupted;
+    if (result_.status != Status::ok && !stopped) continue;
+    if (state.t == last.t) continue;  // a row every step if `every` is less
     const std::optional<Measures> measures = run_.measure();
     if (!measures) {
       result_.status = Status::non_finite;
       continue;
     }
     add_row(*measures);
+    last = state;
+    if (stopped) continue;
     if (reference_)
       reference_->advance_and_compare(
           run_, t_end,
           {before.asleep && run_.system().all_asleep(), result_.work.steps - before.steps,
            result_.wall_seconds - before.seconds});
-    if (frames_ && !frames_by_step() && i % frame_every_ == 0) add_frame();
-    last = state;
-    progress.report(double(i) / double(rows), fmt::format("t = {:.4g} s", state.t));
+    if (frames_ && !in_fixed_steps() && i % frame_every_ == 0) add_frame();
+    report(progress);
     if (i < rows && !shared_.ranks.all(!progress.stopped())) result_.status = Status::interrupted;
   }
   if (frames_) frames_->finish();

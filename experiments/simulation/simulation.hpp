@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,8 +34,8 @@ struct SimulationResult {
   Status status = Status::ok;
   Work work;
   double dt = 0;  ///< the step [s], "safe" resolved; of adaptive methods the first, 0 if that is their choice
-  /// Of methods of fixed steps, the longest that is sure to be stable in small motions [s]; else infinite.
-  double stable_dt = std::numeric_limits<double>::infinity();
+  SureSteps sure_steps;
+  bool in_local_steps = false;  ///< some cells take longer steps than others
   double simulated_seconds = 0;
   double wall_seconds = 0;  ///< of stepping; measuring and setting up not counted
   int threads = 1;

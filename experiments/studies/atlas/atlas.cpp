@@ -36,7 +36,7 @@ constexpr const char* caption =
     "Solver stalls: no solution is found. Too many steps: more than 500 between two samples, one or a few dt "
     "apart. Refused: the method has no step for such a body, as xpbd and vbd for a negative volume stiffness "
     "(nu below 1/4). White: not tried. Steps of different outcome are at most 1/32 octave apart for methods "
-    "with a limit, 1/8 for others. omega_max and the predicted limit are those of the body at rest, for "
+    "with a limit, 1/4 for others. omega_max and the predicted limit are those of the body at rest, for "
     "small "
     "motions: `mss stability` measures it about deformed states.";
 

@@ -41,7 +41,7 @@ struct AtlasConfig {
   std::vector<std::string> integrators;
   /// Least difference between two steps of different outcome, in parts of an octave: of methods with a
   /// largest stable step, and of others.
-  int finest = 1, finest_without_limit = octave_parts / 8;
+  int finest = 1, finest_without_limit = octave_parts / 4;
   bool quick = false;  ///< shorter ranges
 };
 AtlasConfig atlas_config(const ExperimentOptions& options);

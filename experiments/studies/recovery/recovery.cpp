@@ -161,7 +161,7 @@ RecoveryConfig recovery_config(const ExperimentOptions& options) {
         material_model(Stiffness::corotational_elements, "corotational elements", poisson, 0.5));
     config.models.back().seeds = seeds_of_elements;
   }
-  for (double speed = 5; speed <= 500; speed *= options.quick ? 1.5 : 1.1)
+  for (double speed = 5; speed <= 500; speed *= options.quick ? 1.5 : 1.15)
     config.landing_speeds.push_back(speed);
   return config;
 }

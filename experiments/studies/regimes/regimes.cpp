@@ -231,7 +231,7 @@ RegimesConfig regimes_config(const ExperimentOptions& options) {
             .most_seconds = 3,
             .most_reference_seconds = 3,
             .loaded = {.moduli = {1e6, 1e7, 1e8, 1e9}}};
-  return {.cells = options.cells.empty() ? std::vector<int>{4, 8, 16} : options.cells,
+  return {.cells = options.cells.empty() ? std::vector<int>{4, 8, 14} : options.cells,
           .damping_ratios = {0.005, 0.05, 0.5},
           .moduli = {1e4, 1e5, 1e6, 1e7, 1e8, 1e9},
           .halvings = 2,

@@ -60,9 +60,9 @@ struct LinearSolveConfig {
   int poisson_cells = 20;  ///< where the following are compared too, at charted_dt_omega
   std::vector<double> more_poisson{0.48, 0.49, 0.495, 0.499};
   std::vector<std::string> solvers = compared_solvers();
-  double tolerance = 1e-6;     ///< of the residual, over the right-hand side
-  int repetitions = 3;         ///< at most
-  double seconds_per_row = 1;  ///< after which a solver is not repeated
+  double tolerance = 1e-6;       ///< of the residual, over the right-hand side
+  int repetitions = 3;           ///< at most
+  double seconds_per_row = 0.5;  ///< after which a solver is not repeated
 };
 LinearSolveConfig linear_solve_config(const ExperimentOptions& options);
 
@@ -84,8 +84,8 @@ struct CrossoverConfig {
   std::vector<double> dt_omega{10, 30, 60, 100, 200, 300, 1000, 3000};  ///< of the implicit step
   double frame = 1.0 / 60;                                              ///< the implicit step [s]
   std::string implicit = "backward_euler_linear";
-  int repetitions = 3;         ///< at most
-  double seconds_per_row = 1;  ///< after which a method is not repeated
+  int repetitions = 3;           ///< at most
+  double seconds_per_row = 0.5;  ///< after which a method is not repeated
 };
 CrossoverConfig crossover_config(const ExperimentOptions& options);
 

@@ -252,6 +252,14 @@ TEST(Check, ComparesResultsWithoutSimulating) {
   ASSERT_EQ(mss({"run", scene, "--out", results}).exit_status, 0);
   const auto judged = [&] { return mss({"check", scene, "--results", results}); };
   EXPECT_EQ(judged().exit_status, 0) << judged().output;
+  EXPECT_EQ(judged().output.find("warning"), std::string::npos) << judged().output;
+  const std::string other = directory / "other.toml";
+  fs::copy_file(scene, other);
+  const ProgramRun doubted = mss({"check", other, "--results", results, "--set", "solve.duration=9"});
+  EXPECT_NE(doubted.output.find("these are results of the scene 'scene', not of 'other'"), std::string::npos)
+      << doubted.output;
+  EXPECT_NE(doubted.output.find("and the scene at solve.duration = 9 s"), std::string::npos)
+      << doubted.output;
   const fs::path series = fs::path(results) / "series.csv";
   const std::string kept = read_file(series);
   std::string renamed = kept;

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 /// Ten labels, of which those in the left column may be longer.
 TEST(ChartScript, HasALegendInTwoColumnsWhereTheRightOneFits) {
-  Chart chart{.title = "T", .x = {.label = "x"}, .y = {.label = "y"}};
+  Chart chart{.title = "T", .subtitle = "", .x = {.label = "x"}, .y = {.label = "y"}};
   for (int i = 0; i < 10; ++i)
     chart.series.push_back({.label = std::string(22, char('a' + i)), .points = {{1, 1}, {2, 2}}});
   const auto rows = [&] {

@@ -180,7 +180,7 @@ class Motion(unittest.TestCase):
 
     def test_a_failed_simulation_is_a_runtime_error_that_says_how(self):
         simulation = pushed(with_settings(solve_integrator="explicit_euler", solve_dt=0.1, solve_duration=1000))
-        with self.assertRaisesRegex(RuntimeError, "scene: non_finite after [0-9]+ steps"):
+        with self.assertRaisesRegex(RuntimeError, "scene: non_finite after [0-9]+ steps.*; no step of explicit_euler is sure"):
             simulation.advance(1000)
         with self.assertRaisesRegex(ValueError, "not ahead"):
             pushed(mss.load(BLOCK)).advance(-1)

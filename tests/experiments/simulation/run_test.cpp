@@ -126,7 +126,8 @@ TEST_F(RunCommand, DivergenceIsAResultWithItsRows) {
 
 TEST_F(RunCommand, SaysWhatTheStepHasToDoWithADivergence) {
   const fs::path scene = write("cube.toml", cube);
-  const ProgramRun longer = run(scene, {"--set", "solve.dt=0.05", "--set", "solve.duration=20"});
+  const ProgramRun longer =
+      run(scene, {"--set", "solve.dt=0.05", "--set", "solve.every=0.05", "--set", "solve.duration=20"});
   EXPECT_EQ(longer.exit_status, 3);
   EXPECT_NE(longer.output.find("the step of 0.05 s is longer than the "), std::string::npos) << longer.output;
   EXPECT_LT(summary()["stable_dt"], 0.05);
@@ -136,6 +137,46 @@ TEST_F(RunCommand, SaysWhatTheStepHasToDoWithADivergence) {
                   "solve.duration=20", "--set", "damping.ratio=0"});
   EXPECT_NE(unstable.output.find("no step of explicit_euler is sure to be stable"), std::string::npos)
       << unstable.output;
+}
+
+TEST_F(RunCommand, SaysWhatHasNoEffect) {
+  const ProgramRun result =
+      run(write("cube.toml", cube),
+          {"--set", "solve.local_steps=true", "--set", "solve.every=1e-5", "--set", "solve.duration=1e-3",
+           "--set", "strike=[{box=[[0,0,0],[1,1,1]],at=7,impulse=[1,0,0]}]", "--set",
+           "plane=[{point=[0,0,-1],normal=[0,0,-1]}]", "--set", "refine=[{box=[[0,0,0],[0.2,0.2,0.2]]}]"});
+  EXPECT_EQ(result.exit_status, 0) << result.output;
+  for (const char* sentence :
+       {"strike.0.at = 7 s is after the end: solve.duration = 0.001 s",
+        "plane.0: the whole body starts behind it",
+        "solve.every = 1e-05 s is less than the step of 0.0001 s: there is a row a step",
+        "solve.local_steps saves nothing here"})
+    EXPECT_NE(result.output.find(sentence), std::string::npos) << sentence << "\n" << result.output;
+}
+
+TEST_F(RunCommand, SaysThatHoldsLeaveABodyFreeToMove) {
+  const ProgramRun result = run(write("cube.toml", cube), {"--set", "solve.integrator=static", "--set",
+                                                           "environment.gravity=[0,9.81,-9.81]", "--set",
+                                                           "hold=[{box=[[0,0,0],[1,1,0]],axes=\"z\"}]"});
+  EXPECT_EQ(result.exit_status, 3) << result.output;
+  EXPECT_NE(result.output.find("the holds leave 3 of the body's 6 rigid motions free"), std::string::npos)
+      << result.output;
+}
+
+// A row of 10^10 steps ends with the signal, and leaves the state until then.
+TEST_F(RunCommand, IsInterruptedWithinARow) {
+  const fs::path scene = write("cube.toml", cube);
+  for (const std::string method : {"velocity_verlet", "backward_euler_linear"}) {
+    const ProgramRun result =
+        run_program({"timeout", "--foreground", "--signal=INT", "2", MSS_PROGRAM, "run", scene.string(),
+                     "--out", out().string(), "--set", "solve.duration=1e6", "--set", "solve.every=1e6",
+                     "--set", "solve.integrator=" + method});
+    EXPECT_EQ(summary()["status"], "interrupted") << method << result.output;
+    EXPECT_EQ(parse_csv(read_file(out() / "series.csv")).size(), 3U) << method;
+    EXPECT_GT(summary()["final"]["t"], 0) << method;
+    EXPECT_EQ(summary()["final"]["t"], summary()["simulated_seconds"]) << method;
+    fs::remove_all(out());
+  }
 }
 
 /// Its top falls through its bottom, which is held.

@@ -1,0 +1,148 @@
+// What a scene's user should know before it runs: materials, meshes, and what has no effect.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <tuple>
+
+#include "core/material.hpp"
+#include "core/scene.hpp"
+
+namespace mss {
+
+namespace {
+
+/// By part, which others it meets in a cell or in cells that share a spring, those with an edge in common.
+std::vector<std::vector<bool>> meetings(const BodyConfig& body) {
+  const std::size_t parts = body.parts.size() + 1;
+  std::vector<std::vector<bool>> meets(parts, std::vector<bool>(parts));
+  const VoxelGrid& voxels = body.voxels;
+  const auto meet = [&](const std::array<int, 3>& a, const std::array<int, 3>& b) {
+    if (!voxels.at(a[0], a[1], a[2]) || !voxels.at(b[0], b[1], b[2])) return;
+    for (const auto& [p, of_a] : body.contents[body.content_of[voxels.index(a[0], a[1], a[2])]])
+      for (const auto& [q, of_b] : body.contents[body.content_of[voxels.index(b[0], b[1], b[2])]])
+        meets[std::size_t(p)][std::size_t(q)] = meets[std::size_t(q)][std::size_t(p)] = true;
+  };
+  constexpr std::array<std::array<int, 3>, 10> steps{{{0, 0, 0},
+                                                      {1, 0, 0},
+                                                      {0, 1, 0},
+                                                      {0, 0, 1},
+                                                      {1, 1, 0},
+                                                      {1, -1, 0},
+                                                      {0, 1, 1},
+                                                      {0, 1, -1},
+                                                      {1, 0, 1},
+                                                      {1, 0, -1}}};
+  for (int k = 0; k < voxels.nz() && !body.content_of.empty(); ++k)
+    for (int j = 0; j < voxels.ny(); ++j)
+      for (int i = 0; i < voxels.nx(); ++i)
+        for (const auto& [x, y, z] : steps) meet({i, j, k}, {i + x, j + y, k + z});
+  return meets;
+}
+
+/// Above a contrast of some thousand a shared spring is the stiffer part's alone.
+void add_contrasts(const BodyConfig& body, std::vector<std::string>& warnings) {
+  constexpr double most = 1000;
+  const std::vector<Part> parts = body.all_parts();
+  const std::vector<std::vector<bool>> meets = meetings(body);
+  const auto named = [&](std::size_t part) {
+    return part == 0 ? std::string("[material]") : fmt::format("part \"{}\"", parts[part].name);
+  };
+  const auto stiffness = [&](std::size_t part) {
+    return cubic_stiffness(parts[part].springs, body.cell_size).young(Vec3::UnitX());
+  };
+  for (std::size_t a = 0; a < parts.size(); ++a)
+    for (std::size_t b = 0; b < parts.size(); ++b)
+      if (const double ratio = stiffness(a) / stiffness(b); meets[a][b] && ratio > most)
+        warnings.push_back(fmt::format(
+            "{} is {:.3g} times as stiff as {} where they meet: beyond {} times springs that both "
+            "share follow the stiffer one alone, so the joint lies up to a cell off",
+            named(a), ratio, named(b), most));
+}
+
+double longest_edge(const TriangleMesh& mesh) {
+  double longest = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = mesh.corners(t);
+    longest = std::max({longest, (b - a).norm(), (c - b).norm(), (a - c).norm()});
+  }
+  return longest;
+}
+
+/// What was found in the meshes of a scene.
+void add_meshes(const Scene& scene, std::vector<std::string>& warnings) {
+  if (!scene.mesh) return;
+  for (std::size_t i = 0; i < scene.mesh->reports.size(); ++i)
+    for (const std::string& note : scene.mesh->reports[i].notes())
+      warnings.push_back(
+          fmt::format("{}: {}", i == 0 ? scene.mesh->file : scene.mesh->part_files[i - 1], note));
+  if (!scene.environment.contact_surface || scene.environment.planes.empty()) return;
+  constexpr double most = 2;
+  if (const double edge = longest_edge(*scene.environment.contact_surface) / scene.body.cell_size;
+      edge > most)
+    warnings.push_back(
+        fmt::format("body.contact_on = \"surface\": planes touch vertices alone, and the mesh has edges of "
+                    "up to {:.3g} cells, "
+                    "between whose ends particles sink in; give a finer mesh or \"particles\"",
+                    edge));
+}
+
+/// Whether every corner of every cell at rest is behind a plane.
+bool starts_behind(const Plane& plane, const BodyConfig& body) {
+  const VoxelGrid& voxels = body.voxels;
+  for (int k = 0; k < voxels.nz(); ++k)
+    for (int j = 0; j < voxels.ny(); ++j)
+      for (int i = 0; i < voxels.nx(); ++i)
+        for (int corner = 0; corner < 8 && voxels.at(i, j, k); ++corner) {
+          const Vec3 place(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2));
+          if (plane.gap(body.origin + body.cell_size * place) >= 0) return false;
+        }
+  return true;
+}
+
+/// What is there and does nothing, or not what it is meant for.
+void add_without_effect(const Scene& scene, std::vector<std::string>& warnings) {
+  const auto& [strikes, planes] = std::tie(scene.environment.strikes, scene.environment.planes);
+  for (std::size_t i = 0; i < strikes.size(); ++i)
+    if (strikes[i].at > scene.solve.duration)
+      warnings.push_back(fmt::format("strike.{}.at = {:.6g} s is after the end: solve.duration = {:.6g} s", i,
+                                     strikes[i].at, scene.solve.duration));
+  for (std::size_t i = 0; i < planes.size(); ++i)
+    if (starts_behind(planes[i], scene.body))
+      warnings.push_back(fmt::format(
+          "plane.{}: the whole body starts behind it; its normal is to point to the side of the body", i));
+}
+
+/// What only bodies of springs have. The constants assume the full, weighted lattice.
+void add_springs(const Scene& scene, std::vector<std::string>& warnings) {
+  const BodyConfig& body = scene.body;
+  if (body.topology != Topology::full) {
+    warnings.push_back(
+        fmt::format("body.topology = \"{}\" leaves out face diagonals: the body is softer in shear than its "
+                    "material, and anisotropic",
+                    to_string(body.topology)));
+    return;
+  }
+  for (std::string& warning : material_warnings(body.springs, body.cell_size))
+    warnings.push_back(std::move(warning));
+  for (const Part& part : body.parts)
+    for (const std::string& warning : material_warnings(part.springs, body.cell_size))
+      warnings.push_back(fmt::format("part \"{}\": {}", part.name, warning));
+  add_contrasts(body, warnings);
+  if (body.sharing == Sharing::uniform && body.elastic)
+    warnings.emplace_back(
+        "body.sharing = \"uniform\" makes surfaces stiffer than material.young; only "
+        "\"weighted\" keeps it");
+}
+
+}  // namespace
+
+std::vector<std::string> scene_warnings(const Scene& scene) {
+  std::vector<std::string> warnings;
+  add_meshes(scene, warnings);
+  add_without_effect(scene, warnings);
+  if (has_springs(scene.model)) add_springs(scene, warnings);
+  return warnings;
+}
+
+}  // namespace mss
