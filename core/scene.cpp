@@ -577,14 +577,6 @@ void find_empty_box(const Scene& scene, const std::function<void(std::string_vie
   });
 }
 
-/// The mean of no particle is no displacement.
-void check_expected_boxes(const TomlTable& expect, const Scene& scene) {
-  Particles particles(scene);
-  for (const Expectation& e : scene.expectations)
-    if (e.quantity == mean_displacement && !e.on_surface && !particles.any_in(e.box))
-      expect.table(e.quantity).reject("box", particles.complaint());
-}
-
 /// What planes touch: the particles, or the surface of the mesh.
 void read_contact_surface(const TomlTable& root, const std::shared_ptr<const TriangleMesh>& surface,
                           Scene& scene) {
@@ -680,6 +672,14 @@ void check_boxes(const Scene& scene) {
   });
 }
 
+void check_expected_boxes(const Scene& scene) {
+  Particles particles(scene);
+  for (const Expectation& e : scene.expectations)
+    if (e.quantity == mean_displacement && !e.on_surface && !particles.any_in(e.box))
+      throw InputError(
+          fmt::format("{}: expect.{}.box {}", scene.file.string(), e.quantity, particles.complaint()));
+}
+
 namespace {
 
 Scene scene_of(const TomlFile& toml) {
@@ -703,7 +703,6 @@ Scene scene_of(const TomlFile& toml) {
   find_empty_box(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
     root.tables(table)[index].reject("box", complaint);
   });
-  check_expected_boxes(root.table("expect"), scene);
   for (const std::string& warning : scene_warnings(scene)) scene.warnings.push_back(printable(warning));
   return scene;
 }

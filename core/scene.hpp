@@ -120,6 +120,9 @@ std::unique_ptr<const RefinedBody> refined_body(const Scene& scene);
 /// none.
 void check_boxes(const Scene& scene);
 
+/// The same of [expect], whose displacement is a mean of particles. No error where the scene is only run.
+void check_expected_boxes(const Scene& scene);
+
 /// Warnings about materials, meshes and what has no effect, as sentences for the user.
 std::vector<std::string> scene_warnings(const Scene& scene);
 

@@ -176,7 +176,10 @@ std::vector<Scene> scenes_to_judge(const CheckChoice& choice) {
     if (scenes.size() == before)
       throw InputError(fmt::format("{} has no scene (TOML) with a table [expect]", name));
   }
-  for (const Scene& scene : scenes) check_solve(scene);
+  for (const Scene& scene : scenes) {
+    check_solve(scene);
+    check_expected_boxes(scene);
+  }
   return scenes;
 }
 

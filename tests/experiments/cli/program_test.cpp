@@ -286,6 +286,8 @@ TEST(Check, JudgesAChangedScene) {
   const ProgramRun changed = mss({"check", scene, "--set", "expect.volume_ratio.value=9"});
   EXPECT_EQ(changed.exit_status, 1) << changed.output;
   EXPECT_NE(changed.output.find("volume_ratio: should be 9"), std::string::npos) << changed.output;
+  expect_refused({"check", "cantilever", "--set", "body.cells=[4,2,2]"},
+                 "expect.displacement.box contains no particle");
 }
 
 TEST(Check, RefusesScenesThatExpectNothing) {
