@@ -29,6 +29,10 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+bool begins(std::string_view found, std::string_view name) {
+  return found.size() >= 3 && name.starts_with(found);
+}
+
 }  // namespace
 
 std::string nearest(std::string_view found, const std::vector<std::string>& known) {
@@ -36,15 +40,15 @@ std::string nearest(std::string_view found, const std::vector<std::string>& know
   const auto closer = [&](const std::string& a, const std::string& b) {
     return edit_distance(found, a) < edit_distance(found, b);
   };
-  const auto begun = std::find_if(known.begin(), known.end(), [&](const std::string& name) {
-    return found.size() >= 3 && name.starts_with(found);
-  });
+  const auto begun =
+      std::find_if(known.begin(), known.end(), [&](const std::string& name) { return begins(found, name); });
   if (begun != known.end()) return *begun;
   const auto best = std::min_element(known.begin(), known.end(), closer);
   return best == known.end() ? std::string() : *best;
 }
 
 bool are_alike(std::string_view a, std::string_view b) {
+  if (begins(a, b)) return true;
   constexpr std::size_t two_letters = 2;  // as where they changed places in a short name
   const std::size_t longer = std::max(a.size(), b.size());
   return longer <= longest_name && edit_distance(a, b) <= std::max(two_letters, longer / 2);
@@ -53,8 +57,7 @@ bool are_alike(std::string_view a, std::string_view b) {
 void throw_unknown(std::string_view name, const std::vector<std::string>& known, std::string_view what,
                    std::string_view list) {
   const std::string near = nearest(name, known);
-  const std::string question =
-      are_alike(name, near) || near.starts_with(name) ? fmt::format("did you mean '{}'? ", near) : "";
+  const std::string question = are_alike(name, near) ? fmt::format("did you mean '{}'? ", near) : "";
   throw InputError(fmt::format("{} '{}' is unknown; {}`mss list {}` shows all", what, name, question, list));
 }
 

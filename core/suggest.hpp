@@ -10,8 +10,8 @@ namespace mss {
 /// from it; empty if none are known.
 std::string nearest(std::string_view found, const std::vector<std::string>& known);
 
-/// Whether one name may be a slip for the other: half of their letters at least, or all but two,
-/// are the same.
+/// Whether one name may be a slip for the other: it is how the other begins, or half of their letters at
+/// least, or all but two, are the same.
 bool are_alike(std::string_view a, std::string_view b);
 
 /// Throws the InputError of find_named().

@@ -124,7 +124,7 @@ std::string suggestion(const std::string& pattern, const std::string& key, const
   for (const auto& [table, keys] : known)
     if (std::find(keys.begin(), keys.end(), key) != keys.end()) return question(join(table, key));
   const std::string near = nearest(key, known.at(pattern));
-  return are_alike(key, near) || near.starts_with(key) ? question(join(pattern, near)) : std::string();
+  return are_alike(key, near) ? question(join(pattern, near)) : std::string();
 }
 
 bool contains(const KnownKeys& keys, const std::string& table, const std::string& key) {

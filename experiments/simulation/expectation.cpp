@@ -58,13 +58,16 @@ Vec3 vector_of(const fs::path& file, const Row& row, const std::array<const char
 /// What a summary.json says of the status, and of the scene if it says that.
 struct SummaryText {
   std::string status, scene;
+  double dt;
 };
 SummaryText read_summary(const fs::path& file) {
   const Json summary = Json::parse(read_file(file), nullptr, false);
   if (!summary.is_object() || !summary.contains("status") || !summary["status"].is_string())
     throw InputError(fmt::format("{} is not JSON with a text \"status\"", file.string()));
   const Json scene = summary.value("scene", Json());
-  return {summary["status"].get<std::string>(), scene.is_string() ? scene.get<std::string>() : ""};
+  const Json dt = summary.value("dt", Json());
+  return {summary["status"].get<std::string>(), scene.is_string() ? scene.get<std::string>() : "",
+          dt.is_number() ? dt.get<double>() : no_value};
 }
 
 /// Mean displacement of the particles whose rest position lies in a box, widened by 1e-9 cell.
@@ -124,7 +127,7 @@ SceneEnd scene_end_of(const SimulationResult& result) {
 
 SceneEnd read_scene_end(const fs::path& directory) {
   const SummaryText summary = read_summary(directory / "summary.json");
-  SceneEnd end{.status = summary.status, .scene = summary.scene};
+  SceneEnd end{.status = summary.status, .scene = summary.scene, .dt = summary.dt};
   const std::vector<Row> series = read_numbers(directory / "series.csv");
   end.first = series.front();
   end.last = series.back();
@@ -141,8 +144,8 @@ std::vector<std::string> doubts_about(const Scene& scene, const SceneEnd& end) {
   if (!end.scene.empty() && end.scene != scene.name)
     doubts.push_back(fmt::format("these are results of the scene '{}', not of '{}'", end.scene, scene.name));
   const auto t = end.last.find("t");
-  if (end.status != "ok" || t == end.last.end()) return doubts;
-  const double most = std::max(scene.solve.every, scene.solve.dt.value_or(0)) + 1e-9 * scene.solve.duration;
+  if (end.status != "ok" || t == end.last.end() || std::isnan(end.dt)) return doubts;
+  const double most = 0.51 * end.dt + 1e-6 * scene.solve.duration;
   if (std::abs(t->second - scene.solve.duration) > most)
     doubts.push_back(fmt::format("they end at t = {:.6g} s, and the scene at solve.duration = {:.6g} s",
                                  t->second, scene.solve.duration));

@@ -14,6 +14,7 @@ namespace mss {
 struct SceneEnd {
   std::string status;
   std::string scene{};                            ///< its name; empty: not known
+  double dt = no_value;                           ///< the step [s]
   std::map<std::string, double> first{}, last{};  ///< rows of series.csv, by column
   std::vector<ParticleRecord> particles{};
 };

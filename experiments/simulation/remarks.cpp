@@ -79,14 +79,14 @@ std::vector<std::string> remarks_on(const Scene& scene, const SimulationResult& 
   std::vector<std::string> remarks;
   if (result.status == Status::non_finite && in_fixed_steps(scene))
     remarks.push_back(remark_on_divergence(scene, result.dt, result.sure_steps));
-  if (result.status == Status::newton_stalled && is_static(scene))
+  if (result.status == Status::newton_stalled && is_static(scene) && scene.environment.planes.empty())
     if (std::string remark = on_holds(scene, result); !remark.empty()) remarks.push_back(std::move(remark));
   if (result.status == Status::ok && !result.series.empty() && result.series.back().min_jacobian <= 0)
     remarks.push_back(fmt::format(
         "the body ends folded: the smallest signed volume at a cell's corner is {:.3g} of the one "
         "at rest (min_jacobian), and the largest stretch {:.3g}",
         result.series.back().min_jacobian, result.series.back().max_stretch));
-  if (in_fixed_steps(scene) && result.dt > (1 + 1e-9) * scene.solve.every)
+  if (in_fixed_steps(scene) && result.work.steps > 1 && result.dt > (1 + 1e-9) * scene.solve.every)
     remarks.push_back(
         fmt::format("solve.every = {:.4g} s is less than the step of {:.4g} s: there is a row a step",
                     scene.solve.every, result.dt));

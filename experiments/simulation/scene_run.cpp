@@ -131,19 +131,43 @@ void SceneRun<Real>::disturb() {
   system_->wake_all();
 }
 
+/// A time that so many steps reach, and that rounding keeps from being reached by one more or less. The last
+/// of an advance end at its end, where t is rid of what rounding added up, or half a step beside it.
 template <class Real>
-Status SceneRun<Real>::advance(System<Real>& driven, double t_end, Work& work) {
+double SceneRun<Real>::end_of_steps(long steps, bool last, double t_end) const {
+  constexpr double beside = 0.25, near = 0.4;  // of a step
+  const double sum = state_.t + double(steps) * options_.dt;
+  return last && std::abs(t_end - sum) < near * options_.dt ? t_end : sum + beside * options_.dt;
+}
+
+template <class Real>
+Status SceneRun<Real>::advance_between_strikes(System<Real>& driven, double t_end, Work& work, Stops* stops) {
+  const bool stopping = stops != nullptr && info_->stepping == Stepping::fixed;
+  long left = stopping ? std::lround((t_end - state_.t) / options_.dt) : 0;
+  if (left <= 0) return method_->advance(driven, state_, t_end, work);
+  while (left > 0) {
+    const long steps = std::min(left, stops->steps());
+    left -= steps;
+    const Status status = method_->advance(driven, state_, end_of_steps(steps, left == 0, t_end), work);
+    if (status != Status::ok) return status;
+    if (!stops->reached(left == 0) && left > 0) return Status::interrupted;
+  }
+  return Status::ok;
+}
+
+template <class Real>
+Status SceneRun<Real>::advance(System<Real>& driven, double t_end, Work& work, Stops* stops) {
   for (; next_ < strikes_.size() && strikes_[next_].at <= t_end; ++next_) {
     const Strike& strike = strikes_[next_];
     const Status status =
-        strike.at > state_.t ? method_->advance(driven, state_, strike.at, work) : Status::ok;
+        strike.at > state_.t ? advance_between_strikes(driven, strike.at, work, stops) : Status::ok;
     if (status != Status::ok) return status;
     system_->give(strike, state_.v);
     system_->constrain(state_.t, state_.x, state_.v);
     method_->reset();
     system_->wake_moving(state_);
   }
-  return method_->advance(driven, state_, t_end, work);
+  return advance_between_strikes(driven, t_end, work, stops);
 }
 
 template <class Real>

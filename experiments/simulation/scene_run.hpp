@@ -31,6 +31,17 @@ struct SureSteps {
   double guarded = std::numeric_limits<double>::infinity();  ///< if the fold guard acts everywhere
 };
 
+/// Stops of a method of fixed steps on its way, to look at the state. Nothing that is computed depends on
+/// them.
+class Stops {
+ public:
+  virtual ~Stops() = default;
+  /// Steps until the next one, 1 or more.
+  virtual long steps() = 0;
+  /// False: the advance ends here, as interrupted, unless this was its end.
+  virtual bool reached(bool at_end) = 0;
+};
+
 /// A scene being simulated: its system, its method, its state, and the strikes still to come.
 template <class Real>
 class SceneRun {
@@ -54,8 +65,10 @@ class SceneRun {
   bool in_local_steps() const { return bound().omega < (1 - 1e-9) * system_->spectral_bound().omega; }
 
   /// As Integrator::advance(), with the strikes on the way; drives `driven`, which stands for driven().
-  Status advance(System<Real>& driven, double t_end, Work& work);
-  Status advance(double t_end, Work& work) { return advance(driven(), t_end, work); }
+  Status advance(System<Real>& driven, double t_end, Work& work, Stops* stops = nullptr);
+  Status advance(double t_end, Work& work, Stops* stops = nullptr) {
+    return advance(driven(), t_end, work, stops);
+  }
 
   /// Of the state; nothing if a number is not finite: energies overflow before coordinates do.
   std::optional<Measures> measure() const;
@@ -68,6 +81,9 @@ class SceneRun {
   void disturb();
 
  private:
+  Status advance_between_strikes(System<Real>& driven, double t_end, Work& work, Stops* stops);
+  double end_of_steps(long steps, bool last, double t_end) const;
+
   std::vector<Strike> strikes_;                 ///< by time
   std::size_t next_ = 0;                        ///< strike
   std::unique_ptr<const RefinedBody> refined_;  ///< where the scene refines

@@ -39,15 +39,21 @@ std::vector<LevelCount> count_levels(const SolidSystem<Real>& system) {
 
 /// One simulation: advances from row to row, and stops at frames, or when it is told to, on the way.
 template <class Real>
-class Simulation {
+class Simulation final : public Stops {
  public:
   Simulation(const Scene& scene, const Body& body, const VtkChoice& vtk, const SharedRun& shared,
-             SimulationResult& result)
-      : scene_(scene), run_(scene, body), shared_(shared), result_(result), frame_every_(vtk.every) {
+             Progress& progress, SimulationResult& result)
+      : scene_(scene),
+        run_(scene, body),
+        shared_(shared),
+        progress_(progress),
+        result_(result),
+        frame_every_(vtk.every) {
     result.dt = run_.dt();
     result.sure_steps = run_.sure_steps();
     result.in_local_steps = run_.in_local_steps();
-    if (!find_integrator(scene.solve.integrator).implicit) stretch_ = steps_between_checks;
+    const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+    if (!method.implicit || method.springs_only) stretch_ = steps_between_checks;
     result.threads = run_.system().threads();
     result.kernel = run_.system().kernel_name();
     result.levels = count_levels(run_.system());
@@ -58,18 +64,19 @@ class Simulation {
   }
 
   /// The state of the last finite row is what a failed run leaves.
-  void rows(Progress& progress);
+  void rows();
 
  private:
+  long steps() override;
+  bool reached(bool at_end) override;
   void add_row(const Measures& measures) {
     result_.series.push_back(measures);
     shared_.on_row(measures);
   }
   void advance(double t_end);
-  void advance_to_row(double t_end, Progress& progress);
-  void report(Progress& progress) const {
+  void report() const {
     const double t = run_.state().t;
-    progress.report(std::min(1.0, t / scene_.solve.duration), fmt::format("t = {:.4g} s", t));
+    progress_.report(std::min(1.0, t / scene_.solve.duration), fmt::format("t = {:.4g} s", t));
   }
   void add_frame() {
     run_.system().update_ghosts(run_.state());
@@ -80,44 +87,53 @@ class Simulation {
   const Scene& scene_;
   SceneRun<Real> run_;
   const SharedRun& shared_;
+  Progress& progress_;
   SimulationResult& result_;
   long frame_every_;  ///< n-th step, or row
-  long stretch_ = 1;  ///< steps between two looks at whether to stop
+  long stretch_ = 1;  ///< steps between two questions whether to stop
+  Stopwatch stretch_begun_;
+  long steps_begun_ = 0;
+  double seconds_stopped_ = 0;  ///< in this advance
   std::optional<VtkSeries> frames_;
   std::optional<NonSleepingReference<Real>> reference_;
 };
 
+/// Writing frames and asking whether to stop is no stepping.
 template <class Real>
 void Simulation<Real>::advance(double t_end) {
-  result_.wall_seconds += seconds_of([&] { result_.status = run_.advance(t_end, result_.work); });
+  seconds_stopped_ = 0;
+  const double seconds = seconds_of(
+      [&] { result_.status = run_.advance(t_end, result_.work, in_fixed_steps() ? this : nullptr); });
+  result_.wall_seconds += seconds - seconds_stopped_;
   result_.simulated_seconds = run_.state().t;
 }
 
-/// Interrupts are seen after stretches of steps, twice as many each time until they take a tenth of a second.
-/// All ranks take the same.
+/// Whether to stop is asked after stretches of steps, twice as many each time until they take a tenth of a
+/// second. All ranks take the same, in multiples of what methods take at once.
 template <class Real>
-void Simulation<Real>::advance_to_row(double t_end, Progress& progress) {
-  constexpr double quick = 0.1;    // [s]
-  constexpr double beside = 0.25;  // so that t stays the sum of the steps, as without stops
-  const double& t = run_.state().t;
-  long left = in_fixed_steps() ? std::lround((t_end - t) / result_.dt) : 0;
-  if (left == 0) return advance(t_end);
-  while (left > 0 && result_.status == Status::ok) {
-    const long to_frame = frames_ ? frame_every_ - result_.work.steps % frame_every_ : left,
-               steps = std::min({left, to_frame, stretch_});
-    const double before = result_.wall_seconds;
-    advance(steps < left ? t + (double(steps) + beside) * result_.dt : t_end);
-    left -= steps;
-    if (steps == to_frame && frames_ && result_.status == Status::ok) add_frame();
-    if (left == 0 || result_.status != Status::ok) return;
-    if (steps == stretch_ && shared_.ranks.all(result_.wall_seconds - before < quick)) stretch_ *= 2;
-    report(progress);
-    if (!shared_.ranks.all(!progress.stopped())) result_.status = Status::interrupted;
-  }
+long Simulation<Real>::steps() {
+  stretch_begun_ = Stopwatch();
+  steps_begun_ = result_.work.steps;
+  return frames_ ? std::min(stretch_, frame_every_ - steps_begun_ % frame_every_) : stretch_;
 }
 
 template <class Real>
-void Simulation<Real>::rows(Progress& progress) {
+bool Simulation<Real>::reached(bool at_end) {
+  constexpr double quick = 0.1;  // [s]
+  const bool took_little = stretch_begun_.seconds() < quick;
+  bool go_on = true;
+  seconds_stopped_ += seconds_of([&] {
+    if (frames_ && result_.work.steps % frame_every_ == 0) add_frame();
+    if (at_end) return;
+    if (result_.work.steps - steps_begun_ == stretch_ && shared_.ranks.all(took_little)) stretch_ *= 2;
+    report();
+    go_on = shared_.ranks.all(!progress_.stopped());
+  });
+  return go_on;
+}
+
+template <class Real>
+void Simulation<Real>::rows() {
   const State<Real>& state = run_.state();
   State<Real> last = state;
   add_row(measure(run_.system(), state));
@@ -126,7 +142,7 @@ void Simulation<Real>::rows(Progress& progress) {
   for (long i = 1; i <= rows && result_.status == Status::ok; ++i) {
     const double t_end = std::min(double(i) * scene_.solve.every, scene_.solve.duration);
     const Interval before{run_.system().all_asleep(), result_.work.steps, result_.wall_seconds};
-    advance_to_row(t_end, progress);
+    advance(t_end);
     const bool stopped = result_.status == Status::interrupted;
     if (result_.status != Status::ok && !stopped) continue;
     if (state.t == last.t) continue;  // a row every step if `every` is less
@@ -144,11 +160,11 @@ void Simulation<Real>::rows(Progress& progress) {
           {before.asleep && run_.system().all_asleep(), result_.work.steps - before.steps,
            result_.wall_seconds - before.seconds});
     if (frames_ && !in_fixed_steps() && i % frame_every_ == 0) add_frame();
-    report(progress);
-    if (i < rows && !shared_.ranks.all(!progress.stopped())) result_.status = Status::interrupted;
+    report();
+    if (i < rows && !shared_.ranks.all(!progress_.stopped())) result_.status = Status::interrupted;
   }
   if (frames_) frames_->finish();
-  if (reference_) result_.sleep = reference_->report();
+  if (reference_ && result_.series.size() > 1) result_.sleep = reference_->report();
   result_.particles = record_particles(run_.system(), last);
 }
 
@@ -156,7 +172,7 @@ template <class Real>
 void simulate_in(const Scene& scene, const VtkChoice& vtk, const SharedRun& shared, Progress& progress,
                  SimulationResult& result) {
   const Body body(scene.body, shared.ranks);
-  Simulation<Real>(scene, body, vtk, shared, result).rows(progress);
+  Simulation<Real>(scene, body, vtk, shared, progress, result).rows();
 }
 
 }  // namespace

@@ -151,7 +151,7 @@ RecoveryConfig recovery_config(const ExperimentOptions& options) {
       config.models.push_back(model);
       config.models.push_back(with_guard(model));
     }
-  // The guard is meant for t = 0.5 and 1: three hundred trials each. Elements take a hundred times as long.
+  // The guard is meant for t = 0.5 and 1: two hundred trials each. Elements take a hundred times as long.
   for (RecoveryModel& model : config.models)
     model.seeds = options.quick ? 1 : model.guarded() && model.face_share > 0 ? 12 : 9;
   constexpr int seeds_of_elements = 2;
