@@ -10,61 +10,13 @@
 #include "core/error.hpp"
 #include "core/measures.hpp"
 #include "core/refined_system.hpp"
+#include "core/scene_boxes.hpp"
+#include "core/scene_keys.hpp"
 #include "core/toml_reader.hpp"
 
 namespace mss {
 
 namespace {
-
-/// All keys of a scene file. Any other key is an error that suggests the nearest of these.
-KnownKeys make_known_keys() {
-  KnownKeys keys{
-      {"",
-       {"body", "material", "damping", "part", "weight", "refine", "environment", "hold", "load", "strike",
-        "plane", "start", "solve", "expect"}},
-      {"expect", {energy_drift, mean_displacement}},
-      {"expect.energy_drift", {"value", "within"}},
-      {"expect.displacement", {"box", "surface_box", "value", "within"}},
-      {"body",
-       {"cells", "voxels", "refine", "refinement", "refinement_levels", "refinement_goal", "cell_size",
-        "origin", "topology", "sharing"}},
-      {"body.mesh_rotation", mesh_rotation_keys},
-      {"material",
-       {"model", "density", "young", "poisson", "face_share", "springs", "volume", "volume_force",
-        "fold_guard"}},
-      {"material.springs", {"edge", "face", "body"}},
-      {"damping", {"ratio", "viscosity", "thesis"}},
-      {"part", {"name", "mesh", "density", "young", "poisson", "damping"}},
-      {"part.damping", {"ratio", "viscosity", "thesis"}},
-      {"weight", {"box", "mass"}},
-      {"refine", {"box", "levels"}},
-      {"environment", {"gravity"}},
-      {"hold", {"box", "surface_box", "axes", "velocity", "displacement", "turn"}},
-      {"hold.turn", {"axis", "centre", "rate", "until"}},
-      {"load", {"box", "surface_box", "force"}},
-      {"strike", {"box", "at", "impulse"}},
-      {"plane", {"point", "normal", "contact", "restitution", "friction"}},
-      {"start", {"velocity", "spin"}},
-      {"solve",
-       {"integrator", "dt", "duration", "threads", "precision", "linear_solver", "nonlinear_solver",
-        "iterations", "tangent", "spectral_radius", "acceleration", "region_width", "alpha", "tolerance",
-        "every", "local_steps", "sleep", "sleep_after"}},
-  };
-  keys["body"].insert(keys["body"].end(), mesh_keys.begin(), mesh_keys.end());
-  for (const MeasureColumn& column : measure_columns) {
-    keys["expect"].emplace_back(column.name);
-    keys["expect." + std::string(column.name)] = {"value", "within"};
-  }
-  return keys;
-}
-
-const KnownKeys& known_keys() {
-  static const KnownKeys keys = make_known_keys();
-  return keys;
-}
-
-/// Names that keys had before.
-const KnownKeys old_keys{{"damping", {"paper"}}};
 
 constexpr auto any = [](double) { return true; };
 constexpr auto positive = [](double value) { return value > 0; };
@@ -450,31 +402,6 @@ Environment read_environment(const TomlTable& scene, const std::shared_ptr<const
   return environment;
 }
 
-/// Calls visit(table, index, box) for every box of particles that something acts on.
-void for_each_box(
-    const Scene& scene,
-    const std::function<void(std::string_view table, std::size_t index, const Box& box)>& visit) {
-  const auto each = [&](std::string_view table, const auto& all) {
-    for (std::size_t i = 0; i < all.size(); ++i) visit(table, i, all[i].box);
-  };
-  const auto each_without_surface = [&](std::string_view table, const auto& all) {
-    for (std::size_t i = 0; i < all.size(); ++i)
-      if (!all[i].surface) visit(table, i, all[i].box);
-  };
-  each_without_surface("hold", scene.environment.holds);
-  each_without_surface("load", scene.environment.loads);
-  each("strike", scene.environment.strikes);
-  each("weight", scene.body.weights);
-}
-
-std::string extent_at_rest(const BodyConfig& config) {
-  const Vec3 lower = config.origin;
-  const Vec3 upper =
-      lower + config.cell_size * Vec3(config.voxels.nx(), config.voxels.ny(), config.voxels.nz());
-  return fmt::format("the body at rest spans [{:.6g}, {:.6g}, {:.6g}] to [{:.6g}, {:.6g}, {:.6g}]", lower[0],
-                     lower[1], lower[2], upper[0], upper[1], upper[2]);
-}
-
 /// What the body and its model have to be for cells to be split.
 void check_splittable(const TomlTable& table, std::string_view key, const Scene& scene) {
   if (scene.mesh)
@@ -539,44 +466,6 @@ void read_refinement(const TomlTable& root, Scene& scene) {
   }
 }
 
-/// Which boxes have particles of a scene's body, whose lattice is made only if there is a box.
-class Particles {
- public:
-  explicit Particles(const Scene& scene) : scene_(scene) {
-    if (!scene.auto_refinement)
-      refined_ = refined_body(scene);  // chosen cells have all of a body's particles
-  }
-
-  bool any_in(const Box& box) {
-    if (!refined_) {
-      if (!body_) body_.emplace(scene_.body);
-      return !body_->select(box.lower, box.upper).empty();
-    }
-    const std::vector<std::ptrdiff_t> sites = select(refined_->levels(), box);
-    return std::any_of(sites.begin(), sites.end(),
-                       [&](std::ptrdiff_t site) { return refined_->mass(site) > 0; });
-  }
-  /// Of a box without one.
-  std::string complaint() const {
-    return fmt::format("contains no particle; give one that does, {}", extent_at_rest(scene_.body));
-  }
-
- private:
-  const Scene& scene_;
-  std::optional<Body> body_;
-  std::unique_ptr<const RefinedBody> refined_;
-};
-
-/// Calls report(table, index, complaint) for the first box without particles, which would silently have no
-/// effect.
-void find_empty_box(const Scene& scene, const std::function<void(std::string_view table, std::size_t index,
-                                                                 const std::string& complaint)>& report) {
-  Particles particles(scene);
-  for_each_box(scene, [&](std::string_view table, std::size_t index, const Box& box) {
-    if (!particles.any_in(box)) report(table, index, particles.complaint());
-  });
-}
-
 /// What planes touch: the particles, or the surface of the mesh.
 void read_contact_surface(const TomlTable& root, const std::shared_ptr<const TriangleMesh>& surface,
                           Scene& scene) {
@@ -598,7 +487,7 @@ void read_contact_surface(const TomlTable& root, const std::shared_ptr<const Tri
 std::vector<Expectation> read_expectations(const TomlTable& expect, const TriangleMesh* surface,
                                            double cell_size) {
   std::vector<Expectation> all;
-  for (const std::string& quantity : known_keys().at("expect")) {
+  for (const std::string& quantity : scene_keys().at("expect")) {
     if (!expect.has(quantity)) continue;
     const TomlTable table = expect.table(quantity);
     Expectation e{.quantity = quantity, .within = table.number("within", margin)};
@@ -666,20 +555,6 @@ std::unique_ptr<const RefinedBody> refined_body(const Scene& scene) {
   return std::make_unique<const RefinedBody>(scene.body, refinement_of(scene.body, scene.refined_boxes));
 }
 
-void check_boxes(const Scene& scene) {
-  find_empty_box(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
-    throw InputError(fmt::format("{}: {}.{}.box {}", scene.file.string(), table, index, complaint));
-  });
-}
-
-void check_expected_boxes(const Scene& scene) {
-  Particles particles(scene);
-  for (const Expectation& e : scene.expectations)
-    if (e.quantity == mean_displacement && !e.on_surface && !particles.any_in(e.box))
-      throw InputError(
-          fmt::format("{}: expect.{}.box {}", scene.file.string(), e.quantity, particles.complaint()));
-}
-
 namespace {
 
 Scene scene_of(const TomlFile& toml) {
@@ -710,11 +585,11 @@ Scene scene_of(const TomlFile& toml) {
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  return scene_of(TomlFile(file, overrides, known_keys(), old_keys));
+  return scene_of(TomlFile(file, overrides, scene_keys(), old_scene_keys()));
 }
 
 Scene parse_scene(const std::string& toml, const std::vector<std::string>& overrides) {
-  return scene_of(TomlFile(toml, "scene", overrides, known_keys(), old_keys));
+  return scene_of(TomlFile(toml, "scene", overrides, scene_keys(), old_scene_keys()));
 }
 
 }  // namespace mss

@@ -30,14 +30,13 @@ class SceneFolder {
   std::filesystem::path path_;
 };
 
-inline const std::string plain_scene = R"([body]
-cells = [2, 2, 2]
-cell_size = 0.5
-[material]
-density = 1000
-young = 1e5
-poisson = 0.3
-[solve]
+/// Tables [body] and [material] of a soft cube of two cells an edge.
+inline std::string cube_text(const std::string& cell_size) {
+  return "[body]\ncells = [2, 2, 2]\ncell_size = " + cell_size +
+         "\n[material]\ndensity = 1000\nyoung = 1e5\npoisson = 0.3\n";
+}
+
+inline const std::string plain_scene = cube_text("0.5") + R"([solve]
 dt = 1e-3
 duration = 1
 )";

@@ -10,6 +10,7 @@
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
+#include "tests/core/scene_texts.hpp"
 
 namespace mss {
 namespace {
@@ -46,14 +47,7 @@ class RunCommand : public ::testing::Test {
       ("mss_run_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
 };
 
-constexpr const char* cube = R"([body]
-cells = [2, 2, 2]
-cell_size = 0.1
-[material]
-density = 1000
-young = 1e5
-poisson = 0.3
-[start]
+const std::string cube = testing::cube_text("0.1") + R"([start]
 spin = [0, 0, 5]
 [solve]
 integrator = "velocity_verlet"

@@ -7,18 +7,12 @@
 #include <cmath>
 
 #include "core/scene.hpp"
+#include "tests/core/scene_texts.hpp"
 
 namespace mss {
 namespace {
 
-constexpr const char* struck_cube = R"([body]
-cells = [2, 2, 2]
-cell_size = 0.1
-[material]
-density = 1000
-young = 1e5
-poisson = 0.3
-[damping]
+const std::string struck_cube = testing::cube_text("0.1") + R"([damping]
 ratio = 0.1
 [environment]
 gravity = [0, 0, -9.81]
@@ -68,7 +62,8 @@ TEST(Simulation, ComputesTheSameWithAndWithoutStops) {
         if (method == "shape_matching") settings.emplace_back("damping.ratio=0");
         if (falls) settings.emplace_back(plane);
         const Scene scene = parse_scene(struck_cube, settings);
-        SCOPED_TRACE(method + ", every " + every + (falls ? ", above a plane" : ""));
+        SCOPED_TRACE(::testing::Message()
+                     << method << ", every " << every << (falls ? ", above a plane" : ""));
         Progress progress;
         const SimulationResult result = simulate(scene, progress);
         ASSERT_EQ(result.status, Status::ok);
