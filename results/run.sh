@@ -6,6 +6,8 @@
 set -euo pipefail
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
 results=$root/results
+# shellcheck source=results/meta.sh
+source "$results/meta.sh"
 [[ $# -gt 0 ]] || "$root/run.sh" reproduce
 from=${1:-$root/out/reproduce}
 
@@ -16,9 +18,6 @@ drop_charts_that_no_text_shows() {
     grep -qF "$name.png" "$root"/{README.md,results/README.md,reference/THESIS.md} || rm -f -- "$results/$name".{svg,png}
   done
 }
-
-# What meta.json of a study has under a key on a line of its own.
-json() { sed -n "s/^ *\"$2\": \"\{0,1\}\([^,\"]*\)\"\{0,1\},\{0,1\}$/\1/p" "$1/meta.json" | head -1; }
 
 mapfile -t studies < <(cd "$from" && for file in */meta.json; do dirname -- "$file"; done)
 for study in "${studies[@]}"; do
@@ -32,6 +31,7 @@ trap 'rm -rf -- "$quick"' EXIT
 "$root/build/release/mss" reproduce --quick --out "$quick"
 echo "study,quick,full,machine" > "$results/study_times.new"
 for study in "${studies[@]}"; do
-  echo "$study,$(json "$quick/$study" wall_seconds),$(json "$results/$study" wall_seconds),$(json "$results/$study" cpu)"
+  echo "$study,$(from_meta "$quick/$study" wall_seconds),$(from_meta "$results/$study" wall_seconds),$(from_meta "$results/$study" cpu)"
 done >> "$results/study_times.new"
 mv -- "$results/study_times.new" "$results/study_times.csv"
+meta_of_script results/run.sh "$results/timing" > "$results/meta.json"

@@ -8,9 +8,8 @@ out=${1:-$root/out/advise}
 only=" ${*:2} "
 mss=$root/build/release/mss
 mkdir -p "$out"
-
-# What meta.json has under a key on a line of its own.
-json() { sed -n "s/^ *\"$2\": \([^,]*\),\{0,1\}$/\1/p" "$1/meta.json" | tail -1; }
+# shellcheck source=results/meta.sh
+source "$root/results/meta.sh"
 
 # The advised candidate's error against finite elements of half its cells, and what these are uncertain by.
 elements() { awk -F, -v OFS=, 'NR == 2 { error = $2; uncertainty = $3 } END { print error, uncertainty }' "$1/advise_elements.csv"; }
@@ -20,7 +19,7 @@ elements() { awk -F, -v OFS=, 'NR == 2 { error = $2; uncertainty = $3 } END { pr
 compare() {
   local scene=$1 error=$2 of=$3 advice=$out/$1 grid=$out/${1}_grid
   awk -F, -v OFS=, -v scene="$scene" -v requested="$error" -v of="$of" -v elements="$(elements "$advice")" \
-    -v seconds="$(json "$advice" seconds)" -v all="$(json "$grid" seconds)" -v pruned="$4" '
+    -v seconds="$(from_meta "$advice" seconds)" -v all="$(from_meta "$grid" seconds)" -v pruned="$4" '
     function candidate(  key, i) { key = $1; for (i = 2; i <= 9; ++i) key = key FS $i; return key }
     FNR == 1 { next }
     FILENAME ~ /_grid\/advise.csv$/ {
@@ -39,7 +38,7 @@ compare() {
   { head -1 "$out/advice.csv"; sed 1d "$out/advice.csv" | grep -v "^$scene,"; cat "$out/row.csv"; } > "$out/advice.new"
   rm "$out/row.csv"
   mv "$out/advice.new" "$out/advice.csv"
-  { printf '{\n  "script": "results/advise/run.sh",\n'; sed -n '/^  "provenance"/,$p' "$advice/meta.json"; } > "$out/meta.json"
+  meta_of_script results/advise/run.sh "$advice" > "$out/meta.json"
 }
 
 selected() { [[ $only == "  " || $only == *" $1 "* ]]; }
