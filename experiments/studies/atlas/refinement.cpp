@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <utility>
 
@@ -142,6 +143,7 @@ std::vector<AtlasCase> open_cases(const AtlasConfig& config, const Journal& jour
       for (const AtlasCase& one : of_map) open.emplace(one.name(), one);
     }
   std::vector<AtlasCase> out;
+  out.reserve(open.size());
   for (const auto& [name, one] : open) out.push_back(one);
   return out;
 }
@@ -156,14 +158,20 @@ double predicted(const Journal& journal, const AtlasBody& body, const std::strin
   return found != nullptr && (*found)["status"] == "ok" ? number((*found)["dt_omega"]) : no_value;
 }
 
+/// Of numbers that say why a run has its outcome, further digits would only fill the table.
+double six_digits(const Json& value) {
+  return std::strtod(fmt::format("{:.6g}", number(value)).c_str(), nullptr);
+}
+
 void add_points(const AtlasParameter& parameter, const std::string& integrator, const AtlasRow& row,
                 const Journal& journal, Table& points) {
   const AtlasBody& b = row.body;
   for (const auto& [step, outcome] : row.steps) {
     const Json& run = *journal.find(AtlasCase{AtlasCase::Kind::outcome, b, integrator, step}.name());
     points.add({parameter.name, integrator, b.cells, b.ratio, b.viscosity, b.poisson, b.strain,
-                dt_omega(step), number(run["seconds"]), number(run["max_energy"]), number(run["energy_left"]),
-                number(run["reference_left"]), number(run["min_jacobian"]), std::string(to_string(outcome))});
+                dt_omega(step), six_digits(run["seconds"]), six_digits(run["max_energy"]),
+                six_digits(run["energy_left"]), six_digits(run["reference_left"]),
+                six_digits(run["min_jacobian"]), std::string(to_string(outcome))});
   }
 }
 
@@ -270,6 +278,7 @@ AtlasTables measure_atlas(const AtlasConfig& config, int processes, Journal& jou
   for (;;) {
     const std::vector<AtlasCase> open = open_cases(config, journal);
     std::vector<Case> cases;
+    cases.reserve(open.size());
     for (const AtlasCase& one : open)
       cases.push_back({one.name(), [&] { return compute(one, journal); }, one.integrator});
     cases = own_cases(std::move(cases), journal);

@@ -192,7 +192,7 @@ Chart loaded_chart(const Table& loaded, const Table& crossings) {
   for (std::size_t r = 0; r < crossings.size(); ++r)
     if (crossings.text(r, "method") == "backward_euler_linear, matrix_free" &&
         crossings.text(r, "status") == "ok")
-      chart.lines.push_back({ReferenceLine::Direction::vertical, crossings.number(r, "young"), ""});
+      chart.lines.push_back({ReferenceLine::Direction::vertical, crossings.number(r, "young"), "crossing"});
   chart.lines.push_back({ReferenceLine::Direction::horizontal, loaded.number(0, "frames") * frame,
                          "as long as the motion itself"});
   return chart;
