@@ -26,6 +26,7 @@ inline std::vector<std::pair<std::string, std::string>> scripts(const Drawings& 
 inline void expect_same_drawings(const ExperimentInfo& info, const std::vector<NamedTable>& tables) {
   ASSERT_TRUE(info.draw) << info.name;
   std::vector<NamedTable> read;
+  read.reserve(tables.size());
   for (const NamedTable& t : tables) read.push_back({t.name, Table::read(t.table.csv(), t.name + ".csv")});
   const auto expected = scripts(info.draw(tables)), found = scripts(info.draw(read));
   EXPECT_FALSE(expected.empty()) << info.name;

@@ -11,8 +11,9 @@
 #include <utility>
 
 #include "core/measures.hpp"
+#include "experiments/harness/case_rows.hpp"
 #include "experiments/harness/settings.hpp"
-#include "experiments/harness/table.hpp"
+#include "experiments/harness/workers.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
 
@@ -31,7 +32,7 @@ constexpr double largest_shown = 10;  ///< relative energy error
 struct Problem {
   explicit Problem(const EnergyConfig& c)
       : body(c.body),
-        owned(make_system<double>(c.model, body, c.environment, c.threads)),
+        owned(make_system<double>(c.model, body, c.environment, 1)),
         system(*owned),
         start(stretched_state(system, c.stretch)),
         steps(c.steps) {
@@ -60,9 +61,15 @@ std::vector<long> windows(long steps) {
   return ends;
 }
 
-/// One method through all windows, until it fails; false if stopped.
-bool run_windows(Problem& p, const IntegratorInfo& info, Table& rows, const Progress& progress) {
+Table empty_rows() {
+  return Table({{"integrator"}, {"step"}, {"t", "s"}, {"energy_error"}, {"steps_taken"}, {"status"}});
+}
+
+/// One method through all windows, until it fails.
+Table run_windows(const EnergyConfig& config, const IntegratorInfo& info) {
   constexpr long most_samples = 40;  // in a window
+  const Problem p(config);
+  Table rows = empty_rows();
   IntegratorOptions options = p.options;
   if (info.stepping == Stepping::adaptive) options.dt = 0;
   const auto method = info.make<double>(options);
@@ -70,7 +77,6 @@ bool run_windows(Problem& p, const IntegratorInfo& info, Table& rows, const Prog
   Work work;
   long begin = 0;
   for (const long end : windows(p.steps)) {
-    if (progress.stopped()) return false;
     const long samples = std::min(most_samples, end - begin);
     double error = 0;
     Status status = Status::ok;
@@ -85,7 +91,7 @@ bool run_windows(Problem& p, const IntegratorInfo& info, Table& rows, const Prog
     if (status != Status::ok) break;
     begin = end;
   }
-  return true;
+  return rows;
 }
 
 Json configuration(const EnergyConfig& c) {
@@ -98,8 +104,7 @@ Json configuration(const EnergyConfig& c) {
           {"steps", c.steps},
           {"tolerance", c.tolerance},
           {"integrators", c.integrators},
-          {"energy_at_start", p.energy},
-          {"threads", c.threads}};
+          {"energy_at_start", p.energy}};
 }
 
 constexpr const char* caption =
@@ -116,7 +121,8 @@ constexpr const char* caption =
 
 ExperimentResult run_energy(const ExperimentOptions& options, Progress& progress) {
   const EnergyConfig config = energy_config(options);
-  const EnergyTables tables = measure_energy(config, progress);
+  Journal journal = open_journal(options, configuration(config));
+  const EnergyTables tables = measure_energy(config, options.processes, journal, progress);
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
   result.tables = energy_files(config, tables.rows);
@@ -161,17 +167,15 @@ EnergyConfig one_mode_config() {
   return config;
 }
 
-EnergyTables measure_energy(const EnergyConfig& config, Progress& progress) {
-  EnergyTables tables{
-      Table({{"integrator"}, {"step"}, {"t", "s"}, {"energy_error"}, {"steps_taken"}, {"status"}})};
-  Problem problem(config);
-  for (std::size_t i = 0; i < config.integrators.size(); ++i) {
-    progress.report(double(i) / double(config.integrators.size()), config.integrators[i]);
-    if (!run_windows(problem, find_integrator(config.integrators[i]), tables.rows, progress)) {
-      tables.status = Status::interrupted;
-      break;
-    }
-  }
+EnergyTables measure_energy(const EnergyConfig& config, int processes, Journal& journal, Progress& progress) {
+  std::vector<Case> cases;
+  for (const std::string& name : config.integrators)
+    cases.push_back({name, [&] { return rows_of(run_windows(config, find_integrator(name))); }, name});
+  EnergyTables tables{empty_rows()};
+  if (!compute_cases(own_cases(cases, journal), processes, journal, progress))
+    tables.status = Status::interrupted;
+  for (const std::string& name : config.integrators)
+    if (const Json* rows = journal.find(name)) add_rows(*rows, tables.rows);
   return tables;
 }
 
@@ -276,11 +280,11 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
   std::erase_if(cube.integrators,
                 [](const std::string& name) { return find_integrator(name).stepping != Stepping::fixed; });
   mode.integrators = cube.integrators;
-  cube.threads = mode.threads = options.threads;
   Table table(
       {{"start"}, {"integrator"}, {"step"}, {"t", "s"}, {"energy_error"}, {"steps_taken"}, {"status"}});
   for (const auto& [start, config] : {std::pair{"stretched cube", &cube}, {one_mode, &mode}}) {
-    const Table rows = measure_energy(*config, progress).rows;
+    Journal journal;
+    const Table rows = measure_energy(*config, 1, journal, progress).rows;
     for (std::vector<Cell> row : rows.rows()) {
       row.insert(row.begin(), std::string(start));
       table.add(std::move(row));
@@ -294,7 +298,7 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
 ExperimentInfo experiment() {
   return {.name = "energy",
           .summary = "energy of an undamped body over 100,000 steps, for every integrator",
-          .accepts = {.integrators = moving_families, .model = true},
+          .accepts = {.integrators = moving_families, .model = true, .processes = true},
           .run = run_energy,
           .draw = draw_energy,
           .baseline = {.keys = {"start", "integrator", "step"},

@@ -19,7 +19,6 @@ struct EnergyConfig {
   long steps = 100000;       ///< of dt; adaptive methods cover the same time
   double tolerance = 1e-6;   ///< of adaptive methods
   std::vector<std::string> integrators;
-  int threads = 1;
 };
 EnergyConfig energy_config(const ExperimentOptions& options);
 
@@ -35,7 +34,8 @@ struct EnergyTables {
   Table rows;
   Status status = Status::ok;
 };
-EnergyTables measure_energy(const EnergyConfig& config, Progress& progress);
+/// A case per method; see compute_cases().
+EnergyTables measure_energy(const EnergyConfig& config, int processes, Journal& journal, Progress& progress);
 
 /// For every method that was not interrupted: the largest error until a tenth of the steps and after it, and
 /// the conclusion from them.

@@ -36,7 +36,7 @@ struct FramesConfig {
   std::vector<Family> families;
   int frames = 30;
   int repetitions = 3;
-  double seconds_per_row = 2;  ///< after which a row is not repeated
+  double seconds_per_row = 1;  ///< after which a row is not repeated
   int threads = 1;
 };
 FramesConfig frames_config(const ExperimentOptions& options);
@@ -67,7 +67,7 @@ struct RestConfig {
   std::vector<Family> families;
   std::vector<double> tolerances;  ///< of methods that stop at one
   int repetitions = 5;
-  double seconds_per_row = 2;
+  double seconds_per_row = 1;
   int threads = 1;
 };
 RestConfig rest_config(const ExperimentOptions& options);

@@ -9,6 +9,8 @@
 
 #include "core/mesh/mesh_fill.hpp"
 #include "core/spring_system.hpp"
+#include "experiments/harness/case_rows.hpp"
+#include "experiments/harness/workers.hpp"
 #include "experiments/studies/shape/shape.hpp"
 #include "integrators/modes.hpp"
 #include "reference/sphere_modes.hpp"
@@ -85,8 +87,8 @@ std::vector<Frequencies> frequencies(const ShapeConfig& config, const ShapeBody&
   return {found};
 }
 
-Modes elastic_modes(const ShapeConfig& config, const Body& body, int count) {
-  SpringSystem<double> system(body, {}, {.threads = config.threads});
+Modes elastic_modes(const Body& body, int count) {
+  SpringSystem<double> system(body, {}, {.threads = 1});
   Work work;
   return slowest_modes(system, system.rest_state(), rigid + count, work);
 }
@@ -104,26 +106,40 @@ std::vector<Vec3> places(const ShapeConfig& config, const ShapeBody& body, int c
   return chosen;
 }
 
-double slowest_frequency(const ShapeConfig& config, const BodyConfig& cells, Status& status) {
-  const Modes modes = elastic_modes(config, Body(cells), 1);
+double slowest_frequency(const BodyConfig& cells, Status& status) {
+  const Modes modes = elastic_modes(Body(cells), 1);
   status = modes.status;
   return status == Status::ok ? modes.modes[rigid].omega : no_value;
 }
 
-/// The limits of the aligned bar's frequencies from three sizes, each with half the cells of the next
-/// (Aitken's extrapolation); none if one has no modes.
-std::vector<double> bar_frequencies(const ShapeConfig& config, Table& table, Progress& progress) {
+/// Frequencies of the aligned bar; none if they are not found.
+std::vector<double> bar_frequencies(const ShapeConfig& config, int across) {
   const auto bar = std::find_if(config.bodies.begin(), config.bodies.end(),
                                 [](const ShapeBody& body) { return body.aligned; });
+  const Body body(
+      in_cells(config, *bar, {.name = "staircase"}, across, Vec3::Zero(), config.material.poisson));
+  const Modes modes = elastic_modes(body, bar_modes);
+  std::vector<double> found;
+  for (std::size_t i = rigid; modes.status == Status::ok && i < modes.modes.size(); ++i)
+    found.push_back(modes.modes[i].omega);
+  return found;
+}
+
+std::vector<Case> bar_cases(const ShapeConfig& config) {
+  std::vector<Case> cases;
+  for (const int across : config.reference_cells)
+    cases.push_back({fmt::format("aligned bar, {} cells", across),
+                     [&config, across] { return Json(bar_frequencies(config, across)); }});
+  return cases;
+}
+
+/// The limits of the aligned bar's frequencies from three sizes, each with half the cells of the next
+/// (Aitken's extrapolation); none if one has no modes.
+std::vector<double> bar_limits(const ShapeConfig& config, const Journal& journal, Table& table) {
   std::vector<std::vector<double>> by_size;
-  for (const int across : config.reference_cells) {
-    progress.report(0, fmt::format("aligned bar, {} cells", across));
-    const Body body(
-        in_cells(config, *bar, {.name = "staircase"}, across, Vec3::Zero(), config.material.poisson));
-    const Modes modes = elastic_modes(config, body, bar_modes);
-    if (modes.status != Status::ok) return {};
-    by_size.emplace_back();
-    for (std::size_t i = rigid; i < modes.modes.size(); ++i) by_size.back().push_back(modes.modes[i].omega);
+  for (const Case& one : bar_cases(config)) {
+    by_size.push_back(journal.find(one.name)->get<std::vector<double>>());
+    if (by_size.back().empty()) return {};
   }
   std::vector<double> limits;
   for (std::size_t i = 0; i < std::size_t(bar_modes); ++i) {
@@ -151,13 +167,13 @@ double slowest_expected(const ShapeConfig& config, const ShapeBody& body, int ac
   }
   const auto aligned = std::find_if(config.bodies.begin(), config.bodies.end(),
                                     [](const ShapeBody& other) { return other.aligned; });
-  return slowest_frequency(
-      config, in_cells(config, *aligned, {.name = "staircase"}, across, Vec3::Zero(), poisson), status);
+  return slowest_frequency(in_cells(config, *aligned, {.name = "staircase"}, across, Vec3::Zero(), poisson),
+                           status);
 }
 
-double largest_frequency(const ShapeConfig& config, const BodyConfig& cells, Status& status) {
+double largest_frequency(const BodyConfig& cells, Status& status) {
   const Body body(cells);
-  SpringSystem<double> system(body, {}, {.threads = config.threads});
+  SpringSystem<double> system(body, {}, {.threads = 1});
   Work work;
   const Modes fastest = fastest_mode(system, system.rest_state(), work);
   status = fastest.status;
@@ -173,13 +189,13 @@ void add_steps(const ShapeConfig& config, const ShapeBody& body, const Filling& 
                     .density = config.density};
     full.fill({.young = config.material.young, .poisson = poisson}, config.face_share);
     std::array<Status, 4> status{};
-    const double full_omega = largest_frequency(config, full, status[0]);
+    const double full_omega = largest_frequency(full, status[0]);
     const double expected = slowest_expected(config, body, across, poisson, status[1]);
     const std::vector<Vec3> chosen = places(config, body, config.step_offsets);
     for (std::size_t i = 0; i < chosen.size(); ++i) {
       const BodyConfig cells = in_cells(config, body, filling, across, chosen[i], poisson);
-      const double omega = largest_frequency(config, cells, status[2]);
-      const double slowest = slowest_frequency(config, cells, status[3]);
+      const double omega = largest_frequency(cells, status[2]);
+      const double slowest = slowest_frequency(cells, status[3]);
       const auto failed =
           std::find_if(status.begin(), status.end(), [](Status s) { return s != Status::ok; });
       steps.add({body.name, filling.label(), std::int64_t(across), poisson, std::int64_t(i), omega,
@@ -194,7 +210,7 @@ void add_frequencies(const ShapeConfig& config, const ShapeBody& body, const Fil
   const std::vector<Vec3> chosen = places(config, body, config.offsets);
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     const Body cells(in_cells(config, body, filling, across, chosen[i], config.material.poisson));
-    const Modes modes = elastic_modes(config, cells, body.sphere ? sphere_modes : bar_modes);
+    const Modes modes = elastic_modes(cells, body.sphere ? sphere_modes : bar_modes);
     const double volume = cells.total_mass() / config.density / enclosed_volume(body.mesh) - 1;
     const bool has_reference = body.sphere || !bar.empty();
     const std::string status =
@@ -209,6 +225,49 @@ void add_frequencies(const ShapeConfig& config, const ShapeBody& body, const Fil
       for (const Frequencies& f : frequencies(config, body, cells, modes.modes, bar))
         add(f.mode, f.rms_error());
   }
+}
+
+ShapeTables empty_tables() {
+  return {Table({{"body"},
+                 {"fill"},
+                 {"cells"},
+                 {"mode"},
+                 {"place"},
+                 {"error"},
+                 {"volume_error"},
+                 {"cell_count"},
+                 {"particles"},
+                 {"status"}}),
+          Table({{"body"},
+                 {"fill"},
+                 {"cells"},
+                 {"poisson"},
+                 {"place"},
+                 {"omega_max", "rad/s"},
+                 {"step_over_full"},
+                 {"slowest_over_expected"},
+                 {"status"}}),
+          Table({{"cells"}, {"mode"}, {"omega", "rad/s"}, {"error"}})};
+}
+
+/// Results have the rows of frequencies and of steps.
+std::vector<Case> body_cases(const ShapeConfig& config, const std::vector<double>& bar) {
+  std::vector<Case> cases;
+  for (const ShapeBody& body : config.bodies)
+    for (const int across : config.cells)
+      for (const Filling& filling : config.fillings) {
+        if (across > body.most_cells) continue;
+        if (body.aligned && &filling != &config.fillings.front()) continue;  // its cells are full
+        cases.push_back({fmt::format("{}, {} cells, {}", body.name, across, filling.label()), [&, across]() {
+                           ShapeTables tables = empty_tables();
+                           add_frequencies(config, body, filling, across, bar, tables.rows);
+                           if (across == config.cells.front())
+                             add_steps(config, body, filling, across, tables.steps);
+                           return Json{{"rows", rows_of(tables.rows)}, {"steps", rows_of(tables.steps)}};
+                         }});
+      }
+  for (Case& one : cases) one.group = one.name;
+  return cases;
 }
 
 }  // namespace
@@ -239,43 +298,21 @@ BodyConfig in_cells(const ShapeConfig& config, const ShapeBody& body, const Fill
   return cells;
 }
 
-ShapeTables measure_shape(const ShapeConfig& config, Progress& progress) {
-  ShapeTables tables{Table({{"body"},
-                            {"fill"},
-                            {"cells"},
-                            {"mode"},
-                            {"place"},
-                            {"error"},
-                            {"volume_error"},
-                            {"cell_count"},
-                            {"particles"},
-                            {"status"}}),
-                     Table({{"body"},
-                            {"fill"},
-                            {"cells"},
-                            {"poisson"},
-                            {"place"},
-                            {"omega_max", "rad/s"},
-                            {"step_over_full"},
-                            {"slowest_over_expected"},
-                            {"status"}}),
-                     Table({{"cells"}, {"mode"}, {"omega", "rad/s"}, {"error"}})};
-  const std::vector<double> bar = bar_frequencies(config, tables.reference, progress);
-  const double all = double(config.bodies.size() * config.cells.size() * config.fillings.size());
-  double done = 0;
-  for (const ShapeBody& body : config.bodies)
-    for (const int across : config.cells)
-      for (const Filling& filling : config.fillings) {
-        progress.report(done++ / all, fmt::format("{}, {} cells, {}", body.name, across, filling.label()));
-        if (progress.stopped()) {
-          tables.status = Status::interrupted;
-          return tables;
-        }
-        if (across > body.most_cells) continue;
-        if (body.aligned && &filling != &config.fillings.front()) continue;  // its cells are full
-        add_frequencies(config, body, filling, across, bar, tables.rows);
-        if (across == config.cells.front()) add_steps(config, body, filling, across, tables.steps);
-      }
+ShapeTables measure_shape(const ShapeConfig& config, int processes, Journal& journal, Progress& progress) {
+  ShapeTables tables = empty_tables();
+  if (!compute_cases(bar_cases(config), processes, journal, progress)) {
+    tables.status = Status::interrupted;
+    return tables;
+  }
+  const std::vector<double> bar = bar_limits(config, journal, tables.reference);
+  const std::vector<Case> cases = body_cases(config, bar);
+  if (!compute_cases(own_cases(cases, journal), processes, journal, progress))
+    tables.status = Status::interrupted;
+  for (const Case& one : cases)
+    if (const Json* found = journal.find(one.name)) {
+      add_rows((*found)["rows"], tables.rows);
+      add_rows((*found)["steps"], tables.steps);
+    }
   return tables;
 }
 

@@ -51,8 +51,7 @@ Json configuration(const ShapeConfig& c) {
           {"poisson", c.material.poisson},
           {"density", c.density},
           {"face_share", c.face_share},
-          {"seed", c.seed},
-          {"threads", c.threads}};
+          {"seed", c.seed}};
 }
 
 constexpr const char* caption =
@@ -73,7 +72,8 @@ constexpr const char* caption =
 
 ExperimentResult run_shape(const ExperimentOptions& options, Progress& progress) {
   const ShapeConfig config = shape_config(options);
-  const ShapeTables tables = measure_shape(config, progress);
+  Journal journal = open_journal(options, configuration(config));
+  const ShapeTables tables = measure_shape(config, options.processes, journal, progress);
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
   result.tables = shape_files(config, tables);
@@ -251,8 +251,8 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
   ShapeConfig config = shape_config({.quick = true});
   if (options.quick) config.cells = {4};
   config.step_offsets = 2;
-  config.threads = options.threads;
-  return measure_shape(config, progress).rows;
+  Journal journal;
+  return measure_shape(config, 1, journal, progress).rows;
 }
 
 }  // namespace
@@ -262,7 +262,7 @@ ExperimentInfo experiment() {
           .summary =
               "frequencies, volume and largest step of bodies whose surface is a mesh, by how surface "
               "cells are filled",
-          .accepts = {.cells = true, .largest_cells = 24, .seed = true},
+          .accepts = {.cells = true, .largest_cells = 24, .seed = true, .processes = true},
           .run = run_shape,
           .draw = draw_shape,
           .baseline = {.keys = {"body", "fill", "cells", "mode", "place"},

@@ -41,7 +41,6 @@ struct ShapeConfig {
   double density = 1000;
   double face_share = 1;
   std::uint64_t seed = 1;
-  int threads = 1;
 };
 ShapeConfig shape_config(const ExperimentOptions& options);
 
@@ -57,7 +56,8 @@ struct ShapeTables {
   Table reference;  ///< frequencies of the bar
   Status status = Status::ok;
 };
-ShapeTables measure_shape(const ShapeConfig& config, Progress& progress);
+/// A case per size of the aligned bar, then one per body, size and filling; see compute_cases().
+ShapeTables measure_shape(const ShapeConfig& config, int processes, Journal& journal, Progress& progress);
 
 /// Root mean squares over places in the lattice, and the order from one number of cells to the next.
 Table shape_summary(const Table& rows);

@@ -6,7 +6,8 @@
 #include <limits>
 #include <numbers>
 
-#include "experiments/harness/table.hpp"
+#include "experiments/harness/case_rows.hpp"
+#include "experiments/harness/workers.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/disturbance.hpp"
 #include "experiments/simulation/equilibrium.hpp"
@@ -139,7 +140,31 @@ struct SpecimenChoice {
   Deformation deformation;
   int cells;
   double ratio;
+
+  std::string name() const {
+    return fmt::format("deformation {}, {} cells, damping ratio {:g}", to_string(deformation), cells, ratio);
+  }
 };
+
+Table empty_rows() {
+  return Table({{"integrator"},
+                {"deformation"},
+                {"cells"},
+                {"ratio"},
+                {"omega_max", "rad/s"},
+                {"guaranteed", "s"},
+                {"predicted", "s"},
+                {"measured", "s"},
+                {"measured_over_predicted"},
+                {"status"}});
+}
+
+Json compute_row(const StabilityConfig& config, const SpecimenChoice& choice, const std::string& integrator) {
+  Specimen specimen(config, choice.deformation, choice.cells, choice.ratio);
+  Table rows = empty_rows();
+  add_row(config, find_integrator(integrator), specimen, rows);
+  return rows_of(rows);
+}
 
 std::vector<SpecimenChoice> specimens_of(const StabilityConfig& config) {
   std::vector<SpecimenChoice> all;
@@ -172,7 +197,7 @@ Specimen::Specimen(const StabilityConfig& config, Deformation how, int n, double
       cells(n),
       ratio(damping),
       body(body_of(config, how, n, damping)),
-      system(body, clamps(how), {.threads = config.threads}),
+      system(body, clamps(how), {.threads = 1}),
       equilibrium(system.rest_state()) {
   if (how != Deformation::none) {
     Equilibrium found = find_equilibrium(system, [&](const Vec3& rest) { return roughly(how, rest); });
@@ -205,32 +230,19 @@ MeasuredStep measure_step(const StabilityConfig& config, const IntegratorInfo& m
   return {low, high};
 }
 
-StabilityTables measure_stability(const StabilityConfig& config, Progress& progress) {
-  StabilityTables tables{Table({{"integrator"},
-                                {"deformation"},
-                                {"cells"},
-                                {"ratio"},
-                                {"omega_max", "rad/s"},
-                                {"guaranteed", "s"},
-                                {"predicted", "s"},
-                                {"measured", "s"},
-                                {"measured_over_predicted"},
-                                {"status"}})};
-  const std::vector<SpecimenChoice> all = specimens_of(config);
-  const double total = double(all.size() * config.integrators.size());
-  double done = 0;
-  for (const SpecimenChoice& choice : all) {
-    Specimen specimen(config, choice.deformation, choice.cells, choice.ratio);
-    for (const std::string& name : config.integrators) {
-      progress.report(done++ / total, fmt::format("{}, deformation {}, {} cells, damping ratio {:g}", name,
-                                                  to_string(choice.deformation), choice.cells, choice.ratio));
-      if (progress.stopped()) {
-        tables.status = Status::interrupted;
-        return tables;
-      }
-      add_row(config, find_integrator(name), specimen, tables.rows);
-    }
-  }
+StabilityTables measure_stability(const StabilityConfig& config, int processes, Journal& journal,
+                                  Progress& progress) {
+  std::vector<Case> cases;
+  for (const SpecimenChoice& choice : specimens_of(config))
+    for (const std::string& integrator : config.integrators)
+      cases.push_back({fmt::format("{}, {}", integrator, choice.name()),
+                       [&config, choice, &integrator] { return compute_row(config, choice, integrator); }});
+  for (Case& one : cases) one.group = one.name;
+  StabilityTables tables{empty_rows()};
+  if (!compute_cases(own_cases(cases, journal), processes, journal, progress))
+    tables.status = Status::interrupted;
+  for (const Case& one : cases)
+    if (const Json* rows = journal.find(one.name)) add_rows(*rows, tables.rows);
   return tables;
 }
 

@@ -34,8 +34,7 @@ Json configuration(const StabilityConfig& c) {
           {"deformed_ratios", c.deformed_ratios},
           {"integrators", c.integrators},
           {"resolution", c.resolution},
-          {"seed", c.seed},
-          {"threads", c.threads}};
+          {"seed", c.seed}};
 }
 
 constexpr const char* caption =
@@ -204,7 +203,8 @@ std::string summary(const Table& rows) {
 
 ExperimentResult run_stability(const ExperimentOptions& options, Progress& progress) {
   const StabilityConfig config = stability_config(options);
-  const StabilityTables tables = measure_stability(config, progress);
+  Journal journal = open_journal(options, configuration(config));
+  const StabilityTables tables = measure_stability(config, options.processes, journal, progress);
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
   result.summary = summary(tables.rows);
@@ -242,8 +242,8 @@ namespace {
 Table baseline_table(const BaselineOptions& options, Progress& progress) {
   StabilityConfig config = stability_config({.quick = options.quick});
   config.cells = options.quick ? std::vector<int>{1, 2} : std::vector<int>{1, 2, 3, 4, 5};
-  config.threads = options.threads;
-  return measure_stability(config, progress)
+  Journal journal;
+  return measure_stability(config, 1, journal, progress)
       .rows.select({"integrator", "deformation", "cells", "ratio", "omega_max", "guaranteed", "predicted",
                     "measured", "measured_over_predicted", "status"});
 }
@@ -255,7 +255,11 @@ ExperimentInfo experiment() {
           .summary =
               "the largest stable step of every integrator, against resolution, damping and deformation; "
               "measured and predicted",
-          .accepts = {.cells = true, .largest_cells = 20, .integrators = limited_integrators, .seed = true},
+          .accepts = {.cells = true,
+                      .largest_cells = 20,
+                      .integrators = limited_integrators,
+                      .seed = true,
+                      .processes = true},
           .run = run_stability,
           .draw = draw_stability,
           .baseline = {.keys = {"integrator", "deformation", "cells", "ratio"},

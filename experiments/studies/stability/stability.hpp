@@ -30,7 +30,6 @@ struct StabilityConfig {
   double density = 1000;              ///< [kg/m^3]
   double resolution = 0.004;          ///< relative width of the interval that contains a measured limit
   std::uint64_t seed = 1;             ///< of the small initial motion
-  int threads = 1;
 };
 StabilityConfig stability_config(const ExperimentOptions& options);
 
@@ -64,7 +63,9 @@ struct StabilityTables {
   Table rows;
   Status status = Status::ok;
 };
-StabilityTables measure_stability(const StabilityConfig& config, Progress& progress);
+/// A case per body and method; see compute_cases().
+StabilityTables measure_stability(const StabilityConfig& config, int processes, Journal& journal,
+                                  Progress& progress);
 
 /// All tables of the experiment: the rows, and the settings that the charts mention.
 std::vector<NamedTable> stability_files(const StabilityConfig& config, const Table& rows);

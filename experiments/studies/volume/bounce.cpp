@@ -26,7 +26,7 @@ struct Fall {
   Fall(const VolumeConfig& config, const VolumeModel& m) : model(m), body(cube(m)) {
     Environment environment{.gravity = Vec3(0, 0, -9.81)};
     environment.planes.push_back({.contact = ContactLaw::penalty, .restitution = 1, .friction = 0});
-    system = config.make(m.model, body, environment, config.threads);
+    system = config.make(m.model, body, environment);
     const SpectralBound bound = system->spectral_bound();
     limit = central_limit(bound.omega, bound.damping);
   }
@@ -143,30 +143,25 @@ VolumeRow row_of(const Fall& fall, const std::string& integrator, double share, 
 
 }  // namespace
 
-bool measure_bounces(const VolumeConfig& config, VolumeTables& tables, Progress& progress) {
-  for (const VolumeModel& model : config.models) {
-    progress.report(1, "bounce: " + model.name);
-    if (progress.stopped()) return false;
-    const Fall fall(config, model);
-    const History reference = run_sampled(fall, "rk4", reference_bounce_step);
-    keep(fall, "rk4", reference_bounce_step, reference, tables.bounce);
-    add_row(tables.rows, row_of(fall, "rk4", reference_bounce_step, reference, reference));
-    if (model.filling != detailed_filling || model.poisson != detailed_poisson ||
-        reference.status != Status::ok)
-      continue;
-    add_limit(fall, tables.limit);
-    for (const std::string& integrator : config.integrators) {
-      const bool fixed = find_integrator(integrator).stepping == Stepping::fixed;
-      for (const double share : fixed ? config.step_shares : std::vector<double>{0}) {
-        progress.report(1, fmt::format("bounce: {}, step {:g}", integrator, share));
-        if (progress.stopped()) return false;
-        const History history = run_sampled(fall, integrator, share);
-        add_row(tables.rows, row_of(fall, integrator, share, history, reference));
-        if (share == kept_share || !fixed) keep(fall, integrator, share, history, tables.bounce);
-      }
+VolumeTables measure_bounce(const VolumeConfig& config, const VolumeModel& model) {
+  VolumeTables tables{empty_rows(), empty_bounce(), empty_limit()};
+  const Fall fall(config, model);
+  const History reference = run_sampled(fall, "rk4", reference_bounce_step);
+  keep(fall, "rk4", reference_bounce_step, reference, tables.bounce);
+  add_row(tables.rows, row_of(fall, "rk4", reference_bounce_step, reference, reference));
+  if (model.filling != detailed_filling || model.poisson != detailed_poisson ||
+      reference.status != Status::ok)
+    return tables;
+  add_limit(fall, tables.limit);
+  for (const std::string& integrator : config.integrators) {
+    const bool fixed = find_integrator(integrator).stepping == Stepping::fixed;
+    for (const double share : fixed ? config.step_shares : std::vector<double>{0}) {
+      const History history = run_sampled(fall, integrator, share);
+      add_row(tables.rows, row_of(fall, integrator, share, history, reference));
+      if (share == kept_share || !fixed) keep(fall, integrator, share, history, tables.bounce);
     }
   }
-  return true;
+  return tables;
 }
 
 }  // namespace mss::studies::volume

@@ -12,7 +12,8 @@
 #include <numbers>
 
 #include "core/measures.hpp"
-#include "experiments/harness/table.hpp"
+#include "experiments/harness/case_rows.hpp"
+#include "experiments/harness/workers.hpp"
 #include "experiments/simulation/equilibrium.hpp"
 #include "experiments/simulation/model.hpp"
 #include "reference/calculix/calculix.hpp"
@@ -68,38 +69,11 @@ double predicted(const VolumeModel& model, const Loading& load, const BodyConfig
   return reference::calculix_value("glued_stretch", *model.poisson, "swelling").value * load.strain;
 }
 
-Table empty_rows() {
-  return Table({{"study"},
-                {"model"},
-                {"integrator"},
-                {"cells"},
-                {"strain"},
-                {"angle", "degrees"},
-                {"step"},
-                {"k_vol", "Pa"},
-                {"k_vol_over_shear"},
-                {"drift"},
-                {"drift_thesis"},
-                {"worst_cell"},
-                {"predicted"},
-                {"difference"},
-                {"status"}});
-}
-
-Table empty_bounce() {
-  return Table(
-      {{"model"}, {"integrator"}, {"step"}, {"t", "s"}, {"drift"}, {"drift_thesis"}, {"worst_cell"}});
-}
-
-Table empty_limit() {
-  return Table({{"model"}, {"limit", "s"}, {"guaranteed", "s"}, {"limit_over_guaranteed"}, {"status"}});
-}
-
 void add_equilibrium(Table& rows, const VolumeConfig& config, const VolumeModel& model, int n,
                      const Loading& load) {
   const Body body(volume_cube(model, n));
   const Environment environment = load.study == Study::free ? free_stretch(load.strain) : clamped(load);
-  const auto system = config.make(model.model, body, environment, config.threads);
+  const auto system = config.make(model.model, body, environment);
   const auto [status, state] =
       find_equilibrium(*system, [&](const Vec3& rest) { return deformed(load, rest); });
   const Measures m = measure(*system, state);
@@ -177,8 +151,7 @@ Json configuration(const VolumeConfig& c) {
           {"bounce", "the cube, damping ratio 0.05, falls tilted at 0.5 m/s; penalty contact, restitution 1"},
           {"integrators", c.integrators},
           {"steps", c.step_shares},
-          {"prediction", "clamped: CalculiX C3D20; free: 1 - 2 nu; to first order in the strain"},
-          {"threads", c.threads}};
+          {"prediction", "clamped: CalculiX C3D20; free: 1 - 2 nu; to first order in the strain"}};
 }
 
 constexpr const char* caption =
@@ -222,7 +195,8 @@ std::string summary(const Table& rows, const VolumeConfig& config) {
 
 ExperimentResult run_volume(const ExperimentOptions& options, Progress& progress) {
   const VolumeConfig config = volume_config(options);
-  VolumeTables tables = measure_volume(config, progress);
+  Journal journal = open_journal(options, configuration(config));
+  VolumeTables tables = measure_volume(config, options.processes, journal, progress);
   ExperimentResult result{
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
   result.summary = summary(tables.rows, config);
@@ -322,42 +296,102 @@ VolumeConfig volume_config(const ExperimentOptions& options) {
       if (info.stepping != Stepping::equilibrium && info.has_modulus) config.integrators.push_back(info.name);
   config.step_shares =
       quick ? std::vector<double>{0.4, 3.2} : std::vector<double>{0.2, 0.4, 0.8, 1.6, 3.2, 6.4};
-  config.make = [](const std::string& model, const Body& body, const Environment& environment, int threads) {
-    return make_system<double>(model, body, environment, threads);
+  config.make = [](const std::string& model, const Body& body, const Environment& environment) {
+    return make_system<double>(model, body, environment, 1);
   };
   return config;
 }
 
-VolumeTables measure_volume(const VolumeConfig& config, Progress& progress) {
-  struct Task {
-    VolumeModel model;
-    int cells;
-    Loading load;
-  };
-  std::vector<Task> tasks;
+Table empty_rows() {
+  return Table({{"study"},
+                {"model"},
+                {"integrator"},
+                {"cells"},
+                {"strain"},
+                {"angle", "degrees"},
+                {"step"},
+                {"k_vol", "Pa"},
+                {"k_vol_over_shear"},
+                {"drift"},
+                {"drift_thesis"},
+                {"worst_cell"},
+                {"predicted"},
+                {"difference"},
+                {"status"}});
+}
+
+Table empty_bounce() {
+  return Table(
+      {{"model"}, {"integrator"}, {"step"}, {"t", "s"}, {"drift"}, {"drift_thesis"}, {"worst_cell"}});
+}
+
+Table empty_limit() {
+  return Table({{"model"}, {"limit", "s"}, {"guaranteed", "s"}, {"limit_over_guaranteed"}, {"status"}});
+}
+
+namespace {
+
+/// A body at rest under a load.
+struct Rest {
+  VolumeModel model;
+  int cells;
+  Loading load;
+
+  std::string name() const {
+    return fmt::format("{}: {}, n = {}, strain {:g}, angle {:g}", to_string(load.study), model.name, cells,
+                       load.strain, load.angle);
+  }
+};
+
+std::vector<Rest> rests_of(const VolumeConfig& config) {
+  std::vector<Rest> all;
   for (const int n : config.cells)
     for (const VolumeModel& m : config.models)
-      tasks.push_back({m, n, {.study = Study::cells, .strain = config.small_strain}});
+      all.push_back({m, n, {.study = Study::cells, .strain = config.small_strain}});
   for (const double strain : config.strains)
     for (const VolumeModel& m : config.models)
-      tasks.push_back({m, config.study_cells, {.study = Study::strain, .strain = strain}});
+      all.push_back({m, config.study_cells, {.study = Study::strain, .strain = strain}});
   for (const double angle : config.angles)
     for (const VolumeModel& m : config.models)
-      tasks.push_back({m, config.study_cells, {.study = Study::twist, .angle = angle}});
+      all.push_back({m, config.study_cells, {.study = Study::twist, .angle = angle}});
   for (const VolumeModel& m : config.materials)
-    tasks.push_back({m, config.study_cells, {.study = Study::free, .strain = config.tiny_strain}});
+    all.push_back({m, config.study_cells, {.study = Study::free, .strain = config.tiny_strain}});
+  return all;
+}
+
+/// Results have the rows of the tables, those of falling models of all three.
+std::vector<Case> cases_of(const VolumeConfig& config) {
+  std::vector<Case> cases;
+  for (const Rest& rest : rests_of(config))
+    cases.push_back({rest.name(), [&config, rest]() -> Json {
+                       Table rows = empty_rows();
+                       add_equilibrium(rows, config, rest.model, rest.cells, rest.load);
+                       return {{"rows", rows_of(rows)}};
+                     }});
+  for (const VolumeModel& model : config.models)
+    cases.push_back({"bounce: " + model.name, [&]() -> Json {
+                       const VolumeTables tables = measure_bounce(config, model);
+                       return {{"rows", rows_of(tables.rows)},
+                               {"bounce", rows_of(tables.bounce)},
+                               {"limit", rows_of(tables.limit)}};
+                     }});
+  for (Case& one : cases) one.group = one.name;
+  return cases;
+}
+
+}  // namespace
+
+VolumeTables measure_volume(const VolumeConfig& config, int processes, Journal& journal, Progress& progress) {
+  const std::vector<Case> cases = cases_of(config);
   VolumeTables tables{empty_rows(), empty_bounce(), empty_limit()};
-  for (std::size_t i = 0; i < tasks.size(); ++i) {
-    const auto& [model, cells, load] = tasks[i];
-    progress.report(double(i) / double(tasks.size()),
-                    fmt::format("{}: {}, n = {}", to_string(load.study), model.name, cells));
-    if (progress.stopped()) {
-      tables.status = Status::interrupted;
-      return tables;
+  if (!compute_cases(own_cases(cases, journal), processes, journal, progress))
+    tables.status = Status::interrupted;
+  for (const Case& one : cases)
+    if (const Json* found = journal.find(one.name)) {
+      add_rows((*found)["rows"], tables.rows);
+      add_rows(found->value("bounce", Json::array()), tables.bounce);
+      add_rows(found->value("limit", Json::array()), tables.limit);
     }
-    add_equilibrium(tables.rows, config, model, cells, load);
-  }
-  if (!measure_bounces(config, tables, progress)) tables.status = Status::interrupted;
   return tables;
 }
 
@@ -375,29 +409,30 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
       return find_integrator(name).stepping == Stepping::adaptive;
     });
   }
-  config.threads = options.threads;
-  return measure_volume(config, progress).rows;
+  Journal journal;
+  return measure_volume(config, 1, journal, progress).rows;
 }
 
 }  // namespace
 
 ExperimentInfo experiment() {
-  return {.name = "volume",
-          .summary =
-              "change of volume against resolution, strain, twist and volume force, beside elasticity's "
-              "prediction",
-          .accepts = {.cells = true, .largest_cells = 30, .integrators = moving_integrators},
-          .run = run_volume,
-          .draw = draw_volume,
-          .baseline = {.keys = {"study", "model", "integrator", "cells", "strain", "angle", "step"},
-                       .rules = {{"k_vol", 1e-12},
-                                 {"k_vol_over_shear", 1e-12},
-                                 {"drift", 1e-6, 1e-10},
-                                 {"drift_thesis", 1e-6, 1e-10},
-                                 {"worst_cell", 1e-6, 1e-10},
-                                 {"predicted", 1e-12},
-                                 {"difference", 1e-3, 1e-9}},
-                       .table = baseline_table}};
+  return {
+      .name = "volume",
+      .summary =
+          "change of volume against resolution, strain, twist and volume force, beside elasticity's "
+          "prediction",
+      .accepts = {.cells = true, .largest_cells = 30, .integrators = moving_integrators, .processes = true},
+      .run = run_volume,
+      .draw = draw_volume,
+      .baseline = {.keys = {"study", "model", "integrator", "cells", "strain", "angle", "step"},
+                   .rules = {{"k_vol", 1e-12},
+                             {"k_vol_over_shear", 1e-12},
+                             {"drift", 1e-6, 1e-10},
+                             {"drift_thesis", 1e-6, 1e-10},
+                             {"worst_cell", 1e-6, 1e-10},
+                             {"predicted", 1e-12},
+                             {"difference", 1e-3, 1e-9}},
+                   .table = baseline_table}};
 }
 
 }  // namespace mss::studies::volume

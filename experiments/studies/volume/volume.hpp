@@ -46,11 +46,10 @@ struct VolumeConfig {
   std::vector<double> step_shares;       ///< of Study::bounce: steps over the limit of central differences
   double small_strain = 1e-3;            ///< of Study::cells
   double tiny_strain = 1e-5;             ///< of Study::free
-  int threads = 1;
-  int study_cells = 8;  ///< per edge, of Study::strain, twist and free
+  int study_cells = 8;                   ///< per edge, of Study::strain, twist and free
   /// make_system(), unless a test replaces it.
-  std::function<std::unique_ptr<BodySystem<double>>(const std::string& model, const Body&, const Environment&,
-                                                    int threads)>
+  std::function<std::unique_ptr<BodySystem<double>>(const std::string& model, const Body&,
+                                                    const Environment&)>
       make;
 };
 VolumeConfig volume_config(const ExperimentOptions& options);
@@ -64,7 +63,12 @@ struct VolumeTables {
   Table limit;   ///< of central differences for the model with all integrators: true, guaranteed, their ratio
   Status status = Status::ok;
 };
-VolumeTables measure_volume(const VolumeConfig& config, Progress& progress);
+/// A case per body at rest, and one per model that falls; see compute_cases().
+VolumeTables measure_volume(const VolumeConfig& config, int processes, Journal& journal, Progress& progress);
+
+Table empty_rows();
+Table empty_bounce();
+Table empty_limit();
 
 /// All tables under the names of their files; `volume_models` has the filling and material of every model.
 std::vector<NamedTable> volume_files(const VolumeConfig& config, VolumeTables tables);
@@ -72,8 +76,8 @@ std::vector<NamedTable> volume_files(const VolumeConfig& config, VolumeTables ta
 /// Step of the reference runs of Study::bounce, by RK4, over the limit of central differences.
 inline constexpr double reference_bounce_step = 0.1;
 
-/// Study::bounce: adds to both tables. False if stopped.
-bool measure_bounces(const VolumeConfig& config, VolumeTables& tables, Progress& progress);
+/// Study::bounce of one model.
+VolumeTables measure_bounce(const VolumeConfig& config, const VolumeModel& model);
 
 /// A row of the first table.
 struct VolumeRow {

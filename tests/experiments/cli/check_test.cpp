@@ -45,7 +45,8 @@ studies::volume::VolumeConfig small_volume_config() {
 
 std::string volume_rows(const studies::volume::VolumeConfig& config) {
   Progress progress;
-  return studies::volume::measure_volume(config, progress).rows.csv();
+  Journal journal;
+  return studies::volume::measure_volume(config, 1, journal, progress).rows.csv();
 }
 
 /// Springs in which one corner of every cell has the sign of its y in eq. 3-7 wrong: + Z x X where - Z x X
@@ -82,7 +83,7 @@ class FlippedSign final : public BodySystem<double> {
 TEST(Baselines, DetectASignFlippedInOneCornerOfEquation_3_7) {
   studies::volume::VolumeConfig config = small_volume_config();
   const std::string before = volume_rows(config);
-  config.make = [](const std::string&, const Body& body, const Environment& environment, int) {
+  config.make = [](const std::string&, const Body& body, const Environment& environment) {
     return std::make_unique<FlippedSign>(body, environment);
   };
   const auto moved = compare(before, volume_rows(config), baseline_of("volume"));
@@ -101,7 +102,7 @@ TEST(Baselines, DetectAVolumeForceOfHalfTheStrength) {
   EXPECT_TRUE(compare(before, volume_rows(config), baseline_of("volume")).empty());
   // Inside the body, so that the table still says the whole of it.
   std::vector<std::unique_ptr<Body>> bodies;
-  config.make = [&](const std::string&, const Body& body, const Environment& environment, int) {
+  config.make = [&](const std::string&, const Body& body, const Environment& environment) {
     BodyConfig halved = body.config();
     halved.springs.volume /= 2;
     bodies.push_back(std::make_unique<Body>(halved));
@@ -120,7 +121,8 @@ TEST(Baselines, DetectAnotherStep) {
     config.integrators = {"velocity_verlet", "rk4"};
     config.step_share = share;
     Progress progress;
-    return studies::energy::measure_energy(config, progress).rows.csv();
+    Journal journal;
+    return studies::energy::measure_energy(config, 1, journal, progress).rows.csv();
   };
   const auto moved = compare(rows(0.25), rows(0.26), baseline_of("energy"));
   ASSERT_FALSE(moved.empty());

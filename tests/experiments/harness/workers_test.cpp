@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "experiments/harness/case_rows.hpp"
 #include "experiments/io/output.hpp"
 #include "tests/experiments/stop_after.hpp"
 
@@ -81,6 +83,16 @@ TEST(Workers, NumbersThatAreNotFiniteBecomeNull) {
   const auto nothing = [] { return Json{{"x", std::numeric_limits<double>::quiet_NaN()}}; };
   ASSERT_TRUE(compute_cases({{"one", nothing}}, 1, journal, progress));
   EXPECT_TRUE((*journal.find("one"))["x"].is_null());
+}
+
+TEST(Workers, RowsOfATableAreTheSameAsAResult) {
+  Table table({{"name"}, {"count"}, {"value"}, {"status"}});
+  for (const double value : {1.0, -0.0, 1e300, 0.1 + 0.2, no_value})
+    table.add({std::string("a, \"b\""), 7, value, std::string(std::isnan(value) ? "failed" : "ok")});
+  Table again = table.select({"name", "count", "value", "status"});
+  add_rows(Json::parse(rows_of(table).dump()), again);
+  ASSERT_EQ(again.size(), 2 * table.size());
+  EXPECT_EQ(again.csv(), table.csv() + table.csv().substr(table.csv().find('\n') + 1));
 }
 
 TEST(Workers, ContinueFromTheJournalAfterAnInterruption) {

@@ -24,7 +24,8 @@ TEST(Energy, IsKeptByMethodsThatSayTheyDo) {
     }
   EXPECT_GE(kept, 7U);
   Progress progress;
-  const EnergyTables tables = measure_energy(config, progress);
+  Journal journal;
+  const EnergyTables tables = measure_energy(config, 1, journal, progress);
   ASSERT_EQ(tables.status, Status::ok);
   const Table summary = energy_summary(tables.rows, config.steps);
   ASSERT_EQ(summary.size(), config.integrators.size());
@@ -46,7 +47,8 @@ TEST(Energy, KeepsFinishedRowsWhenStopped) {
     mutable int calls = 0;
   } progress;
   EnergyConfig config = energy_config({.quick = true, .integrators = {"verlet", "rk4"}});
-  const EnergyTables tables = measure_energy(config, progress);
+  Journal journal;
+  const EnergyTables tables = measure_energy(config, 1, journal, progress);
   EXPECT_EQ(tables.status, Status::interrupted);
   EXPECT_EQ(tables.rows.size(), 12U);
   EXPECT_EQ(energy_summary(tables.rows, config.steps).size(), 0U);
@@ -57,7 +59,8 @@ TEST(Energy, DrawsFromItsFiles) {
       energy_config({.integrators = {"explicit_euler", "verlet", "rk4"}, .model = "corotational"});
   config.steps = 300;
   Progress progress;
-  const EnergyTables tables = measure_energy(config, progress);
+  Journal journal;
+  const EnergyTables tables = measure_energy(config, 1, journal, progress);
   expect_same_drawings(find_experiment("energy"), energy_files(config, tables.rows));
 }
 
@@ -68,7 +71,8 @@ TEST(Energy, OfOneModeIsTheClosedForm) {
   EnergyConfig config = one_mode_config();
   config.integrators = {"explicit_euler", "backward_euler", "implicit_midpoint", "velocity_verlet"};
   Progress progress;
-  const Table rows = measure_energy(config, progress).rows;
+  Journal journal;
+  const Table rows = measure_energy(config, 1, journal, progress).rows;
   const auto error = [&](const char* name, double step) {
     return rows.where("integrator", name).where("step", step).number(0, "energy_error");
   };

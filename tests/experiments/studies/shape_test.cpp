@@ -15,7 +15,8 @@ TEST(Shape, CellsAtTheSurfaceAddNoSlowModesAndKeepTheStepAndTheVolume) {
   config.step_offsets = 6;
   config.step_poissons = {0, 0.3};
   Progress progress;
-  const ShapeTables tables = measure_shape(config, progress);
+  Journal journal;
+  const ShapeTables tables = measure_shape(config, 1, journal, progress);
   ASSERT_EQ(tables.status, Status::ok);
   ASSERT_EQ(tables.steps.size(), 2U * (3 * 6 + 1));  // the aligned bar has one place
   for (std::size_t r = 0; r < tables.steps.size(); ++r) {

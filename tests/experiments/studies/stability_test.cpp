@@ -25,7 +25,8 @@ constexpr double resolution = 0.0025;
 
 void expect_measured_as_predicted(const StabilityConfig& config) {
   Progress progress;
-  const StabilityTables tables = measure_stability(config, progress);
+  Journal journal;
+  const StabilityTables tables = measure_stability(config, 1, journal, progress);
   ASSERT_EQ(tables.status, Status::ok);
   const Table& rows = tables.rows;
   for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -68,7 +69,8 @@ TEST(Stability, OfWeaklyDampedPefrlIsNotPredictedTooLong) {
   config.deformed_cells = 3;
   config.deformed_ratios = {0.05};
   Progress progress;
-  const Table rows = measure_stability(config, progress).rows;
+  Journal journal;
+  const Table rows = measure_stability(config, 1, journal, progress).rows;
   ASSERT_EQ(rows.size(), 2);
   for (std::size_t r = 0; r < rows.size(); ++r) {
     EXPECT_GT(rows.number(r, "measured_over_predicted"), 0.99) << rows.text(r, "deformation");
@@ -116,7 +118,8 @@ TEST(Stability, DrawsFromItsFiles) {
   config.deformed_ratios = {1};
   config.integrators = {"explicit_euler", "verlet", "velocity_verlet"};
   Progress progress;
-  const StabilityTables tables = measure_stability(config, progress);
+  Journal journal;
+  const StabilityTables tables = measure_stability(config, 1, journal, progress);
   expect_same_drawings(find_experiment("stability"), stability_files(config, tables.rows));
 }
 
