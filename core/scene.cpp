@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 
 #include "core/error.hpp"
-#include "core/measures.hpp"
 #include "core/refined_system.hpp"
 #include "core/scene_boxes.hpp"
 #include "core/scene_keys.hpp"
@@ -575,7 +573,7 @@ Scene scene_of(const TomlFile& toml) {
   read_contact_surface(root, surface, scene);
   scene.expectations = read_expectations(root.table("expect"), surface.get(), cell_size);
   read_refinement(root, scene);
-  find_empty_box(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
+  find_empty_boxes(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
     root.tables(table)[index].reject("box", complaint);
   });
   for (const std::string& warning : scene_warnings(scene)) scene.warnings.push_back(printable(warning));

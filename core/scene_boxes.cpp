@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "core/body.hpp"
 #include "core/error.hpp"
-#include "core/measures.hpp"
 #include "core/refined_body.hpp"
 
 namespace mss {
@@ -71,8 +71,8 @@ std::string extent_at_rest(const BodyConfig& config) {
                      lower[1], lower[2], upper[0], upper[1], upper[2]);
 }
 
-void find_empty_box(const Scene& scene, const std::function<void(std::string_view table, std::size_t index,
-                                                                 const std::string& complaint)>& report) {
+void find_empty_boxes(const Scene& scene, const std::function<void(std::string_view table, std::size_t index,
+                                                                   const std::string& complaint)>& report) {
   Particles particles(scene);
   for_each_box(scene, [&](std::string_view table, std::size_t index, const Box& box) {
     if (!particles.any_in(box)) report(table, index, particles.complaint());
@@ -80,7 +80,7 @@ void find_empty_box(const Scene& scene, const std::function<void(std::string_vie
 }
 
 void check_boxes(const Scene& scene) {
-  find_empty_box(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
+  find_empty_boxes(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
     throw InputError(fmt::format("{}: {}.{}.box {}", scene.file.string(), table, index, complaint));
   });
 }

@@ -1,6 +1,8 @@
 // What a scene file may say, by table.
 #include "core/scene_keys.hpp"
 
+#include <string>
+
 #include "core/measures.hpp"
 #include "core/scene.hpp"
 

@@ -26,7 +26,7 @@ void moments(const ShapeSites& argument) {
   for (std::ptrdiff_t i = p.first; i < p.last; i += lanes<double>) {
     const Vec<double> x0 = load3(p.rest, i), x = load(p.share + i) * load3(p.x, i);
     const Pack<double> rows[3] = {x.x, x.y, x.z};
-    for (int r = 0; r < 3; ++r) {
+    for (std::ptrdiff_t r = 0; r < 3; ++r) {
       store(p.affine[3 * r] + i, rows[r] * x0.x);
       store(p.affine[3 * r + 1] + i, rows[r] * x0.y);
       store(p.affine[3 * r + 2] + i, rows[r] * x0.z);
@@ -120,7 +120,7 @@ void approach(const ShapeSites& argument) {
   for (std::ptrdiff_t i = p.first; i < p.last; i += lanes<double>) {
     const Vec<double> x0 = load3(p.rest, i);
     const Pack<double> mean = load(p.inverse_regions + i);
-    for (int r = 0; r < 3; ++r) {
+    for (std::ptrdiff_t r = 0; r < 3; ++r) {
       const Pack<double> goal =
           mean * ((load(p.affine[3 * r] + i) * x0.x + load(p.affine[3 * r + 1] + i) * x0.y) +
                   (load(p.affine[3 * r + 2] + i) * x0.z + load(p.affine[9 + r] + i)));

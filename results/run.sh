@@ -19,7 +19,11 @@ drop_charts_that_no_text_shows() {
   done
 }
 
-mapfile -t studies < <(cd "$from" && for file in */meta.json; do dirname -- "$file"; done)
+shopt -s nullglob
+studies=("$from"/*/meta.json)
+[[ ${#studies[@]} -gt 0 ]] || { echo "results/run.sh: there are no studies in $from" >&2; exit 2; }
+studies=("${studies[@]%/meta.json}")
+studies=("${studies[@]##*/}")
 for study in "${studies[@]}"; do
   rm -rf -- "${results:?}/$study"
   cp -r -- "$from/$study" "$results/$study"
@@ -31,7 +35,8 @@ trap 'rm -rf -- "$quick"' EXIT
 "$root/build/release/mss" reproduce --quick --out "$quick"
 echo "study,quick,full,machine" > "$results/study_times.new"
 for study in "${studies[@]}"; do
-  echo "$study,$(from_meta "$quick/$study" wall_seconds),$(from_meta "$results/$study" wall_seconds),$(from_meta "$results/$study" cpu)"
+  in_quick=$(from_meta "$quick/$study" wall_seconds)
+  echo "$study,$in_quick,$(from_meta "$results/$study" wall_seconds),$(from_meta "$results/$study" cpu)"
 done >> "$results/study_times.new"
 mv -- "$results/study_times.new" "$results/study_times.csv"
-meta_of_script results/run.sh "$results/timing" > "$results/meta.json"
+meta_of_script results/run.sh "$results/${studies[0]}" > "$results/meta.json"

@@ -179,7 +179,7 @@ std::string cell_at(const Parsed& table, const Baseline& baseline, const std::st
 /// What a truth is about: a cell, or the ratio of two.
 std::string found_by(const Truth& truth, const Parsed& table, const Baseline& baseline) {
   const std::size_t over = truth.row.find(truth_ratio);
-  const std::string above = cell_at(table, baseline, truth.row.substr(0, over), truth.column);
+  std::string above = cell_at(table, baseline, truth.row.substr(0, over), truth.column);
   if (over == std::string::npos) return above;
   const std::string below =
       cell_at(table, baseline, truth.row.substr(over + truth_ratio.size()), truth.column);

@@ -1,5 +1,10 @@
 #include "experiments/harness/case_rows.hpp"
 
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
 #include "experiments/harness/journal.hpp"
 
 namespace mss {

@@ -57,7 +57,7 @@ int whole(const py::handle& value, const std::string& key) {
 }
 
 std::vector<int> cells(const py::handle& value, int largest) {
-  const auto numbers = cast<std::vector<int>>(value, "cells", "a list of whole numbers");
+  auto numbers = cast<std::vector<int>>(value, "cells", "a list of whole numbers");
   for (const int n : numbers)
     if (n < 1 || n > largest)
       throw InputError(fmt::format("cells has {}; give numbers of cells per edge from 1 to {}", n, largest));

@@ -28,7 +28,8 @@ std::string inline_table(const py::dict& table, const std::string& key) {
   std::vector<std::string> entries;
   for (const auto& [name, value] : table) {
     const auto inner = py::str(name).cast<std::string>();
-    entries.push_back(fmt::format("{} = {}", quoted(inner), toml_value(value, key + "." + inner)));
+    entries.push_back(
+        fmt::format("{} = {}", quoted(inner), toml_value(value, fmt::format("{}.{}", key, inner))));
   }
   return fmt::format("{{{}}}", fmt::join(entries, ", "));
 }

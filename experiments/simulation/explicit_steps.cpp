@@ -62,6 +62,7 @@ double explicit_step_seconds(BodySystem<double>& system) {
   };
   const long steps = sample_length(enough, seconds_for).steps;
   std::vector<double> seconds;
+  seconds.reserve(std::size_t(repetitions));
   for (int i = 0; i < repetitions; ++i) seconds.push_back(seconds_for(steps) / double(steps));
   return quartiles(seconds).median;
 }

@@ -38,6 +38,7 @@ Outcome read_outcome(std::string_view text) {
 
 std::vector<std::string> outcome_labels() {
   std::vector<std::string> labels;
+  labels.reserve(std::size(texts));
   for (const OutcomeText& known : texts) labels.emplace_back(known.label);
   return labels;
 }

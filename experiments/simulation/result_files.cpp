@@ -13,11 +13,13 @@ namespace mss {
 
 Table series_table(const std::vector<Measures>& series) {
   std::vector<Column> columns;
+  columns.reserve(std::size(measure_columns));
   for (const MeasureColumn& column : measure_columns)
     columns.push_back({std::string(column.name), std::string(column.unit)});
   Table table(std::move(columns));
   for (const Measures& m : series) {
     std::vector<Cell> row;
+    row.reserve(std::size(measure_columns));
     for (const MeasureColumn& column : measure_columns) row.emplace_back(column.value(m));
     table.add(std::move(row));
   }

@@ -51,7 +51,7 @@ std::vector<std::pair<std::string, std::string>> listed_scenes() {
 fs::path scene_file(const std::string& given) {
   if (fs::is_regular_file(given) || fs::path(given).has_parent_path() || fs::path(given).has_extension())
     return given;
-  const fs::path listed = scenes_directory() / (given + ".toml");
+  fs::path listed = scenes_directory() / (given + ".toml");
   if (fs::exists(listed))
     return listed;  // even if something else has that name here, such as a run's directory
   if (fs::exists(given)) return given;

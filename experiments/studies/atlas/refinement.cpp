@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <utility>
 
@@ -160,7 +160,10 @@ double predicted(const Journal& journal, const AtlasBody& body, const std::strin
 
 /// Of numbers that say why a run has its outcome, further digits would only fill the table.
 double six_digits(const Json& value) {
-  return std::strtod(fmt::format("{:.6g}", number(value)).c_str(), nullptr);
+  const std::string text = fmt::format("{:.5e}", number(value));
+  double rounded = no_value;
+  std::from_chars(text.data(), text.data() + text.size(), rounded);
+  return rounded;
 }
 
 void add_points(const AtlasParameter& parameter, const std::string& integrator, const AtlasRow& row,

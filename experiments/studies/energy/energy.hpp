@@ -37,7 +37,7 @@ struct EnergyTables {
 /// A case per method; see compute_cases().
 EnergyTables measure_energy(const EnergyConfig& config, int processes, Journal& journal, Progress& progress);
 
-/// For every method that was not interrupted: the largest error until a tenth of the steps and after it, and
+/// For every method: the largest error until a tenth of the steps and after it, and
 /// the conclusion from them.
 Table energy_summary(const Table& rows, long steps);
 

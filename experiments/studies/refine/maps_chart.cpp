@@ -40,7 +40,7 @@ std::string label_of(const std::string& map) {
 }
 
 Chart map_chart(const Table& rows, const Cost& cost) {
-  const std::string quantity = rows.text(0, "quantity");
+  const std::string& quantity = rows.text(0, "quantity");
   Chart chart{.title = fmt::format("Cells of one size and of several: {}, by {}", rows.text(0, "problem"),
                                    cost.in_title),
               .subtitle = fmt::format("{}; nu = 0.3, t = 0.5", rows.text(0, "description")),

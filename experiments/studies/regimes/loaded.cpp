@@ -179,7 +179,7 @@ Chart loaded_chart(const Table& loaded, const Table& crossings) {
     const bool is_explicit = rows.text(0, "kind") == "explicit";
     ChartSeries series{.label = is_explicit ? method + ", safe step" : method};
     for (std::size_t r = 0; r < rows.size(); ++r)
-      if (const std::string status = rows.text(r, "status"); status != "ok") {
+      if (const std::string& status = rows.text(r, "status"); status != "ok") {
         series.label += fmt::format(" ({} at {:g} Pa)", status, rows.number(r, "young"));
         break;
       }

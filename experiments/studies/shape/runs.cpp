@@ -125,6 +125,7 @@ std::vector<double> bar_frequencies(const ShapeConfig& config, int across) {
   return found;
 }
 
+/// Every part of a study computes them: errors of all bars are about them.
 std::vector<Case> bar_cases(const ShapeConfig& config) {
   std::vector<Case> cases;
   for (const int across : config.reference_cells)
@@ -300,14 +301,14 @@ BodyConfig in_cells(const ShapeConfig& config, const ShapeBody& body, const Fill
 
 ShapeTables measure_shape(const ShapeConfig& config, int processes, Journal& journal, Progress& progress) {
   ShapeTables tables = empty_tables();
-  if (!compute_cases(bar_cases(config), processes, journal, progress)) {
-    tables.status = Status::interrupted;
-    return tables;
-  }
-  const std::vector<double> bar = bar_limits(config, journal, tables.reference);
+  std::vector<double> bar;
   const std::vector<Case> cases = body_cases(config, bar);
-  if (!compute_cases(own_cases(cases, journal), processes, journal, progress))
-    tables.status = Status::interrupted;
+  bool finished = compute_cases(bar_cases(config), processes, journal, progress);
+  if (finished) {
+    bar = bar_limits(config, journal, tables.reference);
+    finished = compute_cases(own_cases(cases, journal), processes, journal, progress);
+  }
+  if (!finished) tables.status = Status::interrupted;
   for (const Case& one : cases)
     if (const Json* found = journal.find(one.name)) {
       add_rows((*found)["rows"], tables.rows);

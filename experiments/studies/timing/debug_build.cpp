@@ -48,6 +48,7 @@ bool read(const char* text, Number least, Number& number) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-exception-escape): it ends the program, which the one that runs it sees
 int main(int argc, char** argv) {
   int cells = 0, samples = 0;
   double seconds = 0;

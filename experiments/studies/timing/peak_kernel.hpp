@@ -20,9 +20,9 @@ double multiply_add(long rounds) {
   for (int i = 0; i < chains; ++i) x[i] = zero + Real(1 + 0.01 * i);
   for (long round = 0; round < rounds; ++round)
 #pragma GCC unroll 12
-    for (int i = 0; i < chains; ++i) x[i] = x[i] * factor + addend;
+    for (Pack<Real>& chain : x) chain = chain * factor + addend;
   Pack<Real> sum{};
-  for (int i = 0; i < chains; ++i) sum = sum + x[i];
+  for (const Pack<Real>& chain : x) sum = sum + chain;
   return double(sum[0]);
 }
 

@@ -129,6 +129,7 @@ std::vector<std::vector<double>> samples(const Operation<Real>& operation,
 template <class Real>
 bool add_rows(int n, const ShapeTimingConfig& config, const Progress& progress, Table& table) {
   std::vector<std::unique_ptr<TimedShape<Real>>> subjects;
+  subjects.reserve(std::size(shapes));
   for (const Shape& shape : shapes) subjects.push_back(std::make_unique<TimedShape<Real>>(shape, n));
   Table grown = table;
   for (const Operation<Real>& operation : operations<Real>) {

@@ -301,7 +301,7 @@ class Studies(unittest.TestCase):
     def test_unknown_studies_and_options_are_refused(self):
         with self.assertRaisesRegex(ValueError, "volume"):
             mss.run("volumes")
-        with self.assertRaisesRegex(ValueError, "volume has no option 'seed'; it takes cells, integrators, quick"):
+        with self.assertRaisesRegex(ValueError, "volume has no option 'seed'; it takes cells, integrators, processes, quick"):
             mss.run("volume", {"seed": 1})
         with self.assertRaisesRegex(ValueError, "cells"):
             mss.run("volume", {"cells": [0]})
