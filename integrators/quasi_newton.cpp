@@ -262,16 +262,16 @@ void QuasiNewton::take_products(System<double>& system) {
       if (length_ != 1)
         for (std::ptrdiff_t i = 0; i < n; ++i) s[i] *= length_;
     }
-    for (int i = 0; i < products; ++i) {
-      sum[std::size_t(2 * i)] = vector_kernels().dot(from(pairs_.s[std::size_t(i)], first), g, n);
-      sum[std::size_t(2 * i + 1)] = vector_kernels().dot(from(pairs_.u[std::size_t(i)], first), g, n);
+    for (std::size_t i = 0; i < std::size_t(products); ++i) {
+      sum[2 * i] = vector_kernels().dot(from(pairs_.s[i], first), g, n);
+      sum[2 * i + 1] = vector_kernels().dot(from(pairs_.u[i], first), g, n);
     }
     sum.back() = vector_kernels().dot(from(z_, first), g, n);
   });
   Products sg = Products::Zero(), ug = Products::Zero();
   for (int i = 0; i < products; ++i) {
-    sg[i] = sums[std::size_t(2 * i)];
-    ug[i] = sums[std::size_t(2 * i + 1)];
+    sg[i] = sums[2 * std::size_t(i)];
+    ug[i] = sums[2 * std::size_t(i) + 1];
   }
   const double zg = sums.back();
   if (candidate) {

@@ -4,6 +4,7 @@
 // Fourth order; four forces a step. Stable while |R(z)| <= 1, R = 1 + z + z^2/2 + z^3/6 + z^4/24, at the
 // roots of z^2 + c dt z + w^2 dt^2 = 0: w dt < 2 sqrt 2 without damping, where it slowly loses energy.
 #include <complex>
+#include <numeric>
 
 #include "integrators/fixed_step.hpp"
 
@@ -59,8 +60,8 @@ bool is_stable(double omega, double damping) {
   using Complex = std::complex<double>;
   const Complex root = std::sqrt(Complex(damping * damping / 4 - omega * omega));
   for (const Complex z : {-damping / 2 + root, -damping / 2 - root}) {
-    Complex sum = 0;
-    for (auto c = polynomial.rbegin(); c != polynomial.rend(); ++c) sum = sum * z + *c;
+    const Complex sum = std::accumulate(polynomial.rbegin(), polynomial.rend(), Complex(0),
+                                        [&z](const Complex& above, double c) { return above * z + c; });
     if (std::abs(sum) > 1) return false;
   }
   return true;

@@ -15,8 +15,10 @@ GlObject compile(GLenum kind, const char* source) {
   glGetShaderiv(shader.name(), GL_COMPILE_STATUS, &compiled);
   if (compiled != 0) return shader;
   std::string log(4096, '\0');
-  glGetShaderInfoLog(shader.name(), GLsizei(log.size()), nullptr, log.data());
-  throw std::runtime_error("a shader does not compile: " + std::string(log.c_str()));
+  GLsizei length = 0;
+  glGetShaderInfoLog(shader.name(), GLsizei(log.size()), &length, log.data());
+  log.resize(std::size_t(length));
+  throw std::runtime_error("a shader does not compile: " + log);
 }
 
 template <class Make>

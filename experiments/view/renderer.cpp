@@ -82,6 +82,7 @@ void wipe(const Colour& colour) {
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 }
 
+// NOLINTNEXTLINE(performance-no-int-to-ptr): OpenGL takes offsets as pointers
 const void* offset(std::size_t bytes) { return reinterpret_cast<const void*>(bytes); }
 
 template <class Item>
@@ -101,6 +102,7 @@ void set(const GlObject& program, const char* uniform, const Eigen::Matrix4f& ma
 
 void make_colour_texture(const GlObject& texture) {
   std::vector<Colour> colours;
+  colours.reserve(map_size);
   for (int i = 0; i < map_size; ++i) colours.push_back(map_colour(double(i) / (map_size - 1)));
   glBindTexture(GL_TEXTURE_1D, texture.name());
   glTexImage1D(GL_TEXTURE_1D, 0, GL_RGB8, map_size, 0, GL_RGB, GL_FLOAT, colours.data());

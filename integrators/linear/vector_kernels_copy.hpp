@@ -2,6 +2,8 @@
 
 // The loops of vector_kernels.hpp. Included once per instruction set, see core/simd.hpp.
 
+#include <cstddef>
+
 #include "core/loops.hpp"
 #include "core/simd.hpp"
 #include "integrators/linear/vector_kernels.hpp"
@@ -14,7 +16,7 @@ inline constexpr int tile_rows = vector_bytes == 64 ? 8 : 4;
 /// Rows [row, row + tile_rows) and columns [column, column + width lanes) of a transform.
 template <int width, bool scaled>
 MSS_INLINE void transform_tile(const AxisTransform& t, std::ptrdiff_t row, int column) {
-  constexpr int w = lanes<double>;
+  constexpr std::ptrdiff_t w = lanes<double>;
   Pack<double> sum[tile_rows][width] = {};
   const double* in = t.in + row;
   const double* basis = t.basis + column;
@@ -35,7 +37,7 @@ MSS_INLINE void transform_tile(const AxisTransform& t, std::ptrdiff_t row, int c
 /// later: rows in ascending order, of each the last columns first.
 template <bool scaled>
 MSS_INLINE void transform_rows(const AxisTransform& t, std::ptrdiff_t row) {
-  constexpr int w = lanes<double>;
+  constexpr std::ptrdiff_t w = lanes<double>;
   const int vectors = (t.n + w - 1) / w;
   int first = (vectors - 1) / 3 * 3;
   const int rest = vectors - first;
@@ -75,7 +77,7 @@ inline void transform(const AxisTransform& t) {
 }
 
 inline double dot(const double* a, const double* b, std::ptrdiff_t n) {
-  constexpr int w = lanes<double>;
+  constexpr std::ptrdiff_t w = lanes<double>;
   Pack<double> sum[4] = {};
   std::ptrdiff_t i = 0;
   for (; i + 4 * w <= n; i += 4 * w)
