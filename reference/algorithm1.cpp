@@ -81,7 +81,8 @@ double mean(const std::array<float, 8>& corners) {
 
 /// Corners c = bx + 2 by + 4 bz of core/cell_fill.hpp from the thesis's.
 std::size_t number_of(std::size_t c) {
-  return std::size_t(corner_of[c][0] + 2 * corner_of[c][1] + 4 * corner_of[c][2]);
+  const auto& [x, y, z] = corner_of[c];
+  return static_cast<std::size_t>(x) + 2 * static_cast<std::size_t>(y) + 4 * static_cast<std::size_t>(z);
 }
 
 /// The mean of the octants at the corners that lie between two corners, themselves included; `floor` of the

@@ -63,11 +63,11 @@ double rest_volume(std::size_t t) { return t % 5 == 4 ? 1.0 / 3 : 1.0 / 6; }
 /// tetrahedra have the symmetry of the cube, so a third of its trace is minus a pressure.
 double calibrated_kappa(double k_vol, double cell_size) {
   double sum = 0;
-  for (std::size_t t = 0; t < tetrahedra.size(); ++t) {
-    const Tetrahedron tet(unit_cell(), tetrahedra[t]);
+  for (const auto& corners : tetrahedra) {
+    const Tetrahedron tet(unit_cell(), corners);
     for (int j = 0; j < 4; ++j)
       sum += tet.volume *
-             tet.direction.col(j).dot(unit_cell().col(tetrahedra[t][std::size_t(j)]) - Vec3::Constant(0.5));
+             tet.direction.col(j).dot(unit_cell().col(corners[std::size_t(j)]) - Vec3::Constant(0.5));
   }
   return 3 * k_vol / (sum * cell_size);
 }
@@ -108,7 +108,7 @@ CellMatrix cell_tangent(double kappa, double cell_volume, const CellCorners& x, 
                   kappa * excess * ((i == j ? 1 : 0) - 0.25) / tet.arm.col(j).norm() *
                       (Matrix3d::Identity() - u * u.transpose());
         }
-        k.block<3, 3>(3 * tetrahedra[t][std::size_t(j)], 3 * tetrahedra[t][std::size_t(i)]) += block;
+        k.block<3, 3>(3L * tetrahedra[t][std::size_t(j)], 3L * tetrahedra[t][std::size_t(i)]) += block;
       }
   }
   return k;

@@ -146,7 +146,7 @@ TEST(Fill, RejectsContentsThatMeanNothing) {
     EXPECT_NO_THROW(Body{config});
     change(config);
     try {
-      Body{config};
+      const Body body(config);
       ADD_FAILURE() << message;
     } catch (const InputError& error) {
       EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();

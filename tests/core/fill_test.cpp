@@ -441,7 +441,7 @@ TEST(TwoMaterials, InParallelMayShareCells) {
 
 // No explicit method may step further than the real frequency allows, and the bound is not far from it.
 TEST(LocalFill, TheSpectralBoundHolds) {
-  for_each_config([](BodyConfig config, const std::string& name) {
+  for_each_config([](const BodyConfig& config, const std::string& name) {
     const Body body(config);
     SpringSystem<double> system(body, {}, {1});
     const State<double> rest = system.rest_state();

@@ -133,6 +133,7 @@ std::vector<Part> simulate_in(int count, const Case& c) {
   std::vector<Part> parts(static_cast<std::size_t>(count));
   Post post;
   std::vector<std::thread> threads;
+  threads.reserve(std::size_t(count));
   for (int rank = 0; rank < count; ++rank)
     threads.emplace_back(
         [&, rank] { parts[std::size_t(rank)] = simulate_part<Real>(c, ThreadRanks(post, rank, count)); });
@@ -195,8 +196,8 @@ TEST(Ranks, OfPartsHaveTheBitsOfOneProcess) {
   Case c = cases().front();
   c.body.weights.clear();
   testing::add_parts(c.body);
-  const std::size_t cells =
-      c.body.voxels.size()[0] * c.body.voxels.size()[1] * std::size_t(c.body.voxels.nz());
+  const VoxelGrid& voxels = c.body.voxels;
+  const std::size_t cells = std::size_t(voxels.nx()) * std::size_t(voxels.ny()) * std::size_t(voxels.nz());
   for (int part = 0; part < 3; ++part) c.body.contents.push_back({{part, CellFill::even(1)}});
   for (std::size_t cell = 0; cell < cells; ++cell) c.body.content_of.push_back(std::uint32_t(cell * 7 % 3));
   expect_same_bits<double>(c);

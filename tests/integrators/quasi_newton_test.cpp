@@ -15,8 +15,8 @@ namespace {
 
 const std::vector<std::string> quasi_newton{"projective", "lbfgs"};
 
-Status run(System<double>& system, State<double>& state, const std::string& method, IntegratorOptions options,
-           int steps, Work& work) {
+Status run(System<double>& system, State<double>& state, const std::string& method,
+           const IntegratorOptions& options, int steps, Work& work) {
   return find_integrator(method).make<double>(options)->advance(system, state, state.t + steps * options.dt,
                                                                 work);
 }

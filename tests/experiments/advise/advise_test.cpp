@@ -137,7 +137,8 @@ TEST(Deformation, IsWhatARigidMotionLeaves) {
   const Eigen::Matrix3d rotation = Eigen::AngleAxisd(2.5, Vec3(1, -2, 0.5).normalized()).toRotationMatrix();
   const Vec3 stretch(0.1, -0.03, 0), path(30, -7, 2);
   for (int c = 0; c < 27; ++c) {
-    const Vec3 x(c % 3 - 1, c / 3 % 3 - 1, c / 9 - 1);
+    const int plane = c / 9, line = c / 3 % 3;
+    const Vec3 x(c % 3 - 1, line - 1, plane - 1);
     rest.push_back(x + Vec3(4, 5, 6));
     moved.push_back(rotation * (x + stretch.cwiseProduct(x)) + path - rest.back());
     turned_only.push_back(rotation * x + path - rest.back());
@@ -277,6 +278,7 @@ TEST(Advice, KeepsTheErrorAgainstAReferenceItDidNotUse) {
   const std::vector<NamedTable> tables = advice_tables(cube, request, advice);
   EXPECT_EQ(tables[0].table.size(), advice.trials.size());
   std::vector<NamedTable> read;
+  read.reserve(tables.size());
   for (const NamedTable& table : tables)
     read.push_back({table.name, Table::read(table.table.csv(), table.name)});
   ASSERT_EQ(draw(read).charts.size(), 1U);

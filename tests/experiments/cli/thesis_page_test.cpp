@@ -49,7 +49,8 @@ std::string fault_of(const std::string& line) {
   bool value = false;  // of an option
   for (const std::string& word : words) {
     const bool option = word.starts_with("--");
-    if (option && helps[key].output.find(word) == std::string::npos) return key + " has no " + word;
+    if (option && helps[key].output.find(word) == std::string::npos)
+      return fmt::format("{} has no {}", key, word);
     if (!option && !value && takes_scenes && !fs::exists(scene_file(word))) return "no scene " + word;
     value = option || (value && word.find('=') != std::string::npos);
   }

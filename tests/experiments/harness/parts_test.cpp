@@ -63,7 +63,7 @@ void plant(const fs::path& part, const std::string& before, const std::string& a
 
 TEST(Parts, TogetherAreTheRunOfTheWhole) {
   const TemporaryDirectory folder;
-  const fs::path root = folder.path();
+  const fs::path& root = folder.path();
   run_parts(root, 3);
   EXPECT_FALSE(fs::exists(root / "1" / "failures.csv"));
   const PartsFound found = merge_parts({root / "3", root / "1", root / "2"}, root / "merged");
@@ -78,7 +78,8 @@ TEST(Parts, TogetherAreTheRunOfTheWhole) {
 
 TEST(Parts, ThatDoNotBelongTogetherAreRefused) {
   const TemporaryDirectory folder;
-  const fs::path root = folder.path(), out = root / "merged", one = root / "1", two = root / "2";
+  const fs::path& root = folder.path();
+  const fs::path out = root / "merged", one = root / "1", two = root / "2";
   run_parts(root, 2);
   EXPECT_THAT(complaint_about({one}, out), HasSubstr("of failures a part is missing: 2/2"));
   EXPECT_THAT(complaint_about({one, two, one}, out), HasSubstr("are both part 1/2"));
@@ -98,7 +99,7 @@ TEST(Parts, ThatDoNotBelongTogetherAreRefused) {
 
 TEST(Parts, WithTimesOfDifferentMachinesAreRefused) {
   const TemporaryDirectory folder;
-  const fs::path root = folder.path();
+  const fs::path& root = folder.path();
   run_parts(root, 2);
   for (const char* part : {"1", "2"})  // as if it compared times
     plant(root / part, "\"experiment\": \"failures\"", "\"experiment\": \"regimes\"");

@@ -22,7 +22,7 @@ TEST(Convergence, EverySolverTendsToTheSameMinimum) {
   Progress progress;
   const ConvergenceTables tables = measure_convergence(config, progress);
   ASSERT_EQ(tables.status, Status::ok);
-  ASSERT_EQ(tables.rows.size(), 2 * 2 * config.solvers.size());
+  ASSERT_EQ(tables.rows.size(), 4 * config.solvers.size());
   for (std::size_t r = 0; r < tables.rows.size(); ++r) {
     const std::string& solver = tables.rows.text(r, "solver");
     if (tables.rows.number(r, "iterations") != 50 || solver == "projective" || solver == "xpbd") continue;

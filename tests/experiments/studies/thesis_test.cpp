@@ -98,7 +98,7 @@ TEST(Thesis, StifferSpringsFoldAtSpeedsInProportionToTheRoot) {
   config.landing_speeds = {30, 60, 120};
   const Table rows = measure_landings(config, Progress());
   const auto row = [&](const char* name, const char* landing, double speed) {
-    const Table found = rows.where("case", name).where("landing", landing).where("speed", speed);
+    Table found = rows.where("case", name).where("landing", landing).where("speed", speed);
     EXPECT_EQ(found.size(), 1U);
     return found;
   };

@@ -33,7 +33,7 @@ TEST(SurfaceMesh, HasTheFacesBetweenCellsAndNone) {
   for (const auto& shape : testing::test_shapes()) {
     const SurfaceMesh mesh(Body(testing::test_config(shape.voxels)));
     EXPECT_EQ(mesh.face_count(), boundary_faces(shape.voxels)) << shape.name;
-    EXPECT_EQ(mesh.triangles().size(), 3 * 4 * mesh.face_count()) << shape.name;
+    EXPECT_EQ(mesh.triangles().size(), 12 * mesh.face_count()) << shape.name;
   }
 }
 
