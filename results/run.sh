@@ -39,4 +39,5 @@ for study in "${studies[@]}"; do
   echo "$study,$in_quick,$(from_meta "$results/$study" wall_seconds),$(from_meta "$results/$study" cpu)"
 done >> "$results/study_times.new"
 mv -- "$results/study_times.new" "$results/study_times.csv"
-meta_of_script results/run.sh "$results/${studies[0]}" > "$results/meta.json"
+# Not meta.json: `mss redraw` takes a folder with one for a single study.
+meta_of_script results/run.sh "$results/${studies[0]}" > "$results/study_times.meta.json"
