@@ -22,7 +22,8 @@ struct ColumnRule {
 
 struct BaselineOptions {
   bool quick = false;
-  int threads = 1;  ///< of the core, but in worker processes; the table must not depend on it
+  int threads =
+      1;  ///< of one process, where a study has no worker processes; the table must not depend on it
 };
 
 /// What `mss check` reruns of an experiment and how it compares it: a table that is the same on every

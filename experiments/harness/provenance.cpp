@@ -67,6 +67,13 @@ Json sweep_kernel_names() {
   return names;
 }
 
+/// As in "AuthenticAMD, family 25, model 17": processors of one name differ, and the BLAS chooses by these.
+std::string processor_model() {
+  constexpr const char* file = "/proc/cpuinfo";
+  return fmt::format("{}, family {}, model {}", value_in(file, "vendor_id", ':'),
+                     value_in(file, "cpu family", ':'), value_in(file, "model\t", ':'));
+}
+
 std::string operating_system() {
   utsname system{};
   uname(&system);
@@ -97,10 +104,12 @@ Json provenance() {
           {"sweep_flags", MSS_SWEEP_FLAGS},
           {"dependencies", dependencies()},
           {"cpu", value_in("/proc/cpuinfo", "model name", ':')},
+          {"cpu_model", processor_model()},
           {"cores_available", available_cores()},
           {"cores_machine", std::thread::hardware_concurrency()},
           {"os", operating_system()},
           {"sweep_kernels", sweep_kernel_names()},
+          {"blas_kernels", blas_kernels()},
           {"openmp_settings", openmp_settings()},
           {"date", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))},
           {"load_average", load_average()}};

@@ -149,6 +149,8 @@ std::string cholmod_version() {
                      SUITESPARSE_SUB_VERSION, SUITESPARSE_SUBSUB_VERSION, blas.substr(0, blas.find(' ', 9)));
 }
 
+std::string blas_kernels() { return openblas_get_corename(); }
+
 LinearSolverInfo cholmod() {
   return {.name = "cholmod",
           .summary = "CHOLMOD: supernodal sparse Cholesky, nested dissection",

@@ -42,4 +42,8 @@ class Cholesky {
 /// As in "3.0.14 of SuiteSparse 5.12.0, OpenBLAS 0.3.21".
 std::string cholmod_version();
 
+/// The processor whose kernels OpenBLAS chose for this one, as in "SkylakeX"; rounding in CHOLMOD depends on
+/// it.
+std::string blas_kernels();
+
 }  // namespace mss
