@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Fills this folder with what `./run.sh reproduce` wrote, study by study; of their charts those stay that a text shows.
-# Then `mss reproduce --quick`, for how long each study takes both ways: study_times.csv, from which `mss reproduce` says
-# beforehand how long it takes.
+# Then `mss reproduce --quick`, for how long each study takes both ways: reproduce/study_times.csv, from which
+# `mss reproduce` says beforehand how long it takes.
 #   results/run.sh [DIR]    where the finished studies are; without it they are run first, into out/reproduce
 set -euo pipefail
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
@@ -33,11 +33,12 @@ done
 quick=$(mktemp -d)
 trap 'rm -rf -- "$quick"' EXIT
 "$root/build/release/mss" reproduce --quick --out "$quick"
-echo "study,quick,full,machine" > "$results/study_times.new"
+times=$results/reproduce
+mkdir -p -- "$times"
+echo "study,quick,full,machine" > "$times/study_times.new"
 for study in "${studies[@]}"; do
   in_quick=$(from_meta "$quick/$study" wall_seconds)
   echo "$study,$in_quick,$(from_meta "$results/$study" wall_seconds),$(from_meta "$results/$study" cpu)"
-done >> "$results/study_times.new"
-mv -- "$results/study_times.new" "$results/study_times.csv"
-# Not meta.json: `mss redraw` takes a folder with one for a single study.
-meta_of_script results/run.sh "$results/${studies[0]}" > "$results/study_times.meta.json"
+done >> "$times/study_times.new"
+mv -- "$times/study_times.new" "$times/study_times.csv"
+meta_of_script results/run.sh "$results/${studies[0]}" > "$times/meta.json"

@@ -1,4 +1,4 @@
-// How long studies take: measured by results/run.sh, in results/study_times.csv.
+// How long studies take: measured by results/run.sh, in results/reproduce/study_times.csv.
 #include "experiments/harness/study_times.hpp"
 
 #include <fmt/format.h>
@@ -24,7 +24,7 @@ std::vector<StudyTime> read_study_times(const std::filesystem::path& file) {
 
 const std::vector<StudyTime>& study_times() {
   static const std::vector<StudyTime> times =
-      read_study_times(shipped_files() / "results" / "study_times.csv");
+      read_study_times(shipped_files() / "results" / "reproduce" / "study_times.csv");
   return times;
 }
 

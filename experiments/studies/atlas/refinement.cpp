@@ -159,8 +159,8 @@ double predicted(const Journal& journal, const AtlasBody& body, const std::strin
 }
 
 /// Of numbers that say why a run has its outcome, further digits would only fill the table.
-double six_digits(const Json& value) {
-  const std::string text = fmt::format("{:.5e}", number(value));
+double five_digits(const Json& value) {
+  const std::string text = fmt::format("{:.4e}", number(value));
   double rounded = no_value;
   std::from_chars(text.data(), text.data() + text.size(), rounded);
   return rounded;
@@ -172,9 +172,9 @@ void add_points(const AtlasParameter& parameter, const std::string& integrator, 
   for (const auto& [step, outcome] : row.steps) {
     const Json& run = *journal.find(AtlasCase{AtlasCase::Kind::outcome, b, integrator, step}.name());
     points.add({parameter.name, integrator, b.cells, b.ratio, b.viscosity, b.poisson, b.strain,
-                dt_omega(step), six_digits(run["seconds"]), six_digits(run["max_energy"]),
-                six_digits(run["energy_left"]), six_digits(run["reference_left"]),
-                six_digits(run["min_jacobian"]), std::string(to_string(outcome))});
+                dt_omega(step), five_digits(run["seconds"]), five_digits(run["max_energy"]),
+                five_digits(run["energy_left"]), five_digits(run["reference_left"]),
+                five_digits(run["min_jacobian"]), std::string(to_string(outcome))});
   }
 }
 

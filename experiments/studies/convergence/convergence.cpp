@@ -325,8 +325,7 @@ Chart gap_chart(const Table& rows, const Table& settings, const std::string& sta
   Chart chart = base_chart(settings, start, charted_dt_omega);
   chart.title = "How near the solution of a hard step, against time";
   chart.x = {.label = "wall time, set-up included [ms]", .logarithmic = true};
-  chart.y = {
-      .label = "objective gap / gap at the start", .logarithmic = true, .low = smallest_gap, .high = 10};
+  chart.y = {.label = "objective gap / gap at the start", .logarithmic = true, .high = 10};
   add_series(chart, rows.where("start", start).where("dt_omega", charted_dt_omega), rows.distinct("solver"),
              "seconds", 1e3, "gap");
   return chart;
@@ -336,8 +335,7 @@ Chart iterations_chart(const Table& rows, const Table& settings, double dt_omega
   Chart chart = base_chart(settings, "twisted", dt_omega);
   chart.title = "How near the solution of a hard step, against iterations";
   chart.x = {.label = "iterations", .logarithmic = true};
-  chart.y = {
-      .label = "residual / residual at the start", .logarithmic = true, .low = smallest_gap, .high = 10};
+  chart.y = {.label = "residual / residual at the start", .logarithmic = true, .high = 10};
   add_series(chart, rows.where("start", "twisted").where("dt_omega", dt_omega), rows.distinct("solver"),
              "iterations", 1, "residual");
   return chart;

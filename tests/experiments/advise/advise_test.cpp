@@ -342,6 +342,19 @@ TEST(Advice, NeedsSomethingThatMoves) {
   EXPECT_THROW(advise(flying, {.of = ErrorOf::deformation}, progress), InputError);
 }
 
+/// Advice at rest with as much patience as it takes: a busy machine and sanitizers need more.
+StaticAdvice advise_patiently(const Scene& scene, AdviseRequest& request,
+                              bool (*found)(const StaticAdvice&)) {
+  Progress progress;
+  StaticAdvice advice;
+  for (const double patience : {8, 80, 800}) {
+    request.patience = patience;
+    advice = advise_at_rest(scene, request, progress);
+    if (found(advice)) break;
+  }
+  return advice;
+}
+
 // Errors of the cantilever at 2, 4 and 8 cells across are 19, 6.2 and 1.8 percent, corrected 3.6, 1.0 and
 // 0.3. Smaller cells in places do not pay: bending is everywhere.
 TEST(StaticAdvice, FindsCellsThatMeetTheErrorAsComputedAndCorrected) {
@@ -355,9 +368,11 @@ TEST(StaticAdvice, FindsCellsThatMeetTheErrorAsComputedAndCorrected) {
                    "[solve]\nintegrator = \"static\"\n[expect]\n"
                    "displacement = { box = [[4, 0, 0], [4, 1, 1]], value = [0, 0, 0], within = 1 }\n");
   const Scene scene = load_scene(file);
-  const AdviseRequest request{.error = 0.05, .patience = 8};
+  AdviseRequest request{.error = 0.05};
   Progress progress;
-  const StaticAdvice advice = advise_at_rest(scene, request, progress);
+  const StaticAdvice advice = advise_patiently(scene, request, [](const StaticAdvice& a) {
+    return a.explanation.empty() && a.as_computed == 0.125 && a.maps.size() >= 3;
+  });
   EXPECT_EQ(advice.explanation, "");
   EXPECT_EQ(advice.quantity, "displacement 0 z");
   EXPECT_EQ(advice.as_computed, 0.125);
@@ -394,13 +409,8 @@ TEST(StaticAdvice, AdvisesSmallerCellsUnderALoadOnAPatch) {
                    "within = 1 }\n");
   const Scene scene = load_scene(file);
   AdviseRequest request{.error = 0.4};
-  Progress progress;
-  StaticAdvice advice;
-  for (const double patience : {8, 80}) {  // on a busy machine or with sanitizers the first does not do
-    request.patience = patience;
-    advice = advise_at_rest(scene, request, progress);
-    if (advice.map) break;
-  }
+  const StaticAdvice advice =
+      advise_patiently(scene, request, [](const StaticAdvice& a) { return a.map.has_value(); });
   ASSERT_TRUE(advice.map) << summary(scene, request, advice);
   const MapTried& map = advice.maps[*advice.map];
   EXPECT_GT(map.cell_size, advice.as_computed);
