@@ -160,7 +160,7 @@ LegendGrid legend_grid(const Chart& chart) {
 
 /// Margins, legend, title and foot; heights in pixels from below.
 std::string layout_commands(const Chart& chart) {
-  constexpr double legend_row = 27;
+  constexpr double legend_row = 30;
   const auto screen = [](double pixels) { return pixels / page_height; };
   const bool below = chart.legend == Chart::Legend::below;
   const auto [columns, rows, longest] = legend_grid(chart);
