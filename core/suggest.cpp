@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "core/error.hpp"
 
@@ -13,17 +14,19 @@ namespace {
 
 constexpr std::size_t longest_name = 100;  ///< more would take time in proportion
 
-/// Levenshtein distance, one row of the table at a time.
+/// Letters inserted, deleted, replaced, or swapped with the next (optimal string alignment), by rows of its
+/// table.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
+  std::vector<std::size_t> row(b.size() + 1), above, above_that;
   std::iota(row.begin(), row.end(), std::size_t{0});
   for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
+    above_that = std::exchange(above, row);
     row[0] = i;
     for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+      const std::size_t replaced = above[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      row[j] = std::min({above[j] + 1, row[j - 1] + 1, replaced});
+      const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+      if (swapped) row[j] = std::min(row[j], above_that[j - 2] + 1);
     }
   }
   return row.back();
@@ -31,6 +34,11 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 bool begins(std::string_view found, std::string_view name) {
   return found.size() >= 3 && name.starts_with(found);
+}
+
+std::size_t common_beginning(std::string_view a, std::string_view b) {
+  const std::size_t both = std::min(a.size(), b.size());
+  return std::size_t(std::mismatch(a.begin(), a.begin() + std::ptrdiff_t(both), b.begin()).first - a.begin());
 }
 
 }  // namespace
@@ -48,17 +56,22 @@ std::string nearest(std::string_view found, const std::vector<std::string>& know
 }
 
 bool are_alike(std::string_view a, std::string_view b) {
-  if (begins(a, b)) return true;
-  constexpr std::size_t two_letters = 2;  // as where they changed places in a short name
   const std::size_t longer = std::max(a.size(), b.size());
-  return longer <= longest_name && edit_distance(a, b) <= std::max(two_letters, longer / 2);
+  if (a.empty() || b.empty() || longer > longest_name) return false;
+  if (begins(a, b) || 2 * common_beginning(a, b) > longer) return true;
+  const std::size_t edits = edit_distance(a, b);
+  return edits < longer && edits <= std::max(longer / 3, std::size_t{1});
+}
+
+std::string question(std::string_view found, const std::vector<std::string>& known) {
+  const std::string near = nearest(found, known);
+  return are_alike(found, near) ? fmt::format("did you mean '{}'? ", near) : "";
 }
 
 void throw_unknown(std::string_view name, const std::vector<std::string>& known, std::string_view what,
                    std::string_view list) {
-  const std::string near = nearest(name, known);
-  const std::string question = are_alike(name, near) ? fmt::format("did you mean '{}'? ", near) : "";
-  throw InputError(fmt::format("{} '{}' is unknown; {}`mss list {}` shows all", what, name, question, list));
+  throw InputError(
+      fmt::format("{} '{}' is unknown; {}`mss list {}` shows all", what, name, question(name, known), list));
 }
 
 }  // namespace mss

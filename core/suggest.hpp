@@ -6,13 +6,16 @@
 
 namespace mss {
 
-/// The known name that begins with `found`, else the one that is fewest edits (insert, delete, replace) away
-/// from it; empty if none are known.
+/// The known name that begins with `found`, else the one that is fewest edits (insert, delete, replace, swap
+/// neighbours) away from it; empty if none are known.
 std::string nearest(std::string_view found, const std::vector<std::string>& known);
 
-/// Whether one name may be a slip for the other: it is how the other begins, or half of their letters at
-/// least, or all but two, are the same.
+/// Whether `a` may be a slip for `b`: it is how `b` begins, they begin with the same letters for more than
+/// half of the longer, or edits of a third of its letters at most, or of one, lie between them.
 bool are_alike(std::string_view a, std::string_view b);
+
+/// "did you mean 'NAME'? " of the nearest known name; empty if none is alike.
+std::string question(std::string_view found, const std::vector<std::string>& known);
 
 /// Throws the InputError of find_named().
 [[noreturn]] void throw_unknown(std::string_view name, const std::vector<std::string>& known,

@@ -117,12 +117,20 @@ bool lies_in(const std::string& inner, const std::string& outer) {
   return inner == outer || inner.compare(0, outer.size() + 1, outer + ".") == 0;
 }
 
+/// Whether a table or the one around it is of tables alone, as [expect]: plain keys of others mean nothing
+/// there.
+bool lies_in_table_of_tables(const std::string& pattern, const KnownKeys& known) {
+  const std::string outer = pattern.substr(0, pattern.find('.'));
+  return !outer.empty() && known.contains(join(outer, known.at(outer).front()));
+}
+
 /// The known full key a user most likely meant, as a question: the same name in another table, else the
 /// nearest in this one if there is one alike.
 std::string suggestion(const std::string& pattern, const std::string& key, const KnownKeys& known) {
   const auto question = [](const std::string& meant) { return fmt::format("; did you mean {}?", meant); };
-  for (const auto& [table, keys] : known)
-    if (std::find(keys.begin(), keys.end(), key) != keys.end()) return question(join(table, key));
+  if (!lies_in_table_of_tables(pattern, known))
+    for (const auto& [table, keys] : known)
+      if (std::find(keys.begin(), keys.end(), key) != keys.end()) return question(join(table, key));
   const std::string near = nearest(key, known.at(pattern));
   return are_alike(key, near) ? question(join(pattern, near)) : std::string();
 }

@@ -1,5 +1,6 @@
 // `mss advise`: the cheapest way to compute a scene with an error below a limit.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -78,10 +79,8 @@ ErrorOf read_error_of(const std::string& text) {
   const auto& names = error_names();
   const auto found = std::find(names.begin(), names.end(), text);
   if (found == names.end())
-    throw InputError(
-        fmt::format("--of {} is unknown; did you mean '{}'? There are displacement, deformation, "
-                    "volume, frequency and energy",
-                    text, nearest(text, names)));
+    throw InputError(fmt::format("--of {} is unknown; {}give one of {}", text, question(text, names),
+                                 fmt::join(names, ", ")));
   return ErrorOf(found - names.begin());
 }
 

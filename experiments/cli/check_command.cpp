@@ -81,8 +81,8 @@ std::vector<Truth> truths_of(const CheckChoice& choice, const fs::path& baseline
       for (const bool quick : {false, true})
         tables.push_back(fs::path(table_name(info, quick)).stem().string());
     if (std::find(tables.begin(), tables.end(), truth.table) == tables.end())
-      throw InputError(fmt::format("{}: there is no table '{}'; did you mean '{}'?", file.string(),
-                                   truth.table, nearest(truth.table, tables)));
+      throw InputError(fmt::format("{}: there is no table '{}'; {}give one of {}", file.string(), truth.table,
+                                   question(truth.table, tables), fmt::join(tables, ", ")));
   }
   return truths;
 }
@@ -277,7 +277,8 @@ void add(CLI::App& app, int& exit_status) {
       ->check(whole_number(1, most_threads));
   command->add_option("--set", choice->overrides, "Change a value of the scenes: table.key=value")
       ->take_all();
-  command->add_flag("--quick", choice->quick, "The small tables only: under two minutes");
+  command->add_flag("--quick", choice->quick,
+                    "The small tables only: under two minutes");
   command->add_option("--only", choice->only, "These studies only, by name")->delimiter(',');
   command->add_option("--against", choice->against,
                       "Directory of baselines (default: those that come with the program)");

@@ -74,8 +74,8 @@ void check_first_word(const CLI::App& app, int argc, char** argv) {
           word, launch().count));
     return;
   }
-  throw InputError(fmt::format("{} '{}' is unknown; did you mean '{}'? `mss --help` shows all",
-                               option ? "option" : "command", word, nearest(word, known)));
+  throw InputError(fmt::format("{} '{}' is unknown; {}`mss --help` shows all", option ? "option" : "command",
+                               word, question(word, known)));
 }
 
 /// One sentence about unexpected arguments.
@@ -91,8 +91,7 @@ std::string unexpected(const CLI::App& app) {
   if (contains(known, name))
     return fmt::format("{} stands before `{}`, whose option it is; put it after that", name,
                        chosen(app).get_name());
-  return fmt::format("option '{}' is unknown; did you mean '{}'? {} shows all", name, nearest(name, known),
-                     help_hint(app));
+  return fmt::format("option '{}' is unknown; {}{} shows all", name, question(name, known), help_hint(app));
 }
 
 int fail(const std::string& sentence, ExitStatus status) {

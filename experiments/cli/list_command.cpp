@@ -1,5 +1,6 @@
 // `mss list`: integrators, solvers, models, scenes and experiments, one line each.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -64,7 +65,8 @@ void list(const std::string& kind) {
     if (kind == name) return print(lines(), "");
   }
   if (!kind.empty())
-    throw InputError(fmt::format("there is no list of '{}'; did you mean '{}'?", kind, nearest(kind, names)));
+    throw InputError(fmt::format("there is no list of '{}'; {}give one of {}", kind, question(kind, names),
+                                 fmt::join(names, ", ")));
   for (const auto& [name, lines] : kinds) {
     fmt::print("{}\n", name);
     print(lines(), "  ");

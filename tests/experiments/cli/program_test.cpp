@@ -97,6 +97,26 @@ TEST(Program, RefusesBadUsageInOneSentence) {
   expect_refused({"list", "scene"}, "did you mean 'scenes'?");
 }
 
+TEST(Program, SuggestsNothingThatIsUnlike) {
+  const Directory directory;
+  const std::string scene = directory / "scene.toml";
+  write_atomically(scene, "[expect]\ntolerance = 1e-3\n");
+  const std::vector<std::vector<std::string>> refused{
+      {"simulate"},
+      {"list", "nope"},
+      {"run", "cantilever", "--hdf5"},
+      {"run", "cantilever", "--set", "plane=[{contact=\"foo\"}]"},
+      {"advise", "free_cube", "--of", "stress"},
+      {"check", scene}};
+  for (const std::vector<std::string>& arguments : refused) {
+    const ProgramRun run = mss(arguments);
+    EXPECT_EQ(run.exit_status, 2) << run.output;
+    EXPECT_EQ(run.output.find("did you mean"), std::string::npos) << run.output;
+    EXPECT_EQ(run.output.find("nearest"), std::string::npos) << run.output;
+  }
+  expect_refused({"list", "nope"}, "give one of integrators, linear_solvers");
+}
+
 TEST(View, RefusesWhatItCannotShow) {
   expect_refused({"view"}, "scene");
   expect_refused({"view", "cantilver"}, "did you mean 'cantilever'?");
