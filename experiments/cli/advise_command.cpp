@@ -15,6 +15,7 @@
 #include "experiments/advise/report.hpp"
 #include "experiments/advise/static_advice.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/settings.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/simulation/scene_check.hpp"
@@ -192,7 +193,7 @@ void add(CLI::App& app, int& exit_status) {
   command->add_flag("--unpruned", choice->unpruned,
                     "With --grid: run every candidate to its end, however wrong or slow it is");
   command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>_advice)");
-  command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
+  add_settings(*command, choice->overrides);
   command->callback([choice, &exit_status] { run_advise(*choice, exit_status); });
 }
 

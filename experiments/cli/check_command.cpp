@@ -12,6 +12,7 @@
 #include "core/suggest.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/limits.hpp"
+#include "experiments/cli/settings.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/installation.hpp"
@@ -275,8 +276,7 @@ void add(CLI::App& app, int& exit_status) {
                    "Threads of the core (default 1); results do not depend on them, and small bodies are "
                    "fastest with one")
       ->check(whole_number(1, most_threads));
-  command->add_option("--set", choice->overrides, "Change a value of the scenes: table.key=value")
-      ->take_all();
+  add_settings(*command, choice->overrides);
   command->add_flag("--quick", choice->quick,
                     "The small tables only: under two minutes");
   command->add_option("--only", choice->only, "These studies only, by name")->delimiter(',');

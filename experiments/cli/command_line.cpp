@@ -94,6 +94,23 @@ std::string unexpected(const CLI::App& app) {
   return fmt::format("option '{}' is unknown; {}{} shows all", name, question(name, known), help_hint(app));
 }
 
+/// The arguments, last first as CLI11 takes them, with a `--set` before each of several settings that follow
+/// one: a word with an equals sign is a setting, the first without ends them.
+std::vector<std::string> reversed_arguments(int argc, char** argv) {
+  const std::string set = "--set";
+  std::vector<std::string> words;
+  bool after_setting = false;
+  for (const std::string& word : std::vector<std::string>(argv + 1, argv + argc)) {
+    const bool first = !words.empty() && words.back() == set;
+    const bool further = after_setting && !word.starts_with('-') && word.find('=') != std::string::npos;
+    if (further) words.push_back(set);
+    words.push_back(word);
+    after_setting = first || further || word.starts_with(set + "=");
+  }
+  std::reverse(words.begin(), words.end());
+  return words;
+}
+
 int fail(const std::string& sentence, ExitStatus status) {
   if (speaks_for_all()) fmt::print(stderr, "mss: {}\n", sentence);
   return status;
@@ -123,7 +140,7 @@ int run_command_line(int argc, char** argv) {
   try {
     for (const Command add : commands()) add(app, exit_status);
     check_first_word(app, argc, argv);
-    app.parse(argc, argv);
+    app.parse(reversed_arguments(argc, argv));
     return exit_status;
   } catch (const CLI::Success& request) {  // --help, --version
     return app.exit(request);

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/scene_writer.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/settings.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
@@ -147,7 +148,7 @@ void add(CLI::App& app, int& exit_status) {
       ->required();
   command->add_option("--count", choice->count, "Number of modes, the slowest first")->capture_default_str();
   command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>_modes)");
-  command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
+  add_settings(*command, choice->overrides);
   command->callback([choice, &exit_status] { run_modes(*choice, exit_status); });
 }
 

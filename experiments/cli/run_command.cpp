@@ -12,6 +12,7 @@
 #include "core/scene_writer.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/launched_ranks.hpp"
+#include "experiments/cli/settings.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/simulation/error_estimates.hpp"
@@ -292,7 +293,7 @@ void add(CLI::App& app, int& exit_status) {
   command->add_option("scene", choice->scene, "Scene file (TOML), or a name from `mss list scenes`")
       ->required();
   command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>)");
-  command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
+  add_settings(*command, choice->overrides);
   command->add_option(
       "--vtk", choice->vtk,
       "Also write every N-th step for ParaView (cells, springs, a mesh's surface); with adaptive methods "

@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/settings.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
 #include "experiments/view/window.hpp"
@@ -59,7 +60,7 @@ void add(CLI::App& app, int& exit_status) {
   const auto choice = std::make_shared<ViewChoice>();
   command->add_option("scene", choice->scene, "Scene file (TOML), or a name from `mss list scenes`")
       ->required();
-  command->add_option("--set", choice->overrides, "Change a value of the scene: table.key=value")->take_all();
+  add_settings(*command, choice->overrides);
   command->add_option("--size", choice->size, "Width and height of the window [pixels] (default 1280x800)");
   CLI::Option* shot =
       command->add_option("--shot", choice->shot, "Open no window; write a picture to this PNG file");

@@ -310,6 +310,23 @@ TEST(Check, JudgesAChangedScene) {
                  "expect.displacement.box contains no particle");
 }
 
+// However many settings follow one --set, what is no setting is the scene.
+TEST(Program, TakesTheSceneBehindSettings) {
+  const Directory directory;
+  const std::string scene = directory / "scene.toml", value = "expect.volume_ratio.value=9";
+  write_atomically(scene, beam("[expect]\nvolume_ratio = { value = 1, within = 0.5 }\n"));
+  const std::vector<std::vector<std::string>> settings{
+      {"--set", value}, {"--set", "solve.every=0.1", value}, {"--set=solve.every=0.1", value}};
+  for (std::vector<std::string> arguments : settings) {
+    arguments.insert(arguments.begin(), "check");
+    arguments.push_back(scene);
+    const ProgramRun run = mss(arguments);
+    EXPECT_EQ(run.exit_status, 1) << run.output;
+    EXPECT_NE(run.output.find("volume_ratio: should be 9"), std::string::npos) << run.output;
+  }
+  expect_refused({"check", "--set", "solve.dt", scene}, "--set solve.dt: is not a setting");
+}
+
 TEST(Check, RefusesScenesThatExpectNothing) {
   const Directory directory;
   const std::string scene = directory / "scene.toml";
