@@ -55,9 +55,18 @@ std::vector<ExperimentInfo> chosen(const CheckChoice& choice) {
   return infos;
 }
 
+/// What the user will wait for.
+void announce(std::size_t tables, bool quick) {
+  fmt::print(stderr, "mss: computes {} table{} to compare with baselines; {}\n", tables,
+             tables == 1 ? "" : "s",
+             quick ? "takes less than a minute" : "may take minutes, with --quick less than one");
+}
+
 /// The checked table of every experiment, written to a directory; false if interrupted.
 bool rerun(const CheckChoice& choice) {
-  for (const ExperimentInfo& info : chosen(choice)) {
+  const std::vector<ExperimentInfo> infos = chosen(choice);
+  announce(infos.size(), choice.quick);
+  for (const ExperimentInfo& info : infos) {
     std::string csv;
     {
       TerminalProgress progress("check " + info.name);
@@ -278,7 +287,7 @@ void add(CLI::App& app, int& exit_status) {
       ->check(whole_number(1, most_threads));
   add_settings(*command, choice->overrides);
   command->add_flag("--quick", choice->quick,
-                    "The small tables only: under two minutes");
+                    "The small tables only: less than a minute, instead of minutes");
   command->add_option("--only", choice->only, "These studies only, by name")->delimiter(',');
   command->add_option("--against", choice->against,
                       "Directory of baselines (default: those that come with the program)");
