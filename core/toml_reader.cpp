@@ -141,6 +141,13 @@ bool contains(const KnownKeys& keys, const std::string& table, const std::string
          std::find(entry->second.begin(), entry->second.end(), key) != entry->second.end();
 }
 
+bool is_number(std::string_view key) {
+  return !key.empty() && key.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+/// An override makes the tables on the way to its key; they stand on no line.
+bool is_made_by_override(const toml::table& table) { return table.source().begin.line == 0; }
+
 /// What a table holds, as the user wrote it; toml++ itself sorts by name.
 std::vector<std::pair<std::string, const toml::node*>> in_order_of_lines(const toml::table& table) {
   std::vector<std::pair<std::string, const toml::node*>> entries;
@@ -215,6 +222,12 @@ void TomlFile::check_keys(const toml::table& table, const std::string& path, con
   if (entry == known.end()) return;  // a table where a plain value belongs: reading it reports that
   for (const auto& [name, node] : in_order_of_lines(table)) {
     const std::string full = join(path, name), inner = join(pattern, name);
+    if (is_number(name) && is_made_by_override(table) && !pattern.empty())
+      reject(
+          full, node,
+          fmt::format("the scene has no [[{}]]; a setting changes keys of the tables that the file has, and "
+                      "adds none",
+                      path));
     if (!contains(known, pattern, name) && !contains(old, pattern, name))
       reject(full, node,
              fmt::format("{} is not a known {} (known: {}){}", full, node->is_table() ? "table" : "key",
