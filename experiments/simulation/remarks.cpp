@@ -41,8 +41,11 @@ Eigen::Index free_motions(const Scene& scene, const std::vector<ParticleRecord>&
 
 /// Of a static scene that found no rest.
 std::string on_holds(const Scene& scene, const SimulationResult& result) {
+  if (scene.environment.holds.empty() && !scene.environment.planes.empty())
+    return "nothing holds the body but planes, along which it may slide or turn freely; add a [[hold]]";
   if (scene.environment.holds.empty())
     return "nothing holds the body in place; where a scene has no [[hold]], few are at rest";
+  if (!scene.environment.planes.empty()) return {};  // which may hold what the holds leave free
   const Eigen::Index motions = free_motions(scene, result.particles);
   if (motions == 0) return {};
   return fmt::format(
@@ -79,7 +82,7 @@ std::vector<std::string> remarks_on(const Scene& scene, const SimulationResult& 
   std::vector<std::string> remarks;
   if (result.status == Status::non_finite && in_fixed_steps(scene))
     remarks.push_back(remark_on_divergence(scene, result.dt, result.sure_steps));
-  if (result.status == Status::newton_stalled && is_static(scene) && scene.environment.planes.empty())
+  if (result.status == Status::newton_stalled && is_static(scene))
     if (std::string remark = on_holds(scene, result); !remark.empty()) remarks.push_back(std::move(remark));
   if (result.status == Status::ok && !result.series.empty() && result.series.back().min_jacobian <= 0)
     remarks.push_back(fmt::format(

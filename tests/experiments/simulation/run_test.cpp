@@ -202,6 +202,9 @@ TEST_F(RunCommand, SaysThatNothingHoldsABodyThatFindsNoRest) {
                                                            "environment.gravity=[0,0,-9.81]"});
   EXPECT_EQ(adrift.exit_status, 3) << adrift.output;
   EXPECT_NE(adrift.output.find("nothing holds the body in place"), std::string::npos) << adrift.output;
+  const ProgramRun on_legs = run("soft_table", {"--set", "solve.integrator=static"});
+  EXPECT_EQ(on_legs.exit_status, 3) << on_legs.output;
+  EXPECT_NE(on_legs.output.find("nothing holds the body but planes"), std::string::npos) << on_legs.output;
 }
 
 /// A hundredth of its weight at 0.02 s: 8 kg get 0.8 N s, which shows as momentum.
