@@ -21,12 +21,29 @@ namespace py = pybind11;
 
 namespace {
 
+Scene read_scene(const py::object& scene, const std::vector<std::string>& overrides) {
+  if (py::isinstance<py::dict>(scene)) return parse_scene(toml_text(scene.cast<py::dict>()), overrides);
+  return load_scene(scene_file(scene.cast<std::filesystem::path>().string()), overrides);
+}
+
+/// A message of the program about one of its overrides, with the key in `settings` in place of --set.
+std::string naming_the_setting(const std::string& message, const std::vector<std::string>& overrides) {
+  for (const std::string& setting : overrides) {
+    const std::string place = "--set " + setting + ":";
+    if (message.starts_with(place))
+      return "settings[\"" + setting.substr(0, setting.find('=')) + "\"]:" + message.substr(place.size());
+  }
+  return message;
+}
+
 /// A scene from a file, from the name of one that comes with the program, or from a dict.
 std::unique_ptr<Simulation> load(const py::object& scene, const py::dict& settings) {
   const std::vector<std::string> overrides = toml_overrides(settings);
-  if (py::isinstance<py::dict>(scene))
-    return make_simulation(parse_scene(toml_text(scene.cast<py::dict>()), overrides));
-  return make_simulation(load_scene(scene_file(scene.cast<std::filesystem::path>().string()), overrides));
+  try {
+    return make_simulation(read_scene(scene, overrides));
+  } catch (const InputError& error) {
+    throw InputError(naming_the_setting(error.what(), overrides));
+  }
 }
 
 py::dict energies(const Simulation& simulation) {

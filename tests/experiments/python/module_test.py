@@ -61,7 +61,8 @@ class Loading(unittest.TestCase):
             mss.load("cantilever", {"material.density": -5})
         run = subprocess.run([PROGRAM, "run", "cantilever", "--set", "material.density=-5"], capture_output=True, text=True)
         self.assertEqual(run.returncode, 2)
-        self.assertEqual(run.stderr.strip(), f"mss: {error.exception}")
+        sentence = run.stderr.strip().replace("mss: --set material.density=-5:", 'settings["material.density"]:')
+        self.assertEqual(str(error.exception), sentence)
         self.assertIn("is not a density; give a positive number", str(error.exception))
         for scene, sentence in [
             ("cantilver", "did you mean 'cantilever'"),
