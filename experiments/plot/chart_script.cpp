@@ -14,20 +14,25 @@ namespace mss {
 
 namespace {
 
-/// Colours of a dark and a light shade in turn; no two with the same dash and marker.
+/// No two have the same dash and marker, nor the same marker and colours that are equally dark, so that
+/// markers alone are told apart in grey. There are no fewer than integrators, whose places in their list
+/// choose them.
 struct LineStyle {
   const char* colour;
   const char* dash;
   int marker;
 };
-constexpr std::array<LineStyle, 20> line_styles{
-    {{"#a50f15", "1", 7},           {"#ef6548", "(10,4)", 6},     {"#e08214", "(10,3,2,3)", 5},
-     {"#6e6e6e", "(2,3)", 8},       {"#08519c", "1", 9},          {"#4292c6", "(10,4)", 10},
-     {"#006d2c", "1", 13},          {"#41ab5d", "(10,4)", 12},    {"#54278f", "(10,3,2,3)", 11},
-     {"#807dba", "(2,3)", 4},       {"#a6761d", "1", 15},         {"#d9a441", "(10,4)", 14},
-     {"#c51b7d", "1", 5},           {"#e78ac3", "(10,4)", 4},     {"#1b7f79", "(10,3,2,3)", 7},
-     {"#252525", "(2,3)", 6},       {"#7a0177", "(10,4)", 7},     {"#35978f", "(2,3)", 9},
-     {"#8c510a", "(10,3,2,3)", 13}, {"#3690c0", "(10,3,2,3)", 15}}};
+constexpr std::array<LineStyle, 28> line_styles{
+    {{"#a50f15", "1", 7},           {"#ef6548", "(10,4)", 6},      {"#e08214", "(10,3,2,3)", 5},
+     {"#6e6e6e", "(2,3)", 8},       {"#08519c", "1", 9},           {"#4292c6", "(10,4)", 10},
+     {"#006d2c", "1", 13},          {"#41ab5d", "(10,4)", 12},     {"#54278f", "(10,3,2,3)", 11},
+     {"#807dba", "(2,3)", 4},       {"#a6761d", "1", 15},          {"#d9a441", "(10,4)", 14},
+     {"#c51b7d", "1", 5},           {"#e78ac3", "(10,4)", 4},      {"#1b7f79", "(10,3,2,3)", 7},
+     {"#252525", "(2,3)", 6},       {"#c994c7", "(10,4)", 7},      {"#35978f", "(2,3)", 9},
+     {"#c7a76c", "(10,3,2,3)", 13}, {"#9ecae1", "(10,3,2,3)", 15}, {"#08306b", "1", 10},
+     {"#bf812d", "(2,3)", 11},      {"#00441b", "(2,3)", 12},      {"#67000d", "1", 14},
+     {"#3f007d", "(10,4)", 8},      {"#b2abd2", "(10,3,2,3)", 8},  {"#bdbdbd", "(2,3)", 10},
+     {"#d9b8e0", "1", 12}}};
 
 /// Of failed runs, in black: crosses and open shapes.
 constexpr std::array<int, 6> failure_markers{2, 1, 3, 8, 12, 6};

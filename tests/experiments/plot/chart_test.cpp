@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "core/error.hpp"
@@ -11,6 +12,7 @@
 #include "experiments/io/output.hpp"
 #include "experiments/plot/gnuplot.hpp"
 #include "experiments/plot/gnuplot_commands.hpp"
+#include "integrators/integrator.hpp"
 
 namespace mss {
 namespace {
@@ -97,18 +99,41 @@ TEST(MapChart, WritesShortNumbers) {
   EXPECT_EQ(short_number(1500), "1500");
 }
 
-TEST(ChartScript, GivesEverySeriesItsOwnMarkerAndDash) {
+/// What gnuplot draws a series per integrator with, from `from` to " ps ".
+std::vector<std::string> looks_of_integrators(bool joined, const std::string& from) {
   Chart chart = small_chart();
   chart.series.clear();
-  for (int i = 0; i < 10; ++i) chart.series.push_back({.label = "s", .points = {{1, 1}}});
+  for (int i = 0; i < int(integrators().size()); ++i)
+    chart.series.push_back({.label = "s", .points = {{1, 1}}, .style = i, .joined = joined});
   const std::string script = gnuplot_script(chart, "a", "b");
-  std::set<std::string> styles;
-  for (std::size_t at = script.find(" with linespoints"); at < script.rfind("set output 'b'");
-       at = script.find(" with linespoints", at + 1)) {
-    const std::size_t from = script.find(" dt ", at), to = script.find(" ps ", at);
-    styles.insert(script.substr(from, to - from));
+  const std::size_t begin = script.find("set output 'b'");
+  std::vector<std::string> looks;
+  for (std::size_t at = script.find(from, begin); at != std::string::npos; at = script.find(from, at + 1))
+    looks.push_back(script.substr(at, script.find(" ps ", at) - at));
+  return looks;
+}
+
+TEST(ChartScript, GivesEveryIntegratorItsOwnMarkerAndDash) {
+  const std::vector<std::string> looks = looks_of_integrators(true, " dt ");
+  EXPECT_EQ(looks.size(), integrators().size());
+  EXPECT_EQ(std::set<std::string>(looks.begin(), looks.end()).size(), looks.size());
+}
+
+/// Where there are no lines, those with one marker differ in grey too.
+TEST(ChartScript, GivesEveryIntegratorItsOwnMarkerAndShade) {
+  std::map<std::string, std::vector<double>> shades;
+  std::size_t count = 0;
+  for (const std::string& look : looks_of_integrators(false, "points lc '#")) {
+    const auto channel = [&](std::size_t at) { return std::stoi(look.substr(at, 2), nullptr, 16); };
+    const std::size_t colour = look.find('#') + 1;
+    const double shade =
+        0.2126 * channel(colour) + 0.7152 * channel(colour + 2) + 0.0722 * channel(colour + 4);
+    std::vector<double>& others = shades[look.substr(look.find(" pt "))];
+    for (const double other : others) EXPECT_GT(std::abs(shade - other), 30) << look;
+    others.push_back(shade);
+    ++count;
   }
-  EXPECT_EQ(styles.size(), 10U);
+  EXPECT_EQ(count, integrators().size());
 }
 
 TEST(Chart, ShowsItsTextUnchanged) {
