@@ -31,6 +31,7 @@ struct ReferenceLine {
   Direction direction;
   double at;
   std::string label;
+  bool below = false;  ///< whether the label of a horizontal line stands below it, not above
 };
 
 /// A single black point, or a bar from point.low to point.high if y is NaN, with text beside it: above it to

@@ -49,7 +49,8 @@ std::string line_commands(const ReferenceLine& line) {
                      place("1")) +
          fmt::format("set label {} at {} {} tc '#404040' front\n", scaled_text(line.label, 0.8),
                      place(flat ? "0.01" : "0.98"),
-                     flat ? "left offset 0, 0.55" : "right rotate by 90 offset -0.7, 0");
+                     flat ? fmt::format("left offset 0, {}", line.below ? -0.55 : 0.55)
+                          : "right rotate by 90 offset -0.7, 0");
 }
 
 bool is_drawn(const ChartPoint& p) { return std::isfinite(p.x) && std::isfinite(p.y); }

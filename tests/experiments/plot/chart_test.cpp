@@ -37,6 +37,15 @@ TEST(ChartScript, HasALegendInTwoColumnsWhereTheRightOneFits) {
   EXPECT_EQ(rows(), 4);
 }
 
+TEST(ChartScript, PlacesTheNameOfALineAboveItOrBelow) {
+  Chart chart{.title = "T", .subtitle = "", .x = {.label = "x"}, .y = {.label = "y"}};
+  chart.series = {{.label = "a", .points = {{1, 1}, {2, 2}}}};
+  chart.lines = {{ReferenceLine::Direction::horizontal, 1, "one"}};
+  EXPECT_NE(gnuplot_script(chart, "a", "b").find("left offset 0, 0.55 "), std::string::npos);
+  chart.lines[0].below = true;
+  EXPECT_NE(gnuplot_script(chart, "a", "b").find("left offset 0, -0.55 "), std::string::npos);
+}
+
 TEST(ChartText, EscapesEverythingGnuplotReadsAsMarkup) {
   EXPECT_EQ(gnuplot_text("time per update"), "'time per update'");
   EXPECT_EQ(gnuplot_text("k_e^2 {a} @b & c~d"), "'k\\_e\\^2 \\{a\\} \\@b \\& c\\~d'");
