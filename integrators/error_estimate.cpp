@@ -129,8 +129,11 @@ void GoalEstimator::add_doubts(GoalEstimate& goal) const {
   std::vector<double> parts = goal.of_cells;
   for (double& part : parts) part = std::abs(part);
   const double all = std::accumulate(parts.begin(), parts.end(), 0.0);
-  const bool thin = std::find(doubts_.begin(), doubts_.end(), Doubt::thin) != doubts_.end();
-  if (all <= negligible * std::abs(goal.value) && !thin) return;
+  if (all <= negligible * std::abs(goal.value)) {  // no estimate to doubt, but what may not be seen
+    if (std::find(doubts_.begin(), doubts_.end(), Doubt::thin) != doubts_.end())
+      goal.doubts.push_back(Doubt::thin);
+    return;
+  }
   if (std::abs(goal.error) > resolved_share * std::abs(goal.value)) goal.doubts.push_back(Doubt::large);
   if (std::abs(goal.error) < agreeing_share * all) goal.doubts.push_back(Doubt::far);
   if (double(doerfler_marking(parts, 0.5).size()) < spread_share * double(parts.size()))

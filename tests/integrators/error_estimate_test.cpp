@@ -18,6 +18,7 @@ namespace mss {
 namespace {
 
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
@@ -301,6 +302,14 @@ TEST(ErrorEstimate, SaysWhereItCannotBeTrusted) {
   floored.planes = {{.point = {0, 0, -5}, .contact = ContactLaw::penalty}};
   EXPECT_THAT(doubts_of(config, floored, of_tip), Contains(Doubt::contact));
   EXPECT_THAT(doubts_of(bar(4, 1, 1), loaded, of_tip), Contains(Doubt::thin));
+
+  const Body slab(bar(4, 1, 1));  // a reaction that is the load, whatever the cells: there is no estimate
+  SpringSystem<double> above_floor(slab, floored);
+  Work of_slab;
+  const LinearResponse bent = linear_response(above_floor, {}, of_slab);
+  EXPECT_THAT(
+      GoalEstimator(above_floor, bent.displacement, of_slab).reaction(at_all(slab, Vec3::UnitZ())).doubts,
+      ElementsAre(Doubt::thin));
 
   const Body body(bar(4, 3, 0.5));
   Turned far(body, Eigen::Matrix3d::Identity(), 300, 0), near(body, Eigen::Matrix3d::Identity(), 1, 0);
