@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "core/error.hpp"
@@ -109,6 +110,23 @@ std::vector<double> values_of(const Scene& scene, AtRest& at_rest) {
   return values;
 }
 
+/// Whether what the body stores is rounding of its particles' places: little beside what it would store at
+/// twice its size, where strains are about 1.
+bool is_undeformed(const Scene& scene, AtRest& at_rest) {
+  BodySystem<double>& system = at_rest.system();
+  const auto energy = [&](const Field<double>& x) {
+    const StoredEnergy stored = system.stored_energy(x);
+    return stored.elastic + stored.volume;
+  };
+  Field<double> twice = system.undeformed_state().x;
+  twice.array() *= 2;
+  const double rounding = scene.solve.precision == Precision::single
+                              ? double(std::numeric_limits<float>::epsilon())
+                              : std::numeric_limits<double>::epsilon();
+  const double strain = 4 * rounding * twice.array().abs().maxCoeff() / scene.body.cell_size;
+  return energy(at_rest.state().x) <= strain * strain * energy(twice);
+}
+
 GoalEstimate estimate(GoalEstimator& estimator, const Goal& goal) {
   return goal.kind == Goal::Kind::displacement ? estimator.displacement(goal.weight)
          : goal.kind == Goal::Kind::reaction   ? estimator.reaction(goal.weight)
@@ -201,6 +219,8 @@ SceneEstimates estimate_errors(const Scene& scene, const std::vector<ParticleRec
   try {
     Work work;
     GoalEstimator estimator(at_rest.system(), at_rest.state(), work);
+    if (is_undeformed(scene, at_rest))
+      throw InputError("nothing deforms the body: the energy that it stores is rounding");
     for (const Goal& goal : goals_of(scene, at_rest.body())) {
       const GoalEstimate found = estimate(estimator, goal);
       estimates.values.push_back({.quantity = goal.quantity,

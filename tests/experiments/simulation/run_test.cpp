@@ -394,6 +394,20 @@ TEST_F(RunCommand, SaysWhyThereIsNoEstimate) {
   EXPECT_TRUE(summary()["estimates"].is_null());
 }
 
+/// What it stores is 0 or rounding, of which no share is an error.
+TEST_F(RunCommand, EstimatesNothingOfABodyThatNothingDeforms) {
+  const fs::path scene = write("tip.toml", cantilever);
+  const ProgramRun done = run(
+      scene, {"--set", "load.0.force=[0, 0, 0]", "--set", "body.cell_size=0.1", "--set", "expect={}", "--set",
+              "hold.0.box=[[0, 0, 0], [0, 0.4, 0.4]]", "--set", "load.0.box=[[1.6, 0, 0], [1.6, 0.4, 0.4]]"});
+  ASSERT_EQ(done.exit_status, 0) << done.output;
+  EXPECT_TRUE(summary()["estimates"]["values"].empty());
+  EXPECT_NE(done.output.find("no error estimate: nothing deforms the body"), std::string::npos)
+      << done.output;
+  ASSERT_EQ(run(scene, {"--set", "load.0.force=[0, 0, -1e-7]"}).exit_status, 0);
+  EXPECT_EQ(summary()["estimates"]["values"].size(), 3);
+}
+
 TEST_F(RunCommand, InterruptKeepsRows) {
   const fs::path scene = write("cube.toml", cube);
   const ProgramRun result =
