@@ -65,9 +65,11 @@ SummaryText read_summary(const fs::path& file) {
   if (!summary.is_object() || !summary.contains("status") || !summary["status"].is_string())
     throw InputError(fmt::format("{} is not JSON with a text \"status\"", file.string()));
   const Json scene = summary.value("scene", Json());
-  const Json dt = summary.value("dt", Json());
+  const Json dt = summary.value("dt", Json(no_value));
   return {summary["status"].get<std::string>(), scene.is_string() ? scene.get<std::string>() : "",
-          dt.is_number() ? dt.get<double>() : no_value};
+          dt.is_null()     ? 0  // of methods that choose their steps, which end where they are told to
+          : dt.is_number() ? dt.get<double>()
+                           : no_value};
 }
 
 /// Mean displacement of the particles whose rest position lies in a box, widened by 1e-9 cell.

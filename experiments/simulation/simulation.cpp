@@ -49,7 +49,7 @@ class Simulation final : public Stops {
         progress_(progress),
         result_(result),
         frame_every_(vtk.every) {
-    result.dt = run_.dt();
+    if (run_.dt() > 0) result.dt = run_.dt();
     result.sure_steps = run_.sure_steps();
     result.in_local_steps = run_.in_local_steps();
     const IntegratorInfo& method = find_integrator(scene.solve.integrator);

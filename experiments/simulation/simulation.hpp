@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,7 +34,8 @@ struct LevelCount {
 struct SimulationResult {
   Status status = Status::ok;
   Work work;
-  double dt = 0;  ///< the step [s], "safe" resolved; of adaptive methods the first, 0 if that is their choice
+  /// The step [s], "safe" resolved; of adaptive methods the first. NaN: the method's own choice, or none.
+  double dt = std::numeric_limits<double>::quiet_NaN();
   SureSteps sure_steps;
   bool in_local_steps = false;  ///< some cells take longer steps than others
   double simulated_seconds = 0;

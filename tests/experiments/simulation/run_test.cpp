@@ -408,6 +408,16 @@ TEST_F(RunCommand, EstimatesNothingOfABodyThatNothingDeforms) {
   EXPECT_EQ(summary()["estimates"]["values"].size(), 3);
 }
 
+TEST_F(RunCommand, AStepThatTheMethodChoosesIsNull) {
+  const fs::path scene = write("cube.toml", cube);
+  ASSERT_EQ(run(scene, {"--set", "solve.integrator=cvode_adams", "--set", "solve.dt=safe"}).exit_status, 0);
+  EXPECT_TRUE(summary()["dt"].is_null());
+  ASSERT_EQ(run(write("tip.toml", cantilever)).exit_status, 0);
+  EXPECT_TRUE(summary()["dt"].is_null());
+  ASSERT_EQ(run(scene).exit_status, 0);
+  EXPECT_GT(summary()["dt"], 0);
+}
+
 TEST_F(RunCommand, InterruptKeepsRows) {
   const fs::path scene = write("cube.toml", cube);
   const ProgramRun result =
