@@ -41,7 +41,7 @@ double CubicStiffness::young(const Eigen::Vector3d& direction) const {
 double CubicStiffness::poisson(const Eigen::Vector3d& direction) const {
   const Compliance s = invert(*this);
   const double along = s.s11 - 2 * s.anisotropy() * cubic_invariant(direction);
-  return -(s.s11 + 2 * s.s12 - along) / (2 * along);
+  return (along - (s.s11 + 2 * s.s12)) / (2 * along);  // in this order 0 has no sign
 }
 
 double Damping::coefficient(double k, double m1, double m2, double rest_length, double shear_modulus) const {

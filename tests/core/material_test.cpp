@@ -25,6 +25,15 @@ TEST(Material, CalibrationReturnsYoungAndPoissonInEveryDirection) {
       }
 }
 
+// It would be printed with the sign.
+TEST(Material, APoissonsRatioOfZeroHasNoSign) {
+  const CubicStiffness c = cubic_stiffness(calibrate({.young = 1e5, .poisson = 0}, 0.1, 0.5), 0.1);
+  for (const auto& direction : {Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(1, 1, 1)}) {
+    EXPECT_EQ(c.poisson(direction), 0);
+    EXPECT_FALSE(std::signbit(c.poisson(direction)));
+  }
+}
+
 TEST(Material, ThesisConstantsAreNotIsotropic) {
   const SpringConstants springs{.edge = 100, .face = 100, .body = 300, .volume = 0.1};
   const CubicStiffness c = cubic_stiffness(springs, 0.2);
