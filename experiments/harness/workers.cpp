@@ -198,4 +198,12 @@ bool compute_cases(const std::vector<Case>& cases, int processes, Journal& journ
   return false;
 }
 
+Status gather_cases(const std::vector<Case>& cases, int processes, Journal& journal, Progress& progress,
+                    const std::function<void(const Json&)>& use) {
+  const bool done = compute_cases(own_cases(cases, journal), processes, journal, progress);
+  for (const Case& one : cases)
+    if (const Json* result = journal.find(one.name)) use(*result);
+  return done ? Status::ok : Status::interrupted;
+}
+
 }  // namespace mss

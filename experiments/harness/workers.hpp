@@ -6,6 +6,7 @@
 
 #include "experiments/harness/journal.hpp"
 #include "experiments/harness/progress.hpp"
+#include "integrators/integrator.hpp"
 
 namespace mss {
 
@@ -28,5 +29,10 @@ std::vector<Case> own_cases(std::vector<Case> cases, const Journal& journal);
 /// Processes are forked, and a fork has none of its parent's threads: create systems inside `compute`, with
 /// one thread.
 bool compute_cases(const std::vector<Case>& cases, int processes, Journal& journal, Progress& progress);
+
+/// Computes the cases that belong to the journal's part, as compute_cases(), and passes the results there are
+/// then, of other parts too, to `use` in the order of the cases.
+Status gather_cases(const std::vector<Case>& cases, int processes, Journal& journal, Progress& progress,
+                    const std::function<void(const Json&)>& use);
 
 }  // namespace mss

@@ -172,10 +172,8 @@ EnergyTables measure_energy(const EnergyConfig& config, int processes, Journal& 
   for (const std::string& name : config.integrators)
     cases.push_back({name, [&] { return rows_of(run_windows(config, find_integrator(name))); }, name});
   EnergyTables tables{empty_rows()};
-  if (!compute_cases(own_cases(cases, journal), processes, journal, progress))
-    tables.status = Status::interrupted;
-  for (const std::string& name : config.integrators)
-    if (const Json* rows = journal.find(name)) add_rows(*rows, tables.rows);
+  tables.status = gather_cases(cases, processes, journal, progress,
+                               [&](const Json& rows) { add_rows(rows, tables.rows); });
   return tables;
 }
 

@@ -303,17 +303,15 @@ ShapeTables measure_shape(const ShapeConfig& config, int processes, Journal& jou
   ShapeTables tables = empty_tables();
   std::vector<double> bar;
   const std::vector<Case> cases = body_cases(config, bar);
-  bool finished = compute_cases(bar_cases(config), processes, journal, progress);
-  if (finished) {
-    bar = bar_limits(config, journal, tables.reference);
-    finished = compute_cases(own_cases(cases, journal), processes, journal, progress);
+  if (!compute_cases(bar_cases(config), processes, journal, progress)) {
+    tables.status = Status::interrupted;
+    return tables;
   }
-  if (!finished) tables.status = Status::interrupted;
-  for (const Case& one : cases)
-    if (const Json* found = journal.find(one.name)) {
-      add_rows((*found)["rows"], tables.rows);
-      add_rows((*found)["steps"], tables.steps);
-    }
+  bar = bar_limits(config, journal, tables.reference);
+  tables.status = gather_cases(cases, processes, journal, progress, [&](const Json& found) {
+    add_rows(found["rows"], tables.rows);
+    add_rows(found["steps"], tables.steps);
+  });
   return tables;
 }
 

@@ -239,10 +239,8 @@ StabilityTables measure_stability(const StabilityConfig& config, int processes, 
                        [&config, choice, &integrator] { return compute_row(config, choice, integrator); }});
   for (Case& one : cases) one.group = one.name;
   StabilityTables tables{empty_rows()};
-  if (!compute_cases(own_cases(cases, journal), processes, journal, progress))
-    tables.status = Status::interrupted;
-  for (const Case& one : cases)
-    if (const Json* rows = journal.find(one.name)) add_rows(*rows, tables.rows);
+  tables.status = gather_cases(cases, processes, journal, progress,
+                               [&](const Json& rows) { add_rows(rows, tables.rows); });
   return tables;
 }
 

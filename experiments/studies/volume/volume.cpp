@@ -382,16 +382,12 @@ std::vector<Case> cases_of(const VolumeConfig& config) {
 }  // namespace
 
 VolumeTables measure_volume(const VolumeConfig& config, int processes, Journal& journal, Progress& progress) {
-  const std::vector<Case> cases = cases_of(config);
   VolumeTables tables{empty_rows(), empty_bounce(), empty_limit()};
-  if (!compute_cases(own_cases(cases, journal), processes, journal, progress))
-    tables.status = Status::interrupted;
-  for (const Case& one : cases)
-    if (const Json* found = journal.find(one.name)) {
-      add_rows((*found)["rows"], tables.rows);
-      add_rows(found->value("bounce", Json::array()), tables.bounce);
-      add_rows(found->value("limit", Json::array()), tables.limit);
-    }
+  tables.status = gather_cases(cases_of(config), processes, journal, progress, [&](const Json& found) {
+    add_rows(found["rows"], tables.rows);
+    add_rows(found.value("bounce", Json::array()), tables.bounce);
+    add_rows(found.value("limit", Json::array()), tables.limit);
+  });
   return tables;
 }
 

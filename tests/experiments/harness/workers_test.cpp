@@ -85,6 +85,27 @@ TEST(Workers, NumbersThatAreNotFiniteBecomeNull) {
   EXPECT_TRUE((*journal.find("one"))["x"].is_null());
 }
 
+/// Of parts each computes its own; what the journal has of others is passed on too.
+TEST(Workers, GatherResultsInTheOrderOfTheCases) {
+  const File file;
+  std::vector<Case> cases = numbers(20);
+  for (Case& one : cases) one.group = one.name;
+  Journal journal(file.path, {}, {.index = 1, .count = 2});
+  journal.add(name(19), square(19));
+  Progress progress;
+  std::vector<std::size_t> found;
+  const auto take = [&](const Json& result) { found.push_back(result["square"]); };
+  EXPECT_EQ(gather_cases(cases, 4, journal, progress, take), Status::ok);
+  std::vector<std::size_t> expected;
+  for (std::size_t i = 0; i < 20; ++i)
+    if (i == 19 || journal.part().has(name(i))) expected.push_back(i * i);
+  EXPECT_EQ(found, expected);
+  EXPECT_LT(found.size(), 20U);
+  StopAfter stopped(0);
+  Journal empty;
+  EXPECT_EQ(gather_cases(cases, 1, empty, stopped, take), Status::interrupted);
+}
+
 TEST(Workers, RowsOfATableAreTheSameAsAResult) {
   Table table({{"name"}, {"count"}, {"value"}, {"status"}});
   for (const double value : {1.0, -0.0, 1e300, 0.1 + 0.2, no_value})
