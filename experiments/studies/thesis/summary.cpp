@@ -115,6 +115,17 @@ double jacobian_at(const Table& twists, double cells, double guarded, double ang
   return found;
 }
 
+/// Landings whose cube ends folded, at rest or still moving.
+Table folded(const Table& landings) {
+  Table runs(landings.columns());
+  for (std::size_t r = 0; r < landings.size(); ++r) {
+    const std::string outcome = landings.text(r, "outcome");
+    if (outcome == "trapped" || (outcome == "moving" && landings.number(r, "min_jacobian") <= 0))
+      runs.add(landings.rows()[r]);
+  }
+  return runs;
+}
+
 void add_folding(Summary& summary) {
   const Table &twists = summary.part("thesis_twist"), &landings = summary.part("thesis_landing");
   for (const double n : twists.distinct_numbers("cells"))
@@ -123,7 +134,7 @@ void add_folding(Summary& summary) {
   for (const std::string& name : landings.distinct("case"))
     for (const std::string& landing : landings.distinct("landing")) {
       const Table runs = filtered(landings, {{"case", name}, {"landing", landing}});
-      const double from = smallest(runs.where("outcome", "trapped"), "speed");
+      const double from = smallest(folded(runs), "speed");
       int above = 0;
       for (std::size_t r = 0; r < runs.size(); ++r)
         above += runs.number(r, "speed") > from && runs.text(r, "outcome") == "recovered" ? 1 : 0;

@@ -114,6 +114,38 @@ TEST(Thesis, StifferSpringsFoldAtSpeedsInProportionToTheRoot) {
   EXPECT_TRUE(folded);
 }
 
+/// Of landings on one side, at one speed after the other.
+Table landings_that_end(const std::vector<std::pair<const char*, double>>& outcomes) {
+  Table rows({{"case"}, {"landing"}, {"speed", "m/s"}, {"min_jacobian"}, {"outcome"}, {"status"}});
+  double speed = 0;
+  for (const auto& [outcome, min_jacobian] : outcomes)
+    rows.add({std::string("Algorithm 2"), std::string("corner"), speed += 10, min_jacobian,
+              std::string(outcome), std::string("ok")});
+  return rows;
+}
+
+// A cube that ends folded is folded whether it has come to rest or not.
+TEST(Thesis, CubesThatStillMoveMayBeFolded) {
+  StopAfter stopped(0);
+  const ThesisConfig config = small_config();
+  std::vector<NamedTable> tables{{"thesis_unloading", measure_unloading(config, stopped)},
+                                 {"thesis_directions", measure_directions(config, stopped)},
+                                 {"thesis_figure_5_1", measure_figure_5_1(stopped)},
+                                 {"thesis_twist", measure_twists(config, stopped)},
+                                 {"thesis_volume_time", measure_volume_time(config, stopped)},
+                                 {"thesis_shape", measure_shape(config, stopped)},
+                                 {"thesis_landing", measure_landings(config, stopped)},
+                                 {"thesis_frames", measure_frames(config, stopped)}};
+  const auto lowest = [&](const std::vector<std::pair<const char*, double>>& outcomes) {
+    tables[6].table = landings_that_end(outcomes);
+    const Table summary = summary_table(tables);
+    return summary.number(summary.size() - 1, "value");
+  };
+  EXPECT_EQ(lowest({{"recovered", 1}, {"moving", 0.5}, {"moving", -1}, {"trapped", -1}}), 30);
+  EXPECT_EQ(lowest({{"recovered", 1}, {"trapped", -1}, {"moving", -1}}), 20);
+  EXPECT_TRUE(std::isnan(lowest({{"recovered", 1}, {"moving", 0.5}})));
+}
+
 // To first order a volume force changes shape and volume in proportion to k_vol.
 TEST(Thesis, ShapeChangesInProportionToSmallVolumeForces) {
   const Table rows = measure_shape(small_config(), Progress());
