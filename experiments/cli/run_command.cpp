@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <memory>
@@ -100,13 +101,29 @@ std::string description(const CorrectedValue& value) {
                         value.corrected());
   if (value.richardson && share >= rounding)
     line += fmt::format(", by Richardson (order 2 assumed) {:.5g}", *value.richardson);
-  for (const Doubt doubt : value.doubts) line += fmt::format("; {}", explanation(doubt));
   return line;
+}
+
+/// Each doubt once, after the quantities that it is about.
+std::vector<std::string> doubts_of(const std::vector<CorrectedValue>& values) {
+  std::vector<std::pair<Doubt, std::vector<std::string>>> quantities;
+  for (const CorrectedValue& value : values)
+    for (const Doubt doubt : value.doubts) {
+      auto found = std::find_if(quantities.begin(), quantities.end(),
+                                [&](const auto& entry) { return entry.first == doubt; });
+      if (found == quantities.end()) found = quantities.insert(found, {doubt, {}});
+      found->second.push_back(value.quantity);
+    }
+  std::vector<std::string> lines;
+  for (const auto& [doubt, names] : quantities)
+    lines.push_back(fmt::format("{}: {}", fmt::join(names, ", "), explanation(doubt)));
+  return lines;
 }
 
 void print(const std::string& scene, const SceneEstimates& estimates) {
   if (!estimates.none.empty()) return fmt::print("{}: no error estimate: {}\n", scene, estimates.none);
   for (const CorrectedValue& value : estimates.values) fmt::print("{}: {}\n", scene, description(value));
+  for (const std::string& line : doubts_of(estimates.values)) fmt::print("{}: {}\n", scene, line);
   if (!estimates.no_richardson.empty())
     fmt::print("{}: no extrapolation: {}\n", scene, estimates.no_richardson);
 }
