@@ -115,6 +115,7 @@ std::vector<std::string> doubts_of(const std::vector<CorrectedValue>& values) {
       found->second.push_back(value.quantity);
     }
   std::vector<std::string> lines;
+  lines.reserve(quantities.size());
   for (const auto& [doubt, names] : quantities)
     lines.push_back(fmt::format("{}: {}", fmt::join(names, ", "), explanation(doubt)));
   return lines;

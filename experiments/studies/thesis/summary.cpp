@@ -119,7 +119,7 @@ double jacobian_at(const Table& twists, double cells, double guarded, double ang
 Table folded(const Table& landings) {
   Table runs(landings.columns());
   for (std::size_t r = 0; r < landings.size(); ++r) {
-    const std::string outcome = landings.text(r, "outcome");
+    const std::string& outcome = landings.text(r, "outcome");
     if (outcome == "trapped" || (outcome == "moving" && landings.number(r, "min_jacobian") <= 0))
       runs.add(landings.rows()[r]);
   }
