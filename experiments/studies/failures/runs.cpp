@@ -169,7 +169,7 @@ const std::vector<FailureScene>& failure_scenes() {
          stretch(c, 1.3);
        }},
       {"damping",
-       "damping ratio, stretch 1.3",
+       "damping ratio",
        {0.05, 0.01, 0},
        [](StressCase& c, double ratio) {
          c.body.damping.zeta = ratio;

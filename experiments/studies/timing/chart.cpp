@@ -220,10 +220,9 @@ Chart timing_chart(const Table& rows, const Table& summary) {
   for (const double tick : {1, 2, 3, 4, 5, 7, 10, 15, 20, 30, 50, 100, 200})
     if (tick >= chart.x.low && tick <= chart.x.high) chart.x.ticks.push_back(tick);
   chart.lines = {{ReferenceLine::Direction::horizontal, 1 / frame_rate, "24 frames per second"}};
-  chart.marks = {{{7, thesis_frame_seconds}, "thesis: 40 ms"},
+  chart.marks = {{.point = {7, thesis_frame_seconds}, .label = "thesis: 40 ms", .left = true},
                  {.point = {7, no_value, thesis_frame_seconds / 5, thesis_frame_seconds / 3},
-                  .label = "or 3 to 5 steps in 40 ms",
-                  .left = true}};
+                  .label = "or 3 to 5 steps in 40 ms"}};
   return chart;
 }
 

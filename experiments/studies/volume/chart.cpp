@@ -139,8 +139,8 @@ Chart steps_chart(const Table& rows, const std::vector<NamedTable>& tables) {
       .y = {.label = "largest error of the change of volume", .logarithmic = true}};
   for (const auto& [name, table] : tables)  // results of earlier versions have none
     if (name == "volume_limit" && table.size() > 0)
-      chart.lines.push_back({ReferenceLine::Direction::vertical, table.number(0, "limit_over_guaranteed"),
-                             "limit of the body at rest"});
+      chart.lines.push_back(
+          {ReferenceLine::Direction::vertical, table.number(0, "limit_over_guaranteed"), "limit at rest"});
   Table runs(rows.columns());  // neither reference runs nor adaptive methods
   for (std::size_t r = 0; r < rows.size(); ++r)
     if (rows.number(r, "step") > reference_bounce_step) runs.add(rows.rows()[r]);
