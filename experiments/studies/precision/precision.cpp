@@ -126,10 +126,9 @@ constexpr const char* caption =
     "CVODE's Adams method at a tolerance of 1e-12; its uncertainty is its difference from an unrelated "
     "method "
     "(ARKODE, Dormand and Prince); errors below ten times that, drawn as a line, are not significant. In the "
-    "first chart, methods without a stability limit are implicit ones, XPBD and vertex block descent, "
-    "explicit "
-    "ones include adaptive ones. explicit_steps in the table is wall time over that of one explicit step of "
-    "the same body, so that "
+    "first chart, methods without a stability limit are implicit ones, XPBD and vertex block descent; "
+    "explicit ones include adaptive ones. explicit_steps in the table is wall time over that of one explicit "
+    "step of the same body, so that "
     "factorisations, products and solves count at what they take. One thread; linear systems by CHOLMOD in "
     "the bodies that are two cells wide and by matrix_free in the others. Not varied: precision, contact.";
 
