@@ -48,6 +48,7 @@ class BodySystem : public SolidSystem<Real> {
   void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override {
     team_.for_each(count, task);
   }
+  double threads_working() const override { return team_.threads_working(); }
 
   bool all_asleep() const override { return events_.all_asleep(); }
   double share_asleep() const override { return sleep_tracker() ? sleep_tracker()->share_asleep() : 0; }

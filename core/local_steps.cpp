@@ -258,6 +258,14 @@ void LocalSteps<Real>::acceleration(double t, const Field<Real>& x, const Field<
 }
 
 template <class Real>
+double LocalSteps<Real>::threads_working() const {
+  double most = 1;
+  for (const Rate& rate : rates_)
+    for (const auto& part : rate.parts) most = std::max(most, part->system.threads_working());
+  return most;
+}
+
+template <class Real>
 void LocalSteps<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
   if (!has_short_steps()) return system_.kick_drift(update, dt, steps, state);
   system_.step_levels(update, dt, steps, state, [this](double t) { accelerate(t); });

@@ -40,6 +40,8 @@ class LocalSteps final : public SystemWrapper<Real> {
   }
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
   void kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) override;
+  /// The most of a rate's cells.
+  double threads_working() const override;
 
  private:
   using Levels = std::vector<Field<Real>>;

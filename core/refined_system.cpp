@@ -218,12 +218,23 @@ void RefinedSystem<Real>::clear_prescribed(Field<Real>& field) const {
     for (int axis = 0; axis < 3; ++axis) field.axis(axis)[body_.site_in_field(p.level, p.site)] = 0;
 }
 
+/// The level that most threads pay for.
 template <class Real>
-void RefinedSystem<Real>::parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
+SpringSystem<Real>& RefinedSystem<Real>::most_threaded() const {
   const auto most = std::max_element(levels_.begin(), levels_.end(), [](const auto& a, const auto& b) {
     return a->system.threads() < b->system.threads();
   });
-  (*most)->system.parallel(count, task);
+  return (*most)->system;
+}
+
+template <class Real>
+void RefinedSystem<Real>::parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
+  most_threaded().parallel(count, task);
+}
+
+template <class Real>
+double RefinedSystem<Real>::threads_working() const {
+  return most_threaded().threads_working();
 }
 
 template <class Real>
@@ -247,9 +258,7 @@ std::unique_ptr<System<Real>> RefinedSystem<Real>::with_local_steps(double dt) {
 
 template <class Real>
 int RefinedSystem<Real>::threads() const {
-  int most = 1;
-  for (const auto& level : levels_) most = std::max(most, level->system.threads());
-  return most;
+  return most_threaded().threads();
 }
 
 template <class Real>

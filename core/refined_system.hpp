@@ -45,6 +45,7 @@ class RefinedSystem final : public SolidSystem<Real> {
   void kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) override;
   /// By the threads of the level with most particles.
   void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override;
+  double threads_working() const override;
 
   const std::vector<Level>& levels() const override { return body_.levels(); }
   StoredEnergy stored_energy(const Field<Real>& x) const override;
@@ -57,6 +58,7 @@ class RefinedSystem final : public SolidSystem<Real> {
   const char* kernel_name() const override;
 
  private:
+  SpringSystem<Real>& most_threaded() const;
   friend class LocalSteps<Real>;
   class Events final : public StepEvents<Real> {
    public:

@@ -30,14 +30,14 @@ SweepKernel<Real> find_kernel(const std::string& name) {
       fmt::format("kernel '{}' is unknown or needs another processor; this one runs {}", name, known));
 }
 
-/// The requested number of threads, at most one a plane; by default as many as pay: synchronising a second
-/// thread takes about a microsecond a step, the time of some 600 springs. Where several ranks share the body,
-/// they have the cores already.
+/// The requested number of threads, at most one a plane; by default as many as pay: what a step of 2000
+/// springs a thread takes, some 4 us, is a few times what it costs to share it. Where several ranks share the
+/// body, they have the cores already.
 int team_size(const Body& body, int requested) {
   const int planes = body.own_planes().last;
   if (requested == 0 && body.ranks().are_several()) return 1;
   if (requested > 0) return std::min(requested, planes);
-  const int worth_it = int(std::min<std::size_t>(body.spring_count() / 600, 1024));
+  const int worth_it = int(std::min<std::size_t>(body.spring_count() / 2000, 1024));
   return std::clamp(std::min(available_cores(), worth_it), 1, planes);
 }
 
@@ -56,7 +56,7 @@ ConstStreams<Real> read_only(const Streams<Real>& s) {
 
 }  // namespace
 
-/// What one thread owns: the planes [first, last) and its scratch planes.
+/// Planes [first, last) that one thread sweeps at a time, and scratch planes.
 template <class Real>
 struct alignas(128) SpringSystem<Real>::Slab {
   Slab(int first_plane, int last_plane, std::ptrdiff_t scratch)
@@ -69,8 +69,6 @@ struct alignas(128) SpringSystem<Real>::Slab {
   Field<Real> first_own;             ///< sums of the first plane, kept until the slab below is done
   Field<Real> outgoing;              ///< contribution of the last plane to the slab above
   std::array<Field<Real>, 2> above;  ///< contributions between planes, alternating
-  alignas(64) Counter swept{0};      ///< steps whose `outgoing` is ready
-  alignas(64) Counter finished{0};   ///< steps whose particles are all updated
 };
 
 /// One kind of pass over the body: what is read, and how a complete force is used.
@@ -87,6 +85,7 @@ struct SpringSystem<Real>::Pass {
   TangentSum sum{};     ///< of a product or diagonal
   bool springs = true;  ///< false: as if there were none
 
+  double end_of(long step) const { return t + double(step + 1) * dt; }
   /// Whether what is added up are forces.
   bool takes_loads() const { return finish == Finish::force || moves_particles(); }
   /// Whether planes that sleep are skipped.
@@ -115,11 +114,11 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
   build_masses();
   const std::ptrdiff_t scratch = lattice.plane;
   nothing_below_ = Field<Real>(scratch);
-  const int swept = body.own_planes().last;  // a ghost plane below them too
-  for (int rank = 0; rank < this->team().size(); ++rank) {
-    const auto bound = [&](int r) { return int(std::int64_t(swept) * r / this->team().size()); };
-    slabs_.push_back(std::make_unique<Slab>(bound(rank), bound(rank + 1), scratch));
-  }
+  const int swept = body.own_planes().last, slabs = this->team().size();  // a ghost plane below them too
+  const auto bound = [&](int slab) { return int(std::int64_t(swept) * slab / slabs); };
+  for (int slab = 0; slab < slabs; ++slab)
+    slabs_.push_back(std::make_unique<Slab>(bound(slab), bound(slab + 1), scratch));
+  if (slabs > 1) slabs_.push_back(std::make_unique<Slab>(0, swept, scratch));
 }
 
 template <class Real>
@@ -398,19 +397,21 @@ void SpringSystem<Real>::apply(const KickDrift& update, const Field<Real>& a, do
 
 template <class Real>
 void SpringSystem<Real>::run(const Pass& pass, long steps) {
-  for (auto& slab : slabs_) {
-    slab->swept.store(0, std::memory_order_relaxed);
-    slab->finished.store(0, std::memory_order_relaxed);
-  }
-  if (!halo_) {
-    this->team().run([&](int rank) {
-      for (long step = 0; step < steps; ++step) step_slab(pass, rank, step);
-    });
-    return;
-  }
-  for (long step = 0; step < steps; ++step) {
-    halo_->exchange(*pass.x, *pass.v);
-    this->team().run([&](int rank) { step_slab(pass, rank, step); });
+  Team& team = this->team();
+  constexpr long together = 16;  // they end together, which costs a hand-over
+  for (long done = 0; done < steps;) {
+    if (halo_) halo_->exchange(*pass.x, *pass.v);
+    if (team.works_alone()) {
+      Slab& all = *slabs_.back();
+      sweep_planes(pass, all, all.first, all.last, done++);
+      continue;
+    }
+    const long some = halo_ ? 1 : std::min(together, steps - done);
+    const auto task = [&, done](int slab, SlabPart part, long step) {
+      sweep_part(pass, slab, part, done + step);
+    };
+    team.run_steps(some, std::ref(task));
+    done += some;
   }
 }
 
@@ -426,40 +427,35 @@ bool SpringSystem<Real>::needs_cells(const Pass& pass, int plane) const {
   return !this->sleep_tracker() || !pass.moves_particles() || this->sleep_tracker()->needs_cells(plane);
 }
 
-/// One step of one thread's planes. It waits for its neighbours twice: before its last plane it needs the
-/// upper neighbour's first plane of the step before, and its own first plane waits for the lower neighbour's
-/// share.
 template <class Real>
-void SpringSystem<Real>::step_slab(const Pass& pass, int rank, long step) {
-  Slab& slab = *slabs_[std::size_t(rank)];
-  const bool bottom = rank == 0, top = rank + 1 == this->team().size();
-  const auto done = std::uint32_t(step);
-  const double t_new = pass.t + double(step + 1) * pass.dt;
+void SpringSystem<Real>::sweep_part(const Pass& pass, int index, SlabPart part, long step) {
+  Slab& slab = *slabs_[std::size_t(index)];
+  if (part != SlabPart::seam) {
+    const int edge = slab.last - 1;
+    sweep_planes(pass, slab, part == SlabPart::inner ? slab.first : edge,
+                 part == SlabPart::inner ? edge : slab.last, step);
+  } else if (slab.first > 0 && !stays_unfinished(pass, slab.first)) {
+    const Slab& lower = *slabs_[std::size_t(index) - 1];
+    finish_runs(pass, slab.first, blocks_.of(slab.first), streams(slab.first_own),
+                const_streams(lower.outgoing), pass.end_of(step));
+  }
+}
 
-  for (int plane = slab.first; plane < slab.last; ++plane) {
-    const bool last = plane + 1 == slab.last;
-    if (last && !top)
-      wait_until_reached(slabs_[std::size_t(rank) + 1]->finished, done, this->team().may_spin());
+/// Some planes of a slab, whose first one stays unfinished unless it is the lowest of all.
+template <class Real>
+void SpringSystem<Real>::sweep_planes(const Pass& pass, Slab& slab, int first, int last, long step) {
+  for (int plane = first; plane < last; ++plane) {
     if (!needs_cells(pass, plane)) continue;
     const auto turn = std::size_t(plane & 1);
-    const Streams<Real> above = streams(last ? slab.outgoing : slab.above[turn]);
-    if (plane == slab.first && !bottom) {
-      sweep_plane(pass, plane, streams(slab.first_own), above, nullptr, t_new);
+    const Streams<Real> above = streams(plane + 1 == slab.last ? slab.outgoing : slab.above[turn]);
+    if (plane == slab.first && plane > 0) {
+      sweep_plane(pass, plane, streams(slab.first_own), above, nullptr, pass.end_of(step));
     } else {
       const ConstStreams<Real> below = const_streams(plane == 0 ? nothing_below_ : slab.above[1 - turn]);
       sweep_plane(pass, plane, streams(slab.own), above, stays_unfinished(pass, plane) ? nullptr : &below,
-                  t_new);
+                  pass.end_of(step));
     }
   }
-  announce(slab.swept, done + 1);
-  if (!bottom) {
-    const Slab& lower = *slabs_[std::size_t(rank - 1)];
-    wait_until_reached(lower.swept, done + 1, this->team().may_spin());
-    if (!stays_unfinished(pass, slab.first))
-      finish_runs(pass, slab.first, blocks_.of(slab.first), streams(slab.first_own),
-                  const_streams(lower.outgoing), t_new);
-  }
-  announce(slab.finished, done + 1);
 }
 
 template <class Real>

@@ -25,8 +25,9 @@ struct Execution {
 
 /// A mass-spring body in its environment, driven through the structured sweep.
 ///
-/// Threads own slabs of planes. A slab's first plane is finished last, after the slab below has added its
-/// contribution. Where several ranks share the body, ghost planes are exchanged before each pass (halo.hpp).
+/// Each thread has a slab of planes (team.hpp). A slab's first plane is finished last, after the slab below
+/// has added its contribution. Where several ranks share the body, ghost planes are exchanged before each
+/// pass (halo.hpp).
 template <class Real>
 class SpringSystem final : public BodySystem<Real> {
  public:
@@ -91,7 +92,8 @@ class SpringSystem final : public BodySystem<Real> {
   Sweep<Real> sweep_for(const Pass& pass) const;
   void build_masses();
   void run(const Pass& pass, long steps);
-  void step_slab(const Pass& pass, int rank, long step);
+  void sweep_part(const Pass& pass, int slab, SlabPart part, long step);
+  void sweep_planes(const Pass& pass, Slab& slab, int first, int last, long step);
   void sweep_plane(const Pass& pass, int plane, const Streams<Real>& own, const Streams<Real>& above,
                    const ConstStreams<Real>* below, double t);
   void finish_runs(const Pass& pass, int plane, std::span<const BlockRun> runs, const Streams<Real>& own,
@@ -114,8 +116,8 @@ class SpringSystem final : public BodySystem<Real> {
   AlignedArray<Real> dictionary_;
   InteriorCoefficients<Real> interior_;
   AlignedArray<Real> inverse_mass_;
-  Field<Real> nothing_below_;  ///< contribution from below to the lowest plane: zero
-  std::vector<std::unique_ptr<Slab>> slabs_;
+  Field<Real> nothing_below_;                 ///< contribution from below to the lowest plane: zero
+  std::vector<std::unique_ptr<Slab>> slabs_;  ///< one a thread, and if there are several, one of all planes
 };
 
 }  // namespace mss

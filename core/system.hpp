@@ -76,6 +76,9 @@ class System {
 
   /// Runs task(0) ... task(count - 1), on as many threads as forces are computed with. Tasks must not throw.
   virtual void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task);
+  /// Threads that took part, on average over what was computed so far: fewer than there are while other
+  /// programs have the cores.
+  virtual double threads_working() const { return 1; }
 
   /// One update from a given acceleration; advances state.t by dt.
   virtual void apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const;

@@ -26,6 +26,7 @@ class SystemWrapper : public System<Real> {
   void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) final {
     other_.parallel(count, task);
   }
+  double threads_working() const override { return other_.threads_working(); }
   void apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const final {
     other_.apply(update, a, dt, state);
   }

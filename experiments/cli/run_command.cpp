@@ -196,6 +196,7 @@ Json summary(const Scene& scene, const SimulationResult& result, const Table& se
           {"stable_dt_guarded", result.sure_steps.guarded},
           {"levels", to_json(result.levels)},
           {"threads", result.threads},
+          {"threads_working", result.threads_working},
           {"kernel", result.kernel},
           {"steps", result.work.steps},
           {"simulated_seconds", result.simulated_seconds},

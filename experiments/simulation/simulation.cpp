@@ -165,6 +165,7 @@ void Simulation<Real>::rows() {
   }
   if (frames_) frames_->finish();
   if (reference_ && result_.series.size() > 1) result_.sleep = reference_->report();
+  result_.threads_working = run_.driven().threads_working();
   result_.particles = record_particles(run_.system(), last);
 }
 

@@ -41,6 +41,7 @@ struct SimulationResult {
   double simulated_seconds = 0;
   double wall_seconds = 0;  ///< of stepping; measuring and setting up not counted
   int threads = 1;
+  double threads_working = 1;        ///< on average
   std::string kernel;                ///< instruction set of the sweep
   std::vector<LevelCount> levels;    ///< the largest cells first
   std::optional<SleepReport> sleep;  ///< where the scene has particles sleep

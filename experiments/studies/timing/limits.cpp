@@ -38,7 +38,9 @@ double shortest(const std::function<double()>& sample) {
 double multiply_add_rate(const MultiplyAdd& loop, Team& team) {
   std::vector<double> results(std::size_t(team.size()));
   const auto seconds_for = [&](long rounds) {
-    return seconds_of([&] { team.run([&](int rank) { results[std::size_t(rank)] = loop.run(rounds); }); });
+    return seconds_of([&] {
+      team.for_each(team.size(), [&](std::ptrdiff_t i) { results[std::size_t(i)] = loop.run(rounds); });
+    });
   };
   const long rounds = sample_length(sample_seconds, seconds_for).steps;
   return loop.flops * double(rounds) * double(team.size()) / shortest([&] { return seconds_for(rounds); });
@@ -48,12 +50,13 @@ double multiply_add_rate(const MultiplyAdd& loop, Team& team) {
 double triad_rate(const PeakLoops& loops, Team& team) {
   std::vector<double> a(triad_numbers), b(triad_numbers, 1), c(triad_numbers, 2);
   const auto ranks = std::size_t(team.size());
-  const auto part = [&](int rank) {
+  const auto part = [&](std::ptrdiff_t rank) {
     const std::size_t begin = triad_numbers * std::size_t(rank) / ranks,
                       end = triad_numbers * (std::size_t(rank) + 1) / ranks;
     loops.triad(&a[begin], &b[begin], &c[begin], 3, std::ptrdiff_t(end - begin));
   };
-  return 24 * double(triad_numbers) / shortest([&] { return seconds_of([&] { team.run(part); }); });
+  return 24 * double(triad_numbers) /
+         shortest([&] { return seconds_of([&] { team.for_each(team.size(), part); }); });
 }
 
 /// The largest and the smallest of the passes; NaN if there are none.
