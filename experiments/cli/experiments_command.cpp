@@ -12,9 +12,9 @@
 #include "experiments/cli/conclude.hpp"
 #include "experiments/cli/limits.hpp"
 #include "experiments/cli/number_list.hpp"
+#include "experiments/harness/other_work.hpp"
 #include "experiments/harness/page.hpp"
 #include "experiments/harness/parts.hpp"
-#include "experiments/harness/provenance.hpp"
 #include "experiments/harness/report.hpp"
 #include "experiments/harness/study_times.hpp"
 #include "experiments/io/output.hpp"
@@ -102,12 +102,26 @@ int conclude(const Report& report) {
 
 namespace {
 
+std::string cores_text() {
+  const int cores = available_cores();
+  return fmt::format("{} core{}", cores, cores == 1 ? "" : "s");
+}
+
+/// Says that a study ran beside other work, once it has.
+void warn_last(const Report& report) {
+  const auto others = other_work_in(report.provenance);
+  if (others && others->share >= disturbing_share)
+    fmt::print(stderr, "mss: other work took {:.0f} % of {} while {} ran: its times came out too long\n",
+               100 * others->share, cores_text(), report.name);
+}
+
 /// Warns of circumstances that spoil the results before the user waits for them.
 void warn_first() {
-  const double load = load_average()[0];
-  if (load > 0.5 * available_cores())
-    fmt::print(stderr, "mss: the machine is busy (load {:.1f} on {} cores): times will come out too long\n",
-               load, available_cores());
+  const auto others = other_work_now();
+  if (others && others->share >= disturbing_share)
+    fmt::print(stderr,
+               "mss: the machine is busy (other work takes {:.0f} % of {}): times will come out too long\n",
+               100 * others->share, cores_text());
   if (gnuplot_version().empty())
     fmt::print(
         stderr,
@@ -123,7 +137,9 @@ void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
   prepare_directory(choice.directory);
   warn_first();
   const auto run = choice.part.empty() ? run_and_write : run_part;
-  exit_status = conclude(run(info, choice.options, choice.directory));
+  const Report report = run(info, choice.options, choice.directory);
+  exit_status = conclude(report);
+  warn_last(report);
 }
 
 std::vector<std::string> study_names() {
@@ -143,6 +159,7 @@ void run_all(const Choice& choice, int& exit_status) {
     fmt::print(stderr, "mss: {} ({} of {})\n", info.name, reports.size() + 1, experiments().size());
     reports.push_back(run_and_write(info, choice.options, directory / info.name));
     exit_status = std::max(exit_status, conclude(reports.back()));
+    warn_last(reports.back());
     if (interrupted()) break;
     fmt::print(stderr, "mss: {}\n", clock.finished(reports.back().seconds));
   }

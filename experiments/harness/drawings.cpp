@@ -1,7 +1,10 @@
 #include "experiments/harness/drawings.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "experiments/harness/other_work.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/plot/gnuplot.hpp"
@@ -9,6 +12,14 @@
 namespace mss {
 
 namespace fs = std::filesystem;
+
+std::string notice_of(const Chart& chart, const Json& provenance) {
+  const auto others = other_work_in(provenance);
+  if (!chart.times || !others || others->share < disturbing_share) return chart.notice;
+  const std::string beside =
+      fmt::format("Measured beside other work ({:.0f} % of the cores).", 100 * others->share);
+  return chart.notice.empty() ? beside : beside + " " + chart.notice;
+}
 
 std::vector<DrawnChart> write_drawings(Drawings drawings, const std::vector<NamedTable>& tables,
                                        const Json& provenance, const fs::path& directory) {
@@ -20,8 +31,12 @@ std::vector<DrawnChart> write_drawings(Drawings drawings, const std::vector<Name
     drawn.push_back({named.name, named.chart.title, named.chart.subtitle,
                      named.table.empty() ? table_of(named.name, tables) : named.table});
   };
-  for (NamedChart& chart : drawings.charts)
-    if (has_points(chart.chart)) draw_one(chart);
+  for (NamedChart& chart : drawings.charts) {
+    if (!has_points(chart.chart)) continue;
+    chart.chart.notice = notice_of(chart.chart, provenance);
+    draw_one(chart);
+    drawn.back().notice = chart.chart.notice;
+  }
   for (NamedMap& map : drawings.maps)
     if (has_cells(map.chart)) draw_one(map);
   for (const fs::path& file : files_of(drawn, ""))

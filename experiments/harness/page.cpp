@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "experiments/harness/other_work.hpp"
 #include "experiments/harness/page_style.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/study_times.hpp"
@@ -79,7 +80,7 @@ constexpr const char* chart_frame = R"(<figure id="chart-{chart}">
 <h3>{title}</h3>
 <a href="{file}"><svg viewBox="0 0 {width} {height}" role="img" aria-label="Chart: {title}"><image id="image-{chart}" width="{width}" height="{height}" href="data:image/svg+xml;base64,{data}"/></svg></a>
 <figcaption>
-<p>{subtitle}</p>
+{notice}<p>{subtitle}</p>
 <p class="quiet">By <code>{command}</code></p>
 <ul class="links">
 {links}</ul>
@@ -243,6 +244,17 @@ std::string page_fact(const char* name, const std::vector<PageStudy>& studies,
   return fmt::format("<dt>{}</dt><dd>{}</dd>\n", name, html_text(fmt::format("{}", fmt::join(values, "; "))));
 }
 
+/// How busy others kept the cores while studies ran; empty if that is not known of any.
+std::string other_work_fact(const std::vector<PageStudy>& studies) {
+  std::vector<double> shares;
+  for (const PageStudy& study : studies)
+    if (const auto others = other_work_in(study.report.provenance)) shares.push_back(others->share);
+  if (shares.empty()) return {};
+  const auto [least, most] = std::minmax_element(shares.begin(), shares.end());
+  return fmt::format("<dt>Other work</dt><dd>{:.0f} to {:.0f} % of the cores while a study ran</dd>\n",
+                     100 * *least, 100 * *most);
+}
+
 /// Where the numbers come from.
 std::string page_facts(const std::vector<PageStudy>& studies) {
   const auto text = [](const char* key) { return [key](const Json& p) { return p.value(key, "unknown"); }; };
@@ -261,7 +273,7 @@ std::string page_facts(const std::vector<PageStudy>& studies) {
   if (studies.empty()) return out;
   const auto [least, most] = std::minmax_element(
       studies.begin(), studies.end(), [&](const auto& a, const auto& b) { return load(a) < load(b); });
-  return out +
+  return out + other_work_fact(studies) +
          fmt::format("<dt>Load</dt><dd>{:.1f} to {:.1f} when a study began</dd>\n", load(*least),
                      load(*most)) +
          fmt::format("<dt>Began</dt><dd>{}</dd>\n",
@@ -277,13 +289,16 @@ std::string chart_figure(const PageStudy& study, const DrawnChart& chart) {
   const std::string svg = read_file(study.report.directory / (chart.name + ".svg"));
   const auto [width, height] = size_of_svg(svg);
   const std::string table = chart.table + ".csv";
+  const std::string notice = chart.notice.empty() ? ""
+                                                  : fmt::format("<p><strong class=\"bad\">{}</strong></p>\n",
+                                                                html_text(chart.notice));
   std::string links;
   if (!chart.table.empty()) links += html_item(html_link(study.file(table), "Data: " + table));
   links += html_item(html_link(study.file(chart.name + ".svg"), "SVG")) +
            html_item(html_link(study.file(chart.name + ".png"), "PNG"));
   return fmt::format(chart_frame, arg("chart", html_text(chart.name)),
                      arg("title", html_text(page_title(study.report, chart))),
-                     arg("file", html_text(study.file(chart.name + ".svg"))),
+                     arg("file", html_text(study.file(chart.name + ".svg"))), arg("notice", notice),
                      arg("subtitle", html_text(chart.subtitle)), arg("width", width), arg("height", height),
                      arg("data", base64(svg)), arg("command", study.command()), arg("links", links));
 }

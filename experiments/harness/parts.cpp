@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/other_work.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
 
@@ -133,11 +134,13 @@ Report run_part(const ExperimentInfo& info, ExperimentOptions options, const fs:
   fs::remove(directory / part_file);
   options.journal = directory / (info.name + ".journal");
   Report report{.name = info.name, .resumable = true, .provenance = provenance()};
+  const OtherWorkWatch others;
   ExperimentResult result;
   {
     TerminalProgress progress(info.name);
     result = info.run(options, progress);
   }
+  report.provenance["other_work"] = to_json(others.so_far());
   report.status = result.status;
   if (result.status != Status::ok) return report;
   const Json part{{"experiment", info.name},

@@ -14,6 +14,7 @@
 #include "core/sweep.hpp"
 #include "core/team.hpp"
 #include "experiments/harness/build_info.hpp"
+#include "experiments/harness/other_work.hpp"
 #include "experiments/harness/revision.hpp"
 #include "experiments/plot/gnuplot.hpp"
 #include "integrators/linear/cholmod.hpp"
@@ -85,6 +86,13 @@ std::string version_text(const std::string& version, const std::string& commit, 
   return fmt::format("{} (commit {}{})", version, commit.substr(0, 7), modified ? ", modified" : "");
 }
 
+/// Of the cores, what the run did not have. The load average at its start, which earlier versions recorded
+/// alone, has in it what the run before left behind.
+std::string load_text(const Json& p) {
+  if (const auto others = other_work_in(p)) return fmt::format("{:.0f} % other work", 100 * others->share);
+  return fmt::format("load {:.1f} at the start", p.at("load_average").at(0).get<double>());
+}
+
 }  // namespace
 
 std::array<double, 3> load_average() {
@@ -118,9 +126,8 @@ Json provenance() {
 std::string program_version() { return version_text(MSS_VERSION, MSS_COMMIT, MSS_MODIFIED != 0); }
 
 std::string provenance_line(const Json& p) {
-  return fmt::format("{}, {} cores, load {:.1f} at the start · {} · mss {} · {}",
-                     p.at("cpu").get<std::string>(), p.at("cores_available").get<int>(),
-                     p.at("load_average").at(0).get<double>(), p.at("compiler").get<std::string>(),
+  return fmt::format("{}, {} cores, {} · {} · mss {} · {}", p.at("cpu").get<std::string>(),
+                     p.at("cores_available").get<int>(), load_text(p), p.at("compiler").get<std::string>(),
                      version_text(p.at("version").get<std::string>(), p.at("commit").get<std::string>(),
                                   p.at("modified").get<bool>()),
                      p.at("date").get<std::string>());

@@ -14,8 +14,9 @@ Json provenance();
 /// "1.0.0 (commit 72ce471, modified)".
 std::string program_version();
 
-/// The line at the foot of a chart, from the provenance() of the run: processor, cores, load, compiler,
-/// commit, date.
+/// The line at the foot of a chart, from the provenance() of the run: processor, cores, compiler, commit,
+/// date, and how busy others kept the cores: their share of them during the run or, where that is not known,
+/// the load average at its start.
 std::string provenance_line(const Json& provenance);
 
 /// Mean number of processes running or ready to run during the last 1, 5 and 15 minutes.

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/other_work.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/results_folder.hpp"
 #include "experiments/io/output.hpp"
@@ -19,9 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Json meta(const ExperimentInfo& info, const ExperimentOptions& options, const ExperimentResult& result,
-          const Json& origin, double seconds) {
-  Json provenance = origin;
-  provenance["load_average_end"] = load_average();
+          const Json& provenance, double seconds) {
   return {{"experiment", info.name},
           {"command", command_line(info, options)},
           {"status", to_string(result.status)},
@@ -89,12 +88,15 @@ std::string command_line(const ExperimentInfo& info, const ExperimentOptions& op
 Report run_and_write(const ExperimentInfo& info, ExperimentOptions options, const fs::path& directory) {
   prepare_directory(directory);
   if (info.accepts.processes) options.journal = directory / (info.name + ".journal");
-  const Json origin = provenance();
+  Json origin = provenance();
+  const OtherWorkWatch others;
   ExperimentResult result;
   const double seconds = seconds_of([&] {
     TerminalProgress progress(info.name);
     result = info.run(options, progress);
   });
+  origin["load_average_end"] = load_average();
+  origin["other_work"] = to_json(others.so_far());
   const Json record = meta(info, options, result, origin, seconds);
   for (const NamedTable& t : result.tables) write_atomically(directory / (t.name + ".csv"), t.table.csv());
   write_atomically(directory / "meta.json", record.dump(2) + "\n");

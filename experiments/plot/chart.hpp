@@ -62,6 +62,9 @@ struct Chart {
   std::string title;
   std::string subtitle;     ///< what is held fixed, what the bars show
   std::string footer = {};  ///< machine and commit
+  std::string notice =
+      {};              ///< what readers must know before they read anything off it; in red below the subtitle
+  bool times = false;  ///< it shows measured times, which other work on the machine disturbs
   ChartAxis x;
   ChartAxis y;
   std::vector<ChartSeries> series = {};

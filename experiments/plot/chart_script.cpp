@@ -172,9 +172,10 @@ std::string layout_commands(const Chart& chart) {
   const auto [columns, rows, longest] = legend_grid(chart);
   const double legend = below ? legend_row * double(rows + (chart.legend_title.empty() ? 0 : 1)) : 0;
   constexpr double right = 0.965;  // half of a tick's label stands beyond the last tick
+  const double notice = chart.notice.empty() ? 0 : 32;
   std::string out =
       fmt::format("set tmargin at screen {}\nset bmargin at screen {}\nset rmargin at screen {}\n",
-                  screen(page_height - 105), screen(129 + legend), right);
+                  screen(page_height - 105 - notice), screen(129 + legend), right);
   out += fmt::format("set key {} Left reverse samplen 3\n", legend_place(chart.legend));
   if (below) {
     // gnuplot reserves a fifth more width than the letters of this font take, in units of a wide letter.
@@ -189,6 +190,7 @@ std::string layout_commands(const Chart& chart) {
   };
   page_text(scaled_text(chart.title, 1.3, true), page_height - 32, "#000000");
   page_text(scaled_text(chart.subtitle, 0.9), page_height - 70, "#404040");
+  if (!chart.notice.empty()) page_text(scaled_text(chart.notice, 0.9), page_height - 102, "#a50f15");
   page_text(scaled_text(chart.footer, 0.7), 22, "#606060");
   return out;
 }

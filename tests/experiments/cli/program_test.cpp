@@ -556,8 +556,9 @@ TEST(TimingCommand, WritesRowsMetaAndChart) {
   EXPECT_EQ(meta["configuration"]["cells"], (std::vector{2, 3}));
   EXPECT_EQ(meta["tables"]["timing.csv"]["rows"], 2 * timed_methods);
   EXPECT_EQ(meta["tables"]["timing.csv"]["units"]["seconds_per_step"], "s");
-  for (const std::string key : {"commit", "modified", "compiler", "flags", "build_type", "dependencies",
-                                "cpu", "cores_available", "os", "sweep_kernels", "date", "load_average"})
+  for (const std::string key :
+       {"commit", "modified", "compiler", "flags", "build_type", "dependencies", "cpu", "cores_available",
+        "os", "sweep_kernels", "date", "load_average", "other_work"})
     EXPECT_TRUE(meta["provenance"].contains(key)) << key;
   const auto date = meta["provenance"]["date"].get<std::string>();
   int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0;

@@ -49,7 +49,7 @@ class PageOfTwo : public ::testing::Test {
     whole.tables = {{"whole", 12}, {"whole_other", 3}};
     whole.outcomes = {{"ok", 6}, {"blows_up", 3}, {"stalls", 1}, {"refused", 1}, {"<odd>", 1}};
     whole.charts = {{"whole", "Time & size", "cube of <1> m", "whole"},
-                    {"whole_7_cells", "Error", "bars: quartiles", "whole_other"},
+                    {"whole_7_cells", "Error", "bars: quartiles", "whole_other", "beside <other> work"},
                     {"whole_8", "Error", "two halves: a tie", "whole"}};
     Report part{.name = "part", .question = "how far?", .command = "mss part"};
     part.status = Status::interrupted;
@@ -103,6 +103,12 @@ TEST_F(PageOfTwo, EveryChartHasItsCaptionDataAndCommand) {
         EXPECT_NE(shown.find("href=\"" + report.name + "/" + file + "\""), std::string::npos) << file;
       EXPECT_EQ(count(page_, base64(svg(chart.name))), 1U) << "a chart is embedded once";
     }
+}
+
+TEST_F(PageOfTwo, NoticesStandAboveTheirSubtitles) {
+  EXPECT_NE(figure("whole_7_cells").find("beside &lt;other&gt; work</strong></p>\n<p>bars: quartiles</p>"),
+            std::string::npos);
+  EXPECT_EQ(count(figure("whole_8"), "<strong"), 0U);
 }
 
 TEST_F(PageOfTwo, TitlesTellChartsApart) {

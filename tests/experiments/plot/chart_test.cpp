@@ -46,6 +46,19 @@ TEST(ChartScript, PlacesTheNameOfALineAboveItOrBelow) {
   EXPECT_NE(gnuplot_script(chart, "a", "b").find("left offset 0, -0.55 "), std::string::npos);
 }
 
+TEST(ChartScript, WritesANoticeBelowTheSubtitle) {
+  Chart chart{.title = "T", .subtitle = "S", .x = {.label = "x"}, .y = {.label = "y"}};
+  chart.series = {{.label = "a", .points = {{1, 1}, {2, 2}}}};
+  const std::string without = gnuplot_script(chart, "a", "b");
+  chart.notice = "Measured beside other work.";
+  const std::string script = gnuplot_script(chart, "a", "b");
+  EXPECT_NE(script.find("Measured beside other work."), std::string::npos);
+  const auto top = [](const std::string& text) {
+    return std::stod(text.substr(text.find("set tmargin at screen ") + 22));
+  };
+  EXPECT_LT(top(script), top(without));  // it stands where the chart began
+}
+
 TEST(ChartText, EscapesEverythingGnuplotReadsAsMarkup) {
   EXPECT_EQ(gnuplot_text("time per update"), "'time per update'");
   EXPECT_EQ(gnuplot_text("k_e^2 {a} @b & c~d"), "'k\\_e\\^2 \\{a\\} \\@b \\& c\\~d'");
