@@ -1,5 +1,6 @@
 // Evaluation of the rows of the timing experiment: fits, the largest body within a frame, the charts.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -52,38 +53,70 @@ struct Fit {
   PowerLaw law;
   double first, last;
   int points;
+  double low, high;  ///< exponents of the flattest and the steepest law through quartiles
+  bool is_sound() const { return high - low <= widest_exponent_range; }
 };
 
 std::optional<Fit> fit(const Curve& curve) {
-  std::vector<double> x, y;
+  std::vector<double> x, y, q1, q3;
+  double middle = 0;  // of log x, sum
   for (std::size_t i = 0; i < curve.cells.size(); ++i) {
     if (curve.cells[i] < fit_from) continue;
     x.push_back(curve.cells[i]);
     y.push_back(curve.seconds[i]);
+    q1.push_back(curve.low[i]);
+    q3.push_back(curve.high[i]);
+    middle += std::log(curve.cells[i]);
   }
   if (x.size() < 2) return std::nullopt;
-  return Fit{fit_power_law(x, y), x.front(), x.back(), int(x.size())};
+  middle /= double(x.size());
+  std::vector<double> flat, steep;  // a slower small body makes a law flatter, a slower large one steeper
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const bool small = std::log(x[i]) < middle;
+    flat.push_back(small ? q3[i] : q1[i]);
+    steep.push_back(small ? q1[i] : q3[i]);
+  }
+  return Fit{.law = fit_power_law(x, y),
+             .first = x.front(),
+             .last = x.back(),
+             .points = int(x.size()),
+             .low = fit_power_law(x, flat).exponent,
+             .high = fit_power_law(x, steep).exponent};
 }
+
+constexpr const char* withheld = "withheld";
 
 struct Largest {
   double cells = no_value;
   std::string how = "unknown";
+  std::string reason = {};  ///< why it is withheld
 };
+
+/// That it is withheld: by the quartiles of the two sizes it lies between.
+Largest withheld_between(const Curve& curve, std::size_t above) {
+  const auto spread = [&](std::size_t i) { return curve.high[i] / curve.low[i]; };
+  const std::size_t worst = spread(above) > spread(above - 1) ? above : above - 1;
+  if (spread(worst) <= widest_quartiles) return {};
+  return {.how = withheld,
+          .reason = fmt::format("{} at n = {}", spread_text(spread(worst)), curve.cells[worst])};
+}
 
 /// The largest n whose update takes at most `budget` seconds: on the straight line (log-log) between the last
 /// measured size that does and the next one. If all sizes do, by the fit, up to five times the largest
-/// size.
+/// size. Withheld where quartiles are too wide to say.
 Largest largest_under(const Curve& curve, const std::optional<Fit>& law, double budget) {
   std::size_t above = curve.cells.size();
   while (above > 0 && curve.seconds[above - 1] > budget) --above;
   if (above == 0) return {};
   if (above < curve.cells.size()) {
+    if (const Largest unknown = withheld_between(curve, above); unknown.how == withheld) return unknown;
     const PowerLaw between = fit_power_law({curve.cells[above - 1], curve.cells[above]},
                                            {curve.seconds[above - 1], curve.seconds[above]});
-    return {std::floor(between.inverse(budget)), "interpolated"};
+    return {.cells = std::floor(between.inverse(budget)), .how = "interpolated"};
   }
+  if (law && !law->is_sound()) return {.how = withheld, .reason = "it is by the fit"};
   const double n = law ? std::max(curve.cells.back(), std::floor(law->law.inverse(budget))) : no_value;
-  return n <= 5 * curve.cells.back() ? Largest{n, "extrapolated"} : Largest{};
+  return n <= 5 * curve.cells.back() ? Largest{.cells = n, .how = "extrapolated"} : Largest{};
 }
 
 std::string plural(int threads) { return fmt::format("{} thread{}", threads, threads == 1 ? "" : "s"); }
@@ -109,29 +142,38 @@ bool is_charted(const Curve& c, const std::vector<Curve>& all) {
   });
 }
 
-/// The shortest time any thread count of a method reached on bodies of n cells per edge; NaN if none was
-/// measured.
-double best(const Table& rows, const std::string& method, const std::string& precision, int n) {
-  double seconds = no_value;
+/// The shortest time any thread count of a method reached on bodies of n cells per edge, and how far its
+/// quartiles are apart; NaN if none was measured.
+struct Best {
+  double seconds = no_value, spread = no_value;
+};
+Best best(const Table& rows, const std::string& method, const std::string& precision, int n) {
+  Best shortest;
   for (std::size_t r = 0; r < rows.size(); ++r)
     if (rows.text(r, "method") == method && rows.text(r, "precision") == precision &&
-        rows.number(r, "cells") == n && rows.text(r, "status") == "ok")
-      seconds = std::fmin(seconds, rows.number(r, "seconds_per_step"));
-  return seconds;
+        rows.number(r, "cells") == n && rows.text(r, "status") == "ok" &&
+        !(rows.number(r, "seconds_per_step") >= shortest.seconds))
+      shortest = {rows.number(r, "seconds_per_step"), spread_of(rows, r)};
+  return shortest;
 }
 
 std::string comparison(const Table& rows) {
   std::string out;
   for (const int n : {7, 20, 50, 100}) {
-    const double dbl = best(rows, "structured_sweep", "double", n),
-                 single = best(rows, "structured_sweep", "single", n);
-    const double algorithm1 = best(rows, "algorithm_1", "double", n),
-                 plain = best(rows, "plain_loop", "double", n);
-    if (std::isnan(dbl) || std::isnan(algorithm1)) continue;
+    const Best dbl = best(rows, "structured_sweep", "double", n),
+               single = best(rows, "structured_sweep", "single", n);
+    const Best algorithm1 = best(rows, "algorithm_1", "double", n),
+               plain = best(rows, "plain_loop", "double", n);
+    if (std::isnan(dbl.seconds) || std::isnan(algorithm1.seconds)) continue;
+    const double spread = std::max({dbl.spread, single.spread, algorithm1.spread, plain.spread});
+    if (spread > widest_quartiles) {
+      out += fmt::format("n = {}: withheld: {}\n", n, spread_text(spread));
+      continue;
+    }
     out += fmt::format(
         "n = {}: the structured sweep in double is {:.0f} times as fast as Algorithm 1 and {:.0f} times as "
         "fast as the plain loop; single is {:.2f} times as fast as double\n",
-        n, algorithm1 / dbl, plain / dbl, dbl / single);
+        n, algorithm1.seconds / dbl.seconds, plain.seconds / dbl.seconds, dbl.seconds / single.seconds);
   }
   return out.empty() ? out : "\nEach with its best number of threads:\n" + out;
 }
@@ -143,7 +185,13 @@ std::string debug_text(const Table& rows) {
     const std::string& method = rows.text(r, "method");
     if (!method.ends_with("_debug") || rows.number(r, "cells") != 7 || rows.text(r, "status") != "ok")
       continue;
-    const double seconds = rows.number(r, "seconds_per_step");
+    const double seconds = rows.number(r, "seconds_per_step"), spread = spread_of(rows, r);
+    if (spread > widest_quartiles) {
+      out += fmt::format("n = 7: {}: withheld: {}\n",
+                         label(method, rows.text(r, "precision"), int(rows.number(r, "threads"))),
+                         spread_text(spread));
+      continue;
+    }
     out += fmt::format("n = 7: {}: {:.1f} ms an update, {:.1f} updates in the thesis's 40 ms\n",
                        label(method, rows.text(r, "precision"), int(rows.number(r, "threads"))),
                        1e3 * seconds, thesis_frame_seconds / seconds);
@@ -155,9 +203,80 @@ std::string shown(double value, int digits) {
   return std::isnan(value) ? "-" : fmt::format("{:.{}f}", value, digits);
 }
 
+/// Whether a row of the summary has a fit whose exponent is withheld, and whether its largest n is.
+bool withholds_exponent(const Table& summary, std::size_t r) {
+  return std::isnan(summary.number(r, "exponent")) && summary.number(r, "fit_points") > 0;
+}
+bool withholds_largest(const Table& summary, std::size_t r) { return summary.text(r, "how") == withheld; }
+
+std::string exponent_text(const Table& summary, std::size_t r) {
+  return withholds_exponent(summary, r) ? withheld : shown(summary.number(r, "exponent"), 2);
+}
+std::string largest_text(const Table& summary, std::size_t r) {
+  return withholds_largest(summary, r) ? withheld : shown(summary.number(r, "largest_cells_40ms"), 0);
+}
+
+/// As "2.99, ≈ 43": exponent and largest n of a row.
+std::string legend_text(const Table& summary, std::size_t r) {
+  if (withholds_exponent(summary, r) && withholds_largest(summary, r)) return withheld;
+  const char* about = summary.text(r, "how") == "extrapolated" ? "≈ " : "";
+  return fmt::format("{}, {}{}", exponent_text(summary, r), about, largest_text(summary, r));
+}
+
+/// Why a row of the summary lacks something.
+std::string summary_status(const Curve& curve, const std::optional<Fit>& law, const Largest& largest,
+                           double other_work) {
+  if (curve.cells.empty()) return "no size measured";
+  std::vector<std::string> reasons;
+  if (!law) reasons.push_back(fmt::format("no fit: fewer than two sizes of {} or more", fit_from));
+  if (law && other_work >= spoiling_share)
+    reasons.push_back("fit withheld: " + beside_text(other_work));
+  else if (law && !law->is_sound())
+    reasons.push_back(
+        fmt::format("fit withheld: by the quartiles the exponent is {:.2f} to {:.2f}", law->low, law->high));
+  if (largest.how == withheld)
+    reasons.push_back("largest size withheld: " + largest.reason);
+  else if (law && std::isnan(largest.cells))
+    reasons.emplace_back("no size under 40 ms measured or fitted");
+  return reasons.empty() ? "ok" : fmt::format("{}", fmt::join(reasons, "; "));
+}
+
+/// How many charted methods something is withheld of.
+std::string withheld_notice(int methods, int of, double spread) {
+  if (methods == 0) return {};
+  return fmt::format("Fits withheld for {} of {} methods{}", methods, of,
+                     spread > widest_quartiles ? ": " + spread_text(spread) : "");
+}
+
 }  // namespace
 
-Table timing_summary(const Table& rows) {
+double spread_of(const Table& rows, std::size_t row, const char* q1, const char* q3) {
+  return rows.number(row, q3) / rows.number(row, q1);
+}
+
+std::string beside_text(double other_work) {
+  return fmt::format("other work took {:.0f} % of the cores", 100 * other_work);
+}
+
+std::string spread_text(double spread) {
+  constexpr double large = 10;
+  return fmt::format("quartiles a factor of {:.{}f} apart", spread, spread < large ? 1 : 0);
+}
+
+std::string spread_notice(const Table& rows, const char* q1, const char* q3) {
+  int wide = 0;
+  double widest = widest_quartiles;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const double spread = spread_of(rows, r, q1, q3);
+    if (spread > widest_quartiles) ++wide;
+    widest = std::fmax(widest, spread);
+  }
+  if (wide == 0) return {};
+  return fmt::format("Too disturbed to compare: {} of {} points; one has {}", wide, rows.size(),
+                     spread_text(widest));
+}
+
+Table timing_summary(const Table& rows, double other_work) {
   Table summary({{"method"},
                  {"integrator"},
                  {"precision"},
@@ -169,18 +288,21 @@ Table timing_summary(const Table& rows) {
                  {"largest_cells_40ms"},
                  {"how"},
                  {"ns_per_spring", "ns"},
-                 {"status"}});
+                 {"status"},
+                 {"exponent_low"},
+                 {"exponent_high"}});
   for (const Curve& curve : curves(rows)) {
     const std::optional<Fit> law = fit(curve);
-    const Largest largest = largest_under(curve, law, thesis_frame_seconds);
-    std::string status = "ok";
-    if (std::isnan(largest.cells)) status = "no size under 40 ms measured or fitted";
-    if (!law) status = fmt::format("no fit: fewer than two sizes of {} or more", fit_from);
-    if (curve.cells.empty()) status = "no size measured";
+    const bool spoiled = other_work >= spoiling_share;
+    const Largest largest = spoiled && !curve.cells.empty()
+                                ? Largest{.how = withheld, .reason = beside_text(other_work)}
+                                : largest_under(curve, law, thesis_frame_seconds);
     summary.add({curve.method, curve.integrator, curve.precision, std::int64_t(curve.threads),
-                 law ? law->law.exponent : no_value, law ? law->first : no_value, law ? law->last : no_value,
-                 std::int64_t(law ? law->points : 0), largest.cells, largest.how, curve.ns_per_spring,
-                 status});
+                 law && law->is_sound() && !spoiled ? law->law.exponent : no_value,
+                 law ? law->first : no_value, law ? law->last : no_value, std::int64_t(law ? law->points : 0),
+                 largest.cells, largest.how, curve.ns_per_spring,
+                 summary_status(curve, law, largest, other_work), law ? law->low : no_value,
+                 law ? law->high : no_value});
   }
   return summary;
 }
@@ -195,16 +317,18 @@ Chart timing_chart(const Table& rows, const Table& summary) {
       .y = {.label = "time per update", .logarithmic = true, .unit = "s"}};
   const std::vector<Curve> all = curves(rows);
   double first = 7, last = 7;  // the thesis's point is always on the chart
-  double fastest = 1e-5, slowest = 0.1;
+  double fastest = 1e-5, slowest = 0.1, widest = 1;
+  int methods = 0, methods_withheld = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Curve& c = all[i];
     if (!is_charted(c, all)) continue;
-    const double exponent = summary.number(i, "exponent"), largest = summary.number(i, "largest_cells_40ms");
-    const char* about = summary.text(i, "how") == "extrapolated" ? "≈ " : "";
-    ChartSeries series{.label = fmt::format("{}: {}, {}{}", label(c.method, c.precision, c.threads),
-                                            shown(exponent, 2), about, shown(largest, 0))};
+    ++methods;
+    if (withholds_exponent(summary, i) || withholds_largest(summary, i)) ++methods_withheld;
+    ChartSeries series{
+        .label = fmt::format("{}: {}", label(c.method, c.precision, c.threads), legend_text(summary, i))};
     for (std::size_t p = 0; p < c.cells.size(); ++p) {
       series.points.push_back({c.cells[p], c.seconds[p], c.low[p], c.high[p]});
+      widest = std::max(widest, c.high[p] / c.low[p]);
       fastest = std::min(fastest, c.low[p]);
       slowest = std::max(slowest, c.high[p]);
       first = std::min(first, c.cells[p]);
@@ -213,6 +337,8 @@ Chart timing_chart(const Table& rows, const Table& summary) {
     chart.series.push_back(std::move(series));
   }
   chart.legend_title = "method: exponent of time in n, largest n under 40 ms (≈: by the fit)";
+  chart.times = true;
+  chart.notice = withheld_notice(methods_withheld, methods, widest);
   chart.x.low = 0.9 * first;
   chart.x.high = 1.2 * last;
   chart.y.low = std::pow(10, std::floor(std::log10(fastest)));
@@ -241,17 +367,28 @@ Drawings draw_timing(const std::vector<NamedTable>& tables) {
   return drawings;
 }
 
-std::string timing_text(const Table& rows, const Table& summary) {
+std::string timing_text(const Table& rows, const Table& summary, double other_work) {
   std::string out = fmt::format("{:<36} {:>9} {:>22} {:>15}\n", "method", "exponent", "largest n under 40 ms",
                                 "ns per spring");
+  bool any_withheld = false;
   for (std::size_t r = 0; r < summary.size(); ++r) {
     const std::string how = summary.text(r, "how") == "extrapolated" ? " (fit)" : "";
     out += fmt::format(
         "{:<36} {:>9} {:>22} {:>15}\n",
         label(summary.text(r, "method"), summary.text(r, "precision"), int(summary.number(r, "threads"))),
-        shown(summary.number(r, "exponent"), 2), shown(summary.number(r, "largest_cells_40ms"), 0) + how,
+        exponent_text(summary, r), largest_text(summary, r) + how,
         shown(summary.number(r, "ns_per_spring"), 2));
+    any_withheld = any_withheld || withholds_exponent(summary, r) || withholds_largest(summary, r);
   }
+  if (other_work >= spoiling_share)
+    return out + fmt::format("withheld, and ratios of times too: {}; measure again on a quiet machine\n",
+                             beside_text(other_work));
+  if (any_withheld)
+    out += fmt::format(
+        "withheld: quartiles are more than a factor of {} apart, or leave the exponent a range wider than "
+        "{}; "
+        "measure again on a quiet machine\n",
+        widest_quartiles, widest_exponent_range);
   return out + comparison(rows) + debug_text(rows);
 }
 

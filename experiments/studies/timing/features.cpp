@@ -194,6 +194,8 @@ Chart features_chart(const Table& table) {
               .subtitle = "time of one step, with one feature more or less than the workload; one thread",
               .x = {.label = "time of a step / time of a step of the workload", .low = 0.4},
               .y = named_rows(table.distinct("variant"))};
+  chart.times = true;
+  chart.notice = spread_notice(table, "q1", "q3");
   const std::vector<std::string> names = table.distinct("variant");
   for (std::size_t r = 0; r < table.size(); ++r) {
     const std::string label = fmt::format("n = {}, {}", table.number(r, "cells"), table.text(r, "precision"));

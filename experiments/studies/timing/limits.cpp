@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <vector>
 
 #include "core/instruction_sets.hpp"
@@ -23,19 +22,25 @@ namespace {
 
 constexpr const char *multiply_adds = "multiply_add", *triad = "triad";
 constexpr double sample_seconds = 20e-3;
+constexpr double widest_peak = 1.5;  ///< of a pass, between its best sample and its median
 constexpr std::size_t triad_numbers = std::size_t{1} << 23;  // 64 MB an array, 192 MB in all
 
 std::string precision_name(bool single) { return single ? "single" : "double"; }
 
-/// Of a few samples: whatever disturbs one makes a peak too low, and nothing makes it too high.
-double shortest(const std::function<double()>& sample) {
-  double seconds = std::numeric_limits<double>::infinity();
-  for (int repetition = 0; repetition < 5; ++repetition) seconds = std::min(seconds, sample());
-  return seconds;
+/// The highest rate of a few samples, as whatever disturbs one makes a peak too low, and nothing makes it too
+/// high; and their median, which tells whether they were disturbed.
+struct Rates {
+  double highest, median;
+};
+
+Rates rates_of(double work, const std::function<double()>& sample) {
+  std::vector<double> seconds;
+  for (int repetition = 0; repetition < 5; ++repetition) seconds.push_back(sample());
+  return {work / *std::min_element(seconds.begin(), seconds.end()), work / quantile(seconds, 0.5)};
 }
 
 /// flop/s of all threads together.
-double multiply_add_rate(const MultiplyAdd& loop, Team& team) {
+Rates multiply_add_rates(const MultiplyAdd& loop, Team& team) {
   std::vector<double> results(std::size_t(team.size()));
   const auto seconds_for = [&](long rounds) {
     return seconds_of([&] {
@@ -43,11 +48,11 @@ double multiply_add_rate(const MultiplyAdd& loop, Team& team) {
     });
   };
   const long rounds = sample_length(sample_seconds, seconds_for).steps;
-  return loop.flops * double(rounds) * double(team.size()) / shortest([&] { return seconds_for(rounds); });
+  return rates_of(loop.flops * double(rounds) * double(team.size()), [&] { return seconds_for(rounds); });
 }
 
 /// B/s of all threads together.
-double triad_rate(const PeakLoops& loops, Team& team) {
+Rates triad_rates(const PeakLoops& loops, Team& team) {
   std::vector<double> a(triad_numbers), b(triad_numbers, 1), c(triad_numbers, 2);
   const auto ranks = std::size_t(team.size());
   const auto part = [&](std::ptrdiff_t rank) {
@@ -55,39 +60,68 @@ double triad_rate(const PeakLoops& loops, Team& team) {
                       end = triad_numbers * (std::size_t(rank) + 1) / ranks;
     loops.triad(&a[begin], &b[begin], &c[begin], 3, std::ptrdiff_t(end - begin));
   };
-  return 24 * double(triad_numbers) /
-         shortest([&] { return seconds_of([&] { team.for_each(team.size(), part); }); });
+  return rates_of(24 * double(triad_numbers),
+                  [&] { return seconds_of([&] { team.for_each(team.size(), part); }); });
 }
 
-/// The largest and the smallest of the passes; NaN if there are none.
+/// The largest and the smallest of the passes, and the largest median of samples of a pass; NaN if there are
+/// none.
 struct PeakRange {
-  double highest, lowest;
+  double highest, lowest, median;
+  /// Whether the samples of one pass at least agree: nothing disturbed them.
+  bool is_sound() const { return median >= highest / widest_peak; }
 };
 PeakRange peak(const Table& peaks, const char* quantity, const std::string& precision, double threads) {
   const Table rows =
       peaks.where("quantity", quantity).where("precision", precision).where("threads", threads);
-  PeakRange range{no_value, no_value};
+  PeakRange range{no_value, no_value, no_value};
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const double rate = rows.number(r, "rate");
-    range = {std::fmax(range.highest, rate), std::fmin(range.lowest, rate)};
+    range = {std::fmax(range.highest, rate), std::fmin(range.lowest, rate),
+             std::fmax(range.median, rows.number(r, "median_rate"))};
   }
   return range;
+}
+
+struct Share {
+  double value;
+  std::string status = "ok";
+};
+
+Share share(double rate, const PeakRange& peak, double other_work) {
+  if (std::isnan(peak.highest)) return {no_value, "peaks not measured"};
+  if (other_work >= spoiling_share) return {no_value, "withheld: " + beside_text(other_work)};
+  if (!peak.is_sound())
+    return {no_value, fmt::format("withheld: samples of a peak differ by a factor of {:.1f}",
+                                  peak.highest / peak.median)};
+  if (rate > peak.highest)
+    return {no_value, fmt::format("withheld: {:.2f} times a measured peak", rate / peak.highest)};
+  return {rate / peak.highest};
 }
 
 }  // namespace
 
 Table empty_peaks() {
-  return Table({{"pass"}, {"quantity"}, {"instruction_set"}, {"precision"}, {"threads"}, {"rate", "1/s"}});
+  return Table({{"pass"},
+                {"quantity"},
+                {"instruction_set"},
+                {"precision"},
+                {"threads"},
+                {"rate", "1/s"},
+                {"median_rate", "1/s"}});
 }
 
 void add_peaks(int pass, const std::vector<int>& threads, Table& peaks) {
   const PeakLoops loops = runnable_copies(peaks_baseline, peaks_v3, peaks_v4).back();
   for (const int count : threads) {
     Team team(count);
+    const auto add = [&](const char* quantity, bool single, const Rates& rates) {
+      peaks.add({pass, quantity, loops.instruction_set, precision_name(single), count, rates.highest,
+                 rates.median});
+    };
     for (const bool single : {false, true})
-      peaks.add({pass, multiply_adds, loops.instruction_set, precision_name(single), count,
-                 multiply_add_rate(single ? loops.in_single : loops.in_double, team)});
-    peaks.add({pass, triad, loops.instruction_set, precision_name(false), count, triad_rate(loops, team)});
+      add(multiply_adds, single, multiply_add_rates(single ? loops.in_single : loops.in_double, team));
+    add(triad, false, triad_rates(loops, team));
   }
 }
 
@@ -103,7 +137,7 @@ double flops_per_step(double springs, double cells, double particles) {
 
 double bytes_per_step(double particles, bool single) { return 14 * (single ? 4 : 8) * particles; }
 
-Table timing_limits(const Table& rows, const Table& peaks) {
+Table timing_limits(const Table& rows, const Table& peaks, double other_work) {
   Table limits({{"precision"},
                 {"threads"},
                 {"cells"},
@@ -117,7 +151,8 @@ Table timing_limits(const Table& rows, const Table& peaks) {
                 {"bandwidth", "B/s"},
                 {"lowest_bandwidth", "B/s"},
                 {"share_of_bandwidth"},
-                {"status"}});
+                {"status"},
+                {"q3_over_q1"}});
   if (peaks.size() == 0) return limits;
   const Table sweeps = rows.where("method", "structured_sweep").where("status", "ok");
   for (std::size_t r = 0; r < sweeps.size(); ++r) {
@@ -128,10 +163,12 @@ Table timing_limits(const Table& rows, const Table& peaks) {
                  bytes = bytes_per_step(particles, precision == precision_name(true));
     const PeakRange fused = peak(peaks, multiply_adds, precision, threads),
                     stream = peak(peaks, triad, precision_name(false), threads);
+    const Share of_peak = share(flops / seconds, fused, other_work),
+                of_bandwidth = share(bytes / seconds, stream, other_work);
     limits.add({precision, std::int64_t(threads), std::int64_t(n), peaks.text(0, "instruction_set"), seconds,
-                flops, fused.highest, fused.lowest, flops / seconds / fused.highest, bytes, stream.highest,
-                stream.lowest, bytes / seconds / stream.highest,
-                std::string(std::isnan(fused.highest) ? "peaks not measured" : "ok")});
+                flops, fused.highest, fused.lowest, of_peak.value, bytes, stream.highest, stream.lowest,
+                of_bandwidth.value, of_peak.status == "ok" ? of_bandwidth.status : of_peak.status,
+                spread_of(sweeps, r)});
   }
   return limits;
 }
@@ -141,6 +178,14 @@ std::string limits_text(const Table& limits) {
   for (std::size_t r = 0; r < limits.size(); ++r) {
     const double n = limits.number(r, "cells");
     if (n != 7 && n != 20 && n != 50) continue;
+    const double spread = limits.number(r, "q3_over_q1");
+    if (limits.text(r, "status").starts_with("withheld") || spread > widest_quartiles) {
+      const std::string reason =
+          spread > widest_quartiles ? "withheld: " + spread_text(spread) : limits.text(r, "status");
+      text += fmt::format("n = {}, {}, threads: {}: {}\n", n, limits.text(r, "precision"),
+                          limits.number(r, "threads"), reason);
+      continue;
+    }
     text += fmt::format(
         "n = {}, {}, threads: {}: {:.2f} of the measured peak of multiply-adds ({:.0f} Gflop/s), {:.2f} of "
         "the "

@@ -129,6 +129,8 @@ Chart methods_chart(const Table& table) {
           "precision",
       .x = {.label = "time of an iteration / time of an explicit step", .low = 0},
       .y = named_rows(table.distinct("method"))};
+  chart.times = true;
+  chart.notice = spread_notice(table, "over_explicit_q1", "over_explicit_q3");
   const std::vector<std::string> names = table.distinct("method");
   const Table single_thread = table.where("threads", 1);
   for (const double n : single_thread.distinct_numbers("cells"))

@@ -133,14 +133,21 @@ Table measure_peers(const PeerTimingConfig& config, Progress& progress) {
 
 std::string peers_text(const Table& table) {
   std::string text;
-  for (std::size_t r = 0; r < table.size(); ++r)
+  for (std::size_t r = 0; r < table.size(); ++r) {
+    if (table.text(r, "status") == "not installed") {
+      text += fmt::format("{}: not installed\n", table.text(r, "program"));
+      continue;
+    }
+    text += fmt::format("{} {} in {} precision, n = {}: a step takes ", table.text(r, "program"),
+                        table.text(r, "version"), table.text(r, "precision"), table.number(r, "cells"));
+    const double spread = spread_of(table, r, "over_ours_q1", "over_ours_q3");
     text +=
-        table.text(r, "status") == "not installed"
-            ? fmt::format("{}: not installed\n", table.text(r, "program"))
-            : fmt::format("{} {} in {} precision, n = {}: a step takes {:.3g} ms, {:.1f} times ours in {}\n",
-                          table.text(r, "program"), table.text(r, "version"), table.text(r, "precision"),
-                          table.number(r, "cells"), 1e3 * table.number(r, "seconds_per_step"),
+        spread > widest_quartiles
+            ? fmt::format("some multiple of ours in {}, withheld: {}\n", table.text(r, "our_precision"),
+                          spread_text(spread))
+            : fmt::format("{:.3g} ms, {:.1f} times ours in {}\n", 1e3 * table.number(r, "seconds_per_step"),
                           table.number(r, "over_ours"), table.text(r, "our_precision"));
+  }
   return text;
 }
 

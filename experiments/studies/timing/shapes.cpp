@@ -187,6 +187,8 @@ Chart shapes_chart(const Table& table) {
                   "quartiles",
               .x = {.label = "cells per edge n", .low = 0, .ticks = table.distinct_numbers("cells")},
               .y = {.label = "time per particle / that in a box of n cells per edge", .low = 0.9}};
+  chart.times = true;
+  chart.notice = spread_notice(table, "over_box_q1", "over_box_q3");
   for (std::size_t r = 0; r < table.size(); ++r) {
     if (table.text(r, "body") == shapes.front().name || table.text(r, "status") != "ok") continue;
     const std::string label = label_of(table, r);

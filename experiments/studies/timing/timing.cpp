@@ -21,6 +21,7 @@
 #include "core/measures.hpp"
 #include "core/spring_system.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/other_work.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "reference/algorithm1.hpp"
 #include "reference/plain_loop.hpp"
@@ -31,6 +32,9 @@ namespace {
 
 using Workload = TimingWorkload;
 constexpr const char* integrator_name = "semi_implicit_euler";
+/// A sample that lasts this many times as long as planned is followed by shorter ones: threads that wait for
+/// each other beside other work take a hundred times as long, and the study would too.
+constexpr double disturbed_sample = 8;
 
 /// One of the methods compared, ready to run on one body. Without `take` it is not run, and its row says why.
 struct Competitor {
@@ -261,7 +265,9 @@ bool measure_size(const TimingConfig& config, int pass, Size& size, Table& raw, 
     if (!c.take) return;
     report(double(c.samples.size()) / repetitions);
     c.take(1);  // its data back into the caches, its threads awake
-    add_sample(c, size.n, pass, seconds_for(c, c.steps) / double(c.steps), measured);
+    const double seconds = seconds_for(c, c.steps);
+    add_sample(c, size.n, pass, seconds / double(c.steps), measured);
+    if (seconds > disturbed_sample * config.sample_seconds) c.steps = std::max(1L, c.steps / 2);
     let_threads_sleep(c);
   };
   if (!interleave(repetitions, all.size(), progress, sample)) return false;
@@ -328,7 +334,9 @@ constexpr const char* caption =
     "otherwise, one thread; the sweep is this project's core. Debug builds are the same sources without "
     "optimisation and with checked containers, in a program of their own. The "
     "legend gives the exponent of time in n, fitted over n of 20 and more, and the largest n under 40 ms:"
-    " interpolated between measured sizes, or by the fit where it lies beyond them. The star is the one "
+    " interpolated between measured sizes, or by the fit where it lies beyond them; either is withheld where "
+    "quartiles of the samples are too far apart to say, or other work took too much of the cores. The star "
+    "is the one "
     "published time (Fig. 5-3: n = 7, 40 ms, 8 threads on an i7-4712MQ); the bar is the same time if an "
     "update means 3 to 5 steps, as the text states elsewhere. Algorithm 1 with 8 threads shows the cost of "
     "more threads "
@@ -346,14 +354,17 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
     shapes = {.cells = {20}, .repetitions = 5, .sample_seconds = 4e-3};
     methods = {.cells = {7, 20}, .threads = {1}, .repetitions = 5, .sample_seconds = 4e-3};
   }
+  const OtherWorkWatch watch;
   TimingTables tables = measure_timing(config, progress);
-  const Table summary = timing_summary(tables.rows), passes = timing_passes(tables.raw),
-              limits = timing_limits(tables.rows, tables.peaks);
+  const double other_work = watch.so_far().value_or(OtherWork{}).share;
+  const Table summary = timing_summary(tables.rows, other_work), passes = timing_passes(tables.raw),
+              limits = timing_limits(tables.rows, tables.peaks, other_work);
   ExperimentResult result{.status = tables.status,
                           .caption = caption,
                           .configuration = configuration(config, features, shapes, methods)};
   if (tables.rows.size() > 0)
-    result.summary = timing_text(tables.rows, summary) + passes_text(passes) + limits_text(limits);
+    result.summary =
+        timing_text(tables.rows, summary, other_work) + passes_text(passes) + limits_text(limits);
   FeatureTables shares = measure_features(features, progress);
   Table per_particle = measure_shapes(shapes, progress);
   Table iterations = measure_methods(methods, progress);

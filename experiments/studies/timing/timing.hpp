@@ -40,6 +40,28 @@ struct TimingTables {
 inline constexpr double thesis_frame_seconds = 0.040;
 inline constexpr double frame_rate = 24;
 
+/// What is concluded from times is withheld where their quartiles are further apart than this factor: at the
+/// exponent 3 of a cube it is 26 percent in cells per edge, and ratios of such times are only noise. Samples
+/// of all passes are pooled, so that passes which disagree widen the quartiles too.
+inline constexpr double widest_quartiles = 2;
+/// An exponent is withheld where quartiles leave it a wider range than this: it could not tell a time that
+/// grows as the volume does, 3, from one half-way to the surface's, 2.5.
+inline constexpr double widest_exponent_range = 0.5;
+
+/// From this share of the cores that other work took on, fits, sizes, ratios and shares of peaks are withheld
+/// whatever the quartiles are: all samples may have been disturbed alike, as those of threads that wait for
+/// each other are. It is half a core of two.
+inline constexpr double spoiling_share = 0.25;
+
+/// How far quartiles are apart, as a factor; NaN if there is no sample.
+double spread_of(const Table& rows, std::size_t row, const char* q1 = "q1", const char* q3 = "q3");
+/// As "other work took 31 % of the cores".
+std::string beside_text(double other_work);
+/// As "quartiles a factor of 3.1 apart".
+std::string spread_text(double spread);
+/// The notice of a chart of ratios that are not withheld; empty if quartiles of none are too far apart.
+std::string spread_notice(const Table& rows, const char* q1, const char* q3);
+
 TimingConfig timing_config(const ExperimentOptions& options);
 
 /// Interleaves the samples of all methods, so that disturbances of the machine affect all of them alike. A
@@ -55,7 +77,8 @@ const char* debug_build_flags();
 
 /// Columns of TimingTables::peaks, and what one pass adds: fused multiply-adds on registers by the fastest
 /// instruction set, in double and single precision [flop/s], and the triad a = b + s c over arrays far larger
-/// than the caches [B/s; 24 a number], with each number of threads.
+/// than the caches [B/s; 24 a number], with each number of threads. The rate is the best of a few samples,
+/// beside their median.
 Table empty_peaks();
 void add_peaks(int pass, const std::vector<int>& threads, Table& peaks);
 
@@ -65,8 +88,10 @@ double flops_per_step(double springs, double cells, double particles);
 double bytes_per_step(double particles, bool single);
 
 /// Of the structured sweep: its work over its time and over the highest peak of the passes, how much of the
-/// processor's peaks in the same run it reaches.
-Table timing_limits(const Table& rows, const Table& peaks);
+/// processor's peaks in the same run it reaches. That is withheld where it is above 1, or where the samples
+/// that the peak is the best of disagree: it was disturbed; or
+/// where other work took so large a share of the cores that all samples may have been.
+Table timing_limits(const Table& rows, const Table& peaks, double other_work = 0);
 std::string limits_text(const Table& limits);
 
 /// For every method and size, the smallest and largest median of a pass, and their ratio.
@@ -142,12 +167,14 @@ std::string peers_text(const Table& table);
 /// The charts of the experiment.
 Drawings draw_timing(const std::vector<NamedTable>& tables);
 
-/// For every method: exponent of time in n over the sizes from 20 on, and the largest n under 40 ms.
-Table timing_summary(const Table& rows);
+/// For every method: exponent of time in n over the sizes from 20 on, with its range by the quartiles, and
+/// the largest n under 40 ms. Either is withheld where quartiles are too wide, or
+/// other work took too much; the status says so.
+Table timing_summary(const Table& rows, double other_work = 0);
 
 Chart timing_chart(const Table& rows, const Table& summary);
 
 /// The summary as aligned lines, and a comparison of the best times of each method.
-std::string timing_text(const Table& rows, const Table& summary);
+std::string timing_text(const Table& rows, const Table& summary, double other_work = 0);
 
 }  // namespace mss::studies::timing

@@ -180,18 +180,67 @@ TEST(TimingLimits, ShareIsWorkOverTimeOverPeak) {
               {"particles"},
               {"springs"},
               {"seconds_per_step"},
+              {"q1"},
+              {"q3"},
               {"status"}});
-  rows.add({"structured_sweep", "double", 1, 2, 27, 158, 1.0, "ok"});
-  rows.add({"structured_sweep", "double", 2, 2, 27, 158, 1.0, "ok"});
-  rows.add({"plain_loop", "double", 1, 2, 27, 158, 1.0, "ok"});
+  rows.add({"structured_sweep", "double", 1, 2, 27, 158, 1.0, 0.9, 1.1, "ok"});
+  rows.add({"structured_sweep", "double", 2, 2, 27, 158, 1.0, 0.9, 1.1, "ok"});
+  rows.add({"plain_loop", "double", 1, 2, 27, 158, 1.0, 0.9, 1.1, "ok"});
   Table peaks = empty_peaks();
-  peaks.add({0, "multiply_add", "any", "double", 1, 2 * flops});
-  peaks.add({0, "triad", "any", "double", 1, 4 * bytes});
+  peaks.add({0, "multiply_add", "any", "double", 1, 2 * flops, 1.9 * flops});
+  peaks.add({0, "triad", "any", "double", 1, 4 * bytes, 3.9 * bytes});
   const Table limits = timing_limits(rows, peaks);
   ASSERT_EQ(limits.size(), 2U);
   EXPECT_NEAR(limits.number(0, "share_of_peak"), 0.5, 1e-15);
   EXPECT_NEAR(limits.number(0, "share_of_bandwidth"), 0.25, 1e-15);
   EXPECT_EQ(limits.text(1, "status"), "peaks not measured");
+}
+
+/// A sweep of n = 7 that takes a second with these quartiles, beside peaks in units of its own rates.
+Table limits_of(double q1, double q3, double peak, double median_peak, double other_work = 0) {
+  const double flops = flops_per_step(5068, 343, 512), bytes = bytes_per_step(512, false);
+  Table rows({{"method"},
+              {"precision"},
+              {"threads"},
+              {"cells"},
+              {"particles"},
+              {"springs"},
+              {"seconds_per_step"},
+              {"q1"},
+              {"q3"},
+              {"status"}});
+  rows.add({"structured_sweep", "double", 1, 7, 512, 5068, 1.0, q1, q3, "ok"});
+  Table peaks = empty_peaks();
+  peaks.add({0, "multiply_add", "any", "double", 1, peak * flops, median_peak * flops});
+  peaks.add({0, "triad", "any", "double", 1, 4 * bytes, 4 * bytes});
+  return timing_limits(rows, peaks, other_work);
+}
+
+TEST(TimingLimits, StateNoShareOfADisturbedPeak) {
+  const Table sound = limits_of(0.9, 1.1, 2, 1.9);
+  EXPECT_EQ(sound.text(0, "status"), "ok");
+  EXPECT_NE(limits_text(sound).find("0.50 of the measured peak"), std::string::npos) << limits_text(sound);
+
+  const Table above = limits_of(0.9, 1.1, 0.5, 0.49);  // nothing is faster than a peak
+  EXPECT_TRUE(std::isnan(above.number(0, "share_of_peak")));
+  EXPECT_NEAR(above.number(0, "share_of_bandwidth"), 0.25, 1e-15);
+  EXPECT_EQ(above.text(0, "status"), "withheld: 2.00 times a measured peak");
+  EXPECT_NE(limits_text(above).find("n = 7, double, threads: 1: withheld: 2.00 times"), std::string::npos)
+      << limits_text(above);
+
+  const Table disturbed = limits_of(0.9, 1.1, 4, 2);  // the best of its samples may have been disturbed too
+  EXPECT_TRUE(std::isnan(disturbed.number(0, "share_of_peak")));
+  EXPECT_EQ(disturbed.text(0, "status"), "withheld: samples of a peak differ by a factor of 2.0");
+
+  const Table beside = limits_of(0.9, 1.1, 2, 1.9, 0.79);  // samples agree where all were disturbed alike
+  EXPECT_TRUE(std::isnan(beside.number(0, "share_of_peak")));
+  EXPECT_TRUE(std::isnan(beside.number(0, "share_of_bandwidth")));
+  EXPECT_EQ(beside.text(0, "status"), "withheld: other work took 79 % of the cores");
+
+  const Table wide = limits_of(0.5, 1.5, 2, 1.9);
+  EXPECT_EQ(wide.number(0, "q3_over_q1"), 3);
+  EXPECT_NE(limits_text(wide).find("withheld: quartiles a factor of 3.0 apart"), std::string::npos)
+      << limits_text(wide);
 }
 
 /// Single precision has twice the lanes of double, and no processor reaches a thousand operations a cycle.
@@ -228,8 +277,9 @@ TEST(Timing, DrawsFromItsFiles) {
                                                    {"timing_raw", tables.raw}});
 }
 
-/// Rows of one method with seconds = a n^p.
-Table synthetic(const std::vector<int>& cells, double a, double p) {
+/// Rows of one method with seconds = a n^p, and quartiles that factor apart for the sizes of `wide`.
+Table synthetic(const std::vector<int>& cells, double a, double p, double spread = 1,
+                const std::vector<int>& wide = {}) {
   Table rows({{"method"},
               {"integrator"},
               {"precision"},
@@ -242,8 +292,10 @@ Table synthetic(const std::vector<int>& cells, double a, double p) {
               {"ns_per_spring"}});
   for (const int n : cells) {
     const double s = a * std::pow(n, p);
-    rows.add({"plain_loop", "semi_implicit_euler", "double", std::int64_t{1}, std::int64_t{n}, s, s, s, "ok",
-              1.0});
+    const bool is_wide = std::find(wide.begin(), wide.end(), n) != wide.end();
+    const double half = is_wide ? std::sqrt(spread) : 1;
+    rows.add({"plain_loop", "semi_implicit_euler", "double", std::int64_t{1}, std::int64_t{n}, s, s / half,
+              s * half, "ok", 1.0});
   }
   return rows;
 }
@@ -271,6 +323,87 @@ TEST(TimingSummary, FindsTheLargestBodyUnderForty) {
   const Table far = timing_summary(synthetic({20, 30, 50}, 1e-10, 3));
   EXPECT_TRUE(std::isnan(far.number(0, "largest_cells_40ms")));
   EXPECT_NE(far.text(0, "status"), "ok");
+}
+
+TEST(TimingSummary, StatesAnExponentWithItsRange) {
+  const Table summary = timing_summary(synthetic({20, 50}, 1e-7, 3, 1.2, {20, 50}));
+  EXPECT_NEAR(summary.number(0, "exponent"), 3, 1e-12);
+  const double half = std::log(1.2) / std::log(2.5);  // one end by half of it up, the other down
+  EXPECT_NEAR(summary.number(0, "exponent_low"), 3 - half, 1e-12);
+  EXPECT_NEAR(summary.number(0, "exponent_high"), 3 + half, 1e-12);
+  EXPECT_EQ(summary.text(0, "status"), "ok");
+}
+
+/// Only quartiles tell it from the law: the medians lie on it.
+TEST(TimingSummary, WithholdsAFitOfWideQuartiles) {
+  const Table rows = synthetic({20, 30, 50}, 1e-7, 3, 4, {20});
+  const Table summary = timing_summary(rows);
+  EXPECT_TRUE(std::isnan(summary.number(0, "exponent")));
+  EXPECT_TRUE(std::isnan(summary.number(0, "largest_cells_40ms")));  // by that fit
+  EXPECT_EQ(summary.text(0, "how"), "withheld");
+  EXPECT_EQ(summary.number(0, "fit_points"), 3);
+  EXPECT_TRUE(summary.text(0, "status").starts_with("fit withheld: by the quartiles the exponent is 2."))
+      << summary.text(0, "status");
+  const std::string text = timing_text(rows, summary);
+  EXPECT_NE(text.find("plain loop, 1 thread                  withheld               withheld"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("measure again on a quiet machine"), std::string::npos) << text;
+  EXPECT_EQ(text.find("(fit)"), std::string::npos) << text;
+  const Chart chart = timing_chart(rows, summary);
+  EXPECT_EQ(chart.series.at(0).label, "plain loop, 1 thread: withheld");
+  EXPECT_EQ(chart.notice, "Fits withheld for 1 of 1 methods: quartiles a factor of 4.0 apart");
+}
+
+/// 1e-6 n^3 = 0.04 at n = 34: between 30 and 50, which the noise at 20 cells says nothing about.
+TEST(TimingSummary, KeepsASizeBetweenNarrowQuartiles) {
+  const Table near = timing_summary(synthetic({20, 30, 50}, 1e-6, 3, 4, {20}));
+  EXPECT_TRUE(std::isnan(near.number(0, "exponent")));
+  EXPECT_EQ(near.number(0, "largest_cells_40ms"), 34);
+  const Table rows = synthetic({7, 30, 50, 100}, 1e-6, 3, 2.2, {50});
+  const Table far = timing_summary(rows);
+  EXPECT_NEAR(far.number(0, "exponent"), 3, 1e-12);
+  EXPECT_TRUE(std::isnan(far.number(0, "largest_cells_40ms")));
+  EXPECT_EQ(far.text(0, "status"), "largest size withheld: quartiles a factor of 2.2 apart at n = 50");
+  EXPECT_EQ(timing_chart(rows, far).series.at(0).label, "plain loop, 1 thread: 3.00, withheld");
+}
+
+TEST(TimingSummary, WithholdsNothingOfNarrowQuartiles) {
+  const Table rows = synthetic({5, 20, 30, 50}, 1e-7, 3, 1.1, {5, 20, 30, 50});
+  const Table summary = timing_summary(rows);
+  EXPECT_EQ(summary.text(0, "status"), "ok");
+  const Chart chart = timing_chart(rows, summary);
+  EXPECT_EQ(chart.series.at(0).label, "plain loop, 1 thread: 3.00, ≈ 73");
+  EXPECT_EQ(chart.notice, "");
+  EXPECT_EQ(timing_text(rows, summary).find("withheld"), std::string::npos);
+}
+
+/// Samples that were all disturbed alike have narrow quartiles.
+TEST(TimingSummary, WithholdsAllThatWasMeasuredBesideOtherWork) {
+  const Table rows = synthetic({5, 20, 30, 50}, 1e-7, 3);
+  EXPECT_EQ(timing_summary(rows, 0.2).text(0, "status"), "ok");
+  const Table summary = timing_summary(rows, 0.75);
+  EXPECT_TRUE(std::isnan(summary.number(0, "exponent")));
+  EXPECT_TRUE(std::isnan(summary.number(0, "largest_cells_40ms")));
+  EXPECT_EQ(summary.text(0, "status"),
+            "fit withheld: other work took 75 % of the cores; largest size withheld: other work took 75 % of "
+            "the cores");
+  const std::string text = timing_text(rows, summary, 0.75);
+  EXPECT_NE(text.find("withheld, and ratios of times too: other work took 75 % of the cores"),
+            std::string::npos)
+      << text;
+  const Chart chart = timing_chart(rows, summary);
+  EXPECT_EQ(chart.series.at(0).label, "plain loop, 1 thread: withheld");
+  EXPECT_EQ(chart.notice, "Fits withheld for 1 of 1 methods");
+}
+
+TEST(TimingNotice, CountsRatiosThatAreNoise) {
+  Table rows({{"q1"}, {"q3"}});
+  rows.add({1.0, 1.9});
+  EXPECT_EQ(spread_notice(rows, "q1", "q3"), "");
+  rows.add({1.0, 3.0});
+  EXPECT_EQ(spread_notice(rows, "q1", "q3"),
+            "Too disturbed to compare: 1 of 2 points; one has quartiles a factor of 3.0 apart");
 }
 
 TEST(TimingSummary, SaysWhyThereIsNoFit) {
