@@ -72,6 +72,10 @@ void add(CLI::App& app, int& exit_status) {
       ->add_flag("--every-frame", choice->options.every_frame,
                  "Draw all of these frames, as a window would; --log has the time that takes")
       ->needs(shot);
+  command
+      ->add_flag("--plain", choice->options.plain,
+                 "Picture of the body alone, without panel, graphs and colour bar")
+      ->needs(shot);
   command->add_flag("--log", choice->options.log, "Print a line of JSON for every action in the window");
   command->callback([choice, &exit_status] { view_scene(*choice, exit_status); });
 }

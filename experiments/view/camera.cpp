@@ -22,6 +22,24 @@ void Camera::fit(const Vec3& lower, const Vec3& upper, const Viewport& view) {
   pitch_ = 0.4;
 }
 
+void Camera::fill(std::span<const Vec3> points, const Viewport& view) {
+  constexpr double share = 0.85;
+  const double nearest = distance_ / 2;   // the eye stays outside of the sphere that fit() looks at
+  for (int pass = 0; pass < 8; ++pass) {  // perspective: what comes nearer grows by more than it came nearer
+    Eigen::Vector2d lower = project(points.front(), view), upper = lower;
+    for (const Vec3& point : points) {
+      lower = lower.cwiseMin(project(point, view));
+      upper = upper.cwiseMax(project(point, view));
+    }
+    const Eigen::Vector2d size = upper - lower;
+    const Eigen::Vector2d off =
+        Eigen::Vector2d(view.x + view.width / 2, view.y + view.height / 2) - lower - size / 2;
+    pan(off[0], off[1], view);
+    const double filled = std::max(size[0] / view.width, size[1] / view.height);
+    distance_ = std::max(nearest, distance_ * filled / share);
+  }
+}
+
 void Camera::orbit(double dx, double dy) {
   constexpr double per_pixel = 0.008;
   yaw_ -= per_pixel * dx;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 
 #include "experiments/view/drawn_surface.hpp"
 
@@ -20,6 +21,9 @@ class Camera {
  public:
   /// Turns towards a box [m] from the front, the right and above, with all of it in view.
   void fit(const Vec3& lower, const Vec3& upper, const Viewport& view);
+
+  /// After fit() to a box round these points: as near as leaves a margin round them, and in the middle.
+  void fill(std::span<const Vec3> points, const Viewport& view);
 
   /// The body follows the mouse by this many pixels: round its middle, or with it.
   void orbit(double dx, double dy);

@@ -179,6 +179,7 @@ class Viewer {
   void see_all();
   void fit_colours();
   void colour();
+  Layout arrangement() const;
   void draw(const Layout& places, int width, int height);
   void draw_on(const Canvas& canvas);
   void log(const std::string& event) const;
@@ -216,8 +217,7 @@ void Viewer::log(const std::string& event) const {
   Json widgets = Json::object();
   for (const auto& [name, w] : panel_.widgets())
     widgets[name] = {std::lround(w.x), std::lround(w.y), std::lround(w.width), std::lround(w.height)};
-  const Layout places = layout(width_, height_);
-  const auto middle = camera_.project(camera_.target(), places.body);
+  const auto middle = camera_.project(camera_.target(), arrangement().body);
   const Json line{{"event", event},
                   {"t", session_.time()},
                   {"steps", session_.steps()},
@@ -257,7 +257,17 @@ void Viewer::see_all() {
     lower = lower.cwiseMin(session_.positions().at(site));
     upper = upper.cwiseMax(session_.positions().at(site));
   }
-  camera_.fit(lower, upper, layout(width_, height_).body);
+  camera_.fit(lower, upper, arrangement().body);
+  if (!options_.plain) return;
+  std::vector<Vec3> points;
+  for (const std::ptrdiff_t site : cells_.sites()) points.push_back(session_.positions().at(site));
+  camera_.fill(points, arrangement().body);
+}
+
+/// A plain picture is all body.
+Layout Viewer::arrangement() const {
+  if (!options_.plain) return layout(width_, height_);
+  return {.column = {}, .graphs = {}, .bar = {}, .body = {0, 0, double(width_), double(height_)}};
 }
 
 void Viewer::fit_colours() {
@@ -420,7 +430,7 @@ void Viewer::frame() {
   glfwGetFramebufferSize(window_.get(), &width_, &height_);
   if (width_ == 0 || height_ == 0) return;  // minimised
   gui_.begin(width_, height_);
-  const Layout places = layout(width_, height_);
+  const Layout places = arrangement();
   apply(panel_.draw(session_, display_, places));
   do_keys();
   do_mouse(places.body);
@@ -457,8 +467,8 @@ Status Viewer::show_live() {
 
 void Viewer::draw_on(const Canvas& canvas) {
   gui_.begin(width_, height_);
-  const Layout places = layout(width_, height_);
-  panel_.draw(session_, display_, places);
+  const Layout places = arrangement();
+  if (!options_.plain) panel_.draw(session_, display_, places);
   canvas.bind();
   draw(places, width_, height_);
   gui_.end();

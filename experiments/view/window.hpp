@@ -14,6 +14,7 @@ struct ViewOptions {
   long frames = 0;               ///< with a shot: how many sixtieths of a second to simulate before it
   std::filesystem::path shot{};  ///< where to put a picture; empty: an interactive window
   bool every_frame = false;      ///< with a shot: draws all of them, as a window would, to measure times
+  bool plain = false;            ///< with a shot: the body alone, without panel, graphs and colour bar
   bool log = false;              ///< a line of JSON on stdout for everything that is done in the window
 };
 

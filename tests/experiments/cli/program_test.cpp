@@ -126,6 +126,7 @@ TEST(View, RefusesWhatItCannotShow) {
   for (const char* size : {"10x10", "1280", "1280x800x2", "wide", "9000x800"})
     expect_refused({"view", "cantilever", "--size", size}, std::string("--size is ") + size);
   expect_refused({"view", "cantilever", "--frames", "3"}, "--frames requires --shot");
+  expect_refused({"view", "cantilever", "--plain"}, "--plain requires --shot");
   expect_refused({"view", "cantilever", "--frames", "-3", "--shot", "a.png"}, "--frames is -3");
 }
 

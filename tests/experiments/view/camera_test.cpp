@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "experiments/view/colour_map.hpp"
 
@@ -32,6 +33,34 @@ TEST(Camera, SeesAllOfABoxAndItsMiddleInTheMiddle) {
     EXPECT_NEAR(middle[0], view.x + view.width / 2, 1e-9);
     EXPECT_NEAR(middle[1], view.y + view.height / 2, 1e-9);
   }
+}
+
+TEST(Camera, GoesAsNearAsLeavesAMargin) {
+  const std::vector<Vec3> bar{{1, 2, 3}, {3, 2, 3}, {1, 2.2, 3.2}, {3, 2.2, 3.2}},
+      far_corner{{1, 2, 3}, {1.1, 2.1, 3.1}, {3, 3, 4}};
+  for (const Viewport& view : {screen, Viewport{0, 0, 300, 900}})
+    for (const std::vector<Vec3>& points : {bar, far_corner}) {
+      Camera camera;
+      camera.fit(Vec3(1, 2, 3), Vec3(3, 3, 4), view);
+      camera.fill(points, view);
+      Eigen::Vector2d lower(1e9, 1e9), upper = -lower;
+      for (const Vec3& point : points) {
+        lower = lower.cwiseMin(camera.project(point, view));
+        upper = upper.cwiseMax(camera.project(point, view));
+      }
+      EXPECT_NEAR((lower[0] + upper[0]) / 2, view.x + view.width / 2, 0.01 * view.width);
+      EXPECT_NEAR((lower[1] + upper[1]) / 2, view.y + view.height / 2, 0.01 * view.height);
+      EXPECT_NEAR(std::max((upper[0] - lower[0]) / view.width, (upper[1] - lower[1]) / view.height), 0.85,
+                  0.01);
+    }
+}
+
+TEST(Camera, StaysOutsideOfABodySeenEndOn) {
+  Camera camera;
+  const Vec3 end = Vec3(std::cos(0.4) * std::cos(-1.0), std::cos(0.4) * std::sin(-1.0), std::sin(0.4));
+  camera.fit(-end.cwiseAbs(), end.cwiseAbs(), screen);
+  camera.fill(std::vector<Vec3>{-end, end}, screen);
+  EXPECT_GT((camera.eye() - end).dot(-camera.forward()), 0);
 }
 
 TEST(Camera, RaysGoThroughWhatIsSeenThere) {

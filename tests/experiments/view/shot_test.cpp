@@ -79,6 +79,29 @@ TEST_F(Shot, ShowsBodyPanelAndColourBar) {
         << share;
 }
 
+// Nothing but the body on the ground: the edges of the picture are of the ground's greys, and the body is in
+// the middle.
+TEST_F(Shot, IsOfTheBodyAloneIfPlain) {
+  const ProgramRun run = take("a.png", {"fig5_1_twist", "--frames", "60", "--plain", "--size", "640x480"});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  const Picture picture(file("a.png"));
+  ASSERT_EQ(picture.width, 640);
+  ASSERT_EQ(picture.height, 480);
+  int left = picture.width, right = 0, top = picture.height, bottom = 0;
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x) {
+      const Colour c = picture.at(x, y);
+      if (std::max({c[0], c[1], c[2]}) - std::min({c[0], c[1], c[2]}) < 0.15F) continue;
+      left = std::min(left, x);
+      right = std::max(right, x);
+      top = std::min(top, y);
+      bottom = std::max(bottom, y);
+    }
+  EXPECT_NEAR((left + right) / 2.0, 320, 10);
+  EXPECT_NEAR((top + bottom) / 2.0, 240, 10);
+  EXPECT_NEAR(std::max((right - left) / 640.0, (bottom - top) / 480.0), 0.85, 0.02);
+}
+
 TEST_F(Shot, IsTheSameEveryTimeAndMovesOn) {
   for (const char* name : {"a.png", "b.png"})
     ASSERT_EQ(take(name, {"fig5_1_twist", "--frames", "20", "--size", "800x500"}).exit_status, 0);
