@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
-# From a bare Debian 12 to results or test verdicts in one command.
+# From a bare Debian 12 to the program, to results or to test verdicts in one command.
 set -euo pipefail
 
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd)
 
 usage() {
   cat >&2 <<'TEXT'
-usage: ./run.sh reproduce [options]   build, then rerun every experiment and draw every chart
+usage: ./run.sh build                 build the program, build/release/mss
+       ./run.sh reproduce [options]   build, then rerun every experiment and draw every chart
        ./run.sh test [options]        build, then run the tests; options go to ctest
 
-Both install what packages.txt lists and this system lacks. Options of reproduce: --quick, --out DIR.
+All install what packages.txt lists and this system lacks. Options of reproduce: --quick, --out DIR.
 TEXT
   exit 2
 }
@@ -52,6 +53,14 @@ build() {
   (cd "$root" && cmake --preset release && cmake --build --preset release --parallel "$(nproc)" --target "$1")
 }
 
+# What to try of the program, by its path from here.
+suggest() {
+  local mss=$root/build/release/mss
+  mss=${mss#"$PWD/"}
+  say "try: $mss view mesh_bear    (without a display: xvfb-run -a $mss view mesh_bear --frames 18 --shot bear.png)"
+  say "and: $mss run cantilever    ($mss list scenes: all there are; $mss --help: what else it does)"
+}
+
 # The directory that mss will write to: what --out says, else one in this repository.
 out_directory() {
   local directory="$root/out/reproduce"
@@ -75,6 +84,12 @@ reproduce() {
 }
 
 case ${1:-} in
+  build)
+    [[ $# -eq 1 ]] || usage
+    install_packages
+    build mss
+    suggest
+    ;;
   reproduce)
     install_packages
     build mss
