@@ -26,7 +26,8 @@ struct AdviseRequest {
   double error = 0.01;  ///< largest that is allowed, relative to the scale of what it is of
   ErrorOf of = ErrorOf::displacement;
   std::optional<double> budget{};  ///< most seconds that a simulated second may take
-  double patience = 60;            ///< most seconds that a reference may take
+  double patience = 60;            ///< most seconds that a reference may be charged
+  Charge charge = by_the_clock;    ///< that costs and patience are in
 };
 
 /// Displacement, unless nothing holds the body: where it flies, its path says nothing about its deformation.
@@ -94,7 +95,7 @@ enum class Verdict {
 struct Trial {
   SceneEdit candidate;
   double error = no_value;  ///< largest until it ended
-  double cost = no_value;   ///< seconds of stepping per simulated second
+  double cost = no_value;   ///< seconds charged for stepping per simulated second
   double share = 0;         ///< of the duration that was simulated
   bool meets = false;       ///< the error
   Verdict verdict = Verdict::reference;
@@ -127,7 +128,7 @@ struct Advice {
   int finest_level = 0;             ///< of the references
   double checked_error = no_value;  ///< of the best against a finer one
   ElementCheck elements{};          ///< of the best
-  double seconds = 0;               ///< that all of it took
+  double seconds = 0;               ///< that all of it took by the clock
   std::string explanation;          ///< a sentence where nothing is advised; empty otherwise
   bool stopped = false;             ///< by the user
 };

@@ -52,9 +52,9 @@ int ReferenceLevels::quicker_threads(SceneEdit candidate) {
   double least = std::numeric_limits<double>::infinity();
   for (const int threads : {1, 0}) {
     candidate.threads = threads;
-    const SampledRun run = sample_scene(
-        without_sleep(candidate), search_.sampling,
-        [&](const SampledRun& so_far) { return so_far.seconds.size() < samples && !search_.stopped(); });
+    const SampledRun run = search_.sample(without_sleep(candidate), [&](const SampledRun& so_far) {
+      return so_far.seconds.size() < samples && !search_.stopped();
+    });
     if (run.cost() >= least) continue;
     least = run.cost();
     quicker = threads;
@@ -74,8 +74,8 @@ std::optional<ReferenceLevels::Reference> ReferenceLevels::compute(int level) {
   search_.attempt(search_.family.candidate(level), [&] {
     Trial trial{.candidate = accurate(search_.family.candidate(level)), .verdict = Verdict::reference};
     trial.candidate.threads = quicker_threads(trial.candidate);
-    SampledRun run = sample_scene(without_sleep(trial.candidate), search_.sampling,
-                                  [&](const SampledRun&) { return !search_.stopped(); });
+    SampledRun run =
+        search_.sample(without_sleep(trial.candidate), [&](const SampledRun&) { return !search_.stopped(); });
     trial.cost = run.cost();
     trial.share = run.simulated / search_.family.given().solve.duration;
     trial.status = run.status;
@@ -190,7 +190,7 @@ int ReferenceLevels::checking_level() const {
   for (const int level : all_levels()) {
     if (level <= finest().level) continue;
     if (level > next_level() || seconds_at(level) > search_.request.patience) break;
-    if (checking == 0 || seconds_at(level) <= search_.watch.seconds()) checking = level;
+    if (checking == 0 || seconds_at(level) <= search_.charged) checking = level;
   }
   return checking;
 }

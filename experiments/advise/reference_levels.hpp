@@ -38,11 +38,20 @@ struct SearchState {
   Progress& progress;
   Sampling sampling;
   Stopwatch watch{};
+  double charged = 0;  ///< for all samples so far [s]
   std::vector<Trial> trials{};
   bool was_stopped = false;
 
   /// Whether the user has stopped it.
   bool stopped() { return was_stopped = was_stopped || progress.stopped(); }
+
+  /// Runs a scene as sample_scene() does.
+  SampledRun sample(const Scene& scene, const GoOn& go_on,
+                    double most_seconds = std::numeric_limits<double>::infinity()) {
+    SampledRun run = sample_scene(scene, sampling, go_on, request.charge, most_seconds);
+    charged += run.total_seconds();
+    return run;
+  }
 
   /// Calls act(). Where a scene cannot be computed like that, or there is not enough memory, adds a trial
   /// that records it, and returns false.
@@ -106,13 +115,13 @@ class ReferenceLevels {
 
   /// A lattice, computed with the method and step of references.
   SceneEdit accurate(SceneEdit lattice) const;
-  /// Seconds that a reference of a level will take: cells go with the cube of the level, steps with the
+  /// Seconds that a reference of a level will be charged: cells go with the cube of the level, steps with the
   /// level.
   double seconds_at(int level) const;
   /// The same per simulated second.
   double cost_at(int level) const;
   /// The level of the reference that checks the advice: beyond the finest, up to the next level as far as
-  /// that takes no longer than the search did. 0 if any would take too long.
+  /// that takes no more than the search did. 0 if any would take too long.
   int checking_level() const;
 
   /// Why refine() returned false.

@@ -77,7 +77,7 @@ Search::Result Search::simulate(const SceneEdit& candidate, const Limits& limits
   state_.progress.report(
       0.5, fmt::format("cells of {:.4g} m, {}", family().cell_size(candidate.level), candidate.integrator));
   const double most_seconds = far_too_costly * std::max(soon, limits.cost * state_.sampling.interval);
-  const SampledRun run = sample_scene(scene, state_.sampling, go_on, most_seconds);
+  const SampledRun run = state_.sample(scene, go_on, most_seconds);
   if (stopped()) return Result::impossible;
   if (run.ended_early && result == Result::meets) result = Result::costly;
   Trial trial{.candidate = candidate, .cost = run.cost(), .share = run.simulated / scene.solve.duration};
@@ -289,14 +289,14 @@ void Search::remeasure_cheapest(double worth) {
   for (std::size_t i = 0; i < trials().size(); ++i)
     if (trials()[i].meets && trials()[i].cost <= worth * best_cost()) close.push_back(i);
   const auto costs = measure_interleaved(rounds, close.size(), state_.progress, [&](std::size_t i) {
-    return sample_scene(family().scene(trials()[close[i]].candidate), state_.sampling, always).cost();
+    return state_.sample(family().scene(trials()[close[i]].candidate), always).cost();
   });
   for (std::size_t i = 0; i < close.size(); ++i)
     if (!costs[i].empty()) trials()[close[i]].cost = quartiles(costs[i]).median;
 }
 
 double Search::error_of(const SceneEdit& candidate, const ErrorEstimator& estimator) {
-  return estimator.error_of(sample_scene(family().scene(candidate), state_.sampling, always).trajectory);
+  return estimator.error_of(state_.sample(family().scene(candidate), always).trajectory);
 }
 
 /// Trials that were too close to the requested error, if they are cheaper than the best.
@@ -347,7 +347,7 @@ std::optional<Trajectory> Search::elements_at(int level) {
     Scene scene = family().scene(references_.accurate(elements));
     scene.solve.sleep = {};
     state_.progress.report(0.9, fmt::format("finite elements of {:.4g} m", family().cell_size(level)));
-    SampledRun run = sample_scene(scene, state_.sampling, [&](const SampledRun& so_far) {
+    SampledRun run = state_.sample(scene, [&](const SampledRun& so_far) {
       return so_far.cost() * scene.solve.duration < request().patience && !stopped();
     });
     if (run.status == Status::ok && !run.ended_early) return std::move(run.trajectory);

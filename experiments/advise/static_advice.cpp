@@ -57,6 +57,7 @@ SizeTried solve(const Scene& scene, Progress& progress) {
   SizeTried tried{.cell_size = scene.body.cell_size};
   SimulationResult result;
   tried.seconds = seconds_of([&] { result = simulate(scene, progress); });
+  tried.work = result.work;
   tried.status = result.status;
   tried.particles = result.particles.size();
   tried.boxes = extents_of_boxes(scene, result.particles);
@@ -197,7 +198,8 @@ StaticAdvice advise_at_rest(const Scene& scene, const AdviseRequest& request, Pr
     advice.sizes.push_back(solve(*sized, progress));
     advice.stopped = progress.stopped();
     if (advice.stopped) break;
-    expected = growth * advice.sizes.back().seconds;
+    const SizeTried& last = advice.sizes.back();
+    expected = growth * request.charge({last.seconds, last.work, last.particles});
   }
   if (advice.stopped) return advice;
   conclude(request, advice);

@@ -16,6 +16,7 @@ struct SizeTried {
   double cell_size = 0;  ///< [m]
   std::size_t particles = 0;
   double seconds = 0;           ///< of the solution
+  Work work{};                  ///< of the solution
   double estimate_seconds = 0;  ///< of the estimates
   Status status = Status::ok;
   BoxExtents boxes{};
@@ -36,9 +37,9 @@ struct StaticAdvice {
 /// Throws InputError if what is requested is about motion.
 void check_static(const AdviseRequest& request);
 
-/// Solves a scene from the largest cells that its own can be merged to, halving them while a solution takes
-/// less than `patience` seconds; limits are extrapolated from the three smallest sizes by the order these
-/// show. The error is of the largest component of a displacement in [expect], or of the stored energy.
+/// Solves a scene from the largest cells that its own can be merged to, halving them while a solution is
+/// charged less than `patience` seconds; limits are extrapolated from the three smallest sizes by the order
+/// these show. The error is of the largest component of a displacement in [expect], or of the stored energy.
 /// Corrected values count where nothing makes their estimate doubtful.
 ///
 /// Then it tries maps that begin with the three smallest of the sizes that are too large. One is advised if

@@ -5,13 +5,13 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <random>
 
 #include "core/measures.hpp"
+#include "experiments/harness/measure.hpp"
 #include "experiments/harness/statistics.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/model.hpp"
@@ -290,9 +290,8 @@ constexpr int slices_of_an_interval = 16;
 constexpr long most_steps_between_samples = 512;
 
 template <class Real>
-SampledRun sample_in(const Scene& scene, const Sampling& sampling,
-                     const std::function<bool(const SampledRun&)>& go_on, double most_seconds) {
-  using Clock = std::chrono::steady_clock;
+SampledRun sample_in(const Scene& scene, const Sampling& sampling, const GoOn& go_on, const Charge& charge,
+                     double most_seconds) {
   const Body body(scene.body);
   // Adaptive methods would have to restart at every slice; their steps are counted.
   const bool adaptive = find_integrator(scene.solve.integrator).stepping == Stepping::adaptive;
@@ -303,23 +302,30 @@ SampledRun sample_in(const Scene& scene, const Sampling& sampling,
   SampledRun run;
   Work work;
   double before = 0;
-  double waited = 0;  // since the last sample [s]
+  double stepped = 0;  // by the clock [s]
+  double charged = 0;  // until the last sample [s]
   int seen = 0;
   for (int sample = 0; sample <= sampling.count; ++sample) {
     const double t = sample * sampling.interval;
-    const auto begin = Clock::now();
-    const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
+    const Stopwatch watch;
+    const auto charged_since = [&] {
+      return charge({stepped + watch.seconds(), work, body.sites().size()}) - charged;
+    };
     for (int slice = slices - 1; sample > 0 && slice >= 0 && run.status == Status::ok; --slice) {
       run.status = scene_run.advance(t - slice * sampling.interval / slices, work);
-      if (slice == 0 || !(waited + seconds() > most_seconds * (sample - seen))) continue;
+      if (slice == 0 || !(charged_since() > most_seconds * (sample - seen))) continue;
       run.ended_early = true;
       break;
     }
-    waited += seconds();
+    const double waited = charged_since();
+    stepped += watch.seconds();
     run.simulated = state.t;
     const bool over = run.ended_early || run.status != Status::ok;
     const bool passed = std::abs(state.t - t) > 1e-6 * sampling.interval;  // by a step that ends beyond it
-    if (sample > 0 && (over || !passed)) run.seconds.push_back(std::exchange(waited, 0));
+    if (sample > 0 && (over || !passed)) {
+      run.seconds.push_back(waited);
+      charged += waited;
+    }
     if (over) return run;
     run.trajectory.samples.emplace_back();
     if (passed) continue;
@@ -345,10 +351,11 @@ SampledRun sample_in(const Scene& scene, const Sampling& sampling,
 
 }  // namespace
 
-SampledRun sample_scene(const Scene& scene, const Sampling& sampling,
-                        const std::function<bool(const SampledRun&)>& go_on, double most_seconds) {
-  return scene.solve.precision == Precision::single ? sample_in<float>(scene, sampling, go_on, most_seconds)
-                                                    : sample_in<double>(scene, sampling, go_on, most_seconds);
+SampledRun sample_scene(const Scene& scene, const Sampling& sampling, const GoOn& go_on, const Charge& charge,
+                        double most_seconds) {
+  const bool single = scene.solve.precision == Precision::single;
+  return single ? sample_in<float>(scene, sampling, go_on, charge, most_seconds)
+                : sample_in<double>(scene, sampling, go_on, charge, most_seconds);
 }
 
 }  // namespace mss::advise

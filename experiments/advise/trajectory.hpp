@@ -81,11 +81,22 @@ Sampling sampling_of(const Scene& scene, ErrorOf of);
 /// The longest step up to `most` of which whole multiples end at samples, the last of them too [s].
 double step_between_samples(double most, const Sampling& sampling);
 
+/// What a computation took.
+struct Effort {
+  double seconds = 0;  ///< by the clock
+  Work work{};
+  std::size_t particles = 0;
+};
+/// What is charged for it [s]; no less for more of it.
+using Charge = std::function<double(const Effort&)>;
+/// What users wait for. Verdicts that must not depend on how busy the machine is charge for work instead.
+inline double by_the_clock(const Effort& effort) { return effort.seconds; }
+
 /// A sampled run and how it ended.
 struct SampledRun {
   Status status = Status::ok;
   Trajectory trajectory;
-  std::vector<double> seconds{};  ///< of stepping, from one sample to the next
+  std::vector<double> seconds{};  ///< charged for stepping, from one sample to the next
   double simulated = 0;           ///< [s]
   bool ended_early = false;
 
@@ -95,10 +106,12 @@ struct SampledRun {
   /// are counted as that: the processor was busy with something else.
   double cost() const;
 };
-/// Runs a scene; after every sample it ends unless `go_on` returns true. It also ends where it takes longer
-/// than `most_seconds` per interval, or an adaptive method takes more than 512 steps.
-SampledRun sample_scene(const Scene& scene, const Sampling& sampling,
-                        const std::function<bool(const SampledRun&)>& go_on,
+/// Whether to go on after a sample.
+using GoOn = std::function<bool(const SampledRun&)>;
+/// Runs a scene; after every sample it ends unless `go_on` returns true. It also ends where it is charged
+/// more than `most_seconds` per interval, or an adaptive method takes more than 512 steps.
+SampledRun sample_scene(const Scene& scene, const Sampling& sampling, const GoOn& go_on,
+                        const Charge& charge = by_the_clock,
                         double most_seconds = std::numeric_limits<double>::infinity());
 
 }  // namespace mss::advise

@@ -22,6 +22,16 @@ namespace {
 
 const double turn = 2 * std::numbers::pi;
 
+/// Charges for work, roughly as the clock would if nothing else ran: advice then is the same on every
+/// machine, however busy.
+double counted(const Effort& effort) {
+  constexpr double per_particle = 2e-8;  // [s]
+  const Work& w = effort.work;
+  const auto passes =
+      w.steps + w.force_evaluations + w.products + 10 * w.linear_solves + 100 * w.factorisations;
+  return per_particle * double(effort.particles) * double(passes);
+}
+
 SceneFamily family(const std::string& name, const std::vector<std::string>& overrides = {}) {
   return {scene_file(name), overrides};
 }
@@ -202,7 +212,7 @@ TEST(Sampling, CoversTheBody) {
   }
 }
 
-/// The time of a step over eight intervals counts between the samples at its ends.
+/// A step over eight intervals is charged between the samples at its ends, and nothing but stepping is.
 TEST(Sampling, ChargesLongStepsWhereTheyEnd) {
   SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
   const Sampling sampling = sampling_of(cube.given(), {});
@@ -210,11 +220,33 @@ TEST(Sampling, ChargesLongStepsWhereTheyEnd) {
   candidate.integrator = "backward_euler";
   candidate.linear_solver = "cholmod";
   candidate.dt = 8 * sampling.interval;
-  const SampledRun run =
-      sample_scene(cube.scene(candidate), sampling, [](const SampledRun&) { return true; });
+  const SampledRun run = sample_scene(
+      cube.scene(candidate), sampling, [](const SampledRun&) { return true; },
+      [](const Effort& effort) { return double(effort.work.steps); });
   EXPECT_EQ(run.status, Status::ok);
-  EXPECT_EQ(run.seconds.size(), 16U);
+  EXPECT_EQ(run.seconds, std::vector<double>(16, 1));
+  EXPECT_NEAR(run.cost(), 16 / 0.1, 1e-9);
   EXPECT_NEAR(run.simulated, 0.1, 1e-12);
+}
+
+/// An interval that is charged more than it may be ends a run there, whatever the clock says.
+TEST(Sampling, EndsWhereItIsChargedTooMuch) {
+  SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
+  const Sampling sampling = sampling_of(cube.given(), {});
+  SceneEdit candidate = cube.candidate(2);
+  candidate.integrator = "verlet";
+  candidate.dt = sampling.interval / 16;
+  const auto sampled = [&](double most) {
+    return sample_scene(
+        cube.scene(candidate), sampling, [](const SampledRun&) { return true; },
+        [](const Effort& effort) { return double(effort.work.steps); }, most);
+  };
+  const SampledRun free = sampled(16.5), cut = sampled(10.5);
+  EXPECT_FALSE(free.ended_early);
+  EXPECT_EQ(free.total_seconds(), 16 * 128);
+  EXPECT_TRUE(cut.ended_early);
+  EXPECT_EQ(cut.total_seconds(), 11);
+  EXPECT_NEAR(cut.simulated, 11 * *candidate.dt, 1e-12);
 }
 
 TEST(Sampling, MeasuresOnlyWhatIsRequested) {
@@ -241,7 +273,7 @@ TEST(Sampling, MeasuresOnlyWhatIsRequested) {
 
 TEST(Advice, KeepsTheErrorAgainstAReferenceItDidNotUse) {
   SceneFamily cube = family("free_cube", {"solve.duration=0.5"});
-  const AdviseRequest request{.error = 0.05, .patience = 20};
+  const AdviseRequest request{.error = 0.05, .patience = 20, .charge = counted};
   Progress progress;
   const Advice advice = advise(cube, request, progress);
   ASSERT_TRUE(advice.best.has_value()) << advice.explanation;
@@ -288,12 +320,25 @@ TEST(Advice, KeepsTheErrorAgainstAReferenceItDidNotUse) {
   EXPECT_EQ(script(read), script(tables));
 }
 
+/// A second search has the same trials, at the same costs.
+TEST(Advice, DependsOnNothingButWhatItCharges) {
+  SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
+  const AdviseRequest request{.error = 0.1, .patience = 1, .charge = counted};
+  const auto rows = [&] {
+    Progress progress;
+    return advice_tables(cube, request, advise(cube, request, progress))[0].table.csv();
+  };
+  const std::string once = rows();
+  EXPECT_NE(once.find("advised"), std::string::npos);
+  EXPECT_EQ(rows(), once);
+}
+
 // Its trials are dropped for no reason but the status of their runs.
 TEST(Advice, ComparesWithAGridThatNothingPrunes) {
   SceneFamily cube = family("free_cube", {"solve.duration=0.02"});
   Progress progress;
-  const Advice pruned = try_all(cube, {.error = 0.05}, 1, 4, true, progress),
-               all = try_all(cube, {.error = 0.05}, 1, 4, false, progress);
+  const Advice pruned = try_all(cube, {.error = 0.05, .charge = counted}, 1, 4, true, progress),
+               all = try_all(cube, {.error = 0.05, .charge = counted}, 1, 4, false, progress);
   const auto unfinished = [](const Trial& trial) {
     return trial.share < 0.999 && (trial.verdict == Verdict::costly || trial.verdict == Verdict::inaccurate ||
                                    trial.verdict == Verdict::too_costly_to_run);
@@ -305,10 +350,10 @@ TEST(Advice, ComparesWithAGridThatNothingPrunes) {
 TEST(Advice, ExplainsWhatIsImpossible) {
   Progress progress;
   SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
-  const Advice inexact = advise(cube, {.error = 1e-9, .patience = 0.05}, progress);
+  const Advice inexact = advise(cube, {.error = 1e-9, .patience = 0.05, .charge = counted}, progress);
   EXPECT_FALSE(inexact.best.has_value());
   EXPECT_NE(inexact.explanation.find("uncertain by"), std::string::npos) << inexact.explanation;
-  AdviseRequest hasty{.error = 0.1, .patience = 20};
+  AdviseRequest hasty{.error = 0.1, .patience = 20, .charge = counted};
   hasty.budget = 1e-9;
   const Advice none = advise(cube, hasty, progress);
   ASSERT_TRUE(none.best.has_value()) << none.explanation;
@@ -322,7 +367,7 @@ TEST(Advice, PassesOverLatticesThatCannotBe) {
       family("free_cube", {"solve.duration=0.1", "body.cells=[4, 4, 4]",
                            "strike=[{box=[[-0.1,-0.1,-0.1],[-0.1,-0.1,-0.1]],at=0.01,impulse=[0,0,1]}]"});
   Progress progress;
-  const Advice advice = advise(cube, {.error = 0.5, .patience = 1}, progress);
+  const Advice advice = advise(cube, {.error = 0.5, .patience = 1, .charge = counted}, progress);
   const auto impossible = [](const Trial& trial) {
     return trial.candidate.level == 1 &&
            to_string(trial).find("impossible: strike.0.box contains no particle") == 0;
@@ -342,19 +387,6 @@ TEST(Advice, NeedsSomethingThatMoves) {
   EXPECT_THROW(advise(flying, {.of = ErrorOf::deformation}, progress), InputError);
 }
 
-/// Advice at rest with as much patience as it takes: a busy machine and sanitizers need more.
-StaticAdvice advise_patiently(const Scene& scene, AdviseRequest& request,
-                              bool (*found)(const StaticAdvice&)) {
-  Progress progress;
-  StaticAdvice advice;
-  for (const double patience : {8, 80, 800}) {
-    request.patience = patience;
-    advice = advise_at_rest(scene, request, progress);
-    if (found(advice)) break;
-  }
-  return advice;
-}
-
 // Errors of the cantilever at 2, 4 and 8 cells across are 19, 6.2 and 1.8 percent, corrected 3.6, 1.0 and
 // 0.3. Smaller cells in places do not pay: bending is everywhere.
 TEST(StaticAdvice, FindsCellsThatMeetTheErrorAsComputedAndCorrected) {
@@ -368,11 +400,9 @@ TEST(StaticAdvice, FindsCellsThatMeetTheErrorAsComputedAndCorrected) {
                    "[solve]\nintegrator = \"static\"\n[expect]\n"
                    "displacement = { box = [[4, 0, 0], [4, 1, 1]], value = [0, 0, 0], within = 1 }\n");
   const Scene scene = load_scene(file);
-  AdviseRequest request{.error = 0.05};
+  const AdviseRequest request{.error = 0.05, .patience = 0.8, .charge = counted};
   Progress progress;
-  const StaticAdvice advice = advise_patiently(scene, request, [](const StaticAdvice& a) {
-    return a.explanation.empty() && a.as_computed == 0.125 && a.maps.size() >= 3;
-  });
+  const StaticAdvice advice = advise_at_rest(scene, request, progress);
   EXPECT_EQ(advice.explanation, "");
   EXPECT_EQ(advice.quantity, "displacement 0 z");
   EXPECT_EQ(advice.as_computed, 0.125);
@@ -389,7 +419,7 @@ TEST(StaticAdvice, FindsCellsThatMeetTheErrorAsComputedAndCorrected) {
   EXPECT_NE(summary(scene, request, advice).find("smaller cells in places do not pay"), std::string::npos);
   EXPECT_THROW(advise_at_rest(load_scene(file, {"body.refinement=\"auto\""}), request, progress), InputError);
   EXPECT_THROW(advise_at_rest(scene, {.of = ErrorOf::volume}, progress), InputError);
-  const StaticAdvice hurried = advise_at_rest(scene, {.patience = 1e-9}, progress);
+  const StaticAdvice hurried = advise_at_rest(scene, {.patience = 1e-9, .charge = counted}, progress);
   EXPECT_EQ(hurried.sizes.size(), 1);
   EXPECT_NE(hurried.explanation.find("--patience"), std::string::npos);
   EXPECT_TRUE(hurried.maps.empty());
@@ -408,9 +438,9 @@ TEST(StaticAdvice, AdvisesSmallerCellsUnderALoadOnAPatch) {
                    "displacement = { box = [[0.375, 0.375, 1], [0.625, 0.625, 1]], value = [0, 0, 0], "
                    "within = 1 }\n");
   const Scene scene = load_scene(file);
-  AdviseRequest request{.error = 0.4};
-  const StaticAdvice advice =
-      advise_patiently(scene, request, [](const StaticAdvice& a) { return a.map.has_value(); });
+  const AdviseRequest request{.error = 0.4, .patience = 0.8, .charge = counted};
+  Progress progress;
+  const StaticAdvice advice = advise_at_rest(scene, request, progress);
   ASSERT_TRUE(advice.map) << summary(scene, request, advice);
   const MapTried& map = advice.maps[*advice.map];
   EXPECT_GT(map.cell_size, advice.as_computed);

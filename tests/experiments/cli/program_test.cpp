@@ -380,29 +380,30 @@ TEST(Advise, WritesTheSceneThatItAdvises) {
                    "[material]\ndensity = 1000\nyoung = 1e5\npoisson = 0.3\n"
                    "[start]\nspin = [3, 2, 1]\n[solve]\nduration = 0.1\n");
   const std::string scene = (out / "ell.toml").string(), advice = (out / "advice").string();
-  const ProgramRun run = mss({"advise", scene, "--error", "10%", "--patience", "5", "--out", advice});
+  // The coarsest references decide about errors this large, after milliseconds of the minute they may take.
+  const ProgramRun run = mss({"advise", scene, "--error", "50%", "--out", advice});
   ASSERT_EQ(run.exit_status, 0) << run.output;
   for (const char* file :
        {"advise.csv", "advise_request.csv", "advise.svg", "advise.png", "meta.json", "ell_advised.toml"})
     EXPECT_TRUE(fs::exists(fs::path(advice) / file)) << file;
   const ProgramRun again = mss({"run", advice + "/ell_advised.toml", "--out", (out / "run").string()});
   EXPECT_EQ(again.exit_status, 0) << again.output;
-  const ProgramRun hasty =
-      mss({"advise", scene, "--error", "10%", "--patience", "5", "--budget", "1ns/frame", "--out", advice});
+  const ProgramRun hasty = mss({"advise", scene, "--error", "50%", "--budget", "1ns/frame", "--out", advice});
   EXPECT_EQ(hasty.exit_status, 1) << hasty.output;
   EXPECT_NE(hasty.output.find("nothing is that cheap"), std::string::npos) << hasty.output;
   EXPECT_FALSE(fs::exists(fs::path(advice) / "ell_advised.toml"));
 }
 
-// A clamped beam: corrected values need larger cells than those as computed.
+// A clamped beam. Three sizes, of milliseconds each, suffice for this error; more are tried as patience
+// lasts, and say the same.
 TEST(Advise, HalvesTheCellsOfASceneAtRest) {
   const Directory out;
   const std::string scene = (out / "beam.toml"), advice = (out / "advice");
   write_atomically(scene, beam("[expect]\n" + tip("[0, 0, -0.03]")));
   const ProgramRun run = mss(
-      {"advise", scene, "--error", "16%", "--patience", MSS_SANITIZED != 0 ? "40" : "4", "--out", advice});
+      {"advise", scene, "--error", "40%", "--patience", MSS_SANITIZED != 0 ? "40" : "4", "--out", advice});
   ASSERT_EQ(run.exit_status, 0) << run.output;
-  EXPECT_NE(run.output.find("beam: 16 % is met by the corrected value in cells of 0."), std::string::npos)
+  EXPECT_NE(run.output.find("beam: 40 % is met by the corrected value in cells of 0.5 m"), std::string::npos)
       << run.output;
   for (const char* file :
        {"static_advice.csv", "static_advice_request.csv", "static_advice.png", "meta.json"})
