@@ -4,6 +4,10 @@
 // It is a program of its own because the standard library's inline functions are in every object file that
 // uses them: in one program the linker would keep a single copy of each, and either this code would call
 // optimised ones, or the optimised code these.
+#if defined(__OPTIMIZE__) || !defined(_GLIBCXX_DEBUG)
+#error "a debug build is without optimisation and with checked containers"
+#endif
+
 #include <array>
 #include <charconv>
 #include <chrono>

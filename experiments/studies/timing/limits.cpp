@@ -14,10 +14,6 @@
 
 namespace mss::studies::timing {
 
-PeakLoops peaks_baseline();
-PeakLoops peaks_v3();
-PeakLoops peaks_v4();
-
 namespace {
 
 constexpr const char *multiply_adds = "multiply_add", *triad = "triad";

@@ -19,7 +19,7 @@ PrecisionConfig small_config() {
   config.scenes.resize(1);
   config.integrators = {"semi_implicit_euler", "velocity_verlet", "rk4", "backward_euler", "cvode_bdf"};
   config.seconds_per_run = config.seconds_to_agree =
-      60;  // never reached: the number of runs is the limit, however busy the machine
+      3600;  // never reached: the number of runs is the limit, however busy the machine
   config.finest_halving = 7;
   return config;
 }

@@ -238,7 +238,8 @@ TEST(Regimes, MeasuresAndDrawsFromItsFiles) {
                        .moduli = {1e4, 1e10},
                        .frames = 3,
                        .repetitions = 1,
-                       .most_seconds = 2,
+                       .most_seconds = 3600,  // no run is stopped, however busy the machine
+                       .most_reference_seconds = 3600,
                        .loaded = {.cells = 2, .frames = 3, .moduli = {1e8, 1e9}}};
   Journal journal;
   Progress progress;

@@ -213,7 +213,7 @@ TEST(Session, StopsAtItsBudget) {
   Session session(scene("free_cube"));
   EXPECT_NEAR(session.advance_within(0.64, 0), 0.01, 1e-12);
   EXPECT_NEAR(session.time(), 0.01, 1e-9);
-  EXPECT_NEAR(session.advance_within(0.08, 60), 0.08, 1e-12);
+  EXPECT_NEAR(session.advance_within(0.08, 1e9), 0.08, 1e-12);
   EXPECT_NEAR(session.time(), 0.09, 1e-9);
 }
 
