@@ -581,11 +581,13 @@ TEST(TimingCommand, KeepsItsRowsWithoutGnuplot) {
   EXPECT_FALSE(fs::exists(out / "timing.svg"));
 }
 
+/// Runs a program for so many seconds of processor time.
+constexpr const char* interrupt_after = MSS_SOURCE_DIR "/tests/experiments/interrupt_after.sh";
+
 TEST(TimingCommand, KeepsFinishedRowsOnInterrupt) {
   const Directory out;
-  const ProgramRun run =
-      run_program({"timeout", "--foreground", "--preserve-status", "--signal=INT", "2", MSS_PROGRAM, "timing",
-                   "--cells", "2:60", "--threads", "1", "--out", out.string()});
+  const ProgramRun run = run_program({interrupt_after, "2", MSS_PROGRAM, "timing", "--cells", "2:60",
+                                      "--threads", "1", "--out", out.string()});
   EXPECT_EQ(run.exit_status, 130) << run.output;
   EXPECT_EQ(Json::parse(read_file(out / "meta.json"))["status"], "interrupted");
   const auto rows = parse_csv(read_file(out / "timing.csv"));
@@ -598,8 +600,8 @@ TEST(Reproduce, ShowsEveryChartOnOnePage) {
   const Directory out;
   // Interrupted early: the page must be there all the same, and one experiment suffices to see that it is
   // filled.
-  const ProgramRun run = run_program({"timeout", "--foreground", "--preserve-status", "--signal=INT", "3",
-                                      MSS_PROGRAM, "reproduce", "--quick", "--out", out.string()});
+  const ProgramRun run =
+      run_program({interrupt_after, "3", MSS_PROGRAM, "reproduce", "--quick", "--out", out.string()});
   EXPECT_EQ(run.exit_status, 130) << run.output;
   const std::string page = read_file(out / "index.html");
   EXPECT_NE(page.find("<section id=\"timing\""), std::string::npos);

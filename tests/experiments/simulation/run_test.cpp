@@ -157,14 +157,16 @@ TEST_F(RunCommand, SaysThatHoldsLeaveABodyFreeToMove) {
       << result.output;
 }
 
+/// Runs a program for so many seconds of processor time.
+constexpr const char* interrupt_after = MSS_SOURCE_DIR "/tests/experiments/interrupt_after.sh";
+
 // A row of 10^10 steps ends with the signal, and leaves the state until then.
 TEST_F(RunCommand, IsInterruptedWithinARow) {
   const fs::path scene = write("cube.toml", cube);
   for (const std::string method : {"velocity_verlet", "backward_euler_linear"}) {
-    const ProgramRun result =
-        run_program({"timeout", "--foreground", "--signal=INT", "2", MSS_PROGRAM, "run", scene.string(),
-                     "--out", out().string(), "--set", "solve.duration=1e6", "--set", "solve.every=1e6",
-                     "--set", "solve.integrator=" + method});
+    const ProgramRun result = run_program({interrupt_after, "1", MSS_PROGRAM, "run", scene.string(), "--out",
+                                           out().string(), "--set", "solve.duration=1e6", "--set",
+                                           "solve.every=1e6", "--set", "solve.integrator=" + method});
     EXPECT_EQ(summary()["status"], "interrupted") << method << result.output;
     EXPECT_EQ(parse_csv(read_file(out() / "series.csv")).size(), 3U) << method;
     EXPECT_GT(summary()["final"]["t"], 0) << method;
@@ -420,9 +422,8 @@ TEST_F(RunCommand, AStepThatTheMethodChoosesIsNull) {
 
 TEST_F(RunCommand, InterruptKeepsRows) {
   const fs::path scene = write("cube.toml", cube);
-  const ProgramRun result =
-      run_program({"timeout", "--foreground", "--preserve-status", "--signal=INT", "1", MSS_PROGRAM, "run",
-                   scene.string(), "--out", out().string(), "--set", "solve.duration=1e5"});
+  const ProgramRun result = run_program({interrupt_after, "1", MSS_PROGRAM, "run", scene.string(), "--out",
+                                         out().string(), "--set", "solve.duration=1e5"});
   EXPECT_EQ(result.exit_status, 130) << result.output;
   EXPECT_EQ(summary()["status"], "interrupted");
   EXPECT_GT(parse_csv(read_file(out() / "series.csv")).size(), 2U);
