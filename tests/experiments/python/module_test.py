@@ -187,21 +187,23 @@ class Motion(unittest.TestCase):
             pushed(mss.load(BLOCK)).advance(-1)
 
     def test_other_threads_run_while_it_steps(self):
-        simulation = mss.load(BLOCK, {"body.cells": [20, 20, 20], "solve.threads": 1})
-        done = threading.Event()
-        stepping = threading.Thread(target=lambda: (simulation.advance(200 * simulation.dt), done.set()))
-        stepping.start()
-        beats, refused = 0, 0
-        while not done.is_set():
-            beats += 1
-            try:
-                simulation.positions
-            except RuntimeError:
-                refused += 1
-            time.sleep(1e-3)
-        stepping.join()
-        self.assertGreater(beats, 5)
-        self.assertGreater(refused, 0)
+        def times_refused(steps):
+            simulation = mss.load(BLOCK, {"body.cells": [20, 20, 20], "solve.threads": 1})
+            done = threading.Event()
+            stepping = threading.Thread(target=lambda: (simulation.advance(steps * simulation.dt), done.set()))
+            stepping.start()
+            refused = 0
+            while not done.is_set():
+                try:
+                    simulation.positions
+                except RuntimeError:
+                    refused += 1
+                time.sleep(1e-3)
+            stepping.join()
+            return refused
+
+        # Of a few steps a busy machine might give this thread no moment.
+        self.assertTrue(any(times_refused(steps) > 5 for steps in (200, 2000, 20000)))
 
 
 class Functions(unittest.TestCase):
