@@ -20,6 +20,7 @@ import sys
 import time
 
 SKIPPED = 77
+MOST_SECONDS = 600  # that what ends at all may take, on however slow or busy a machine
 mss, folder = sys.argv[1], pathlib.Path(sys.argv[2])
 environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
                    OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_hwloc_base_binding_policy="none",
@@ -46,7 +47,7 @@ def command(ranks, scene, out, *settings):
 
 
 def run(*arguments):
-    return subprocess.run(command(*arguments), env=environment, capture_output=True, text=True, timeout=120)
+    return subprocess.run(command(*arguments), env=environment, capture_output=True, text=True, timeout=MOST_SECONDS)
 
 
 def check(holds, sentence):
@@ -136,7 +137,7 @@ def vtk():
         out = folder / f"vtk_{ranks}"
         shutil.rmtree(out, ignore_errors=True)
         ended = subprocess.run(command(ranks, scene[0], out, scene[1]) + ["--vtk", "5"], env=environment,
-                               capture_output=True, text=True, timeout=60)
+                               capture_output=True, text=True, timeout=MOST_SECONDS)
         check(ended.returncode == 0, f"vtk of {ranks} ranks: {ended.stderr}")
         files.append({file.relative_to(out): file.read_bytes() for file in out.rglob("*vtk*/*.*")} |
                      {file.relative_to(out): file.read_bytes() for file in out.glob("*.series")})
@@ -151,13 +152,13 @@ def start_long_run(out):
     """A run of two ranks that has written a few rows, and the processes that work in it, by rank."""
     running = subprocess.Popen(command(2, "free_cube", out, "solve.duration=1000", "solve.every=0.001"), env=environment,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 20
-    while time.monotonic() < deadline:
+    deadline = time.monotonic() + MOST_SECONDS
+    while running.poll() is None and time.monotonic() < deadline:
         time.sleep(0.05)
         if (out / "series.csv").exists() and rows(out) > 3:
             return running, workers(running.pid)
     running.kill()
-    sys.exit("ranks_test.py: a run of two ranks wrote no rows within 20 s")
+    sys.exit("ranks_test.py: a run of two ranks wrote no rows")
 
 
 def rows(out):
@@ -180,7 +181,7 @@ def workers(launcher):
 
 
 def check_all_end(pids, which):
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + MOST_SECONDS
     while any(pathlib.Path(f"/proc/{pid}").exists() for pid in pids):
         check(time.monotonic() < deadline, f"{which}: a rank works on")
         time.sleep(0.05)
@@ -193,7 +194,7 @@ def lost():
         running, pids = start_long_run(out)
         check(sorted(pids) == [0, 1], f"two workers were expected, found {pids}")
         os.kill(pids[rank], signal.SIGKILL)
-        _, errors = running.communicate(timeout=30)
+        _, errors = running.communicate(timeout=MOST_SECONDS)
         which = f"rank {rank} killed"
         check(running.returncode == 3, f"{which}: status {running.returncode}\n{errors}")
         check(f"mss: rank {rank} of 2 was ended by signal 9" in errors, f"{which}: {errors}")
@@ -204,7 +205,7 @@ def lost():
     shutil.rmtree(out, ignore_errors=True)
     running, pids = start_long_run(out)
     running.send_signal(signal.SIGINT)
-    running.communicate(timeout=30)
+    running.communicate(timeout=MOST_SECONDS)
     check_all_end(pids.values(), "interrupted")
     check(running.returncode != 0 and summary(out)["status"] == "interrupted", "Ctrl-C left no interrupted run")
     check(rows(out) > 3 and (out / "particles.csv").exists(), "Ctrl-C left no rows")
@@ -231,7 +232,7 @@ def refused():
     cases.append(("vtk", command(2, "mesh_bear", folder / "vtk") + ["--vtk", "10"], "--vtk of a body given as a mesh"))
     cases.append(("other command", ["mpirun", "-n", "2", mss, "modes", "free_cube"], "`mss modes` is for one process"))
     for name, words, sentence in cases:
-        ended = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60)
+        ended = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=MOST_SECONDS)
         said = [line for line in ended.stderr.splitlines() if line.startswith("mss: ") and "warning" not in line]
         check(ended.returncode == 2, f"{name}: status {ended.returncode}\n{ended.stderr}")
         check(len(said) == 1 and sentence in said[0], f"{name}: {said}")
@@ -240,7 +241,7 @@ def refused():
 def without():
     launched = dict(os.environ, OMPI_COMM_WORLD_SIZE="2", OMPI_COMM_WORLD_RANK="0")
     out = folder / "without"
-    ended = subprocess.run(command(0, "free_cube", out), env=launched, capture_output=True, text=True, timeout=60)
+    ended = subprocess.run(command(0, "free_cube", out), env=launched, capture_output=True, text=True, timeout=MOST_SECONDS)
     check(ended.returncode == 2 and "built without MPI" in ended.stderr, f"status {ended.returncode}: {ended.stderr}")
     check(not (out / "particles.csv").exists(), "particles were written")
 

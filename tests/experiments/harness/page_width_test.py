@@ -31,7 +31,7 @@ def measure(browser, page, width, folder):
     command = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--allow-file-access-from-files",
                f"--user-data-dir={folder / 'profile'}", "--window-size=1400,900", "--virtual-time-budget=10000",
                "--dump-dom", frame.resolve().as_uri()]
-    dom = subprocess.run(command, capture_output=True, text=True, timeout=100, check=True).stdout
+    dom = subprocess.run(command, capture_output=True, text=True, timeout=600, check=True).stdout
     return json.loads(re.search(r"\{.*\}", dom).group())
 
 

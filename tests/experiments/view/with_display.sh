@@ -14,8 +14,8 @@ number=$(mktemp)
 Xvfb -displayfd 3 -screen 0 1400x1000x24 -nolisten tcp 3>"$number" 2>/dev/null &
 screen=$!
 trap 'kill "$screen"; rm -f "$number"' EXIT
-for _ in $(seq 100); do
-  [[ -s $number ]] && break
+until [[ -s $number ]]; do
+  kill -0 "$screen" || exit 1
   sleep 0.05
 done
 DISPLAY=:$(cat "$number")
