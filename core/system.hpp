@@ -98,16 +98,21 @@ Tangents<Real>& tangents_of(System<Real>& system);
 template <class Real>
 std::vector<Unknown> unknowns_of(const System<Real>& system);
 
+/// As system.parallel(), for tasks so short that only `group` of them together are worth handing to a thread.
+template <class Real, class Task>
+void parallel_in_groups(System<Real>& system, std::ptrdiff_t count, std::ptrdiff_t group, Task&& task) {
+  system.parallel((count + group - 1) / group, [&](std::ptrdiff_t g) {
+    for (std::ptrdiff_t i = g * group; i < std::min(count, (g + 1) * group); ++i) task(i);
+  });
+}
+
 /// Calls task(site) for every particle, on all of the system's threads. Tasks must not throw.
 template <class Real, class Task>
 void for_each_particle(System<Real>& system, Task&& task) {
   constexpr std::ptrdiff_t portion = 256;
   const std::vector<std::ptrdiff_t>& sites = system.particles();
   const auto count = std::ptrdiff_t(sites.size());
-  system.parallel((count + portion - 1) / portion, [&](std::ptrdiff_t i) {
-    for (std::ptrdiff_t p = i * portion; p < std::min(count, (i + 1) * portion); ++p)
-      task(sites[std::size_t(p)]);
-  });
+  parallel_in_groups(system, count, portion, [&](std::ptrdiff_t p) { task(sites[std::size_t(p)]); });
 }
 
 }  // namespace mss

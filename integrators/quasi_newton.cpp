@@ -92,6 +92,7 @@ void Pairs::expand(const Products& sg, const Products& ug, Products& of_s, Produ
 /// Coordinates that one thread works on at a time: what it reads twice stays in the first-level cache. Sums
 /// over them do not depend on the number of threads.
 constexpr std::ptrdiff_t part_size = 1024;
+constexpr std::ptrdiff_t parts_together = 8;  ///< some 2 us
 
 class QuasiNewton final : public NonlinearSolver {
  public:
@@ -175,7 +176,7 @@ Status QuasiNewton::prepare(const ImplicitStage& stage, Work& work) {
 /// Adds up part(first, count, sums) of all coordinates, always in the same order.
 template <class Part>
 QuasiNewton::Sums QuasiNewton::sum_over_parts(System<double>& system, Part&& part) {
-  system.parallel(std::ptrdiff_t(sums_.size()), [&](std::ptrdiff_t i) {
+  parallel_in_groups(system, std::ptrdiff_t(sums_.size()), parts_together, [&](std::ptrdiff_t i) {
     sums_[std::size_t(i)] = {};
     part(i * part_size, std::min(part_size, mass_.size() - i * part_size), sums_[std::size_t(i)]);
   });
