@@ -201,8 +201,9 @@ void Team::share(long steps, bool chained, const SlabTask& task) {
 /// Sees to it that a slab's parts before `target` are done.
 void Team::reach(int s, std::uint32_t target) {
   Slab& slab = slabs_[std::size_t(s)];
-  while (!slab.done.reached(target)) {
-    const std::uint32_t part = slab.done.value();
+  for (;;) {
+    const std::uint32_t part = slab.done.value();  // once: helpers go on meanwhile
+    if (!is_before(part, target)) return;
     const bool helper_runs = part - slab.taken > parts_a_step;
     if (s > 0 && helper_runs && slab.done.spin(after(part), spins_for_helper)) continue;
     if (chained_) {
