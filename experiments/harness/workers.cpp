@@ -182,7 +182,6 @@ bool compute_cases(const std::vector<Case>& cases, int processes, Journal& journ
   if (open.empty()) return !progress.stopped();
   std::size_t done = 0;
   const auto take = [&](const Json& line) {
-    if (progress.stopped()) return;  // however late it is read: what is kept is what was reported
     const std::string& name = open[line["case"].get<std::size_t>()]->name;
     if (line.contains("error"))
       throw std::runtime_error(fmt::format("{}: {}", name, line["error"].get<std::string>()));

@@ -190,7 +190,7 @@ TEST(Atlas, IsTheSameHoweverItIsSplitAndInterrupted) {
     EXPECT_LT(part.points.size(), whole.points.size());
   }
   Journal journal(file, what);
-  EXPECT_EQ(journal.size(), 31U);
+  EXPECT_GE(journal.size(), 31U);
   Progress progress;
   EXPECT_EQ(measure_atlas(config, 4, journal, progress).points.csv(), whole.points.csv());
   fs::remove(file);

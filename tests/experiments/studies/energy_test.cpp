@@ -42,6 +42,7 @@ TEST(Energy, IsKeptByMethodsThatSayTheyDo) {
   EXPECT_EQ(summary.text(0, "status"), "non_finite");
 }
 
+// What a worker finishes before it is ended is kept too.
 TEST(Energy, KeepsFinishedRowsWhenStopped) {
   StopAfter progress(1);
   EnergyConfig config = energy_config({.integrators = {"verlet", "backward_euler", "implicit_midpoint"}});
@@ -49,8 +50,11 @@ TEST(Energy, KeepsFinishedRowsWhenStopped) {
   Journal journal;
   const EnergyTables tables = measure_energy(config, 1, journal, progress);
   EXPECT_EQ(tables.status, Status::interrupted);
-  EXPECT_EQ(tables.rows.distinct("integrator"), std::vector<std::string>{"verlet"});
-  EXPECT_EQ(energy_summary(tables.rows, config.steps).size(), 1U);
+  const std::vector<std::string> kept = tables.rows.distinct("integrator");
+  ASSERT_GE(kept.size(), 1U);
+  EXPECT_LT(kept.size(), config.integrators.size());
+  EXPECT_EQ(kept[0], "verlet");
+  EXPECT_EQ(energy_summary(tables.rows, config.steps).size(), kept.size());
 }
 
 TEST(Energy, DrawsFromItsFiles) {

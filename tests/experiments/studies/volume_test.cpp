@@ -168,14 +168,15 @@ TEST(Volume, DrawsFromItsFiles) {
   EXPECT_EQ(steps[0].label.substr(0, 6), "verlet");  // in their order, whatever the reference runs are
 }
 
+// What a worker finishes before it is ended is kept too.
 TEST(Volume, KeepsFinishedRowsWhenStopped) {
   StopAfter progress(4);
   Journal journal;
   const VolumeTables tables = measure_volume(small_config(), 1, journal, progress);
   EXPECT_EQ(tables.status, Status::interrupted);
-  EXPECT_EQ(tables.rows.size(), 4U);
-  EXPECT_EQ(journal.size(), 4U);
-  EXPECT_EQ(tables.bounce.size(), 0U);  // the last cases
+  EXPECT_GE(tables.rows.size(), 4U);
+  EXPECT_EQ(tables.rows.size(), journal.size());
+  EXPECT_EQ(tables.bounce.size(), 0U);  // the last cases, seconds later
 }
 
 }  // namespace
