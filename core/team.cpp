@@ -1,9 +1,12 @@
 #include "core/team.hpp"
 
+#include <pthread.h>
 #include <sched.h>
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
+#include <system_error>
 
 #include "core/processor_quota.hpp"
 
@@ -16,9 +19,10 @@ namespace mss {
 int available_cores() {
   cpu_set_t set;
   CPU_ZERO(&set);
+  static const double quota = processor_quota();
   const int cores = sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set)
                                                                 : int(std::thread::hardware_concurrency());
-  return std::max(1, int(std::min(double(cores), processor_quota())));
+  return std::max(1, int(std::min(double(cores), quota)));
 }
 
 namespace {
@@ -38,8 +42,9 @@ std::int64_t ticks() {
 #endif
 }
 
-constexpr int spins_before_sleep = 400;  ///< some 10 us: the next step of a small body has begun by then
-constexpr int spins_for_helper = 25;     ///< under 1 us: a helper that runs has taken its next part by then
+/// Of some 70 to 140 cycles each.
+constexpr int spins_before_sleep = 400;  ///< 10 to 20 us: the next step of a small body has begun by then
+constexpr int spins_for_helper = 25;     ///< about 1 us: a helper that runs has taken its next part by then
 
 constexpr std::uint32_t parts_a_step = 4, last_part = 2;
 constexpr std::int64_t parts_with_work = last_part + 1;
@@ -77,53 +82,62 @@ void Counter::wait(std::uint32_t target, int spins) {
   sleepers_.fetch_sub(1, std::memory_order_relaxed);
 }
 
-/// When the caller works alone, in ticks.
+/// When the caller works alone.
 class Team::BackOff {
  public:
   bool is_alone() {
     if (until_ == 0) return false;
-    if (ticks() < until_) return true;
+    const std::int64_t left = until_ - ticks();
+    if (left > 0 && left <= length_) return true;  // more: the clock went back
     until_ = 0;
     return false;
   }
 
-  /// `helped`: whether a helper did its share of the step before.
+  /// `helped`: whether a helper did its share of the step before, in the same call.
   void begin_step(bool helped) {
     const std::int64_t now = ticks();
     if (helped) helped_for_ += now - began_;
     began_ = now;
   }
 
-  /// After all of it: `absent`: whether no helper did any part.
-  void end_steps(bool absent) {
+  /// After the last one; `absent`: whether no helper did any part of all steps since `since`.
+  void end_steps(std::int64_t since, bool helped, bool absent) {
+    const std::int64_t now = ticks();
+    if (helped) helped_for_ += now - began_;
     if (!absent) {
       absent_for_ = absence_ = 0;
       return;
     }
-    const std::int64_t now = ticks();
-    absent_for_ += now - began_;
+    absent_for_ += now - since;
     const double second = ticks_a_second(now);
     if (double(absent_for_) < 200e-6 * second) return;
     absent_for_ = 0;
     absence_ = std::clamp(2 * absence_, std::int64_t(1e-3 * second), std::int64_t(16e-3 * second));
-    until_ = std::max(until_, now + absence_);
+    stay_alone(now, absence_);
   }
 
-  /// After a wait that began at `since`: whether it was a strike, longer than the caller's own part of the
-  /// step, and not the time that it takes to wake a thread.
-  bool strikes(std::int64_t since) {
+  std::int64_t begun() const { return began_; }
+
+  /// After a wait from `since` on, of which the helper ran for `seconds`: whether it was a strike. The rest
+  /// is then longer than the caller's own part of the step, and than it takes to wake a thread.
+  bool strikes(std::int64_t since, double seconds) {
     constexpr double least = 300e-6, longest = 1;
-    const std::int64_t now = ticks(), stall = now - since;
+    const std::int64_t now = ticks();
     const double second = ticks_a_second(now);
+    const auto stall = now - since - std::int64_t(seconds * second);
     if (double(stall) < least * second || stall < since - began_) return false;
-    length_ = helped_for_ > 4 * length_ ? 10 * stall : std::max(2 * length_, 10 * stall);
-    length_ = std::min(length_, std::int64_t(longest * second));
-    until_ = now + length_;
+    strike_ = helped_for_ > 4 * strike_ ? 10 * stall : std::max(2 * strike_, 10 * stall);
+    strike_ = std::min(strike_, std::int64_t(longest * second));
     helped_for_ = 0;
+    stay_alone(now, strike_);
     return true;
   }
 
  private:
+  void stay_alone(std::int64_t now, std::int64_t length) {
+    until_ = std::max(until_, now + length);
+    length_ = until_ - now;
+  }
   double ticks_a_second(std::int64_t now) const {
     const std::chrono::duration<double> since = std::chrono::steady_clock::now() - made_;
     return double(now - made_at_) / since.count();
@@ -131,24 +145,27 @@ class Team::BackOff {
 
   std::chrono::steady_clock::time_point made_ = std::chrono::steady_clock::now();
   std::int64_t made_at_ = ticks();
-  std::int64_t began_ = 0, until_ = 0;  ///< of a step; of the time alone
-  std::int64_t length_ = 0,
-               helped_for_ = 0;  ///< of the last time alone after a strike; of steps with help since
-  std::int64_t absence_ = 0,
-               absent_for_ = 0;  ///< of the last time alone without one; of steps before the next
+  std::int64_t began_ = 0;                     ///< the step
+  std::int64_t until_ = 0, length_ = 0;        ///< the time alone
+  std::int64_t strike_ = 0, helped_for_ = 0;   ///< that after the last strike; steps with help since then
+  std::int64_t absence_ = 0, absent_for_ = 0;  ///< the last one without a strike; steps before the next
 };
 
 Team::Team(int size)
     : size_(std::max(1, size)),
-      spins_(size_ <= available_cores() ? spins_before_sleep : 0),
+      spins_(size_ > 1 && size_ <= available_cores() ? spins_before_sleep : 0),
       slabs_(std::size_t(size_)),
       back_off_(std::make_unique<BackOff>()) {
-  for (int rank = 1; rank < size_; ++rank) threads_.emplace_back([this, rank] { help(rank); });
+  try {
+    for (int rank = 1; rank < size_; ++rank) threads_.emplace_back([this, rank] { help(rank); });
+  } catch (const std::system_error&) {
+    // No more threads to be had: the caller does what they would have done.
+  }
 }
 
 Team::~Team() {
   stop_.store(true, std::memory_order_release);
-  open_.announce(step_of(end_) + parts_a_step);
+  open_.announce(end_ + last_part);  // wakes helpers, and opens no part
   for (std::thread& thread : threads_) thread.join();
 }
 
@@ -185,15 +202,17 @@ void Team::share(long steps, bool chained, const SlabTask& task) {
   open_.announce(end_ + (chained ? 0 : 1));
   taken_ = 0;
   bool helped = false;
+  std::int64_t since = 0;
   for (long step = 0; step < steps; ++step) {
     back_off_->begin_step(helped);
+    if (step == 0) since = back_off_->begun();
     const std::int64_t taken = taken_;
     reach(0, begin_ + parts_a_step * std::uint32_t(step + 1));
     helped = taken == taken_;
   }
   for (int slab = 1; slab < size_; ++slab) reach(slab, end_);
   const std::int64_t offered = steps * (size_ - 1) * parts_with_work;
-  back_off_->end_steps(taken_ == offered);
+  back_off_->end_steps(since, helped, taken_ == offered);
   steps_ += steps;
   helped_ += offered - taken_;
 }
@@ -214,17 +233,30 @@ void Team::reach(int s, std::uint32_t target) {
       if (s > 0) ++taken_, slab.taken = part;
       perform(s, part);
     } else {
-      wait_for_helper(slab.done, after(part));
+      wait_for_helper(s, after(part));
     }
   }
 }
 
-/// For a part that a helper has begun.
-void Team::wait_for_helper(Counter& done, std::uint32_t target) {
+/// Processor time of the helper of a slab [s].
+double Team::seconds_run(int slab) {
+  clockid_t clock{};
+  timespec time{};
+  if (pthread_getcpuclockid(threads_[std::size_t(slab) - 1].native_handle(), &clock) != 0 ||
+      clock_gettime(clock, &time) != 0)
+    return 0;
+  return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
+}
+
+/// For a part that the helper of a slab has begun. While it runs, waiting is no strike: parts may be unequal.
+void Team::wait_for_helper(int slab, std::uint32_t target) {
+  Counter& done = slabs_[std::size_t(slab)].done;
   if (done.spin(target, spins_)) return;
   const std::int64_t since = ticks();
+  const double before = seconds_run(slab);
   done.wait(target, 0);
-  if (back_off_->strikes(since)) open_.announce(begin_);  // helpers take no further parts
+  if (back_off_->strikes(since, seconds_run(slab) - before))
+    open_.announce(begin_);  // helpers take no further parts
 }
 
 void Team::perform(int slab, std::uint32_t part) {

@@ -49,7 +49,8 @@ enum class SlabPart {
 /// and works on slab 0, helper r on slab r: each part is claimed by one compare-and-swap. What a helper has
 /// not begun when the caller needs it, the caller does itself, so only a helper that loses its core in the
 /// middle of a part is waited for. A long such wait is a strike: for ten times as long the caller works
-/// alone, twice as long after the next strike, up to a second. Which thread does a part changes no bit.
+/// alone, twice as long after the next strike, up to a second, until helpers have helped for four times as
+/// long. Which thread does a part changes no bit.
 class Team {
  public:
   explicit Team(int size);
@@ -62,12 +63,12 @@ class Team {
   /// Runs task(0) ... task(count - 1). Tasks must not throw.
   void for_each(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task);
 
-  /// Whether the next step is the caller's alone: there is no helper, or one kept it waiting of late. Each
-  /// call counts as a step.
+  /// Whether the next step is the caller's alone: there is no helper, or one kept it waiting of late. If so,
+  /// the step counts as done.
   bool works_alone();
   using SlabTask = std::function<void(int slab, SlabPart part, long step)>;
-  /// Runs `steps` steps of size() slabs, few at a time, so that works_alone() is asked between them. Tasks
-  /// must not throw.
+  /// Runs `steps` steps of size() slabs, from one to a few, so that works_alone() is asked between them.
+  /// Tasks must not throw.
   void run_steps(long steps, const SlabTask& task);
 
   /// Threads that worked, on average over all steps so far.
@@ -85,7 +86,8 @@ class Team {
   void help(int rank);
   void share(long steps, bool chained, const SlabTask& task);
   void reach(int slab, std::uint32_t target);
-  void wait_for_helper(Counter& done, std::uint32_t target);
+  void wait_for_helper(int slab, std::uint32_t target);
+  double seconds_run(int slab);
   void perform(int slab, std::uint32_t part);
 
   int size_;

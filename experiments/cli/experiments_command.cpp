@@ -7,7 +7,6 @@
 #include <memory>
 
 #include "core/error.hpp"
-#include "core/team.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/conclude.hpp"
 #include "experiments/cli/limits.hpp"
@@ -102,26 +101,23 @@ int conclude(const Report& report) {
 
 namespace {
 
-std::string cores_text() {
-  const int cores = available_cores();
-  return fmt::format("{} core{}", cores, cores == 1 ? "" : "s");
-}
-
 /// Says that a study ran beside other work, once it has.
 void warn_last(const Report& report) {
   const auto others = other_work_in(report.provenance);
   if (others && others->share >= disturbing_share)
-    fmt::print(stderr, "mss: other work took {:.0f} % of {} while {} ran: its times came out too long\n",
-               100 * others->share, cores_text(), report.name);
+    fmt::print(stderr,
+               "mss: other work took {:.0f} % of the cores while {} ran: its times came out too long\n",
+               100 * others->share, report.name);
 }
 
 /// Warns of circumstances that spoil the results before the user waits for them.
 void warn_first() {
   const auto others = other_work_now();
   if (others && others->share >= disturbing_share)
-    fmt::print(stderr,
-               "mss: the machine is busy (other work takes {:.0f} % of {}): times will come out too long\n",
-               100 * others->share, cores_text());
+    fmt::print(
+        stderr,
+        "mss: the machine is busy (other work takes {:.0f} % of the cores): times will come out too long\n",
+        100 * others->share);
   if (gnuplot_version().empty())
     fmt::print(
         stderr,

@@ -32,8 +32,8 @@ struct OtherWork {
 /// between them.
 std::optional<OtherWork> other_work(const CoreTicks& before, const CoreTicks& after, double own_ticks);
 
-/// From this share on, times are said to be disturbed: well above what a system does by itself, and below one
-/// process that keeps a core of ten busy.
+/// From this share on, times are said to be disturbed: well above what a system does by itself. One process
+/// that keeps a core busy is as much on ten cores, and on more of them goes unsaid.
 inline constexpr double disturbing_share = 0.1;
 
 /// Watches the cores that this process may run on, since it was made.
