@@ -132,8 +132,8 @@ void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
   if (!choice.part.empty()) choice.options.part = parse_part(choice.part);
   prepare_directory(choice.directory);
   warn_first();
-  const auto run = choice.part.empty() ? run_and_write : run_part;
-  const Report report = run(info, choice.options, choice.directory);
+  const Report report = choice.part.empty() ? run_and_write(info, choice.options, choice.directory)
+                                            : run_part(info, choice.options, choice.directory);
   exit_status = conclude(report);
   warn_last(report);
 }

@@ -21,7 +21,7 @@ void add(CLI::App& app, int& exit_status) {
   command->add_option("--out", *out, "Directory for the results")->capture_default_str();
   command->callback([=, &exit_status] {
     const PartsFound parts = merge_parts({directories->begin(), directories->end()}, *out);
-    exit_status = conclude(run_and_write(*parts.info, parts.options, *out));
+    exit_status = conclude(run_and_write(*parts.info, parts.options, *out, parts.other_work));
   });
 }
 

@@ -124,6 +124,11 @@ std::optional<OtherWork> other_work_now() {
   return watch.so_far();
 }
 
+std::optional<OtherWork> more_of(const std::optional<OtherWork>& a, const std::optional<OtherWork>& b) {
+  if (!a || (b && b->share > a->share)) return b;
+  return a;
+}
+
 Json to_json(const std::optional<OtherWork>& work) {
   if (!work) return nullptr;
   const auto rounded = [](double share) { return std::round(1e3 * share) / 1e3; };

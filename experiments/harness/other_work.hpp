@@ -53,6 +53,9 @@ class OtherWorkWatch {
 /// During the next fifth of a second, in which this process sleeps.
 std::optional<OtherWork> other_work_now();
 
+/// What took the larger share; one that is not known counts as none.
+std::optional<OtherWork> more_of(const std::optional<OtherWork>& a, const std::optional<OtherWork>& b);
+
 /// As {"share": 0.31, "stolen": 0.02}, as provenances have it under "other_work"; null if it is not known.
 Json to_json(const std::optional<OtherWork>& work);
 /// From a provenance. Nothing if it has none, as in results of earlier versions.

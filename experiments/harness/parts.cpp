@@ -40,6 +40,7 @@ struct PartFound {
   std::string experiment, program, machine;
   CasePart part;
   Json options, configuration;
+  std::optional<OtherWork> other_work;
 };
 
 /// What tells machines apart where times are compared.
@@ -62,7 +63,8 @@ PartFound read_part(const fs::path& directory) {
             .machine = machine_of(json.at("provenance")),
             .part = {.index = json.at("part").at(0).get<int>(), .count = json.at("part").at(1).get<int>()},
             .options = json.at("options"),
-            .configuration = json.at("configuration")};
+            .configuration = json.at("configuration"),
+            .other_work = other_work_in(json.at("provenance"))};
   } catch (const Json::exception&) {
     throw InputError(fmt::format("{} is damaged; run that part again", file.string()));
   }
@@ -172,7 +174,9 @@ PartsFound merge_parts(const std::vector<fs::path>& directories, const fs::path&
   for (const PartFound& part : parts)
     for (auto& [name, result] : read_journal(part.directory / (info.name + ".journal")))
       if (journal.find(name) == nullptr) journal.add(name, std::move(result));
-  return {.info = &info, .options = options_from(parts.front().options)};
+  std::optional<OtherWork> other_work;
+  for (const PartFound& part : parts) other_work = more_of(other_work, part.other_work);
+  return {.info = &info, .options = options_from(parts.front().options), .other_work = other_work};
 }
 
 }  // namespace mss

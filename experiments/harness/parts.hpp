@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "experiments/harness/other_work.hpp"
 #include "experiments/harness/report.hpp"
 
 namespace mss {
@@ -21,6 +22,7 @@ Report run_part(const ExperimentInfo& info, ExperimentOptions options,
 struct PartsFound {
   const ExperimentInfo* info;
   ExperimentOptions options;
+  std::optional<OtherWork> other_work{};  ///< the most that ran beside a part
 };
 
 /// Reads the parts in these directories and writes their results together to a journal in `directory`, so

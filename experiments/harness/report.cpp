@@ -85,7 +85,8 @@ std::string command_line(const ExperimentInfo& info, const ExperimentOptions& op
   return line;
 }
 
-Report run_and_write(const ExperimentInfo& info, ExperimentOptions options, const fs::path& directory) {
+Report run_and_write(const ExperimentInfo& info, ExperimentOptions options, const fs::path& directory,
+                     const std::optional<OtherWork>& other_work) {
   prepare_directory(directory);
   if (info.accepts.processes) options.journal = directory / (info.name + ".journal");
   Json origin = provenance();
@@ -96,7 +97,7 @@ Report run_and_write(const ExperimentInfo& info, ExperimentOptions options, cons
     result = info.run(options, progress);
   });
   origin["load_average_end"] = load_average();
-  origin["other_work"] = to_json(others.so_far());
+  origin["other_work"] = to_json(more_of(others.so_far(), other_work));
   const Json record = meta(info, options, result, origin, seconds);
   for (const NamedTable& t : result.tables) write_atomically(directory / (t.name + ".csv"), t.table.csv());
   write_atomically(directory / "meta.json", record.dump(2) + "\n");

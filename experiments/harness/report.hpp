@@ -7,6 +7,7 @@
 
 #include "experiments/harness/drawings.hpp"
 #include "experiments/harness/experiment.hpp"
+#include "experiments/harness/other_work.hpp"
 
 namespace mss {
 
@@ -34,9 +35,10 @@ struct Report {
 
 /// Runs an experiment with a progress line and writes its tables, meta.json and its charts to `directory`,
 /// tables first. Throws InputError before anything is run if the directory cannot be written to. The journal
-/// of an experiment that keeps one is there until the run is complete.
+/// of an experiment that keeps one is there until the run is complete. `other_work`: what ran beside what the
+/// journal has already.
 Report run_and_write(const ExperimentInfo& info, ExperimentOptions options,
-                     const std::filesystem::path& directory);
+                     const std::filesystem::path& directory, const std::optional<OtherWork>& other_work = {});
 
 /// The report of an experiment that was run before, from what it left; its charts are drawn again.
 Report redrawn_report(const ExperimentInfo& info, const std::filesystem::path& directory);

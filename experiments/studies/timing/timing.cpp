@@ -32,8 +32,9 @@ namespace {
 
 using Workload = TimingWorkload;
 constexpr const char* integrator_name = "semi_implicit_euler";
-/// A sample that lasts this many times as long as planned is followed by shorter ones: threads that wait for
-/// each other beside other work take a hundred times as long, and the study would too.
+/// A sample that lasts this many times as long as planned is followed by shorter ones: threads of the
+/// plain loop and of Algorithm 1 wait for each other, a hundred times as long beside other work, and the
+/// study would too.
 constexpr double disturbed_sample = 8;
 
 /// One of the methods compared, ready to run on one body. Without `take` it is not run, and its row says why.
@@ -43,12 +44,14 @@ struct Competitor {
   int threads;
   std::function<void(long)> take;  ///< makes that many updates
   std::function<bool()> finite;
+  std::function<double()> threads_working = {};  ///< of those asked for, on average; none: all
   bool busy_waits = false;  ///< its threads keep their cores busy for a while after their work is done
   long steps = 0;           ///< updates per sample
   double estimate = 0;      ///< seconds per update, roughly
   std::int64_t atomic_additions = 0;  ///< per update
   std::vector<double> samples = {};
   std::string status = "skipped: too large";
+  double working = 0;  ///< the fewest threads_working() of a pass
 };
 
 /// Results of one size: samples of all passes so far.
@@ -83,7 +86,12 @@ Competitor core_competitor(const Body& body, int threads) {
   const auto take = [run](long steps) {
     run->integrator->advance(run->system, run->state, run->state.t + double(steps) * Workload::dt, run->work);
   };
-  return {"structured_sweep", precision_of<Real>(), threads, take, [run] { return is_finite(run->state); }};
+  return {"structured_sweep",
+          precision_of<Real>(),
+          threads,
+          take,
+          [run] { return is_finite(run->state); },
+          [run] { return run->system.threads_working(); }};
 }
 
 Competitor algorithm1_competitor(const std::shared_ptr<reference::Algorithm1>& model, int threads) {
@@ -96,7 +104,7 @@ Competitor algorithm1_competitor(const std::shared_ptr<reference::Algorithm1>& m
     return std::all_of(particles.begin(), particles.end(),
                        [](const auto& p) { return p.x.allFinite() && p.v.allFinite(); });
   };
-  return {"algorithm_1", "double", threads, take, finite, threads > 1};
+  return {"algorithm_1", "double", threads, take, finite, {}, threads > 1};
 }
 
 template <class Real>
@@ -109,7 +117,7 @@ Competitor plain_competitor(const reference::Algorithm1& model, int threads) {
     return std::all_of(loop->positions().begin(), loop->positions().end(),
                        [](const auto& x) { return x.allFinite(); });
   };
-  return {"plain_loop", precision_of<Real>(), threads, take, finite, threads > 1};
+  return {"plain_loop", precision_of<Real>(), threads, take, finite, {}, threads > 1};
 }
 
 /// Algorithm 1 and the plain loop; what a body is too large for has nothing to run.
@@ -185,7 +193,8 @@ Table empty_rows() {
                 {"status"},
                 {"ns_per_spring", "ns"},
                 {"steps_per_sample"},
-                {"atomic_additions"}});
+                {"atomic_additions"},
+                {"threads_working"}});
 }
 
 Table empty_raw() {
@@ -203,7 +212,8 @@ void add_row(Table& rows, const Competitor& c, const Size& size) {
   const Quartiles time = quartiles(c.samples);
   rows.add({c.method, integrator_name, c.precision, std::int64_t(c.threads), std::int64_t(size.n),
             size.particles, size.springs, time.median, time.q1, time.q3, std::int64_t(c.samples.size()),
-            c.status, 1e9 * time.median / double(size.springs), std::int64_t(c.steps), c.atomic_additions});
+            c.status, 1e9 * time.median / double(size.springs), std::int64_t(c.steps), c.atomic_additions,
+            c.working});
 }
 
 /// Adds the samples of one pass to those of the passes before, and frees the bodies.
@@ -211,6 +221,9 @@ void pool(Size& size, std::vector<Competitor> all) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     Competitor& c = all[i];
     if (c.take) c.status = to_string(c.finite() ? Status::ok : Status::non_finite);
+    c.working = c.threads_working ? c.threads_working() : c.threads;
+    if (!size.all.empty()) c.working = std::min(c.working, size.all[i].working);
+    c.threads_working = {};
     c.take = {};
     c.finite = {};
     if (!size.all.empty() && size.all[i].status != to_string(Status::ok)) c.status = size.all[i].status;

@@ -84,6 +84,15 @@ TEST(OtherWork, StandsAtTheFootOfCharts) {
   EXPECT_NE(provenance_line(origin).find(" cores, load 1.5 at the start · "), std::string::npos);
 }
 
+TEST(OtherWork, OfPartsIsTheMostOfThem) {
+  const OtherWork little{.share = 0.1}, much{.share = 0.4};
+  EXPECT_EQ(more_of(little, much)->share, 0.4);
+  EXPECT_EQ(more_of(much, little)->share, 0.4);
+  EXPECT_EQ(more_of(std::nullopt, little)->share, 0.1);
+  EXPECT_EQ(more_of(little, std::nullopt)->share, 0.1);
+  EXPECT_FALSE(more_of(std::nullopt, std::nullopt));
+}
+
 /// Whatever runs here: a share is a share, and the process that watches is none of the others.
 TEST(OtherWork, WatchesTheCoresOfThisProcess) {
   const OtherWorkWatch watch;

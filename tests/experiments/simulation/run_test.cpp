@@ -87,6 +87,8 @@ TEST_F(RunCommand, WritesSeriesParticlesAndSummary) {
   const Json s = summary();
   EXPECT_EQ(s["status"], "ok");
   EXPECT_EQ(s["steps"], 500);
+  EXPECT_GE(s["threads_working"], 1);
+  EXPECT_LE(s["threads_working"], s["threads"]);
   EXPECT_EQ(s["integrator"], "velocity_verlet");
   EXPECT_EQ(s["simulated_seconds"], 0.05);
   EXPECT_EQ(s["work"]["force_evaluations"], 501);

@@ -68,6 +68,8 @@ TEST(Timing, HasARowForEveryMethodAndSize) {
     EXPECT_EQ(t.number(r, "particles"), r < methods_of_tiny ? 27 : 64);
     EXPECT_EQ(t.number(r, "springs"), r < methods_of_tiny ? 158 : 468);  // 3n(n+1)^2 + 6n^2(n+1) + 4n^3
     EXPECT_EQ(t.number(r, "repeats"), 3);
+    EXPECT_GE(t.number(r, "threads_working"), 1);
+    EXPECT_LE(t.number(r, "threads_working"), t.number(r, "threads"));
     EXPECT_GT(t.number(r, "seconds_per_step"), 0);
     // 12 a spring and 24 a cell of 8 and of 27
     EXPECT_EQ(t.number(r, "atomic_additions"), t.text(r, "method") != "algorithm_1" ? 0
