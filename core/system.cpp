@@ -1,7 +1,5 @@
 #include "core/system.hpp"
 
-#include "core/plane_bounds.hpp"
-
 #include "core/error.hpp"
 
 namespace mss {
@@ -18,12 +16,6 @@ void System<Real>::constrain(double, Field<Real>&, Field<Real>&) const {}
 
 template <class Real>
 void System<Real>::clear_prescribed(Field<Real>&) const {}
-
-template <class Real>
-const PlaneBounds* System<Real>::bounds(double dt) const {
-  const PlaneBounds* all = bounds();
-  return all && all->act_inside(dt) ? all : nullptr;
-}
 
 template <class Real>
 void System<Real>::parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {

@@ -27,7 +27,7 @@ class GeneralizedAlpha final : public Integrator<double> {
         solver_(make_nonlinear_solver(options)) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(*this, system, state, dt_, t_end, work, solver_->keeps_bounds(),
+    return advance_step_by_step(*this, system, state, dt_, t_end, work,
                                 [&] { return step(system, state, work); });
   }
 
@@ -47,14 +47,12 @@ class GeneralizedAlpha final : public Integrator<double> {
                                           .gamma = dt_ * gamma * (1 - f) / (1 - m),
                                           .gamma_x = dt_ * ratio,
                                           .x_base = &x_base_,
-                                          .v_base = &v_base_,
-                                          .step = dt_},
+                                          .v_base = &v_base_},
                                          state, work);
     if (status != Status::ok) return status;
     acceleration_.array() =
         (state.v.array() - v_.array()) / (dt_ * gamma) - (1 - gamma) / gamma * acceleration_.array();
     system.clear_prescribed(acceleration_);
-    solver_->end_step(v_, dt_, state.v, &acceleration_);
     state.t += dt_;
     return status;
   }
@@ -65,7 +63,7 @@ class GeneralizedAlpha final : public Integrator<double> {
       for (Field<double>* field : {&force_, &x_base_, &v_base_}) *field = Field<double>(system.size());
     x_ = state.x;
     v_ = state.v;
-    free_acceleration(system, dt_, state.t, state.x, state.v, force_);
+    system.acceleration(state.t, state.x, state.v, force_);
     ++work.force_evaluations;
     if (acceleration_.size() == 0) acceleration_ = force_;
   }

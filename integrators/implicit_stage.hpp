@@ -28,21 +28,12 @@ struct ImplicitStage {
   /// the whole step (core/discrete_gradient.hpp), and the stage is solved to rounding, because what remains
   /// is energy gained or lost.
   const Field<double>* conserve_from = nullptr;
-  double step = 0;  ///< that the stage is part of, which decides whether planes act inside it [s]
-  /// They bound particles at bound_base + bound_gamma v; without, at x.
-  const Field<double>* bound_base = nullptr;
-  double bound_gamma = 0;  ///< [s]
   double enough = 0;  ///< quasi-Newton methods may stop once an iteration moves coordinates by this [m, rms]
 };
 
 /// The forces of a stage at state.x and state.v, shape 3 x sites; overwritten. `x_end` is scratch.
 void stage_force(System<double>& system, const ImplicitStage& stage, const State<double>& state,
                  Field<double>& x_end, Field<double>& force);
-
-/// M^-1 f; where planes act inside steps of dt, of the forces alone, without what holds a particle at a
-/// plane.
-void free_acceleration(System<double>& system, double dt, double t, const Field<double>& x,
-                       const Field<double>& v, Field<double>& a);
 
 /// Solves implicit stages.
 class NonlinearSolver {
@@ -57,14 +48,6 @@ class NonlinearSolver {
   /// be the same at every call. Throws InputError if the solver cannot serve the system.
   virtual Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state,
                        Work& work) = 0;
-
-  /// Whether stages end with all particles in front of the system's bounds; else they collide after steps.
-  virtual bool keeps_bounds() const { return false; }
-  /// Ends a step that began with velocities `before`: what a bound has stopped leaves it as restitution says.
-  /// Accelerations, where a method keeps some, lose what points into bounds.
-  virtual void end_step(const Field<double>& before, double dt, Field<double>& v, Field<double>* a) const {
-    static_cast<void>(before), static_cast<void>(dt), static_cast<void>(v), static_cast<void>(a);
-  }
 };
 
 /// Facts about a nonlinear solver.
@@ -83,24 +66,14 @@ const NonlinearSolverInfo& find_nonlinear_solver(std::string_view name);
 /// The solver that the options name.
 std::unique_ptr<NonlinearSolver> make_nonlinear_solver(const IntegratorOptions& options);
 
-class BoundedSystem;
-
-/// Newton's method with backtracking. Contact is an active set inside it (bounded_system.hpp).
+/// Newton's method with backtracking.
 class Newton final : public NonlinearSolver {
  public:
   explicit Newton(const IntegratorOptions& options);
-  ~Newton() override;
   Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) override;
-  bool keeps_bounds() const override { return true; }
-  void end_step(const Field<double>& before, double dt, Field<double>& v, Field<double>* a) const override;
 
  private:
   double residual(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
-  double leave_out_held(const System<double>& system, const State<double>& state);
-  Status find_step(System<double>& system, const ImplicitStage& stage, const State<double>& state,
-                   Work& work);
-  bool take_step(System<double>& system, const ImplicitStage& stage, State<double>& state, double& norm,
-                 bool settled, Work& work);
   bool search(System<double>& system, const ImplicitStage& stage, State<double>& state, double& norm,
               Work& work);
   double relative_move(const System<double>& system, const ImplicitStage& stage,
@@ -111,12 +84,8 @@ class Newton final : public NonlinearSolver {
   std::unique_ptr<LinearSolver> linear_;
   Field<double> residual_;  ///< gamma f - M (v - v_base)
   Field<double> step_;
-  Field<double> v_before_;                  ///< the step
-  Field<double> x_end_;                     ///< of a step that conserves energy
-  std::unique_ptr<BoundedSystem> bounded_;  ///< the system where it has bounds
-  Field<double> impulse_;                   ///< there, the residual with what holds particles
-  Field<double> jump_;                      ///< and the part of a step that takes them to their planes
-  bool jumps_ = false;
+  Field<double> v_before_;  ///< the step
+  Field<double> x_end_;     ///< of a step that conserves energy
 };
 
 /// Completes the facts of a method that computes in double precision only.

@@ -18,7 +18,7 @@ class TrBdf2 final : public Integrator<double> {
       : dt_(options.dt), solver_(make_nonlinear_solver(options)) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(*this, system, state, dt_, t_end, work, solver_->keeps_bounds(),
+    return advance_step_by_step(*this, system, state, dt_, t_end, work,
                                 [&] { return step(system, state, work); });
   }
 
@@ -29,23 +29,21 @@ class TrBdf2 final : public Integrator<double> {
     if (v_base_.size() == 0) v_base_ = Field<double>(system.size());
     x_ = state.x;
     v_ = state.v;
-    free_acceleration(system, dt_, state.t, state.x, state.v, v_base_);
+    system.acceleration(state.t, state.x, state.v, v_base_);
     ++work.force_evaluations;
     v_base_.array() = v_.array() + d * v_base_.array();
     x_base_ = x_;
     x_base_.array() += d * v_.array();
     const auto solve = [&](double t) {
-      return solver_->solve(system, {.t = t, .gamma = d, .x_base = &x_base_, .v_base = &v_base_, .step = dt_},
-                            state, work);
+      return solver_->solve(system, {.t = t, .gamma = d, .x_base = &x_base_, .v_base = &v_base_}, state,
+                            work);
     };
     const Status status = solve(state.t + g * dt_);
     if (status != Status::ok) return status;
     x_base_.array() = a * state.x.array() - b * x_.array();
     v_base_.array() = a * state.v.array() - b * v_.array();
     state.t += dt_;
-    const Status end = solve(state.t);
-    if (end == Status::ok) solver_->end_step(v_, dt_, state.v, nullptr);
-    return end;
+    return solve(state.t);
   }
 
   double dt_;
