@@ -51,7 +51,7 @@ enum class SlabPart {
 /// middle of a part is waited for. A long such wait is a strike: for ten times as long the caller works
 /// alone, twice as long after the next strike, up to a second, until helpers have helped for four times as
 /// long. Which thread does a part changes no bit.
-class Team {
+class Team {  // NOLINT(clang-analyzer-optin.performance.Padding): threads that wait share no line with others
  public:
   explicit Team(int size);
   ~Team();
