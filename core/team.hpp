@@ -23,8 +23,6 @@ class Counter {
   bool replace(std::uint32_t expected, std::uint32_t next) {
     return value_.compare_exchange_strong(expected, next, std::memory_order_acq_rel);
   }
-  /// Before others can see it.
-  void reset(std::uint32_t value) { value_.store(value, std::memory_order_relaxed); }
   void announce(std::uint32_t value);
   /// Returns once `target` is reached: spins up to `spins` times, then sleeps.
   void wait(std::uint32_t target, int spins);
@@ -93,8 +91,8 @@ class Team {  // NOLINT(clang-analyzer-optin.performance.Padding): threads that 
   int size_;
   int spins_;  ///< before a thread sleeps
   std::vector<Slab> slabs_;
-  alignas(
-      128) Counter open_;  ///< what parts helpers may take, and in the last bits whether slabs are chained
+  /// What parts helpers may take, and in the last bits whether slabs are chained.
+  alignas(128) Counter open_;
   std::atomic<bool> stop_{false};
   alignas(128) const SlabTask* task_ = nullptr;
   std::uint32_t begin_ = 0, end_ = 0;  ///< of the steps that are open
