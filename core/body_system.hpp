@@ -3,6 +3,7 @@
 #include "core/body.hpp"
 #include "core/body_events.hpp"
 #include "core/environment.hpp"
+#include "core/plane_bounds.hpp"
 #include "core/plane_contact.hpp"
 #include "core/sleep_tracker.hpp"
 #include "core/solid_system.hpp"
@@ -30,6 +31,7 @@ class BodySystem : public SolidSystem<Real> {
   const PlaneContact& contact() const { return contact_; }
   /// What planes touch; nullptr: particles.
   const SurfaceContact* surface_contact() const { return surface_contact_.get(); }
+  const PlaneBounds* bounds() const override { return bounds_of_planes_.get(); }
 
   /// Bounds on the spectrum of the body alone, and of the body where it may touch planes.
   const SpectralBound& body_bound() const { return bound_; }
@@ -78,6 +80,7 @@ class BodySystem : public SolidSystem<Real> {
   LoadedSites loads_;
   PlaneContact contact_;
   std::unique_ptr<SurfaceContact> surface_contact_;
+  std::unique_ptr<PlaneBounds> bounds_of_planes_;
   Team team_;
   BodyEvents<Real> events_;
 };

@@ -142,6 +142,10 @@ ConstStreams<Real> ColouredParticles<Real>::before() const {
   return {{x_.axis(0), x_.axis(1), x_.axis(2)}};
 }
 template <class Real>
+ConstStreams<Real> ColouredParticles<Real>::velocity_before() const {
+  return {{v_.axis(0), v_.axis(1), v_.axis(2)}};
+}
+template <class Real>
 Streams<Real> ColouredParticles<Real>::moved() {
   return {{u_.axis(0), u_.axis(1), u_.axis(2)}};
 }

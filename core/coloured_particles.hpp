@@ -43,6 +43,7 @@ class ColouredParticles {
 
   /// Before the step.
   ConstStreams<Real> before() const;
+  ConstStreams<Real> velocity_before() const;
   Streams<Real> moved();
   Field<Real>& displacement() { return u_; }
   /// 0 along axes that are held, and where there is no particle [1/kg].
@@ -50,6 +51,8 @@ class ColouredParticles {
   /// Whether some particle is held along some axes only.
   bool partly_held() const { return partly_held_; }
 
+  /// Where every particle is.
+  const std::vector<std::ptrdiff_t>& index() const { return index_; }
   /// The distinct inverse masses, 0 first: of particles held along all axes, and where there is none.
   const std::vector<double>& masses() const { return masses_; }
   /// Which of them an index has.

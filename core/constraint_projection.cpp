@@ -48,6 +48,9 @@ ConstraintProjection<Real>::ConstraintProjection(const SpringSystem<Real>& sprin
       keeps_multipliers_(multipliers || particles_.partly_held()),
       dt_(dt),
       blocks_(blocks_of(particles_, kernel_.lanes)) {
+  if (system.bounds())
+    contact_ = std::make_unique<DisplacementContact<Real>>(*system.bounds(), springs.body(),
+                                                           particles_.lattice().size(), particles_.index());
   fill_dictionary();
   for (int colour = 0; colour < ColouredLattice::colours; ++colour) {
     if (keeps_multipliers_)
@@ -93,6 +96,21 @@ template <class Real>
 void ConstraintProjection<Real>::begin_step() {
   particles_.predict(dt_, particles_.displacement());
   forget_multipliers();
+  if (contact_) {
+    const Streams<Real> u = particles_.moved();
+    contact_->begin_step(particles_.before(), particles_.velocity_before(),
+                         {{u.axis[0], u.axis[1], u.axis[2]}});
+  }
+}
+
+template <class Real>
+void ConstraintProjection<Real>::end_passes() {
+  if (contact_) contact_->put_in_front(particles_.before(), particles_.moved());
+}
+
+template <class Real>
+void ConstraintProjection<Real>::rebound(State<Real>& state) const {
+  if (contact_) contact_->rebound({.dt = dt_, .drift = 1}, state);
 }
 
 template <class Real>
@@ -126,6 +144,9 @@ void ConstraintProjection<Real>::pass(Finished&& finished) {
       system_, particles_.lattice(), blocks_, kernel_.lanes,
       [&](int colour, std::ptrdiff_t first, std::ptrdiff_t last) {
         project(parts_[std::size_t(colour)], first, last);
+        if (contact_)
+          contact_->project(int(2 * (first / particles_.lattice().plane)) + (colour >> 2),
+                            particles_.before(), particles_.moved());
       },
       finished);
 }

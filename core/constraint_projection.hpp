@@ -2,8 +2,10 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 
 #include "core/coloured_particles.hpp"
+#include "core/displacement_contact.hpp"
 
 namespace mss {
 
@@ -26,6 +28,9 @@ class ConstraintProjection {
 
   /// Begins a step: the particles' displacements without springs, multipliers 0.
   void begin_step();
+  /// Where the system has bounds: after the last pass of a step, and after velocities have followed from it.
+  void end_passes();
+  void rebound(State<Real>& state) const;
   /// One pass over all constraints.
   void iterate();
   /// The same; then ends the step and begins the next, with the same accelerations: plane by plane, while its
@@ -52,6 +57,7 @@ class ConstraintProjection {
   AlignedArray<Real> dictionary_;
   std::vector<std::uint8_t> is_flat_;  ///< per entry, see Projection
   std::array<AlignedArray<Real>, ColouredLattice::colours> multipliers_;
+  std::unique_ptr<DisplacementContact<Real>> contact_;            ///< nullptr: nothing bounds particles
   std::array<Projection<Real>, ColouredLattice::colours> parts_;  ///< what a pass over a colour is told
 };
 

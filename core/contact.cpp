@@ -50,6 +50,20 @@ bool collide_impulse(const Plane& plane, const Motion& before, double dt, Motion
   return true;
 }
 
+bool rebound(const Plane& plane, const Vec3& gravity, const FreeStep& step, bool may_leave,
+             const Motion& before, Motion& after) {
+  const double dt = step.dt, speed = plane.normal.dot(after.v);
+  Motion free{before.x + dt * before.v + step.drift * dt * dt * gravity, before.v + dt * gravity};
+  const bool leaves = may_leave && -plane.normal.dot(before.v) > 2 * gravity.norm() * dt &&
+                      collide_impulse(plane, before, dt, free) && plane.normal.dot(free.v) > 0;
+  const double speed_after = leaves ? plane.normal.dot(free.v) : 0;
+  const Vec3 sliding = after.v - speed * plane.normal;
+  const double slows = std::min(plane.friction * speed_after, sliding.norm());
+  after.v += (speed_after - speed) * plane.normal - slows * sliding.stableNormalized();
+  if (leaves) after.x += (plane.gap(free.x) - plane.gap(after.x)) * plane.normal;
+  return leaves;
+}
+
 bool sticks(const Plane& plane, const Motion& motion, const Vec3& acceleration, double close) {
   if (!motion.v.isZero(0) || std::abs(plane.gap(motion.x)) > close) return false;
   const double lift = plane.normal.dot(acceleration);

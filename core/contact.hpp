@@ -22,6 +22,19 @@ struct Motion {
 /// without normal velocity, and the impulse is the one that stops it.
 bool collide_impulse(const Plane& plane, const Motion& before, double dt, Motion& after);
 
+/// How a method takes free particles through a step: v' = v + dt g, x' = x + dt v + drift dt^2 g.
+struct FreeStep {
+  double dt;     ///< [s]
+  double drift;  ///< 1/2 where that is exact
+};
+
+/// Ends a step within which a plane has stopped a particle as the law `impulse` has it: it leaves as if it
+/// had come freely, with that speed, less what friction takes of its sliding meanwhile, and from where it
+/// would be then. If it came no faster than gravity makes it in two steps, or unless it `may_leave`, it
+/// rests. True if it leaves.
+bool rebound(const Plane& plane, const Vec3& gravity, const FreeStep& step, bool may_leave,
+             const Motion& before, Motion& after);
+
 /// Whether a particle at rest sticks to a plane of that law: it lies on it, within `close` [m], and the
 /// acceleration it would have without the plane points into the plane and lies inside Coulomb's cone.
 bool sticks(const Plane& plane, const Motion& motion, const Vec3& acceleration, double close);

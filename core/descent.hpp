@@ -33,6 +33,19 @@ inline constexpr int descent_coefficients = 2 * sites_around + 8 + 1;
 /// Whether particles in the plane below, and in that above, matter to some of W particles.
 inline constexpr int plane_below = 1, plane_above = 2;
 
+/// What keeps particles in front of planes during passes.
+template <class Real>
+class DescentContact {
+ public:
+  virtual ~DescentContact() = default;
+  /// Whether one of that many particles from an index on may meet a plane in this step.
+  virtual bool touches(std::ptrdiff_t index, int count) const = 0;
+  /// Moves one of them, if it may, from its displacement u with its f and H (xx, yy, zz, yz, zx, xy) below,
+  /// in place of u + H^-1 f.
+  virtual void move(std::ptrdiff_t index, const Real (&hessian)[6], const Real (&force)[3],
+                    const Real (&u)[3]) const = 0;
+};
+
 /// What the pass over one colour's particles reads and writes, in the layout of a ColouredLattice.
 ///
 /// Particle i moves to the minimum of the quadratic model of a step's objective in its own coordinates, while
@@ -56,6 +69,7 @@ struct Descent {
   ConstStreams<Real> target;            ///< y
   ConstStreams<Real> inverse_mass;      ///< along each axis: 0 where it is held
   Streams<Real> moved;                  ///< u
+  const DescentContact<Real>* contact = nullptr;  ///< nullptr: no planes
 };
 
 /// One copy of the descent, compiled for one instruction set and precision.

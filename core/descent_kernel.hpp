@@ -74,6 +74,16 @@ struct Descending {
   }
 };
 
+/// Particles that may meet a plane, one by one, from where they were before the pass.
+template <class Real>
+void move_in_contact(const DescentContact<Real>& contact, std::ptrdiff_t own, const Symmetric<Real>& h,
+                     const Vec<Real>& force, const Vec<Real>& moved) {
+  for (int lane = 0; lane < lanes<Real>; ++lane)
+    contact.move(own + lane, {h.xx[lane], h.yy[lane], h.zz[lane], h.yz[lane], h.zx[lane], h.xy[lane]},
+                 {force.x[lane], force.y[lane], force.z[lane]},
+                 {moved.x[lane], moved.y[lane], moved.z[lane]});
+}
+
 template <class Real, bool Damped>
 void descend(const Descent<Real>& argument, std::ptrdiff_t first, std::ptrdiff_t last) {
   constexpr int W = lanes<Real>;
@@ -119,6 +129,8 @@ void descend(const Descent<Real>& argument, std::ptrdiff_t first, std::ptrdiff_t
     h.zx = (fz & fx) ? h.zx : zero;
     const Vec<Real> force{fx ? s.force.x : zero, fy ? s.force.y : zero, fz ? s.force.z : zero};
     store(p.moved, own, s.moved + h.solve(force));
+    if (p.contact != nullptr && p.contact->touches(own, W))
+      move_in_contact(*p.contact, own, h, force, s.moved);
   }
 }
 

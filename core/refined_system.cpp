@@ -78,6 +78,7 @@ RefinedSystem<Real>::RefinedSystem(const RefinedBody& body, const Environment& e
       transfer_(body),
       held_(body.levels(), environment.holds),
       contact_(environment, bound_of(body), body.levels().back().body.config().cell_size),
+      bounds_of_planes_(plane_bounds(environment, bound_of(body).omega, held_)),
       tangents_(*this),
       events_(*this) {
   check(environment);

@@ -46,6 +46,7 @@ class RefinedSystem final : public SolidSystem<Real> {
   /// By the threads of the level with most particles.
   void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override;
   double threads_working() const override;
+  const PlaneBounds* bounds() const override { return bounds_of_planes_.get(); }
 
   const std::vector<Level>& levels() const override { return body_.levels(); }
   StoredEnergy stored_energy(const Field<Real>& x) const override;
@@ -149,6 +150,7 @@ class RefinedSystem final : public SolidSystem<Real> {
   HangingTransfer<Real> transfer_;
   HeldSites held_;
   PlaneContact contact_;
+  std::unique_ptr<PlaneBounds> bounds_of_planes_;
   SpectralBound bound_;
   bool forces_take_velocities_ = false;
   std::vector<std::unique_ptr<LevelState>> levels_;

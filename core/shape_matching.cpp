@@ -9,6 +9,10 @@ namespace {
 /// Newton steps of a region's rotation from that of the step before, and from no rotation.
 constexpr int few_turns = 3, many_turns = 30;
 
+ConstStreams<double> const_streams(const std::array<AlignedArray<double>, 3>& field) {
+  return {{field[0].data(), field[1].data(), field[2].data()}};
+}
+
 }  // namespace
 
 ShapeMatching::ShapeMatching(const SpringSystem<double>& springs, System<double>& system, double dt,
@@ -34,6 +38,8 @@ ShapeMatching::ShapeMatching(const SpringSystem<double>& springs, System<double>
   place(springs.held(), alpha);
   find_regions();
   reset();
+  if (system.bounds())
+    contact_ = std::make_unique<DisplacementContact<double>>(*system.bounds(), body_, size_, index_);
 }
 
 void ShapeMatching::place(const HeldSites& held, double alpha) {
@@ -202,6 +208,18 @@ void ShapeMatching::begin_step() {
       for (std::ptrdiff_t i = first; i < last; ++i)
         u_[axis][i] = dt_ * v_[axis][i] + dt2 * acceleration_[axis][i];
   });
+  if (contact_) contact_->begin_step(const_streams(x_), const_streams(v_), const_streams(u_));
+}
+
+void ShapeMatching::end_passes() {
+  if (!contact_) return;
+  const Streams<double> u{{u_[0].data(), u_[1].data(), u_[2].data()}};
+  contact_->project(const_streams(x_), u);
+  contact_->put_in_front(const_streams(x_), u);
+}
+
+void ShapeMatching::rebound(State<double>& state) const {
+  if (contact_) contact_->rebound({.dt = dt_, .drift = 1}, state);
 }
 
 void ShapeMatching::iterate_into_next_step() {

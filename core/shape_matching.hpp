@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <memory>
 
+#include "core/displacement_contact.hpp"
 #include "core/shape_sums.hpp"
 #include "core/spring_system.hpp"
 
@@ -43,6 +45,10 @@ class ShapeMatching {
   void iterate_into_next_step();
   /// Ends a step: x += u, v = u / dt.
   void finish(double dt);
+  /// Where the system has bounds: applies planes to where particles are going, by contact's multipliers on
+  /// mass alone, and restitution to their velocities.
+  void end_passes();
+  void rebound(State<double>& state) const;
   /// Forgets how regions were turned, where the next search for rotations would begin.
   void reset();
 
@@ -68,6 +74,7 @@ class ShapeMatching {
   std::ptrdiff_t row_, plane_, size_;
   std::vector<std::ptrdiff_t> index_;  ///< of every particle
   std::array<Array, 3> rest_, rest_centre_, x_, v_, u_, acceleration_, freedom_;
+  std::unique_ptr<DisplacementContact<double>> contact_;  ///< nullptr: nothing bounds particles
   Array share_, region_mass_, inverse_regions_;
   std::array<Array, 4> rotation_;
   bool turned_before_ = false;

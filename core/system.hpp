@@ -15,6 +15,7 @@ namespace mss {
 
 template <class Real>
 class DiscreteGradient;
+class PlaneBounds;
 
 /// The linear update that every one-stage explicit method makes from an acceleration a:
 ///   v' = (v + kick_before a) + kick_after a,   x' = x + drift_old v + drift_new v'.
@@ -69,6 +70,10 @@ class System {
 
   /// Contact and sleep; nullptr if nothing happens between steps.
   virtual StepEvents<Real>* events() { return nullptr; }
+
+  /// Planes as bounds, for methods that keep contact inside their steps; nullptr where there are none, or
+  /// where planes touch a surface instead of particles.
+  virtual const PlaneBounds* bounds() const { return nullptr; }
 
   /// Those that share the system, each with some of its particles. What methods decide by a state, and sums
   /// over particles, are to be all ranks' together.

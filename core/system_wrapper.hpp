@@ -18,10 +18,11 @@ class SystemWrapper : public System<Real> {
   void force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) override = 0;
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override = 0;
   void constrain(double t, Field<Real>& x, Field<Real>& v) const final { other_.constrain(t, x, v); }
-  void clear_prescribed(Field<Real>& field) const final { other_.clear_prescribed(field); }
+  void clear_prescribed(Field<Real>& field) const override { other_.clear_prescribed(field); }
   Tangents<Real>* tangents() override { return other_.tangents(); }
   DiscreteGradient<Real>* discrete_gradient() override { return other_.discrete_gradient(); }
   StepEvents<Real>* events() override { return other_.events(); }
+  const PlaneBounds* bounds() const final { return other_.bounds(); }
   const Ranks& ranks() const final { return other_.ranks(); }
   void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) final {
     other_.parallel(count, task);
@@ -33,6 +34,7 @@ class SystemWrapper : public System<Real> {
 
  protected:
   System<Real>& other() { return other_; }
+  const System<Real>& other() const { return other_; }
 
  private:
   System<Real>& other_;

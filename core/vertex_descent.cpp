@@ -1,5 +1,9 @@
 #include "core/vertex_descent.hpp"
 
+#include <algorithm>
+
+#include "core/block_in_cone.hpp"
+
 namespace mss {
 
 namespace {
@@ -31,13 +35,21 @@ template <class Real>
 VertexDescent<Real>::VertexDescent(const SpringSystem<Real>& springs, System<Real>& system, double dt,
                                    double acceleration)
     : system_(system),
+      springs_(springs),
       particles_(springs, system),
       kernel_(descent_kernels<Real>().back()),
       damped_(springs.body().config().is_damped()),
       dt_(dt),
       squared_radius_(acceleration * acceleration),
       blocks_(blocks_of(particles_, kernel_.lanes)),
-      target_(particles_.lattice().size()) {
+      target_(particles_.lattice().size()),
+      drift_(particles_.lattice().size()),
+      gravity_(springs.environment().gravity) {
+  if (system.bounds()) {
+    near_ = std::make_unique<DisplacementContact<Real>>(*system.bounds(), springs.body(),
+                                                        particles_.lattice().size(), particles_.index());
+    contact_ = std::make_unique<VertexContact<Real>>(*near_, particles_);
+  }
   fill_dictionary();
   if (acceleration > 0) last_ = one_before_ = target_;
   for (int colour = 0; colour < ColouredLattice::colours; ++colour)
@@ -102,6 +114,118 @@ template <class Real>
 void VertexDescent<Real>::begin_step() {
   passes_ = 0;
   particles_.predict(dt_, target_);
+  guess();
+  if (!near_) return;
+  const Streams<Real> u = particles_.moved();
+  near_->begin_step(particles_.before(), particles_.velocity_before(), {{u.axis[0], u.axis[1], u.axis[2]}});
+  near_->put_in_front(particles_.before(), u);
+  if (const Plane* plane = near_->impact(dt_)) shorten_guess(plane->normal);
+}
+
+/// An impact that few passes cannot spread through a stiff body would leave the strain of the whole way that
+/// it came: of the guess along the plane's normal all, 1/2, 1/4, 1/8 or nothing, whatever has the least
+/// objective.
+template <class Real>
+void VertexDescent<Real>::shorten_guess(const Vec3& normal) {
+  const Field<Real> whole = particles_.displacement();
+  Field<Real> best = whole;
+  double least = objective();
+  for (const double share : {0.5, 0.25, 0.125, 0.0}) {
+    for (const std::ptrdiff_t i : particles_.index()) {
+      const Vec3 u = whole.at(i);
+      particles_.displacement().set(i, u - (1 - share) * normal.dot(u) * normal);
+    }
+    near_->put_in_front(particles_.before(), particles_.moved());
+    if (const double value = objective(); value < least) {
+      least = value;
+      best = particles_.displacement();
+    }
+  }
+  particles_.displacement() = best;
+}
+
+/// What passes minimise, without damping [J].
+template <class Real>
+double VertexDescent<Real>::objective() {
+  const std::vector<std::ptrdiff_t>&index = particles_.index(), &sites = particles_.body().sites();
+  const Field<Real>& u = particles_.displacement();
+  const ConstStreams<Real> before = particles_.before();
+  Field<Real> x(springs_.size());
+  double inertia = 0;
+  for (std::size_t p = 0; p < sites.size(); ++p) {
+    const std::ptrdiff_t i = index[p];
+    const Vec3 moved = u.at(i);
+    x.set(sites[p], Vec3(before.axis[0][i], before.axis[1][i], before.axis[2][i]) + moved);
+    inertia += particles_.body().mass(sites[p]) * (moved - target_.at(i)).squaredNorm();
+  }
+  const StoredEnergy stored = springs_.stored_energy(x);
+  return inertia / (2 * dt_ * dt_) + stored.elastic + stored.volume;
+}
+
+/// u holds dt v.
+template <class Real>
+void VertexDescent<Real>::guess() {
+  const double g = gravity_.norm(), dt2 = dt_ * dt_;
+  const bool touches = near_ && near_->pushes();
+  const Vec3 down = g > 0 ? Vec3(gravity_ / g) : Vec3(Vec3::Zero());
+  const Streams<Real> u = particles_.moved();
+  const ConstStreams<Real> w = particles_.inverse_mass();
+  const std::vector<std::ptrdiff_t>& index = particles_.index();
+  parallel_in_groups(system_, std::ptrdiff_t(index.size()), 256, [&](std::ptrdiff_t p) {
+    const std::ptrdiff_t i = index[std::size_t(p)];
+    Vec3 drift, change = dt2 * gravity_;
+    for (int axis = 0; axis < 3; ++axis) drift[axis] = double(u.axis[axis][i]);
+    if (has_step_before_) {
+      change = drift - drift_.at(i);
+      const double along = std::clamp(down.dot(change), 0.0, dt2 * g);
+      Vec3 across = touches ? Vec3(change - down.dot(change) * down) : Vec3(Vec3::Zero());
+      if (const double size = across.norm(); size > dt2 * g) across *= dt2 * g / size;
+      change = along * down + across;
+    }
+    drift_.set(i, drift);
+    for (int axis = 0; axis < 3; ++axis)
+      if (w.axis[axis][i] > 0) u.axis[axis][i] = static_cast<Real>(drift[axis] + change[axis]);
+  });
+  has_step_before_ = true;
+}
+
+template <class Real>
+void VertexDescent<Real>::end_passes() {
+  if (near_) near_->put_in_front(particles_.before(), particles_.moved());
+}
+
+template <class Real>
+void VertexDescent<Real>::rebound(State<Real>& state) const {
+  if (near_) near_->rebound({.dt = dt_, .drift = 1}, state);
+}
+
+template <class Real>
+bool VertexContact<Real>::touches(std::ptrdiff_t index, int count) const {
+  for (int lane = 0; lane < count; ++lane)
+    if (near_.near(index + lane)) return true;
+  return false;
+}
+
+template <class Real>
+void VertexContact<Real>::move(std::ptrdiff_t index, const Real (&hessian)[6], const Real (&force)[3],
+                               const Real (&u)[3]) const {
+  auto* near = near_.near(index);
+  if (!near) return;
+  const auto h = [&](int entry) { return double(hessian[entry]); };
+  VertexModel model;
+  model.hessian << h(0), h(5), h(4), h(5), h(1), h(3), h(4), h(3), h(2);
+  model.force = {double(force[0]), double(force[1]), double(force[2])};
+  const ConstStreams<Real> before = particles_.before(), w = particles_.inverse_mass();
+  Vec3 x, free;
+  for (int axis = 0; axis < 3; ++axis) {
+    x[axis] = double(before.axis[axis][index]);
+    free[axis] = w.axis[axis][index] > 0 ? 1 : 0;
+  }
+  const Vec3 start{double(u[0]), double(u[1]), double(u[2])};
+  const Vec3 moved = start + move_in_cone(near_.planes(), free, x, start, model, near->normal);
+  const Streams<Real> to = particles_.moved();
+  for (int axis = 0; axis < 3; ++axis)
+    if (free[axis] > 0) to.axis[axis][index] = static_cast<Real>(moved[axis]);
 }
 
 template <class Real>
@@ -123,6 +247,7 @@ Descent<Real> VertexDescent<Real>::part_of(int colour) {
   p.target = {{target_.axis(0), target_.axis(1), target_.axis(2)}};
   p.inverse_mass = particles_.inverse_mass();
   p.moved = particles_.moved();
+  p.contact = contact_.get();
   return p;
 }
 
@@ -156,8 +281,11 @@ void VertexDescent<Real>::iterate_into_next_step() {
   iterate();
   passes_ = 0;
   particles_.proceed(dt_, target_);
+  guess();
 }
 
+template class VertexContact<float>;
+template class VertexContact<double>;
 template class VertexDescent<float>;
 template class VertexDescent<double>;
 

@@ -1,11 +1,30 @@
 #pragma once
 
 #include <array>
+#include <memory>
 
 #include "core/coloured_particles.hpp"
 #include "core/descent.hpp"
+#include "core/displacement_contact.hpp"
 
 namespace mss {
+
+/// Contact in a pass: a particle near a plane moves to the minimum of its quadratic model under Coulomb's law
+/// (block_in_cone.hpp).
+template <class Real>
+class VertexContact final : public DescentContact<Real> {
+ public:
+  /// Both must outlive it.
+  VertexContact(DisplacementContact<Real>& near, ColouredParticles<Real>& particles)
+      : near_(near), particles_(particles) {}
+  bool touches(std::ptrdiff_t index, int count) const override;
+  void move(std::ptrdiff_t index, const Real (&hessian)[6], const Real (&force)[3],
+            const Real (&u)[3]) const override;
+
+ private:
+  DisplacementContact<Real>& near_;
+  ColouredParticles<Real>& particles_;
+};
 
 /// Minimises the objective of a step of backward Euler, particle by particle and colour by colour: what a
 /// step of vertex block descent iterates.
@@ -25,9 +44,16 @@ class VertexDescent {
 
   ColouredParticles<Real>& particles() { return particles_; }
 
-  /// Begins a step: the target is where particles would be without springs, and so is the first guess but for
-  /// accelerations.
+  /// Begins a step: the target is where particles would be without springs. The first guess is x + dt v +
+  /// dt^2 a, with the acceleration of the step before: along gravity cut to between 0 and g; in the
+  /// first step gravity itself (Chen et al., section 3.7). Of bodies that touch planes also what is across
+  /// gravity, cut to g: passes are slow to set a body sliding.
   void begin_step();
+  /// Where the system has bounds: after the last pass of a step, and after velocities have followed from it.
+  void end_passes();
+  void rebound(State<Real>& state) const;
+  /// Forgets the step before.
+  void reset() { has_step_before_ = false; }
   /// One pass over all particles, and Chebyshev's semi-iteration if it is accelerated: u_k = w_k (u -
   /// u_{k-2})
   /// + u_{k-2}, u what the pass makes of u_{k-1}, w_1 = 1, w_2 = 2 / (2 - rho^2), w_k = 4 / (4 - rho^2
@@ -41,9 +67,13 @@ class VertexDescent {
   void fill_lane(const std::uint32_t* lane, Real* coefficients) const;
   std::uint8_t planes_of(const Real* coefficients) const;
   void pass();
+  void guess();
+  void shorten_guess(const Vec3& normal);
+  double objective();
   Descent<Real> part_of(int colour);
 
   System<Real>& system_;
+  const SpringSystem<Real>& springs_;
   ColouredParticles<Real> particles_;
   const DescentKernel<Real>& kernel_;
   bool damped_;
@@ -55,6 +85,11 @@ class VertexDescent {
   AlignedArray<Real> dictionary_;
   std::vector<std::uint8_t> planes_;  ///< per entry, see Descent
   Field<Real> target_;
+  Field<Real> drift_;  ///< dt v of the step before
+  bool has_step_before_ = false;
+  Vec3 gravity_;
+  std::unique_ptr<DisplacementContact<Real>> near_;  ///< nullptr: nothing bounds particles
+  std::unique_ptr<VertexContact<Real>> contact_;
   Field<Real> last_, one_before_;  ///< u_{k-1}, u_{k-2}; empty without acceleration
   std::array<Descent<Real>, ColouredLattice::colours> parts_;  ///< what a pass over a colour is told
 };

@@ -13,12 +13,14 @@ class BackwardEuler final : public Integrator<double> {
       : dt_(options.dt), solver_(make_nonlinear_solver(options)) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(*this, system, state, dt_, t_end, work, [&] {
+    return advance_step_by_step(*this, system, state, dt_, t_end, work, solver_->keeps_bounds(), [&] {
       x_ = state.x;
       v_ = state.v;
       const Status status = solver_->solve(
           system, {.t = state.t + dt_, .gamma = dt_, .x_base = &x_, .v_base = &v_}, state, work);
-      if (status == Status::ok) state.t += dt_;
+      if (status != Status::ok) return status;
+      solver_->end_step({.free = {.dt = dt_, .drift = 1}, .x = &x_, .v = &v_}, state, nullptr);
+      state.t += dt_;
       return status;
     });
   }

@@ -3,7 +3,9 @@
 // with C and K at the beginning of the step. First order, stable for any step on the test equation; strongly
 // bent bodies can still diverge, because there is only one linearisation.
 // Prescribed coordinates get their new values before forces are evaluated, so that they act on the others.
+// Contact: the active set of bounded_system.hpp on the linear model, a solve for every set.
 // Baraff and Witkin, SIGGRAPH 1998.
+#include "integrators/bounded_system.hpp"
 #include "integrators/implicit_stage.hpp"
 
 namespace mss {
@@ -18,7 +20,7 @@ class BackwardEulerLinear final : public Integrator<double> {
         linear_(find_linear_solver(options.linear_solver).make(options.linear_tolerance)) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(*this, system, state, dt_, t_end, work,
+    return advance_step_by_step(*this, system, state, dt_, t_end, work, true,
                                 [&] { return step(system, state, work); });
   }
 
@@ -36,19 +38,76 @@ class BackwardEulerLinear final : public Integrator<double> {
     ++work.products;
     rhs_.array() = dt_ * (rhs_.array() - product_.array());
     const TangentSum sum{.mass = 1, .damping = dt_, .stiffness = dt_ * dt_, .kind = kind_};
-    const Status status = solve_tangent(*linear_, system, t, state.x, state.v, sum, rhs_, change_, work);
+    x_before_ = state.x;
+    v_before_ = state.v;
+    const Status status =
+        system.bounds() ? solve_with_bounds(system, t, state, sum, work)
+                        : solve_tangent(*linear_, system, t, state.x, state.v, sum, rhs_, change_, work);
     if (status != Status::ok) return status;
     state.v.array() += change_.array();
     state.x.array() += dt_ * state.v.array();
+    if (bounded_)
+      bounded_->end_step({.free = {.dt = dt_, .drift = 1}, .x = &x_before_, .v = &v_before_}, state, nullptr);
     state.t = t;
     system.constrain(t, state.x, state.v);
     return Status::ok;
+  }
+
+  /// Solves again for what planes hold by the last solution, until that is what it was.
+  Status solve_with_bounds(System<double>& system, double t, const State<double>& state, TangentSum sum,
+                           Work& work) {
+    constexpr int most_rounds = 60;
+    constexpr double tolerance = 1e-10;
+    if (!bounded_) bounded_ = std::make_unique<BoundedSystem>(system);
+    bounded_->begin({.t = t, .gamma = dt_, .x_base = &state.x, .v_base = &state.v});
+    velocity_ = state.v;
+    jump_ = residual_ = product_ = rhs_;
+    leave_to_solve(system, t, state, sum, work);
+    for (int round = 0; round < most_rounds; ++round) {
+      const bool jumps = bounded_->jump(velocity_, jump_);
+      bounded_->add_friction(velocity_, residual_);
+      if (jumps) {
+        tangents_of(system).product(t, state.x, state.v, sum, jump_, product_);
+        ++work.products;
+        residual_.array() -= product_.array();
+      }
+      bounded_->clear_prescribed(residual_);
+      Status status = prepare_definite(*linear_, *bounded_, t, state.x, velocity_, sum, work);
+      if (status == Status::ok) status = linear_->solve(residual_, change_, work);
+      if (status == Status::not_positive_definite && sum.kind != Tangent::projected) {
+        sum.kind = Tangent::projected;
+        leave_to_solve(system, t, state, sum, work);
+        continue;
+      }
+      if (status != Status::ok) return status;
+      bounded_->clear_prescribed(change_);
+      velocity_.array() += change_.array();
+      if (jumps) velocity_.array() += jump_.array();
+      leave_to_solve(system, t, state, sum, work);
+      const bool changed = bounded_->update(residual_, velocity_);
+      const double friction = bounded_->follow_pressure();
+      if (changed || friction > tolerance * bounded_->scale()) continue;
+      change_.array() = velocity_.array() - state.v.array();
+      return Status::ok;
+    }
+    return Status::newton_stalled;
+  }
+
+  /// What the linear model leaves of its right-hand side at velocity_.
+  void leave_to_solve(System<double>& system, double t, const State<double>& state, const TangentSum& sum,
+                      Work& work) {
+    change_.array() = velocity_.array() - state.v.array();
+    tangents_of(system).product(t, state.x, state.v, sum, change_, product_);
+    ++work.products;
+    residual_.array() = rhs_.array() - product_.array();
   }
 
   double dt_;
   Tangent kind_;
   std::unique_ptr<LinearSolver> linear_;
   Field<double> rhs_, product_, change_;
+  std::unique_ptr<BoundedSystem> bounded_;  ///< the system where it has bounds
+  Field<double> x_before_, v_before_, velocity_, jump_, residual_;
 };
 
 }  // namespace

@@ -18,11 +18,12 @@ inline void snap_to_end_time(double& t, double dt, double t_end) {
 template <class Real>
 class BetweenSteps {
  public:
-  BetweenSteps(Integrator<Real>& method, System<Real>& system, double dt, bool may_sleep)
+  /// `keeps_bounds`: the method keeps contact inside its steps where the system has bounds.
+  BetweenSteps(Integrator<Real>& method, System<Real>& system, double dt, bool may_sleep, bool keeps_bounds)
       : method_(method),
         events_(system.events()),
         dt_(dt),
-        collides_(events_ && events_->collides()),
+        collides_(events_ && events_->collides() && !(keeps_bounds && system.bounds())),
         sleeps_(may_sleep && events_ && events_->sleeps()) {}
 
   /// Whether steps must be taken one at a time.
@@ -55,8 +56,8 @@ inline constexpr long steps_between_checks = 32;
 /// without history.
 template <class Real, class Take>
 Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>& state, double dt,
-                     double t_end, Work& work, Take&& take) {
-  BetweenSteps<Real> between(method, system, dt, true);
+                     double t_end, Work& work, Take&& take, bool keeps_bounds = false) {
+  BetweenSteps<Real> between(method, system, dt, true, keeps_bounds);
   const auto step_alone = [&] {
     if (between.all_asleep()) {
       state.t += dt;
@@ -82,8 +83,8 @@ Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>
 /// not accelerations, so nothing falls asleep.
 template <class Real, class Take>
 Status advance_step_by_step(Integrator<Real>& method, System<Real>& system, State<Real>& state, double dt,
-                            double t_end, Work& work, Take&& take) {
-  BetweenSteps<Real> between(method, system, dt, false);
+                            double t_end, Work& work, bool keeps_bounds, Take&& take) {
+  BetweenSteps<Real> between(method, system, dt, false, keeps_bounds);
   for (long left = std::lround((t_end - state.t) / dt); left > 0; --left) {
     between.step_begins(state);
     if (const Status status = take(); status != Status::ok) return status;

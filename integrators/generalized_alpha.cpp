@@ -27,7 +27,7 @@ class GeneralizedAlpha final : public Integrator<double> {
         solver_(make_nonlinear_solver(options)) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(*this, system, state, dt_, t_end, work,
+    return advance_step_by_step(*this, system, state, dt_, t_end, work, solver_->keeps_bounds(),
                                 [&] { return step(system, state, work); });
   }
 
@@ -53,6 +53,7 @@ class GeneralizedAlpha final : public Integrator<double> {
     acceleration_.array() =
         (state.v.array() - v_.array()) / (dt_ * gamma) - (1 - gamma) / gamma * acceleration_.array();
     system.clear_prescribed(acceleration_);
+    solver_->end_step({.free = {.dt = dt_, .drift = 0.5}, .x = &x_, .v = &v_}, state, &acceleration_);
     state.t += dt_;
     return status;
   }
@@ -63,9 +64,12 @@ class GeneralizedAlpha final : public Integrator<double> {
       for (Field<double>* field : {&force_, &x_base_, &v_base_}) *field = Field<double>(system.size());
     x_ = state.x;
     v_ = state.v;
-    system.acceleration(state.t, state.x, state.v, force_);
+    free_acceleration(system, state.t, state.x, state.v, force_);
     ++work.force_evaluations;
-    if (acceleration_.size() == 0) acceleration_ = force_;
+    if (acceleration_.size() > 0) return;
+    acceleration_ = force_;
+    if (system.bounds())
+      system.acceleration(state.t, state.x, state.v, acceleration_);  // what sticks has none
   }
 
   double dt_;

@@ -15,15 +15,22 @@ class ImplicitMidpoint final : public Integrator<double> {
       : dt_(options.dt), solver_(make_nonlinear_solver(options)) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(*this, system, state, dt_, t_end, work, [&] {
+    return advance_step_by_step(*this, system, state, dt_, t_end, work, solver_->keeps_bounds(), [&] {
       x_ = state.x;
       v_ = state.v;
       const double half = dt_ / 2;
-      const Status status = solver_->solve(
-          system, {.t = state.t + half, .gamma = half, .x_base = &x_, .v_base = &v_}, state, work);
+      const Status status = solver_->solve(system,
+                                           {.t = state.t + half,
+                                            .gamma = half,
+                                            .x_base = &x_,
+                                            .v_base = &v_,
+                                            .bound_base = &x_,
+                                            .bound_gamma = dt_},
+                                           state, work);
       if (status != Status::ok) return status;
       state.x.array() = 2 * state.x.array() - x_.array();
       state.v.array() = 2 * state.v.array() - v_.array();
+      solver_->end_step({.free = {.dt = dt_, .drift = 0.5}, .x = &x_, .v = &v_}, state, nullptr);
       state.t += dt_;
       system.constrain(state.t, state.x, state.v);
       return status;

@@ -13,6 +13,7 @@
 
 #include "core/discrete_gradient.hpp"
 #include "core/suggest.hpp"
+#include "integrators/bounded_system.hpp"
 
 namespace mss {
 
@@ -22,6 +23,9 @@ namespace {
 constexpr double tolerance = 1e-10;
 
 constexpr int most_halvings = 12;
+
+/// Where friction acts, which has no energy, so that no step may seem short enough.
+constexpr int most_halvings_sliding = 6;
 
 /// When a stage counts as solved.
 struct Goal {
@@ -54,10 +58,23 @@ void stage_force(System<double>& system, const ImplicitStage& stage, const State
   discrete_gradient_of(system).correct(*stage.conserve_from, x_end, force);
 }
 
+void free_acceleration(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
+                       Field<double>& a) {
+  if (!system.bounds()) return system.acceleration(t, x, v, a);
+  system.force(t, x, v, a);
+  for (const std::ptrdiff_t site : system.particles()) a.set(site, a.at(site) / system.mass(site));
+  system.clear_prescribed(a);
+}
+
 Newton::Newton(const IntegratorOptions& options)
     : kind_(options.tangent),
       iterations_(options.iterations),
       linear_(find_linear_solver(options.linear_solver).make(options.linear_tolerance)) {}
+Newton::~Newton() = default;
+
+void Newton::end_step(const StepTaken& step, State<double>& state, Field<double>* a) {
+  if (bounded_) bounded_->end_step(step, state, a);
+}
 
 /// Places x and prescribed coordinates for state.v, fills residual_ and returns its norm.
 double Newton::residual(System<double>& system, const ImplicitStage& stage, State<double>& state,
@@ -72,8 +89,47 @@ double Newton::residual(System<double>& system, const ImplicitStage& stage, Stat
     for (const std::ptrdiff_t i : system.particles())
       r[i] = stage.gamma * r[i] - system.mass(i) * (v[i] - v_base[i]);
   }
+  if (bounded_) impulse_ = residual_;
+  return leave_out_held(system, state);
+}
+
+/// Adds friction to the residual, removes what holds particles, and returns its norm.
+double Newton::leave_out_held(const System<double>& system, const State<double>& state) {
+  if (bounded_) {
+    residual_ = impulse_;
+    bounded_->add_friction(state.v, residual_);
+  }
   system.clear_prescribed(residual_);
   return std::sqrt(dot(system, residual_, residual_));
+}
+
+/// The step from the tangent where the body is; with a jump to planes, that and what it leaves to the rest.
+Status Newton::find_step(System<double>& system, const ImplicitStage& stage, const State<double>& state,
+                         Work& work) {
+  const TangentSum sum{.mass = 1,
+                       .damping = stage.force_velocity ? 0 : stage.gamma,
+                       .stiffness = stage.gamma * stage.gamma_x,
+                       .kind = stage.conserve_from ? Tangent::projected : kind_};
+  if (!jumps_) return solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
+  tangents_of(system).product(stage.t, state.x, state.v, sum, jump_, step_);
+  ++work.products;
+  residual_.array() -= step_.array();
+  system.clear_prescribed(residual_);
+  const Status status =
+      solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
+  system.clear_prescribed(step_);
+  step_.array() += jump_.array();
+  return status;
+}
+
+/// False if no part of the step makes things better. A jump, and the first step after what planes hold has
+/// changed, are taken whole: then the residual is another function.
+bool Newton::take_step(System<double>& system, const ImplicitStage& stage, State<double>& state, double& norm,
+                       bool settled, Work& work) {
+  if (!jumps_ && settled) return search(system, stage, state, norm, work);
+  state.v.array() += step_.array();
+  norm = residual(system, stage, state, work);
+  return std::isfinite(norm);
 }
 
 /// Takes the longest of the steps 1, 1/2, 1/4 ... that does not overshoot.
@@ -86,6 +142,7 @@ bool Newton::search(System<double>& system, const ImplicitStage& stage, State<do
     state.v.array() = v_before_.array() + length * step_.array();
     norm = residual(system, stage, state, work);
     if (std::isfinite(norm) && dot(system, residual_, step_) >= -slope / 2) return true;
+    if (bounded_ && halvings == most_halvings_sliding) return std::isfinite(norm);
   }
   return false;
 }
@@ -97,32 +154,50 @@ double Newton::relative_move(const System<double>& system, const ImplicitStage& 
   return move / system.ranks().largest(state.x.array().abs().maxCoeff());
 }
 
-Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) {
-  tangents_of(system);  // throws if there are none, even where nothing moves
+Status Newton::solve(System<double>& plain, const ImplicitStage& stage, State<double>& state, Work& work) {
+  tangents_of(plain);  // throws if there are none, even where nothing moves
   if (residual_.size() == 0)
-    for (Field<double>* field : {&residual_, &step_, &v_before_}) *field = Field<double>(system.size());
+    for (Field<double>* field : {&residual_, &step_, &v_before_}) *field = Field<double>(plain.size());
+  if (plain.bounds() && !bounded_) {
+    bounded_ = std::make_unique<BoundedSystem>(plain);
+    jump_ = impulse_ = residual_;
+  }
+  System<double>& system = bounded_ ? *bounded_ : plain;
+  if (bounded_) {
+    bounded_->begin(stage);
+    jumps_ = bounded_->jump(state.v, jump_);
+  }
   double norm = residual(system, stage, state, work), least = norm;
   if (!std::isfinite(norm)) return Status::non_finite;
   const Goal goal = stage.conserve_from ? conserving : ordinary;
-  const double good = tolerance * norm, target = iterations_ > 0 ? 0 : good;
+  const double good = std::max(tolerance * norm, bounded_ ? contact_tolerance * bounded_->scale() : 0);
+  const double target = iterations_ > 0 ? 0 : good;
   const int most = iterations_ > 0 ? iterations_ : goal.most_iterations;
-  for (int iteration = 0, idle = 0; iteration < most && norm > 0; ++iteration) {
-    const TangentSum sum{.mass = 1,
-                         .damping = stage.force_velocity ? 0 : stage.gamma,
-                         .stiffness = stage.gamma * stage.gamma_x,
-                         .kind = stage.conserve_from ? Tangent::projected : kind_};
-    const Status status =
-        solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
+  bool settled = !bounded_;  // what planes hold
+  for (int iteration = 0, idle = 0; iteration < most && (norm > 0 || !settled); ++iteration) {
+    const Status status = find_step(system, stage, state, work);
     if (status != Status::ok) return status;
     const double move = relative_move(system, stage, state), before = norm;
-    if (!search(system, stage, state, norm, work))
-      return move <= ordinary.negligible || before <= good ? Status::ok : Status::newton_stalled;
+    const bool jumped = jumps_;
+    if (!take_step(system, stage, state, norm, settled, work))
+      return settled && (move <= ordinary.negligible || before <= good) ? Status::ok : Status::newton_stalled;
+    if (bounded_) {
+      settled = !bounded_->update(impulse_, state.v) && !jumped;
+      bounded_->follow_pressure();
+      jumps_ = bounded_->jump(state.v, jump_);
+      norm = leave_out_held(system, state);
+      if (!settled || jumps_) continue;
+    }
     const bool near = norm <= target || move <= ordinary.negligible;
     idle = !near || norm < reduced * least ? 0 : idle + 1;
     least = std::min(least, norm);
     if (move <= goal.negligible || (near && idle >= goal.idle_iterations)) return Status::ok;
   }
-  return norm > 0 && iterations_ == 0 ? Status::newton_stalled : Status::ok;
+  if (iterations_ > 0 && bounded_) {
+    bounded_->put_in_front(state.v);
+    norm = residual(system, stage, state, work);
+  }
+  return iterations_ > 0 || (settled && norm <= 0) ? Status::ok : Status::newton_stalled;
 }
 
 NonlinearSolverInfo newton() {

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/contact.hpp"
 #include "integrators/fixed_step.hpp"
 #include "integrators/linear/linear_solver.hpp"
 
@@ -28,12 +29,25 @@ struct ImplicitStage {
   /// the whole step (core/discrete_gradient.hpp), and the stage is solved to rounding, because what remains
   /// is energy gained or lost.
   const Field<double>* conserve_from = nullptr;
+  /// Planes bound particles at bound_base + bound_gamma v; without, at x.
+  const Field<double>* bound_base = nullptr;
+  double bound_gamma = 0;  ///< [s]
   double enough = 0;  ///< quasi-Newton methods may stop once an iteration moves coordinates by this [m, rms]
 };
 
 /// The forces of a stage at state.x and state.v, shape 3 x sites; overwritten. `x_end` is scratch.
 void stage_force(System<double>& system, const ImplicitStage& stage, const State<double>& state,
                  Field<double>& x_end, Field<double>& force);
+
+/// M^-1 f; where planes act inside steps, of the forces alone, without what holds a particle at a plane.
+void free_acceleration(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
+                       Field<double>& a);
+
+/// A step that has been taken.
+struct StepTaken {
+  FreeStep free;
+  const Field<double>*x, *v;  ///< at its beginning
+};
 
 /// Solves implicit stages.
 class NonlinearSolver {
@@ -48,6 +62,14 @@ class NonlinearSolver {
   /// be the same at every call. Throws InputError if the solver cannot serve the system.
   virtual Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state,
                        Work& work) = 0;
+
+  /// Whether stages end with all particles in front of the system's bounds; else they collide after steps.
+  virtual bool keeps_bounds() const { return false; }
+  /// Ends a step: what a bound has stopped leaves it as restitution says. Accelerations, where a method keeps
+  /// some, lose what points into bounds; what leaves them falls freely.
+  virtual void end_step(const StepTaken& step, State<double>& state, Field<double>* a) {
+    static_cast<void>(step), static_cast<void>(state), static_cast<void>(a);
+  }
 };
 
 /// Facts about a nonlinear solver.
@@ -66,14 +88,24 @@ const NonlinearSolverInfo& find_nonlinear_solver(std::string_view name);
 /// The solver that the options name.
 std::unique_ptr<NonlinearSolver> make_nonlinear_solver(const IntegratorOptions& options);
 
-/// Newton's method with backtracking.
+class BoundedSystem;
+
+/// Newton's method with backtracking. Contact is an active set inside it (bounded_system.hpp).
 class Newton final : public NonlinearSolver {
  public:
   explicit Newton(const IntegratorOptions& options);
+  ~Newton() override;
   Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) override;
+  bool keeps_bounds() const override { return true; }
+  void end_step(const StepTaken& step, State<double>& state, Field<double>* a) override;
 
  private:
   double residual(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
+  double leave_out_held(const System<double>& system, const State<double>& state);
+  Status find_step(System<double>& system, const ImplicitStage& stage, const State<double>& state,
+                   Work& work);
+  bool take_step(System<double>& system, const ImplicitStage& stage, State<double>& state, double& norm,
+                 bool settled, Work& work);
   bool search(System<double>& system, const ImplicitStage& stage, State<double>& state, double& norm,
               Work& work);
   double relative_move(const System<double>& system, const ImplicitStage& stage,
@@ -84,8 +116,12 @@ class Newton final : public NonlinearSolver {
   std::unique_ptr<LinearSolver> linear_;
   Field<double> residual_;  ///< gamma f - M (v - v_base)
   Field<double> step_;
-  Field<double> v_before_;  ///< the step
-  Field<double> x_end_;     ///< of a step that conserves energy
+  Field<double> v_before_;                  ///< the step
+  Field<double> x_end_;                     ///< of a step that conserves energy
+  std::unique_ptr<BoundedSystem> bounded_;  ///< the system where it has bounds
+  Field<double> impulse_;                   ///< there, the residual with what holds particles
+  Field<double> jump_;                      ///< and the part of a step that takes them to their planes
+  bool jumps_ = false;
 };
 
 /// Completes the facts of a method that computes in double precision only.

@@ -44,8 +44,9 @@ class OuterAcceleration {
 };
 
 /// A method whose steps are passes over the particles of a lattice, in a layout of its own: `Passes` has
-/// begin_step(), iterate(), iterate_into_next_step() and particles(), see ColouredParticles, and reset() if
-/// it keeps a history.
+/// begin_step(), iterate(), iterate_into_next_step() and particles(), see ColouredParticles, reset() if it
+/// keeps a history, and where the system has bounds end_passes() and rebound(), which keep particles in front
+/// of them.
 template <class Real, class Passes>
 class PassMethod final : public Integrator<Real> {
  public:
@@ -66,13 +67,16 @@ class PassMethod final : public Integrator<Real> {
 
   Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     if (!passes_) begin(system);
-    return advance_fixed(*this, system, state, options_.dt, t_end, work, [&](long steps) {
-      work.force_evaluations += steps * iterations_;
-      if (holds_move_ || outer_->varies())
-        for (long n = 0; n < steps; ++n) take_steps(system, state, 1);
-      else
-        take_steps(system, state, steps);
-    });
+    return advance_fixed(
+        *this, system, state, options_.dt, t_end, work,
+        [&](long steps) {
+          work.force_evaluations += steps * iterations_;
+          if (holds_move_ || outer_->varies() || system.bounds())
+            for (long n = 0; n < steps; ++n) take_steps(system, state, 1);
+          else
+            take_steps(system, state, steps);
+        },
+        true);
   }
 
  private:
@@ -98,8 +102,10 @@ class PassMethod final : public Integrator<Real> {
       else
         passes_->iterate();
     }
+    passes_->end_passes();
     particles.finish(options_.dt);
     particles.give(state);
+    passes_->rebound(state);
     state.t += double(steps) * options_.dt;
     system.constrain(state.t, state.x, state.v);
   }

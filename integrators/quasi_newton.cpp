@@ -17,12 +17,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "core/error.hpp"
 #include "core/spring_system.hpp"
+#include "integrators/bounded_system.hpp"
 #include "integrators/implicit_stage.hpp"
 #include "integrators/linear/constant_matrix.hpp"
+#include "integrators/linear/held_directions.hpp"
 #include "integrators/linear/unknowns.hpp"
 #include "integrators/linear/vector_kernels.hpp"
 
@@ -37,6 +40,9 @@ constexpr int most_idle = 4;
 
 constexpr int most_iterations = 2000;
 constexpr int most_halvings = 12;
+
+/// Where friction acts, which has no energy, so that no step may seem short enough.
+constexpr int most_halvings_sliding = 6;
 
 /// Moves below this share of the coordinates are rounding.
 constexpr double negligible = 1e-14;
@@ -100,6 +106,10 @@ class QuasiNewton final : public NonlinearSolver {
       : name_(std::move(name)), pairs_kept_(pairs), iterations_(options.iterations) {}
 
   Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) override;
+  bool keeps_bounds() const override { return true; }
+  void end_step(const StepTaken& step, State<double>& state, Field<double>* a) override {
+    if (bounded_) bounded_->end_step(step, state, a);
+  }
 
  private:
   using Sums = std::array<double, 2 * (most_pairs + 1) + 1>;
@@ -114,6 +124,13 @@ class QuasiNewton final : public NonlinearSolver {
   void take_products(System<double>& system);
   void forget(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
   bool search(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
+  void measure_gradient(System<double>& system);
+  void leave_out_held(System<double>& system, const State<double>& state);
+  bool take_step(System<double>& system, const ImplicitStage& stage, State<double>& state, bool settled,
+                 Work& work);
+  void begin_contact(System<double>& system, const ImplicitStage& stage, State<double>& state);
+  bool update_contact(System<double>& system, State<double>& state, double good);
+  void forget_pairs(System<double>& system, State<double>& state);
 
   std::string name_;
   int pairs_kept_;
@@ -132,6 +149,14 @@ class QuasiNewton final : public NonlinearSolver {
   double length_ = 0;                ///< of the step taken, in p; 0: none yet
   double norm_ = 0, slope_now_ = 0;  ///< |g| and p.g at the end of the step
   std::vector<Sums> sums_;
+
+  std::unique_ptr<BoundedSystem> bounded_;  ///< the system where it has bounds
+  std::unique_ptr<HeldDirections> held_;
+  Field<double> impulse_;  ///< there, minus the gradient with what holds particles
+  Field<double> jump_;     ///< and the part of a step that takes them to their planes
+  bool jumps_ = false;
+  double norm_at_pressure_ = 0;  ///< |g| when friction followed the pressure last
+  int since_pressure_ = 0;       ///< iterations
 };
 
 /// The springs that a system drives.
@@ -170,6 +195,7 @@ Status QuasiNewton::prepare(const ImplicitStage& stage, Work& work) {
   if (matrix == matrix_) return Status::ok;
   matrix_ = matrix;
   ++work.factorisations;
+  if (held_) held_->forget_matrix();
   return solver_->prepare(matrix_);
 }
 
@@ -205,19 +231,35 @@ void QuasiNewton::evaluate(System<double>& system, const ImplicitStage& stage, S
                            Work& work) {
   stage_force(system, stage, state, x_end_, gradient_);
   ++work.force_evaluations;
+  sum_over_parts(system, [&](std::ptrdiff_t first, std::ptrdiff_t n, Sums&) {
+    vector_kernels().gradient(from(mass_, first), from(state.v, first), from(*stage.v_base, first),
+                              stage.gamma, from(gradient_, first), n);
+  });
+  if (bounded_) {
+    impulse_.array() = -gradient_.array();
+    return leave_out_held(system, state);
+  }
+  measure_gradient(system);
+}
+
+void QuasiNewton::measure_gradient(System<double>& system) {
   const Field<double>& p = pairs_.s[std::size_t(pairs_.count)];
-  const auto [squares, slope] = [&] {
-    const Sums sums = sum_over_parts(system, [&](std::ptrdiff_t first, std::ptrdiff_t n, Sums& sum) {
-      double* g = from(gradient_, first);
-      vector_kernels().gradient(from(mass_, first), from(state.v, first), from(*stage.v_base, first),
-                                stage.gamma, g, n);
-      sum[0] = vector_kernels().dot(g, g, n);
-      sum[1] = vector_kernels().dot(g, from(p, first), n);
-    });
-    return std::pair(sums[0], sums[1]);
-  }();
-  norm_ = std::sqrt(squares);
-  slope_now_ = slope;
+  const Sums sums = sum_over_parts(system, [&](std::ptrdiff_t first, std::ptrdiff_t n, Sums& sum) {
+    const double* g = from(gradient_, first);
+    sum[0] = vector_kernels().dot(g, g, n);
+    sum[1] = vector_kernels().dot(g, from(p, first), n);
+  });
+  norm_ = std::sqrt(sums[0]);
+  slope_now_ = sums[1];
+}
+
+/// The gradient with friction, without what holds particles.
+void QuasiNewton::leave_out_held(System<double>& system, const State<double>& state) {
+  gradient_.array() = impulse_.array();
+  bounded_->add_friction(state.v, gradient_);
+  gradient_.array() = -gradient_.array();
+  system.clear_prescribed(gradient_);
+  measure_gradient(system);
 }
 
 /// Solves for z; makes the last step a pair, if there was one along which the gradient grew; writes the next
@@ -225,6 +267,10 @@ void QuasiNewton::evaluate(System<double>& system, const ImplicitStage& stage, S
 void QuasiNewton::choose_step(System<double>& system, Work& work) {
   std::swap(z_, z_before_);
   solver_->solve(system, gradient_, z_);
+  if (held_) {
+    if (jumps_) jump_.array() = -jump_.array();  // the step is -z
+    held_->correct(jumps_ ? jump_ : Field<double>(), z_);
+  }
   ++work.linear_solves;
   take_products(system);
   Products of_s, of_u;
@@ -301,6 +347,7 @@ bool QuasiNewton::search(System<double>& system, const ImplicitStage& stage, Sta
     length_ = length;
     evaluate(system, stage, state, work);
     if (std::isfinite(norm_) && slope_now_ <= -slope_ / 2) return true;
+    if (bounded_ && halvings == most_halvings_sliding) return std::isfinite(norm_);
   }
   return false;
 }
@@ -314,36 +361,96 @@ void QuasiNewton::forget(System<double>& system, const ImplicitStage& stage, Sta
   evaluate(system, stage, state, work);
 }
 
-Status QuasiNewton::solve(System<double>& system, const ImplicitStage& stage, State<double>& state,
+/// A jump to planes, and the first step after what planes hold has changed, are taken whole.
+bool QuasiNewton::take_step(System<double>& system, const ImplicitStage& stage, State<double>& state,
+                            bool settled, Work& work) {
+  if (!jumps_ && settled) return search(system, stage, state, work);
+  move(system, stage, state, 1);
+  length_ = 0;
+  evaluate(system, stage, state, work);
+  return std::isfinite(norm_);
+}
+
+void QuasiNewton::begin_contact(System<double>& system, const ImplicitStage& stage, State<double>& state) {
+  if (!bounded_) {
+    bounded_ = std::make_unique<BoundedSystem>(system);
+    held_ = std::make_unique<HeldDirections>(system, *solver_);
+    jump_ = impulse_ = gradient_;
+  }
+  bounded_->begin(stage);
+  held_->hold(bounded_->held());
+  jumps_ = bounded_->jump(state.v, jump_);
+  norm_at_pressure_ = std::numeric_limits<double>::infinity();
+  since_pressure_ = 0;
+}
+
+/// Changes what planes hold after a step, and friction once the rest is solved for that of before: if it
+/// followed every iteration, sliding would diverge. True if neither changed.
+bool QuasiNewton::update_contact(System<double>& system, State<double>& state, double good) {
+  const bool jumped = jumps_, changed = bounded_->update(impulse_, state.v, norm_);
+  ++since_pressure_;
+  double friction = 0;
+  if (bounded_->slides() &&
+      (changed || norm_ < 0.1 * norm_at_pressure_ || norm_ <= good || since_pressure_ >= 15)) {
+    friction = bounded_->follow_pressure();
+    norm_at_pressure_ = std::max(norm_, friction);
+    since_pressure_ = 0;
+  }
+  if (changed) held_->hold(bounded_->held());
+  jumps_ = bounded_->jump(state.v, jump_);
+  if (!changed && !jumps_ && friction <= good) return !jumped;
+  forget_pairs(system, state);
+  return false;
+}
+
+void QuasiNewton::forget_pairs(System<double>& system, State<double>& state) {
+  pairs_.count = 0;
+  length_ = 0;
+  leave_out_held(system, state);
+}
+
+Status QuasiNewton::solve(System<double>& plain, const ImplicitStage& stage, State<double>& state,
                           Work& work) {
-  if (!solver_) begin(system);
+  if (!solver_) begin(plain);
   if (const Status status = prepare(stage, work); status != Status::ok) return status;
+  if (plain.bounds()) begin_contact(plain, stage, state);
+  System<double>& system = bounded_ ? *bounded_ : plain;
   pairs_.count = 0;
   length_ = 0;
   state.x.array() = stage.x_base->array() + stage.gamma_x * state.v.array();
   system.constrain(stage.t, state.x, state.v);
   evaluate(system, stage, state, work);
   if (!std::isfinite(norm_)) return Status::non_finite;
-  const double good = tolerance * norm_;
+  const double good = std::max(tolerance * norm_, bounded_ ? contact_tolerance * bounded_->scale() : 0);
   const double target = iterations_ > 0 ? 0 : stage.conserve_from ? rounding * norm_ : good;
   const int most = iterations_ > 0 ? iterations_ : most_iterations;
   const double coordinates = std::sqrt(3 * double(system.particles().size()));
   const double enough =
       coordinates * std::max(stage.enough, negligible * state.x.array().abs().maxCoeff()) / stage.gamma_x;
-  for (int iteration = 0, idle = 0; iteration < most && norm_ > target; ++iteration) {
+  bool settled = !bounded_;
+  for (int iteration = 0, idle = 0; iteration < most && (norm_ > target || !settled); ++iteration) {
     choose_step(system, work);
     const double before = norm_;
     const bool small = size_ <= enough;
-    if (!search(system, stage, state, work)) {
-      if (small || before <= good) return Status::ok;
+    if (!take_step(system, stage, state, settled, work)) {
+      if (settled && (small || before <= good)) return Status::ok;
       if (pairs_.count == 0) return Status::newton_stalled;
       forget(system, stage, state, work);
       continue;
     }
+    if (bounded_) {
+      settled = update_contact(system, state, good);
+      if (!settled) continue;
+    }
     idle = norm_ <= good && norm_ > before / 2 ? idle + 1 : 0;
     if (small || idle == most_idle) return Status::ok;
   }
-  return norm_ <= good || iterations_ > 0 ? Status::ok : Status::newton_stalled;
+  if (iterations_ > 0 && bounded_) {
+    bounded_->put_in_front(state.v);
+    state.x.array() = stage.x_base->array() + stage.gamma_x * state.v.array();
+    system.constrain(stage.t, state.x, state.v);
+  }
+  return (settled && norm_ <= good) || iterations_ > 0 ? Status::ok : Status::newton_stalled;
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ class TrBdf2 final : public Integrator<double> {
       : dt_(options.dt), solver_(make_nonlinear_solver(options)) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(*this, system, state, dt_, t_end, work,
+    return advance_step_by_step(*this, system, state, dt_, t_end, work, solver_->keeps_bounds(),
                                 [&] { return step(system, state, work); });
   }
 
@@ -29,7 +29,7 @@ class TrBdf2 final : public Integrator<double> {
     if (v_base_.size() == 0) v_base_ = Field<double>(system.size());
     x_ = state.x;
     v_ = state.v;
-    system.acceleration(state.t, state.x, state.v, v_base_);
+    free_acceleration(system, state.t, state.x, state.v, v_base_);
     ++work.force_evaluations;
     v_base_.array() = v_.array() + d * v_base_.array();
     x_base_ = x_;
@@ -43,7 +43,10 @@ class TrBdf2 final : public Integrator<double> {
     x_base_.array() = a * state.x.array() - b * x_.array();
     v_base_.array() = a * state.v.array() - b * v_.array();
     state.t += dt_;
-    return solve(state.t);
+    const Status end = solve(state.t);
+    if (end == Status::ok)
+      solver_->end_step({.free = {.dt = dt_, .drift = 0.5}, .x = &x_, .v = &v_}, state, nullptr);
+    return end;
   }
 
   double dt_;

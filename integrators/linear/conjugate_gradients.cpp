@@ -126,6 +126,7 @@ Status ConjugateGradients::solve(const Field<double>& rhs, Field<double>& soluti
   solution.array() = 0;
   residual_.array() = rhs.array() * mask_.array();
   auto [rz, rr] = precondition([](Range) {}, residual_, direction_, 0);
+  system_->clear_prescribed(direction_);  // what a preconditioner moves that planes hold
   const double target = tolerance_ * tolerance_ * rr;
   for (long iteration = 0; rr > target; ++iteration) {
     if (iteration == most_iterations_) return Status::linear_stalled;
@@ -143,6 +144,7 @@ Status ConjugateGradients::solve(const Field<double>& rhs, Field<double>& soluti
       combine(-step, image_, 1, residual_, r);
     };
     const auto [rz_new, rr_new] = precondition(update, residual_, z_, target);
+    system_->clear_prescribed(z_);
     const double share = rz_new / rz;
     sum_over_ranges([&](Range r) {
       combine(1, z_, share, direction_, r);

@@ -72,11 +72,16 @@ TEST(Failures, UndampedExplicitEulerBlowsUpAtAnyStep) {
 
 // Energy above the initial one counts, though the body's damping dissipates it again.
 TEST(Failures, AGainOfEnergyIsOne) {
-  const FailureRun drop = try_one("drop", 0.1, "backward_euler", guarded);
-  EXPECT_EQ(drop.outcome, Outcome::gains_energy);
-  EXPECT_GT(drop.extremes.max_energy, 1.05 * drop.extremes.initial_energy);
+  const FailureRun merged = try_one("merged", 1, "generalized_alpha");
+  EXPECT_EQ(merged.outcome, Outcome::gains_energy);
+  EXPECT_GT(merged.extremes.max_energy, 1.05 * merged.extremes.initial_energy);
   const FailureRun stable = try_one("stretch", 1.2, "verlet");
   EXPECT_LE(stable.extremes.max_energy, 1.05 * stable.extremes.initial_energy);
+}
+
+TEST(Failures, ADropGainsNone) {
+  for (const Variant variant : variants)
+    EXPECT_EQ(try_one("drop", 0.1, "backward_euler", variant).outcome, Outcome::stable);
 }
 
 TEST(Failures, AMethodWithoutAStepForABodyRefuses) {
@@ -114,7 +119,8 @@ FailureConfig drops() {
 }
 
 TEST(Failures, NameTheLeastJacobianAndTheLast) {
-  FailureConfig config = drops();
+  FailureConfig config = failure_config({.quick = true, .integrators = {"verlet"}});
+  std::erase_if(config.scenes, [](const FailureScene& scene) { return scene.name != "inside_out"; });
   config.random_scenes = 0;
   Journal journal;
   Progress progress;

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "core/contact.hpp"
+
+namespace mss {
+
+/// Planes of the law `impulse` as bounds on where particles may be, n.x >= n.point, for methods that keep
+/// contact inside their steps.
+///
+/// Methods that find their springs' forces at the end of a step need that: if planes acted after it, a body
+/// that rests would press into the ground by what its weight makes of its lowest particles in a step, before
+/// they are put back, and feel the springs of that.
+class PlaneBounds {
+ public:
+  /// `held` must outlive it. `omega`: a bound on the body's frequencies [rad/s].
+  PlaneBounds(const std::vector<Plane>& planes, const Vec3& gravity, double omega, const HeldSites& held)
+      : planes_(planes), gravity_(gravity), omega_(omega), held_(held) {}
+
+  const std::vector<Plane>& planes() const { return planes_; }
+  const Vec3& gravity() const { return gravity_; }  ///< [m/s^2]
+  /// 1 along axes that nothing prescribes, 0 along others.
+  Vec3 free_axes(std::ptrdiff_t site) const {
+    if (held_.empty()) return Vec3::Ones();
+    return {held_.holds(site, 0) ? 0.0 : 1.0, held_.holds(site, 1) ? 0.0 : 1.0,
+            held_.holds(site, 2) ? 0.0 : 1.0};
+  }
+  /// Whether what comes to a plane leaves it as restitution says in steps of dt [s]: in those that resolve
+  /// the body's fastest motion. In longer ones particles have bounced on their springs and come to rest
+  /// before they end.
+  bool bounces(double dt) const { return omega_ * dt < 1; }
+  /// Ends a step for a particle that the planes which `pushed` names by index have stopped in it: it rests,
+  /// or leaves as restitution says, see contact.hpp. True if it leaves.
+  template <class Pushed>
+  bool rebound(std::ptrdiff_t site, const FreeStep& step, const Motion& before, Pushed&& pushed,
+               Motion& after) const {
+    const bool may_leave = bounces(step.dt);
+    const Motion start = after;
+    bool leaves = false;
+    for (std::size_t p = 0; p < planes_.size(); ++p)
+      if (pushed(p)) leaves |= mss::rebound(planes_[p], gravity_, step, may_leave, before, after);
+    const Vec3 free = free_axes(site);
+    after.x = start.x + free.cwiseProduct(after.x - start.x);
+    after.v = start.v + free.cwiseProduct(after.v - start.v);
+    const bool behind = std::any_of(planes_.begin(), planes_.end(),
+                                    [&](const Plane& plane) { return plane.gap(after.x) < 0; });
+    if (behind) after.x = start.x;
+    return leaves;
+  }
+
+ private:
+  std::vector<Plane> planes_;
+  Vec3 gravity_;
+  double omega_;
+  const HeldSites& held_;
+};
+
+/// The planes of an environment as bounds of particles; nullptr unless all that act at the end of steps are
+/// of the law `impulse` and touch particles. `held` must outlive it.
+inline std::unique_ptr<PlaneBounds> plane_bounds(const Environment& environment, double omega,
+                                                 const HeldSites& held) {
+  std::vector<Plane> planes = environment.planes;
+  std::erase_if(planes, [](const Plane& plane) { return plane.contact == ContactLaw::penalty; });
+  const bool all = std::all_of(planes.begin(), planes.end(),
+                               [](const Plane& plane) { return plane.contact == ContactLaw::impulse; });
+  if (planes.empty() || !all || environment.contact_surface) return nullptr;
+  return std::make_unique<PlaneBounds>(planes, environment.gravity, omega, held);
+}
+
+}  // namespace mss

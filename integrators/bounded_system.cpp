@@ -1,0 +1,302 @@
+#include "integrators/bounded_system.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace mss {
+
+namespace {
+
+/// Shares of a body's length, of gravity's impulse and of a limit of friction that count as nothing.
+constexpr double negligible_gap = 1e-14, negligible_impulse = 1e-13, negligible_share = 1e-9;
+
+/// A particle that has changed between sliding and sticking so often in a stage slides on.
+constexpr int most_changes = 4;
+
+/// Of gravity's impulse: what is left to solve below it leaves no doubt.
+constexpr double settled_share = 1e-6;
+
+/// Held directions of assembled matrices are that much stiffer than the rest.
+constexpr double stiffer = 1e8;
+
+}  // namespace
+
+BoundedSystem::BoundedSystem(System<double>& other)
+    : SystemWrapper<double>(other), bounds_(*other.bounds()), tangents_(*this) {}
+
+Vec3 BoundedSystem::contact_position(std::ptrdiff_t site, const Field<double>& v) const {
+  return base_->at(site) + gamma_ * v.at(site);
+}
+
+void BoundedSystem::begin(const ImplicitStage& stage) {
+  if (in_step_) remember_touches();
+  in_step_ = true;
+  base_ = stage.bound_base ? stage.bound_base : stage.x_base;
+  gamma_ = stage.bound_base ? stage.bound_gamma : stage.gamma_x;
+  double squares = 0;
+  length_ = 0;
+  for (const std::ptrdiff_t site : particles()) {
+    squares += std::pow(mass(site) * stage.gamma * bounds_.gravity().norm(), 2);
+    length_ = std::max(length_, base_->at(site).cwiseAbs().maxCoeff());
+  }
+  scale_ = std::sqrt(ranks().sum(squares));
+  length_ = ranks().largest(length_);
+  for (auto& [site, touch] : touches_) touch.changes = 0;
+}
+
+/// An orthonormal basis of the normals of its planes, in free directions.
+void BoundedSystem::set_directions(std::ptrdiff_t site, Touch& touch) const {
+  const Vec3 free = bounds_.free_axes(site);
+  Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();
+  for (std::size_t p = 0; p < bounds_.planes().size(); ++p) {
+    if ((touch.planes >> p & 1) == 0) continue;
+    Vec3 n = free.cwiseProduct(bounds_.planes()[p].normal);
+    n -= normals * n;
+    if (n.norm() > 1e-6) normals += n.normalized() * n.normalized().transpose();
+  }
+  const Eigen::Matrix3d all = free.asDiagonal();
+  touch.held = touch.sticks ? all : normals;
+  touch.slip = all - normals;
+}
+
+void BoundedSystem::clear_prescribed(Field<double>& field) const {
+  other().clear_prescribed(field);
+  for (const auto& [site, touch] : touches_) {
+    const Vec3 value = field.at(site);
+    field.set(site, value - touch.held * value);
+  }
+}
+
+bool BoundedSystem::jump(Field<double>& v, Field<double>& change) const {
+  double largest = 0;
+  change.array() = 0;
+  for (const auto& [site, touch] : touches_) {
+    Vec3 by = touch.sticks ? Vec3(-(touch.slip * v.at(site))) : Vec3(Vec3::Zero());
+    const Vec3 free = bounds_.free_axes(site);
+    // Planes one after the other, each along what is left of its normal: exact for as many as there are.
+    Eigen::Matrix3d done = Eigen::Matrix3d::Zero();
+    for (std::size_t p = 0; p < bounds_.planes().size(); ++p) {
+      if ((touch.planes >> p & 1) == 0) continue;
+      const Plane& plane = bounds_.planes()[p];
+      Vec3 n = free.cwiseProduct(plane.normal);
+      n -= done * n;
+      if (n.norm() <= 1e-6) continue;
+      const double gap = plane.gap(contact_position(site, v) + gamma_ * by);
+      by -= gap / gamma_ / n.squaredNorm() * n;
+      done += n.normalized() * n.normalized().transpose();
+    }
+    change.set(site, by);
+    largest = std::max(largest, by.cwiseAbs().maxCoeff());
+  }
+  if (ranks().largest(largest) * gamma_ > 1e-10 * length_) return true;
+  for (const auto& [site, touch] : touches_) v.set(site, v.at(site) + change.at(site));
+  return false;
+}
+
+void BoundedSystem::add_friction(const Field<double>& v, Field<double>& impulse) {
+  for (auto& [site, touch] : touches_) {
+    if (touch.sticks || touch.limit == 0) continue;
+    const Vec3 sliding = touch.slip * v.at(site);
+    if (sliding.dot(touch.direction) > 0) touch.direction = sliding.normalized();
+    impulse.set(site, impulse.at(site) - touch.limit * touch.direction);
+  }
+}
+
+/// The change of friction's direction with the velocity.
+Eigen::Matrix3d BoundedSystem::friction_block(std::ptrdiff_t site, const Touch& touch,
+                                              const Field<double>& v) const {
+  if (touch.sticks || touch.limit == 0) return Eigen::Matrix3d::Zero();
+  const Vec3 sliding = touch.slip * v.at(site);
+  if (!(sliding.dot(touch.direction) > 0)) return Eigen::Matrix3d::Zero();
+  const Vec3 along = sliding.normalized();
+  const double steepest = stiffer * mass(site);  // what turns on the spot must not drown the rest in rounding
+  return std::min(touch.limit / sliding.norm(), steepest) * (touch.slip - along * along.transpose());
+}
+
+double BoundedSystem::follow_pressure() {
+  double largest = 0;
+  for (auto& [site, touch] : touches_) {
+    if (!touch.sticks) largest = std::max(largest, std::abs(touch.pressure - touch.limit));
+    touch.limit = touch.pressure;
+  }
+  return ranks().largest(largest);
+}
+
+bool BoundedSystem::slides() const {
+  const bool none = std::none_of(touches_.begin(), touches_.end(), [](const auto& entry) {
+    return !entry.second.sticks && entry.second.pressure > 0;
+  });
+  return !ranks().all(none);
+}
+
+std::vector<HeldParticle> BoundedSystem::held() const {
+  std::vector<HeldParticle> all;
+  for (const auto& [site, touch] : touches_) all.push_back({site, touch.held});
+  return all;
+}
+
+void BoundedSystem::put_in_front(Field<double>& v) {
+  for (const std::ptrdiff_t site : particles()) close(site, v);
+  Field<double> change(size());
+  if (!jump(v, change)) return;
+  for (const auto& [site, touch] : touches_) v.set(site, v.at(site) + change.at(site));
+}
+
+bool BoundedSystem::update(const Field<double>& residual, const Field<double>& v, double doubt) {
+  bool changed = false;
+  for (auto at = touches_.begin(); at != touches_.end();) {
+    changed |= judge(at->first, at->second, -residual.at(at->first), v.at(at->first), doubt);
+    at = at->second.planes == 0 ? touches_.erase(at) : std::next(at);
+  }
+  for (const std::ptrdiff_t site : particles()) changed |= close(site, v);
+  return !ranks().all(!changed);
+}
+
+/// Takes planes that a particle is behind.
+bool BoundedSystem::close(std::ptrdiff_t site, const Field<double>& v) {
+  const Vec3 x = contact_position(site, v);
+  std::uint32_t behind = 0;
+  for (std::size_t p = 0; p < bounds_.planes().size(); ++p)
+    if (bounds_.planes()[p].gap(x) < -negligible_gap * length_) behind |= 1U << p;
+  if (behind == 0 || bounds_.free_axes(site).isZero(0)) return false;
+  const auto [at, is_new] = touches_.try_emplace(site);
+  Touch& touch = at->second;
+  if ((touch.planes | behind) == touch.planes) return false;
+  touch.planes |= behind;
+  touch.sticks = false;
+  set_directions(site, touch);
+  const Vec3 sliding = touch.slip * v.at(site);
+  touch.sticks = sliding.norm() * gamma_ < negligible_share * length_;
+  if (!touch.sticks) touch.direction = sliding.normalized();
+  if (is_new) touch.limit = 0;
+  set_directions(site, touch);
+  return true;
+}
+
+/// Lets go of a plane that pulls, or changes between sticking and sliding.
+bool BoundedSystem::judge(std::ptrdiff_t site, Touch& touch, const Vec3& reaction, const Vec3& v,
+                          double doubt) {
+  const Vec3 free = bounds_.free_axes(site);
+  Eigen::Matrix3Xd normals(3, 0);
+  std::vector<std::size_t> planes;
+  for (std::size_t p = 0; p < bounds_.planes().size(); ++p)
+    if ((touch.planes >> p & 1) != 0) {
+      planes.push_back(p);
+      normals.conservativeResize(3, normals.cols() + 1);
+      normals.rightCols(1) = free.cwiseProduct(bounds_.planes()[p].normal);
+    }
+  const Vec3 on_free = free.cwiseProduct(reaction);
+  const Eigen::VectorXd pressures = normals.completeOrthogonalDecomposition().solve(on_free);
+  Eigen::Index weakest = 0;
+  const double pull = -pressures.minCoeff(&weakest);
+  if (pull > negligible_impulse * scale_ && (3 * pull >= doubt || doubt < 1e3 * settled_share * scale_)) {
+    touch.planes &= ~(1U << planes[std::size_t(weakest)]);
+    touch.sticks = false;
+    touch.limit = touch.pressure = 0;
+    ++touch.changes;
+    set_directions(site, touch);
+    return true;
+  }
+  double limit = 0;
+  for (std::size_t k = 0; k < planes.size(); ++k)
+    limit += bounds_.planes()[planes[k]].friction * std::max(0.0, pressures[Eigen::Index(k)]);
+  touch.pressure = limit;
+  const bool stuck = touch.sticks;
+  if (stuck) {
+    const Vec3 tangential = touch.slip * on_free;
+    const double excess = tangential.norm() - limit;
+    if (excess > limit * negligible_share + 0.1 * negligible_impulse * scale_ &&
+        3 * excess + settled_share * scale_ >= doubt) {
+      touch.sticks = false;
+      touch.direction = -tangential.normalized();
+    }
+  } else if (limit > 0 && limit >= doubt && touch.changes < most_changes &&
+             (touch.slip * v).dot(touch.direction) <= 0) {
+    touch.sticks = true;
+  }
+  if (touch.sticks == stuck) return false;
+  ++touch.changes;
+  set_directions(site, touch);
+  return true;
+}
+
+void BoundedSystem::remember_touches() {
+  for (const auto& [site, touch] : touches_) touched_[site] |= touch.planes;
+}
+
+void BoundedSystem::end_step(const StepTaken& step, State<double>& state, Field<double>* a) {
+  if (a) clear_prescribed(*a);
+  remember_touches();
+  in_step_ = false;
+  for (const auto& [site, planes] : touched_) {
+    const auto touch = touches_.find(site);
+    const auto pushed = [planes = planes](std::size_t p) { return (planes >> p & 1) != 0; };
+    Motion after{state.x.at(site), state.v.at(site)};
+    if (touch != touches_.end() && touch->second.sticks) after.v -= touch->second.slip * after.v;
+    const Motion before{step.x->at(site), step.v->at(site)};
+    if (bounds_.rebound(site, step.free, before, pushed, after) && a)
+      a->set(site, bounds_.free_axes(site).cwiseProduct(bounds_.gravity()));
+    state.x.set(site, after.x);
+    state.v.set(site, after.v);
+  }
+  touched_.clear();
+}
+
+namespace {
+
+/// Adds a block to the rows and columns of a particle's unknowns.
+void add_block(const std::vector<Unknown>& unknowns, std::ptrdiff_t site, const Eigen::Matrix3d& block,
+               SparseMatrix& matrix) {
+  auto first = std::lower_bound(unknowns.begin(), unknowns.end(), site,
+                                [](const Unknown& u, std::ptrdiff_t s) { return u.site < s; });
+  for (auto row = first; row != unknowns.end() && row->site == site; ++row)
+    for (auto column = first; column != unknowns.end() && column->site == site; ++column)
+      matrix.coeffRef(int(row - unknowns.begin()), int(column - unknowns.begin())) +=
+          block(row->axis, column->axis);
+}
+
+/// The largest number on the diagonal in a particle's rows.
+double largest_entry(const std::vector<Unknown>& unknowns, std::ptrdiff_t site, SparseMatrix& matrix) {
+  auto row = std::lower_bound(unknowns.begin(), unknowns.end(), site,
+                              [](const Unknown& u, std::ptrdiff_t s) { return u.site < s; });
+  double largest = 0;
+  for (; row != unknowns.end() && row->site == site; ++row) {
+    const auto at = int(row - unknowns.begin());
+    largest = std::max(largest, matrix.coeff(at, at));
+  }
+  return largest;
+}
+
+}  // namespace
+
+void BoundedSystem::BoundedTangents::values(double t, const Field<double>& x, const Field<double>& v,
+                                            const TangentSum& sum, SparseMatrix& matrix) {
+  other().values(t, x, v, sum, matrix);
+  for (const auto& [site, touch] : system_.touches_) {
+    const double stiff = stiffer * largest_entry(unknowns(), site, matrix);
+    add_block(unknowns(), site, system_.friction_block(site, touch, v) + stiff * touch.held, matrix);
+  }
+}
+
+void BoundedSystem::BoundedTangents::product(double t, const Field<double>& x, const Field<double>& v,
+                                             const TangentSum& sum, const Field<double>& p,
+                                             Field<double>& out) {
+  other().product(t, x, v, sum, p, out);
+  for (const auto& [site, touch] : system_.touches_)
+    out.set(site, out.at(site) + system_.friction_block(site, touch, v) * p.at(site));
+}
+
+void BoundedSystem::BoundedTangents::diagonal(double t, const Field<double>& x, const Field<double>& v,
+                                              const TangentSum& sum, std::vector<Eigen::Matrix3d>& blocks) {
+  other().diagonal(t, x, v, sum, blocks);
+  const std::vector<std::ptrdiff_t>& sites = system_.particles();
+  for (const auto& [site, touch] : system_.touches_) {
+    const auto id = std::size_t(std::lower_bound(sites.begin(), sites.end(), site) - sites.begin());
+    blocks[id] += system_.friction_block(site, touch, v);
+    blocks[id] += stiffer * blocks[id].diagonal().maxCoeff() * touch.held;
+  }
+}
+
+}  // namespace mss
