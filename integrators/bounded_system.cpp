@@ -12,8 +12,12 @@ namespace {
 /// Shares of a body's length, of gravity's impulse and of a limit of friction that count as nothing.
 constexpr double negligible_gap = 1e-14, negligible_impulse = 1e-13, negligible_share = 1e-9;
 
-/// A particle that has changed between sliding and sticking so often in a stage slides on.
+/// A particle that has changed so often in a stage sticks once it has stopped: it is on the edge of the cone,
+/// and sliding to and fro it would never settle.
 constexpr int most_changes = 4;
+
+/// Of friction's limit: by how much such a particle may exceed it, twice as much after every further change.
+constexpr double share_on_edge = 0.02;
 
 /// Of gravity's impulse: what is left to solve below it leaves no doubt.
 constexpr double settled_share = 1e-6;
@@ -78,12 +82,14 @@ bool BoundedSystem::jump(Field<double>& v, Field<double>& change) const {
     // Planes one after the other, each along what is left of its normal: exact for as many as there are.
     Eigen::Matrix3d done = Eigen::Matrix3d::Zero();
     for (std::size_t p = 0; p < bounds_.planes().size(); ++p) {
-      if ((touch.planes >> p & 1) == 0) continue;
+      const bool touches = (touch.planes >> p & 1) != 0;
+      if (!touches && !touch.sticks) continue;
       const Plane& plane = bounds_.planes()[p];
       Vec3 n = free.cwiseProduct(plane.normal);
       n -= done * n;
       if (n.norm() <= 1e-6) continue;
       const double gap = plane.gap(contact_position(site, v) + gamma_ * by);
+      if (!touches && gap >= 0) continue;  // friction keeps what sticks in front of others
       by -= gap / gamma_ / n.squaredNorm() * n;
       done += n.normalized() * n.normalized().transpose();
     }
@@ -163,7 +169,7 @@ bool BoundedSystem::close(std::ptrdiff_t site, const Field<double>& v) {
   if (behind == 0 || bounds_.free_axes(site).isZero(0)) return false;
   const auto [at, is_new] = touches_.try_emplace(site);
   Touch& touch = at->second;
-  if ((touch.planes | behind) == touch.planes) return false;
+  if ((touch.planes | behind) == touch.planes || (touch.sticks && !is_new)) return false;
   touch.planes |= behind;
   touch.sticks = false;
   set_directions(site, touch);
@@ -175,45 +181,73 @@ bool BoundedSystem::close(std::ptrdiff_t site, const Field<double>& v) {
   return true;
 }
 
+/// By planes that touch it, what they push with; of several sets the smallest. Returns the limit of friction.
+double BoundedSystem::pressures(std::ptrdiff_t site, const Touch& touch, const Vec3& reaction,
+                                std::vector<std::pair<std::size_t, double>>& by_plane) const {
+  const Vec3 free = bounds_.free_axes(site), on_free = free.cwiseProduct(reaction);
+  by_plane.clear();
+  for (std::size_t p = 0; p < bounds_.planes().size(); ++p)
+    if ((touch.planes >> p & 1) != 0) by_plane.emplace_back(p, 0);
+  const auto normal = [&](std::size_t k) -> Vec3 {
+    return free.cwiseProduct(bounds_.planes()[by_plane[k].first].normal);
+  };
+  if (by_plane.size() == 1) {
+    const Vec3 n = normal(0);
+    by_plane[0].second = n.isZero(0) ? 0 : n.dot(on_free) / n.squaredNorm();
+  } else {
+    Eigen::Matrix3Xd normals(3, by_plane.size());
+    for (std::size_t k = 0; k < by_plane.size(); ++k) normals.col(Eigen::Index(k)) = normal(k);
+    const Eigen::VectorXd all = normals.completeOrthogonalDecomposition().solve(on_free);
+    for (std::size_t k = 0; k < by_plane.size(); ++k) by_plane[k].second = all[Eigen::Index(k)];
+  }
+  double limit = 0;
+  for (const auto& [plane, pressure] : by_plane)
+    limit += bounds_.planes()[plane].friction * std::max(0.0, pressure);
+  return limit;
+}
+
+double BoundedSystem::expect_pressure(const Field<double>& residual, Field<double>& left) {
+  double largest = 0;
+  for (auto& [site, touch] : touches_) {
+    if (touch.sticks) continue;
+    const double limit = pressures(site, touch, -residual.at(site), by_plane_), change = limit - touch.limit;
+    left.set(site, left.at(site) - change * touch.direction);
+    touch.limit = limit;
+    largest = std::max(largest, std::abs(change));
+  }
+  return ranks().largest(largest);
+}
+
 /// Lets go of a plane that pulls, or changes between sticking and sliding.
 bool BoundedSystem::judge(std::ptrdiff_t site, Touch& touch, const Vec3& reaction, const Vec3& v,
                           double doubt) {
-  const Vec3 free = bounds_.free_axes(site);
-  Eigen::Matrix3Xd normals(3, 0);
-  std::vector<std::size_t> planes;
-  for (std::size_t p = 0; p < bounds_.planes().size(); ++p)
-    if ((touch.planes >> p & 1) != 0) {
-      planes.push_back(p);
-      normals.conservativeResize(3, normals.cols() + 1);
-      normals.rightCols(1) = free.cwiseProduct(bounds_.planes()[p].normal);
-    }
-  const Vec3 on_free = free.cwiseProduct(reaction);
-  const Eigen::VectorXd pressures = normals.completeOrthogonalDecomposition().solve(on_free);
-  Eigen::Index weakest = 0;
-  const double pull = -pressures.minCoeff(&weakest);
+  const Vec3 on_free = bounds_.free_axes(site).cwiseProduct(reaction);
+  const double limit = pressures(site, touch, reaction, by_plane_);
+  const auto weakest = std::min_element(by_plane_.begin(), by_plane_.end(),
+                                        [](const auto& a, const auto& b) { return a.second < b.second; });
+  const double pull = -weakest->second;
   if (pull > negligible_impulse * scale_ && (3 * pull >= doubt || doubt < 1e3 * settled_share * scale_)) {
-    touch.planes &= ~(1U << planes[std::size_t(weakest)]);
+    touch.planes &= ~(1U << weakest->first);
     touch.sticks = false;
     touch.limit = touch.pressure = 0;
     ++touch.changes;
     set_directions(site, touch);
     return true;
   }
-  double limit = 0;
-  for (std::size_t k = 0; k < planes.size(); ++k)
-    limit += bounds_.planes()[planes[k]].friction * std::max(0.0, pressures[Eigen::Index(k)]);
   touch.pressure = limit;
   const bool stuck = touch.sticks;
   if (stuck) {
     const Vec3 tangential = touch.slip * on_free;
     const double excess = tangential.norm() - limit;
-    if (excess > limit * negligible_share + 0.1 * negligible_impulse * scale_ &&
+    const double allowed = touch.changes < most_changes
+                               ? negligible_share
+                               : std::ldexp(share_on_edge, touch.changes - most_changes);
+    if (excess > limit * allowed + 0.1 * negligible_impulse * scale_ &&
         3 * excess + settled_share * scale_ >= doubt) {
       touch.sticks = false;
       touch.direction = -tangential.normalized();
     }
-  } else if (limit > 0 && limit >= doubt && touch.changes < most_changes &&
-             (touch.slip * v).dot(touch.direction) <= 0) {
+  } else if (limit > 0 && limit >= doubt && (touch.slip * v).dot(touch.direction) <= 0) {
     touch.sticks = true;
   }
   if (touch.sticks == stuck) return false;

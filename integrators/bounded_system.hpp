@@ -57,6 +57,11 @@ class BoundedSystem final : public SystemWrapper<double> {
   bool update(const Field<double>& residual, const Field<double>& v, double doubt = 0);
   /// Lets friction follow the pressure that update() found; the largest change [N s].
   double follow_pressure();
+  /// The same before a step is taken: `residual` is what is expected after it. Adds the change of friction to
+  /// what is `left` to solve.
+  double expect_pressure(const Field<double>& residual, Field<double>& left);
+  /// The system without contact.
+  System<double>& unbounded() { return other(); }
   bool slides() const;
   std::vector<HeldParticle> held() const;
   /// Puts all particles in front of planes, where iterations end before the set has settled.
@@ -105,6 +110,8 @@ class BoundedSystem final : public SystemWrapper<double> {
   void set_directions(std::ptrdiff_t site, Touch& touch) const;
   Eigen::Matrix3d friction_block(std::ptrdiff_t site, const Touch& touch, const Field<double>& v) const;
   bool close(std::ptrdiff_t site, const Field<double>& v);
+  double pressures(std::ptrdiff_t site, const Touch& touch, const Vec3& reaction,
+                   std::vector<std::pair<std::size_t, double>>& by_plane) const;
   bool judge(std::ptrdiff_t site, Touch& touch, const Vec3& reaction, const Vec3& v, double doubt);
 
   const PlaneBounds& bounds_;
@@ -112,10 +119,11 @@ class BoundedSystem final : public SystemWrapper<double> {
   const Field<double>* base_ = nullptr;  ///< particles must be in front of planes at base + gamma v
   double gamma_ = 0;                     ///< [s]
   double scale_ = 0;
-  double length_ = 0;                                ///< of a body, for what is small [m]
-  std::map<std::ptrdiff_t, Touch> touches_;          ///< by site
-  bool in_step_ = false;                             ///< after its first stage has begun
-  std::map<std::ptrdiff_t, std::uint32_t> touched_;  ///< planes, in stages of this step
+  double length_ = 0;                                     ///< of a body, for what is small [m]
+  std::map<std::ptrdiff_t, Touch> touches_;               ///< by site
+  std::vector<std::pair<std::size_t, double>> by_plane_;  ///< scratch
+  bool in_step_ = false;                                  ///< after its first stage has begun
+  std::map<std::ptrdiff_t, std::uint32_t> touched_;       ///< planes, in stages of this step
 };
 
 }  // namespace mss

@@ -27,6 +27,11 @@ constexpr int most_halvings = 12;
 /// Where friction acts, which has no energy, so that no step may seem short enough.
 constexpr int most_halvings_sliding = 6;
 
+/// Solves with one matrix for friction to follow pressure, and the share of the residual that may be left of
+/// that.
+constexpr int most_friction_rounds = 8;
+constexpr double friction_share = 0.01;
+
 /// When a stage counts as solved.
 struct Goal {
   int most_iterations;
@@ -104,21 +109,38 @@ double Newton::leave_out_held(const System<double>& system, const State<double>&
 }
 
 /// The step from the tangent where the body is; with a jump to planes, that and what it leaves to the rest.
+/// Friction is that of the pressure after the step, found by solving again with the same matrix: with that of
+/// before, sliding would converge linearly.
 Status Newton::find_step(System<double>& system, const ImplicitStage& stage, const State<double>& state,
                          Work& work) {
-  const TangentSum sum{.mass = 1,
-                       .damping = stage.force_velocity ? 0 : stage.gamma,
-                       .stiffness = stage.gamma * stage.gamma_x,
-                       .kind = stage.conserve_from ? Tangent::projected : kind_};
-  if (!jumps_) return solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
-  tangents_of(system).product(stage.t, state.x, state.v, sum, jump_, step_);
-  ++work.products;
-  residual_.array() -= step_.array();
-  system.clear_prescribed(residual_);
-  const Status status =
-      solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
+  TangentSum sum{.mass = 1,
+                 .damping = stage.force_velocity ? 0 : stage.gamma,
+                 .stiffness = stage.gamma * stage.gamma_x,
+                 .kind = stage.conserve_from ? Tangent::projected : kind_};
+  if (!bounded_)
+    return solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
+  const auto product = [&](const Field<double>& move) {
+    tangents_of(bounded_->unbounded()).product(stage.t, state.x, state.v, sum, move, expected_);
+    ++work.products;
+  };
+  if (jumps_) {
+    product(jump_);
+    residual_.array() -= expected_.array();
+    system.clear_prescribed(residual_);
+  }
+  Status status = solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
+  for (int round = 0; status == Status::ok && round < most_friction_rounds && bounded_->slides(); ++round) {
+    system.clear_prescribed(step_);
+    if (jumps_) step_.array() += jump_.array();
+    product(step_);
+    expected_.array() = impulse_.array() - expected_.array();
+    const double before = std::sqrt(dot(system, residual_, residual_));
+    const double change = bounded_->expect_pressure(expected_, residual_);
+    if (change <= friction_share * before || change <= contact_tolerance * bounded_->scale()) return status;
+    status = linear_->solve(residual_, step_, work);
+  }
   system.clear_prescribed(step_);
-  step_.array() += jump_.array();
+  if (jumps_) step_.array() += jump_.array();
   return status;
 }
 
@@ -160,7 +182,7 @@ Status Newton::solve(System<double>& plain, const ImplicitStage& stage, State<do
     for (Field<double>* field : {&residual_, &step_, &v_before_}) *field = Field<double>(plain.size());
   if (plain.bounds() && !bounded_) {
     bounded_ = std::make_unique<BoundedSystem>(plain);
-    jump_ = impulse_ = residual_;
+    jump_ = impulse_ = expected_ = residual_;
   }
   System<double>& system = bounded_ ? *bounded_ : plain;
   if (bounded_) {

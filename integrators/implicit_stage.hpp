@@ -120,6 +120,7 @@ class Newton final : public NonlinearSolver {
   Field<double> x_end_;                     ///< of a step that conserves energy
   std::unique_ptr<BoundedSystem> bounded_;  ///< the system where it has bounds
   Field<double> impulse_;                   ///< there, the residual with what holds particles
+  Field<double> expected_;                  ///< the same after a step
   Field<double> jump_;                      ///< and the part of a step that takes them to their planes
   bool jumps_ = false;
 };

@@ -130,7 +130,6 @@ class QuasiNewton final : public NonlinearSolver {
                  Work& work);
   void begin_contact(System<double>& system, const ImplicitStage& stage, State<double>& state);
   bool update_contact(System<double>& system, State<double>& state, double good);
-  void forget_pairs(System<double>& system, State<double>& state);
 
   std::string name_;
   int pairs_kept_;
@@ -391,7 +390,7 @@ bool QuasiNewton::update_contact(System<double>& system, State<double>& state, d
   ++since_pressure_;
   double friction = 0;
   if (bounded_->slides() &&
-      (changed || norm_ < 0.1 * norm_at_pressure_ || norm_ <= good || since_pressure_ >= 15)) {
+      (changed || norm_ < 0.3 * norm_at_pressure_ || norm_ <= good || since_pressure_ >= 15)) {
     friction = bounded_->follow_pressure();
     norm_at_pressure_ = std::max(norm_, friction);
     since_pressure_ = 0;
@@ -399,14 +398,10 @@ bool QuasiNewton::update_contact(System<double>& system, State<double>& state, d
   if (changed) held_->hold(bounded_->held());
   jumps_ = bounded_->jump(state.v, jump_);
   if (!changed && !jumps_ && friction <= good) return !jumped;
-  forget_pairs(system, state);
-  return false;
-}
-
-void QuasiNewton::forget_pairs(System<double>& system, State<double>& state) {
-  pairs_.count = 0;
+  if (changed || jumps_) pairs_.count = 0;
   length_ = 0;
   leave_out_held(system, state);
+  return false;
 }
 
 Status QuasiNewton::solve(System<double>& plain, const ImplicitStage& stage, State<double>& state,

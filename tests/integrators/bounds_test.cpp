@@ -128,9 +128,9 @@ TEST_P(InSteps, ABlockRestsAsHighAsItMust) {
 
 TEST_P(InSteps, ABlockSticksToASlope) {
   Trial trial(GetParam().method, GetParam().young, slope(19, 0.5));
-  trial.advance(6);
+  trial.advance(8);
   const Vec3 before = trial.mean_at(0);
-  trial.advance(7.5);
+  trial.advance(9.5);
   const double creep = (trial.mean_at(0) - before).norm();
   EXPECT_LT(creep, GetParam().method == "vbd:20" ? 5e-4 : 1e-5);
   EXPECT_GT(trial.deepest(), -1e-12);
@@ -161,10 +161,8 @@ TEST_P(InSteps, ADropGainsNoEnergy) {
   EXPECT_TRUE(touched);
 }
 
-/// Midpoint and TR-BDF2 now and then find no set of contacts here, and say so.
 TEST(Bounds, AGrooveHoldsABlock) {
-  for (const std::string method : {"backward_euler", "backward_euler_linear", "backward_euler/lbfgs",
-                                   "generalized_alpha", "energy_momentum", "vbd:20", "xpbd:20"}) {
+  for (const std::string& method : and_also(by_newton, {"backward_euler/lbfgs", "vbd:20", "xpbd:20"})) {
     SCOPED_TRACE(method);
     Environment groove{.gravity = {-g / 2, 0, -g}};
     for (const Vec3& normal : {Vec3(1, 0, 0), Vec3(0, 0, 1)})
