@@ -137,6 +137,12 @@ bool BoundedSystem::slides() const {
   return !ranks().all(none);
 }
 
+double BoundedSystem::push() const {
+  double squares = 0;
+  for (const auto& [site, touch] : touches_) squares += touch.push * touch.push;
+  return std::sqrt(ranks().sum(squares));
+}
+
 std::vector<HeldParticle> BoundedSystem::held() const {
   std::vector<HeldParticle> all;
   for (const auto& [site, touch] : touches_) all.push_back({site, touch.held});
@@ -235,6 +241,8 @@ bool BoundedSystem::judge(std::ptrdiff_t site, Touch& touch, const Vec3& reactio
     return true;
   }
   touch.pressure = limit;
+  touch.push = 0;
+  for (const auto& [plane, pressure] : by_plane_) touch.push += std::max(0.0, pressure);
   const bool stuck = touch.sticks;
   if (stuck) {
     const Vec3 tangential = touch.slip * on_free;

@@ -63,6 +63,8 @@ class BoundedSystem final : public SystemWrapper<double> {
   /// The system without contact.
   System<double>& unbounded() { return other(); }
   bool slides() const;
+  /// How hard planes push by the last residual, the norm over particles [N s].
+  double push() const;
   std::vector<HeldParticle> held() const;
   /// Puts all particles in front of planes, where iterations end before the set has settled.
   void put_in_front(Field<double>& v);
@@ -82,6 +84,7 @@ class BoundedSystem final : public SystemWrapper<double> {
     Vec3 direction = Vec3::Zero();                   ///< in which it slides
     double limit = 0;                                ///< of friction, mu p [N s]
     double pressure = 0;                             ///< what it would be by the last residual [N s]
+    double push = 0;                                 ///< p by that, of all planes [N s]
     int changes = 0;                                 ///< in this stage
     Eigen::Matrix3d held = Eigen::Matrix3d::Zero();  ///< projects onto directions in which it cannot move
     Eigen::Matrix3d slip = Eigen::Matrix3d::Zero();  ///< onto those in which it can

@@ -41,6 +41,12 @@ constexpr int most_idle = 4;
 constexpr int most_iterations = 2000;
 constexpr int most_halvings = 12;
 
+/// Of what is left to solve, to what planes push with: then that is known, and friction follows it.
+constexpr double trusted = 0.3;
+
+/// Iterations in a stage that look for what planes hold, beside those given.
+constexpr int most_in_search = 200;
+
 /// Where friction acts, which has no energy, so that no step may seem short enough.
 constexpr int most_halvings_sliding = 6;
 
@@ -389,8 +395,8 @@ bool QuasiNewton::update_contact(System<double>& system, State<double>& state, d
   const bool jumped = jumps_, changed = bounded_->update(impulse_, state.v, norm_);
   ++since_pressure_;
   double friction = 0;
-  if (bounded_->slides() &&
-      (changed || norm_ < 0.3 * norm_at_pressure_ || norm_ <= good || since_pressure_ >= 15)) {
+  if (bounded_->slides() && (norm_ < trusted * std::min(norm_at_pressure_, bounded_->push()) ||
+                             norm_ <= good || since_pressure_ >= 15)) {
     friction = bounded_->follow_pressure();
     norm_at_pressure_ = std::max(norm_, friction);
     since_pressure_ = 0;
@@ -423,7 +429,9 @@ Status QuasiNewton::solve(System<double>& plain, const ImplicitStage& stage, Sta
   const double enough =
       coordinates * std::max(stage.enough, negligible * state.x.array().abs().maxCoeff()) / stage.gamma_x;
   bool settled = !bounded_;
-  for (int iteration = 0, idle = 0; iteration < most && (norm_ > target || !settled); ++iteration) {
+  int count = 0;  // of those that a given number of iterations means: after contacts and pressures are known
+  for (int all = 0, idle = 0; count < most && all < most + most_in_search && (norm_ > target || !settled);
+       ++all) {
     choose_step(system, work);
     const double before = norm_;
     const bool small = size_ <= enough;
@@ -437,6 +445,7 @@ Status QuasiNewton::solve(System<double>& plain, const ImplicitStage& stage, Sta
       settled = update_contact(system, state, good);
       if (!settled) continue;
     }
+    if (!bounded_ || bounded_->touching() == 0 || norm_ < trusted * bounded_->push()) ++count;
     idle = norm_ <= good && norm_ > before / 2 ? idle + 1 : 0;
     if (small || idle == most_idle) return Status::ok;
   }
