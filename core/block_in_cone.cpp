@@ -17,15 +17,16 @@ constexpr double negligible_normal = 1e-6;
 /// A particle on some planes.
 class Touching {
  public:
-  Touching(const std::vector<Plane>& planes, const std::vector<std::size_t>& on, const Vec3& free,
-           const Vec3& before, const Vec3& u, const VertexModel& model)
+  Touching(const std::vector<Plane>& planes, const std::vector<double>& gaps,
+           const std::vector<std::size_t>& on, const Vec3& free, const Vec3& before, const Vec3& u,
+           const VertexModel& model)
       : planes_(planes), on_(on), free_(free), u_(u), model_(model), onto_(Vec3::Zero()) {
     Eigen::Matrix3d across = Eigen::Matrix3d::Zero();
     for (const std::size_t p : on_) {
       Vec3 n = free.cwiseProduct(planes_[p].normal);
       n -= across * n;
       if (n.norm() < negligible_normal) continue;
-      onto_ -= planes_[p].gap(before + u + onto_) / n.squaredNorm() * n;
+      onto_ -= (planes_[p].gap(before + u + onto_) - gaps[p]) / n.squaredNorm() * n;
       across += n.normalized() * n.normalized().transpose();
     }
     along_ = free.asDiagonal();
@@ -99,8 +100,9 @@ class Touching {
 
 }  // namespace
 
-Vec3 move_in_cone(const std::vector<Plane>& planes, const Vec3& free, const Vec3& before, const Vec3& u,
-                  const VertexModel& model, std::vector<double>& pressures) {
+Vec3 move_in_cone(const std::vector<Plane>& planes, const std::vector<double>& gaps, const Vec3& free,
+                  const Vec3& before, const Vec3& u, const VertexModel& model,
+                  std::vector<double>& pressures) {
   pressures.assign(planes.size(), 0);
   std::vector<std::size_t> on;
   Vec3 moved = model.hessian.ldlt().solve(model.force);
@@ -109,17 +111,18 @@ Vec3 move_in_cone(const std::vector<Plane>& planes, const Vec3& free, const Vec3
     double deepest = 0;
     for (std::size_t p = 0; p < planes.size(); ++p) {
       if (std::find(on.begin(), on.end(), p) != on.end()) continue;
-      if (const double gap = planes[p].gap(before + u + moved); gap < deepest) deepest = gap, worst = p;
+      if (const double gap = planes[p].gap(before + u + moved) - gaps[p]; gap < deepest)
+        deepest = gap, worst = p;
     }
     if (worst == planes.size()) break;
     on.push_back(worst);
     pressures.assign(planes.size(), 0);
-    moved = Touching(planes, on, free, before, u, model).move(pressures);
+    moved = Touching(planes, gaps, on, free, before, u, model).move(pressures);
     const auto pulls = std::find_if(on.begin(), on.end(), [&](std::size_t p) { return pressures[p] < 0; });
     if (pulls == on.end() || on.size() == 1) continue;
     pressures[*pulls] = 0;
     on.erase(pulls);
-    moved = Touching(planes, on, free, before, u, model).move(pressures);
+    moved = Touching(planes, gaps, on, free, before, u, model).move(pressures);
   }
   for (double& pressure : pressures) pressure = std::max(0.0, pressure);
   return moved;

@@ -18,7 +18,9 @@ struct VertexModel {
 /// planes, held there by forces H d - f that lie in Coulomb's cones. A particle that slides, and would turn
 /// round under the friction of the pressure found, sticks. `pressures`: by plane, 0 where there is none;
 /// resized and overwritten. `free`: 1 along axes that nothing prescribes.
-Vec3 move_in_cone(const std::vector<Plane>& planes, const Vec3& free, const Vec3& before, const Vec3& u,
-                  const VertexModel& model, std::vector<double>& pressures);
+/// `gaps`: that planes ask for, 0 or less [m].
+Vec3 move_in_cone(const std::vector<Plane>& planes, const std::vector<double>& gaps, const Vec3& free,
+                  const Vec3& before, const Vec3& u, const VertexModel& model,
+                  std::vector<double>& pressures);
 
 }  // namespace mss

@@ -23,7 +23,7 @@ BodySystem<Real>::BodySystem(const Body& body, const Environment& environment, c
       loads_(body, environment.loads),
       contact_(environment, bound, body.config().cell_size),
       surface_contact_(surface_contact_of(environment, body, held_, contact_)),
-      bounds_of_planes_(plane_bounds(environment, bound.omega, held_)),
+      bounds_of_planes_(plane_bounds(environment, bound.omega, body.config().cell_size, held_)),
       team_(threads),
       events_(*this, body, held_, contact_, surface_contact_.get(), sleep) {}
 

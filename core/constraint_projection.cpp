@@ -98,7 +98,7 @@ void ConstraintProjection<Real>::begin_step() {
   forget_multipliers();
   if (contact_) {
     const Streams<Real> u = particles_.moved();
-    contact_->begin_step(particles_.before(), particles_.velocity_before(),
+    contact_->begin_step(dt_, particles_.before(), particles_.velocity_before(),
                          {{u.axis[0], u.axis[1], u.axis[2]}});
   }
 }

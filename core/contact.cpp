@@ -50,6 +50,19 @@ bool collide_impulse(const Plane& plane, const Motion& before, double dt, Motion
   return true;
 }
 
+double push_out_gap(const Plane& plane, const Vec3& before, double speed, double dt, double close) {
+  const double gap = plane.gap(before);
+  return gap < -close ? std::min(0.0, gap + speed * dt) : 0;
+}
+
+bool push_out(const Plane& plane, double gap, Motion& after) {
+  const double missing = gap - plane.gap(after.x), speed = plane.normal.dot(after.v);
+  if (missing <= 0 && speed >= 0) return false;
+  after.x += std::max(0.0, missing) * plane.normal;
+  after.v -= std::min(0.0, speed) * plane.normal;
+  return true;
+}
+
 bool rebound(const Plane& plane, const Vec3& gravity, const FreeStep& step, bool may_leave,
              const Motion& before, Motion& after) {
   const double dt = step.dt, speed = plane.normal.dot(after.v);

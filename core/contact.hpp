@@ -22,6 +22,20 @@ struct Motion {
 /// without normal velocity, and the impulse is the one that stops it.
 bool collide_impulse(const Plane& plane, const Motion& before, double dt, Motion& after);
 
+/// Speed at which planes push out what began behind them, in cells of the body's a second: a body is lifted,
+/// not thrown.
+inline constexpr double push_out_rate = 2;
+/// Of a cell's size: what is less far behind is there by rounding.
+inline constexpr double behind_by_rounding = 1e-6;
+
+/// How far behind a plane a step may leave what began it there, as a gap [m]: it is pushed out at a speed
+/// [m/s], instead of at once; 0 for what began it in front, but for `close` [m].
+double push_out_gap(const Plane& plane, const Vec3& before, double speed, double dt, double close);
+
+/// A particle that began a step behind a plane: moves it that far out, and stops what moves it in. False if
+/// nothing changes.
+bool push_out(const Plane& plane, double gap, Motion& after);
+
 /// How a method takes free particles through a step: v' = v + dt g, x' = x + dt v + drift dt^2 g.
 struct FreeStep {
   double dt;     ///< [s]

@@ -36,10 +36,11 @@ bool DisplacementContact<Real>::is_pushed(const Near& near) {
 }
 
 template <class Real>
-void DisplacementContact<Real>::begin_step(const ConstStreams<Real>& x, const ConstStreams<Real>& v,
-                                           const ConstStreams<Real>& u) {
+void DisplacementContact<Real>::begin_step(double dt, const ConstStreams<Real>& x,
+                                           const ConstStreams<Real>& v, const ConstStreams<Real>& u) {
   const double close = body_.config().cell_size;
   const std::vector<Plane>& planes = bounds_.planes();
+  dt_ = dt;
   pushed_before_.clear();
   for (auto& of_plane : near_) {
     for (const Near& near : of_plane) {
@@ -60,6 +61,8 @@ void DisplacementContact<Real>::begin_step(const ConstStreams<Real>& x, const Co
               .before = {before, at(v, index_[p])}};
     near.normal.assign(planes.size(), 0);
     near.tangential.assign(planes.size(), Vec3::Zero());
+    for (std::size_t plane = 0; plane < planes.size(); ++plane)
+      near.gap.push_back(bounds_.allowed_gap(plane, before, dt));
     near_[std::size_t(body_.sites()[p] / body_.lattice().plane)].push_back(std::move(near));
   }
   for (auto& of_plane : near_)
@@ -112,7 +115,7 @@ template <class Real>
 void DisplacementContact<Real>::project(Near& near, std::size_t p, const Vec3& x, Vec3& u) const {
   const Plane& plane = bounds_.planes()[p];
   const Vec3& w = near.inverse_mass;
-  const double along = plane.normal.dot(w.cwiseProduct(plane.normal)), gap = plane.gap(x + u);
+  const double along = plane.normal.dot(w.cwiseProduct(plane.normal)), gap = plane.gap(x + u) - near.gap[p];
   double& normal = near.normal[p];
   if (along == 0 || (gap >= 0 && normal == 0)) return;
   const double pressed = std::max(0.0, normal - gap / along);
@@ -135,9 +138,10 @@ void DisplacementContact<Real>::put_in_front(const ConstStreams<Real>& x, const 
     const Vec3 before = at(x, index_[p]), start = at(u, index_[p]);
     Vec3 moved = start;
     for (int round = 0; round < most_rounds; ++round)
-      for (const Plane& plane : bounds_.planes()) {
+      for (std::size_t plane_index = 0; plane_index < planes().size(); ++plane_index) {
+        const Plane& plane = planes()[plane_index];
         const Vec3 free = (inverse_masses_[p].array() > 0).select(plane.normal, Vec3::Zero());
-        const double gap = plane.gap(before + moved);
+        const double gap = plane.gap(before + moved) - bounds_.allowed_gap(plane_index, before, dt_);
         if (gap < 0 && !free.isZero(0)) moved -= gap / free.squaredNorm() * free;
       }
     if (moved != start) set(u, index_[p], moved);

@@ -24,9 +24,10 @@ class DisplacementContact {
   DisplacementContact(const PlaneBounds& bounds, const Body& body, std::ptrdiff_t size,
                       const std::vector<std::ptrdiff_t>& index);
 
-  /// Begins a step from x: multipliers are zero. Particles within a cell's size of a plane, now or
+  /// Begins a step of dt from x: multipliers are zero. Particles within a cell's size of a plane, now or
   /// where u takes them, are near it. `v`: velocities at its beginning.
-  void begin_step(const ConstStreams<Real>& x, const ConstStreams<Real>& v, const ConstStreams<Real>& u);
+  void begin_step(double dt, const ConstStreams<Real>& x, const ConstStreams<Real>& v,
+                  const ConstStreams<Real>& u);
   /// Whether a plane has pushed a particle since the last step began.
   bool pushes() const;
   /// The plane that a particle comes to in this step, faster than gravity makes it in two, while no plane
@@ -61,6 +62,7 @@ class DisplacementContact {
   void project(Near& near, std::size_t plane, const Vec3& x, Vec3& u) const;
 
   const PlaneBounds& bounds_;
+  double dt_ = 0;
   const Body& body_;
   const std::vector<std::ptrdiff_t>& index_;
   std::vector<Vec3> inverse_masses_;           ///< of every particle

@@ -16,17 +16,24 @@ namespace mss {
 /// they are put back, and feel the springs of that.
 class PlaneBounds {
  public:
-  /// `held` must outlive it. `omega`: a bound on the body's frequencies [rad/s].
-  PlaneBounds(const std::vector<Plane>& planes, const Vec3& gravity, double omega, const HeldSites& held)
-      : planes_(planes), gravity_(gravity), omega_(omega), held_(held) {}
+  /// `held` must outlive it. `omega`: a bound on the body's frequencies [rad/s]; `cell_size` [m] of its
+  /// smallest cells.
+  PlaneBounds(const std::vector<Plane>& planes, const Vec3& gravity, double omega, double cell_size,
+              const HeldSites& held)
+      : planes_(planes), gravity_(gravity), omega_(omega), cell_size_(cell_size), held_(held) {}
 
   const std::vector<Plane>& planes() const { return planes_; }
   const Vec3& gravity() const { return gravity_; }  ///< [m/s^2]
+  double cell_size() const { return cell_size_; }   ///< [m]
   /// 1 along axes that nothing prescribes, 0 along others.
   Vec3 free_axes(std::ptrdiff_t site) const {
     if (held_.empty()) return Vec3::Ones();
     return {held_.holds(site, 0) ? 0.0 : 1.0, held_.holds(site, 1) ? 0.0 : 1.0,
             held_.holds(site, 2) ? 0.0 : 1.0};
+  }
+  /// How far behind a plane a step of dt may leave what begins it at x, see contact.hpp.
+  double allowed_gap(std::size_t plane, const Vec3& x, double dt) const {
+    return push_out_gap(planes_[plane], x, push_out_rate * cell_size_, dt, behind_by_rounding * cell_size_);
   }
   /// Whether what comes to a plane leaves it as restitution says in steps of dt [s]: in those that resolve
   /// the body's fastest motion. In longer ones particles have bounced on their springs and come to rest
@@ -45,8 +52,9 @@ class PlaneBounds {
     const Vec3 free = free_axes(site);
     after.x = start.x + free.cwiseProduct(after.x - start.x);
     after.v = start.v + free.cwiseProduct(after.v - start.v);
-    const bool behind = std::any_of(planes_.begin(), planes_.end(),
-                                    [&](const Plane& plane) { return plane.gap(after.x) < 0; });
+    const bool behind = std::any_of(planes_.begin(), planes_.end(), [&](const Plane& plane) {
+      return plane.gap(after.x) < std::min(0.0, plane.gap(start.x));
+    });
     if (behind) after.x = start.x;
     return leaves;
   }
@@ -54,20 +62,20 @@ class PlaneBounds {
  private:
   std::vector<Plane> planes_;
   Vec3 gravity_;
-  double omega_;
+  double omega_, cell_size_;
   const HeldSites& held_;
 };
 
 /// The planes of an environment as bounds of particles; nullptr unless all that act at the end of steps are
 /// of the law `impulse` and touch particles. `held` must outlive it.
 inline std::unique_ptr<PlaneBounds> plane_bounds(const Environment& environment, double omega,
-                                                 const HeldSites& held) {
+                                                 double cell_size, const HeldSites& held) {
   std::vector<Plane> planes = environment.planes;
   std::erase_if(planes, [](const Plane& plane) { return plane.contact == ContactLaw::penalty; });
   const bool all = std::all_of(planes.begin(), planes.end(),
                                [](const Plane& plane) { return plane.contact == ContactLaw::impulse; });
   if (planes.empty() || !all || environment.contact_surface) return nullptr;
-  return std::make_unique<PlaneBounds>(planes, environment.gravity, omega, held);
+  return std::make_unique<PlaneBounds>(planes, environment.gravity, omega, cell_size, held);
 }
 
 }  // namespace mss

@@ -19,8 +19,10 @@ PlaneContact::PlaneContact(const Environment& environment, const SpectralBound& 
 bool PlaneContact::collide(const Motion& before, double dt, Motion& after) const {
   constexpr int most_rounds = 8;
   const auto apply = [&](const Plane& plane) {
-    return plane.contact == ContactLaw::thesis ? collide_thesis(plane, before, after)
-                                               : collide_impulse(plane, before, dt, after);
+    if (plane.contact == ContactLaw::thesis) return collide_thesis(plane, before, after);
+    const double gap =
+        push_out_gap(plane, before.x, push_out_rate * cell_size_, dt, behind_by_rounding * cell_size_);
+    return gap < 0 ? push_out(plane, gap, after) : collide_impulse(plane, before, dt, after);
   };
   const double close = 1e-9 * cell_size_;
   const auto is_done = [&](const Plane& plane) {

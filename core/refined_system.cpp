@@ -78,7 +78,8 @@ RefinedSystem<Real>::RefinedSystem(const RefinedBody& body, const Environment& e
       transfer_(body),
       held_(body.levels(), environment.holds),
       contact_(environment, bound_of(body), body.levels().back().body.config().cell_size),
-      bounds_of_planes_(plane_bounds(environment, bound_of(body).omega, held_)),
+      bounds_of_planes_(plane_bounds(environment, bound_of(body).omega,
+                                     body.levels().back().body.config().cell_size, held_)),
       tangents_(*this),
       events_(*this) {
   check(environment);

@@ -208,7 +208,7 @@ void ShapeMatching::begin_step() {
       for (std::ptrdiff_t i = first; i < last; ++i)
         u_[axis][i] = dt_ * v_[axis][i] + dt2 * acceleration_[axis][i];
   });
-  if (contact_) contact_->begin_step(const_streams(x_), const_streams(v_), const_streams(u_));
+  if (contact_) contact_->begin_step(dt_, const_streams(x_), const_streams(v_), const_streams(u_));
 }
 
 void ShapeMatching::end_passes() {

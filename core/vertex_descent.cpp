@@ -117,7 +117,8 @@ void VertexDescent<Real>::begin_step() {
   guess();
   if (!near_) return;
   const Streams<Real> u = particles_.moved();
-  near_->begin_step(particles_.before(), particles_.velocity_before(), {{u.axis[0], u.axis[1], u.axis[2]}});
+  near_->begin_step(dt_, particles_.before(), particles_.velocity_before(),
+                    {{u.axis[0], u.axis[1], u.axis[2]}});
   near_->put_in_front(particles_.before(), u);
   if (const Plane* plane = near_->impact(dt_)) shorten_guess(plane->normal);
 }
@@ -222,7 +223,7 @@ void VertexContact<Real>::move(std::ptrdiff_t index, const Real (&hessian)[6], c
     free[axis] = w.axis[axis][index] > 0 ? 1 : 0;
   }
   const Vec3 start{double(u[0]), double(u[1]), double(u[2])};
-  const Vec3 moved = start + move_in_cone(near_.planes(), free, x, start, model, near->normal);
+  const Vec3 moved = start + move_in_cone(near_.planes(), near->gap, free, x, start, model, near->normal);
   const Streams<Real> to = particles_.moved();
   for (int axis = 0; axis < 3; ++axis)
     if (free[axis] > 0) to.axis[axis][index] = static_cast<Real>(moved[axis]);

@@ -34,10 +34,16 @@ Vec3 BoundedSystem::contact_position(std::ptrdiff_t site, const Field<double>& v
   return base_->at(site) + gamma_ * v.at(site);
 }
 
+/// To where a plane may leave the particle.
+double BoundedSystem::gap(std::size_t plane, std::ptrdiff_t site, const Vec3& x) const {
+  return bounds_.planes()[plane].gap(x) - bounds_.allowed_gap(plane, start_->at(site), gamma_);
+}
+
 void BoundedSystem::begin(const ImplicitStage& stage) {
   if (in_step_) remember_touches();
   in_step_ = true;
   base_ = stage.bound_base ? stage.bound_base : stage.x_base;
+  start_ = stage.start ? stage.start : base_;
   gamma_ = stage.bound_base ? stage.bound_gamma : stage.gamma_x;
   double squares = 0;
   length_ = 0;
@@ -88,7 +94,7 @@ bool BoundedSystem::jump(Field<double>& v, Field<double>& change) const {
       Vec3 n = free.cwiseProduct(plane.normal);
       n -= done * n;
       if (n.norm() <= 1e-6) continue;
-      const double gap = plane.gap(contact_position(site, v) + gamma_ * by);
+      const double gap = this->gap(p, site, contact_position(site, v) + gamma_ * by);
       if (!touches && gap >= 0) continue;  // friction keeps what sticks in front of others
       by -= gap / gamma_ / n.squaredNorm() * n;
       done += n.normalized() * n.normalized().transpose();
@@ -150,7 +156,8 @@ std::vector<HeldParticle> BoundedSystem::held() const {
 }
 
 void BoundedSystem::put_in_front(Field<double>& v) {
-  for (const std::ptrdiff_t site : particles()) close(site, v);
+  const std::vector<double> any(bounds_.planes().size(), negligible_gap * length_);
+  for (const std::ptrdiff_t site : particles()) close(site, v, any);
   Field<double> change(size());
   if (!jump(v, change)) return;
   for (const auto& [site, touch] : touches_) v.set(site, v.at(site) + change.at(site));
@@ -162,16 +169,31 @@ bool BoundedSystem::update(const Field<double>& residual, const Field<double>& v
     changed |= judge(at->first, at->second, -residual.at(at->first), v.at(at->first), doubt);
     at = at->second.planes == 0 ? touches_.erase(at) : std::next(at);
   }
-  for (const std::ptrdiff_t site : particles()) changed |= close(site, v);
+  changed |= close_deepest(v);
   return !ranks().all(!changed);
 }
 
-/// Takes planes that a particle is behind.
-bool BoundedSystem::close(std::ptrdiff_t site, const Field<double>& v) {
+/// Of particles behind a plane those that are up to half a cell less deep than the deepest: others may be
+/// there only because these have not stopped the body yet.
+bool BoundedSystem::close_deepest(const Field<double>& v) {
+  std::vector<double> from;
+  for (std::size_t p = 0; p < bounds_.planes().size(); ++p) {
+    double deepest = 0;
+    for (const std::ptrdiff_t site : particles())
+      deepest = std::max(deepest, -gap(p, site, contact_position(site, v)));
+    from.push_back(std::max(negligible_gap * length_, ranks().largest(deepest) - bounds_.cell_size() / 2));
+  }
+  bool changed = false;
+  for (const std::ptrdiff_t site : particles()) changed |= close(site, v, from);
+  return changed;
+}
+
+/// Takes planes that a particle is behind, by depths `from` on [m].
+bool BoundedSystem::close(std::ptrdiff_t site, const Field<double>& v, const std::vector<double>& from) {
   const Vec3 x = contact_position(site, v);
   std::uint32_t behind = 0;
   for (std::size_t p = 0; p < bounds_.planes().size(); ++p)
-    if (bounds_.planes()[p].gap(x) < -negligible_gap * length_) behind |= 1U << p;
+    if (-gap(p, site, x) > from[p]) behind |= 1U << p;
   if (behind == 0 || bounds_.free_axes(site).isZero(0)) return false;
   const auto [at, is_new] = touches_.try_emplace(site);
   Touch& touch = at->second;
@@ -212,16 +234,21 @@ double BoundedSystem::pressures(std::ptrdiff_t site, const Touch& touch, const V
   return limit;
 }
 
-double BoundedSystem::expect_pressure(const Field<double>& residual, Field<double>& left) {
+double BoundedSystem::expect_pressure(const Field<double>& residual, double most, Field<double>& left) {
   double largest = 0;
   for (auto& [site, touch] : touches_) {
     if (touch.sticks) continue;
-    const double limit = pressures(site, touch, -residual.at(site), by_plane_), change = limit - touch.limit;
-    left.set(site, left.at(site) - change * touch.direction);
-    touch.limit = limit;
-    largest = std::max(largest, std::abs(change));
+    touch.expected = pressures(site, touch, -residual.at(site), by_plane_);
+    largest = std::max(largest, std::abs(touch.expected - touch.limit));
   }
-  return ranks().largest(largest);
+  largest = ranks().largest(largest);
+  if (!(largest <= most)) return largest;
+  for (auto& [site, touch] : touches_) {
+    if (touch.sticks) continue;
+    left.set(site, left.at(site) - (touch.expected - touch.limit) * touch.direction);
+    touch.limit = touch.expected;
+  }
+  return largest;
 }
 
 /// Lets go of a plane that pulls, or changes between sticking and sliding.

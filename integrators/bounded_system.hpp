@@ -59,7 +59,8 @@ class BoundedSystem final : public SystemWrapper<double> {
   double follow_pressure();
   /// The same before a step is taken: `residual` is what is expected after it. Adds the change of friction to
   /// what is `left` to solve.
-  double expect_pressure(const Field<double>& residual, Field<double>& left);
+  /// Nothing happens if that would be more than `most`.
+  double expect_pressure(const Field<double>& residual, double most, Field<double>& left);
   /// The system without contact.
   System<double>& unbounded() { return other(); }
   bool slides() const;
@@ -84,6 +85,7 @@ class BoundedSystem final : public SystemWrapper<double> {
     Vec3 direction = Vec3::Zero();                   ///< in which it slides
     double limit = 0;                                ///< of friction, mu p [N s]
     double pressure = 0;                             ///< what it would be by the last residual [N s]
+    double expected = 0;                             ///< the same by what is expected of a step [N s]
     double push = 0;                                 ///< p by that, of all planes [N s]
     int changes = 0;                                 ///< in this stage
     Eigen::Matrix3d held = Eigen::Matrix3d::Zero();  ///< projects onto directions in which it cannot move
@@ -110,17 +112,20 @@ class BoundedSystem final : public SystemWrapper<double> {
 
   void remember_touches();
   Vec3 contact_position(std::ptrdiff_t site, const Field<double>& v) const;
+  double gap(std::size_t plane, std::ptrdiff_t site, const Vec3& x) const;
   void set_directions(std::ptrdiff_t site, Touch& touch) const;
   Eigen::Matrix3d friction_block(std::ptrdiff_t site, const Touch& touch, const Field<double>& v) const;
-  bool close(std::ptrdiff_t site, const Field<double>& v);
+  bool close_deepest(const Field<double>& v);
+  bool close(std::ptrdiff_t site, const Field<double>& v, const std::vector<double>& from);
   double pressures(std::ptrdiff_t site, const Touch& touch, const Vec3& reaction,
                    std::vector<std::pair<std::size_t, double>>& by_plane) const;
   bool judge(std::ptrdiff_t site, Touch& touch, const Vec3& reaction, const Vec3& v, double doubt);
 
   const PlaneBounds& bounds_;
   BoundedTangents tangents_;
-  const Field<double>* base_ = nullptr;  ///< particles must be in front of planes at base + gamma v
-  double gamma_ = 0;                     ///< [s]
+  const Field<double>* start_ = nullptr;  ///< of the step
+  const Field<double>* base_ = nullptr;   ///< particles must be in front of planes at base + gamma v
+  double gamma_ = 0;                      ///< [s]
   double scale_ = 0;
   double length_ = 0;                                     ///< of a body, for what is small [m]
   std::map<std::ptrdiff_t, Touch> touches_;               ///< by site

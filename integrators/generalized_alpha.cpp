@@ -47,7 +47,8 @@ class GeneralizedAlpha final : public Integrator<double> {
                                           .gamma = dt_ * gamma * (1 - f) / (1 - m),
                                           .gamma_x = dt_ * ratio,
                                           .x_base = &x_base_,
-                                          .v_base = &v_base_},
+                                          .v_base = &v_base_,
+                                          .start = &x_},
                                          state, work);
     if (status != Status::ok) return status;
     acceleration_.array() =

@@ -10,6 +10,7 @@
 #include "integrators/implicit_stage.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "core/discrete_gradient.hpp"
 #include "core/suggest.hpp"
@@ -41,6 +42,10 @@ struct Goal {
 constexpr Goal ordinary{.most_iterations = 60, .negligible = 1e-14, .idle_iterations = 0};
 /// Where what remains is energy: until rounding lets neither moves nor residuals become smaller.
 constexpr Goal conserving{.most_iterations = 200, .negligible = 1e-16, .idle_iterations = 3};
+
+/// Where planes hold particles, whose tolerance is a share of the body's weight and not of a residual that
+/// may be its stiffness.
+constexpr double negligible_in_contact = 1e-12;
 
 /// An iteration that leaves more than this share of the residual is idle.
 constexpr double reduced = 0.9;
@@ -129,14 +134,17 @@ Status Newton::find_step(System<double>& system, const ImplicitStage& stage, con
     system.clear_prescribed(residual_);
   }
   Status status = solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
+  double change = std::numeric_limits<double>::max();
   for (int round = 0; status == Status::ok && round < most_friction_rounds && bounded_->slides(); ++round) {
     system.clear_prescribed(step_);
     if (jumps_) step_.array() += jump_.array();
     product(step_);
     expected_.array() = impulse_.array() - expected_.array();
     const double before = std::sqrt(dot(system, residual_, residual_));
-    const double change = bounded_->expect_pressure(expected_, residual_);
-    if (change <= friction_share * before || change <= contact_tolerance * bounded_->scale()) return status;
+    const double last = change;
+    change = bounded_->expect_pressure(expected_, last, residual_);
+    if (change > last || change <= friction_share * before || change <= contact_tolerance * bounded_->scale())
+      return status;
     status = linear_->solve(residual_, step_, work);
   }
   system.clear_prescribed(step_);
@@ -204,13 +212,13 @@ Status Newton::solve(System<double>& plain, const ImplicitStage& stage, State<do
     if (!take_step(system, stage, state, norm, settled, work))
       return settled && (move <= ordinary.negligible || before <= good) ? Status::ok : Status::newton_stalled;
     if (bounded_) {
-      settled = !bounded_->update(impulse_, state.v) && !jumped;
+      settled = !bounded_->update(impulse_, state.v, norm) && !jumped;
       bounded_->follow_pressure();
       jumps_ = bounded_->jump(state.v, jump_);
       norm = leave_out_held(system, state);
       if (!settled || jumps_) continue;
     }
-    const bool near = norm <= target || move <= ordinary.negligible;
+    const bool near = norm <= target || move <= (bounded_ ? negligible_in_contact : ordinary.negligible);
     idle = !near || norm < reduced * least ? 0 : idle + 1;
     least = std::min(least, norm);
     if (move <= goal.negligible || (near && idle >= goal.idle_iterations)) return Status::ok;

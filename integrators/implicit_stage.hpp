@@ -31,7 +31,8 @@ struct ImplicitStage {
   const Field<double>* conserve_from = nullptr;
   /// Planes bound particles at bound_base + bound_gamma v; without, at x.
   const Field<double>* bound_base = nullptr;
-  double bound_gamma = 0;  ///< [s]
+  double bound_gamma = 0;                ///< [s]
+  const Field<double>* start = nullptr;  ///< positions where the step began; without, bound_base or x_base
   double enough = 0;  ///< quasi-Newton methods may stop once an iteration moves coordinates by this [m, rms]
 };
 

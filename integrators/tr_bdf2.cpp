@@ -35,8 +35,8 @@ class TrBdf2 final : public Integrator<double> {
     x_base_ = x_;
     x_base_.array() += d * v_.array();
     const auto solve = [&](double t) {
-      return solver_->solve(system, {.t = t, .gamma = d, .x_base = &x_base_, .v_base = &v_base_}, state,
-                            work);
+      return solver_->solve(
+          system, {.t = t, .gamma = d, .x_base = &x_base_, .v_base = &v_base_, .start = &x_}, state, work);
     };
     const Status status = solve(state.t + g * dt_);
     if (status != Status::ok) return status;

@@ -37,11 +37,12 @@ struct Trial {
   std::unique_ptr<Integrator<double>> method;
   Work work;
 
-  Trial(const std::string& name, double young, const Environment& environment, int threads = 1)
+  Trial(const std::string& name, double young, const Environment& environment, int threads = 1,
+        double dt = frame)
       : body(block(young)),
         system(body, environment, {.threads = threads}),
         state(system.rest_state()),
-        method(find_integrator(name).make<double>({.dt = frame})) {}
+        method(find_integrator(name).make<double>({.dt = dt})) {}
 
   void advance(double t) { ASSERT_EQ(method->advance(system, state, t, work), Status::ok) << "t = " << t; }
   void move(const Vec3& by) {
@@ -177,6 +178,27 @@ TEST(Bounds, AGrooveHoldsABlock) {
     EXPECT_NEAR(bottom[2], 0, 0.001);
     trial.advance(5);
     EXPECT_LT((trial.mean_at(0) - bottom).norm(), 1e-4);
+  }
+}
+
+TEST(Bounds, LiftWhatStartsBehindThem) {
+  for (const std::string method :
+       {"verlet", "backward_euler", "backward_euler_linear", "tr_bdf2", "generalized_alpha",
+        "energy_momentum", "backward_euler/lbfgs", "xpbd:20", "vbd:20"}) {
+    SCOPED_TRACE(method);
+    Trial trial(method, 1e6, slope(0, 0.5), 1, method == "verlet" ? 2e-4 : frame);
+    trial.move({0, 0, -0.01});
+    const double start = measure(trial.system, trial.state).total();
+    double fastest = 0, highest = start;
+    for (int step = 1; step <= 60; ++step) {
+      trial.advance(step * frame);
+      const Measures now = measure(trial.system, trial.state);
+      fastest = std::max(fastest, now.max_speed);
+      highest = std::max(highest, now.total());
+    }
+    EXPECT_GT(trial.deepest(), -1e-12);
+    EXPECT_LT(fastest, 0.5);  // it is lifted at .1 m/s
+    EXPECT_LT(highest - start, 1.5 * trial.body.total_mass() * g * 0.01);
   }
 }
 
