@@ -5,33 +5,45 @@
 namespace mss {
 
 template <class Real>
-BodyEvents<Real>::BodyEvents(System<Real>& system, const Body& body, const HeldSites& held,
-                             const PlaneContact& contact, const SurfaceContact* surface,
-                             const SleepRule& sleep)
-    : system_(system), body_(body), held_(held), contact_(contact), surface_(surface) {
+BodyEvents<Real>::BodyEvents(System<Real>& system, const Body& body, const Colliding& colliding,
+                             const SurfaceContact* surface, const SleepRule& sleep)
+    : system_(system), body_(body), colliding_(colliding), surface_(surface) {
   if (sleep.bound > 0) sleep_ = std::make_unique<SleepTracker<Real>>(body.lattice(), sleep);
 }
 
 template <class Real>
 bool BodyEvents<Real>::collide(const State<Real>& before, double dt, State<Real>& state) {
-  if (surface_) return surface_->collide(before, dt, state);
+  if (colliding_.impulses) colliding_.impulses->end_step(dt);
+  if (surface_) return surface_->collide(before, dt, state, colliding_.impulses);
   std::atomic<bool> any{false};
   for_each_awake([&](std::ptrdiff_t site) {
-    if (collide_particle(contact_, held_, site, before, dt, state))
+    if (collide_particle(colliding_, site, body_.mass(site), before, dt, state))
       any.store(true, std::memory_order_relaxed);
   });
   return !system_.ranks().all(!any);
 }
 
+namespace {
+
+/// What of a force or an impulse does not act along held axes.
+Vec3 free_part(const HeldSites& held, std::ptrdiff_t site, const Vec3& vector) {
+  return held.empty() ? vector : Vec3(held.free_axes(site).cwiseProduct(vector));
+}
+
+}  // namespace
+
 template <class Real>
-bool collide_particle(const PlaneContact& contact, const HeldSites& held, std::ptrdiff_t site,
-                      const State<Real>& before, double dt, State<Real>& state) {
+bool collide_particle(const Colliding& colliding, std::ptrdiff_t site, double mass, const State<Real>& before,
+                      double dt, State<Real>& state) {
   const Vec3 x = state.x.at(site);
-  if (!contact.touches(x)) return false;
+  if (!colliding.contact.touches(x)) return false;
   Motion after{x, state.v.at(site)};
-  if (!contact.collide({before.x.at(site), before.v.at(site)}, dt, after)) return false;
+  const auto give = [&](std::size_t plane, const Vec3& dv) {
+    if (colliding.impulses) colliding.impulses->add(plane, site, mass * free_part(colliding.held, site, dv));
+  };
+  if (!colliding.contact.collide({before.x.at(site), before.v.at(site)}, dt, after, give)) return false;
   for (int axis = 0; axis < 3; ++axis) {
-    if (held.holds(site, axis)) continue;
+    if (colliding.held.holds(site, axis)) continue;
     state.x.axis(axis)[site] = static_cast<Real>(after.x[axis]);
     state.v.axis(axis)[site] = static_cast<Real>(after.v[axis]);
   }
@@ -39,16 +51,34 @@ bool collide_particle(const PlaneContact& contact, const HeldSites& held, std::p
 }
 
 template <class Real>
-bool BodyEvents<Real>::settle(State<Real>& state) {
-  const std::ptrdiff_t plane = body_.lattice().plane;
-  return sleep_ &&
-         sleep_->update(state, [&](int k) { return held_.move(state.t, plane * k, plane * (k + 1)); });
+void stop_sticking(const Colliding& colliding, std::ptrdiff_t at, double mass, const Motion& motion,
+                   std::ptrdiff_t site, Field<Real>& a) {
+  const Vec3 acceleration = a.at(site);
+  const std::optional<std::size_t> plane = colliding.contact.sticks_to(motion, acceleration);
+  if (plane) a.set(site, Vec3::Zero());
+  if (!colliding.impulses) return;
+  if (plane)
+    colliding.impulses->hold(*plane, at, -mass * free_part(colliding.held, at, acceleration));
+  else
+    colliding.impulses->let_go(at);
 }
 
-template bool collide_particle(const PlaneContact&, const HeldSites&, std::ptrdiff_t, const State<float>&,
-                               double, State<float>&);
-template bool collide_particle(const PlaneContact&, const HeldSites&, std::ptrdiff_t, const State<double>&,
-                               double, State<double>&);
+template <class Real>
+bool BodyEvents<Real>::settle(State<Real>& state) {
+  const std::ptrdiff_t plane = body_.lattice().plane;
+  return sleep_ && sleep_->update(state, [&](int k) {
+    return colliding_.held.move(state.t, plane * k, plane * (k + 1));
+  });
+}
+
+template bool collide_particle(const Colliding&, std::ptrdiff_t, double, const State<float>&, double,
+                               State<float>&);
+template bool collide_particle(const Colliding&, std::ptrdiff_t, double, const State<double>&, double,
+                               State<double>&);
+template void stop_sticking(const Colliding&, std::ptrdiff_t, double, const Motion&, std::ptrdiff_t,
+                            Field<float>&);
+template void stop_sticking(const Colliding&, std::ptrdiff_t, double, const Motion&, std::ptrdiff_t,
+                            Field<double>&);
 template class BodyEvents<float>;
 template class BodyEvents<double>;
 

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "core/plane_contact.hpp"
+#include "core/plane_impulses.hpp"
 #include "core/sleep_tracker.hpp"
 #include "core/step_events.hpp"
 #include "core/surface_contact.hpp"
@@ -10,11 +11,24 @@
 
 namespace mss {
 
-/// Applies planes to a particle at the end of a step of dt that led from `before` to `state`; held
-/// coordinates stay. False if nothing changed.
+/// Planes, and what they act on and write down.
+struct Colliding {
+  const PlaneContact& contact;
+  const HeldSites& held;
+  PlaneImpulses* impulses;  ///< nullptr: no plane acts by impulses
+};
+
+/// Applies planes to a particle of a mass [kg] at the end of a step of dt that led from `before` to `state`;
+/// held coordinates stay. False if nothing changed.
 template <class Real>
-bool collide_particle(const PlaneContact& contact, const HeldSites& held, std::ptrdiff_t site,
-                      const State<Real>& before, double dt, State<Real>& state);
+bool collide_particle(const Colliding& colliding, std::ptrdiff_t site, double mass, const State<Real>& before,
+                      double dt, State<Real>& state);
+
+/// The same before a step, with an acceleration under which a particle would start: where it sticks to a
+/// plane it has none. `at`: its index in the impulses.
+template <class Real>
+void stop_sticking(const Colliding& colliding, std::ptrdiff_t at, double mass, const Motion& motion,
+                   std::ptrdiff_t site, Field<Real>& a);
 
 /// What happens to a body between steps: it collides with planes, and parts of it fall asleep.
 template <class Real>
@@ -22,10 +36,10 @@ class BodyEvents final : public StepEvents<Real> {
  public:
   /// All must outlive it; the system's threads do the work. `surface`: what planes touch, nullptr: particles.
   /// Nothing sleeps where the rule's bound is 0.
-  BodyEvents(System<Real>& system, const Body& body, const HeldSites& held, const PlaneContact& contact,
+  BodyEvents(System<Real>& system, const Body& body, const Colliding& colliding,
              const SurfaceContact* surface, const SleepRule& sleep);
 
-  bool collides() const override { return contact_.has_collisions(); }
+  bool collides() const override { return colliding_.contact.has_collisions(); }
   bool collide(const State<Real>& before, double dt, State<Real>& state) override;
   bool sleeps() const override { return sleep_ != nullptr; }
   bool settle(State<Real>& state) override;
@@ -33,7 +47,7 @@ class BodyEvents final : public StepEvents<Real> {
   /// Of every penalty plane, the smallest gap of a particle, or of a vertex of the surface.
   std::vector<double> event_functions(const Field<Real>& x) const override {
     if (surface_) return surface_->smallest_gaps(x);
-    return contact_.smallest_gaps(body_.sites(), x);
+    return colliding_.contact.smallest_gaps(body_.sites(), x);
   }
 
   /// Which parts of the body sleep; nullptr where nothing does.
@@ -52,8 +66,7 @@ class BodyEvents final : public StepEvents<Real> {
  private:
   System<Real>& system_;
   const Body& body_;
-  const HeldSites& held_;
-  const PlaneContact& contact_;
+  Colliding colliding_;
   const SurfaceContact* surface_;
   std::unique_ptr<SleepTracker<Real>> sleep_;
 };

@@ -24,8 +24,11 @@ BodySystem<Real>::BodySystem(const Body& body, const Environment& environment, c
       contact_(environment, bound, body.config().cell_size),
       surface_contact_(surface_contact_of(environment, body, held_, contact_)),
       bounds_of_planes_(plane_bounds(environment, bound.omega, body.config().cell_size, held_)),
+      impulses_(contact_.has_collisions()
+                    ? std::make_unique<PlaneImpulses>(contact_.collisions(), body.lattice().size)
+                    : nullptr),
       team_(threads),
-      events_(*this, body, held_, contact_, surface_contact_.get(), sleep) {}
+      events_(*this, body, {contact_, held_, impulses_.get()}, surface_contact_.get(), sleep) {}
 
 template <class Real>
 void BodySystem<Real>::constrain(double t, Field<Real>& x, Field<Real>& v) const {
@@ -65,6 +68,17 @@ double BodySystem<Real>::outer_potential(const Field<Real>& x) const {
 }
 
 template <class Real>
+void BodySystem<Real>::add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const {
+  if (!contact_.has_penalties()) return;
+  if (surface_contact_) return surface_contact_->add_penalty_forces(state, forces);
+  for (std::size_t p = 0; p < contact_.penalties(); ++p)
+    body_.ranks().add_in_order(forces[p], [&] {
+      for (const std::ptrdiff_t site : body_.sites())
+        forces[p] += body_.mass(site) * contact_.acceleration(p, {state.x.at(site), state.v.at(site)});
+    });
+}
+
+template <class Real>
 void BodySystem<Real>::wake_moving(const State<Real>& state) {
   if (events_.sleep_tracker()) events_.sleep_tracker()->wake_moving(state);
 }
@@ -96,7 +110,8 @@ template <class Real>
 void BodySystem<Real>::stop_sticking(const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   if (!contact_.has_collisions() || surface_contact_) return;
   events_.for_each_awake([&](std::ptrdiff_t site) {
-    if (contact_.sticks({x.at(site), v.at(site)}, a.at(site))) a.set(site, Vec3::Zero());
+    mss::stop_sticking({contact_, held_, impulses_.get()}, site, body_.mass(site), {x.at(site), v.at(site)},
+                       site, a);
   });
 }
 

@@ -5,6 +5,7 @@
 #include "core/environment.hpp"
 #include "core/plane_bounds.hpp"
 #include "core/plane_contact.hpp"
+#include "core/plane_impulses.hpp"
 #include "core/sleep_tracker.hpp"
 #include "core/solid_system.hpp"
 #include "core/surface_contact.hpp"
@@ -32,12 +33,14 @@ class BodySystem : public SolidSystem<Real> {
   /// What planes touch; nullptr: particles.
   const SurfaceContact* surface_contact() const { return surface_contact_.get(); }
   const PlaneBounds* bounds() const override { return bounds_of_planes_.get(); }
+  PlaneImpulses* plane_impulses() const override { return impulses_.get(); }
 
   /// Bounds on the spectrum of the body alone, and of the body where it may touch planes.
   const SpectralBound& body_bound() const { return bound_; }
   SpectralBound spectral_bound() const override { return contact_.with_penalties(bound_); }
 
   double outer_potential(const Field<Real>& x) const override;
+  void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const override;
   int threads() const override { return team_.size(); }
 
   std::ptrdiff_t size() const override { return body_.lattice().size; }
@@ -81,6 +84,7 @@ class BodySystem : public SolidSystem<Real> {
   PlaneContact contact_;
   std::unique_ptr<SurfaceContact> surface_contact_;
   std::unique_ptr<PlaneBounds> bounds_of_planes_;
+  std::unique_ptr<PlaneImpulses> impulses_;  ///< nullptr: no plane acts by impulses
   Team team_;
   BodyEvents<Real> events_;
 };

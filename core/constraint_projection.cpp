@@ -50,7 +50,8 @@ ConstraintProjection<Real>::ConstraintProjection(const SpringSystem<Real>& sprin
       blocks_(blocks_of(particles_, kernel_.lanes)) {
   if (system.bounds())
     contact_ = std::make_unique<DisplacementContact<Real>>(*system.bounds(), springs.body(),
-                                                           particles_.lattice().size(), particles_.index());
+                                                           particles_.lattice().size(), particles_.index(),
+                                                           system.plane_impulses());
   fill_dictionary();
   for (int colour = 0; colour < ColouredLattice::colours; ++colour) {
     if (keeps_multipliers_)
@@ -105,7 +106,7 @@ void ConstraintProjection<Real>::begin_step() {
 
 template <class Real>
 void ConstraintProjection<Real>::end_passes() {
-  if (contact_) contact_->put_in_front(particles_.before(), particles_.moved());
+  if (contact_) contact_->end_passes(dt_, particles_.before(), particles_.moved());
 }
 
 template <class Real>

@@ -20,10 +20,12 @@ void set(const Streams<Real>& field, std::ptrdiff_t i, const Vec3& value) {
 
 template <class Real>
 DisplacementContact<Real>::DisplacementContact(const PlaneBounds& bounds, const Body& body,
-                                               std::ptrdiff_t size, const std::vector<std::ptrdiff_t>& index)
+                                               std::ptrdiff_t size, const std::vector<std::ptrdiff_t>& index,
+                                               PlaneImpulses* impulses)
     : bounds_(bounds),
       body_(body),
       index_(index),
+      impulses_(impulses),
       near_(std::size_t(body.lattice().planes()) + 1),
       near_at_(std::size_t(size), nullptr) {
   for (const std::ptrdiff_t site : body.sites())
@@ -132,20 +134,47 @@ void DisplacementContact<Real>::project(Near& near, std::size_t p, const Vec3& x
 }
 
 template <class Real>
-void DisplacementContact<Real>::put_in_front(const ConstStreams<Real>& x, const Streams<Real>& u) {
+template <class Moved>
+void DisplacementContact<Real>::move_in_front(const ConstStreams<Real>& x, const Streams<Real>& u,
+                                              Moved&& moved_by) {
   constexpr int most_rounds = 8;  // in a wedge one plane may push a particle behind another
   for (std::size_t p = 0; p < index_.size(); ++p) {
     const Vec3 before = at(x, index_[p]), start = at(u, index_[p]);
     Vec3 moved = start;
     for (int round = 0; round < most_rounds; ++round)
-      for (std::size_t plane_index = 0; plane_index < planes().size(); ++plane_index) {
-        const Plane& plane = planes()[plane_index];
-        const Vec3 free = (inverse_masses_[p].array() > 0).select(plane.normal, Vec3::Zero());
-        const double gap = plane.gap(before + moved) - bounds_.allowed_gap(plane_index, before, dt_);
-        if (gap < 0 && !free.isZero(0)) moved -= gap / free.squaredNorm() * free;
+      for (std::size_t plane = 0; plane < planes().size(); ++plane) {
+        const Vec3& normal = planes()[plane].normal;
+        const Vec3 free = (inverse_masses_[p].array() > 0).select(normal, Vec3::Zero());
+        const double gap = planes()[plane].gap(before + moved) - bounds_.allowed_gap(plane, before, dt_);
+        if (!(gap < 0) || free.isZero(0)) continue;
+        const Vec3 by = -gap / free.squaredNorm() * free;
+        moved += by;
+        moved_by(p, plane, by);
       }
     if (moved != start) set(u, index_[p], moved);
   }
+}
+
+template <class Real>
+void DisplacementContact<Real>::put_in_front(const ConstStreams<Real>& x, const Streams<Real>& u) {
+  move_in_front(x, u, [](std::size_t, std::size_t, const Vec3&) {});
+}
+
+template <class Real>
+void DisplacementContact<Real>::end_passes(double dt, const ConstStreams<Real>& x, const Streams<Real>& u) {
+  const std::vector<std::ptrdiff_t>& sites = body_.sites();
+  for (const auto& of_plane : near_)
+    for (const Near& near : of_plane)
+      for (std::size_t p = 0; impulses_ && p < near.normal.size(); ++p) {
+        if (near.normal[p] == 0 && near.tangential[p].isZero(0)) continue;
+        const Vec3 given = near.normal[p] * planes()[p].normal + near.tangential[p];
+        impulses_->add(p, sites[near.particle],
+                       bounds_.free_axes(sites[near.particle]).cwiseProduct(given) / dt);
+      }
+  move_in_front(x, u, [&](std::size_t particle, std::size_t plane, const Vec3& by) {
+    const std::ptrdiff_t site = sites[particle];
+    if (impulses_) impulses_->add(plane, site, body_.mass(site) / dt * by);
+  });
 }
 
 template <class Real>
@@ -155,7 +184,9 @@ void DisplacementContact<Real>::rebound(const FreeStep& step, State<Real>& state
       const auto pushed = [&](std::size_t p) { return near.normal[p] > 0; };
       const std::ptrdiff_t site = body_.sites()[near.particle];
       Motion after{state.x.at(site), state.v.at(site)};
-      bounds_.rebound(site, step, near.before, pushed, after);
+      bounds_.rebound(site, step, near.before, pushed, after, [&](std::size_t p, const Vec3& dv) {
+        if (impulses_) impulses_->add(p, site, body_.mass(site) * dv);
+      });
       state.x.set(site, after.x);
       state.v.set(site, after.v);
     }

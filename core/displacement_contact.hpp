@@ -4,6 +4,7 @@
 
 #include "core/body.hpp"
 #include "core/plane_bounds.hpp"
+#include "core/plane_impulses.hpp"
 #include "core/state.hpp"
 #include "core/sweep.hpp"
 
@@ -20,9 +21,10 @@ namespace mss {
 template <class Real>
 class DisplacementContact {
  public:
-  /// All must outlive it. The method's arrays have `size` numbers; `index`: of every particle in them.
+  /// All must outlive it. The method's arrays have `size` numbers; `index`: of every particle in them. What
+  /// planes give is added to `impulses`, unless that is nullptr.
   DisplacementContact(const PlaneBounds& bounds, const Body& body, std::ptrdiff_t size,
-                      const std::vector<std::ptrdiff_t>& index);
+                      const std::vector<std::ptrdiff_t>& index, PlaneImpulses* impulses);
 
   /// Begins a step of dt from x: multipliers are zero. Particles within a cell's size of a plane, now or
   /// where u takes them, are near it. `v`: velocities at its beginning.
@@ -37,8 +39,10 @@ class DisplacementContact {
   void project(int first, const ConstStreams<Real>& x, const Streams<Real>& u);
   /// To all.
   void project(const ConstStreams<Real>& x, const Streams<Real>& u);
-  /// Ends the passes of a step: moves any particle that is behind a plane nonetheless onto it.
+  /// Moves any particle that is behind a plane nonetheless onto it.
   void put_in_front(const ConstStreams<Real>& x, const Streams<Real>& u);
+  /// The same at the end of the passes of a step of dt; multipliers are impulses then.
+  void end_passes(double dt, const ConstStreams<Real>& x, const Streams<Real>& u);
   /// After velocities have followed from a step: what a plane has stopped leaves it as restitution says.
   void rebound(const FreeStep& step, State<Real>& state) const;
 
@@ -46,11 +50,12 @@ class DisplacementContact {
   struct Near {
     std::size_t particle;
     std::ptrdiff_t index;
-    Vec3 inverse_mass;             ///< by axis [1/kg]
-    std::vector<double> normal{};  ///< multipliers, by plane
-    std::vector<Vec3> tangential{};
-    Motion before{};          ///< at the beginning of the step
-    bool was_pushed = false;  ///< in the step before
+    Vec3 inverse_mass;               ///< by axis [1/kg]
+    std::vector<double> normal{};    ///< multipliers, by plane
+    std::vector<Vec3> tangential{};  ///< along free axes
+    std::vector<double> gap{};       ///< that planes ask for, 0 or less [m]
+    Motion before{};                 ///< at the beginning of the step
+    bool was_pushed = false;         ///< in the step before
   };
   /// The particle at an index; nullptr if it is not near a plane.
   Near* near(std::ptrdiff_t index) const { return near_at_[std::size_t(index)]; }
@@ -58,6 +63,9 @@ class DisplacementContact {
 
  private:
   static bool is_pushed(const Near& near);
+  /// Calls moved(particle, plane, by) for every move.
+  template <class Moved>
+  void move_in_front(const ConstStreams<Real>& x, const Streams<Real>& u, Moved&& moved);
   void project(Near& near, const ConstStreams<Real>& x, const Streams<Real>& u) const;
   void project(Near& near, std::size_t plane, const Vec3& x, Vec3& u) const;
 
@@ -65,6 +73,7 @@ class DisplacementContact {
   double dt_ = 0;
   const Body& body_;
   const std::vector<std::ptrdiff_t>& index_;
+  PlaneImpulses* impulses_;
   std::vector<Vec3> inverse_masses_;           ///< of every particle
   std::vector<std::vector<Near>> near_;        ///< by z
   std::vector<Near*> near_at_;                 ///< by index

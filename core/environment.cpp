@@ -20,6 +20,14 @@ Prescribed prescribed_motion(const Hold& hold, const Vec3& rest, double t) {
   return p;
 }
 
+Vec3 prescribed_acceleration(const Hold& hold, const Vec3& rest, double t) {
+  if (!hold.turn || t >= hold.turn->until) return Vec3::Zero();
+  const Turn& turn = *hold.turn;
+  const Vec3 axis = turn.axis.normalized(),
+             arm = prescribed_motion(hold, rest, t).position - hold.velocity * t - turn.centre;
+  return turn.rate * turn.rate * axis.cross(axis.cross(arm));
+}
+
 std::vector<std::ptrdiff_t> sites_of(const Hold& hold, const Body& body) {
   if (!hold.surface) return body.select(hold.box.lower, hold.box.upper);
   const double h = body.config().cell_size, reach = (0.5 + 1e-9) * h;

@@ -92,6 +92,9 @@ struct Prescribed {
 };
 Prescribed prescribed_motion(const Hold& hold, const Vec3& rest, double t);
 
+/// The acceleration of that motion [m/s^2]: of a turn, towards its axis.
+Vec3 prescribed_acceleration(const Hold& hold, const Vec3& rest, double t);
+
 /// Sites that a hold is about, ascending.
 std::vector<std::ptrdiff_t> sites_of(const Hold& hold, const Body& body);
 
@@ -115,6 +118,23 @@ class HeldSites {
   /// True if a coordinate of a site is held.
   bool holds(std::ptrdiff_t site, int axis) const;
 
+  /// 1 along axes that nothing holds, 0 along others.
+  Vec3 free_axes(std::ptrdiff_t site) const {
+    return {holds(site, 0) ? 0.0 : 1.0, holds(site, 1) ? 0.0 : 1.0, holds(site, 2) ? 0.0 : 1.0};
+  }
+
+  /// Calls visit(site, axis, hold, acceleration) for every held coordinate, with the index of the hold that
+  /// it obeys and the acceleration that this prescribes at time t [m/s^2], ascending by site.
+  template <class Visit>
+  void for_each(double t, Visit&& visit) const {
+    for (std::size_t e = 0; e < entries_.size(); ++e) {
+      const auto& [site, hold, rest, axes] = entries_[e];
+      const Vec3 acceleration = prescribed_acceleration(holds_[hold], rest, t);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if (axes[axis] && !is_overruled(e, axis)) visit(site, int(axis), hold, acceleration[int(axis)]);
+    }
+  }
+
   /// Zeroes the held coordinates of a field (an acceleration, a search direction).
   template <class Real>
   void clear(Field<Real>& field) const;
@@ -126,6 +146,13 @@ class HeldSites {
     Vec3 rest;
     std::array<bool, 3> axes;
   };
+  /// Whether a later hold has that coordinate.
+  bool is_overruled(std::size_t entry, std::size_t axis) const {
+    for (std::size_t e = entry + 1; e < entries_.size() && entries_[e].site == entries_[entry].site; ++e)
+      if (entries_[e].axes[axis]) return true;
+    return false;
+  }
+
   std::vector<Hold> holds_;
   std::vector<Entry> entries_;  ///< ascending by site
 };

@@ -28,8 +28,7 @@ class PlaneBounds {
   /// 1 along axes that nothing prescribes, 0 along others.
   Vec3 free_axes(std::ptrdiff_t site) const {
     if (held_.empty()) return Vec3::Ones();
-    return {held_.holds(site, 0) ? 0.0 : 1.0, held_.holds(site, 1) ? 0.0 : 1.0,
-            held_.holds(site, 2) ? 0.0 : 1.0};
+    return held_.free_axes(site);
   }
   /// How far behind a plane a step of dt may leave what begins it at x, see contact.hpp.
   double allowed_gap(std::size_t plane, const Vec3& x, double dt) const {
@@ -40,16 +39,21 @@ class PlaneBounds {
   /// before they end.
   bool bounces(double dt) const { return omega_ * dt < 1; }
   /// Ends a step for a particle that the planes which `pushed` names by index have stopped in it: it rests,
-  /// or leaves as restitution says, see contact.hpp. True if it leaves.
-  template <class Pushed>
+  /// or leaves as restitution says, see contact.hpp. True if it leaves. Calls give(plane, dv) for every
+  /// change of velocity.
+  template <class Pushed, class Give>
   bool rebound(std::ptrdiff_t site, const FreeStep& step, const Motion& before, Pushed&& pushed,
-               Motion& after) const {
+               Motion& after, Give&& give) const {
     const bool may_leave = bounces(step.dt);
     const Motion start = after;
     bool leaves = false;
-    for (std::size_t p = 0; p < planes_.size(); ++p)
-      if (pushed(p)) leaves |= mss::rebound(planes_[p], gravity_, step, may_leave, before, after);
     const Vec3 free = free_axes(site);
+    for (std::size_t p = 0; p < planes_.size(); ++p) {
+      if (!pushed(p)) continue;
+      const Vec3 v = after.v;
+      leaves |= mss::rebound(planes_[p], gravity_, step, may_leave, before, after);
+      give(p, Vec3(free.cwiseProduct(after.v - v)));
+    }
     after.x = start.x + free.cwiseProduct(after.x - start.x);
     after.v = start.v + free.cwiseProduct(after.v - start.v);
     const bool behind = std::any_of(planes_.begin(), planes_.end(), [&](const Plane& plane) {

@@ -13,45 +13,18 @@ PlaneContact::PlaneContact(const Environment& environment, const SpectralBound& 
       colliding_.push_back(plane);
 }
 
-/// In a wedge one plane may push a particle into another, so all are applied again until none acts. From the
-/// second round on, a plane is skipped if the particle, but for rounding, is neither behind it nor moves
-/// towards it: that is where the plane has just put it.
-bool PlaneContact::collide(const Motion& before, double dt, Motion& after) const {
-  constexpr int most_rounds = 8;
-  const auto apply = [&](const Plane& plane) {
-    if (plane.contact == ContactLaw::thesis) return collide_thesis(plane, before, after);
-    const double gap =
-        push_out_gap(plane, before.x, push_out_rate * cell_size_, dt, behind_by_rounding * cell_size_);
-    return gap < 0 ? push_out(plane, gap, after) : collide_impulse(plane, before, dt, after);
-  };
-  const double close = 1e-9 * cell_size_;
-  const auto is_done = [&](const Plane& plane) {
-    return plane.gap(after.x) > -close && plane.normal.dot(after.v) * dt > -close;
-  };
-  bool any = false;
-  for (int round = 0; round < most_rounds; ++round) {
-    bool changed = false;
-    for (const Plane& plane : colliding_)
-      if (round == 0 || !is_done(plane)) changed |= apply(plane);
-    any |= changed;
-    if (!changed || colliding_.size() == 1) break;
-  }
-  return any;
-}
-
 bool PlaneContact::is_free(const Motion& motion, double dt) const {
-  const double close = 1e-9 * cell_size_;
   return std::all_of(colliding_.begin(), colliding_.end(), [&](const Plane& plane) {
-    const double gap = plane.gap(motion.x);
-    return gap > 0 || (gap > -close && plane.normal.dot(motion.v) * dt > -close);
+    return plane.gap(motion.x) > 0 || is_free(plane, motion, dt);
   });
 }
 
-bool PlaneContact::sticks(const Motion& motion, const Vec3& acceleration) const {
+std::optional<std::size_t> PlaneContact::sticks_to(const Motion& motion, const Vec3& acceleration) const {
   const double close = 1e-6 * cell_size_;
-  return std::any_of(colliding_.begin(), colliding_.end(), [&](const Plane& plane) {
-    return plane.contact == ContactLaw::impulse && mss::sticks(plane, motion, acceleration, close);
-  });
+  for (std::size_t p = 0; p < colliding_.size(); ++p)
+    if (colliding_[p].contact == ContactLaw::impulse && sticks(colliding_[p], motion, acceleration, close))
+      return p;
+  return std::nullopt;
 }
 
 Vec3 PlaneContact::acceleration(const Motion& motion) const {

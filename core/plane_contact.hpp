@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/contact.hpp"
@@ -27,16 +28,45 @@ class PlaneContact {
   }
   /// Whether, but for rounding, it is neither behind such a plane nor on one and moving into it.
   bool is_free(const Motion& motion, double dt) const;
+  /// How many such planes there are; below they have indices in the environment's order.
+  std::size_t collisions() const { return colliding_.size(); }
   /// Applies the collisions of a step of dt that took a particle from `before` to `after`. False if nothing
-  /// changed.
-  bool collide(const Motion& before, double dt, Motion& after) const;
-  /// Whether a particle at rest on a plane of the law `impulse` stays there under an acceleration.
-  bool sticks(const Motion& motion, const Vec3& acceleration) const;
+  /// changed. Calls give(plane, dv) for every change of velocity.
+  ///
+  /// In a wedge one plane may push a particle into another, so all are applied again until none acts. From
+  /// the second round on, a plane is skipped if the particle, but for rounding, is neither behind it nor
+  /// moves towards it: that is where the plane has just put it.
+  template <class Give>
+  bool collide(const Motion& before, double dt, Motion& after, Give&& give) const {
+    constexpr int most_rounds = 8;
+    bool any = false;
+    for (int round = 0; round < most_rounds; ++round) {
+      bool changed = false;
+      for (std::size_t p = 0; p < colliding_.size(); ++p) {
+        const Vec3 v = after.v;
+        if ((round > 0 && is_free(colliding_[p], after, dt)) || !apply(colliding_[p], before, dt, after))
+          continue;
+        give(p, Vec3(after.v - v));
+        changed = true;
+      }
+      any |= changed;
+      if (!changed || colliding_.size() == 1) break;
+    }
+    return any;
+  }
+  /// The plane of the law `impulse` on which a particle at rest stays under an acceleration, if there is one.
+  std::optional<std::size_t> sticks_to(const Motion& motion, const Vec3& acceleration) const;
 
+  std::size_t penalties() const { return penalties_.size(); }
   /// Whether a penalty plane pushes what is at x.
   bool presses(const Vec3& x) const {
     return std::any_of(penalties_.begin(), penalties_.end(),
                        [&](const Penalty& penalty) { return penalty.gap(x) < 0; });
+  }
+  /// Force over mass of one of them, by index in the environment's order [m/s^2].
+  Vec3 acceleration(std::size_t penalty, const Motion& motion) const {
+    return penalties_[penalty].gap(motion.x) < 0 ? penalties_[penalty].acceleration(motion)
+                                                 : Vec3(Vec3::Zero());
   }
   /// Sums over penalty planes: force over mass [m/s^2],
   Vec3 acceleration(const Motion& motion) const;
@@ -67,6 +97,17 @@ class PlaneContact {
   }
 
  private:
+  bool apply(const Plane& plane, const Motion& before, double dt, Motion& after) const {
+    if (plane.contact == ContactLaw::thesis) return collide_thesis(plane, before, after);
+    const double gap =
+        push_out_gap(plane, before.x, push_out_rate * cell_size_, dt, behind_by_rounding * cell_size_);
+    return gap < 0 ? push_out(plane, gap, after) : collide_impulse(plane, before, dt, after);
+  }
+  bool is_free(const Plane& plane, const Motion& motion, double dt) const {
+    const double close = 1e-9 * cell_size_;
+    return plane.gap(motion.x) > -close && plane.normal.dot(motion.v) * dt > -close;
+  }
+
   double cell_size_;
   std::vector<Plane> colliding_;
   std::vector<Penalty> penalties_;

@@ -80,6 +80,9 @@ RefinedSystem<Real>::RefinedSystem(const RefinedBody& body, const Environment& e
       contact_(environment, bound_of(body), body.levels().back().body.config().cell_size),
       bounds_of_planes_(plane_bounds(environment, bound_of(body).omega,
                                      body.levels().back().body.config().cell_size, held_)),
+      impulses_(contact_.has_collisions()
+                    ? std::make_unique<PlaneImpulses>(contact_.collisions(), body.size())
+                    : nullptr),
       tangents_(*this),
       events_(*this) {
   check(environment);
@@ -145,8 +148,9 @@ void RefinedSystem<Real>::stop_sticking() {
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     LevelState& level = *levels_[i];
     for_each_particle(level.system, [&](std::ptrdiff_t site) {
-      if (contact_.sticks({level.state.x.at(site), level.state.v.at(site)}, level.a.at(site)))
-        level.a.set(site, Vec3::Zero());
+      const std::ptrdiff_t at = body_.site_in_field(i, site);
+      mss::stop_sticking({contact_, held_, impulses_.get()}, at, body_.mass(at),
+                         {level.state.x.at(site), level.state.v.at(site)}, site, level.a);
     });
   }
 }
@@ -196,6 +200,7 @@ void RefinedSystem<Real>::step_levels(const KickDrift& update, double dt, long s
       level->state.t = t;
       level->system.apply(update, level->a, dt, level->state);
     }
+    kicked_for(*this, update.kick_before + update.kick_after);
     place_hanging();
   }
   for (std::size_t i = 0; i < levels_.size(); ++i) {
@@ -302,10 +307,26 @@ double RefinedSystem<Real>::outer_potential(const Field<Real>& x) const {
 }
 
 template <class Real>
+void RefinedSystem<Real>::add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const {
+  if (!contact_.has_penalties()) return;
+  State<Real> whole = state;
+  body_.interpolate(whole.x);
+  body_.interpolate(whole.v);
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    State<Real> part = levels_[i]->state;
+    copy_level(whole.x, levels()[i], part.x);
+    copy_level(whole.v, levels()[i], part.v);
+    levels_[i]->system.add_penalty_forces(part, forces);
+  }
+}
+
+template <class Real>
 bool RefinedSystem<Real>::Events::collide(const State<Real>& before, double dt, State<Real>& state) {
+  const Colliding colliding{system_.contact_, system_.held_, system_.impulses_.get()};
+  if (colliding.impulses) colliding.impulses->end_step(dt);
   std::atomic<bool> any{false};
   for_each_particle(system_, [&](std::ptrdiff_t site) {
-    if (collide_particle(system_.contact_, system_.held_, site, before, dt, state))
+    if (collide_particle(colliding, site, system_.mass(site), before, dt, state))
       any.store(true, std::memory_order_relaxed);
   });
   if (any) system_.constrain(state.t, state.x, state.v);

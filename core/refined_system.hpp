@@ -47,10 +47,12 @@ class RefinedSystem final : public SolidSystem<Real> {
   void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override;
   double threads_working() const override;
   const PlaneBounds* bounds() const override { return bounds_of_planes_.get(); }
+  PlaneImpulses* plane_impulses() const override { return impulses_.get(); }
 
   const std::vector<Level>& levels() const override { return body_.levels(); }
   StoredEnergy stored_energy(const Field<Real>& x) const override;
   double outer_potential(const Field<Real>& x) const override;
+  void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const override;
   SpectralBound spectral_bound() const override { return bound_; }
   SpectralBound local_bound() const override;
   std::unique_ptr<System<Real>> with_local_steps(double dt) override;
@@ -151,6 +153,7 @@ class RefinedSystem final : public SolidSystem<Real> {
   HeldSites held_;
   PlaneContact contact_;
   std::unique_ptr<PlaneBounds> bounds_of_planes_;
+  std::unique_ptr<PlaneImpulses> impulses_;  ///< nullptr: no plane acts by impulses
   SpectralBound bound_;
   bool forces_take_velocities_ = false;
   std::vector<std::unique_ptr<LevelState>> levels_;

@@ -39,7 +39,8 @@ ShapeMatching::ShapeMatching(const SpringSystem<double>& springs, System<double>
   find_regions();
   reset();
   if (system.bounds())
-    contact_ = std::make_unique<DisplacementContact<double>>(*system.bounds(), body_, size_, index_);
+    contact_ = std::make_unique<DisplacementContact<double>>(*system.bounds(), body_, size_, index_,
+                                                             system.plane_impulses());
 }
 
 void ShapeMatching::place(const HeldSites& held, double alpha) {
@@ -215,7 +216,7 @@ void ShapeMatching::end_passes() {
   if (!contact_) return;
   const Streams<double> u{{u_[0].data(), u_[1].data(), u_[2].data()}};
   contact_->project(const_streams(x_), u);
-  contact_->put_in_front(const_streams(x_), u);
+  contact_->end_passes(dt_, const_streams(x_), u);
 }
 
 void ShapeMatching::rebound(State<double>& state) const {

@@ -37,6 +37,9 @@ class SolidSystem : public System<Real> {
   /// Potential of gravity, from z = 0, of loads and of penalty planes at positions x [J].
   virtual double outer_potential(const Field<Real>& x) const = 0;
 
+  /// Adds the forces of penalty planes, by such plane in the environment's order [N]. All ranks must call it.
+  virtual void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const = 0;
+
   /// Bounds on the spectrum of the solid where it may touch planes.
   virtual SpectralBound spectral_bound() const = 0;
 

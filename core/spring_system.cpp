@@ -391,6 +391,7 @@ void SpringSystem<Real>::apply(const KickDrift& update, const Field<Real>& a, do
     p.own = const_streams(a, this->body().lattice().plane * plane);
     kernel_.kick_drift_stored(p);
   }
+  kicked_for(*this, update.kick_before + update.kick_after);
   state.t += dt;
   this->constrain(state.t, state.x, state.v);
 }

@@ -90,7 +90,16 @@ double SurfaceContact::potential(const Field<Real>& x) const {
 }
 
 template <class Real>
-bool SurfaceContact::collide(const State<Real>& before, double dt, State<Real>& state) const {
+void SurfaceContact::add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const {
+  for_each_pressed(state.x, [&](std::size_t s, const Vec3& at) {
+    for (std::size_t p = 0; p < planes_.penalties(); ++p)
+      forces[p] += mass_[s] * planes_.acceleration(p, {at, surface_.at(s, state.v)});
+  });
+}
+
+template <class Real>
+bool SurfaceContact::collide(const State<Real>& before, double dt, State<Real>& state,
+                             PlaneImpulses* impulses) const {
   bool any = false;
   for (std::size_t s = 0; !any && s < surface_.size(); ++s) any = planes_.touches(surface_.at(s, state.x));
   if (!any) return false;
@@ -99,14 +108,16 @@ bool SurfaceContact::collide(const State<Real>& before, double dt, State<Real>& 
   for (std::size_t s = 0; s < surface_.size(); ++s) flights.push_back({motion(s, before), motion(s, state)});
   constexpr int most_sweeps = 32;
   any = false;
-  for (int n = 0; n < most_sweeps && sweep(flights, dt, state); ++n) any = true;
+  for (int n = 0; n < most_sweeps && sweep(flights, dt, state, impulses); ++n) any = true;
   return any;
 }
 
 /// False if no vertex needed an impulse.
 template <class Real>
-bool SurfaceContact::sweep(const std::vector<Flight>& flights, double dt, State<Real>& state) const {
+bool SurfaceContact::sweep(const std::vector<Flight>& flights, double dt, State<Real>& state,
+                           PlaneImpulses* impulses) const {
   bool any = false;
+  std::vector<Push> pushes;
   for (std::size_t s = 0; s < flights.size(); ++s) {
     const Motion now = motion(s, state);
     if (!planes_.touches(now.x)) continue;
@@ -116,31 +127,51 @@ bool SurfaceContact::sweep(const std::vector<Flight>& flights, double dt, State<
     const Vec3 gained = now.v - after.v;
     const Motion start{before.x + now.x - after.x - dt * gained, before.v + gained};
     Motion corrected = now;
-    if (!planes_.collide(start, dt, corrected)) continue;
+    pushes.clear();
+    const auto give = [&](std::size_t plane, const Vec3& dv) { pushes.push_back({plane, dv}); };
+    if (!planes_.collide(start, dt, corrected, give)) continue;
     push(s, corrected.x - now.x, corrected.v - now.v, state);
+    if (impulses) add_impulses(s, pushes, *impulses);
     any = true;
   }
   return any;
 }
 
+/// By how much particles move along an axis for a unit of the vertex's motion; zero where all are held.
+std::array<double, 8> SurfaceContact::yields(std::size_t vertex, int axis) const {
+  const std::array<double, 8>& weights = surface_.weights(vertex);
+  std::array<double, 8> yields{};  // of a unit impulse, w_i / m_i
+  double of_vertex = 0;
+  for (std::size_t c = 0; c < 8; ++c) {
+    yields[c] = weights[c] * inverse_mass_.axis(axis)[surface_.site(vertex) + body_.lattice().corner(int(c))];
+    of_vertex += weights[c] * yields[c];
+  }
+  if (of_vertex == 0) return {};
+  for (double& yield : yields) yield /= of_vertex;
+  return yields;
+}
+
 template <class Real>
 void SurfaceContact::push(std::size_t vertex, const Vec3& dx, const Vec3& dv, State<Real>& state) const {
-  const std::array<double, 8>& weights = surface_.weights(vertex);
   for (int axis = 0; axis < 3; ++axis) {
-    std::array<double, 8> share{};  // of a unit impulse, w_i / m_i
-    double yield = 0;
+    const std::array<double, 8> yield = yields(vertex, axis);
     for (int c = 0; c < 8; ++c) {
       const std::ptrdiff_t site = surface_.site(vertex) + body_.lattice().corner(c);
-      share[std::size_t(c)] = weights[std::size_t(c)] * inverse_mass_.axis(axis)[site];
-      yield += weights[std::size_t(c)] * share[std::size_t(c)];
-    }
-    if (yield == 0) continue;
-    for (int c = 0; c < 8; ++c) {
-      const std::ptrdiff_t site = surface_.site(vertex) + body_.lattice().corner(c);
-      state.x.axis(axis)[site] += static_cast<Real>(share[std::size_t(c)] / yield * dx[axis]);
-      state.v.axis(axis)[site] += static_cast<Real>(share[std::size_t(c)] / yield * dv[axis]);
+      state.x.axis(axis)[site] += static_cast<Real>(yield[std::size_t(c)] * dx[axis]);
+      state.v.axis(axis)[site] += static_cast<Real>(yield[std::size_t(c)] * dv[axis]);
     }
   }
+}
+
+void SurfaceContact::add_impulses(std::size_t vertex, const std::vector<Push>& pushes,
+                                  PlaneImpulses& impulses) const {
+  const std::array<std::array<double, 8>, 3> yield{yields(vertex, 0), yields(vertex, 1), yields(vertex, 2)};
+  for (const auto& [plane, dv] : pushes)
+    for (std::size_t c = 0; c < 8; ++c) {
+      const std::ptrdiff_t site = surface_.site(vertex) + body_.lattice().corner(int(c));
+      const Vec3 moved{yield[0][c] * dv[0], yield[1][c] * dv[1], yield[2][c] * dv[2]};
+      impulses.add(plane, site, body_.mass(site) * moved);
+    }
 }
 
 template void SurfaceContact::add_force(const Field<float>&, const Field<float>&, Field<float>&) const;
@@ -150,7 +181,9 @@ template void SurfaceContact::add_acceleration(const Field<double>&, const Field
                                                Field<double>&) const;
 template double SurfaceContact::potential(const Field<float>&) const;
 template double SurfaceContact::potential(const Field<double>&) const;
-template bool SurfaceContact::collide(const State<float>&, double, State<float>&) const;
-template bool SurfaceContact::collide(const State<double>&, double, State<double>&) const;
+template void SurfaceContact::add_penalty_forces(const State<float>&, std::vector<Vec3>&) const;
+template void SurfaceContact::add_penalty_forces(const State<double>&, std::vector<Vec3>&) const;
+template bool SurfaceContact::collide(const State<float>&, double, State<float>&, PlaneImpulses*) const;
+template bool SurfaceContact::collide(const State<double>&, double, State<double>&, PlaneImpulses*) const;
 
 }  // namespace mss

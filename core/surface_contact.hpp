@@ -6,6 +6,7 @@
 #include "core/environment.hpp"
 #include "core/mesh/embedded_surface.hpp"
 #include "core/plane_contact.hpp"
+#include "core/plane_impulses.hpp"
 #include "core/state.hpp"
 
 namespace mss {
@@ -67,9 +68,14 @@ class SurfaceContact {
     });
   }
 
-  /// Applies the collisions of a step of dt from `before` to `state`. False if nothing changed.
+  /// Adds the force of every penalty plane [N].
   template <class Real>
-  bool collide(const State<Real>& before, double dt, State<Real>& state) const;
+  void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const;
+
+  /// Applies the collisions of a step of dt from `before` to `state`, and adds what planes give to `impulses`
+  /// if there are some. False if nothing changed.
+  template <class Real>
+  bool collide(const State<Real>& before, double dt, State<Real>& state, PlaneImpulses* impulses) const;
 
   /// For every penalty plane the smallest gap of a vertex [m].
   template <class Real>
@@ -91,10 +97,18 @@ class SurfaceContact {
     for (std::size_t s = 0; planes_.has_penalties() && s < surface_.size(); ++s)
       if (const Vec3 at = surface_.at(s, x); planes_.presses(at)) visit(s, at);
   }
+  /// A change of a vertex's velocity by a plane.
+  struct Push {
+    std::size_t plane;
+    Vec3 dv;
+  };
   template <class Real>
-  bool sweep(const std::vector<Flight>& flights, double dt, State<Real>& state) const;
+  bool sweep(const std::vector<Flight>& flights, double dt, State<Real>& state,
+             PlaneImpulses* impulses) const;
   template <class Real>
   void push(std::size_t vertex, const Vec3& dx, const Vec3& dv, State<Real>& state) const;
+  void add_impulses(std::size_t vertex, const std::vector<Push>& pushes, PlaneImpulses& impulses) const;
+  std::array<double, 8> yields(std::size_t vertex, int axis) const;
 
   const Body& body_;
   const PlaneContact& planes_;

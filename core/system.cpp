@@ -1,6 +1,7 @@
 #include "core/system.hpp"
 
 #include "core/error.hpp"
+#include "core/plane_impulses.hpp"
 
 namespace mss {
 
@@ -35,8 +36,14 @@ void System<Real>::apply(const KickDrift& u, const Field<Real>& a, double dt, St
       v[i] = v_new;
     }
   }
+  kicked_for(*this, u.kick_before + u.kick_after);
   state.t += dt;
   constrain(state.t, state.x, state.v);
+}
+
+template <class Real>
+void kicked_for(const System<Real>& system, double seconds) {
+  if (PlaneImpulses* impulses = system.plane_impulses()) impulses->hold_for(seconds);
 }
 
 template <class Real>
@@ -70,6 +77,8 @@ std::vector<Unknown> unknowns_of(const System<Real>& system) {
 
 template class System<float>;
 template class System<double>;
+template void kicked_for(const System<float>&, double);
+template void kicked_for(const System<double>&, double);
 template Tangents<float>& tangents_of(System<float>&);
 template Tangents<double>& tangents_of(System<double>&);
 template std::vector<Unknown> unknowns_of(const System<float>&);

@@ -16,6 +16,7 @@ namespace mss {
 template <class Real>
 class DiscreteGradient;
 class PlaneBounds;
+class PlaneImpulses;
 
 /// The linear update that every one-stage explicit method makes from an acceleration a:
 ///   v' = (v + kick_before a) + kick_after a,   x' = x + drift_old v + drift_new v'.
@@ -75,6 +76,10 @@ class System {
   /// where planes touch a surface instead of particles.
   virtual const PlaneBounds* bounds() const { return nullptr; }
 
+  /// Where planes and methods write down what planes give particles in a step; nullptr where no plane acts by
+  /// impulses.
+  virtual PlaneImpulses* plane_impulses() const { return nullptr; }
+
   /// Those that share the system, each with some of its particles. What methods decide by a state, and sums
   /// over particles, are to be all ranks' together.
   virtual const Ranks& ranks() const { return Ranks::alone(); }
@@ -110,6 +115,12 @@ void parallel_in_groups(System<Real>& system, std::ptrdiff_t count, std::ptrdiff
     for (std::ptrdiff_t i = g * group; i < std::min(count, (g + 1) * group); ++i) task(i);
   });
 }
+
+/// Says that velocities change by the last acceleration for so long [s]. Methods whose steps have several
+/// accelerations call it after each, so that the forces on what sticks to planes add up to what planes give;
+/// those that use apply() need not.
+template <class Real>
+void kicked_for(const System<Real>& system, double seconds);
 
 /// Calls task(site) for every particle, on all of the system's threads. Tasks must not throw.
 template <class Real, class Task>

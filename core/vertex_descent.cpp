@@ -47,8 +47,9 @@ VertexDescent<Real>::VertexDescent(const SpringSystem<Real>& springs, System<Rea
       gravity_(springs.environment().gravity) {
   if (system.bounds()) {
     near_ = std::make_unique<DisplacementContact<Real>>(*system.bounds(), springs.body(),
-                                                        particles_.lattice().size(), particles_.index());
-    contact_ = std::make_unique<VertexContact<Real>>(*near_, particles_);
+                                                        particles_.lattice().size(), particles_.index(),
+                                                        system.plane_impulses());
+    contact_ = std::make_unique<VertexContact<Real>>(*near_, particles_, dt);
   }
   fill_dictionary();
   if (acceleration > 0) last_ = one_before_ = target_;
@@ -192,7 +193,7 @@ void VertexDescent<Real>::guess() {
 
 template <class Real>
 void VertexDescent<Real>::end_passes() {
-  if (near_) near_->put_in_front(particles_.before(), particles_.moved());
+  if (near_) near_->end_passes(dt_, particles_.before(), particles_.moved());
 }
 
 template <class Real>
@@ -223,10 +224,28 @@ void VertexContact<Real>::move(std::ptrdiff_t index, const Real (&hessian)[6], c
     free[axis] = w.axis[axis][index] > 0 ? 1 : 0;
   }
   const Vec3 start{double(u[0]), double(u[1]), double(u[2])};
-  const Vec3 moved = start + move_in_cone(near_.planes(), near->gap, free, x, start, model, near->normal);
+  const Vec3 by = move_in_cone(near_.planes(), near->gap, free, x, start, model, near->normal),
+             moved = start + by;
+  keep(model.hessian * by - model.force, free, *near);
   const Streams<Real> to = particles_.moved();
   for (int axis = 0; axis < 3; ++axis)
     if (free[axis] > 0) to.axis[axis][index] = static_cast<Real>(moved[axis]);
+}
+
+/// Leaves in the multipliers what holds a particle, forces whose pressures are there, times the step's
+/// square.
+template <class Real>
+void VertexContact<Real>::keep(const Vec3& force, const Vec3& free,
+                               typename DisplacementContact<Real>::Near& near) const {
+  std::vector<std::size_t> on;
+  for (std::size_t p = 0; p < near.normal.size(); ++p)
+    if (near.normal[p] > 0) on.push_back(p);
+  const std::vector<Vec3> parts = split_by_plane(near_.planes(), on, free, force);
+  for (std::size_t p = 0; p < near.normal.size(); ++p) {
+    const Vec3 normal = free.cwiseProduct(near_.planes()[p].normal);
+    near.tangential[p] = dt_ * dt_ * (parts[p] - near.normal[p] * normal);
+    near.normal[p] *= dt_ * dt_;
+  }
 }
 
 template <class Real>

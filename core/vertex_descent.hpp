@@ -14,16 +14,19 @@ namespace mss {
 template <class Real>
 class VertexContact final : public DescentContact<Real> {
  public:
-  /// Both must outlive it.
-  VertexContact(DisplacementContact<Real>& near, ColouredParticles<Real>& particles)
-      : near_(near), particles_(particles) {}
+  /// Both must outlive it. Of steps of dt [s].
+  VertexContact(DisplacementContact<Real>& near, ColouredParticles<Real>& particles, double dt)
+      : near_(near), particles_(particles), dt_(dt) {}
   bool touches(std::ptrdiff_t index, int count) const override;
   void move(std::ptrdiff_t index, const Real (&hessian)[6], const Real (&force)[3],
             const Real (&u)[3]) const override;
 
  private:
+  void keep(const Vec3& force, const Vec3& free, typename DisplacementContact<Real>::Near& near) const;
+
   DisplacementContact<Real>& near_;
   ColouredParticles<Real>& particles_;
+  double dt_;
 };
 
 /// Minimises the objective of a step of backward Euler, particle by particle and colour by colour: what a

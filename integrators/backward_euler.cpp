@@ -17,7 +17,8 @@ class BackwardEuler final : public Integrator<double> {
       x_ = state.x;
       v_ = state.v;
       const Status status = solver_->solve(
-          system, {.t = state.t + dt_, .gamma = dt_, .x_base = &x_, .v_base = &v_}, state, work);
+          system, {.t = state.t + dt_, .gamma = dt_, .x_base = &x_, .v_base = &v_, .impulse_weight = 1},
+          state, work);
       if (status != Status::ok) return status;
       solver_->end_step({.free = {.dt = dt_, .drift = 1}, .x = &x_, .v = &v_}, state, nullptr);
       state.t += dt_;

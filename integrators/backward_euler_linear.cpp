@@ -59,7 +59,9 @@ class BackwardEulerLinear final : public Integrator<double> {
     constexpr int most_rounds = 60;
     constexpr double tolerance = 1e-10;
     if (!bounded_) bounded_ = std::make_unique<BoundedSystem>(system);
-    bounded_->begin({.t = t, .gamma = dt_, .x_base = &state.x, .v_base = &state.v});
+    const ImplicitStage stage{
+        .t = t, .gamma = dt_, .x_base = &state.x, .v_base = &state.v, .impulse_weight = 1};
+    bounded_->begin(stage);
     velocity_ = state.v;
     jump_ = residual_ = product_ = rhs_;
     leave_to_solve(system, t, state, sum, work);
@@ -87,6 +89,7 @@ class BackwardEulerLinear final : public Integrator<double> {
       const bool changed = bounded_->update(residual_, velocity_);
       const double friction = bounded_->follow_pressure();
       if (changed || friction > tolerance * bounded_->scale()) continue;
+      bounded_->end_stage(stage, residual_);
       change_.array() = velocity_.array() - state.v.array();
       return Status::ok;
     }

@@ -291,22 +291,54 @@ bool BoundedSystem::judge(std::ptrdiff_t site, Touch& touch, const Vec3& reactio
   return true;
 }
 
+std::vector<std::size_t> BoundedSystem::indices(std::uint32_t planes) const {
+  std::vector<std::size_t> all;
+  for (std::size_t p = 0; p < bounds_.planes().size(); ++p)
+    if ((planes >> p & 1) != 0) all.push_back(p);
+  return all;
+}
+
+/// Writes down what some planes give a particle together.
+void BoundedSystem::give(std::ptrdiff_t site, std::uint32_t planes, const Vec3& impulse) {
+  PlaneImpulses* impulses = plane_impulses();
+  if (!impulses || impulse.isZero(0)) return;
+  const std::vector<std::size_t> on = indices(planes);
+  const std::vector<Vec3> parts = split_by_plane(bounds_.planes(), on, bounds_.free_axes(site), impulse);
+  for (const std::size_t p : on) impulses->add(p, site, parts[p]);
+}
+
+void BoundedSystem::end_stage(const ImplicitStage& stage, const Field<double>& residual) {
+  if (stage.impulse_weight == 0) return;
+  for (const auto& [site, touch] : touches_)
+    give(site, touch.planes, -stage.impulse_weight * residual.at(site));
+}
+
 void BoundedSystem::remember_touches() {
   for (const auto& [site, touch] : touches_) touched_[site] |= touch.planes;
 }
 
 void BoundedSystem::end_step(const StepTaken& step, State<double>& state, Field<double>* a) {
-  if (a) clear_prescribed(*a);
   remember_touches();
   in_step_ = false;
+  Field<double> lost;  // accelerations before
+  if (a) lost = *a;
+  if (a) clear_prescribed(*a);
   for (const auto& [site, planes] : touched_) {
     const auto touch = touches_.find(site);
     const auto pushed = [planes = planes](std::size_t p) { return (planes >> p & 1) != 0; };
     Motion after{state.x.at(site), state.v.at(site)};
-    if (touch != touches_.end() && touch->second.sticks) after.v -= touch->second.slip * after.v;
+    if (touch != touches_.end() && touch->second.sticks) {
+      const Vec3 sliding = touch->second.slip * after.v;
+      after.v -= sliding;
+      give(site, planes, -mass(site) * sliding);
+    }
     const Motion before{step.x->at(site), step.v->at(site)};
-    if (bounds_.rebound(site, step.free, before, pushed, after) && a)
+    const auto give_one = [&, at = site](std::size_t p, const Vec3& dv) {
+      if (PlaneImpulses* impulses = plane_impulses()) impulses->add(p, at, mass(at) * dv);
+    };
+    if (bounds_.rebound(site, step.free, before, pushed, after, give_one) && a)
       a->set(site, bounds_.free_axes(site).cwiseProduct(bounds_.gravity()));
+    if (a) give(site, planes, step.lag * mass(site) * (a->at(site) - lost.at(site)));
     state.x.set(site, after.x);
     state.v.set(site, after.v);
   }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/plane_bounds.hpp"
+#include "core/plane_impulses.hpp"
 #include "core/system_wrapper.hpp"
 #include "integrators/implicit_stage.hpp"
 
@@ -69,6 +70,8 @@ class BoundedSystem final : public SystemWrapper<double> {
   std::vector<HeldParticle> held() const;
   /// Puts all particles in front of planes, where iterations end before the set has settled.
   void put_in_front(Field<double>& v);
+  /// Ends a stage: keeps the impulses that hold particles, with `residual` as in update().
+  void end_stage(const ImplicitStage& stage, const Field<double>& residual);
 
   /// The impulse of gravity in a stage, a measure of what is small [N s].
   double scale() const { return scale_; }
@@ -111,6 +114,8 @@ class BoundedSystem final : public SystemWrapper<double> {
   };
 
   void remember_touches();
+  std::vector<std::size_t> indices(std::uint32_t planes) const;
+  void give(std::ptrdiff_t site, std::uint32_t planes, const Vec3& impulse);
   Vec3 contact_position(std::ptrdiff_t site, const Field<double>& v) const;
   double gap(std::size_t plane, std::ptrdiff_t site, const Vec3& x) const;
   void set_directions(std::ptrdiff_t site, Touch& touch) const;

@@ -37,9 +37,11 @@ class DampedVerlet final : public Integrator<Real> {
     middle_.array() += half * acceleration_.array();
     state.x.array() += dt * middle_.array();
     state.v.array() += dt * acceleration_.array();
+    kicked_for(system, dt_ / 2);
     state.t += dt_;
     system.constrain(state.t, state.x, state.v);
     system.acceleration(state.t, state.x, state.v, acceleration_);
+    kicked_for(system, dt_ / 2);
     state.v.array() = middle_.array() + half * acceleration_.array();
     system.constrain(state.t, state.x, state.v);
   }

@@ -30,7 +30,8 @@ class EnergyMomentum final : public Integrator<double> {
                                             .v_base = &v_,
                                             .conserve_from = &x_,
                                             .bound_base = &x_,
-                                            .bound_gamma = dt_},
+                                            .bound_gamma = dt_,
+                                            .impulse_weight = 2},
                                            state, work);
       if (status != Status::ok) return status;
       state.x.array() = 2 * state.x.array() - x_.array();

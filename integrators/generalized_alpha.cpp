@@ -37,7 +37,7 @@ class GeneralizedAlpha final : public Integrator<double> {
   Status step(System<double>& system, State<double>& state, Work& work) {
     const double m = mass_share_, f = force_share_;
     const double gamma = 0.5 - m + f, beta = (1 - m + f) * (1 - m + f) / 4, ratio = beta / gamma;
-    begin(system, state, work);
+    begin(system, state, dt_ * gamma * f / (1 - m), work);
     x_base_.array() =
         x_.array() + dt_ * (1 - ratio) * v_.array() + dt_ * dt_ * (0.5 - ratio) * acceleration_.array();
     v_base_.array() = v_.array() + dt_ * gamma * f / (1 - m) * force_.array() +
@@ -48,24 +48,27 @@ class GeneralizedAlpha final : public Integrator<double> {
                                           .gamma_x = dt_ * ratio,
                                           .x_base = &x_base_,
                                           .v_base = &v_base_,
-                                          .start = &x_},
+                                          .start = &x_,
+                                          .impulse_weight = (1 - m) / gamma},
                                          state, work);
     if (status != Status::ok) return status;
     acceleration_.array() =
         (state.v.array() - v_.array()) / (dt_ * gamma) - (1 - gamma) / gamma * acceleration_.array();
     system.clear_prescribed(acceleration_);
-    solver_->end_step({.free = {.dt = dt_, .drift = 0.5}, .x = &x_, .v = &v_}, state, &acceleration_);
+    solver_->end_step({.free = {.dt = dt_, .drift = 0.5}, .x = &x_, .v = &v_, .lag = dt_ * (1 - gamma - m)},
+                      state, &acceleration_);
     state.t += dt_;
     return status;
   }
 
-  /// Keeps what is known at the beginning of a step; the first has no other acceleration than the forces'.
-  void begin(System<double>& system, const State<double>& state, Work& work) {
+  /// Keeps what is known at the beginning of a step, whose forces change velocities for some seconds; the
+  /// first step has no other acceleration than theirs.
+  void begin(System<double>& system, const State<double>& state, double seconds, Work& work) {
     if (force_.size() == 0)
       for (Field<double>* field : {&force_, &x_base_, &v_base_}) *field = Field<double>(system.size());
     x_ = state.x;
     v_ = state.v;
-    free_acceleration(system, state.t, state.x, state.v, force_);
+    free_acceleration(system, state.t, state.x, state.v, seconds, force_);
     ++work.force_evaluations;
     if (acceleration_.size() > 0) return;
     acceleration_ = force_;

@@ -25,7 +25,8 @@ class ImplicitMidpoint final : public Integrator<double> {
                                             .x_base = &x_,
                                             .v_base = &v_,
                                             .bound_base = &x_,
-                                            .bound_gamma = dt_},
+                                            .bound_gamma = dt_,
+                                            .impulse_weight = 2},
                                            state, work);
       if (status != Status::ok) return status;
       state.x.array() = 2 * state.x.array() - x_.array();

@@ -69,8 +69,11 @@ void stage_force(System<double>& system, const ImplicitStage& stage, const State
 }
 
 void free_acceleration(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
-                       Field<double>& a) {
-  if (!system.bounds()) return system.acceleration(t, x, v, a);
+                       double seconds, Field<double>& a) {
+  if (!system.bounds()) {
+    system.acceleration(t, x, v, a);
+    return kicked_for(system, seconds);
+  }
   system.force(t, x, v, a);
   for (const std::ptrdiff_t site : system.particles()) a.set(site, a.at(site) / system.mass(site));
   system.clear_prescribed(a);
@@ -184,7 +187,14 @@ double Newton::relative_move(const System<double>& system, const ImplicitStage& 
   return move / system.ranks().largest(state.x.array().abs().maxCoeff());
 }
 
-Status Newton::solve(System<double>& plain, const ImplicitStage& stage, State<double>& state, Work& work) {
+Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) {
+  const Status status = solve_stage(system, stage, state, work);
+  if (status == Status::ok && bounded_) bounded_->end_stage(stage, impulse_);
+  return status;
+}
+
+Status Newton::solve_stage(System<double>& plain, const ImplicitStage& stage, State<double>& state,
+                           Work& work) {
   tangents_of(plain);  // throws if there are none, even where nothing moves
   if (residual_.size() == 0)
     for (Field<double>* field : {&residual_, &step_, &v_before_}) *field = Field<double>(plain.size());

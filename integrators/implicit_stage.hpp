@@ -33,6 +33,9 @@ struct ImplicitStage {
   const Field<double>* bound_base = nullptr;
   double bound_gamma = 0;                ///< [s]
   const Field<double>* start = nullptr;  ///< positions where the step began; without, bound_base or x_base
+  /// By what impulses that planes give in it change velocities at the end of the step: then the system keeps
+  /// them. 0: it does not, as in a search for an equilibrium.
+  double impulse_weight = 0;
   double enough = 0;  ///< quasi-Newton methods may stop once an iteration moves coordinates by this [m, rms]
 };
 
@@ -40,14 +43,17 @@ struct ImplicitStage {
 void stage_force(System<double>& system, const ImplicitStage& stage, const State<double>& state,
                  Field<double>& x_end, Field<double>& force);
 
-/// M^-1 f; where planes act inside steps, of the forces alone, without what holds a particle at a plane.
+/// M^-1 f; where planes act inside steps, of the forces alone, without what holds a particle at a plane. It
+/// changes the velocities at the end of the step for so many `seconds`.
 void free_acceleration(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
-                       Field<double>& a);
+                       double seconds, Field<double>& a);
 
 /// A step that has been taken.
 struct StepTaken {
   FreeStep free;
   const Field<double>*x, *v;  ///< at its beginning
+  /// Of methods that keep accelerations: by how much momentum lags behind forces, over the accelerations [s].
+  double lag = 0;
 };
 
 /// Solves implicit stages.
@@ -101,6 +107,7 @@ class Newton final : public NonlinearSolver {
   void end_step(const StepTaken& step, State<double>& state, Field<double>* a) override;
 
  private:
+  Status solve_stage(System<double>& plain, const ImplicitStage& stage, State<double>& state, Work& work);
   double residual(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
   double leave_out_held(const System<double>& system, const State<double>& state);
   Status find_step(System<double>& system, const ImplicitStage& stage, const State<double>& state,

@@ -120,6 +120,7 @@ class QuasiNewton final : public NonlinearSolver {
  private:
   using Sums = std::array<double, 2 * (most_pairs + 1) + 1>;
 
+  Status solve_stage(System<double>& plain, const ImplicitStage& stage, State<double>& state, Work& work);
   void begin(System<double>& system);
   Status prepare(const ImplicitStage& stage, Work& work);
   template <class Part>
@@ -410,8 +411,15 @@ bool QuasiNewton::update_contact(System<double>& system, State<double>& state, d
   return false;
 }
 
-Status QuasiNewton::solve(System<double>& plain, const ImplicitStage& stage, State<double>& state,
+Status QuasiNewton::solve(System<double>& system, const ImplicitStage& stage, State<double>& state,
                           Work& work) {
+  const Status status = solve_stage(system, stage, state, work);
+  if (status == Status::ok && bounded_) bounded_->end_stage(stage, impulse_);
+  return status;
+}
+
+Status QuasiNewton::solve_stage(System<double>& plain, const ImplicitStage& stage, State<double>& state,
+                                Work& work) {
   if (!solver_) begin(plain);
   if (const Status status = prepare(stage, work); status != Status::ok) return status;
   if (plain.bounds()) begin_contact(plain, stage, state);
@@ -450,7 +458,9 @@ Status QuasiNewton::solve(System<double>& plain, const ImplicitStage& stage, Sta
     if (small || idle == most_idle) return Status::ok;
   }
   if (iterations_ > 0 && bounded_) {
+    jump_ = state.v;
     bounded_->put_in_front(state.v);
+    impulse_.array() -= mass_.array() * (state.v.array() - jump_.array());
     state.x.array() = stage.x_base->array() + stage.gamma_x * state.v.array();
     system.constrain(stage.t, state.x, state.v);
   }

@@ -30,6 +30,7 @@ class Rk4 final : public Integrator<Real> {
     stage_ = state;
     dx_ = state.v;
     system.acceleration(state.t, state.x, state.v, a_);
+    kicked_for(system, dt_ / 6);
     dv_ = a_;
     for (const double part : {0.5, 0.5, 1.0}) {
       const auto h = static_cast<Real>(part * dt_);
@@ -39,6 +40,7 @@ class Rk4 final : public Integrator<Real> {
       system.constrain(t, stage_.x, stage_.v);
       system.acceleration(t, stage_.x, stage_.v, a_);
       const Real weight = part == 0.5 ? 2 : 1;
+      kicked_for(system, double(weight) * dt_ / 6);
       dx_.array() += weight * stage_.v.array();
       dv_.array() += weight * a_.array();
     }

@@ -29,21 +29,27 @@ class TrBdf2 final : public Integrator<double> {
     if (v_base_.size() == 0) v_base_ = Field<double>(system.size());
     x_ = state.x;
     v_ = state.v;
-    free_acceleration(system, state.t, state.x, state.v, v_base_);
+    free_acceleration(system, state.t, state.x, state.v, a * d, v_base_);
     ++work.force_evaluations;
     v_base_.array() = v_.array() + d * v_base_.array();
     x_base_ = x_;
     x_base_.array() += d * v_.array();
-    const auto solve = [&](double t) {
-      return solver_->solve(
-          system, {.t = t, .gamma = d, .x_base = &x_base_, .v_base = &v_base_, .start = &x_}, state, work);
+    const auto solve = [&](double t, double weight) {
+      return solver_->solve(system,
+                            {.t = t,
+                             .gamma = d,
+                             .x_base = &x_base_,
+                             .v_base = &v_base_,
+                             .start = &x_,
+                             .impulse_weight = weight},
+                            state, work);
     };
-    const Status status = solve(state.t + g * dt_);
+    const Status status = solve(state.t + g * dt_, a);
     if (status != Status::ok) return status;
     x_base_.array() = a * state.x.array() - b * x_.array();
     v_base_.array() = a * state.v.array() - b * v_.array();
     state.t += dt_;
-    const Status end = solve(state.t);
+    const Status end = solve(state.t, 1);
     if (end == Status::ok)
       solver_->end_step({.free = {.dt = dt_, .drift = 0.5}, .x = &x_, .v = &v_}, state, nullptr);
     return end;
