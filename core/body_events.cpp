@@ -4,6 +4,15 @@
 
 namespace mss {
 
+namespace {
+
+/// What of a force or an impulse does not act along held axes.
+Vec3 free_part(const HeldSites& held, std::ptrdiff_t site, const Vec3& vector) {
+  return held.empty() ? vector : Vec3(held.free_axes(site).cwiseProduct(vector));
+}
+
+}  // namespace
+
 template <class Real>
 BodyEvents<Real>::BodyEvents(System<Real>& system, const Body& body, const Colliding& colliding,
                              const SurfaceContact* surface, const SleepRule& sleep)
@@ -23,21 +32,10 @@ bool BodyEvents<Real>::collide(const State<Real>& before, double dt, State<Real>
   return !system_.ranks().all(!any);
 }
 
-namespace {
-
-/// What of a force or an impulse does not act along held axes.
-Vec3 free_part(const HeldSites& held, std::ptrdiff_t site, const Vec3& vector) {
-  return held.empty() ? vector : Vec3(held.free_axes(site).cwiseProduct(vector));
-}
-
-}  // namespace
-
 template <class Real>
-bool collide_particle(const Colliding& colliding, std::ptrdiff_t site, double mass, const State<Real>& before,
+bool collide_touching(const Colliding& colliding, std::ptrdiff_t site, double mass, const State<Real>& before,
                       double dt, State<Real>& state) {
-  const Vec3 x = state.x.at(site);
-  if (!colliding.contact.touches(x)) return false;
-  Motion after{x, state.v.at(site)};
+  Motion after{state.x.at(site), state.v.at(site)};
   const auto give = [&](std::size_t plane, const Vec3& dv) {
     if (colliding.impulses) colliding.impulses->add(plane, site, mass * free_part(colliding.held, site, dv));
   };
@@ -51,10 +49,10 @@ bool collide_particle(const Colliding& colliding, std::ptrdiff_t site, double ma
 }
 
 template <class Real>
-void stop_sticking(const Colliding& colliding, std::ptrdiff_t at, double mass, const Motion& motion,
-                   std::ptrdiff_t site, Field<Real>& a) {
+void stop_resting(const Colliding& colliding, std::ptrdiff_t at, double mass, const Vec3& x,
+                  std::ptrdiff_t site, Field<Real>& a) {
   const Vec3 acceleration = a.at(site);
-  const std::optional<std::size_t> plane = colliding.contact.sticks_to(motion, acceleration);
+  const std::optional<std::size_t> plane = colliding.contact.sticks_to(x, acceleration);
   if (plane) a.set(site, Vec3::Zero());
   if (!colliding.impulses) return;
   if (plane)
@@ -66,19 +64,56 @@ void stop_sticking(const Colliding& colliding, std::ptrdiff_t at, double mass, c
 template <class Real>
 bool BodyEvents<Real>::settle(State<Real>& state) {
   const std::ptrdiff_t plane = body_.lattice().plane;
-  return sleep_ && sleep_->update(state, [&](int k) {
-    return colliding_.held.move(state.t, plane * k, plane * (k + 1));
-  });
+  const auto is_driven = [&](int k) { return colliding_.held.move(state.t, plane * k, plane * (k + 1)); };
+  if (!sleep_ || !sleep_->update(state, is_driven)) return false;
+  if (!colliding_.impulses) return true;
+  let_go_awake();
+  hold_asleep(state);
+  return true;
 }
 
-template bool collide_particle(const Colliding&, std::ptrdiff_t, double, const State<float>&, double,
+template <class Real>
+void BodyEvents<Real>::wake_moving(const State<Real>& state) {
+  if (!sleep_) return;
+  sleep_->wake_moving(state);
+  let_go_awake();
+}
+
+template <class Real>
+void BodyEvents<Real>::wake_all() {
+  if (!sleep_) return;
+  sleep_->wake_all();
+  let_go_awake();
+}
+
+/// Methods must evaluate accelerations anew then.
+template <class Real>
+void BodyEvents<Real>::let_go_awake() {
+  if (colliding_.impulses) for_each_awake([&](std::ptrdiff_t site) { colliding_.impulses->let_go(site); });
+}
+
+/// Planes carry what sleeps on them against the forces with which it fell asleep.
+template <class Real>
+void BodyEvents<Real>::hold_asleep(const State<Real>& state) {
+  const std::ptrdiff_t plane = body_.lattice().plane;
+  Field<Real> forces(body_.lattice().size);
+  system_.force(state.t, state.x, state.v, forces);
+  for (const std::ptrdiff_t site : body_.sites()) {
+    if (!sleep_->asleep(int(site / plane))) continue;
+    const Vec3 force = free_part(colliding_.held, site, forces.at(site));
+    if (const auto p = colliding_.contact.carries(state.x.at(site), force))
+      colliding_.impulses->hold(*p, site, -force);
+  }
+}
+
+template bool collide_touching(const Colliding&, std::ptrdiff_t, double, const State<float>&, double,
                                State<float>&);
-template bool collide_particle(const Colliding&, std::ptrdiff_t, double, const State<double>&, double,
+template bool collide_touching(const Colliding&, std::ptrdiff_t, double, const State<double>&, double,
                                State<double>&);
-template void stop_sticking(const Colliding&, std::ptrdiff_t, double, const Motion&, std::ptrdiff_t,
-                            Field<float>&);
-template void stop_sticking(const Colliding&, std::ptrdiff_t, double, const Motion&, std::ptrdiff_t,
-                            Field<double>&);
+template void stop_resting(const Colliding&, std::ptrdiff_t, double, const Vec3&, std::ptrdiff_t,
+                           Field<float>&);
+template void stop_resting(const Colliding&, std::ptrdiff_t, double, const Vec3&, std::ptrdiff_t,
+                           Field<double>&);
 template class BodyEvents<float>;
 template class BodyEvents<double>;
 

@@ -18,17 +18,33 @@ struct Colliding {
   PlaneImpulses* impulses;  ///< nullptr: no plane acts by impulses
 };
 
-/// Applies planes to a particle of a mass [kg] at the end of a step of dt that led from `before` to `state`;
-/// held coordinates stay. False if nothing changed.
+/// Applies planes to a particle of a mass [kg] that touches one at the end of a step of dt that led from
+/// `before` to `state`; held coordinates stay. False if nothing changed.
+template <class Real>
+bool collide_touching(const Colliding& colliding, std::ptrdiff_t site, double mass, const State<Real>& before,
+                      double dt, State<Real>& state);
+/// The same for any particle.
 template <class Real>
 bool collide_particle(const Colliding& colliding, std::ptrdiff_t site, double mass, const State<Real>& before,
-                      double dt, State<Real>& state);
+                      double dt, State<Real>& state) {
+  return colliding.contact.touches(state.x.at(site)) &&
+         collide_touching(colliding, site, mass, before, dt, state);
+}
 
-/// The same before a step, with an acceleration under which a particle would start: where it sticks to a
-/// plane it has none. `at`: its index in the impulses.
+/// Takes the acceleration of a particle that is at rest where it sticks to a plane. `at`: its index in the
+/// impulses.
 template <class Real>
-void stop_sticking(const Colliding& colliding, std::ptrdiff_t at, double mass, const Motion& motion,
-                   std::ptrdiff_t site, Field<Real>& a);
+void stop_resting(const Colliding& colliding, std::ptrdiff_t at, double mass, const Vec3& x,
+                  std::ptrdiff_t site, Field<Real>& a);
+/// The same for any particle.
+template <class Real>
+void stop_sticking(const Colliding& colliding, std::ptrdiff_t at, double mass, std::ptrdiff_t site,
+                   const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
+  if (v.axis(0)[site] == 0 && v.axis(1)[site] == 0 && v.axis(2)[site] == 0)
+    stop_resting(colliding, at, mass, x.at(site), site, a);
+  else if (colliding.impulses)
+    colliding.impulses->let_go(at);
+}
 
 /// What happens to a body between steps: it collides with planes, and parts of it fall asleep.
 template <class Real>
@@ -50,8 +66,11 @@ class BodyEvents final : public StepEvents<Real> {
     return colliding_.contact.smallest_gaps(body_.sites(), x);
   }
 
+  /// Must be called after a change of velocities, and of positions or of what acts on the body.
+  void wake_moving(const State<Real>& state);
+  void wake_all();
+
   /// Which parts of the body sleep; nullptr where nothing does.
-  SleepTracker<Real>* sleep_tracker() { return sleep_.get(); }
   const SleepTracker<Real>* sleep_tracker() const { return sleep_.get(); }
 
   /// Calls task(site) for every particle that is awake, on all threads.
@@ -64,6 +83,9 @@ class BodyEvents final : public StepEvents<Real> {
   }
 
  private:
+  void let_go_awake();
+  void hold_asleep(const State<Real>& state);
+
   System<Real>& system_;
   const Body& body_;
   Colliding colliding_;

@@ -80,12 +80,12 @@ void BodySystem<Real>::add_penalty_forces(const State<Real>& state, std::vector<
 
 template <class Real>
 void BodySystem<Real>::wake_moving(const State<Real>& state) {
-  if (events_.sleep_tracker()) events_.sleep_tracker()->wake_moving(state);
+  events_.wake_moving(state);
 }
 
 template <class Real>
 void BodySystem<Real>::wake_all() {
-  if (events_.sleep_tracker()) events_.sleep_tracker()->wake_all();
+  events_.wake_all();
 }
 
 template <class Real>
@@ -110,8 +110,7 @@ template <class Real>
 void BodySystem<Real>::stop_sticking(const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   if (!contact_.has_collisions() || surface_contact_) return;
   events_.for_each_awake([&](std::ptrdiff_t site) {
-    mss::stop_sticking({contact_, held_, impulses_.get()}, site, body_.mass(site), {x.at(site), v.at(site)},
-                       site, a);
+    mss::stop_sticking({contact_, held_, impulses_.get()}, site, body_.mass(site), site, x, v, a);
   });
 }
 

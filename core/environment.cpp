@@ -25,7 +25,7 @@ Vec3 prescribed_acceleration(const Hold& hold, const Vec3& rest, double t) {
   const Turn& turn = *hold.turn;
   const Vec3 axis = turn.axis.normalized(),
              arm = prescribed_motion(hold, rest, t).position - hold.velocity * t - turn.centre;
-  return turn.rate * turn.rate * axis.cross(axis.cross(arm));
+  return turn.rate * axis.cross(turn.rate * axis.cross(arm));
 }
 
 std::vector<std::ptrdiff_t> sites_of(const Hold& hold, const Body& body) {

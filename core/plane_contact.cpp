@@ -19,12 +19,25 @@ bool PlaneContact::is_free(const Motion& motion, double dt) const {
   });
 }
 
-std::optional<std::size_t> PlaneContact::sticks_to(const Motion& motion, const Vec3& acceleration) const {
+std::optional<std::size_t> PlaneContact::sticks_to(const Vec3& x, const Vec3& acceleration) const {
   const double close = 1e-6 * cell_size_;
   for (std::size_t p = 0; p < colliding_.size(); ++p)
-    if (colliding_[p].contact == ContactLaw::impulse && sticks(colliding_[p], motion, acceleration, close))
+    if (colliding_[p].contact == ContactLaw::impulse &&
+        sticks(colliding_[p], {x, Vec3::Zero()}, acceleration, close))
       return p;
   return std::nullopt;
+}
+
+std::optional<std::size_t> PlaneContact::carries(const Vec3& x, const Vec3& force) const {
+  std::optional<std::size_t> carrying;
+  double most = 0;
+  for (std::size_t p = 0; p < colliding_.size(); ++p) {
+    const double pressure = -colliding_[p].normal.dot(force);
+    if (std::abs(colliding_[p].gap(x)) > 1e-6 * cell_size_ || pressure <= most) continue;
+    most = pressure;
+    carrying = p;
+  }
+  return carrying;
 }
 
 Vec3 PlaneContact::acceleration(const Motion& motion) const {

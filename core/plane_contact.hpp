@@ -55,9 +55,12 @@ class PlaneContact {
     return any;
   }
   /// The plane of the law `impulse` on which a particle at rest stays under an acceleration, if there is one.
-  std::optional<std::size_t> sticks_to(const Motion& motion, const Vec3& acceleration) const;
+  std::optional<std::size_t> sticks_to(const Vec3& x, const Vec3& acceleration) const;
 
   std::size_t penalties() const { return penalties_.size(); }
+  /// The plane on which a force [N] presses a particle most; none where it is on none, or pulled off.
+  std::optional<std::size_t> carries(const Vec3& x, const Vec3& force) const;
+
   /// Whether a penalty plane pushes what is at x.
   bool presses(const Vec3& x) const {
     return std::any_of(penalties_.begin(), penalties_.end(),

@@ -1,5 +1,7 @@
 #include "core/reactions.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "core/plane_impulses.hpp"
@@ -22,6 +24,20 @@ bool Reactions::is_finite() const {
     return std::all_of(forces.begin(), forces.end(), [](const Vec3& force) { return force.allFinite(); });
   };
   return all_finite(holds) && all_finite(planes);
+}
+
+void for_each(const Reactions& reactions, const std::function<void(const std::string&, const Vec3&)>& visit) {
+  for (std::size_t i = 0; i < reactions.holds.size(); ++i)
+    visit(fmt::format("hold_{}", i), reactions.holds[i]);
+  for (std::size_t i = 0; i < reactions.planes.size(); ++i)
+    visit(fmt::format("plane_{}", i), reactions.planes[i]);
+}
+
+void for_each_component(const Reactions& reactions,
+                        const std::function<void(const std::string&, double)>& visit) {
+  for_each(reactions, [&](const std::string& name, const Vec3& force) {
+    for (int axis = 0; axis < 3; ++axis) visit(fmt::format("{}_{}", name, "xyz"[axis]), force[axis]);
+  });
 }
 
 template <class Real>

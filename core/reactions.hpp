@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "core/solid_system.hpp"
@@ -12,6 +14,13 @@ struct Reactions {
 
   bool is_finite() const;
 };
+
+/// Calls visit(name, force) for each as files name them: hold_0, hold_1, ... plane_0, plane_1, ...
+void for_each(const Reactions& reactions, const std::function<void(const std::string&, const Vec3&)>& visit);
+
+/// Calls visit(name, number [N]) for each of their components: hold_0_x, hold_0_y, hold_0_z, ...
+void for_each_component(const Reactions& reactions,
+                        const std::function<void(const std::string&, double)>& visit);
 
 /// Finds the reactions on a solid.
 ///

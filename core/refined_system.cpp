@@ -149,8 +149,8 @@ void RefinedSystem<Real>::stop_sticking() {
     LevelState& level = *levels_[i];
     for_each_particle(level.system, [&](std::ptrdiff_t site) {
       const std::ptrdiff_t at = body_.site_in_field(i, site);
-      mss::stop_sticking({contact_, held_, impulses_.get()}, at, body_.mass(at),
-                         {level.state.x.at(site), level.state.v.at(site)}, site, level.a);
+      mss::stop_sticking({contact_, held_, impulses_.get()}, at, body_.mass(at), site, level.state.x,
+                         level.state.v, level.a);
     });
   }
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/reactions.hpp"
 #include "core/refined_system.hpp"
 #include "core/scene_boxes.hpp"
 #include "core/scene_keys.hpp"
@@ -482,11 +483,32 @@ void read_contact_surface(const TomlTable& root, const std::shared_ptr<const Tri
   scene.environment.contact_surface = surface;
 }
 
-std::vector<Expectation> read_expectations(const TomlTable& expect, const TriangleMesh* surface,
-                                           double cell_size) {
+/// Adds the forces of holds and planes among the keys of [expect].
+void add_expected_forces(const TomlTable& expect, const Environment& environment,
+                         std::vector<std::string>& quantities) {
+  const Reactions reactions{.holds = std::vector<Vec3>(environment.holds.size(), Vec3::Zero()),
+                            .planes = std::vector<Vec3>(environment.planes.size(), Vec3::Zero())};
+  std::vector<std::string> forces;
+  for_each_component(reactions, [&](const std::string& name, double) { forces.push_back(name); });
+  const std::vector<std::string> others = quantities;
+  for (const std::string& key : expect.keys()) {
+    if (std::find(others.begin(), others.end(), key) != others.end()) continue;
+    if (std::find(forces.begin(), forces.end(), key) == forces.end())
+      expect.reject(key, fmt::format("is of none of the scene's {} holds and {} planes; count them from 0",
+                                     environment.holds.size(), environment.planes.size()));
+    quantities.push_back(key);
+  }
+}
+
+std::vector<Expectation> read_expectations(const TomlTable& expect, const Environment& environment,
+                                           const TriangleMesh* surface, double cell_size) {
+  std::vector<std::string> quantities = scene_keys().at("expect");
+  std::erase_if(quantities, [&](const std::string& quantity) {
+    return !expect.has(quantity) || quantity.find('#') != std::string::npos;
+  });
+  add_expected_forces(expect, environment, quantities);
   std::vector<Expectation> all;
-  for (const std::string& quantity : scene_keys().at("expect")) {
-    if (!expect.has(quantity)) continue;
+  for (const std::string& quantity : quantities) {
     const TomlTable table = expect.table(quantity);
     Expectation e{.quantity = quantity, .within = table.number("within", margin)};
     if (quantity == mean_displacement) {
@@ -571,7 +593,7 @@ Scene scene_of(const TomlFile& toml) {
   scene.start_spin = root.table("start").vector("spin", spin, Vec3::Zero());
   scene.solve = read_solve(root.table("solve"));
   read_contact_surface(root, surface, scene);
-  scene.expectations = read_expectations(root.table("expect"), surface.get(), cell_size);
+  scene.expectations = read_expectations(root.table("expect"), scene.environment, surface.get(), cell_size);
   read_refinement(root, scene);
   find_empty_boxes(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
     root.tables(table)[index].reject("box", complaint);

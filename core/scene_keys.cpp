@@ -48,6 +48,10 @@ KnownKeys make_keys() {
     keys["expect"].emplace_back(column.name);
     keys["expect." + std::string(column.name)] = {"value", "within"};
   }
+  for (const char* force : {"hold_#_x", "hold_#_y", "hold_#_z", "plane_#_x", "plane_#_y", "plane_#_z"}) {
+    keys["expect"].emplace_back(force);
+    keys["expect." + std::string(force)] = {"value", "within"};
+  }
   return keys;
 }
 

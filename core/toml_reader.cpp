@@ -145,6 +145,13 @@ bool is_number(std::string_view key) {
   return !key.empty() && key.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
+/// A key with # in place of a number between its first and its last _, as lists of known keys have it.
+std::string numbered(const std::string& key) {
+  const std::size_t first = key.find('_'), last = key.rfind('_');
+  if (first == last || !is_number(std::string_view(key).substr(first + 1, last - first - 1))) return key;
+  return key.substr(0, first + 1) + "#" + key.substr(last);
+}
+
 /// An override makes the tables on the way to its key; they stand on no line.
 bool is_made_by_override(const toml::table& table) { return table.source().begin.line == 0; }
 
@@ -221,14 +228,14 @@ void TomlFile::check_keys(const toml::table& table, const std::string& path, con
   const auto entry = known.find(pattern);
   if (entry == known.end()) return;  // a table where a plain value belongs: reading it reports that
   for (const auto& [name, node] : in_order_of_lines(table)) {
-    const std::string full = join(path, name), inner = join(pattern, name);
+    const std::string general = numbered(name), full = join(path, name), inner = join(pattern, general);
     if (is_number(name) && is_made_by_override(table) && !pattern.empty())
       reject(
           full, node,
           fmt::format("the scene has no [[{}]]; a setting changes keys of the tables that the file has, and "
                       "adds none",
                       path));
-    if (!contains(known, pattern, name) && !contains(old, pattern, name))
+    if (!contains(known, pattern, general) && !contains(old, pattern, name))
       reject(full, node,
              fmt::format("{} is not a known {} (known: {}){}", full, node->is_table() ? "table" : "key",
                          fmt::join(entry->second, ", "), suggestion(pattern, name, known)));
@@ -283,6 +290,13 @@ TomlTable TomlTable::table(std::string_view key) const {
   if (node != nullptr && !node->is_table())
     reject(key, "is not a table; give it as a table of key = value pairs");
   return {*file_, node == nullptr ? nullptr : node->as_table(), path_of(key)};
+}
+
+std::vector<std::string> TomlTable::keys() const {
+  std::vector<std::string> keys;
+  if (table_ == nullptr) return keys;
+  for (const auto& entry : in_order_of_lines(*table_)) keys.push_back(entry.first);
+  return keys;
 }
 
 std::vector<TomlTable> TomlTable::tables(std::string_view key) const {

@@ -23,7 +23,7 @@ struct Quantity {
 };
 
 /// The tables of a format with their keys; "" is the top level, and tables in an array ("hold") share one
-/// entry.
+/// entry. A # between _ stands for any whole number: hold_#_x for hold_0_x, hold_1_x, ...
 using KnownKeys = std::map<std::string, std::vector<std::string>, std::less<>>;
 
 /// A parsed TOML file, with the line or command-line override that every value came from.
@@ -75,6 +75,7 @@ class TomlTable {
   bool has(std::string_view key) const { return find(key) != nullptr; }
   bool is_text(std::string_view key) const { return has(key) && find(key)->is_string(); }
   const std::string& path() const { return path_; }
+  std::vector<std::string> keys() const;
 
   /// The table under `key`, or an empty one.
   TomlTable table(std::string_view key) const;

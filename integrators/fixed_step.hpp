@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "core/plane_impulses.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {
@@ -22,6 +23,7 @@ class BetweenSteps {
   BetweenSteps(Integrator<Real>& method, System<Real>& system, double dt, bool may_sleep, bool keeps_bounds)
       : method_(method),
         events_(system.events()),
+        impulses_(system.plane_impulses()),
         dt_(dt),
         collides_(events_ && events_->collides() && !(keeps_bounds && system.bounds())),
         sleeps_(may_sleep && events_ && events_->sleeps()) {}
@@ -30,6 +32,11 @@ class BetweenSteps {
   bool active() const { return collides_ || sleeps_; }
   /// Whether a step would change the time only.
   bool all_asleep() const { return sleeps_ && events_->all_asleep(); }
+
+  /// A step in which that is so.
+  void sleeps_on() {
+    if (impulses_) impulses_->end_step(dt_);
+  }
 
   void step_begins(const State<Real>& state) {
     if (collides_) before_ = state;
@@ -43,6 +50,7 @@ class BetweenSteps {
  private:
   Integrator<Real>& method_;
   StepEvents<Real>* events_;  ///< nullptr: nothing happens between steps
+  PlaneImpulses* impulses_;   ///< nullptr: no plane acts by impulses
   double dt_;
   bool collides_, sleeps_;
   State<Real> before_;
@@ -60,6 +68,7 @@ Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>
   BetweenSteps<Real> between(method, system, dt, true, keeps_bounds);
   const auto step_alone = [&] {
     if (between.all_asleep()) {
+      between.sleeps_on();
       state.t += dt;
       return;
     }

@@ -149,16 +149,16 @@ std::string description(const std::vector<LevelCount>& levels) {
 /// series.csv as far as it is there: of ranks that share a body each may be lost, and the others with it.
 class GrowingSeries {
  public:
-  explicit GrowingSeries(const fs::path& file) : stream_(file, std::ios::binary | std::ios::trunc) {
-    stream_ << header() << std::flush;
-  }
-  void add(const Measures& row) {
-    stream_ << series_table({row}).csv().substr(header().size()) << std::flush;
+  explicit GrowingSeries(const fs::path& file) : stream_(file, std::ios::binary | std::ios::trunc) {}
+  void add(const SeriesRow& row) {
+    const std::string csv = series_table({row}).csv();
+    stream_ << (has_header_ ? csv.substr(csv.find('\n') + 1) : csv) << std::flush;
+    has_header_ = true;
   }
 
  private:
-  static std::string header() { return series_table({}).csv(); }
   std::ofstream stream_;
+  bool has_header_ = false;
 };
 
 /// Null of a body in one process. What a rank sends to each neighbour before a force are positions and
@@ -230,7 +230,7 @@ SimulationResult simulate_in_ranks(const Scene& scene, Progress& progress, const
     fs::remove(directory / "particles.csv");
     rows.emplace(directory / "series.csv");
   }
-  return simulate(scene, progress, vtk, {ranks, [&](const Measures& row) {
+  return simulate(scene, progress, vtk, {ranks, [&](const SeriesRow& row) {
                                            if (rows) rows->add(row);
                                          }});
 }

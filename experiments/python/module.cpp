@@ -46,7 +46,7 @@ std::unique_ptr<Simulation> load(const py::object& scene, const py::dict& settin
   }
 }
 
-py::dict energies(const Simulation& simulation) {
+py::dict energies(Simulation& simulation) {
   const py::dict all = simulation.measures();
   py::dict energies;
   for (const char* name : {"kinetic", "elastic", "volume_energy", "gravitational", "total"})
@@ -157,7 +157,8 @@ hold or stop particles.)")
       .def(
           "measures", &Simulation::measures,
           R"(The columns of series.csv at the present state: energies [J], volume ratios, momentum_x, y, z [kg m/s], spin_x, y, z
-[kg m^2/s], max_speed [m/s], max_stretch, min_jacobian, and t [s].)")
+[kg m^2/s], max_speed [m/s], max_stretch, min_jacobian, t [s], and the forces [N] that holds and planes exert: hold_0_x, y, z,
+..., plane_0_x, y, z, ... Those of planes that act by impulses are means over the last advance().)")
       .def(
           "energies", &energies,
           R"(Those of the measures that are energies [J]: kinetic, elastic, volume_energy, gravitational and their total.)")

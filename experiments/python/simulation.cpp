@@ -61,7 +61,7 @@ class SimulationIn final : public Simulation {
     return vectors_of(run_.state().v, body_.sites());
   }
   Doubles forces() override;
-  py::dict measures() const override;
+  py::dict measures() override;
   void advance(double until) override;
   void set_state(double t, const Doubles& x, const Doubles& v) override;
   void add_force(py::function force) override;
@@ -104,16 +104,20 @@ Doubles SimulationIn<Real>::forces() {
 }
 
 template <class Real>
-py::dict SimulationIn<Real>::measures() const {
+py::dict SimulationIn<Real>::measures() {
   const Use use(used_);
   Measures measures;
+  Reactions reactions;
   {
     const py::gil_scoped_release free;
     measures = mss::measure(run_.system(), run_.state());
+    reactions = run_.reactions(driven());
   }
+  if (forced_) forced_->rethrow();
   py::dict named;
   for (const MeasureColumn& column : measure_columns)
     named[py::str(std::string(column.name))] = column.value(measures);
+  for_each_component(reactions, [&](const std::string& name, double force) { named[py::str(name)] = force; });
   return named;
 }
 
@@ -132,6 +136,7 @@ void SimulationIn<Real>::advance(double until) {
   std::optional<State<Real>> before;
   if (calls_python_) before = run_.state();
   Status status = Status::ok;
+  run_.begin_means();
   try {
     status = advance_unlocked(until);
     if (forced_) forced_->rethrow();

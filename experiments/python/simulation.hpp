@@ -36,7 +36,7 @@ class Simulation {
   virtual Doubles positions() const = 0;
   virtual Doubles velocities() const = 0;
   virtual Doubles forces() = 0;
-  virtual pybind11::dict measures() const = 0;
+  virtual pybind11::dict measures() = 0;
 
   /// Throws InputError for a time that is past, SimulationFailed, and what a Python function throws; the
   /// state is then the one before.

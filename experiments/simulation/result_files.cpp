@@ -11,16 +11,20 @@
 
 namespace mss {
 
-Table series_table(const std::vector<Measures>& series) {
+Table series_table(const std::vector<SeriesRow>& series) {
   std::vector<Column> columns;
   columns.reserve(std::size(measure_columns));
   for (const MeasureColumn& column : measure_columns)
     columns.push_back({std::string(column.name), std::string(column.unit)});
+  for_each_component(series.front().reactions, [&](const std::string& name, double) {
+    columns.push_back({name, "N"});
+  });
   Table table(std::move(columns));
-  for (const Measures& m : series) {
+  for (const SeriesRow& m : series) {
     std::vector<Cell> row;
-    row.reserve(std::size(measure_columns));
+    row.reserve(table.columns().size());
     for (const MeasureColumn& column : measure_columns) row.emplace_back(column.value(m));
+    for_each_component(m.reactions, [&](const std::string&, double force) { row.emplace_back(force); });
     table.add(std::move(row));
   }
   return table;

@@ -9,8 +9,8 @@
 
 namespace mss {
 
-/// series.csv.
-Table series_table(const std::vector<Measures>& series);
+/// series.csv. All rows must have the same holds and planes, and there must be a row.
+Table series_table(const std::vector<SeriesRow>& series);
 
 /// particles.csv, row by row: a body may have millions of particles, too many for a Table.
 void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& particles);

@@ -93,7 +93,8 @@ SceneRun<Real>::SceneRun(const Scene& scene, const Body& body, long most_steps)
       refined_(refined_body_of(scene)),
       system_(make_solid<Real>(scene, body, refined_.get())),
       options_(method_options(scene, *system_)),
-      info_(&find_integrator(scene.solve.integrator)) {
+      info_(&find_integrator(scene.solve.integrator)),
+      gauge_(*system_, scene.environment) {
   options_.most_steps = most_steps;
   if (scene.solve.local_steps) in_local_steps_ = system_->with_local_steps(options_.dt);
   method_ = info_->template make<Real>(options_);
@@ -116,6 +117,7 @@ template <class Real>
 void SceneRun<Real>::go_on_from(const State<Real>& state) {
   for (next_ = 0; next_ < strikes_.size() && strikes_[next_].at < state.t;) ++next_;
   state_ = state;
+  begin_means();
   disturb();
 }
 

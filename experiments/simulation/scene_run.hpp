@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/measures.hpp"
+#include "core/reactions.hpp"
 #include "core/refined_body.hpp"
 #include "core/scene.hpp"
 #include "integrators/error_scale.hpp"
@@ -73,6 +74,11 @@ class SceneRun {
   /// Of the state; nothing if a number is not finite: energies overflow before coordinates do.
   std::optional<Measures> measure() const;
 
+  /// What holds and planes exert, by planes that give impulses the mean since begin_means(), or since the
+  /// state was set; `driven` as above.
+  Reactions reactions(System<Real>& driven) { return gauge_.read(driven, state_); }
+  void begin_means() { gauge_.begin(state_.t); }
+
   /// Continues from another state. Strikes before its time are past.
   void go_on_from(const State<Real>& state);
   /// Goes on with another method than the scene's.
@@ -93,6 +99,7 @@ class SceneRun {
   std::unique_ptr<Integrator<Real>> method_;
   const IntegratorInfo* info_;  ///< of the scene's method
   State<Real> state_;
+  ReactionGauge<Real> gauge_;
 };
 
 }  // namespace mss

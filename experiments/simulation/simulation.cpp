@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/error.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/non_sleeping_reference.hpp"
 #include "experiments/simulation/scene_check.hpp"
@@ -58,9 +59,10 @@ class Simulation final : public Stops {
     result.kernel = run_.system().kernel_name();
     result.levels = count_levels(run_.system());
     if (scene.solve.sleep.bound > 0) reference_.emplace(scene, body);
-    if (frame_every_ > 0)
-      frames_.emplace(vtk.directory, run_.system().levels(),
-                      scene.mesh ? std::optional(scene.mesh->surface()) : std::nullopt);
+    if (frame_every_ == 0) return;
+    frames_.emplace(vtk.directory, run_.system().levels(),
+                    scene.mesh ? std::optional(scene.mesh->surface()) : std::nullopt);
+    of_frames_.emplace(run_.system(), scene.environment);
   }
 
   /// The state of the last finite row is what a failed run leaves.
@@ -69,9 +71,14 @@ class Simulation final : public Stops {
  private:
   long steps() override;
   bool reached(bool at_end) override;
-  void add_row(const Measures& measures) {
-    result_.series.push_back(measures);
-    shared_.on_row(measures);
+  /// False if a force is not finite.
+  bool add_row(const Measures& measures) {
+    const SeriesRow row{measures, run_.reactions(run_.driven())};
+    if (!row.reactions.is_finite()) return false;
+    run_.begin_means();
+    result_.series.push_back(row);
+    shared_.on_row(row);
+    return true;
   }
   void advance(double t_end);
   void report() const {
@@ -80,7 +87,9 @@ class Simulation final : public Stops {
   }
   void add_frame() {
     run_.system().update_ghosts(run_.state());
-    frames_->add(run_.state().t, run_.state().x, run_.state().v);
+    frames_->add(run_.state().t, run_.state().x, run_.state().v,
+                 of_frames_->read(run_.driven(), run_.state()));
+    of_frames_->begin(run_.state().t);
   }
   bool in_fixed_steps() const { return find_integrator(scene_.solve.integrator).stepping == Stepping::fixed; }
 
@@ -95,6 +104,7 @@ class Simulation final : public Stops {
   long steps_begun_ = 0;
   double seconds_stopped_ = 0;  ///< in this advance
   std::optional<VtkSeries> frames_;
+  std::optional<ReactionGauge<Real>> of_frames_;
   std::optional<NonSleepingReference<Real>> reference_;
 };
 
@@ -136,7 +146,11 @@ template <class Real>
 void Simulation<Real>::rows() {
   const State<Real>& state = run_.state();
   State<Real> last = state;
-  add_row(measure(run_.system(), state));
+  if (!add_row(measure(run_.system(), state)))
+    throw InputError(
+        fmt::format("{}: a hold or a plane exerts a force that is not finite at the start; give a slower "
+                    "motion, or a lighter or softer material",
+                    scene_.file.string()));
   if (frames_) add_frame();
   const auto rows = std::max(1L, std::lround(std::ceil(scene_.solve.duration / scene_.solve.every - 1e-9)));
   for (long i = 1; i <= rows && result_.status == Status::ok; ++i) {
@@ -147,11 +161,10 @@ void Simulation<Real>::rows() {
     if (result_.status != Status::ok && !stopped) continue;
     if (state.t == last.t) continue;  // a row every step if `every` is less
     const std::optional<Measures> measures = run_.measure();
-    if (!measures) {
+    if (!measures || !add_row(*measures)) {
       result_.status = Status::non_finite;
       continue;
     }
-    add_row(*measures);
     last = state;
     if (stopped) continue;
     if (reference_)

@@ -30,6 +30,11 @@ struct LevelCount {
   std::size_t particles = 0;  ///< that move
 };
 
+/// A row of series.csv. Forces of planes that give impulses are means over the time since the row before.
+struct SeriesRow : Measures {
+  Reactions reactions;
+};
+
 /// Result of simulating a scene. A failed run has the rows it finished, and the particles of the last one.
 struct SimulationResult {
   Status status = Status::ok;
@@ -45,7 +50,7 @@ struct SimulationResult {
   std::string kernel;                ///< instruction set of the sweep
   std::vector<LevelCount> levels;    ///< the largest cells first
   std::optional<SleepReport> sleep;  ///< where the scene has particles sleep
-  std::vector<Measures> series;
+  std::vector<SeriesRow> series;
   std::vector<ParticleRecord> particles;
 };
 
@@ -63,7 +68,7 @@ State<Real> stretched_state(const BodySystem<Real>& system, double factor);
 /// particles: a rank gets its own, which follow those of the rank below.
 struct SharedRun {
   const Ranks& ranks = Ranks::alone();
-  std::function<void(const Measures&)> on_row = [](const Measures&) {};  ///< as soon as one is there
+  std::function<void(const SeriesRow&)> on_row = [](const SeriesRow&) {};  ///< as soon as one is there
 };
 
 /// Simulates a scene from beginning to end, and writes the series if that is chosen. Throws as

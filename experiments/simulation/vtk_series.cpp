@@ -246,6 +246,15 @@ void write_spring_values(hid_t group, const std::vector<Level>& levels, const Fi
   write_all(ranks, group, "class", classes);
 }
 
+/// One vector each, as field data.
+void write_reactions(hid_t grid, const Reactions& reactions) {
+  if (reactions.holds.empty() && reactions.planes.empty()) return;
+  const Handle group = new_group(grid, "FieldData");
+  for_each(reactions, [&](const std::string& name, const Vec3& force) {
+    write(group, name.c_str(), std::vector<double>{force[0], force[1], force[2]}, 3);
+  });
+}
+
 /// Whether a file is one of ours: cells_000012.vtkhdf, springs_000012.vtkhdf, mesh.h5.
 bool is_part(const fs::path& file) {
   const std::string name = file.filename();
@@ -326,7 +335,7 @@ void VtkSeries::write_mesh(const std::optional<TriangleMesh>& surface) const {
 }
 
 template <class Real>
-void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v) {
+void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v, const Reactions& reactions) {
   const std::size_t frame = times_.size();
   const fs::path mesh = "mesh.h5", cells = frame_file("cells", frame);
   write_file(ranks(), cells, [&](hid_t file) {
@@ -335,6 +344,7 @@ void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v) {
     write_all(ranks(), grid, "Points", by_point(levels_, x), 3);
     write_all(ranks(), new_group(grid, "PointData"), "velocity", by_point(levels_, v), 3);
     write_cell_values(new_group(grid, "CellData"), levels_, x);
+    write_reactions(grid, reactions);
   });
   write_file(ranks(), frame_file("springs", frame), [&](hid_t file) {
     const Handle grid = new_group(file, "VTKHDF");
@@ -368,7 +378,7 @@ void VtkSeries::finish() const {
   }
 }
 
-template void VtkSeries::add(double, const Field<float>&, const Field<float>&);
-template void VtkSeries::add(double, const Field<double>&, const Field<double>&);
+template void VtkSeries::add(double, const Field<float>&, const Field<float>&, const Reactions&);
+template void VtkSeries::add(double, const Field<double>&, const Field<double>&, const Reactions&);
 
 }  // namespace mss

@@ -8,6 +8,7 @@
 
 #include "core/body.hpp"
 #include "core/mesh/embedded_surface.hpp"
+#include "core/reactions.hpp"
 
 namespace mss {
 
@@ -23,7 +24,8 @@ void remove_vtk_series(const std::filesystem::path& directory);
 /// other, and as points of a smaller cell the particles that follow those of larger ones too. Springs are
 /// lines between the same points, with their stretch and their class (0 edge, 1 face diagonal, 2 body
 /// diagonal). The surface is the mesh's triangles where the cells carry them, with the velocity of their
-/// corners. Which points belong together is stored once, in `vtk/mesh.h5`.
+/// corners. Cells have the forces [N] of holds and planes as field data, hold_0, ... plane_0, ... Which
+/// points belong together is stored once, in `vtk/mesh.h5`.
 ///
 /// Where ranks share the body all of them make a series and call its functions; the lowest writes the files,
 /// as one process would.
@@ -36,7 +38,7 @@ class VtkSeries {
 
   /// Writes a frame, whole or not at all; ghosts must be up to date. Throws InputError if that fails.
   template <class Real>
-  void add(double t, const Field<Real>& x, const Field<Real>& v);
+  void add(double t, const Field<Real>& x, const Field<Real>& v, const Reactions& reactions);
 
   /// Writes the lists of frames.
   void finish() const;

@@ -349,6 +349,20 @@ constexpr Malformed malformed_environments[]{
      "0.5\nrefinement = \"auto\"\nrefinement_goal = \"displacement\"\n",
      5,
      {"body.refinement_goal", "[expect]"}},
+    {"expects_a_force_of_no_plane",
+     "duration = 1\n",
+     "duration = 1\n[[plane]]\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\n[expect]\nplane_1_z = { value = 1, "
+     "within "
+     "= 1 }\n",
+     15,
+     {"expect.plane_1_z = {...}", "none of the scene's 0 holds and 1 planes", "from 0"}},
+    {"expects_a_force_along_no_axis",
+     "duration = 1\n",
+     "duration = 1\n[[plane]]\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\n[expect]\nplane_0_w = { value = 1, "
+     "within "
+     "= 1 }\n",
+     15,
+     {"expect.plane_0_w is not a known table", "plane_#_z"}},
     {"levels_of_no_chosen_cells",
      "0.5\n",
      "0.5\nrefinement_levels = 2\n",

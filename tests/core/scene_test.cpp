@@ -488,10 +488,12 @@ TEST(Scene, IsWrittenWithDefaultsFilledIn) {
 
 TEST(Scene, ReadsItsExpectations) {
   const std::string expect =
-      "\n[expect]\nmax_stretch = { value = 0.5, within = 0.25 }\n"
+      "\n[expect]\nmax_stretch = { value = 0.5, within = 0.25 }\nhold_1_z = { value = -3, within = 0.5 }\n"
       "displacement = { box = [[0.5, 0, -1], [1.5, 0.5, -1]], value = [1, 2, 3], within = 0 }\n";
   const Scene scene = load_text(full_scene + expect);
-  ASSERT_EQ(scene.expectations.size(), 2U);
+  ASSERT_EQ(scene.expectations.size(), 3U);
+  EXPECT_EQ(scene.expectations[2].quantity, "hold_1_z");
+  EXPECT_THAT(scene.expectations[2].value, ElementsAre(-3));
   const Expectation& moved = scene.expectations[0];
   EXPECT_EQ(moved.quantity, mean_displacement);
   EXPECT_THAT(moved.value, ElementsAre(1, 2, 3));

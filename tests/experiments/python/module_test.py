@@ -142,6 +142,17 @@ class Motion(unittest.TestCase):
         for row, expected in zip(rows, series[1:]):
             self.assertEqual(row, {name: float(value) for name, value in expected.items()})
 
+    def test_holds_and_planes_carry_the_weight(self):
+        held = {"box": [[0, 0, 0], [0, 0.2, 0.2]]}
+        floor = {"point": [0, 0, 0], "normal": [0, 0, 1]}
+        for action in ({"hold": [held]}, {"plane": [floor]}):
+            simulation = mss.load(dict(BLOCK, **action), {
+                "environment.gravity": [0, 0, -9.81], "solve.integrator": "backward_euler", "solve.dt": 0.02})
+            simulation.advance(2)
+            simulation.advance(3)
+            force = simulation.measures()["hold_0_z" if "hold" in action else "plane_0_z"]
+            self.assertAlmostEqual(force, 9.81 * simulation.masses.sum(), delta=1e-4 * force)
+
     def test_forces_are_masses_times_accelerations(self):
         simulation = with_settings(environment_gravity=[0, 0, -9.81])
         weight = simulation.masses[:, None] * [0, 0, -9.81]

@@ -97,6 +97,32 @@ TEST_F(RunCommand, WritesSeriesParticlesAndSummary) {
   EXPECT_EQ(s["configuration"]["body"]["cell_size"], 0.1);
 }
 
+TEST_F(RunCommand, WritesForcesOfHoldsAndPlanes) {
+  const std::string acting = cube + R"([environment]
+gravity = [0, 0, -9.81]
+[[plane]]
+contact = "penalty"
+point = [0, 0, 0]
+normal = [0, 0, 1]
+[[hold]]
+box = [[0, 0, 0], [0, 0, 0]]
+[[plane]]
+point = [0, 0, 0]
+normal = [0, 0, 1]
+[expect]
+plane_1_z = { value = 0, within = 1e9 }
+)";
+  ASSERT_EQ(run(write("cube.toml", acting)).exit_status, 0);
+  const auto series = parse_csv(read_file(out() / "series.csv"));
+  ASSERT_EQ(series[0].size(), 17U + 9);
+  EXPECT_EQ(std::vector<std::string>(series[0].begin() + 17, series[0].end()),
+            (std::vector<std::string>{"hold_0_x", "hold_0_y", "hold_0_z", "plane_0_x", "plane_0_y",
+                                      "plane_0_z", "plane_1_x", "plane_1_y", "plane_1_z"}));
+  EXPECT_EQ(series[1][25], "0");  // the mean over no time
+  EXPECT_GT(std::stod(series[6][25]), 0);
+  EXPECT_EQ(summary()["final"]["plane_1_z"], std::stod(series[6][25]));
+}
+
 TEST_F(RunCommand, ResultsDoNotDependOnThreads) {
   const fs::path scene = write("cube.toml", cube);
   ASSERT_EQ(run(scene, {"--set", "solve.threads=1"}).exit_status, 0);

@@ -68,6 +68,16 @@ def check_cells(grid, particles, row):
     near(jacobian.GetRange()[0], row["min_jacobian"], "smallest Jacobian")
 
 
+def check_forces(grid, row):
+    data = grid.GetFieldData()
+    names = {data.GetArrayName(i) for i in range(data.GetNumberOfArrays())}
+    assert names == {"hold_0", "plane_0", "plane_1"}, names
+    for name in names:
+        assert data.GetArray(name).GetNumberOfTuples() == 1 and data.GetArray(name).GetNumberOfComponents() == 3
+        for axis, force in zip("xyz", data.GetArray(name).GetTuple(0)):
+            near(force, row[f"{name}_{axis}"], f"{name}_{axis}", 1e-9)
+
+
 def check_springs(grid, row):
     stretch = grid.GetCellData().GetArray("stretch")
     kind = grid.GetCellData().GetArray("class")
@@ -140,6 +150,49 @@ every = 0.05
             near(min(math.dist(corner, point) for point in found), 0, "distance of a vertex from its place", 1e-9)
 
 
+FORCED = """
+[body]
+cells = [3, 2, 2]
+cell_size = 0.1
+[material]
+density = 1000
+young = 1e6
+poisson = 0.3
+[environment]
+gravity = [0, 0, -9.81]
+[[hold]]
+box = [[0, 0, 0], [0, 1, 1]]
+[[plane]]
+point = [0, 0, 0]
+normal = [0, 0, 1]
+[[plane]]
+point = [0.299, 0, 0]
+normal = [-1, 0, 0]
+contact = "penalty"
+[solve]
+integrator = "verlet"
+dt = 1e-4
+duration = 0.1
+every = 0.01
+"""
+
+
+def check_forced(mss, directory):
+    """Frames have the forces of rows, if they have their times: also means since the frame before."""
+    directory.mkdir(exist_ok=True)
+    (directory / "forced.toml").write_text(FORCED)
+    subprocess.run([mss, "run", str(directory / "forced.toml"), "--out", str(directory / "out"), "--vtk", "100"],
+                   check=True)
+    series = rows(directory / "out" / "series.csv")
+    cells = frames(directory / "out", "cells")
+    assert len(cells) == len(series) == 11
+    for row, (time, grid) in zip(series, cells):
+        assert time == row["t"]
+        check_forces(grid, row)
+    for name in ("hold_0_x", "plane_0_z", "plane_1_x"):
+        assert max(abs(row[name]) for row in series) > 1, name
+
+
 def run(mss, directory, *more):
     settings = ["body.cells=[8,2,2]", "body.cell_size=0.25", "environment.gravity=[0,0,-981]",
                 "solve.dt=5e-4", "solve.duration=0.025", "solve.every=0.005"]
@@ -169,6 +222,7 @@ def main(mss, directory):
     check_points(cells[-1][1], springs[-1][1], particles)
 
     assert not (watched / "surface.vtkhdf.series").exists(), "a surface without a mesh"
+    check_forced(mss, directory / "forced")
 
     run(mss, watched)
     assert not (watched / "vtk").exists() and not (watched / "cells.vtkhdf.series").exists(), "an old series is left"
