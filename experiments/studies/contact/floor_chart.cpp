@@ -120,6 +120,7 @@ MapChart floor_map(const Table& rows) {
   std::vector<double> youngs = shown.distinct_numbers("young");
   std::sort(youngs.begin(), youngs.end());
   std::vector<std::string> names;
+  names.reserve(methods.size());
   for (const std::string& method : methods) names.push_back(method_label(method));
   MapChart chart{
       .title = "A block on the floor at 60 steps a second: which methods get it right",

@@ -89,7 +89,7 @@ Equilibrium static_answer(const Body& body) {
   return find_equilibrium(system, [](const Vec3& x) { return x; });
 }
 
-/// The first steps of a motion: what they cost.
+/// What the first steps of a run cost.
 struct Cost {
   Work work{};
   double seconds = 0;  ///< of the processor, which other programs do not disturb
@@ -104,9 +104,9 @@ double step_of(const FloorRun& run, const SpectralBound& bound) {
 }
 
 /// A body moved by a method.
-class Motion {
+class MovedBody {
  public:
-  Motion(const Body& body, const Environment& environment, const std::string& integrator, double dt)
+  MovedBody(const Body& body, const Environment& environment, const std::string& integrator, double dt)
       : system_(body, environment, {.threads = 1}),
         state_(system_.rest_state()),
         info_(find_integrator(integrator)),
@@ -203,32 +203,32 @@ double seconds_of(const FloorRun& run) {
 
 /// From sample to sample, as whole steps allow, to the end; or until energy shows that nothing is to be
 /// expected.
-Course follow(const FloorRun& run, const Body& body, double dt, Motion& motion) {
+Course follow(const FloorRun& run, const Body& body, double dt, MovedBody& moved) {
   const Layers layers(body);
   const Environment environment = environment_of(run.scene);
-  const double seconds = seconds_of(run), start = motion.measured().total(),
+  const double seconds = seconds_of(run), start = moved.measured().total(),
                reference =
                    body.total_mass() * gravity * height_of_energy(run.scene, body, environment.gravity);
   const long stride = std::max(1L, std::lround(sample / dt)), steps = std::lround(seconds / dt);
   Course course;
   const auto record = [&](const Measures& m) {
-    const Field<double>& x = motion.state().x;
-    course.samples.push_back({motion.state().t, mean_at(layers.top, body, x)[2],
+    const Field<double>& x = moved.state().x;
+    course.samples.push_back({moved.state().t, mean_at(layers.top, body, x)[2],
                               mean_at(layers.bottom, body, x), m.momentum / body.total_mass()});
     course.energy = std::max(course.energy, 1 + (m.total() - start) / reference);
     bool all = true;
-    for (const Plane& plane : motion.planes()) {
-      const double gap = motion.gap(plane);
+    for (const Plane& plane : moved.planes()) {
+      const double gap = moved.gap(plane);
       course.penetration = std::max(course.penetration, -gap);
       all = all && gap < touching;
     }
-    course.touched = course.touched || (all && motion.state().t > seconds / 2);
+    course.touched = course.touched || (all && moved.state().t > seconds / 2);
   };
-  record(motion.measured());
+  record(moved.measured());
   for (long step = stride; step <= steps && course.energy < hopeless; step += stride) {
-    course.status = motion.advance(double(step) * dt);
+    course.status = moved.advance(double(step) * dt);
     if (course.status != Status::ok) break;
-    const Measures m = motion.measured();
+    const Measures m = moved.measured();
     if (!std::isfinite(m.total())) course.status = Status::non_finite;
     if (course.status != Status::ok) break;
     record(m);
@@ -321,9 +321,9 @@ std::string judge(const FloorRun& run, const Course& course, double error) {
 }
 
 /// Where the run begins: undeformed or, with shorter steps than 1/60 s, in the static answer.
-void begin(const FloorRun& run, const Equilibrium& answer, Motion& motion) {
-  if (sags(run) && !has_time(run)) motion.place(answer.state.x);
-  for (const Plane& plane : environment_of(run.scene).planes) motion.move(run.scene.height * plane.normal);
+void begin(const FloorRun& run, const Equilibrium& answer, MovedBody& moved) {
+  if (sags(run) && !has_time(run)) moved.place(answer.state.x);
+  for (const Plane& plane : environment_of(run.scene).planes) moved.move(run.scene.height * plane.normal);
 }
 
 /// What holds do in place of planes: what falls is free.
@@ -337,13 +337,13 @@ Cost cost_without_contact(const FloorRun& run, const Body& body, double dt, cons
   Environment environment = environment_of(run.scene);
   environment.planes.clear();
   environment.holds = holds_of(run, body);
-  Motion motion(body, environment, run.integrator, dt);
-  if (run.scene.task != FloorTask::groove) begin(run, answer, motion);
+  MovedBody moved(body, environment, run.integrator, dt);
+  if (run.scene.task != FloorTask::groove) begin(run, answer, moved);
   const long steps = std::min(costed_steps, std::lround(seconds_of(run) / dt)),
              stride = std::max(1L, std::lround(sample / dt));
   for (long step = stride; step <= steps; step += stride)
-    if (motion.advance(double(step) * dt) != Status::ok) break;
-  return motion.cost();
+    if (moved.advance(double(step) * dt) != Status::ok) break;
+  return moved.cost();
 }
 
 /// What the columns from `dt` to `cost` show.
@@ -366,12 +366,12 @@ void compute(const FloorRun& run, Table& rows) {
   const Body body(loaded(floor_body(run.shape, run.young), run.scene.burden));
   const Environment environment = environment_of(run.scene);
   Numbers n{.dt = step_of(run, SpringSystem<double>(body, environment, {.threads = 1}).spectral_bound())};
-  Motion motion(body, environment, run.integrator, n.dt);
+  MovedBody moved(body, environment, run.integrator, n.dt);
   const Equilibrium answer = sags(run) ? static_answer(body) : Equilibrium{};
   if (answer.status != Status::ok) return add(run, n, "not_compared", "no static answer", rows);
-  begin(run, answer, motion);
-  const Course course = follow(run, body, n.dt, motion);
-  const Cost cost = motion.cost(), free = cost_without_contact(run, body, n.dt, answer);
+  begin(run, answer, moved);
+  const Course course = follow(run, body, n.dt, moved);
+  const Cost cost = moved.cost(), free = cost_without_contact(run, body, n.dt, answer);
   n.energy = course.energy;
   n.penetration = course.penetration;
   n.solves = cost.per_step(cost.work.linear_solves);
