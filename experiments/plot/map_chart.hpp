@@ -11,12 +11,13 @@ namespace mss {
 /// A rectangle of a map, of the kind that fills it.
 struct MapCell {
   double x_low, x_high, y_low, y_high;
-  int kind;  ///< index into MapChart::kinds
+  int kind;            ///< index into MapChart::kinds
+  std::string text{};  ///< in its middle: a number of few digits
 };
 
 /// One map among several over the same axes, or at least the same y.
 struct MapPanel {
-  std::string title;
+  std::string title;  ///< of one line or two
   std::vector<MapCell> cells = {};
   std::vector<ChartPoint> line = {};  ///< drawn over the cells
   std::optional<ChartAxis> x = {};    ///< in place of the chart's

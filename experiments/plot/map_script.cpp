@@ -14,12 +14,15 @@ namespace mss {
 
 namespace {
 
-/// From light to dark, one of them hatched, then three that are hatched in grey.
+/// From light to dark, one of them hatched, then three that are hatched in grey. Text is white on the dark
+/// one.
 constexpr std::array<const char*, 8> fills{
     "fc '#e4eef7' fs solid 1 border lc '#e4eef7'",   "fc '#f0b75b' fs solid 1 border lc '#f0b75b'",
     "fc '#c0392b' fs pattern 1 border lc '#c0392b'", "fc '#5f93c0' fs solid 1 border lc '#5f93c0'",
     "fc '#8c1515' fs solid 1 border lc '#8c1515'",   "fc '#202020' fs pattern 2 border lc '#808080'",
     "fc '#202020' fs pattern 4 border lc '#808080'", "fc '#b0b0b0' fs pattern 5 border lc '#d0d0d0'"};
+
+constexpr int dark_kind = 4;
 
 constexpr double map_width = 1200, title_height = 100, foot_height = 105, panel_gap = 14;
 
@@ -35,15 +38,20 @@ struct Grid {
     constexpr double letter = 9.5;
     std::size_t longest = 4;
     for (const std::string& name : chart.y.names) longest = std::max(longest, name.size());
+    for (const MapPanel& panel : chart.panels)
+      if (panel.title.find('\n') != std::string::npos) title = 48;
     left = (chart.y.label.empty() ? 40 : 85) + letter * double(longest);
     rows = (panels + columns - 1) / columns;
+    pitch = height + title - 26;
   }
   double width() const { return (map_width - left - 25) / columns; }
-  double page_height() const { return title_height + foot_height + 65 + rows * height; }
-  double row_top(int row) const { return page_height() - title_height - row * height; }
+  double page_height() const { return title_height + foot_height + 65 + rows * pitch; }
+  double row_top(int row) const { return page_height() - title_height - row * pitch; }
   bool is_lowest(int panel) const { return panel + columns >= panels; }
   int panels, columns, rows = 0;
   double left = 0, height;  ///< of the first panel's left edge, and of every panel
+  double title = 26;        ///< height of a panel's, of one line or two
+  double pitch = 0;         ///< from row to row
 };
 
 std::string cell_data(const std::string& name, const MapPanel& panel, int kind) {
@@ -52,6 +60,16 @@ std::string cell_data(const std::string& name, const MapPanel& panel, int kind) 
     if (c.kind == kind)
       out += fmt::format("{} {} {} {} {} {}\n", (c.x_low + c.x_high) / 2, (c.y_low + c.y_high) / 2, c.x_low,
                          c.x_high, c.y_low, c.y_high);
+  return out + "END\n";
+}
+
+/// What cells say, those of the dark kind or the others.
+std::string text_data(const std::string& name, const MapPanel& panel, bool dark) {
+  std::string out = fmt::format("${} << END\n", name);
+  for (const MapCell& c : panel.cells)
+    if (!c.text.empty() && (c.kind == dark_kind) == dark)
+      out +=
+          fmt::format("{} {} \"{{/*0.8 {}}}\"\n", (c.x_low + c.x_high) / 2, (c.y_low + c.y_high) / 2, c.text);
   return out + "END\n";
 }
 
@@ -71,6 +89,14 @@ std::string panel_data(const MapChart& chart, int index, std::vector<std::string
     out += cell_data(name, panel, kind);
     plots.push_back(
         fmt::format("${} using 1:2:3:4:5:6 with boxxyerror {} notitle", name, fills[std::size_t(kind)]));
+  }
+  for (const bool dark : {false, true}) {
+    const std::string name = fmt::format("text{}_{}", index, dark ? "dark" : "light");
+    const std::string data = text_data(name, panel, dark);
+    if (data.find('"') == std::string::npos) continue;
+    out += data;
+    plots.push_back(
+        fmt::format("${} using 1:2:3 with labels tc '{}' notitle", name, dark ? "white" : "black"));
   }
   if (!panel.line.empty()) {
     const std::string name = fmt::format("line{}", index);
@@ -129,7 +155,7 @@ std::string page_commands(const MapChart& chart, const Grid& grid) {
 std::string panel_commands(const MapChart& chart, const Grid& grid, int index,
                            const std::vector<std::string>& plots) {
   const int row = index / grid.columns, column = index % grid.columns;
-  const double left = grid.left + column * grid.width(), top = grid.row_top(row) - 26;
+  const double left = grid.left + column * grid.width(), top = grid.row_top(row) - grid.title;
   const std::optional<ChartAxis>& own_x = chart.panels[std::size_t(index)].x;
   ChartAxis x = own_x.value_or(chart.x), y = chart.y;
   if (!own_x && !grid.is_lowest(index)) {

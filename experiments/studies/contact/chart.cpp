@@ -122,10 +122,16 @@ std::string charted_integrator(const Table& rows) {
 
 Drawings draw_contact(const std::vector<NamedTable>& tables) {
   const Table& rows = find_table(tables, "contact");
-  if (rows.size() == 0) return {};
-  return {.charts = {{"contact", laws_chart(rows)},
-                     {"contact_stop", stop_chart(rows)},
-                     {"contact_rest", rest_chart(rows, find_table(tables, "contact_rest"))}}};
+  const Table& floor = find_table(tables, "contact_floor");
+  Drawings drawings;
+  if (rows.size() > 0)
+    drawings.charts = {{"contact", laws_chart(rows)},
+                       {"contact_stop", stop_chart(rows)},
+                       {"contact_rest", rest_chart(rows, find_table(tables, "contact_rest"))}};
+  if (floor.size() == 0) return drawings;
+  drawings.charts.push_back({"contact_floor_steps", floor_steps_chart(floor)});
+  drawings.maps.push_back({"contact_floor", floor_map(floor)});
+  return drawings;
 }
 
 }  // namespace mss::studies::contact

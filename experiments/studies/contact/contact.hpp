@@ -5,6 +5,7 @@
 
 #include "core/environment.hpp"
 #include "experiments/harness/experiment.hpp"
+#include "experiments/studies/contact/floor.hpp"
 
 namespace mss::studies::contact {
 
@@ -17,7 +18,8 @@ const char* to_string(Study study);
 enum class BodyKind { particle, block, thesis_cube };
 const char* to_string(BodyKind body);
 
-/// What `mss validate contact` computes: whether contact obeys the laws whose coefficients it is given.
+/// What `mss validate contact` computes: whether contact obeys the laws whose coefficients it is given, and
+/// which methods hold a body on a floor.
 struct ContactConfig {
   std::vector<ContactLaw> laws{ContactLaw::impulse, ContactLaw::penalty, ContactLaw::thesis};
   std::vector<std::string> integrators;        ///< for particles
@@ -27,16 +29,18 @@ struct ContactConfig {
   std::vector<double> degrees;                 ///< between a push and the edges of the lattice
   std::vector<double> slope_frictions;         ///< on a slope of tan = 0.5
   double rest_seconds = 8;                     ///< simulated time of the spinning cube
-  int threads = 1;
+  FloorConfig floor{};
 };
 ContactConfig contact_config(const ExperimentOptions& options);
 
 struct ContactTables {
   Table rows;
-  Table rest;  ///< kinetic energy of the cube against time, by the charted method
+  Table rest;   ///< kinetic energy of the cube against time, by the charted method
+  Table floor;  ///< a body on the floor by every method and step
   Status status = Status::ok;
 };
-ContactTables measure_contact(const ContactConfig& config, Progress& progress);
+ContactTables measure_contact(const ContactConfig& config, int processes, Journal& journal,
+                              Progress& progress);
 
 /// All tables under the names of their files.
 std::vector<NamedTable> contact_files(ContactTables tables);

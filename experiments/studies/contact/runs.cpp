@@ -11,7 +11,9 @@
 
 #include "core/measures.hpp"
 #include "core/spring_system.hpp"
+#include "experiments/harness/case_rows.hpp"
 #include "experiments/harness/table.hpp"
+#include "experiments/harness/workers.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/contact/contact.hpp"
@@ -31,7 +33,6 @@ struct Subject {
   ContactLaw law = ContactLaw::impulse;
   BodyKind body = BodyKind::particle;
   BodyConfig config{};
-  int threads = 1;
 };
 
 /// A body on the ground z = 0, moved by a method, under gravity that is inclined by an angle along x.
@@ -42,7 +43,7 @@ class Trial {
         system_(body_,
                 {.gravity = gravity * Vec3(std::sin(angle), 0, -std::cos(angle)),
                  .planes = {{.contact = subject.law, .restitution = restitution, .friction = friction}}},
-                {.threads = subject.threads}),
+                {.threads = 1}),
         state_(system_.rest_state()) {
     const IntegratorInfo& info = find_integrator(subject.integrator);
     const SpectralBound bound = system_.spectral_bound();
@@ -127,8 +128,6 @@ class Recorder {
                ok && found ? comparison.error : no_value,
                std::string(ok && !found ? "not found" : to_string(trial.status()))});
   }
-
-  const Table& rows() const { return rows_; }
 
  private:
   Table& rows_;
@@ -248,7 +247,7 @@ Landing land(Trial& trial, double seconds) {
   return landing;
 }
 
-/// `series` gets every tenth sample of the charted method.
+/// `series` gets every tenth sample.
 void rest(const Subject& subject, double seconds, Recorder& recorder, Table& series) {
   Trial trial(subject, 0.5, 0.4);
   const Landing landing = land(trial, seconds);
@@ -258,20 +257,21 @@ void rest(const Subject& subject, double seconds, Recorder& recorder, Table& ser
   add(Study::rest, landing.kinetic.empty() ? no_value : landing.kinetic.back() / landing.peak);
   add(Study::depth, landing.deepest / trial.cell_size());
   add(Study::flight, landing.rise / landing.peak);
-  if (subject.integrator != charted_integrator(recorder.rows())) return;
   for (std::size_t i = 0; i < landing.t.size(); i += 10)
     series.add({to_string(subject.law), subject.integrator, landing.t[i], landing.kinetic[i] / landing.peak});
 }
 
+using LawRun = std::function<void(Recorder&, Table&)>;
+
 /// All runs in the order of the table.
-std::vector<std::function<void(Recorder&, Table&)>> runs(const ContactConfig& config) {
-  std::vector<std::function<void(Recorder&, Table&)>> all;
+std::vector<LawRun> law_runs(const ContactConfig& config) {
+  std::vector<LawRun> all;
   const auto subjects = [&](BodyKind kind, const BodyConfig& body, const std::vector<std::string>& methods) {
     std::vector<Subject> some;
     for (const ContactLaw law : config.laws)
       for (const std::string& method : methods)
         if (law == ContactLaw::penalty || find_integrator(method).stepping == Stepping::fixed)
-          some.push_back({method, law, kind, body, config.threads});
+          some.push_back({method, law, kind, body});
     return some;
   };
   const auto particles = subjects(BodyKind::particle, free_particles(), config.integrators);
@@ -298,29 +298,64 @@ std::vector<std::function<void(Recorder&, Table&)>> runs(const ContactConfig& co
 
 double expected_slide(double friction) { return reference::slope_distance(gravity, slope, friction, 1); }
 
-ContactTables measure_contact(const ContactConfig& config, Progress& progress) {
-  ContactTables tables{Table({{"study"},
-                              {"law"},
-                              {"integrator"},
-                              {"body"},
-                              {"coefficient"},
-                              {"angle", "degrees"},
-                              {"dt", "s"},
-                              {"value"},
-                              {"expected"},
-                              {"error"},
-                              {"status"}}),
-                       Table({{"law"}, {"integrator"}, {"t", "s"}, {"kinetic_over_peak"}})};
-  Recorder recorder(tables.rows);
-  const auto all = runs(config);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    progress.report(double(i) / double(all.size()), fmt::format("run {} of {}", i + 1, all.size()));
-    if (progress.stopped()) {
-      tables.status = Status::interrupted;
-      break;
-    }
-    all[i](recorder, tables.rest);
-  }
+namespace {
+
+Table empty_rows() {
+  return Table({{"study"},
+                {"law"},
+                {"integrator"},
+                {"body"},
+                {"coefficient"},
+                {"angle", "degrees"},
+                {"dt", "s"},
+                {"value"},
+                {"expected"},
+                {"error"},
+                {"status"}});
+}
+
+Table empty_rest() { return Table({{"law"}, {"integrator"}, {"t", "s"}, {"kinetic_over_peak"}}); }
+
+Json compute(const LawRun& run) {
+  Table rows = empty_rows(), rest = empty_rest();
+  Recorder recorder(rows);
+  run(recorder, rest);
+  return {{"rows", rows_of(rows)}, {"rest", rows_of(rest)}};
+}
+
+Json compute(const FloorRun& run) {
+  Table rows = empty_floor();
+  add_floor_run(run, rows);
+  return {{"floor", rows_of(rows)}};
+}
+
+std::vector<Case> cases_of(const ContactConfig& config) {
+  std::vector<Case> cases;
+  for (const LawRun& run : law_runs(config))
+    cases.push_back({fmt::format("laws, run {}", cases.size() + 1), [run] { return compute(run); }});
+  for (const FloorRun& run : floor_runs(config.floor))
+    cases.push_back({run.name(), [run] { return compute(run); }});
+  for (Case& one : cases) one.group = one.name;
+  return cases;
+}
+
+/// Only the charted method's kinetic energies are kept.
+void add_result(const Json& result, ContactTables& tables) {
+  if (result.contains("floor")) return add_rows(result["floor"], tables.floor);
+  add_rows(result["rows"], tables.rows);
+  Table rest = empty_rest();
+  add_rows(result["rest"], rest);
+  if (rest.size() > 0 && rest.text(0, "integrator") == charted_integrator(tables.rows))
+    add_rows(result["rest"], tables.rest);
+}
+
+}  // namespace
+
+ContactTables measure_contact(const ContactConfig& config, int processes, Journal& journal,
+                              Progress& progress) {
+  ContactTables tables{.rows = empty_rows(), .rest = empty_rest(), .floor = empty_floor()};
+  tables.status = gather_cases(cases_of(config), processes, journal, progress,
+                               [&](const Json& result) { add_result(result, tables); });
   return tables;
 }
 

@@ -91,18 +91,19 @@ TEST(ChartScript, LeavesGapsWhereThereIsNoNumber) {
 }
 
 TEST(MapChart, ShowsItsPanelsAndTheKindsThatAreThere) {
-  MapChart chart{.title = "maps",
-                 .subtitle = "of two methods",
-                 .x = {.label = "dt", .logarithmic = true, .low = 0.1, .high = 10},
-                 .y = named_rows({"upper", "lower"}),
-                 .kinds = {"holds", "never seen", "blows up"},
-                 .panels = {{.title = "first_method", .cells = {{0.1, 1, 0.5, 1.5, 0}, {1, 10, 0.5, 1.5, 2}}},
-                            {.title = "second", .line = {{1, 1}, {2, 2}}}}};
+  MapChart chart{
+      .title = "maps",
+      .subtitle = "of two methods",
+      .x = {.label = "dt", .logarithmic = true, .low = 0.1, .high = 10},
+      .y = named_rows({"upper", "lower"}),
+      .kinds = {"holds", "never seen", "blows up"},
+      .panels = {{.title = "first_method", .cells = {{0.1, 1, 0.5, 1.5, 0, "73.5"}, {1, 10, 0.5, 1.5, 2}}},
+                 {.title = "second", .line = {{1, 1}, {2, 2}}}}};
   EXPECT_TRUE(has_cells(chart));
   const fs::path stem = fs::temp_directory_path() / ("mss-map-test-" + std::to_string(getpid()));
   draw(chart, stem);
   const std::string svg = read_file(stem.string() + ".svg");
-  for (const std::string word : {"first", "second", "upper", "lower", "holds", "blows up"})
+  for (const std::string word : {"first", "second", "upper", "lower", "holds", "blows up", "73.5"})
     EXPECT_NE(svg.find(word), std::string::npos) << word;
   EXPECT_EQ(svg.find("never seen"), std::string::npos);
   for (const std::string extension : {".svg", ".png"}) EXPECT_TRUE(fs::remove(stem.string() + extension));

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/experiments/stop_after.hpp"
 #include "tests/read_back.hpp"
 
 namespace mss::studies::contact {
@@ -29,13 +30,19 @@ double worst(const Table& rows, const std::string& study, const std::string& bod
   return error;
 }
 
+ContactTables measure(const ContactConfig& config) {
+  Progress progress;
+  Journal journal;
+  return measure_contact(config, 2, journal, progress);
+}
+
 /// All rows of one law by the thesis's method.
 Table rows_of(ContactLaw law) {
-  Progress progress;
   ContactConfig config = contact_config({.quick = true, .integrators = {"verlet"}});
   config.laws = {law};
   config.degrees = {0, 45};
-  return measure_contact(config, progress).rows;
+  config.floor = {};
+  return measure(config).rows;
 }
 
 TEST(Contact, ImpulseObeysItsLaws) {
@@ -66,13 +73,13 @@ TEST(Contact, PenaltyStopsPushesButSinks) {
 }
 
 TEST(Contact, DrawsFromItsFiles) {
-  Progress progress;
   ContactConfig config = contact_config({.quick = true, .integrators = {"velocity_verlet", "verlet"}});
   config.restitutions = {0.2, 0.6};
   config.degrees = {0, 45};
   config.slope_frictions = {0.2};
   config.rest_seconds = 0.5;
-  const std::vector<NamedTable> tables = contact_files(measure_contact(config, progress));
+  config.floor = {};
+  const std::vector<NamedTable> tables = contact_files(measure(config));
   expect_same_drawings(find_experiment("contact"), tables);
   EXPECT_EQ(charted_integrator(find_table(tables, "contact")), "verlet");
   const std::vector<NamedChart> charts = draw_contact(tables).charts;
@@ -87,14 +94,13 @@ TEST(Contact, DrawsFromItsFiles) {
 }
 
 TEST(Contact, KeepsFinishedRowsWhenStopped) {
-  struct Stopper final : Progress {
-    bool stopped() const override { return ++calls > 3; }
-    mutable int calls = 0;
-  } progress;
+  StopAfter progress(4);
+  Journal journal;
   const ContactTables tables =
-      measure_contact(contact_config({.quick = true, .integrators = {"verlet"}}), progress);
+      measure_contact(contact_config({.quick = true, .integrators = {"verlet"}}), 1, journal, progress);
   EXPECT_EQ(tables.status, Status::interrupted);
-  EXPECT_EQ(tables.rows.size(), 3U);
+  EXPECT_GT(tables.rows.size(), 0U);
+  EXPECT_LT(tables.rows.size(), 20U);
 }
 
 }  // namespace
