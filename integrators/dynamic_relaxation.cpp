@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 
+#include "integrators/collisions.hpp"
 #include "integrators/implicit_stage.hpp"
 
 namespace mss {
@@ -27,6 +28,7 @@ class DynamicRelaxation final : public Integrator<double> {
         enough_(options.tolerance * options.length_scale) {}
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+    refuse_collisions(system);
     state.t = t_end;
     if (rest_.size() == 0)
       for (Field<double>* field : {&rest_, &acceleration_}) *field = Field<double>(system.size());

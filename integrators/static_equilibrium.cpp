@@ -9,6 +9,7 @@
 // 35 (1998) 508.
 #include <limits>
 
+#include "integrators/collisions.hpp"
 #include "integrators/implicit_stage.hpp"
 
 namespace mss {
@@ -35,6 +36,7 @@ class StaticEquilibrium final : public Integrator<double> {
   void reset() override { settled_force_ = -1; }
 
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+    refuse_collisions(system);
     state.t = t_end;
     rest_ = Field<double>(system.size());
     system.constrain(state.t, state.x, state.v);

@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "experiments/simulation/model.hpp"
+#include "integrators/collisions.hpp"
 #include "integrators/implicit_stage.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
@@ -65,9 +66,9 @@ void check_contact(const Scene& scene, const IntegratorInfo& method) {
   const std::vector<Plane>& planes = scene.environment.planes;
   const auto discrete = std::find_if(planes.begin(), planes.end(),
                                      [](const Plane& plane) { return plane.contact != ContactLaw::penalty; });
-  if (discrete == planes.end() || method.stepping == Stepping::fixed) return;
+  if (discrete == planes.end() || takes_collisions(method)) return;
   throw InputError(
-      fmt::format("contact = \"{}\" acts at the end of fixed steps, and {} has none; give contact = "
+      fmt::format("contact = \"{}\" acts in fixed steps, and {} has none; give contact = "
                   "\"penalty\", or another solve.integrator",
                   to_string(discrete->contact), method.name));
 }

@@ -9,6 +9,7 @@
 
 #include <stdexcept>
 
+#include "integrators/collisions.hpp"
 #include "integrators/sundials/eliminated.hpp"
 
 namespace mss {
@@ -141,6 +142,7 @@ class Arkode final : public Integrator<double> {
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     if (!(t_end > state.t)) return Status::ok;
     if (!session_ && advance_if_all_prescribed(system, state, t_end)) return Status::ok;
+    if (!session_) refuse_collisions(system);
     if (!session_) session_ = std::make_unique<Session>(system, state, options_);
     return session_->advance(state, t_end, work);
   }

@@ -9,6 +9,7 @@
 
 #include <stdexcept>
 
+#include "integrators/collisions.hpp"
 #include "integrators/linear/conjugate_gradients.hpp"
 #include "integrators/linear/unknowns.hpp"
 #include "integrators/sundials/eliminated.hpp"
@@ -291,6 +292,7 @@ class Cvode final : public Integrator<double> {
   Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     if (!(t_end > state.t)) return Status::ok;
     if (!session_ && advance_if_all_prescribed(system, state, t_end)) return Status::ok;
+    if (!session_) refuse_collisions(system);
     if (!session_) session_ = std::make_unique<Session>(system, state, options_, linear_);
     return session_->advance(state, t_end, work);
   }

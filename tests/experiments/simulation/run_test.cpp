@@ -577,7 +577,7 @@ TEST_F(RunCommand, BadScenesLeaveNothing) {
       {good + "[damping]\nratio = -1\n", "damping.ratio"},
       {good + "[[plane]]\npoint = [0, 0, -1]\n", "plane.0.normal"},
       {with(good, "velocity_verlet\"", "cvode_bdf\"") + "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n",
-       "contact = \"impulse\" acts at the end of fixed steps, and cvode_bdf has none"},
+       "contact = \"impulse\" acts in fixed steps, and cvode_bdf has none"},
       {with(good, "velocity_verlet\"", "static\"") +
            "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\ncontact = \"thesis\"\n",
        "give contact = \"penalty\", or another solve.integrator"}};
