@@ -57,7 +57,8 @@ void ReactionGauge<Real>::begin(double t) {
 template <class Real>
 std::vector<Vec3> ReactionGauge<Real>::impulses() const {
   const PlaneImpulses* impulses = system_.plane_impulses();
-  std::vector<Vec3> given(impulses ? impulses->planes() : 0, Vec3::Zero());
+  if (!impulses) return {};
+  std::vector<Vec3> given(impulses->planes(), Vec3::Zero());
   for (std::size_t p = 0; p < given.size(); ++p)
     system_.ranks().add_in_order(given[p], [&] {
       for (const std::ptrdiff_t site : system_.particles()) given[p] += impulses->at(p, site);
