@@ -1,4 +1,4 @@
-// What a scene's user should know before it runs: materials, meshes, and what has no effect.
+// What a scene's user should know before it runs: materials, meshes, planes, and what has no effect.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -87,17 +87,81 @@ void add_meshes(const Scene& scene, std::vector<std::string>& warnings) {
                     edge));
 }
 
-/// Whether every corner of every cell at rest is behind a plane.
-bool starts_behind(const Plane& plane, const BodyConfig& body) {
-  const VoxelGrid& voxels = body.voxels;
+/// Calls visit(x) for what planes touch of a body at rest: the vertices of its surface, or else the corners
+/// of every cell, each as often as cells have it.
+template <class Visit>
+void for_each_touched(const Scene& scene, Visit&& visit) {
+  if (const auto& surface = scene.environment.contact_surface) {
+    for (const Vec3& vertex : surface->vertices) visit(vertex);
+    return;
+  }
+  const VoxelGrid& voxels = scene.body.voxels;
   for (int k = 0; k < voxels.nz(); ++k)
     for (int j = 0; j < voxels.ny(); ++j)
       for (int i = 0; i < voxels.nx(); ++i)
         for (int corner = 0; corner < 8 && voxels.at(i, j, k); ++corner) {
           const Vec3 place(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2));
-          if (plane.gap(body.origin + body.cell_size * place) >= 0) return false;
+          visit(scene.body.origin + scene.body.cell_size * place);
         }
-  return true;
+}
+
+/// What is held from the beginning, where planes do nothing.
+bool is_held(const Scene& scene, const Vec3& x) {
+  const std::vector<Hold>& holds = scene.environment.holds;
+  const double margin = 1e-9 * scene.body.cell_size;
+  return std::any_of(holds.begin(), holds.end(), [&](const Hold& hold) {
+    return !hold.surface && ((x - hold.box.lower).array() >= -margin).all() &&
+           ((x - hold.box.upper).array() <= margin).all();
+  });
+}
+
+/// What becomes of what starts behind a plane.
+const char* fate_behind(ContactLaw law) {
+  switch (law) {
+    case ContactLaw::impulse:
+      return "it is pushed out, which deforms the body";
+    case ContactLaw::penalty:
+      return "its forces throw it out";
+    default:
+      return "the law leaves it there";
+  }
+}
+
+/// A body that starts behind a plane, or partly so.
+void add_start_behind(const Scene& scene, std::size_t index, std::vector<std::string>& warnings) {
+  const Plane& plane = scene.environment.planes[index];
+  const double rounding = 1e-9 * scene.body.cell_size;
+  long behind = 0, all = 0;
+  double deepest = 0;
+  for_each_touched(scene, [&](const Vec3& x) {
+    ++all;
+    const double depth = -plane.gap(x);
+    if (depth <= rounding || is_held(scene, x)) return;
+    ++behind;
+    deepest = std::max(deepest, depth);
+  });
+  if (behind == 0) return;
+  if (behind == all) {
+    warnings.push_back(fmt::format(
+        "plane.{}: the whole body starts behind it; its normal is to point to the side of the body", index));
+    return;
+  }
+  warnings.push_back(fmt::format(
+      "plane.{}: {:.2g} percent of the body start behind it, up to {:.3g} m deep: {}; move the body "
+      "or the plane by as much",
+      index, 100 * double(behind) / double(all), deepest, fate_behind(plane.contact)));
+}
+
+/// A restitution that was chosen as if it were the body's.
+void add_restitution(const Scene& scene, std::size_t index, std::vector<std::string>& warnings) {
+  const Plane& plane = scene.environment.planes[index];
+  const VoxelGrid& voxels = scene.body.voxels;
+  const bool is_one_cell = voxels.nx() * voxels.ny() * voxels.nz() == 1;
+  if (plane.contact != ContactLaw::impulse || is_one_cell || plane.restitution == Plane{}.restitution) return;
+  warnings.push_back(fmt::format(
+      "plane.{}.restitution = {} is that of each particle, not of the body: how high a body of several cells "
+      "bounces follows from its springs and their damping; leave it out unless that is meant",
+      index, plane.restitution));
 }
 
 /// What is there and does nothing, or not what it is meant for.
@@ -107,10 +171,10 @@ void add_without_effect(const Scene& scene, std::vector<std::string>& warnings) 
     if (strikes[i].at > scene.solve.duration)
       warnings.push_back(fmt::format("strike.{}.at = {:.6g} s is after the end: solve.duration = {:.6g} s", i,
                                      strikes[i].at, scene.solve.duration));
-  for (std::size_t i = 0; i < planes.size(); ++i)
-    if (starts_behind(planes[i], scene.body))
-      warnings.push_back(fmt::format(
-          "plane.{}: the whole body starts behind it; its normal is to point to the side of the body", i));
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    add_start_behind(scene, i, warnings);
+    add_restitution(scene, i, warnings);
+  }
 }
 
 /// What only bodies of springs have. The constants assume the full, weighted lattice.

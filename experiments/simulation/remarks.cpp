@@ -39,6 +39,75 @@ Eigen::Index free_motions(const Scene& scene, const std::vector<ParticleRecord>&
   return (shares.array() <= none * std::max(shares.maxCoeff(), 1.0)).count();
 }
 
+/// What makes a method's steps more accurate.
+std::string more_accurate(const Scene& scene) {
+  const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+  if (method.stepping == Stepping::adaptive) return "give a smaller solve.tolerance";
+  if (method.springs_only) return "give more passes (solve.iterations), or a shorter solve.dt";
+  if (scene.solve.iterations > 0 || method.name.find(':') != std::string::npos)
+    return "give more solve.iterations, or a shorter solve.dt";
+  if (method.implicit && method.order_undamped > 1)
+    return "give a shorter solve.dt, or integrator = \"backward_euler\", which loses energy";
+  return "give a shorter solve.dt, or another solve.integrator";
+}
+
+std::string on_gain(const Scene& scene, const EnergyGain& gain) {
+  return fmt::format(
+      "energy came from nowhere: at t = {:.4g} s the total is {:.3g} J above what the run began with and was "
+      "given, {:.3g} percent of the {:.3g} J at play; {}",
+      gain.t, gain.gained, 100 * gain.gained / gain.at_play, gain.at_play, more_accurate(scene));
+}
+
+std::string on_penetration(const Scene& scene, const Penetration& found) {
+  const Plane& plane = scene.environment.planes[found.plane];
+  const std::string depth = fmt::format("{:.3g} m, {:.3g} percent of a cell,", found.depth,
+                                        100 * found.depth / scene.body.cell_size);
+  const char* remedy =
+      plane.contact == ContactLaw::impulse ? "a shorter solve.dt may help"
+      : plane.contact == ContactLaw::thesis
+          ? "that law leaves there what has passed; give contact = \"impulse\""
+          : "its forces are too weak for this fall; give contact = \"impulse\", or smaller cells";
+  if (found.ends_whole)
+    return fmt::format("the whole body ends behind plane.{}, up to {} deep; {}", found.plane, depth, remedy);
+  return fmt::format("{} are up to {} behind plane.{} at t = {:.4g} s; {}",
+                     found.of_vertices ? "vertices of the surface" : "particles", depth, found.plane, found.t,
+                     remedy);
+}
+
+std::string on_imbalance(const Scene& scene, const Imbalance& imbalance) {
+  const char* over = imbalance.over == Imbalance::Over::weight    ? "the body's weight and loads"
+                     : imbalance.over == Imbalance::Over::inertia ? "those that accelerate it"
+                                                                  : "those of its holds";
+  return fmt::format(
+      "steps are not solved: forces are out of balance by {:.3g} percent of {} at their ends, so that the "
+      "body sags and moves as one of another material; {}",
+      100 * imbalance.share, over, more_accurate(scene));
+}
+
+/// Of planes whose restitution was chosen and does nothing.
+void add_lost_restitution(const Scene& scene, const SimulationResult& result,
+                          std::vector<std::string>& remarks) {
+  if (!result.rebounding_step) return;
+  const std::vector<Plane>& planes = scene.environment.planes;
+  for (std::size_t p = 0; p < planes.size(); ++p)
+    if (planes[p].contact == ContactLaw::impulse && planes[p].restitution != Plane{}.restitution &&
+        planes[p].restitution > 0)
+      remarks.push_back(fmt::format(
+          "plane.{}.restitution = {} has no effect: a step of {:.4g} s does not resolve the body's fastest "
+          "motion, for which it had to be below about {:.2g} s; the body bounces by its springs alone",
+          p, planes[p].restitution, result.dt, *result.rebounding_step));
+}
+
+/// Of what a run watched of itself.
+void add_watched(const Scene& scene, const SimulationResult& result, std::vector<std::string>& remarks) {
+  if (result.status == Status::non_finite) return;  // everything follows from that
+  if (result.gain) remarks.push_back(on_gain(scene, *result.gain));
+  for (const Penetration& found : result.penetrations) remarks.push_back(on_penetration(scene, found));
+  if (result.imbalance && result.imbalance->share > StepBalance::tolerated)
+    remarks.push_back(on_imbalance(scene, *result.imbalance));
+  add_lost_restitution(scene, result, remarks);
+}
+
 /// Of a static scene that found no rest.
 std::string on_holds(const Scene& scene, const SimulationResult& result) {
   if (scene.environment.holds.empty() && !scene.environment.planes.empty())
@@ -89,6 +158,7 @@ std::vector<std::string> remarks_on(const Scene& scene, const SimulationResult& 
         "the body ends folded: the smallest signed volume at a cell's corner is {:.3g} of the one "
         "at rest (min_jacobian), and the largest stretch {:.3g}",
         result.series.back().min_jacobian, result.series.back().max_stretch));
+  add_watched(scene, result, remarks);
   if (in_fixed_steps(scene) && result.work.steps > 1 && result.dt > (1 + 1e-9) * scene.solve.every)
     remarks.push_back(
         fmt::format("solve.every = {:.4g} s is less than the step of {:.4g} s: there is a row a step",

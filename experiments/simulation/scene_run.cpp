@@ -46,6 +46,16 @@ void check_scales(const Scene& scene, const IntegratorOptions& options) {
                   scene.file.string(), options.tolerance, length, speed));
 }
 
+template <class Real>
+double kinetic_energy(const SolidSystem<Real>& system, const Field<Real>& v) {
+  double sum = 0;
+  system.ranks().add_in_order(sum, [&] {
+    for (const std::ptrdiff_t site : system.particles())
+      sum += system.mass(site) * v.at(site).squaredNorm() / 2;
+  });
+  return sum;
+}
+
 }  // namespace
 
 bool is_finite(const Measures& measures) {
@@ -164,8 +174,10 @@ Status SceneRun<Real>::advance(System<Real>& driven, double t_end, Work& work, S
     const Status status =
         strike.at > state_.t ? advance_between_strikes(driven, strike.at, work, stops) : Status::ok;
     if (status != Status::ok) return status;
+    const double before = kinetic_energy(*system_, state_.v);
     system_->give(strike, state_.v);
     system_->constrain(state_.t, state_.x, state_.v);
+    struck_ += kinetic_energy(*system_, state_.v) - before;
     method_->reset();
     system_->wake_moving(state_);
   }

@@ -56,6 +56,8 @@ class SceneRun {
   const State<Real>& state() const { return state_; }
   /// Of adaptive methods the first; 0 if that is their choice [s].
   double dt() const { return options_.dt; }
+  /// Kinetic energy that strikes have added [J].
+  double struck() const { return struck_; }
 
   /// What methods drive: the system, or the same in local steps.
   System<Real>& driven() { return in_local_steps_ ? *in_local_steps_ : *system_; }
@@ -90,8 +92,9 @@ class SceneRun {
   Status advance_between_strikes(System<Real>& driven, double t_end, Work& work, Stops* stops);
   double end_of_steps(long steps, bool last, double t_end) const;
 
-  std::vector<Strike> strikes_;                 ///< by time
-  std::size_t next_ = 0;                        ///< strike
+  std::vector<Strike> strikes_;  ///< by time
+  std::size_t next_ = 0;         ///< strike
+  double struck_ = 0;
   std::unique_ptr<const RefinedBody> refined_;  ///< where the scene refines
   std::unique_ptr<SolidSystem<Real>> system_;
   IntegratorOptions options_;

@@ -38,6 +38,15 @@ std::vector<LevelCount> count_levels(const SolidSystem<Real>& system) {
   return counts;
 }
 
+/// Of methods that keep contact inside their steps, in steps that do not resolve the body's fastest motion.
+template <class Real>
+std::optional<double> rebounding_step(const Scene& scene, const SolidSystem<Real>& system, double dt) {
+  const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+  const bool keeps_bounds = method.stepping == Stepping::fixed && (method.implicit || method.springs_only);
+  if (!keeps_bounds || !system.bounds() || system.bounds()->bounces(dt)) return std::nullopt;
+  return 1 / system.spectral_bound().omega;
+}
+
 /// One simulation: advances from row to row, and stops at frames, or when it is told to, on the way.
 template <class Real>
 class Simulation final : public Stops {
@@ -49,9 +58,12 @@ class Simulation final : public Stops {
         shared_(shared),
         progress_(progress),
         result_(result),
-        frame_every_(vtk.every) {
+        frame_every_(vtk.every),
+        energy_(scene),
+        planes_(scene, run_.system()) {
     if (run_.dt() > 0) result.dt = run_.dt();
     result.sure_steps = run_.sure_steps();
+    result.rebounding_step = rebounding_step(scene, run_.system(), run_.dt());
     result.in_local_steps = run_.in_local_steps();
     const IntegratorInfo& method = find_integrator(scene.solve.integrator);
     if (!method.implicit || method.springs_only) stretch_ = steps_between_checks;
@@ -59,6 +71,9 @@ class Simulation final : public Stops {
     result.kernel = run_.system().kernel_name();
     result.levels = count_levels(run_.system());
     if (scene.solve.sleep.bound > 0) reference_.emplace(scene, body);
+    if constexpr (std::is_same_v<Real, double>)
+      if (StepBalance::applies_to(scene) && !shared.ranks.are_several())
+        balance_.emplace(scene, run_.system(), run_.dt());
     if (frame_every_ == 0) return;
     frames_.emplace(vtk.directory, run_.system().levels(),
                     scene.mesh ? std::optional(scene.mesh->surface()) : std::nullopt);
@@ -78,9 +93,13 @@ class Simulation final : public Stops {
     run_.begin_means();
     result_.series.push_back(row);
     shared_.on_row(row);
+    energy_.add(run_, measures);
+    planes_.add(run_.state());
     return true;
   }
   void advance(double t_end);
+  long steps_before_last();
+  void balance_last_step();
   void report() const {
     const double t = run_.state().t;
     progress_.report(std::min(1.0, t / scene_.solve.duration), fmt::format("t = {:.4g} s", t));
@@ -103,6 +122,13 @@ class Simulation final : public Stops {
   Stopwatch stretch_begun_;
   long steps_begun_ = 0;
   double seconds_stopped_ = 0;  ///< in this advance
+  double row_end_ = 0;          ///< of the row that is computed [s]
+  EnergyWatch<Real> energy_;
+  PlaneWatch<Real> planes_;
+  std::optional<StepBalance> balance_;  ///< where it applies
+  bool balances_ = false;               ///< the last step of the row that is computed
+  State<Real> before_last_;             ///< where it begins
+  double struck_before_ = 0;            ///< [J]
   std::optional<VtkSeries> frames_;
   std::optional<ReactionGauge<Real>> of_frames_;
   std::optional<NonSleepingReference<Real>> reference_;
@@ -112,6 +138,7 @@ class Simulation final : public Stops {
 template <class Real>
 void Simulation<Real>::advance(double t_end) {
   seconds_stopped_ = 0;
+  row_end_ = t_end;
   const double seconds = seconds_of(
       [&] { result_.status = run_.advance(t_end, result_.work, in_fixed_steps() ? this : nullptr); });
   result_.wall_seconds += seconds - seconds_stopped_;
@@ -124,7 +151,28 @@ template <class Real>
 long Simulation<Real>::steps() {
   stretch_begun_ = Stopwatch();
   steps_begun_ = result_.work.steps;
-  return frames_ ? std::min(stretch_, frame_every_ - steps_begun_ % frame_every_) : stretch_;
+  long steps = frames_ ? std::min(stretch_, frame_every_ - steps_begun_ % frame_every_) : stretch_;
+  if (balances_) steps = std::min(steps, steps_before_last());
+  return steps;
+}
+
+/// Steps after which the last one of a row begins. Where that is now, remembers it.
+template <class Real>
+long Simulation<Real>::steps_before_last() {
+  const long left = std::lround((row_end_ - run_.state().t) / run_.dt());
+  if (left > 1) return left - 1;
+  before_last_ = run_.state();
+  struck_before_ = run_.struck();
+  return 1;
+}
+
+/// Not of a step that a strike ended.
+template <class Real>
+void Simulation<Real>::balance_last_step() {
+  const State<Real>& state = run_.state();
+  const bool is_there = std::abs(state.t - before_last_.t - run_.dt()) < run_.dt() / 2;
+  if (!balances_ || !is_there || run_.struck() != struck_before_) return;
+  if constexpr (std::is_same_v<Real, double>) balance_->add(before_last_, state);
 }
 
 template <class Real>
@@ -153,8 +201,11 @@ void Simulation<Real>::rows() {
                     scene_.file.string()));
   if (frames_) add_frame();
   const auto rows = std::max(1L, std::lround(std::ceil(scene_.solve.duration / scene_.solve.every - 1e-9)));
+  constexpr long most_balanced = 16;
+  const long between_balanced = std::max(1L, rows / most_balanced);
   for (long i = 1; i <= rows && result_.status == Status::ok; ++i) {
     const double t_end = std::min(double(i) * scene_.solve.every, scene_.solve.duration);
+    balances_ = balance_ && (rows - i) % between_balanced == 0;
     const Interval before{run_.system().all_asleep(), result_.work.steps, result_.wall_seconds};
     advance(t_end);
     const bool stopped = result_.status == Status::interrupted;
@@ -167,6 +218,7 @@ void Simulation<Real>::rows() {
     }
     last = state;
     if (stopped) continue;
+    balance_last_step();
     if (reference_)
       reference_->advance_and_compare(
           run_, t_end,
@@ -178,6 +230,9 @@ void Simulation<Real>::rows() {
   }
   if (frames_) frames_->finish();
   if (reference_ && result_.series.size() > 1) result_.sleep = reference_->report();
+  result_.gain = energy_.gain();
+  result_.penetrations = planes_.found();
+  if (balance_) result_.imbalance = balance_->imbalance();
   result_.threads_working = run_.driven().threads_working();
   result_.particles = record_particles(run_.system(), last);
 }

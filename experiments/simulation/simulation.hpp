@@ -11,8 +11,11 @@
 #include "core/measures.hpp"
 #include "core/scene.hpp"
 #include "experiments/harness/progress.hpp"
+#include "experiments/simulation/energy_watch.hpp"
 #include "experiments/simulation/non_sleeping_reference.hpp"
+#include "experiments/simulation/plane_watch.hpp"
 #include "experiments/simulation/scene_run.hpp"
+#include "experiments/simulation/step_balance.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {
@@ -50,6 +53,11 @@ struct SimulationResult {
   std::string kernel;                ///< instruction set of the sweep
   std::vector<LevelCount> levels;    ///< the largest cells first
   std::optional<SleepReport> sleep;  ///< where the scene has particles sleep
+  std::optional<EnergyGain> gain;
+  std::vector<Penetration> penetrations;
+  std::optional<Imbalance> imbalance;  ///< of some steps, where StepBalance applies
+  /// Where restitution acts in steps shorter than this one only, which is near that length [s].
+  std::optional<double> rebounding_step;
   std::vector<SeriesRow> series;
   std::vector<ParticleRecord> particles;
 };

@@ -1,0 +1,88 @@
+#include "experiments/simulation/plane_watch.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace mss {
+
+namespace {
+
+double tolerated_depth(const Plane& plane, const BodyConfig& body, double penalties) {
+  constexpr double rounding = 1e-9;
+  if (plane.contact == ContactLaw::penalty) return penalties * body.cell_size;
+  const VoxelGrid& voxels = body.voxels;
+  return rounding * body.cell_size * Vec3(voxels.nx(), voxels.ny(), voxels.nz()).norm();
+}
+
+/// Whether a particle is held against a push of the plane.
+bool is_held(const HeldSites& held, std::ptrdiff_t site, const Plane& plane) {
+  if (held.empty()) return false;
+  for (int axis = 0; axis < 3; ++axis)
+    if (plane.normal[axis] != 0 && held.holds(site, axis)) return true;
+  return false;
+}
+
+}  // namespace
+
+template <class Real>
+PlaneWatch<Real>::PlaneWatch(const Scene& scene, const SolidSystem<Real>& system)
+    : planes_(scene.environment.planes), system_(system), watched_(planes_.size()) {
+  if (planes_.empty()) return;
+  if (const auto& mesh = scene.environment.contact_surface)
+    surface_.emplace(*mesh, scene.body.voxels, scene.body.cell_size, scene.body.origin);
+  const HeldSites held(system.levels(), scene.environment.holds);
+  for (std::size_t p = 0; p < planes_.size(); ++p) {
+    watched_[p].tolerated = tolerated_depth(planes_[p], scene.body, tolerated_by_penalties);
+    for (const std::ptrdiff_t site : system.particles())
+      if (!is_held(held, site, planes_[p])) watched_[p].sites.push_back(site);
+  }
+}
+
+template <class Real>
+typename PlaneWatch<Real>::Depths PlaneWatch<Real>::depths(std::size_t plane,
+                                                           const State<Real>& state) const {
+  constexpr double rounding = 64 * double(std::numeric_limits<Real>::epsilon());
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Depths depths{-infinity, infinity, 0};
+  const auto take = [&](const Vec3& x) {
+    const double depth = -planes_[plane].gap(x);
+    depths.smallest = std::min(depths.smallest, depth);
+    depths.rounding = std::max(depths.rounding, rounding * x.norm());
+    depths.largest = std::max(depths.largest, depth);
+  };
+  for (std::size_t vertex = 0; surface_ && vertex < surface_->size(); ++vertex)
+    take(surface_->at(vertex, state.x));
+  if (!surface_)
+    for (const std::ptrdiff_t site : watched_[plane].sites) take(state.x.at(site));
+  const Ranks& ranks = system_.ranks();
+  return {ranks.largest(depths.largest), -ranks.largest(-depths.smallest), ranks.largest(depths.rounding)};
+}
+
+template <class Real>
+void PlaneWatch<Real>::add(const State<Real>& state) {
+  for (std::size_t p = 0; p < planes_.size(); ++p) {
+    Watched& watched = watched_[p];
+    const auto [largest, smallest, rounding] = depths(p, state);
+    const bool is_behind = largest > watched.tolerated + rounding;
+    watched.ends_whole = is_behind && smallest > rounding;
+    if (!is_behind && !watched.was_clear) watched.depth = 0;
+    watched.was_clear |= !is_behind;
+    if (!is_behind || (watched.was_clear && largest <= watched.depth)) continue;
+    watched.t = state.t;
+    watched.depth = largest;
+  }
+}
+
+template <class Real>
+std::vector<Penetration> PlaneWatch<Real>::found() const {
+  std::vector<Penetration> found;
+  for (std::size_t p = 0; p < watched_.size(); ++p)
+    if (watched_[p].depth > 0)
+      found.push_back({p, watched_[p].t, watched_[p].depth, watched_[p].ends_whole, surface_.has_value()});
+  return found;
+}
+
+template class PlaneWatch<float>;
+template class PlaneWatch<double>;
+
+}  // namespace mss

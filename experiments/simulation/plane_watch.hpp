@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/mesh/embedded_surface.hpp"
+#include "core/scene.hpp"
+#include "core/solid_system.hpp"
+
+namespace mss {
+
+/// Where a run had something behind a plane that should not be there.
+struct Penetration {
+  std::size_t plane = 0;
+  double t = 0;              ///< of the row where it was deepest [s]
+  double depth = 0;          ///< [m]
+  bool ends_whole = false;   ///< the whole body is behind the plane at the end
+  bool of_vertices = false;  ///< of the surface, instead of particles
+};
+
+/// Watches at the rows of a run how deep the particles, or where planes touch a surface its vertices, are
+/// behind planes. Rounding is allowed, and of penalty planes, which push what is behind them, a share of a
+/// cell. Not counted: particles that are held against the plane, and what has been behind it from the start,
+/// unless it is still there at the end.
+template <class Real>
+class PlaneWatch {
+ public:
+  /// Depth that penalty planes may have, over a cell's size: falls of a few m/s make that.
+  static constexpr double tolerated_by_penalties = 0.1;
+
+  /// Both must outlive it.
+  PlaneWatch(const Scene& scene, const SolidSystem<Real>& system);
+
+  /// All ranks must call it.
+  void add(const State<Real>& state);
+
+  /// Of every plane that was passed.
+  std::vector<Penetration> found() const;
+
+ private:
+  struct Depths {
+    double largest, smallest;  ///< [m], of all points; negative in front
+    double rounding;           ///< of the deepest point [m]
+  };
+  struct Watched {
+    std::vector<std::ptrdiff_t> sites;
+    double tolerated = 0;     ///< [m]
+    bool was_clear = false;   ///< nothing was behind it at some row
+    double t = 0, depth = 0;  ///< of the deepest row since; before, of the last one
+    bool ends_whole = false;
+  };
+  Depths depths(std::size_t plane, const State<Real>& state) const;
+
+  const std::vector<Plane>& planes_;
+  const SolidSystem<Real>& system_;
+  std::optional<EmbeddedSurface> surface_;
+  std::vector<Watched> watched_;  ///< by plane
+};
+
+}  // namespace mss
