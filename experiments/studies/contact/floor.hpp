@@ -8,6 +8,8 @@
 
 namespace mss::studies::contact {
 
+inline constexpr double gravity = 9.81;  ///< [m/s^2]
+
 /// What a body does on planes: it rests under its weight, and under five times as much more; sticks to a
 /// slope and slides down another; falls; lies in a groove of two planes.
 enum class FloorTask { rest, loaded, stick, slide, drop, groove };

@@ -19,7 +19,6 @@ namespace mss::studies::contact {
 
 namespace {
 
-constexpr double gravity = 9.81;                            // [m/s^2]
 constexpr double sample = 1.0 / 240;                        // between samples, where steps are not longer [s]
 constexpr long costed_steps = 500;                          // the first ones, of which costs are means
 constexpr double deepest_allowed = 1e-12, touching = 1e-6;  // [m]

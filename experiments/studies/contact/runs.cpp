@@ -23,7 +23,6 @@ namespace mss::studies::contact {
 
 namespace {
 
-constexpr double gravity = 9.81;       ///< [m/s^2]
 constexpr double longest_step = 1e-3;  ///< [s]; half the limit of central differences if that is shorter
 const double slope = std::atan(0.5);
 
