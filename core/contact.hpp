@@ -26,7 +26,7 @@ bool collide_impulse(const Plane& plane, const Motion& before, double dt, Motion
 /// not thrown.
 inline constexpr double push_out_rate = 2;
 /// Of a cell's size: what is less far behind is there by rounding.
-inline constexpr double behind_by_rounding = 1e-6;
+inline constexpr double behind_by_rounding = 1e-4;
 
 /// How far behind a plane a step may leave what began it there, as a gap [m]: it is pushed out at a speed
 /// [m/s], instead of at once; 0 for what began it in front, but for `close` [m].

@@ -35,16 +35,18 @@ class PlaneContact {
   ///
   /// In a wedge one plane may push a particle into another, so all are applied again until none acts. From
   /// the second round on, a plane is skipped if the particle, but for rounding, is neither behind it nor
-  /// moves towards it: that is where the plane has just put it.
+  /// moves towards it: that is where the plane has just put it. What begins the step behind a plane of the
+  /// law `impulse` is pushed out slowly, see push_out_gap(), or `at_once`.
   template <class Give>
-  bool collide(const Motion& before, double dt, Motion& after, Give&& give) const {
+  bool collide(const Motion& before, double dt, Motion& after, Give&& give, bool at_once = false) const {
     constexpr int most_rounds = 8;
     bool any = false;
     for (int round = 0; round < most_rounds; ++round) {
       bool changed = false;
       for (std::size_t p = 0; p < colliding_.size(); ++p) {
         const Vec3 v = after.v;
-        if ((round > 0 && is_free(colliding_[p], after, dt)) || !apply(colliding_[p], before, dt, after))
+        if ((round > 0 && is_free(colliding_[p], after, dt)) ||
+            !apply(colliding_[p], before, dt, at_once, after))
           continue;
         give(p, Vec3(after.v - v));
         changed = true;
@@ -100,8 +102,9 @@ class PlaneContact {
   }
 
  private:
-  bool apply(const Plane& plane, const Motion& before, double dt, Motion& after) const {
+  bool apply(const Plane& plane, const Motion& before, double dt, bool at_once, Motion& after) const {
     if (plane.contact == ContactLaw::thesis) return collide_thesis(plane, before, after);
+    if (at_once) return collide_impulse(plane, before, dt, after);
     const double gap =
         push_out_gap(plane, before.x, push_out_rate * cell_size_, dt, behind_by_rounding * cell_size_);
     return gap < 0 ? push_out(plane, gap, after) : collide_impulse(plane, before, dt, after);

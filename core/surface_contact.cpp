@@ -129,7 +129,7 @@ bool SurfaceContact::sweep(const std::vector<Flight>& flights, double dt, State<
     Motion corrected = now;
     pushes.clear();
     const auto give = [&](std::size_t plane, const Vec3& dv) { pushes.push_back({plane, dv}); };
-    if (!planes_.collide(start, dt, corrected, give)) continue;
+    if (!planes_.collide(start, dt, corrected, give, true)) continue;
     push(s, corrected.x - now.x, corrected.v - now.v, state);
     if (impulses) add_impulses(s, pushes, *impulses);
     any = true;

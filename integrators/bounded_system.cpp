@@ -53,7 +53,8 @@ void BoundedSystem::begin(const ImplicitStage& stage) {
   }
   scale_ = std::sqrt(ranks().sum(squares));
   length_ = ranks().largest(length_);
-  for (auto& [site, touch] : touches_) touch.changes = 0;
+  for (auto& [site, touch] : touches_)  // what sticks on the edge of the cone goes on to
+    touch.changes = touch.sticks && touch.changes >= most_changes ? most_changes : 0;
 }
 
 /// An orthonormal basis of the normals of its planes, in free directions.
