@@ -87,22 +87,39 @@ void add_meshes(const Scene& scene, std::vector<std::string>& warnings) {
                     edge));
 }
 
+/// Calls visit(place, h) with the lower corner [m] of every cell at rest, and its size.
+template <class Visit>
+void for_each_cell(const BodyConfig& body, Visit&& visit) {
+  const VoxelGrid& voxels = body.voxels;
+  for (int k = 0; k < voxels.nz(); ++k)
+    for (int j = 0; j < voxels.ny(); ++j)
+      for (int i = 0; i < voxels.nx(); ++i)
+        if (voxels.at(i, j, k)) visit(body.origin + body.cell_size * Vec3(i, j, k), body.cell_size);
+}
+
 /// Calls visit(x) for what planes touch of a body at rest: the vertices of its surface, or else the corners
-/// of every cell, each as often as cells have it.
+/// of its cells.
 template <class Visit>
 void for_each_touched(const Scene& scene, Visit&& visit) {
   if (const auto& surface = scene.environment.contact_surface) {
     for (const Vec3& vertex : surface->vertices) visit(vertex);
     return;
   }
-  const VoxelGrid& voxels = scene.body.voxels;
-  for (int k = 0; k < voxels.nz(); ++k)
-    for (int j = 0; j < voxels.ny(); ++j)
-      for (int i = 0; i < voxels.nx(); ++i)
-        for (int corner = 0; corner < 8 && voxels.at(i, j, k); ++corner) {
-          const Vec3 place(i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2));
-          visit(scene.body.origin + scene.body.cell_size * place);
-        }
+  for_each_cell(scene.body, [&](const Vec3& lower, double h) {
+    for (int corner = 0; corner < 8; ++corner)
+      visit(lower + h * Vec3(corner & 1, corner >> 1 & 1, corner >> 2));
+  });
+}
+
+/// Share of the cells' volume that is behind a plane, exact where the plane is along faces of cells.
+double share_behind(const Plane& plane, const BodyConfig& body) {
+  double behind = 0, all = 0;
+  for_each_cell(body, [&](const Vec3& lower, double h) {
+    const double extent = h * plane.normal.lpNorm<1>();
+    behind += std::clamp(0.5 - plane.gap(lower + Vec3::Constant(h / 2)) / extent, 0.0, 1.0);
+    ++all;
+  });
+  return behind / all;
 }
 
 /// What is held from the beginning, where planes do nothing.
@@ -121,9 +138,9 @@ const char* fate_behind(ContactLaw law) {
     case ContactLaw::impulse:
       return "it is pushed out, which deforms the body";
     case ContactLaw::penalty:
-      return "its forces throw it out";
+      return "the plane's forces throw it out";
     default:
-      return "the law leaves it there";
+      return "the law \"thesis\" leaves it there";
   }
 }
 
@@ -131,25 +148,22 @@ const char* fate_behind(ContactLaw law) {
 void add_start_behind(const Scene& scene, std::size_t index, std::vector<std::string>& warnings) {
   const Plane& plane = scene.environment.planes[index];
   const double rounding = 1e-9 * scene.body.cell_size;
-  long behind = 0, all = 0;
+  bool whole = true;  // none is in front
   double deepest = 0;
   for_each_touched(scene, [&](const Vec3& x) {
-    ++all;
     const double depth = -plane.gap(x);
-    if (depth <= rounding || is_held(scene, x)) return;
-    ++behind;
-    deepest = std::max(deepest, depth);
+    const bool held = is_held(scene, x);
+    whole &= depth > -rounding && !held;
+    if (depth > rounding && !held) deepest = std::max(deepest, depth);
   });
-  if (behind == 0) return;
-  if (behind == all) {
+  if (deepest > 0 && whole)
     warnings.push_back(fmt::format(
         "plane.{}: the whole body starts behind it; its normal is to point to the side of the body", index));
-    return;
-  }
-  warnings.push_back(fmt::format(
-      "plane.{}: {:.2g} percent of the body start behind it, up to {:.3g} m deep: {}; move the body "
-      "or the plane by as much",
-      index, 100 * double(behind) / double(all), deepest, fate_behind(plane.contact)));
+  else if (deepest > 0)
+    warnings.push_back(fmt::format(
+        "plane.{}: {:.3g} percent of the body start behind it, up to {:.3g} m deep: {}; move the body or the "
+        "plane by as much",
+        index, 100 * share_behind(plane, scene.body), deepest, fate_behind(plane.contact)));
 }
 
 /// A restitution that was chosen as if it were the body's.

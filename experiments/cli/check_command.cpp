@@ -19,6 +19,7 @@
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
 #include "experiments/simulation/expectation.hpp"
+#include "experiments/simulation/remarks.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
 
@@ -195,8 +196,14 @@ std::vector<Scene> scenes_to_judge(const CheckChoice& choice) {
 
 SceneEnd simulated(Scene scene, int threads) {
   scene.solve.threads = threads;
-  TerminalProgress progress("check " + scene.name);
-  return scene_end_of(simulate(scene, progress));
+  SimulationResult result;
+  {
+    TerminalProgress progress("check " + scene.name);
+    result = simulate(scene, progress);
+  }
+  for (const std::string& remark : remarks_on(scene, result))
+    fmt::print(stderr, "mss: {}: {}\n", scene.name, remark);
+  return scene_end_of(result);
 }
 
 void check_scenes(const CheckChoice& choice, int& exit_status) {

@@ -64,7 +64,7 @@ void PlaneWatch<Real>::add(const State<Real>& state) {
     Watched& watched = watched_[p];
     const auto [largest, smallest, rounding] = depths(p, state);
     const bool is_behind = largest > watched.tolerated + rounding;
-    watched.ends_whole = is_behind && smallest > rounding;
+    watched.ends_whole = is_behind && smallest >= -rounding;
     if (!is_behind && !watched.was_clear) watched.depth = 0;
     watched.was_clear |= !is_behind;
     if (!is_behind || (watched.was_clear && largest <= watched.depth)) continue;

@@ -16,6 +16,7 @@
 namespace mss::testing {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
@@ -455,6 +456,37 @@ TEST(Scene, WarnsAboutMaterials) {
               ElementsAre(HasSubstr("\"weighted\"")));
   EXPECT_THAT(load_text(plain_scene, {"body.topology=edges+body"}).warnings,
               ElementsAre(HasSubstr("softer in shear")));
+}
+
+TEST(Scene, WarnsOfAStartBehindAPlane) {
+  const auto warnings = [](const std::string& plane, std::vector<std::string> more = {}) {
+    more.push_back("plane=[{" + plane + "}]");
+    return load_text(plain_scene, more).warnings;  // a cube of 1 m
+  };
+  const std::string ground = "normal=[0,0,1],point=[0,0,";
+  EXPECT_THAT(warnings(ground + "0]"), ElementsAre());
+  EXPECT_THAT(
+      warnings(ground + "0.05]"),
+      ElementsAre(HasSubstr("plane.0: 5 percent of the body start behind it, up to 0.05 m deep: it is "
+                            "pushed out")));
+  EXPECT_THAT(warnings(ground + "0.75],contact='penalty'"),
+              ElementsAre(AllOf(HasSubstr("75 percent"), HasSubstr("throw it out"))));
+  EXPECT_THAT(warnings(ground + "0.25],contact='thesis'"), ElementsAre(HasSubstr("leaves it there")));
+  EXPECT_THAT(warnings(ground + "1]"), ElementsAre(HasSubstr("the whole body starts behind it")));
+  EXPECT_THAT(warnings(ground + "0.05]", {"hold=[{box=[[0,0,0],[1,1,0]]}]"}), ElementsAre());
+}
+
+TEST(Scene, WarnsThatRestitutionIsAParticles) {
+  const auto warnings = [](const std::string& keys, const std::string& cells = "[2,2,2]") {
+    return load_text(plain_scene,
+                     {"body.cells=" + cells, "plane=[{point=[0,0,0],normal=[0,0,1]," + keys + "}]"})
+        .warnings;
+  };
+  EXPECT_THAT(warnings("restitution=0.7"),
+              ElementsAre(HasSubstr("plane.0.restitution = 0.7 is that of each particle, not of the body")));
+  EXPECT_THAT(warnings("restitution=0.7", "[1,1,1]"), ElementsAre());
+  EXPECT_THAT(warnings("friction=0.3"), ElementsAre());
+  EXPECT_THAT(warnings("restitution=0.7,contact='penalty'"), ElementsAre());
 }
 
 TEST(Scene, IsWrittenWithDefaultsFilledIn) {
