@@ -22,8 +22,10 @@ const std::vector<std::string> kinds{"as it should",
                                      "",
                                      "refused by the method"};
 
-Kind kind_of(const std::string& status) {
-  if (status == "ok") return holds;
+Kind kind_of(const Table& rows, std::size_t r) {
+  const std::string& status = rows.text(r, "status");
+  const bool unpriced = status == "not_compared" && rows.number(r, "error") <= rows.number(r, "bound");
+  if (status == "ok" || unpriced) return holds;
   if (status == "refused") return refuses;
   if (status == "gains_energy") return gains;
   if (status == "penetrates") return sinks;
@@ -41,8 +43,9 @@ std::string brief(double x) {
 
 /// What a cell says: errors in percent or millimetres, energies over the initial one.
 std::string text_of(const Table& rows, std::size_t r) {
-  const Kind kind = kind_of(rows.text(r, "status"));
-  if (kind == gains) return brief(rows.number(r, "energy"));
+  const Kind kind = kind_of(rows, r);
+  const double energy = rows.number(r, "energy");
+  if (kind == gains) return energy < 2 ? fmt::format("{:.2f}", energy) : brief(energy);
   if (kind == sinks) return brief(1e3 * rows.number(r, "penetration"));
   if (kind != off) return "";
   const bool is_length = rows.text(r, "quantity").ends_with("[m]");
@@ -107,7 +110,7 @@ MapPanel panel_of(const FloorScene& scene, const Table& rows, const std::vector<
         std::find(methods.begin(), methods.end(), of_scene.text(r, "integrator")) - methods.begin();
     const double x = double(column), y = double(std::ptrdiff_t(methods.size()) - row);
     panel.cells.push_back(
-        {x - 0.46, x + 0.46, y - 0.42, y + 0.42, kind_of(of_scene.text(r, "status")), text_of(of_scene, r)});
+        {x - 0.46, x + 0.46, y - 0.42, y + 0.42, kind_of(of_scene, r), text_of(of_scene, r)});
   }
   return panel;
 }

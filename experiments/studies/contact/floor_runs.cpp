@@ -134,6 +134,10 @@ class MovedBody {
     in_time.v.array() = state_.v.array() + lag * in_time.v.array();
     return measure(system_, in_time);
   }
+  /// Kinetic energy, that of gravity, and what springs store, which methods of no material do not know [J].
+  double energy_of(const Measures& m) const {
+    return info_.has_modulus ? m.total() : m.kinetic + m.gravitational;
+  }
   const State<double>& state() const { return state_; }
   const Cost& cost() const { return cost_; }
   const std::vector<Plane>& planes() const { return system_.environment().planes; }
@@ -205,7 +209,7 @@ double seconds_of(const FloorRun& run) {
 Course follow(const FloorRun& run, const Body& body, double dt, MovedBody& moved) {
   const Layers layers(body);
   const Environment environment = environment_of(run.scene);
-  const double seconds = seconds_of(run), start = moved.measured().total(),
+  const double seconds = seconds_of(run), start = moved.energy_of(moved.measured()),
                reference =
                    body.total_mass() * gravity * height_of_energy(run.scene, body, environment.gravity);
   const long stride = std::max(1L, std::lround(sample / dt)), steps = std::lround(seconds / dt);
@@ -214,7 +218,7 @@ Course follow(const FloorRun& run, const Body& body, double dt, MovedBody& moved
     const Field<double>& x = moved.state().x;
     course.samples.push_back({moved.state().t, mean_at(layers.top, body, x)[2],
                               mean_at(layers.bottom, body, x), m.momentum / body.total_mass()});
-    course.energy = std::max(course.energy, 1 + (m.total() - start) / reference);
+    course.energy = std::max(course.energy, 1 + (moved.energy_of(m) - start) / reference);
     bool all = true;
     for (const Plane& plane : moved.planes()) {
       const double gap = moved.gap(plane);
