@@ -44,20 +44,19 @@ template <class Real = double>
 struct Trial {
   Body body;
   SpringSystem<Real> system;
-  State<Real> state;
-  double dt;
-  std::unique_ptr<Integrator<Real>> method;
   ReactionGauge<Real> gauge;
+  State<Real> state;
+  std::unique_ptr<Integrator<Real>> method;
   Work work;
 
   Trial(const std::string& name, const Environment& environment, const BodyConfig& config = block(),
         const Execution& execution = {.threads = 1})
       : body(config),
         system(body, environment, execution),
+        gauge(system, environment),
         state(system.rest_state()),
-        dt(step_of(find_integrator(name), system.spectral_bound())),
-        method(find_integrator(name).make<Real>({.dt = dt})),
-        gauge(system, environment) {}
+        method(find_integrator(name).make<Real>(
+            {.dt = step_of(find_integrator(name), system.spectral_bound())})) {}
 
   void advance(double t) { ASSERT_EQ(method->advance(system, state, t, work), Status::ok) << "t = " << t; }
   /// Means over a while.
