@@ -229,7 +229,8 @@ REFUSED = {
 def refused():
     cases = [(name, command(3, scene[0], folder / name, *scene[1:]), sentence)
              for name, (scene, sentence) in REFUSED.items()]
-    cases.append(("vtk", command(2, "mesh_bear", folder / "vtk") + ["--vtk", "10"], "--vtk of a body given as a mesh"))
+    cases.append(("vtk", command(2, "mesh_bear", folder / "vtk", "body.contact_on='particles'") + ["--vtk", "10"],
+                  "--vtk of a body given as a mesh"))
     cases.append(("other command", ["mpirun", "-n", "2", mss, "modes", "free_cube"], "`mss modes` is for one process"))
     for name, words, sentence in cases:
         ended = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=MOST_SECONDS)
