@@ -65,6 +65,7 @@ class BackwardEulerLinear final : public Integrator<double> {
     velocity_ = state.v;
     jump_ = residual_ = product_ = rhs_;
     leave_to_solve(system, t, state, sum, work);
+    bool stale = true;  // the matrix; friction that follows pressure does with that of its set
     for (int round = 0; round < most_rounds; ++round) {
       const bool jumps = bounded_->jump(velocity_, jump_);
       bounded_->add_friction(velocity_, residual_);
@@ -74,20 +75,24 @@ class BackwardEulerLinear final : public Integrator<double> {
         residual_.array() -= product_.array();
       }
       bounded_->clear_prescribed(residual_);
-      Status status = prepare_definite(*linear_, *bounded_, t, state.x, velocity_, sum, work);
+      Status status =
+          stale ? prepare_definite(*linear_, *bounded_, t, state.x, velocity_, sum, work) : Status::ok;
       if (status == Status::ok) status = linear_->solve(residual_, change_, work);
       if (status == Status::not_positive_definite && sum.kind != Tangent::projected) {
         sum.kind = Tangent::projected;
         leave_to_solve(system, t, state, sum, work);
+        stale = true;
         continue;
       }
       if (status != Status::ok) return status;
       bounded_->clear_prescribed(change_);
+      const double move = system.ranks().largest(change_.array().abs().maxCoeff());
       velocity_.array() += change_.array();
       if (jumps) velocity_.array() += jump_.array();
       leave_to_solve(system, t, state, sum, work);
       const bool changed = bounded_->update(residual_, velocity_);
       const double friction = bounded_->follow_pressure();
+      stale = changed || move > bounded_->slowest(velocity_) / 10;
       if (changed || friction > tolerance * bounded_->scale()) continue;
       bounded_->end_stage(stage, residual_);
       change_.array() = velocity_.array() - state.v.array();

@@ -144,6 +144,13 @@ bool BoundedSystem::slides() const {
   return !ranks().all(none);
 }
 
+double BoundedSystem::slowest(const Field<double>& v) const {
+  double least = std::numeric_limits<double>::max();
+  for (const auto& [site, touch] : touches_)
+    if (!touch.sticks && touch.pressure > 0) least = std::min(least, (touch.slip * v.at(site)).norm());
+  return -ranks().largest(-least);
+}
+
 double BoundedSystem::push() const {
   double squares = 0;
   for (const auto& [site, touch] : touches_) squares += touch.push * touch.push;

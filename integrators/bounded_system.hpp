@@ -65,6 +65,8 @@ class BoundedSystem final : public SystemWrapper<double> {
   /// The system without contact.
   System<double>& unbounded() { return other(); }
   bool slides() const;
+  /// The least speed of what slides: friction's direction is as sure as changes of velocity are small to it.
+  double slowest(const Field<double>& v) const;
   /// How hard planes push by the last residual, the norm over particles [N s].
   double push() const;
   std::vector<HeldParticle> held() const;

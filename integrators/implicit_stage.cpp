@@ -28,10 +28,13 @@ constexpr int most_halvings = 12;
 /// Where friction acts, which has no energy, so that no step may seem short enough.
 constexpr int most_halvings_sliding = 6;
 
-/// Solves with one matrix for friction to follow pressure, and the share of the residual that may be left of
-/// that.
-constexpr int most_friction_rounds = 8;
-constexpr double friction_share = 0.01;
+/// Solves with one matrix for friction to follow pressure, and the largest share of the residual that may be
+/// left of that.
+constexpr int most_friction_rounds = 12;
+constexpr double most_friction_left = 0.01;
+
+/// Of gravity's impulse: a change of friction that leaves a stage solved.
+constexpr double negligible_friction = contact_tolerance / 10;
 
 /// When a stage counts as solved.
 struct Goal {
@@ -118,7 +121,8 @@ double Newton::leave_out_held(const System<double>& system, const State<double>&
 
 /// The step from the tangent where the body is; with a jump to planes, that and what it leaves to the rest.
 /// Friction is that of the pressure after the step, found by solving again with the same matrix: with that of
-/// before, sliding would converge linearly.
+/// before, sliding would converge linearly; found to a share of the residual that shrinks as iterations
+/// converge (Eisenstat and Walker, SIAM J. Sci. Comput. 17 (1996) 16) it takes none more.
 Status Newton::find_step(System<double>& system, const ImplicitStage& stage, const State<double>& state,
                          Work& work) {
   TangentSum sum{.mass = 1,
@@ -146,8 +150,8 @@ Status Newton::find_step(System<double>& system, const ImplicitStage& stage, con
     const double before = std::sqrt(dot(system, residual_, residual_));
     const double last = change;
     change = bounded_->expect_pressure(expected_, last, residual_);
-    if (change > last || change <= friction_share * before || change <= contact_tolerance * bounded_->scale())
-      return status;
+    const double enough = std::max(friction_left_ * before, negligible_friction * bounded_->scale());
+    if (change > last || change <= enough) return status;
     status = linear_->solve(residual_, step_, work);
   }
   system.clear_prescribed(step_);
@@ -209,11 +213,14 @@ Status Newton::solve_stage(System<double>& plain, const ImplicitStage& stage, St
   }
   double norm = residual(system, stage, state, work), least = norm;
   if (!std::isfinite(norm)) return Status::non_finite;
-  const Goal goal = stage.conserve_from ? conserving : ordinary;
+  const auto goal = [&] {  // what slides conserves no energy
+    return stage.conserve_from && !(bounded_ && bounded_->slides()) ? conserving : ordinary;
+  };
   const double good = std::max(tolerance * norm, bounded_ ? contact_tolerance * bounded_->scale() : 0);
   const double target = iterations_ > 0 ? 0 : good;
-  const int most = iterations_ > 0 ? iterations_ : goal.most_iterations;
+  const int most = iterations_ > 0 ? iterations_ : goal().most_iterations;
   bool settled = !bounded_;  // what planes hold
+  friction_left_ = most_friction_left;
   for (int iteration = 0, idle = 0; iteration < most && (norm > 0 || !settled); ++iteration) {
     const Status status = find_step(system, stage, state, work);
     if (status != Status::ok) return status;
@@ -226,12 +233,13 @@ Status Newton::solve_stage(System<double>& plain, const ImplicitStage& stage, St
       bounded_->follow_pressure();
       jumps_ = bounded_->jump(state.v, jump_);
       norm = leave_out_held(system, state);
+      friction_left_ = std::min(most_friction_left, std::pow(norm / before, 2) / 10);
       if (!settled || jumps_) continue;
     }
     const bool near = norm <= target || move <= (bounded_ ? negligible_in_contact : ordinary.negligible);
     idle = !near || norm < reduced * least ? 0 : idle + 1;
     least = std::min(least, norm);
-    if (move <= goal.negligible || (near && idle >= goal.idle_iterations)) return Status::ok;
+    if (move <= goal().negligible || (near && idle >= goal().idle_iterations)) return Status::ok;
   }
   if (iterations_ > 0 && bounded_) {
     bounded_->put_in_front(state.v);

@@ -131,6 +131,7 @@ class Newton final : public NonlinearSolver {
   Field<double> expected_;                  ///< the same after a step
   Field<double> jump_;                      ///< and the part of a step that takes them to their planes
   bool jumps_ = false;
+  double friction_left_ = 0;  ///< of the residual, when friction has followed pressure
 };
 
 /// Completes the facts of a method that computes in double precision only.
