@@ -56,6 +56,7 @@ class BodyEvents final : public StepEvents<Real> {
              const SurfaceContact* surface, const SleepRule& sleep);
 
   bool collides() const override { return colliding_.contact.has_collisions(); }
+  double resolved_step() const override { return colliding_.contact.resolved_step(); }
   bool collide(const State<Real>& before, double dt, State<Real>& state) override;
   bool sleeps() const override { return sleep_ != nullptr; }
   bool settle(State<Real>& state) override;

@@ -18,6 +18,8 @@ class PlaneContact {
 
   /// True if planes act at the end of steps: those of the laws `impulse` and `thesis`.
   bool has_collisions() const { return !colliding_.empty(); }
+  /// Longest step that resolves the motion of what collides, 2 over its angular frequency [s].
+  double resolved_step() const { return 2 / omega_; }
   /// True if planes act by forces: those of the law `penalty`.
   bool has_penalties() const { return !penalties_.empty(); }
 
@@ -114,7 +116,7 @@ class PlaneContact {
     return plane.gap(motion.x) > -close && plane.normal.dot(motion.v) * dt > -close;
   }
 
-  double cell_size_;
+  double omega_, cell_size_;
   std::vector<Plane> colliding_;
   std::vector<Penalty> penalties_;
 };

@@ -67,6 +67,7 @@ class RefinedSystem final : public SolidSystem<Real> {
    public:
     explicit Events(RefinedSystem& system) : system_(system) {}
     bool collides() const override { return system_.contact_.has_collisions(); }
+    double resolved_step() const override { return system_.contact_.resolved_step(); }
     bool collide(const State<Real>& before, double dt, State<Real>& state) override;
     bool sleeps() const override { return false; }
     bool settle(State<Real>&) override { return false; }

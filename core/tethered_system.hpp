@@ -70,6 +70,7 @@ class TetheredSystem final : public SystemWrapper<Real> {
    public:
     explicit TetheredEvents(TetheredSystem& system) : system_(system) {}
     bool collides() const override { return other().collides(); }
+    double resolved_step() const override { return other().resolved_step(); }
     bool collide(const State<Real>& before, double dt, State<Real>& state) override {
       return other().collide(before, dt, state);
     }

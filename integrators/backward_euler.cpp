@@ -12,7 +12,7 @@ class BackwardEuler final : public Integrator<double> {
   explicit BackwardEuler(const IntegratorOptions& options)
       : dt_(options.dt), solver_(make_nonlinear_solver(options)) {}
 
-  Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+  Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     return advance_step_by_step(*this, system, state, dt_, t_end, work, solver_->keeps_bounds(), [&] {
       x_ = state.x;
       v_ = state.v;
@@ -41,6 +41,7 @@ IntegratorInfo backward_euler() {
        .order_undamped = 1,
        .order_damped = 1,
        .implicit = true,
+       .collisions = Collisions::inside_steps,
        .iterates = true,
        .variants = {"/lbfgs:5"}});
 }

@@ -19,7 +19,7 @@ class BackwardEulerLinear final : public Integrator<double> {
         kind_(options.tangent),
         linear_(find_linear_solver(options.linear_solver).make(options.linear_tolerance)) {}
 
-  Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+  Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     return advance_step_by_step(*this, system, state, dt_, t_end, work, true,
                                 [&] { return step(system, state, work); });
   }
@@ -93,7 +93,7 @@ class BackwardEulerLinear final : public Integrator<double> {
       const bool changed = bounded_->update(residual_, velocity_);
       const double friction = bounded_->follow_pressure();
       stale = changed || move > bounded_->slowest(velocity_) / 10;
-      if (changed || friction > tolerance * bounded_->scale()) continue;
+      if (changed || friction > tolerance * std::max(bounded_->scale(), bounded_->push())) continue;
       bounded_->end_stage(stage, residual_);
       change_.array() = velocity_.array() - state.v.array();
       return Status::ok;
@@ -127,7 +127,8 @@ IntegratorInfo backward_euler_linear() {
            "implicit Euler with one linear solve a step (Baraff and Witkin): first order, loses energy",
        .order_undamped = 1,
        .order_damped = 1,
-       .implicit = true});
+       .implicit = true,
+       .collisions = Collisions::inside_steps});
 }
 
 }  // namespace mss

@@ -22,6 +22,9 @@ constexpr double share_on_edge = 0.02;
 /// Of gravity's impulse: what is left to solve below it leaves no doubt.
 constexpr double settled_share = 1e-6;
 
+/// Of momentum: what is no less than gravity's impulse, where that is small or there is none.
+constexpr double share_of_momentum = 0.01;
+
 /// Held directions of assembled matrices are that much stiffer than the rest.
 constexpr double stiffer = 1e8;
 
@@ -48,7 +51,9 @@ void BoundedSystem::begin(const ImplicitStage& stage) {
   double squares = 0;
   length_ = 0;
   for (const std::ptrdiff_t site : particles()) {
-    squares += std::pow(mass(site) * stage.gamma * bounds_.gravity().norm(), 2);
+    const double speed = std::max(stage.gamma * bounds_.gravity().norm(),
+                                  share_of_momentum * stage.v_base->at(site).norm());
+    squares += std::pow(mass(site) * speed, 2);
     length_ = std::max(length_, base_->at(site).cwiseAbs().maxCoeff());
   }
   scale_ = std::sqrt(ranks().sum(squares));

@@ -75,7 +75,7 @@ class BoundedSystem final : public SystemWrapper<double> {
   /// Ends a stage: keeps the impulses that hold particles, with `residual` as in update().
   void end_stage(const ImplicitStage& stage, const Field<double>& residual);
 
-  /// The impulse of gravity in a stage, a measure of what is small [N s].
+  /// The impulse of gravity in a stage or a share of momentum, a measure of what is small [N s].
   double scale() const { return scale_; }
   /// See NonlinearSolver::end_step().
   void end_step(const StepTaken& step, State<double>& state, Field<double>* a);

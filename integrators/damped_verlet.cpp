@@ -16,7 +16,7 @@ class DampedVerlet final : public Integrator<Real> {
  public:
   explicit DampedVerlet(const IntegratorOptions& options) : dt_(options.dt) {}
 
-  Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
+  Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     return advance_fixed(*this, system, state, dt_, t_end, work, [&](long steps) {
       if (acceleration_.size() == 0) {
         acceleration_ = Field<Real>(system.size());

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <limits>
 
-#include "integrators/collisions.hpp"
 #include "integrators/implicit_stage.hpp"
 
 namespace mss {
@@ -27,8 +26,7 @@ class DynamicRelaxation final : public Integrator<double> {
         most_steps_(std::min(options.most_steps, most_steps)),
         enough_(options.tolerance * options.length_scale) {}
 
-  Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    refuse_collisions(system);
+  Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     state.t = t_end;
     if (rest_.size() == 0)
       for (Field<double>* field : {&rest_, &acceleration_}) *field = Field<double>(system.size());
@@ -97,6 +95,7 @@ IntegratorInfo dynamic_relaxation() {
                                                         "time, by undamped motion stopped at every peak of "
                                                         "its kinetic energy",
                                              .stepping = Stepping::equilibrium,
+                                             .collisions = Collisions::never,
                                              .limit = [](double omega, double) { return 2 / omega; }});
 }
 

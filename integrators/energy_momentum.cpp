@@ -18,7 +18,7 @@ class EnergyMomentum final : public Integrator<double> {
   explicit EnergyMomentum(const IntegratorOptions& options)
       : dt_(options.dt), solver_(make_nonlinear_solver(options)) {}
 
-  Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+  Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     return advance_step_by_step(*this, system, state, dt_, t_end, work, solver_->keeps_bounds(), [&] {
       x_ = state.x;
       v_ = state.v;
@@ -60,6 +60,7 @@ IntegratorInfo energy_momentum() {
        .order_undamped = 2,
        .order_damped = 2,
        .implicit = true,
+       .collisions = Collisions::inside_steps,
        .iterates = true,
        .energy_exact = true});
 }

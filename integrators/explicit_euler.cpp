@@ -12,7 +12,7 @@ class ExplicitEuler final : public Integrator<Real> {
  public:
   explicit ExplicitEuler(const IntegratorOptions& options) : dt_(options.dt) {}
 
-  Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
+  Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     return advance_fixed(*this, system, state, dt_, t_end, work, [&](long steps) {
       system.kick_drift({.kick_before = dt_, .kick_after = 0, .drift_old = dt_, .drift_new = 0}, dt_, steps,
                         state);

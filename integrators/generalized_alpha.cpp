@@ -26,7 +26,7 @@ class GeneralizedAlpha final : public Integrator<double> {
         force_share_(options.spectral_radius / (options.spectral_radius + 1)),
         solver_(make_nonlinear_solver(options)) {}
 
-  Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+  Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     return advance_step_by_step(*this, system, state, dt_, t_end, work, solver_->keeps_bounds(),
                                 [&] { return step(system, state, work); });
   }
@@ -97,6 +97,7 @@ IntegratorInfo generalized_alpha() {
        .order_undamped = 2,
        .order_damped = 2,
        .implicit = true,
+       .collisions = Collisions::inside_steps,
        .iterates = true});
 }
 

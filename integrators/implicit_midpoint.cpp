@@ -14,7 +14,7 @@ class ImplicitMidpoint final : public Integrator<double> {
   explicit ImplicitMidpoint(const IntegratorOptions& options)
       : dt_(options.dt), solver_(make_nonlinear_solver(options)) {}
 
-  Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+  Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     return advance_step_by_step(*this, system, state, dt_, t_end, work, solver_->keeps_bounds(), [&] {
       x_ = state.x;
       v_ = state.v;
@@ -53,6 +53,7 @@ IntegratorInfo implicit_midpoint() {
        .order_undamped = 2,
        .order_damped = 2,
        .implicit = true,
+       .collisions = Collisions::inside_steps,
        .iterates = true,
        .symplectic = true});
 }

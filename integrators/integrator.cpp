@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/suggest.hpp"
+#include "integrators/collisions.hpp"
 #include "integrators/implicit_stage.hpp"
 
 namespace mss {
@@ -72,6 +73,21 @@ IntegratorInfo variant(const std::string& name) {
 }
 
 }  // namespace
+
+template <class Real>
+std::unique_ptr<Integrator<Real>> IntegratorInfo::make(const IntegratorOptions& options) const {
+  std::unique_ptr<Integrator<Real>> method;
+  if constexpr (std::is_same_v<Real, float>)
+    method = make_single(options);
+  else
+    method = make_double(options);
+  method->check_ = [facts = *this, dt = options.dt](System<Real>& system) {
+    check_collisions(facts, system, dt);
+  };
+  return method;
+}
+template std::unique_ptr<Integrator<float>> IntegratorInfo::make(const IntegratorOptions&) const;
+template std::unique_ptr<Integrator<double>> IntegratorInfo::make(const IntegratorOptions&) const;
 
 std::string family_of(std::string_view name) { return std::string(name.substr(0, name.find(':'))); }
 

@@ -49,11 +49,28 @@ class Integrator {
 
   /// Takes `state` towards t_end [s] and adds to `work`. Methods of fixed step take whole steps only and stop
   /// at the one nearest to t_end, so that a trajectory does not depend on how often it is sampled; adaptive
-  /// methods stop at t_end. On failure the state is the last one computed.
-  virtual Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) = 0;
+  /// methods stop at t_end. On failure the state is the last one computed. Throws InputError where the method
+  /// cannot serve the system, see check().
+  Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) {
+    check(system);
+    return do_advance(system, state, t_end, work);
+  }
+
+  /// Throws InputError, in words for users, where the method would move the system wrongly: what it meets
+  /// contradicts the facts in the registry, see IntegratorInfo::make().
+  void check(System<Real>& system) const {
+    if (check_) check_(system);
+  }
 
   /// Discards all history. Call it after editing a state, before the next advance.
   virtual void reset() {}
+
+ private:
+  friend struct IntegratorInfo;
+
+  virtual Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) = 0;
+
+  std::function<void(System<Real>&)> check_;  ///< empty: of a method outside the registry
 };
 
 /// What a user may set about a method.
@@ -89,6 +106,13 @@ enum class Stepping {
   equilibrium  ///< not at all: it finds where a body would be at rest at the end time
 };
 
+/// When planes of the laws `impulse` and `thesis` act on what a method moves.
+enum class Collisions {
+  after_steps,
+  inside_steps,  ///< as System::bounds() has them: methods that find forces where steps end
+  never
+};
+
 /// Part of a step, in shares of it: x += drift dt v, then v += kick dt a.
 struct DriftKick {
   double drift, kick;
@@ -102,6 +126,7 @@ struct IntegratorInfo {
   int order_undamped = 1;  ///< of positions at a fixed time; of methods of fixed step
   int order_damped = 1;
   bool implicit = false;
+  Collisions collisions = Collisions::after_steps;
   bool iterates = false;           ///< as often as `iterations` says
   bool symplectic = false;         ///< without damping
   bool energy_exact = false;       ///< without damping; needs a discrete gradient
@@ -120,6 +145,7 @@ struct IntegratorInfo {
   /// Whether it moves bodies of springs only.
   bool needs_springs() const { return energy_exact || springs_only; }
 
+  /// The method, which checks every system that it meets against these facts.
   template <class Real>
   std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) const;
 
@@ -127,15 +153,6 @@ struct IntegratorInfo {
   std::function<std::unique_ptr<Integrator<float>>(const IntegratorOptions&)> make_single = {};
   std::function<std::unique_ptr<Integrator<double>>(const IntegratorOptions&)> make_double = {};
 };
-
-template <>
-inline std::unique_ptr<Integrator<float>> IntegratorInfo::make(const IntegratorOptions& options) const {
-  return make_single(options);
-}
-template <>
-inline std::unique_ptr<Integrator<double>> IntegratorInfo::make(const IntegratorOptions& options) const {
-  return make_double(options);
-}
 
 /// All methods, in the order they are listed and charted.
 const std::vector<IntegratorInfo>& integrators();

@@ -65,7 +65,7 @@ class PassMethod final : public Integrator<Real> {
       if (passes_) passes_->reset();
   }
 
-  Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
+  Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     if (!passes_) begin(system);
     return advance_fixed(
         *this, system, state, options_.dt, t_end, work,

@@ -31,7 +31,7 @@ class Pefrl final : public Integrator<Real> {
  public:
   explicit Pefrl(const IntegratorOptions& options) : dt_(options.dt) {}
 
-  Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
+  Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     const StepEvents<Real>* events = system.events();
     const bool collides = events && events->collides();
     return advance_fixed(*this, system, state, dt_, t_end, work, [&](long steps) {

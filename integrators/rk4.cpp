@@ -17,7 +17,7 @@ class Rk4 final : public Integrator<Real> {
  public:
   explicit Rk4(const IntegratorOptions& options) : dt_(options.dt) {}
 
-  Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
+  Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     return advance_fixed(*this, system, state, dt_, t_end, work, [&](long steps) {
       for (long n = 0; n < steps; ++n) step(system, state);
       work.force_evaluations += 4 * steps;

@@ -12,7 +12,7 @@ class SemiImplicitEuler final : public Integrator<Real> {
  public:
   explicit SemiImplicitEuler(const IntegratorOptions& options) : dt_(options.dt) {}
 
-  Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
+  Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     return advance_fixed(*this, system, state, dt_, t_end, work, [&](long steps) {
       system.kick_drift({.kick_before = dt_, .kick_after = 0, .drift_old = 0, .drift_new = dt_}, dt_, steps,
                         state);

@@ -33,6 +33,7 @@ IntegratorInfo shape_matching() {
           "lattice shape matching: regions return to their rest shapes; no springs and no modulus, any step",
       .order_undamped = 0,
       .order_damped = 0,
+      .collisions = Collisions::inside_steps,
       .springs_only = true,
       .has_modulus = false,
       .make_double = make};

@@ -7,9 +7,10 @@
 // the tangent, go downhill from anywhere and take long steps at once, until none moves the body by more than
 // the tolerance. Prescribed coordinates have their values at time t. Kelley and Keyes, SIAM J. Numer. Anal.
 // 35 (1998) 508.
+// Planes act inside the steps, see bounded_system.hpp. What slides in one is where it was, and at rest, when
+// the next begins, so that friction holds what it can hold where it has come to.
 #include <limits>
 
-#include "integrators/collisions.hpp"
 #include "integrators/implicit_stage.hpp"
 
 namespace mss {
@@ -35,13 +36,13 @@ class StaticEquilibrium final : public Integrator<double> {
         enough_(options.tolerance * options.length_scale) {}
   void reset() override { settled_force_ = -1; }
 
-  Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    refuse_collisions(system);
+  Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+    seconds_ = t_end - state.t;
     state.t = t_end;
     rest_ = Field<double>(system.size());
     system.constrain(state.t, state.x, state.v);
     state.v = rest_;
-    if (still_at_rest(system, state, work)) return Status::ok;
+    if (!system.bounds() && still_at_rest(system, state, work)) return Status::ok;
     const double unit = 1 / stiffest(system, state);
     return by_newton_ ? continue_to_rest(system, state, unit, work)
                       : descend(system, state, long_tau * unit, work);
@@ -57,7 +58,7 @@ class StaticEquilibrium final : public Integrator<double> {
       ++work.steps;
       if (status == Status::ok && tau >= last_tau * unit) {
         const double move = largest_move(state) / state.x.array().abs().maxCoeff();
-        if (move <= negligible) return settle(system, state, work);
+        if (move <= negligible) return settle(system, state, tau, work);
         if (move > before / 2) ++stuck;
         before = move;
       }
@@ -75,7 +76,7 @@ class StaticEquilibrium final : public Integrator<double> {
       ++work.steps;
       if (status != Status::ok) return status;
       const double move = largest_move(state);
-      if (move <= enough_) return settle(system, state, work);
+      if (move <= enough_) return settle(system, state, tau, work);
       if (move > before / 2) ++stuck;
       before = move;
     }
@@ -83,13 +84,15 @@ class StaticEquilibrium final : public Integrator<double> {
   }
 
   /// One step from rest; Newton's method restores the positions if it fails.
-  Status relax(System<double>& system, State<double>& state, double tau, Work& work) {
+  Status relax(System<double>& system, State<double>& state, double tau, Work& work,
+               double impulse_weight = 0) {
     x_ = state.x;
     const ImplicitStage stage{.t = state.t,
                               .gamma = tau,
                               .x_base = &x_,
                               .v_base = &rest_,
                               .force_velocity = &rest_,
+                              .impulse_weight = impulse_weight,
                               .enough = enough_ / 10};
     const Status status = solver_->solve(system, stage, state, work);
     if (status != Status::ok && by_newton_) state.x = x_;
@@ -102,7 +105,12 @@ class StaticEquilibrium final : public Integrator<double> {
     return (state.x.array() - x_.array()).abs().maxCoeff();
   }
 
-  Status settle(System<double>& system, const State<double>& state, Work& work) {
+  /// Planes give what they would in the time that has passed; a step more finds it.
+  Status settle(System<double>& system, State<double>& state, double tau, Work& work) {
+    if (system.bounds()) {
+      const Status status = relax(system, state, tau, work, seconds_ / tau);
+      if (status != Status::ok) return status;
+    }
     settled_force_ = largest_force(system, state, work);
     return std::isfinite(settled_force_) ? Status::ok : Status::non_finite;
   }
@@ -137,6 +145,7 @@ class StaticEquilibrium final : public Integrator<double> {
   Field<double> x_;     ///< before the step
   Field<double> rest_;  ///< zero
   Field<double> force_;
+  double seconds_ = 0;         ///< between the last time and this one
   double settled_force_ = -1;  ///< largest one left at the last equilibrium [N]; negative: there is none
 };
 
@@ -149,6 +158,7 @@ IntegratorInfo static_equilibrium() {
            "no motion: where a body comes to rest at the end time, by a nonlinear solver with continuation",
        .stepping = Stepping::equilibrium,
        .implicit = true,
+       .collisions = Collisions::inside_steps,
        .iterates = true});
 }
 

@@ -17,7 +17,7 @@ class TrBdf2 final : public Integrator<double> {
   explicit TrBdf2(const IntegratorOptions& options)
       : dt_(options.dt), solver_(make_nonlinear_solver(options)) {}
 
-  Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+  Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     return advance_step_by_step(*this, system, state, dt_, t_end, work, solver_->keeps_bounds(),
                                 [&] { return step(system, state, work); });
   }
@@ -71,6 +71,7 @@ IntegratorInfo tr_bdf2() {
        .order_undamped = 2,
        .order_damped = 2,
        .implicit = true,
+       .collisions = Collisions::inside_steps,
        .iterates = true});
 }
 

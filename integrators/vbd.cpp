@@ -35,6 +35,7 @@ IntegratorInfo vbd() {
           "any step, loses energy",
       .order_undamped = 1,
       .order_damped = 1,
+      .collisions = Collisions::inside_steps,
       .iterates = true,
       .springs_only = true,
       .variants = {":5", ":20"},

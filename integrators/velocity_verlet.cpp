@@ -15,7 +15,7 @@ class VelocityVerlet final : public Integrator<Real> {
  public:
   explicit VelocityVerlet(const IntegratorOptions& options) : dt_(options.dt) {}
 
-  Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
+  Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     return advance_fixed(*this, system, state, dt_, t_end, work,
                          [&](long steps) { take(system, state, steps, work); });
   }

@@ -14,7 +14,7 @@ class Verlet final : public Integrator<Real> {
  public:
   explicit Verlet(const IntegratorOptions& options) : dt_(options.dt) {}
 
-  Status advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
+  Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     return advance_fixed(*this, system, state, dt_, t_end, work, [&](long steps) {
       for (long n = 0; n < steps; ++n) step(system, state);
       work.force_evaluations += steps;

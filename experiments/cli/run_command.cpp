@@ -214,6 +214,24 @@ Json summary(const Scene& scene, const SimulationResult& result, const Table& se
           {"provenance", provenance()}};
 }
 
+/// Removes again, at its end, what of a directory and those around it did not exist before and is empty.
+class EmptyDirectories {
+ public:
+  explicit EmptyDirectories(const fs::path& directory) {
+    for (fs::path made = directory; !made.empty() && !fs::exists(made); made = made.parent_path())
+      made_.push_back(made);
+  }
+  EmptyDirectories(const EmptyDirectories&) = delete;
+  EmptyDirectories& operator=(const EmptyDirectories&) = delete;
+  ~EmptyDirectories() {
+    std::error_code not_empty;
+    for (const fs::path& made : made_) fs::remove(made, not_empty);
+  }
+
+ private:
+  std::vector<fs::path> made_;  ///< from the innermost
+};
+
 void prepare(const Scene& scene, const fs::path& directory) {
   prepare_directory(directory);  // before hours of work, not after
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
@@ -284,6 +302,7 @@ void run_scene(const RunChoice& choice, int& exit_status) {
       choice.directory.empty() ? fs::path("out") / scene.name : fs::path(choice.directory);
   const std::unique_ptr<ConnectedRanks> ranks =
       connect_ranks(fmt::format("the rows until then are in {}", (directory / "series.csv").string()));
+  const EmptyDirectories of_a_refused_scene(directory);
   if (ranks->is_lowest()) prepare(scene, directory);
   SimulationResult result;
   std::optional<SceneEstimates> estimates;

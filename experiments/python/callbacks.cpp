@@ -61,7 +61,7 @@ PythonMethod::~PythonMethod() {
   acceleration_ = py::object();
 }
 
-Status PythonMethod::advance(System<double>& system, State<double>& state, double t_end, Work& work) {
+Status PythonMethod::do_advance(System<double>& system, State<double>& state, double t_end, Work& work) {
   struct Stepping {
     PythonMethod& method;
     ~Stepping() { method.system_ = nullptr; }

@@ -41,7 +41,7 @@ class PythonMethod final : public Integrator<double> {
  public:
   PythonMethod(pybind11::function step, double dt);
   ~PythonMethod() override;  // NOLINT(bugprone-exception-escape): as in callbacks.cpp
-  Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override;
+  Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override;
 
  private:
   void take_step(State<double>& state);

@@ -10,7 +10,6 @@
 
 #include "core/error.hpp"
 #include "experiments/simulation/model.hpp"
-#include "integrators/collisions.hpp"
 #include "integrators/implicit_stage.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
@@ -66,7 +65,7 @@ void check_contact(const Scene& scene, const IntegratorInfo& method) {
   const std::vector<Plane>& planes = scene.environment.planes;
   const auto discrete = std::find_if(planes.begin(), planes.end(),
                                      [](const Plane& plane) { return plane.contact != ContactLaw::penalty; });
-  if (discrete == planes.end() || takes_collisions(method)) return;
+  if (discrete == planes.end() || method.collisions != Collisions::never) return;
   throw InputError(
       fmt::format("contact = \"{}\" acts in fixed steps, and {} has none; give contact = "
                   "\"penalty\", or another solve.integrator",

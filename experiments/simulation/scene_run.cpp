@@ -8,7 +8,6 @@
 
 #include "core/error.hpp"
 #include "experiments/simulation/model.hpp"
-#include "integrators/collisions.hpp"
 #include "integrators/error_scale.hpp"
 #include "integrators/stable_step.hpp"
 
@@ -57,26 +56,14 @@ double kinetic_energy(const SolidSystem<Real>& system, const Field<Real>& v) {
   return sum;
 }
 
-/// Methods that find forces where steps end need planes inside these, as System::bounds() has them. Throws
-/// InputError where planes act after steps too long for that to do no harm, before any is taken.
+/// Throws InputError, with the scene's file, where the method cannot serve the system.
 template <class Real>
-void check_planes(const Scene& scene, const IntegratorInfo& method, SolidSystem<Real>& system, double dt) {
-  const double longest = 2 / system.spectral_bound().omega;
-  if (!forces_at_end_of_steps(method) || !system.events() || !system.events()->collides() || !(dt > longest))
-    return;
-  if (!method.has_modulus)
-    throw InputError(fmt::format(
-        "{}: {} returns regions to their shapes whatever planes do to them: in steps of {:.3g} s it gains "
-        "energy on these; give solve.dt = {:.3g} s or less, contact = \"penalty\", or another integrator",
-        scene.file.string(), method.name, dt, longest));
-  if (system.bounds()) return;
-  const std::string law =
-      scene.environment.contact_surface ? "body.contact_on = \"surface\"" : "contact = \"thesis\"";
-  throw InputError(fmt::format(
-      "{}: {} acts after steps, and {} finds forces where they end: in steps of {:.3g} s planes would press "
-      "the body before they act; give solve.dt = {:.3g} s or less, contact = \"impulse\" on particles, or "
-      "contact = \"penalty\"",
-      scene.file.string(), law, method.name, dt, longest));
+void check_method(const Scene& scene, const Integrator<Real>& method, System<Real>& system) {
+  try {
+    method.check(system);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", scene.file.string(), error.what()));
+  }
 }
 
 }  // namespace
@@ -129,9 +116,9 @@ SceneRun<Real>::SceneRun(const Scene& scene, const Body& body, long most_steps)
       info_(&find_integrator(scene.solve.integrator)),
       gauge_(*system_, scene.environment) {
   options_.most_steps = most_steps;
-  check_planes(scene, *info_, *system_, options_.dt);
   if (scene.solve.local_steps) in_local_steps_ = system_->with_local_steps(options_.dt);
   method_ = info_->template make<Real>(options_);
+  check_method(scene, *method_, *system_);
   std::stable_sort(strikes_.begin(), strikes_.end(),
                    [](const Strike& a, const Strike& b) { return a.at < b.at; });
   go_on_from(start_state(*system_, scene));

@@ -9,7 +9,6 @@
 
 #include <stdexcept>
 
-#include "integrators/collisions.hpp"
 #include "integrators/sundials/eliminated.hpp"
 
 namespace mss {
@@ -139,10 +138,9 @@ class Arkode final : public Integrator<double> {
  public:
   explicit Arkode(const IntegratorOptions& options) : options_(options) {}
 
-  Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+  Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     if (!(t_end > state.t)) return Status::ok;
     if (!session_ && advance_if_all_prescribed(system, state, t_end)) return Status::ok;
-    if (!session_) refuse_collisions(system);
     if (!session_) session_ = std::make_unique<Session>(system, state, options_);
     return session_->advance(state, t_end, work);
   }
@@ -160,6 +158,7 @@ IntegratorInfo arkode_erk() {
   return {.name = "arkode_erk",
           .summary = "ARKODE, explicit Runge-Kutta of Dormand and Prince, order 5: adaptive",
           .stepping = Stepping::adaptive,
+          .collisions = Collisions::never,
           .make_double = [](const IntegratorOptions& o) { return std::make_unique<Arkode<Explicit>>(o); }};
 }
 IntegratorInfo arkode_dirk() {
@@ -169,6 +168,7 @@ IntegratorInfo arkode_dirk() {
               "stiff",
           .stepping = Stepping::adaptive,
           .implicit = true,
+          .collisions = Collisions::never,
           .make_double = [](const IntegratorOptions& o) {
             return std::make_unique<Arkode<DiagonallyImplicit>>(o);
           }};

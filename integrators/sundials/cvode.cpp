@@ -9,7 +9,6 @@
 
 #include <stdexcept>
 
-#include "integrators/collisions.hpp"
 #include "integrators/linear/conjugate_gradients.hpp"
 #include "integrators/linear/unknowns.hpp"
 #include "integrators/sundials/eliminated.hpp"
@@ -289,10 +288,9 @@ class Cvode final : public Integrator<double> {
  public:
   Cvode(const IntegratorOptions& options, Linear linear) : options_(options), linear_(linear) {}
 
-  Status advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+  Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     if (!(t_end > state.t)) return Status::ok;
     if (!session_ && advance_if_all_prescribed(system, state, t_end)) return Status::ok;
-    if (!session_) refuse_collisions(system);
     if (!session_) session_ = std::make_unique<Session>(system, state, options_, linear_);
     return session_->advance(state, t_end, work);
   }
@@ -310,6 +308,7 @@ IntegratorInfo describe_cvode(Linear linear, const std::string& name, const std:
           .summary = summary,
           .stepping = Stepping::adaptive,
           .implicit = linear != Linear::none,
+          .collisions = Collisions::never,
           .make_double = [linear](const IntegratorOptions& o) { return std::make_unique<Cvode>(o, linear); }};
 }
 

@@ -35,9 +35,14 @@ Environment slope(double degrees, const Plane& plane) {
   return {.gravity = g * Vec3(std::sin(angle), 0, -std::cos(angle)), .planes = {plane}};
 }
 
-/// Frames of implicit methods and passes, safe steps of others.
-double step_of(const IntegratorInfo& method, const SpectralBound& bound) {
-  return method.limit ? safe_share * stable_step(method, bound) : 1.0 / 60;
+/// Frames of implicit methods and passes, or as long as planes that act after steps allow; safe steps of
+/// others.
+template <class Real>
+double step_of(const IntegratorInfo& method, SolidSystem<Real>& system) {
+  constexpr double frame = 1.0 / 60;
+  if (method.limit) return safe_share * stable_step(method, system.spectral_bound());
+  const bool after = system.events()->collides() && !system.bounds();
+  return after ? std::min(frame, system.events()->resolved_step()) : frame;
 }
 
 template <class Real = double>
@@ -56,7 +61,7 @@ struct Trial {
         gauge(system, environment),
         state(system.rest_state()),
         method(find_integrator(name).make<Real>(
-            {.dt = step_of(find_integrator(name), system.spectral_bound())})) {}
+            {.dt = step_of(find_integrator(name), system)})) {}
 
   void advance(double t) { ASSERT_EQ(method->advance(system, state, t, work), Status::ok) << "t = " << t; }
   /// Means over a while.

@@ -65,7 +65,8 @@ Json to_json(const FailureRun& run) {
           {"seconds", run.seconds},
           {"max_energy", run.extremes.max_energy / run.extremes.initial_energy},
           {"min_jacobian", run.extremes.min_jacobian},
-          {"final_jacobian", run.extremes.final_jacobian}};
+          {"final_jacobian", run.extremes.final_jacobian},
+          {"touched", run.touched}};
 }
 
 Json compute(const StressRun& run) {
@@ -88,7 +89,7 @@ std::vector<Case> cases_of(const FailureConfig& config) {
 
 /// Appends a row that ends with the result of a run.
 void add_run(const Json& run, std::vector<Cell> row, Table& table) {
-  for (const char* column : {"dt", "seconds", "max_energy", "min_jacobian", "final_jacobian"})
+  for (const char* column : {"dt", "seconds", "max_energy", "min_jacobian", "final_jacobian", "touched"})
     row.emplace_back(number(run[column]));
   row.emplace_back(std::string(to_string(Outcome(run["outcome"].get<int>()))));
   table.add(std::move(row));
@@ -96,7 +97,8 @@ void add_run(const Json& run, std::vector<Cell> row, Table& table) {
 
 std::vector<Column> with_run(std::vector<Column> columns) {
   for (const Column& column : {Column{"dt", "s"}, Column{"seconds", "s"}, Column{"max_energy"},
-                               Column{"min_jacobian"}, Column{"final_jacobian"}, Column{"status"}})
+                               Column{"min_jacobian"}, Column{"final_jacobian"}, Column{"touched"},
+                               Column{"status"}})
     columns.push_back(column);
   return columns;
 }
@@ -142,15 +144,15 @@ std::string summary(const FailureTables& tables) {
         scene, of_variant(variants[0]).size(), stable_of(of_variant(variants[0])),
         stable_of(of_variant(variants[1])), stable_of(of_variant(variants[2])));
   }
-  std::map<bool, std::pair<int, int>> failed;  // with a plane: of how many
+  std::map<bool, std::pair<int, int>> failed;  // on a plane: of how many
   for (std::size_t r = 0; r < tables.random.size(); ++r) {
-    auto& [failures, all] = failed[tables.random.number(r, "planes") != 0];
+    auto& [failures, all] = failed[tables.random.number(r, "touched") == 1];
     failures += tables.random.text(r, "status") == to_string(Outcome::stable) ? 0 : 1;
     ++all;
   }
   for (const auto& [plane, count] : failed)
     lines += fmt::format("random scenes at the safe step, {}: {} of {} fail\n",
-                         plane ? "above a plane" : "free or held", count.first, count.second);
+                         plane ? "that touch a plane" : "that touch none", count.first, count.second);
   return lines;
 }
 

@@ -85,6 +85,16 @@ State<double> start(BodySystem<double>& system, const StressCase& c) {
   return state;
 }
 
+/// Of planes that act by impulses, see FailureRun.
+double touched(const BodySystem<double>& system) {
+  const PlaneImpulses* impulses = system.plane_impulses();
+  if (!impulses) return no_value;
+  for (std::size_t plane = 0; plane < impulses->planes(); ++plane)
+    for (const std::ptrdiff_t site : system.particles())
+      if (!impulses->at(plane, site).isZero(0)) return 1;
+  return 0;
+}
+
 /// Runs for a time, every other step shorter by `step_ratio`.
 FailureRun run(BodySystem<double>& system, const IntegratorInfo& method, State<double> state, double dt,
                double step_ratio, double seconds) {
@@ -118,6 +128,7 @@ FailureRun run(BodySystem<double>& system, const IntegratorInfo& method, State<d
   result.extremes = sampled.extremes();
   result.seconds = state.t;
   result.steps = work.steps;
+  result.touched = touched(system);
   if (result.outcome == Outcome::stable && result.extremes.final_jacobian <= 0)
     result.outcome = Outcome::folds;
   return result;
@@ -194,7 +205,11 @@ FailureRun try_scene(const StressCase& stress_case, const IntegratorInfo& method
       system_of_step(of_step, stress_case.environment, {.threads = 1});
   const double slow = 2.0 / speed_of_sound(stress_case.body);  // there and back through 1 m [s]
   const double dt = step_for(method, system_of_step);
-  return run(system, method, start(system, stress_case), dt, stress_case.step_ratio, periods * slow);
+  const FailureRun result =
+      run(system, method, start(system, stress_case), dt, stress_case.step_ratio, periods * slow);
+  if (result.outcome == Outcome::stable && result.touched == 0)
+    throw std::logic_error(fmt::format("{}: a body that was meant to touch a plane did not", method.name));
+  return result;
 }
 
 RandomScene random_scene(std::uint64_t seed) {

@@ -580,7 +580,7 @@ TEST_F(RunCommand, BadScenesLeaveNothing) {
        "contact = \"impulse\" acts in fixed steps, and cvode_bdf has none"},
       {with(good, "velocity_verlet\"", "static\"") +
            "[[plane]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\ncontact = \"thesis\"\n",
-       "give contact = \"penalty\", or another solve.integrator"}};
+       "static takes none; give contact = \"impulse\" on particles"}};
   for (const auto& [text, named] : cases) {
     const ProgramRun result = run(write("bad.toml", text));
     EXPECT_EQ(result.exit_status, 2) << text << result.output;

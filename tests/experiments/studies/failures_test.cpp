@@ -79,6 +79,21 @@ TEST(Failures, AGainOfEnergyIsOne) {
   EXPECT_LE(stable.extremes.max_energy, 1.05 * stable.extremes.initial_energy);
 }
 
+// What would fall through the ground is refused.
+TEST(Failures, EveryDropTouchesTheGround) {
+  int refused = 0;
+  for (const IntegratorInfo& method : integrators()) {
+    if (method.stepping == Stepping::equilibrium || !method.has_modulus) continue;
+    const FailureRun run = try_one("drop", 0.1, method.name);
+    refused += run.outcome == Outcome::refused ? 1 : 0;
+    if (run.outcome == Outcome::refused)
+      EXPECT_EQ(method.collisions, Collisions::never) << method.name;
+    else
+      EXPECT_EQ(run.touched, 1) << method.name;
+  }
+  EXPECT_GT(refused, 0);
+}
+
 TEST(Failures, ADropGainsNone) {
   for (const Variant variant : variants)
     EXPECT_EQ(try_one("drop", 0.1, "backward_euler", variant).outcome, Outcome::stable);
