@@ -19,13 +19,14 @@ inline void snap_to_end_time(double& t, double dt, double t_end) {
 template <class Real>
 class BetweenSteps {
  public:
-  /// `keeps_bounds`: the method keeps contact inside its steps where the system has bounds.
-  BetweenSteps(Integrator<Real>& method, System<Real>& system, double dt, bool may_sleep, bool keeps_bounds)
+  /// `collisions`: when the method has them where the system has bounds; elsewhere they act after steps.
+  BetweenSteps(Integrator<Real>& method, System<Real>& system, double dt, bool may_sleep,
+               Collisions collisions)
       : method_(method),
         events_(system.events()),
         impulses_(system.plane_impulses()),
         dt_(dt),
-        collides_(events_ && events_->collides() && !(keeps_bounds && system.bounds())),
+        collides_(events_ && events_->collides() && !(collisions == Collisions::inside_steps && system.bounds())),
         sleeps_(may_sleep && events_ && events_->sleeps()) {}
 
   /// Whether steps must be taken one at a time.
@@ -64,8 +65,8 @@ inline constexpr long steps_between_checks = 32;
 /// without history.
 template <class Real, class Take>
 Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>& state, double dt,
-                     double t_end, Work& work, Take&& take, bool keeps_bounds = false) {
-  BetweenSteps<Real> between(method, system, dt, true, keeps_bounds);
+                     double t_end, Work& work, Take&& take, Collisions collisions = Collisions::after_steps) {
+  BetweenSteps<Real> between(method, system, dt, true, collisions);
   const auto step_alone = [&] {
     if (between.all_asleep()) {
       between.sleeps_on();
@@ -92,8 +93,8 @@ Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>
 /// not accelerations, so nothing falls asleep.
 template <class Real, class Take>
 Status advance_step_by_step(Integrator<Real>& method, System<Real>& system, State<Real>& state, double dt,
-                            double t_end, Work& work, bool keeps_bounds, Take&& take) {
-  BetweenSteps<Real> between(method, system, dt, false, keeps_bounds);
+                            double t_end, Work& work, Collisions collisions, Take&& take) {
+  BetweenSteps<Real> between(method, system, dt, false, collisions);
   for (long left = std::lround((t_end - state.t) / dt); left > 0; --left) {
     between.step_begins(state);
     if (const Status status = take(); status != Status::ok) return status;

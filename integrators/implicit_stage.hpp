@@ -65,13 +65,12 @@ class NonlinearSolver {
   virtual ~NonlinearSolver() = default;
 
   /// Solves a stage; state.v holds a guess on entry, state.x and state.v the solution on return, state.t does
-  /// not change. Prescribed coordinates have their values at the stage's time. The system and its holds must
-  /// be the same at every call. Throws InputError if the solver cannot serve the system.
+  /// not change. Prescribed coordinates have their values at the stage's time, and all particles are in front
+  /// of the system's bounds. The system and its holds must be the same at every call. Throws InputError if the
+  /// solver cannot serve the system.
   virtual Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state,
                        Work& work) = 0;
 
-  /// Whether stages end with all particles in front of the system's bounds; else they collide after steps.
-  virtual bool keeps_bounds() const { return false; }
   /// Ends a step: what a bound has stopped leaves it as restitution says. Accelerations, where a method keeps
   /// some, lose what points into bounds; what leaves them falls freely.
   virtual void end_step(const StepTaken& step, State<double>& state, Field<double>* a) {
@@ -103,7 +102,6 @@ class Newton final : public NonlinearSolver {
   explicit Newton(const IntegratorOptions& options);
   ~Newton() override;
   Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) override;
-  bool keeps_bounds() const override { return true; }
   void end_step(const StepTaken& step, State<double>& state, Field<double>* a) override;
 
  private:

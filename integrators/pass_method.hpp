@@ -76,7 +76,7 @@ class PassMethod final : public Integrator<Real> {
           else
             take_steps(system, state, steps);
         },
-        true);
+        Collisions::inside_steps);
   }
 
  private:

@@ -112,7 +112,6 @@ class QuasiNewton final : public NonlinearSolver {
       : name_(std::move(name)), pairs_kept_(pairs), iterations_(options.iterations) {}
 
   Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) override;
-  bool keeps_bounds() const override { return true; }
   void end_step(const StepTaken& step, State<double>& state, Field<double>* a) override {
     if (bounded_) bounded_->end_step(step, state, a);
   }

@@ -42,8 +42,8 @@ std::vector<LevelCount> count_levels(const SolidSystem<Real>& system) {
 template <class Real>
 std::optional<double> rebounding_step(const Scene& scene, const SolidSystem<Real>& system, double dt) {
   const IntegratorInfo& method = find_integrator(scene.solve.integrator);
-  const bool keeps_bounds = method.stepping == Stepping::fixed && (method.implicit || method.springs_only);
-  if (!keeps_bounds || !system.bounds() || system.bounds()->bounces(dt)) return std::nullopt;
+  const bool inside = method.stepping == Stepping::fixed && method.collisions == Collisions::inside_steps;
+  if (!inside || !system.bounds() || system.bounds()->bounces(dt)) return std::nullopt;
   return 1 / system.spectral_bound().omega;
 }
 
