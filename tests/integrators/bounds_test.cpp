@@ -259,7 +259,7 @@ TEST(Bounds, HaveNoPreferredDirection) {
     double apart = 0;
     for (const std::ptrdiff_t site : one.body.sites())
       apart = std::max(apart, (turn * one.state.x.at(site) - other.state.x.at(site)).norm());
-    EXPECT_LT(apart, 1e-8) << method;
+    EXPECT_LT(apart, 1e-9) << method;
   }
 }
 
