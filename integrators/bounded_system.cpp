@@ -51,8 +51,8 @@ void BoundedSystem::begin(const ImplicitStage& stage) {
   double squares = 0;
   length_ = 0;
   for (const std::ptrdiff_t site : particles()) {
-    const double speed = std::max(stage.gamma * bounds_.gravity().norm(),
-                                  share_of_momentum * stage.v_base->at(site).norm());
+    const double speed =
+        std::max(stage.gamma * bounds_.gravity().norm(), share_of_momentum * stage.v_base->at(site).norm());
     squares += std::pow(mass(site) * speed, 2);
     length_ = std::max(length_, base_->at(site).cwiseAbs().maxCoeff());
   }

@@ -35,9 +35,10 @@ void check_collisions(const IntegratorInfo& method, System<Real>& system, double
   if (system.bounds()) return;
   constexpr const char* law = "contact = \"thesis\" and contact_on = \"surface\" act after steps";
   if (method.stepping == Stepping::equilibrium)
-    throw InputError(fmt::format("{}, and {} takes none; give contact = \"impulse\" on particles, or contact "
-                                 "= \"penalty\"",
-                                 law, method.name));
+    throw InputError(
+        fmt::format("{}, and {} takes none; give contact = \"impulse\" on particles, or contact "
+                    "= \"penalty\"",
+                    law, method.name));
   throw InputError(
       fmt::format("{}, and {} finds forces where they end: in steps of {:.3g} s planes would press the body "
                   "before they act; give solve.dt = {:.3g} s or less, contact = \"impulse\" on particles, or "

@@ -26,7 +26,8 @@ class BetweenSteps {
         events_(system.events()),
         impulses_(system.plane_impulses()),
         dt_(dt),
-        collides_(events_ && events_->collides() && !(collisions == Collisions::inside_steps && system.bounds())),
+        collides_(events_ && events_->collides() &&
+                  !(collisions == Collisions::inside_steps && system.bounds())),
         sleeps_(may_sleep && events_ && events_->sleeps()) {}
 
   /// Whether steps must be taken one at a time.

@@ -66,8 +66,8 @@ class NonlinearSolver {
 
   /// Solves a stage; state.v holds a guess on entry, state.x and state.v the solution on return, state.t does
   /// not change. Prescribed coordinates have their values at the stage's time, and all particles are in front
-  /// of the system's bounds. The system and its holds must be the same at every call. Throws InputError if the
-  /// solver cannot serve the system.
+  /// of the system's bounds. The system and its holds must be the same at every call. Throws InputError if
+  /// the solver cannot serve the system.
   virtual Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state,
                        Work& work) = 0;
 

@@ -68,8 +68,7 @@ struct Trial {
 /// The impulse that a plane has given [N s].
 Vec3 given(const Trial& trial, std::size_t plane) {
   Vec3 sum = Vec3::Zero();
-  for (const std::ptrdiff_t site : trial.body.sites())
-    sum += trial.system.plane_impulses()->at(plane, site);
+  for (const std::ptrdiff_t site : trial.body.sites()) sum += trial.system.plane_impulses()->at(plane, site);
   return sum;
 }
 

@@ -60,8 +60,7 @@ struct Trial {
         system(body, environment, execution),
         gauge(system, environment),
         state(system.rest_state()),
-        method(find_integrator(name).make<Real>(
-            {.dt = step_of(find_integrator(name), system)})) {}
+        method(find_integrator(name).make<Real>({.dt = step_of(find_integrator(name), system)})) {}
 
   void advance(double t) { ASSERT_EQ(method->advance(system, state, t, work), Status::ok) << "t = " << t; }
   /// Means over a while.

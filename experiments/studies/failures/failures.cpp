@@ -96,9 +96,9 @@ void add_run(const Json& run, std::vector<Cell> row, Table& table) {
 }
 
 std::vector<Column> with_run(std::vector<Column> columns) {
-  for (const Column& column : {Column{"dt", "s"}, Column{"seconds", "s"}, Column{"max_energy"},
-                               Column{"min_jacobian"}, Column{"final_jacobian"}, Column{"touched"},
-                               Column{"status"}})
+  for (const Column& column :
+       {Column{"dt", "s"}, Column{"seconds", "s"}, Column{"max_energy"}, Column{"min_jacobian"},
+        Column{"final_jacobian"}, Column{"touched"}, Column{"status"}})
     columns.push_back(column);
   return columns;
 }

@@ -68,8 +68,8 @@ struct FailureRun {
 /// step take the safe one (guarded, that of guarded_spectral_bound()); explicit Euler, which has none, takes
 /// 0.9 of the one predicted about rest, or where that is none the safe one of semi_implicit_euler; the others
 /// take ten times the safe step of semi_implicit_euler, or intervals of that length if they choose their own
-/// steps. Throws std::logic_error if it has planes and none has acted at a stable end: then something else ran
-/// than was meant.
+/// steps. Throws std::logic_error if it has planes and none has acted at a stable end: then something else
+/// ran than was meant.
 FailureRun try_scene(const StressCase& stress_case, const IntegratorInfo& method, Variant variant = {});
 
 /// Strains up to which dt = "safe" is meant to be stable: it is guaranteed for small motions and keeps a
