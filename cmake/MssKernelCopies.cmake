@@ -1,5 +1,5 @@
 # mss_kernel_copies(TARGET NAME...): adds NAME_baseline.cpp, NAME_v3.cpp and NAME_v4.cpp, copies of some loops
-# for three instruction sets of x86-64; NAME.cpp chooses at run time (core/instruction_sets.hpp), so that the
+# for three instruction sets of x86-64; NAME.cpp chooses at run time (core/kernels/instruction_sets.hpp), so that the
 # binary needs no -march=native. On other processors all three are the first.
 function(mss_kernel_copies target)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "core/plane_impulses.hpp"
+#include "core/system/plane_impulses.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {

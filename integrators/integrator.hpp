@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/system.hpp"
+#include "core/system/system.hpp"
 
 namespace mss {
 

@@ -79,7 +79,7 @@ double mean(const std::array<float, 8>& corners) {
   return std::accumulate(corners.begin(), corners.end(), 0.0) / 8;
 }
 
-/// Corners c = bx + 2 by + 4 bz of core/cell_fill.hpp from the thesis's.
+/// Corners c = bx + 2 by + 4 bz of core/body/cell_fill.hpp from the thesis's.
 std::size_t number_of(std::size_t c) {
   const auto& [x, y, z] = corner_of[c];
   return static_cast<std::size_t>(x) + 2 * static_cast<std::size_t>(y) + 4 * static_cast<std::size_t>(z);
@@ -262,7 +262,7 @@ void Algorithm1::add_volume_forces() {
   }
 }
 
-/// Against folding, corner by corner: core/fold_guard.hpp.
+/// Against folding, corner by corner: core/forces/fold_guard.hpp.
 void Algorithm1::add_guard_forces() {
   if (!is_guarded_) return;
   for (const Cell& cell : cells_)

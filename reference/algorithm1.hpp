@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/body.hpp"
+#include "core/body/body.hpp"
 
 namespace mss::reference {
 

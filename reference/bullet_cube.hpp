@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "core/body.hpp"
+#include "core/body/body.hpp"
 
 namespace mss::reference {
 

@@ -3,8 +3,8 @@
 #include <array>
 #include <vector>
 
-#include "core/body.hpp"
-#include "core/system.hpp"
+#include "core/body/body.hpp"
+#include "core/system/system.hpp"
 
 namespace mss {
 

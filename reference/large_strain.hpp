@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "core/material.hpp"
+#include "core/body/material.hpp"
 
 // Laws of elasticity for homogeneous deformations of any size, by which large strains are judged: F is the
 // deformation gradient, energies are per volume at rest [J/m^3], and stresses are nominal ones (the first of

@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "core/element_tangents.hpp"
-#include "core/error.hpp"
+#include "core/base/error.hpp"
+#include "core/springs/element_tangents.hpp"
 
 namespace mss {
 

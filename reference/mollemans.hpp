@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/body_tangents.hpp"
-#include "core/spring_system.hpp"
+#include "core/springs/body_tangents.hpp"
+#include "core/springs/spring_system.hpp"
 #include "reference/cell_sum.hpp"
 
 namespace mss {

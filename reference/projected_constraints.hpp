@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/body.hpp"
+#include "core/body/body.hpp"
 
 namespace mss::reference {
 

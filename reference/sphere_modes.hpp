@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "core/field.hpp"
-#include "core/material.hpp"
+#include "core/base/field.hpp"
+#include "core/body/material.hpp"
 
 namespace mss::reference {
 

@@ -4,7 +4,7 @@
 
 #include <Eigen/Dense>
 
-#include "core/measures.hpp"
+#include "core/measures/measures.hpp"
 #include "tests/differences.hpp"
 #include "tests/random_bodies.hpp"
 

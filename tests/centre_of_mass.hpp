@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/simulation/cubes.hpp"
 
 namespace mss::testing {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "tests/read_back.hpp"

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "core/system.hpp"
+#include "core/system/system.hpp"
 
 namespace mss::testing {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "core/solid_system.hpp"
+#include "core/springs/solid_system.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss::testing {

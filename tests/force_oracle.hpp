@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "reference/algorithm1.hpp"
 #include "tests/random_bodies.hpp"
 

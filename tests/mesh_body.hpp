@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "core/body.hpp"
-#include "core/environment.hpp"
+#include "core/body/body.hpp"
+#include "core/environment/environment.hpp"
 #include "core/mesh/mesh_fill.hpp"
 
 namespace mss::testing {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <complex>
 
-#include "core/discrete_gradient.hpp"
+#include "core/springs/discrete_gradient.hpp"
 
 namespace mss::testing {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "reference/algorithm1.hpp"
 
 namespace mss::testing {

@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/field.hpp"
-#include "core/lattice.hpp"
+#include "core/base/field.hpp"
+#include "core/base/lattice.hpp"
+#include "core/body/voxels.hpp"
 #include "core/mesh/triangle_mesh.hpp"
-#include "core/voxels.hpp"
 
 namespace mss {
 

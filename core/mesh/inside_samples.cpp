@@ -8,7 +8,7 @@
 #include <functional>
 #include <tuple>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "core/mesh/winding.hpp"
 
 namespace mss {

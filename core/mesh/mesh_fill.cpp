@@ -8,9 +8,9 @@
 #include <unordered_map>
 #include <utility>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
+#include "core/base/limits.hpp"
 #include "core/mesh/inside_samples.hpp"
-#include "core/site_limit.hpp"
 
 namespace mss {
 

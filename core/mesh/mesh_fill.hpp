@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "core/cell_fill.hpp"
+#include "core/body/cell_fill.hpp"
+#include "core/body/voxels.hpp"
 #include "core/mesh/triangle_mesh.hpp"
-#include "core/voxels.hpp"
 
 namespace mss {
 

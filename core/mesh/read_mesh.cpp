@@ -13,7 +13,7 @@
 #include <fstream>
 #include <string>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "core/mesh/mesh_file_checks.hpp"
 
 namespace mss {

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <numbers>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 
 namespace mss {
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/body.hpp"
+#include "core/body/body.hpp"
 
 namespace mss {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "integrators/stable_step.hpp"
+#include "integrators/analysis/stable_step.hpp"
 
 namespace mss::advise {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/advise/advise.hpp"
 #include "experiments/harness/measure.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/scene_writer.hpp"
+#include "core/scene/scene_writer.hpp"
 #include "experiments/advise/chart.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/results_folder.hpp"

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/advise/advise.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/scene_check.hpp"

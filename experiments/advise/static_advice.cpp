@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
-#include "core/scene_writer.hpp"
+#include "core/base/error.hpp"
+#include "core/scene/scene_writer.hpp"
 #include "experiments/harness/drawings.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/results_folder.hpp"

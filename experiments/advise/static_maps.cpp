@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
-#include "core/scene_edit.hpp"
+#include "core/base/error.hpp"
+#include "core/scene/scene_edit.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/scene_check.hpp"
 

@@ -10,7 +10,7 @@
 #include <numeric>
 #include <random>
 
-#include "core/measures.hpp"
+#include "core/measures/measures.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/statistics.hpp"
 #include "experiments/harness/table.hpp"

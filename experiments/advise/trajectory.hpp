@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/body.hpp"
-#include "core/scene.hpp"
+#include "core/body/body.hpp"
+#include "core/scene/scene.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss::advise {

@@ -10,8 +10,8 @@
 #include <memory>
 #include <optional>
 
-#include "core/error.hpp"
-#include "core/suggest.hpp"
+#include "core/base/error.hpp"
+#include "core/base/suggest.hpp"
 #include "experiments/advise/report.hpp"
 #include "experiments/advise/static_advice.hpp"
 #include "experiments/cli/commands.hpp"

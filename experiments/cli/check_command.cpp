@@ -8,8 +8,8 @@
 #include <memory>
 #include <optional>
 
-#include "core/error.hpp"
-#include "core/suggest.hpp"
+#include "core/base/error.hpp"
+#include "core/base/suggest.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/limits.hpp"
 #include "experiments/cli/settings.hpp"

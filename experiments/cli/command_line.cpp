@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <new>
 
-#include "core/error.hpp"
-#include "core/suggest.hpp"
+#include "core/base/error.hpp"
+#include "core/base/suggest.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/launched_ranks.hpp"
 #include "experiments/harness/progress.hpp"

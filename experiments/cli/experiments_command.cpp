@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/conclude.hpp"
 #include "experiments/cli/limits.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/ranks.hpp"
+#include "core/base/ranks.hpp"
 
 // Processes that mpirun, or another launcher, has started of this program.
 

@@ -6,15 +6,15 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/error.hpp"
-#include "core/suggest.hpp"
+#include "core/base/error.hpp"
+#include "core/base/suggest.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/scene_files.hpp"
-#include "integrators/implicit_stage.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
+#include "integrators/nonlinear/implicit_stage.hpp"
 
 namespace mss::cli {
 

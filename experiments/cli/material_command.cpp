@@ -9,8 +9,8 @@
 #include <optional>
 #include <utility>
 
-#include "core/error.hpp"
-#include "core/material.hpp"
+#include "core/base/error.hpp"
+#include "core/body/material.hpp"
 #include "experiments/cli/commands.hpp"
 
 namespace mss::cli {

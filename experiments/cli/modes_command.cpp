@@ -8,8 +8,8 @@
 #include <memory>
 #include <numbers>
 
-#include "core/error.hpp"
-#include "core/scene_writer.hpp"
+#include "core/base/error.hpp"
+#include "core/scene/scene_writer.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/settings.hpp"
 #include "experiments/harness/provenance.hpp"
@@ -18,8 +18,8 @@
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
-#include "integrators/modes.hpp"
-#include "integrators/stable_step.hpp"
+#include "integrators/analysis/modes.hpp"
+#include "integrators/analysis/stable_step.hpp"
 
 namespace mss::cli {
 

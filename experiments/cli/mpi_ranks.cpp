@@ -9,7 +9,7 @@
 #include <chrono>
 #include <cstdio>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/launched_ranks.hpp"
 

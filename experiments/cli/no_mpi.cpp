@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/cli/launched_ranks.hpp"
 
 namespace mss::cli {

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <set>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 
 namespace mss::cli {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/advise/chart.hpp"
 #include "experiments/advise/static_advice.hpp"
 #include "experiments/cli/commands.hpp"

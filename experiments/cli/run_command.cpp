@@ -9,8 +9,8 @@
 #include <memory>
 #include <optional>
 
-#include "core/error.hpp"
-#include "core/scene_writer.hpp"
+#include "core/base/error.hpp"
+#include "core/scene/scene_writer.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/launched_ranks.hpp"
 #include "experiments/cli/settings.hpp"

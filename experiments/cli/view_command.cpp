@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/settings.hpp"
 #include "experiments/simulation/scene_check.hpp"

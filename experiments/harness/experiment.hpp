@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/scene.hpp"
+#include "core/scene/scene.hpp"
 #include "experiments/harness/baseline.hpp"
 #include "experiments/harness/case_part.hpp"
 #include "experiments/harness/journal.hpp"

@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"

@@ -11,8 +11,8 @@
 #include <string_view>
 #include <thread>
 
-#include "core/sweep.hpp"
-#include "core/team.hpp"
+#include "core/base/team.hpp"
+#include "core/kernels/sweep.hpp"
 #include "experiments/harness/build_info.hpp"
 #include "experiments/harness/other_work.hpp"
 #include "experiments/harness/revision.hpp"

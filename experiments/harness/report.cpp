@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <map>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/other_work.hpp"
 #include "experiments/harness/provenance.hpp"

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 
 namespace mss {
 

@@ -18,8 +18,8 @@
 #include <new>
 #include <stdexcept>
 
-#include "core/error.hpp"
-#include "core/team.hpp"
+#include "core/base/error.hpp"
+#include "core/base/team.hpp"
 
 namespace mss {
 

@@ -5,7 +5,7 @@
 
 #include <sstream>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
 #include "experiments/plot/gnuplot_commands.hpp"

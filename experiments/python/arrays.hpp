@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/field.hpp"
+#include "core/base/field.hpp"
 
 namespace mss::python {
 

@@ -3,7 +3,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/python/arrays.hpp"
 #include "integrators/fixed_step.hpp"
 

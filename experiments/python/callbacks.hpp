@@ -5,7 +5,7 @@
 #include <exception>
 #include <vector>
 
-#include "core/system_wrapper.hpp"
+#include "core/system/system_wrapper.hpp"
 #include "experiments/python/arrays.hpp"
 #include "integrators/integrator.hpp"
 

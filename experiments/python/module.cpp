@@ -5,15 +5,15 @@
 
 #include <numbers>
 
-#include "core/body.hpp"
-#include "core/error.hpp"
+#include "core/base/error.hpp"
+#include "core/body/body.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/python/simulation.hpp"
 #include "experiments/python/study.hpp"
 #include "experiments/python/toml_text.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/scene_files.hpp"
-#include "integrators/modes.hpp"
+#include "integrators/analysis/modes.hpp"
 
 namespace mss::python {
 

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/python/callbacks.hpp"
 #include "experiments/simulation/remarks.hpp"
 #include "experiments/simulation/scene_check.hpp"

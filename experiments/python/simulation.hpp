@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/scene.hpp"
+#include "core/scene/scene.hpp"
 #include "experiments/python/arrays.hpp"
 #include "integrators/integrator.hpp"
 

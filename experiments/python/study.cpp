@@ -10,7 +10,7 @@
 #include <functional>
 #include <map>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/simulation/model.hpp"
 

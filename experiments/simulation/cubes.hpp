@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/body.hpp"
+#include "core/body/body.hpp"
 
 // Bodies that several studies and tests share.
 

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "core/body_system.hpp"
+#include "core/springs/body_system.hpp"
 
 namespace mss {
 

@@ -2,8 +2,8 @@
 
 #include <optional>
 
-#include "core/measures.hpp"
-#include "core/scene.hpp"
+#include "core/measures/measures.hpp"
+#include "core/scene/scene.hpp"
 #include "experiments/simulation/scene_run.hpp"
 
 namespace mss {

@@ -2,7 +2,7 @@
 
 #include <functional>
 
-#include "core/body_system.hpp"
+#include "core/springs/body_system.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {

@@ -8,11 +8,11 @@
 #include <limits>
 #include <memory>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "core/mesh/embedded_surface.hpp"
-#include "core/scene_edit.hpp"
+#include "core/scene/scene_edit.hpp"
 #include "experiments/simulation/model.hpp"
-#include "integrators/linear_response.hpp"
+#include "integrators/statics/linear_response.hpp"
 
 namespace mss {
 

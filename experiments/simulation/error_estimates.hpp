@@ -6,7 +6,7 @@
 
 #include "experiments/harness/progress.hpp"
 #include "experiments/simulation/simulation.hpp"
-#include "integrators/error_estimate.hpp"
+#include "integrators/analysis/error_estimate.hpp"
 
 namespace mss {
 

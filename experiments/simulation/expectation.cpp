@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "core/mesh/embedded_surface.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"

@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "core/body_system.hpp"
+#include "core/springs/body_system.hpp"
+#include "integrators/analysis/stable_step.hpp"
 #include "integrators/integrator.hpp"
-#include "integrators/stable_step.hpp"
 
 namespace mss {
 

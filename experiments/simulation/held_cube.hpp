@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/body_system.hpp"
+#include "core/springs/body_system.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/model.hpp"
 #include "integrators/integrator.hpp"

@@ -2,11 +2,11 @@
 
 #include <cmath>
 
-#include "core/measures.hpp"
+#include "core/measures/measures.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/model.hpp"
+#include "integrators/analysis/stable_step.hpp"
 #include "integrators/integrator.hpp"
-#include "integrators/stable_step.hpp"
 
 namespace mss {
 

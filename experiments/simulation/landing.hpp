@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/body_system.hpp"
+#include "core/springs/body_system.hpp"
 
 namespace mss {
 

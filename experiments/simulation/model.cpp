@@ -4,10 +4,10 @@
 
 #include <functional>
 
-#include "core/error.hpp"
-#include "core/spring_system.hpp"
-#include "core/suggest.hpp"
-#include "integrators/chosen_refinement.hpp"
+#include "core/base/error.hpp"
+#include "core/base/suggest.hpp"
+#include "core/springs/spring_system.hpp"
+#include "integrators/analysis/chosen_refinement.hpp"
 #include "reference/fem/fem_system.hpp"
 #include "reference/mollemans.hpp"
 

@@ -3,9 +3,9 @@
 #include <memory>
 #include <string>
 
-#include "core/body_system.hpp"
-#include "core/refined_system.hpp"
-#include "core/scene.hpp"
+#include "core/refinement/refined_system.hpp"
+#include "core/scene/scene.hpp"
+#include "core/springs/body_system.hpp"
 #include "experiments/plot/chart.hpp"
 
 namespace mss {
@@ -34,7 +34,7 @@ std::unique_ptr<BodySystem<double>> make_system(const std::string& model, const 
                                                 const SleepRule& sleep);
 
 /// The body of a scene with cells of several sizes, given or chosen; nullptr where it has one. Throws
-/// InputError as choose_refinement() in integrators/chosen_refinement.hpp does.
+/// InputError as choose_refinement() in integrators/analysis/chosen_refinement.hpp does.
 std::unique_ptr<const RefinedBody> refined_body_of(const Scene& scene);
 
 /// The system of a scene: of its body, or of the refined one if that is given. Both must outlive it.

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/scene.hpp"
+#include "core/scene/scene.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/scene_run.hpp"
 

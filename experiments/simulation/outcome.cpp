@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 
 namespace mss {
 

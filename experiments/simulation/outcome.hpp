@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/measures.hpp"
+#include "core/measures/measures.hpp"
 #include "experiments/harness/table.hpp"
 #include "integrators/integrator.hpp"
 

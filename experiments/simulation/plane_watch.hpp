@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "core/mesh/embedded_surface.hpp"
-#include "core/scene.hpp"
-#include "core/solid_system.hpp"
+#include "core/scene/scene.hpp"
+#include "core/springs/solid_system.hpp"
 
 namespace mss {
 

@@ -8,13 +8,13 @@
 #include <functional>
 #include <tuple>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/simulation/model.hpp"
-#include "integrators/implicit_stage.hpp"
+#include "integrators/analysis/stable_step.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
-#include "integrators/pass_method.hpp"
-#include "integrators/stable_step.hpp"
+#include "integrators/nonlinear/implicit_stage.hpp"
+#include "integrators/position_based/pass_method.hpp"
 
 namespace mss {
 

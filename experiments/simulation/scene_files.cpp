@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "core/suggest.hpp"
+#include "core/base/suggest.hpp"
 #include "experiments/io/installation.hpp"
 
 namespace mss {

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/simulation/model.hpp"
-#include "integrators/error_scale.hpp"
-#include "integrators/stable_step.hpp"
+#include "integrators/analysis/error_scale.hpp"
+#include "integrators/analysis/stable_step.hpp"
 
 namespace mss {
 

@@ -4,11 +4,11 @@
 #include <memory>
 #include <optional>
 
-#include "core/measures.hpp"
-#include "core/reactions.hpp"
-#include "core/refined_body.hpp"
-#include "core/scene.hpp"
-#include "integrators/error_scale.hpp"
+#include "core/measures/measures.hpp"
+#include "core/measures/reactions.hpp"
+#include "core/refinement/refined_body.hpp"
+#include "core/scene/scene.hpp"
+#include "integrators/analysis/error_scale.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/non_sleeping_reference.hpp"
 #include "experiments/simulation/scene_check.hpp"

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "core/body_system.hpp"
-#include "core/measures.hpp"
-#include "core/scene.hpp"
+#include "core/measures/measures.hpp"
+#include "core/scene/scene.hpp"
+#include "core/springs/body_system.hpp"
 #include "experiments/harness/progress.hpp"
 #include "experiments/simulation/energy_watch.hpp"
 #include "experiments/simulation/non_sleeping_reference.hpp"

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "core/scene.hpp"
-#include "core/solid_system.hpp"
+#include "core/scene/scene.hpp"
+#include "core/springs/solid_system.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/environment.hpp"
+#include "core/environment/environment.hpp"
 
 namespace mss {
 

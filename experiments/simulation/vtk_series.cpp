@@ -10,8 +10,9 @@
 #include <numeric>
 #include <span>
 
-#include "core/error.hpp"
-#include "core/measures.hpp"
+#include "core/base/error.hpp"
+#include "core/forces/cell_geometry.hpp"
+#include "core/measures/measures.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "core/body.hpp"
+#include "core/body/body.hpp"
+#include "core/measures/reactions.hpp"
 #include "core/mesh/embedded_surface.hpp"
-#include "core/reactions.hpp"
 
 namespace mss {
 

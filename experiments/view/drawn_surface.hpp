@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/field.hpp"
+#include "core/base/field.hpp"
 
 namespace mss::view {
 

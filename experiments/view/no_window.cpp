@@ -1,5 +1,5 @@
 // What stands in for window.cpp in a build without the libraries that a window needs.
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/view/window.hpp"
 
 namespace mss::view {

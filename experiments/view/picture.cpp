@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/particle_measures.hpp"
+#include "core/measures/particle_measures.hpp"
 
 namespace mss::view {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/environment.hpp"
+#include "core/environment/environment.hpp"
 #include "experiments/view/colour_map.hpp"
 #include "experiments/view/drawn_surface.hpp"
 

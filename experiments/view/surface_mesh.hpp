@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/body.hpp"
+#include "core/body/body.hpp"
 #include "experiments/view/drawn_surface.hpp"
 
 namespace mss::view {

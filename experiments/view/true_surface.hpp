@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/body.hpp"
+#include "core/body/body.hpp"
 #include "core/mesh/embedded_surface.hpp"
 #include "experiments/view/drawn_surface.hpp"
 

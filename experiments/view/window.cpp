@@ -15,7 +15,7 @@
 #include <cstring>
 #include <utility>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/harness/progress.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "core/scene.hpp"
+#include "core/scene/scene.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss::view {

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "core/system.hpp"
+#include "core/system/system.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {

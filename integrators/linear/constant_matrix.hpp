@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "core/body_system.hpp"
+#include "core/springs/body_system.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {

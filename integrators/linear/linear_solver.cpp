@@ -1,6 +1,6 @@
 #include "integrators/linear/linear_solver.hpp"
 
-#include "core/suggest.hpp"
+#include "core/base/suggest.hpp"
 
 namespace mss {
 

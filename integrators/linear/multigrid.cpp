@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "core/body_system.hpp"
-#include "core/error.hpp"
+#include "core/base/error.hpp"
+#include "core/springs/body_system.hpp"
 #include "integrators/linear/matrix_free.hpp"
 #include "integrators/linear/multigrid_level.hpp"
 

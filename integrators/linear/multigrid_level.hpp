@@ -3,9 +3,9 @@
 #include <array>
 #include <memory>
 
-#include "core/coarsening.hpp"
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "integrators/linear/cholmod.hpp"
+#include "integrators/linear/coarsening.hpp"
 
 namespace mss {
 

@@ -13,8 +13,8 @@
 #include <tuple>
 #include <vector>
 
-#include "core/error.hpp"
-#include "core/spring_system.hpp"
+#include "core/base/error.hpp"
+#include "core/springs/spring_system.hpp"
 #include "integrators/linear/constant_matrix.hpp"
 #include "integrators/linear/matrix_free.hpp"
 #include "integrators/linear/unknowns.hpp"

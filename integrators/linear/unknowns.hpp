@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
-#include "core/system.hpp"
+#include "core/system/system.hpp"
 
 namespace mss {
 

@@ -1,6 +1,6 @@
 #include "integrators/linear/vector_kernels.hpp"
 
-#include "core/instruction_sets.hpp"
+#include "core/kernels/instruction_sets.hpp"
 
 namespace mss {
 

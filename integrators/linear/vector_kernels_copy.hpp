@@ -1,11 +1,11 @@
 #pragma once
 
-// The loops of vector_kernels.hpp. Included once per instruction set, see core/simd.hpp.
+// The loops of vector_kernels.hpp. Included once per instruction set, see core/kernels/simd.hpp.
 
 #include <cstddef>
 
-#include "core/loops.hpp"
-#include "core/simd.hpp"
+#include "core/kernels/loops.hpp"
+#include "core/kernels/simd.hpp"
 #include "integrators/linear/vector_kernels.hpp"
 
 namespace mss::MSS_ISA {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/ranks.hpp"
+#include "core/base/ranks.hpp"
 #include "integrators/sundials/first_order.hpp"
 
 namespace mss::sundials {

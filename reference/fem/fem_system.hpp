@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "core/body_tangents.hpp"
+#include "core/springs/body_tangents.hpp"
 #include "reference/cell_sum.hpp"
 #include "reference/fem/solid_law.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/field.hpp"
+#include "core/base/field.hpp"
 #include "reference/fem/solid_law.hpp"
 
 namespace mss {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/material.hpp"
+#include "core/body/material.hpp"
 
 namespace mss {
 

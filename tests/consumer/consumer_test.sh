@@ -43,7 +43,7 @@ case $way in
     # To build the libraries again takes minutes: the example and two of their sources are, and BUILD's are linked.
     configure -DCONSUMER_ADDS_SOURCES=ON -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
     cd "$directory/build"
-    ninja CMakeFiles/app.dir/example.cpp.o "$root/core/material.cpp^" "$root/integrators/verlet.cpp^"
+    ninja CMakeFiles/app.dir/example.cpp.o "$root/core/body/material.cpp^" "$root/integrators/explicit/verlet.cpp^"
     for library in core integrators; do ln -s "$build/$library/libmss_$library.a" "mss/$library/"; done
     eval "$(ninja -t commands app | tail -1)"
     check_output ./app

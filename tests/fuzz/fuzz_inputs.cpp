@@ -10,7 +10,7 @@
 #include <map>
 #include <sstream>
 
-#include "core/site_limit.hpp"
+#include "core/base/limits.hpp"
 #include "experiments/io/output.hpp"
 #include "tests/fuzz/inputs.hpp"
 #include "tests/fuzz/outcome.hpp"

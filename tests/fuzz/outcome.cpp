@@ -6,8 +6,8 @@
 #include <new>
 #include <nlohmann/json.hpp>
 
-#include "core/error.hpp"
-#include "core/scene_writer.hpp"
+#include "core/base/error.hpp"
+#include "core/scene/scene_writer.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_run.hpp"
 

@@ -5,10 +5,10 @@
 #include <cstring>
 #include <limits>
 
-#include "core/error.hpp"
-#include "core/measures.hpp"
+#include "core/base/error.hpp"
+#include "core/measures/measures.hpp"
+#include "integrators/analysis/stable_step.hpp"
 #include "integrators/integrator.hpp"
-#include "integrators/stable_step.hpp"
 #include "tests/chain.hpp"
 #include "tests/oscillator.hpp"
 #include "tests/random_bodies.hpp"

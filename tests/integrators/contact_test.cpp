@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "core/measures.hpp"
-#include "core/system_wrapper.hpp"
+#include "core/measures/measures.hpp"
+#include "core/system/system_wrapper.hpp"
 #include "integrators/integrator.hpp"
 #include "reference/closed_forms.hpp"
 #include "tests/centre_of_mass.hpp"

@@ -1,5 +1,5 @@
 // What holds and planes exert on a body: weights, changes of momentum, by every method that takes steps.
-#include "core/reactions.hpp"
+#include "core/measures/reactions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,12 +7,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/measures.hpp"
+#include "core/measures/measures.hpp"
 #include "core/mesh/shapes.hpp"
-#include "core/plane_impulses.hpp"
-#include "core/refined_system.hpp"
+#include "core/refinement/refined_system.hpp"
+#include "core/system/plane_impulses.hpp"
+#include "integrators/analysis/stable_step.hpp"
 #include "integrators/integrator.hpp"
-#include "integrators/stable_step.hpp"
 #include "tests/centre_of_mass.hpp"
 #include "tests/mesh_body.hpp"
 

@@ -4,10 +4,10 @@
 
 #include <cstring>
 
-#include "core/spring_system.hpp"
-#include "core/tethered_system.hpp"
+#include "core/springs/spring_system.hpp"
+#include "core/environment/tethered_system.hpp"
+#include "integrators/analysis/stable_step.hpp"
 #include "integrators/integrator.hpp"
-#include "integrators/stable_step.hpp"
 
 namespace mss {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "core/measures.hpp"
+#include "core/measures/measures.hpp"
 #include "core/mesh/shapes.hpp"
 #include "integrators/integrator.hpp"
 #include "reference/closed_forms.hpp"

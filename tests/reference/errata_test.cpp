@@ -5,8 +5,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "core/spectral_bound.hpp"
-#include "core/spring_system.hpp"
+#include "core/forces/spectral_bound.hpp"
+#include "core/springs/spring_system.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss {

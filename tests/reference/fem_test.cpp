@@ -6,11 +6,11 @@
 #include <numbers>
 #include <random>
 
-#include "core/error.hpp"
-#include "core/measures.hpp"
+#include "core/base/error.hpp"
+#include "core/measures/measures.hpp"
+#include "integrators/analysis/modes.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
-#include "integrators/modes.hpp"
 #include "reference/fem/fem_system.hpp"
 #include "tests/differences.hpp"
 #include "tests/driven.hpp"

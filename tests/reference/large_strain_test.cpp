@@ -10,8 +10,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/measures.hpp"
-#include "core/spring_system.hpp"
+#include "core/measures/measures.hpp"
+#include "core/springs/spring_system.hpp"
 
 namespace mss::reference {
 namespace {

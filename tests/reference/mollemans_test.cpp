@@ -5,8 +5,8 @@
 
 #include <Eigen/Dense>
 
-#include "core/error.hpp"
-#include "core/measures.hpp"
+#include "core/base/error.hpp"
+#include "core/measures/measures.hpp"
 #include "tests/differences.hpp"
 #include "tests/driven.hpp"
 #include "tests/random_bodies.hpp"

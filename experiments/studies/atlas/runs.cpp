@@ -6,14 +6,14 @@
 #include <memory>
 #include <numbers>
 
-#include "core/measures.hpp"
-#include "core/spring_system.hpp"
+#include "core/measures/measures.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/disturbance.hpp"
 #include "experiments/studies/atlas/atlas.hpp"
-#include "integrators/modes.hpp"
-#include "integrators/stable_step.hpp"
+#include "integrators/analysis/modes.hpp"
+#include "integrators/analysis/stable_step.hpp"
 
 namespace mss::studies::atlas {
 

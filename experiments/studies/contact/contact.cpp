@@ -1,6 +1,6 @@
 // Whether contact obeys the laws whose coefficients it is given: heights of bounces, distances slid and
-// stopped in, rest; for the three laws of core/contact.hpp, one of which is the thesis's Algorithm 2. Runs
-// are in runs.cpp, charts in chart.cpp.
+// stopped in, rest; for the three laws of core/environment/contact.hpp, one of which is the thesis's
+// Algorithm 2. Runs are in runs.cpp, charts in chart.cpp.
 #include "experiments/studies/contact/contact.hpp"
 
 #include <fmt/format.h>

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/environment.hpp"
+#include "core/environment/environment.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/studies/contact/floor.hpp"
 

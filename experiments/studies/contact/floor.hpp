@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/body.hpp"
+#include "core/body/body.hpp"
 #include "experiments/harness/experiment.hpp"
 
 namespace mss::studies::contact {

@@ -7,13 +7,13 @@
 #include <numbers>
 #include <utility>
 
-#include "core/error.hpp"
-#include "core/measures.hpp"
-#include "core/spring_system.hpp"
+#include "core/base/error.hpp"
+#include "core/measures/measures.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/simulation/equilibrium.hpp"
 #include "experiments/simulation/outcome.hpp"
 #include "experiments/studies/contact/floor.hpp"
-#include "integrators/stable_step.hpp"
+#include "integrators/analysis/stable_step.hpp"
 
 namespace mss::studies::contact {
 

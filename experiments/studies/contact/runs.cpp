@@ -9,8 +9,8 @@
 #include <memory>
 #include <numbers>
 
-#include "core/measures.hpp"
-#include "core/spring_system.hpp"
+#include "core/measures/measures.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/case_rows.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/harness/workers.hpp"

@@ -12,7 +12,7 @@
 #include <map>
 #include <random>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/settings.hpp"
 #include "experiments/harness/table.hpp"

@@ -10,7 +10,7 @@
 #include <map>
 #include <utility>
 
-#include "core/measures.hpp"
+#include "core/measures/measures.hpp"
 #include "experiments/harness/case_rows.hpp"
 #include "experiments/harness/settings.hpp"
 #include "experiments/harness/workers.hpp"

@@ -8,11 +8,11 @@
 #include <numbers>
 #include <random>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/failures/failures.hpp"
-#include "integrators/stable_step.hpp"
+#include "integrators/analysis/stable_step.hpp"
 
 namespace mss::studies::failures {
 

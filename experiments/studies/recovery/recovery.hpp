@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/body_system.hpp"
+#include "core/springs/body_system.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/journal.hpp"
 #include "experiments/simulation/landing.hpp"

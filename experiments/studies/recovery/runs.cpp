@@ -16,8 +16,8 @@
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/recovery/recovery.hpp"
+#include "integrators/analysis/stable_step.hpp"
 #include "integrators/integrator.hpp"
-#include "integrators/stable_step.hpp"
 
 namespace mss::studies::recovery {
 

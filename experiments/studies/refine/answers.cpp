@@ -6,12 +6,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.hpp"
-#include "core/refined_system.hpp"
+#include "core/base/error.hpp"
+#include "core/refinement/refined_system.hpp"
 #include "experiments/harness/measure.hpp"
+#include "integrators/analysis/modes.hpp"
+#include "integrators/analysis/stable_step.hpp"
 #include "integrators/linear/linear_solver.hpp"
-#include "integrators/modes.hpp"
-#include "integrators/stable_step.hpp"
 
 namespace mss::studies::refine {
 

@@ -3,8 +3,8 @@
 #include <memory>
 #include <optional>
 
-#include "core/refined_body.hpp"
-#include "core/solid_system.hpp"
+#include "core/refinement/refined_body.hpp"
+#include "core/springs/solid_system.hpp"
 #include "experiments/studies/refine/maps.hpp"
 
 namespace mss::studies::refine {

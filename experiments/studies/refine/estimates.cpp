@@ -3,11 +3,11 @@
 
 #include <cmath>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/extrapolation.hpp"
 #include "experiments/studies/refine/refine.hpp"
-#include "integrators/error_estimate.hpp"
-#include "integrators/linear_response.hpp"
+#include "integrators/analysis/error_estimate.hpp"
+#include "integrators/statics/linear_response.hpp"
 
 namespace mss::studies::refine {
 

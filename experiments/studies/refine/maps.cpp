@@ -7,11 +7,11 @@
 #include <array>
 #include <cmath>
 
-#include "core/marking.hpp"
+#include "core/refinement/marking.hpp"
 #include "experiments/harness/extrapolation.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/studies/refine/answers.hpp"
-#include "integrators/stable_step.hpp"
+#include "integrators/analysis/stable_step.hpp"
 
 namespace mss::studies::refine {
 

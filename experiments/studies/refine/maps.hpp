@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/refined_body.hpp"
+#include "core/refinement/refined_body.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/studies/refine/problems.hpp"
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/body.hpp"
-#include "core/environment.hpp"
+#include "core/body/body.hpp"
+#include "core/environment/environment.hpp"
 
 namespace mss::studies::refine {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "core/measures.hpp"
+#include "core/measures/measures.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/explicit_steps.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/system_wrapper.hpp"
+#include "core/system/system_wrapper.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/explicit_steps.hpp"

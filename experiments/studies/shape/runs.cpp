@@ -8,11 +8,11 @@
 #include <random>
 
 #include "core/mesh/mesh_fill.hpp"
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/case_rows.hpp"
 #include "experiments/harness/workers.hpp"
 #include "experiments/studies/shape/shape.hpp"
-#include "integrators/modes.hpp"
+#include "integrators/analysis/modes.hpp"
 #include "reference/sphere_modes.hpp"
 
 namespace mss::studies::shape {

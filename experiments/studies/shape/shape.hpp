@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/body.hpp"
+#include "core/body/body.hpp"
 #include "core/mesh/triangle_mesh.hpp"
 #include "experiments/harness/experiment.hpp"
 

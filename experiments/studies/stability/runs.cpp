@@ -12,8 +12,8 @@
 #include "experiments/simulation/disturbance.hpp"
 #include "experiments/simulation/equilibrium.hpp"
 #include "experiments/studies/stability/stability.hpp"
-#include "integrators/modes.hpp"
-#include "integrators/stable_step.hpp"
+#include "integrators/analysis/modes.hpp"
+#include "integrators/analysis/stable_step.hpp"
 
 namespace mss::studies::stability {
 

@@ -12,7 +12,7 @@
 #include <set>
 
 #include "experiments/harness/settings.hpp"
-#include "integrators/stable_step.hpp"
+#include "integrators/analysis/stable_step.hpp"
 
 namespace mss::studies::stability {
 

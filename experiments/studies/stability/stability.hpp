@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/experiment.hpp"
 
 namespace mss::studies::stability {

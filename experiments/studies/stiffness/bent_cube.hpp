@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "core/body_system.hpp"
+#include "core/springs/body_system.hpp"
 
 namespace mss::studies::stiffness {
 

@@ -15,7 +15,7 @@
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
-#include "integrators/stable_step.hpp"
+#include "integrators/analysis/stable_step.hpp"
 
 namespace mss::studies::stiffness {
 

@@ -8,15 +8,15 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/measures.hpp"
+#include "core/measures/measures.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/landing.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/uniform_stress.hpp"
 #include "experiments/studies/thesis/thesis.hpp"
-#include "integrators/linear_response.hpp"
-#include "integrators/modes.hpp"
+#include "integrators/analysis/modes.hpp"
+#include "integrators/statics/linear_response.hpp"
 
 namespace mss::studies::thesis {
 

@@ -9,7 +9,8 @@
 #include <memory>
 #include <random>
 
-#include "core/measures.hpp"
+#include "core/forces/cell_geometry.hpp"
+#include "core/measures/measures.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/cubes.hpp"
@@ -18,7 +19,7 @@
 #include "experiments/simulation/scene_files.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/thesis/thesis.hpp"
-#include "integrators/stable_step.hpp"
+#include "integrators/analysis/stable_step.hpp"
 #include "reference/mollemans.hpp"
 
 namespace mss::studies::thesis {

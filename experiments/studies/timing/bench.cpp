@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"

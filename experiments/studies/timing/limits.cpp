@@ -6,8 +6,8 @@
 #include <functional>
 #include <vector>
 
-#include "core/instruction_sets.hpp"
-#include "core/team.hpp"
+#include "core/base/team.hpp"
+#include "core/kernels/instruction_sets.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/studies/timing/peaks.hpp"
 #include "experiments/studies/timing/timing.hpp"

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/timing/timing.hpp"
 #include "integrators/fixed_step.hpp"

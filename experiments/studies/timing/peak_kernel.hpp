@@ -1,9 +1,9 @@
 #pragma once
 
 // What a processor can do at most: fused multiply-adds that wait for nothing but themselves, and a stream
-// through memory. Included once per instruction set, see core/simd.hpp.
+// through memory. Included once per instruction set, see core/kernels/simd.hpp.
 
-#include "core/simd.hpp"
+#include "core/kernels/simd.hpp"
 #include "experiments/studies/timing/peaks.hpp"
 
 namespace mss::MSS_ISA {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/timing/timing.hpp"

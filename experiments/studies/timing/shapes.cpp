@@ -9,7 +9,7 @@
 #include <random>
 #include <utility>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/timing/timing.hpp"

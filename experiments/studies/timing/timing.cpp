@@ -18,8 +18,8 @@
 #include <thread>
 #include <utility>
 
-#include "core/measures.hpp"
-#include "core/spring_system.hpp"
+#include "core/measures/measures.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/other_work.hpp"
 #include "experiments/simulation/simulation.hpp"

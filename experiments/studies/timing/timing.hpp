@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/body.hpp"
-#include "core/sweep.hpp"
+#include "core/body/body.hpp"
+#include "core/kernels/sweep.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/studies/timing/workload.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/body.hpp"
+#include "core/body/body.hpp"
 
 namespace mss::studies::timing {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/studies/validate/validate.hpp"
 

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/equilibrium.hpp"
 #include "experiments/simulation/model.hpp"

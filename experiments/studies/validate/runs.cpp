@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/model.hpp"

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "core/body_system.hpp"
+#include "core/springs/body_system.hpp"
 #include "experiments/harness/experiment.hpp"
-#include "integrators/error_estimate.hpp"
+#include "integrators/analysis/error_estimate.hpp"
 
 namespace mss::studies::validate {
 

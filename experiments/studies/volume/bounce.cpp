@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/measures.hpp"
+#include "core/measures/measures.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/volume/volume.hpp"
-#include "integrators/stable_step.hpp"
+#include "integrators/analysis/stable_step.hpp"
 
 namespace mss::studies::volume {
 

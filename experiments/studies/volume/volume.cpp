@@ -11,7 +11,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/measures.hpp"
+#include "core/forces/cell_geometry.hpp"
+#include "core/measures/measures.hpp"
 #include "experiments/harness/case_rows.hpp"
 #include "experiments/harness/workers.hpp"
 #include "experiments/simulation/equilibrium.hpp"

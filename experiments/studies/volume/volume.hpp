@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/body_system.hpp"
+#include "core/springs/body_system.hpp"
 #include "experiments/harness/experiment.hpp"
 
 namespace mss::studies::volume {

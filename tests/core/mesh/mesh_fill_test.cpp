@@ -10,7 +10,7 @@
 #include <numbers>
 #include <random>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "core/mesh/inside_samples.hpp"
 #include "core/mesh/shapes.hpp"
 #include "core/mesh/winding.hpp"

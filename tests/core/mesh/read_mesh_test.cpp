@@ -12,10 +12,10 @@
 #include <limits>
 #include <numbers>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "core/mesh/mesh_fill.hpp"
 #include "core/mesh/shapes.hpp"
-#include "tests/core/scene_texts.hpp"
+#include "tests/core/scene/scene_texts.hpp"
 
 #if MSS_SANITIZED
 /// assimp leaks two objects where it throws.

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/advise/chart.hpp"
 #include "experiments/advise/report.hpp"
 #include "experiments/advise/static_advice.hpp"

@@ -6,8 +6,9 @@
 #include <memory>
 #include <set>
 
-#include "core/measures.hpp"
-#include "core/spring_system.hpp"
+#include "core/forces/cell_geometry.hpp"
+#include "core/measures/measures.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/studies/energy/energy.hpp"
 #include "experiments/studies/volume/volume.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/io/output.hpp"
 

@@ -9,7 +9,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/io/output.hpp"
 
 namespace mss {

@@ -11,7 +11,7 @@
 #include <fstream>
 #include <limits>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/harness/case_rows.hpp"
 #include "experiments/io/output.hpp"
 #include "tests/experiments/stop_after.hpp"

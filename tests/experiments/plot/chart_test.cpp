@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/harness/report.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/plot/gnuplot.hpp"

@@ -5,10 +5,10 @@
 
 #include <cmath>
 
-#include "core/spring_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/disturbance.hpp"
-#include "integrators/modes.hpp"
+#include "integrators/analysis/modes.hpp"
 
 namespace mss {
 namespace {

@@ -10,7 +10,7 @@
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
-#include "tests/core/scene_texts.hpp"
+#include "tests/core/scene/scene_texts.hpp"
 
 namespace mss {
 namespace {

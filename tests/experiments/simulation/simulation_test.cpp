@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/scene.hpp"
-#include "tests/core/scene_texts.hpp"
+#include "core/scene/scene.hpp"
+#include "tests/core/scene/scene_texts.hpp"
 
 namespace mss {
 namespace {

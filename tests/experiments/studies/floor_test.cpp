@@ -8,7 +8,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "core/body.hpp"
+#include "core/body/body.hpp"
 #include "experiments/studies/contact/contact.hpp"
 #include "tests/read_back.hpp"
 

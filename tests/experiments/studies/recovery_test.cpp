@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/measures.hpp"
+#include "core/measures/measures.hpp"
 #include "tests/experiments/stop_after.hpp"
 #include "tests/read_back.hpp"
 

@@ -8,8 +8,8 @@
 #include <functional>
 #include <utility>
 
-#include "core/instruction_sets.hpp"
-#include "core/spring_system.hpp"
+#include "core/kernels/instruction_sets.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/timing/peaks.hpp"
 #include "reference/bullet_cube.hpp"

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/spring_system.hpp"
-#include "integrators/linear_response.hpp"
+#include "core/springs/spring_system.hpp"
+#include "integrators/statics/linear_response.hpp"
 #include "reference/calculix/calculix.hpp"
 #include "reference/closed_forms.hpp"
 #include "tests/read_back.hpp"

@@ -8,8 +8,8 @@
 #include <map>
 #include <utility>
 
-#include "core/measures.hpp"
-#include "core/spring_system.hpp"
+#include "core/measures/measures.hpp"
+#include "core/springs/spring_system.hpp"
 #include "experiments/simulation/equilibrium.hpp"
 #include "tests/experiments/stop_after.hpp"
 #include "tests/read_back.hpp"

@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-#include "core/error.hpp"
+#include "core/base/error.hpp"
 #include "experiments/simulation/scene_files.hpp"
 #include "experiments/simulation/simulation.hpp"
 

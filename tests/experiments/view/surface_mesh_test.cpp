@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "core/measures.hpp"
+#include "core/measures/measures.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss::view {

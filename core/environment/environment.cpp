@@ -1,0 +1,165 @@
+#include "core/environment/environment.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/mesh/embedded_surface.hpp"
+
+namespace mss {
+
+Prescribed prescribed_motion(const Hold& hold, const Vec3& rest, double t) {
+  Prescribed p{rest + hold.displacement + hold.velocity * t, hold.velocity};
+  if (!hold.turn) return p;
+  const Turn& turn = *hold.turn;
+  const Vec3 axis = turn.axis.normalized();
+  const Vec3 arm =
+      Eigen::AngleAxisd(turn.rate * std::min(t, turn.until), axis) * (rest + hold.displacement - turn.centre);
+  p.position = turn.centre + arm + hold.velocity * t;
+  if (t < turn.until) p.velocity += turn.rate * axis.cross(arm);
+  return p;
+}
+
+Vec3 prescribed_acceleration(const Hold& hold, const Vec3& rest, double t) {
+  if (!hold.turn || t >= hold.turn->until) return Vec3::Zero();
+  const Turn& turn = *hold.turn;
+  const Vec3 axis = turn.axis.normalized(),
+             arm = prescribed_motion(hold, rest, t).position - hold.velocity * t - turn.centre;
+  return turn.rate * axis.cross(turn.rate * axis.cross(arm));
+}
+
+std::vector<std::ptrdiff_t> sites_of(const Hold& hold, const Body& body) {
+  if (!hold.surface) return body.select(hold.box.lower, hold.box.upper);
+  const double h = body.config().cell_size, reach = (0.5 + 1e-9) * h;
+  std::vector<bool> held(std::size_t(body.lattice().size));
+  for (const std::size_t face : faces_in(*hold.surface, hold.box, 1e-9 * h)) {
+    const std::array<Vec3, 3> corners = hold.surface->corners(face);
+    Eigen::AlignedBox3d around;
+    for (const Vec3& corner : corners) around.extend(corner);
+    for (const std::ptrdiff_t site :
+         body.select(around.min() - Vec3::Constant(reach), around.max() + Vec3::Constant(reach)))
+      if (distance(body.rest_position(site), corners) <= reach) held[std::size_t(site)] = true;
+  }
+  std::vector<std::ptrdiff_t> sites = body.sites();
+  std::erase_if(sites, [&](std::ptrdiff_t site) { return !held[std::size_t(site)]; });
+  return sites;
+}
+
+HeldSites::HeldSites(const std::vector<Level>& levels, const std::vector<Hold>& holds) : holds_(holds) {
+  for (const auto& [body, first] : levels)
+    for (std::size_t h = 0; h < holds.size(); ++h)
+      for (const std::ptrdiff_t site : sites_of(holds[h], body))
+        entries_.push_back({first + site, h, body.rest_position(site), holds[h].axes});
+  std::stable_sort(entries_.begin(), entries_.end(),
+                   [](const Entry& a, const Entry& b) { return a.site < b.site; });
+}
+
+template <class Real>
+void HeldSites::apply(double t, std::ptrdiff_t first, std::ptrdiff_t last, Field<Real>& x,
+                      Field<Real>& v) const {
+  const auto begin = std::lower_bound(entries_.begin(), entries_.end(), first,
+                                      [](const Entry& e, std::ptrdiff_t site) { return e.site < site; });
+  for (auto e = begin; e != entries_.end() && e->site < last; ++e) {
+    const Prescribed p = prescribed_motion(holds_[e->hold], e->rest, t);
+    for (int a = 0; a < 3; ++a) {
+      if (!e->axes[std::size_t(a)]) continue;
+      x.axis(a)[e->site] = static_cast<Real>(p.position[a]);
+      v.axis(a)[e->site] = static_cast<Real>(p.velocity[a]);
+    }
+  }
+}
+
+bool HeldSites::move(double t, std::ptrdiff_t first, std::ptrdiff_t last) const {
+  const auto begin = std::lower_bound(entries_.begin(), entries_.end(), first,
+                                      [](const Entry& e, std::ptrdiff_t site) { return e.site < site; });
+  for (auto e = begin; e != entries_.end() && e->site < last; ++e)
+    if (holds_[e->hold].moves(t)) return true;
+  return false;
+}
+
+bool HeldSites::holds(std::ptrdiff_t site, int axis) const {
+  const auto begin = std::lower_bound(entries_.begin(), entries_.end(), site,
+                                      [](const Entry& e, std::ptrdiff_t s) { return e.site < s; });
+  for (auto e = begin; e != entries_.end() && e->site == site; ++e)
+    if (e->axes[std::size_t(axis)]) return true;
+  return false;
+}
+
+template <class Real>
+void HeldSites::clear(Field<Real>& field) const {
+  for (const Entry& e : entries_)
+    for (int a = 0; a < 3; ++a)
+      if (e.axes[std::size_t(a)]) field.axis(a)[e.site] = Real(0);
+}
+
+LoadedSites::LoadedSites(const std::vector<Level>& levels, const std::vector<Load>& loads) {
+  for (const Load& load : loads)
+    if (load.surface)
+      add_on_surface(levels.front().body, load);
+    else
+      add_on_particles(levels, load);
+  std::stable_sort(entries_.begin(), entries_.end(),
+                   [](const Entry& a, const Entry& b) { return a.site < b.site; });
+}
+
+void LoadedSites::add_on_particles(const std::vector<Level>& levels, const Load& load) {
+  const double cell_size = levels.front().body.config().cell_size;
+  struct Loaded {
+    std::ptrdiff_t site;
+    double mass,
+        shrinkage;  ///< of the cells: a power of two, so that shares are exact where there is one size
+  };
+  std::vector<Loaded> loaded;
+  Eigen::AlignedBox3d extent;
+  for (const auto& [body, first] : levels)
+    for (const std::ptrdiff_t site : body.select(load.box.lower, load.box.upper)) {
+      loaded.push_back({first + site, body.mass(site), cell_size / body.config().cell_size});
+      extent.extend(body.rest_position(site));
+    }
+  const Ranks& ranks = levels.front().body.ranks();
+  Eigen::AlignedBox3d whole_extent;
+  ranks.add_in_order(whole_extent, [&] { whole_extent.extend(extent); });
+  if (whole_extent.isEmpty()) return;
+  const auto layers = double((whole_extent.sizes().array() < 1e-9 * cell_size).count());
+  double sum = 0;
+  ranks.add_in_order(sum, [&] {
+    for (const Loaded& l : loaded) sum += l.mass * std::pow(l.shrinkage, layers);
+  });
+  for (const Loaded& l : loaded)
+    entries_.push_back({l.site, load.force * (l.mass * std::pow(l.shrinkage, layers) / sum)});
+}
+
+void LoadedSites::add_on_surface(const Body& body, const Load& load) {
+  const BodyConfig& config = body.config();
+  const EmbeddedSurface surface(*load.surface, config.voxels, config.cell_size, config.origin);
+  const std::vector<std::size_t> vertices = vertices_in(*load.surface, load.box, 1e-9 * config.cell_size);
+  Field<double> forces(body.lattice().size);
+  for (const std::size_t vertex : vertices)
+    surface.distribute(vertex, load.force / double(vertices.size()), forces);
+  for (const std::ptrdiff_t site : body.sites())
+    if (forces.at(site) != Vec3::Zero()) entries_.push_back({site, forces.at(site)});
+}
+
+template <class Real>
+void LoadedSites::add(std::ptrdiff_t first, std::ptrdiff_t last, const std::array<Real*, 3>& forces) const {
+  const auto begin = std::lower_bound(entries_.begin(), entries_.end(), first,
+                                      [](const Entry& e, std::ptrdiff_t site) { return e.site < site; });
+  for (auto e = begin; e != entries_.end() && e->site < last; ++e)
+    for (int a = 0; a < 3; ++a) forces[std::size_t(a)][e->site - first] += static_cast<Real>(e->force[a]);
+}
+
+template <class Real>
+void LoadedSites::add_potential(const Field<Real>& x, double& sum) const {
+  for (const Entry& e : entries_) sum -= e.force.dot(x.at(e.site));
+}
+
+template void HeldSites::apply(double, std::ptrdiff_t, std::ptrdiff_t, Field<float>&, Field<float>&) const;
+template void HeldSites::apply(double, std::ptrdiff_t, std::ptrdiff_t, Field<double>&, Field<double>&) const;
+template void HeldSites::clear(Field<float>&) const;
+template void HeldSites::clear(Field<double>&) const;
+template void LoadedSites::add(std::ptrdiff_t, std::ptrdiff_t, const std::array<float*, 3>&) const;
+template void LoadedSites::add(std::ptrdiff_t, std::ptrdiff_t, const std::array<double*, 3>&) const;
+template void LoadedSites::add_potential(const Field<float>&, double&) const;
+template void LoadedSites::add_potential(const Field<double>&, double&) const;
+
+}  // namespace mss

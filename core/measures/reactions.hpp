@@ -1,0 +1,57 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/springs/solid_system.hpp"
+
+namespace mss {
+
+/// Forces by which holds and planes act on a body [N], in the environment's order.
+struct Reactions {
+  std::vector<Vec3> holds{}, planes{};
+
+  bool is_finite() const;
+};
+
+/// Calls visit(name, force) for each as files name them: hold_0, hold_1, ... plane_0, plane_1, ...
+void for_each(const Reactions& reactions, const std::function<void(const std::string&, const Vec3&)>& visit);
+
+/// Calls visit(name, number [N]) for each of their components: hold_0_x, hold_0_y, hold_0_z, ...
+void for_each_component(const Reactions& reactions,
+                        const std::function<void(const std::string&, double)>& visit);
+
+/// Finds the reactions on a solid.
+///
+/// A hold's are those of the moment: what it takes to move its particles as it prescribes against the forces
+/// on them. A particle of several holds counts for the one that it obeys. A penalty plane's are the forces of
+/// the moment too. Other planes act by impulses: their forces are means since begin(), zero if no time has
+/// passed.
+template <class Real>
+class ReactionGauge {
+ public:
+  /// The system must outlive it; `environment` is the system's.
+  ReactionGauge(SolidSystem<Real>& system, const Environment& environment);
+
+  /// Means begin at time t [s].
+  void begin(double t);
+  /// The reactions at a state, which may also be of a system that wraps the gauge's and adds forces. All
+  /// ranks must call it.
+  Reactions read(System<Real>& driven, const State<Real>& state);
+
+ private:
+  void add_holds(System<Real>& driven, const State<Real>& state, std::vector<Vec3>& forces);
+  std::vector<Vec3> impulses() const;
+  std::vector<Vec3> penalties(const State<Real>& state) const;
+
+  SolidSystem<Real>& system_;
+  std::vector<ContactLaw> laws_;  ///< by plane
+  std::size_t holds_;
+  HeldSites held_;
+  Field<Real> force_;
+  double begun_ = 0;           ///< [s]
+  std::vector<Vec3> given_{};  ///< until then, by plane that acts by impulses [N s]
+};
+
+}  // namespace mss

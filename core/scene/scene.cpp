@@ -1,0 +1,615 @@
+#include "core/scene/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/error.hpp"
+#include "core/measures/reactions.hpp"
+#include "core/refinement/refined_system.hpp"
+#include "core/scene/scene_boxes.hpp"
+#include "core/scene/scene_keys.hpp"
+#include "core/scene/toml_reader.hpp"
+
+namespace mss {
+
+namespace {
+
+constexpr auto any = [](double) { return true; };
+constexpr auto positive = [](double value) { return value > 0; };
+constexpr auto not_negative = [](double value) { return value >= 0; };
+
+constexpr Quantity cell_counts{"a number of cells", "three whole numbers of at least 1, or voxels = \"file\"",
+                               [](double value) { return value >= 1; }};
+constexpr Quantity split_parts{"a number of parts of an edge", "a whole number of at least 1",
+                               [](double value) { return value >= 1; }};
+constexpr Quantity split_levels{"a number of levels", "a whole number from 1 to 4, each halves cells",
+                                [](double value) { return value >= 1 && value <= 4; }};
+constexpr Quantity length{"a length", "a positive number of metres", positive};
+constexpr Quantity position{"a position", "three finite numbers of metres", any};
+constexpr Quantity density{"a density", "a positive number of kg/m^3", positive};
+constexpr Quantity mass{"a mass", "a positive number of kilograms", positive};
+constexpr Quantity young{"a stiffness", "a positive number of pascals", positive};
+constexpr Quantity poisson{"a Poisson's ratio of finite stiffness", "a number above -1 and below 0.5",
+                           [](double value) { return value > -1 && value < 0.5; }};
+constexpr Quantity share{"a share", "a number from 0 to 1",
+                         [](double value) { return value >= 0 && value <= 1; }};
+constexpr Quantity spring{"a spring constant", "a number of N/m that is not negative", not_negative};
+constexpr Quantity volume{"a volume stiffness", "a finite number of pascals", any};
+constexpr Quantity guard{"a stiffness of the fold guard", "a number of shear moduli that is not negative",
+                         not_negative};
+constexpr Quantity damping_ratio{"a damping ratio", "a number that is not negative, or thesis = true",
+                                 not_negative};
+constexpr Quantity viscosity{"a viscosity", "a number of Pa s that is not negative", not_negative};
+constexpr Quantity acceleration{"an acceleration", "three finite numbers of m/s^2", any};
+constexpr Quantity velocity{"a velocity", "three finite numbers of m/s", any};
+constexpr Quantity displacement{"a displacement", "three finite numbers of metres", any};
+constexpr Quantity axis{"an axis", "a direction [x, y, z] that is not zero", any};
+constexpr Quantity turn_rate{"an angular rate", "a finite number of rad/s", any};
+constexpr Quantity spin{"an angular velocity", "three finite numbers of rad/s", any};
+constexpr Quantity force{"a force", "three finite numbers of newtons", any};
+constexpr Quantity impulse{"an impulse", "three finite numbers of newton seconds", any};
+constexpr Quantity time_of_strike{"a time", "a finite number of seconds that is not negative", not_negative};
+constexpr Quantity sleep_bound{"a distance", "a number of metres that is not negative, 0 for no sleep",
+                               not_negative};
+constexpr Quantity expected{"a value", "a finite number", any};
+constexpr Quantity margin{"a margin", "a finite number that is not negative", not_negative};
+constexpr Quantity normal{"a normal", "a direction [x, y, z] that is not zero", any};
+constexpr Quantity restitution{"a restitution", "a number from 0 (nothing rebounds) to 1 (no loss)",
+                               [](double value) { return value >= 0 && value <= 1; }};
+constexpr Quantity friction{"a coefficient of friction", "a number that is not negative", not_negative};
+constexpr Quantity step{"a time step", "a positive number of seconds, or \"safe\"", positive};
+constexpr Quantity duration{"a duration", "a finite number of seconds that is not negative", not_negative};
+constexpr Quantity interval{"an interval", "a positive number of seconds", positive};
+constexpr Quantity tolerance{"a tolerance", "a number above 0 and below 1",
+                             [](double value) { return value > 0 && value < 1; }};
+constexpr Quantity spectral_radius{
+    "a spectral radius at infinite steps",
+    "a number from 0 (damps at once what a step cannot resolve) to 1 (keeps it)",
+    [](double value) { return value >= 0 && value <= 1; }};
+constexpr Quantity radius_of_a_pass{"a spectral radius", "a number from 0 (no acceleration) to below 1",
+                                    [](double x) { return x >= 0 && x < 1; }};
+constexpr Quantity region_width{"a width of regions", "a whole number of cells from 0 (one region) to 16",
+                                [](double n) { return n >= 0 && n <= 16; }};
+constexpr Quantity alpha{"a share of the way to the goal", "a number above 0 and up to 1",
+                         [](double value) { return value > 0 && value <= 1; }};
+constexpr int most_threads = 1024;
+constexpr Quantity iteration_count{"a number of iterations",
+                                   "a whole number from 0 (as many as the tolerance needs) to 1000000",
+                                   [](double n) { return n >= 0 && n <= 1e6; }};
+constexpr Quantity thread_count{"a number of threads", "a whole number from 0 (as many as save time) to 1024",
+                                [](double value) { return value >= 0 && value <= most_threads; }};
+
+const std::vector<std::pair<std::string, Topology>> topologies{
+    {"full", Topology::full}, {"edges+body", Topology::edges_body}, {"one-diagonal", Topology::one_diagonal}};
+const std::vector<std::pair<std::string, Sharing>> sharings{{"weighted", Sharing::weighted},
+                                                            {"uniform", Sharing::uniform}};
+const std::vector<std::pair<std::string, ContactLaw>> contact_laws{
+    {"impulse", ContactLaw::impulse}, {"thesis", ContactLaw::thesis}, {"penalty", ContactLaw::penalty}};
+const std::vector<std::pair<std::string, Tangent>> tangents{{"elastic", Tangent::elastic},
+                                                            {"projected", Tangent::projected}};
+const std::vector<std::pair<std::string, AutoRefinement::Goal>> refinement_goals{
+    {"energy", AutoRefinement::Goal::energy}, {"displacement", AutoRefinement::Goal::displacement}};
+const std::vector<std::pair<std::string, Precision>> precisions{{"double", Precision::dbl},
+                                                                {"single", Precision::single}};
+
+template <class Value>
+const std::string& name_of(Value value, const std::vector<std::pair<std::string, Value>>& names) {
+  for (const auto& [name, named] : names)
+    if (named == value) return name;
+  return names.front().first;
+}
+
+void check_size(const TomlTable& body, std::string_view key, const std::array<int, 3>& cells, int refine) {
+  double sites = 1;
+  for (const int count : cells) sites *= double(count) * refine + 1;
+  if (sites > most_sites)
+    body.reject(
+        key,
+        fmt::format("makes a lattice of {:.0f} million particles; give fewer cells, at most {:.0f} million "
+                    "particles fit",
+                    sites / 1e6, most_sites / 1e6));
+}
+
+std::vector<std::string> read_part_names(const TomlTable& root) {
+  std::vector<std::string> names;
+  for (const TomlTable& part : root.tables("part")) {
+    const std::string name = part.text("name", "the name of a part",
+                                       "a letter from A to Z, which its cells in the voxel file have");
+    if (std::find(names.begin(), names.end(), name) != names.end())
+      part.reject("name", "is the name of another part; give each its own");
+    names.push_back(name);
+  }
+  return names;
+}
+
+/// A part without cells would silently have no effect.
+void check_use(const TomlTable& root, const BodyConfig& config) {
+  std::vector<bool> used(root.tables("part").size() + 1);
+  for (const CellContent& content : config.contents)
+    for (const PartFill& fill : content) used[std::size_t(fill.part)] = true;
+  for (std::size_t part = 1; part < used.size(); ++part) {
+    if (used[part]) continue;
+    const TomlTable table = root.tables("part")[part - 1];
+    constexpr auto remedy = "give body.voxels a file with cells of that letter, or leave the part out";
+    if (!table.has("name")) table.reject_missing("name", remedy);
+    table.reject("name", fmt::format("is of no cell; {}", remedy));
+  }
+}
+
+/// Parts of a mesh are meshes too.
+void read_mesh_cells(const TomlTable& root, Scene& scene) {
+  const TomlTable body = root.table("body");
+  const std::vector<TomlTable> parts = root.tables("part");
+  for (const TomlTable& part : parts)
+    if (!part.has("mesh"))
+      part.reject_missing("mesh", "give the mesh that the part fills, as the body is one: its file");
+  scene.mesh = read_scene_mesh(body, parts, scene.file.parent_path());
+  scene.mesh->config.cell_size /= scene.refine;
+  try {
+    fill_cells(*scene.mesh, scene.body);
+  } catch (const InputError& error) {
+    body.reject("mesh", fmt::format("does not give a body: {}", error.what()));
+  }
+}
+
+void read_cells(const TomlTable& root, Scene& scene) {
+  const TomlTable body = root.table("body");
+  BodyConfig& config = scene.body;
+  if (body.has("mesh")) return read_mesh_cells(root, scene);
+  for (const char* key :
+       {"cells_across", "mesh_scale", "mesh_rotation", "mesh_translation", "fill", "contact_on"})
+    if (body.has(key)) body.reject(key, "is about a mesh; give body.mesh, or leave it out");
+  if (body.has("cells") && body.has("voxels"))
+    body.reject("voxels", "stands beside body.cells; give one of the two");
+  if (!body.has("voxels")) {
+    auto cells = body.three_whole("cells", cell_counts);
+    check_size(body, "cells", cells, scene.refine);
+    config.voxels = VoxelGrid::box(cells[0], cells[1], cells[2]);
+  } else {
+    const std::vector<std::string> parts = read_part_names(root);
+    scene.voxel_file =
+        body.text("voxels", "a file name", "the path of a voxel file, relative to the scene file");
+    try {
+      VoxelFile file = read_voxels(scene.file.parent_path() / scene.voxel_file, parts);
+      check_size(body, "voxels", file.voxels.size(), scene.refine);
+      config.voxels = std::move(file.voxels);
+      config.contents = std::move(file.contents);
+      config.content_of = std::move(file.content_of);
+    } catch (const InputError& error) {
+      body.reject("voxels", fmt::format("does not give a body: {}", error.what()));
+    }
+  }
+  check_use(root, config);
+  resample(config, 1, scene.refine);
+}
+
+bool have_finite_moduli(const SpringConstants& springs, double cell_size) {
+  const CubicStiffness moduli = cubic_stiffness(springs, cell_size);
+  return std::isfinite(springs.edge + springs.volume + moduli.c11 + moduli.c12 + moduli.c44);
+}
+
+SpringConstants calibrate_for(const Scene& scene, const ElasticConstants& elastic, const TomlTable& table) {
+  SpringConstants springs = calibrate(elastic, scene.body.cell_size, scene.face_share);
+  if (!scene.volume_force) springs.volume = 0;
+  if (!have_finite_moduli(springs, scene.body.cell_size))
+    table.reject("young", "is too large to compute with; give a smaller number of pascals");
+  return springs;
+}
+
+/// Springs as given, or calibrated for the elastic constants given, which are kept.
+SpringConstants read_springs(const TomlTable& material, Scene& scene) {
+  const bool calibrated = material.has("young") || material.has("poisson");
+  if (material.has("springs")) {
+    for (const auto* key : {"young", "poisson", "face_share", "volume_force"})
+      if (material.has(key)) material.reject(key, "stands beside material.springs; give one of the two");
+    const TomlTable springs = material.table("springs");
+    const SpringConstants given{.edge = springs.number("edge", spring),
+                                .face = springs.number("face", spring),
+                                .body = springs.number("body", spring),
+                                .volume = material.number("volume", volume, 0)};
+    if (!have_finite_moduli(given, scene.body.cell_size))
+      material.reject("springs", "are too stiff to compute with; give smaller constants");
+    return given;
+  }
+  if (!calibrated)
+    material.reject_missing("young",
+                            "give young and poisson, or springs = { edge = .., face = .., body = .. }");
+  if (material.has("volume"))
+    material.reject("volume", "stands beside material.young, which determines it; give one of the two");
+  scene.body.elastic = {.young = material.number("young", young),
+                        .poisson = material.number("poisson", poisson)};
+  scene.face_share = material.number("face_share", share, scene.face_share);
+  scene.volume_force = material.boolean("volume_force", scene.volume_force);
+  return calibrate_for(scene, *scene.body.elastic, material);
+}
+
+/// `shear_modulus` of the springs.
+Damping read_damping(const TomlTable& damping, double shear_modulus) {
+  const char* key = damping.has("thesis") ? "thesis" : "paper";
+  const bool thesis = damping.boolean(key, false);
+  for (const char* other : {"ratio", "viscosity"})
+    if (thesis && damping.has(other))
+      damping.reject(other,
+                     fmt::format("stands beside {}.{} = true; give one of the two", damping.path(), key));
+  if (damping.has("ratio") && damping.has("viscosity"))
+    damping.reject("viscosity", fmt::format("stands beside {}.ratio; give one of the two", damping.path()));
+  if (thesis) return {.law = Damping::Law::thesis};
+  if (const double zeta = damping.number("ratio", damping_ratio, 0); zeta > 0)
+    return {.law = Damping::Law::ratio, .zeta = zeta};
+  const double eta = damping.number("viscosity", viscosity, 0);
+  if (eta == 0) return {};
+  if (shear_modulus == 0)
+    damping.reject("viscosity",
+                   "is of shear, which these springs do not resist; give face or body diagonals");
+  return {.law = Damping::Law::viscosity, .viscosity = eta};
+}
+
+double read_fold_guard(const TomlTable& material, const BodyConfig& config) {
+  const double stiffness = material.number("fold_guard", guard, 0);
+  if (stiffness > 0 && config.shear_modulus() == 0)
+    material.reject("fold_guard",
+                    "is in shear moduli, and these springs have none; give face or body diagonals");
+  return stiffness;
+}
+
+/// Rejects what makes particles too light to compute with; `other` is the key that might be changed instead.
+void check_mass(const TomlTable& table, const char* key, double of_cell, const char* other) {
+  if (!std::isnormal(of_cell / 8))
+    table.reject(key, fmt::format("gives particles of mass {} kg; change it or {}", of_cell / 8, other));
+}
+
+/// What a part does not say is [material]'s and [damping]'s.
+Part read_part(const TomlTable& table, const Scene& scene) {
+  const BodyConfig& config = scene.body;
+  Part part = config.all_parts().front();
+  part.name = table.text("name", "a name", "a text");
+  part.density = table.number("density", density, part.density);
+  check_mass(table, "density", part.density * std::pow(config.cell_size, 3), "body.cell_size");
+  if (table.has("young") || table.has("poisson")) {
+    const auto number = [&](const char* key, const Quantity& quantity, double ElasticConstants::*of) {
+      return part.elastic ? table.number(key, quantity, *part.elastic.*of) : table.number(key, quantity);
+    };
+    part.elastic = {.young = number("young", young, &ElasticConstants::young),
+                    .poisson = number("poisson", poisson, &ElasticConstants::poisson)};
+    part.springs = calibrate_for(scene, *part.elastic, table);
+  }
+  if (table.has("damping"))
+    part.damping = read_damping(table.table("damping"), cubic_stiffness(part.springs, config.cell_size).c44);
+  return part;
+}
+
+void read_body(const TomlTable& root, Scene& scene) {
+  const TomlTable body = root.table("body");
+  const TomlTable material = root.table("material");
+  BodyConfig& config = scene.body;
+  scene.refine = body.whole("refine", split_parts, scene.refine);
+  read_cells(root, scene);
+  if (!scene.mesh) {
+    config.cell_size = body.number("cell_size", length) / scene.refine;
+    config.origin = body.vector("origin", position, Vec3::Zero());
+  }
+  config.topology = body.choice("topology", "a topology", topologies, Topology::full);
+  config.sharing = body.choice("sharing", "a way of sharing springs", sharings, Sharing::weighted);
+  if (config.sharing != Sharing::weighted && !config.content_of.empty())
+    body.reject("sharing", "is for full cells of one part; leave it out, or give \"weighted\"");
+  config.density = material.number("density", density);
+  check_mass(body, body.has("cells_across") ? "cells_across" : "cell_size",
+             config.density * std::pow(config.cell_size, 3), "material.density");
+  config.springs = read_springs(material, scene);
+  config.fold_guard = read_fold_guard(material, config);
+  config.damping = read_damping(root.table("damping"), config.shear_modulus());
+  for (const TomlTable& table : root.tables("part")) config.parts.push_back(read_part(table, scene));
+  for (const TomlTable& table : root.tables("weight"))
+    config.weights.push_back({.box = table.box("box"), .mass = table.number("mass", mass)});
+}
+
+std::array<bool, 3> read_axes(const TomlTable& hold) {
+  if (!hold.has("axes")) return {true, true, true};
+  constexpr auto allowed = "one or more of the letters x, y and z, as in \"xyz\"";
+  std::array<bool, 3> axes{};
+  for (const char letter : hold.text("axes", "a set of axes", allowed)) {
+    const bool known = letter >= 'x' && letter <= 'z';
+    if (!known || axes[static_cast<std::size_t>(letter - 'x')])
+      hold.reject("axes", fmt::format("is not a set of axes; give {}", allowed));
+    axes[static_cast<std::size_t>(letter - 'x')] = true;
+  }
+  return axes;
+}
+
+/// A vector of length 1.
+Vec3 read_direction(const TomlTable& table, std::string_view key, const Quantity& quantity) {
+  const Vec3 read = table.vector(key, quantity);
+  if (!(read.stableNorm() > 0))
+    table.reject(key, fmt::format("is not {}; give {}", quantity.noun, quantity.allowed));
+  return read.stableNormalized();
+}
+
+Turn read_turn(const TomlTable& turn) {
+  Turn read{.axis = read_direction(turn, "axis", axis),
+            .centre = turn.vector("centre", position),
+            .rate = turn.number("rate", turn_rate)};
+  read.until = turn.number("until", duration, read.until);
+  return read;
+}
+
+/// "paper" is what "thesis" was called before.
+ContactLaw read_contact_law(const TomlTable& plane, ContactLaw fallback) {
+  if (plane.is_text("contact") && plane.text("contact", "a law of contact", "a name") == "paper")
+    return ContactLaw::thesis;
+  return plane.choice("contact", "a law of contact", contact_laws, fallback);
+}
+
+Plane read_plane(const TomlTable& table) {
+  Plane plane{.point = table.vector("point", position), .normal = read_direction(table, "normal", normal)};
+  plane.contact = read_contact_law(table, plane.contact);
+  plane.restitution = table.number("restitution", restitution, plane.restitution);
+  plane.friction = table.number("friction", friction, plane.friction);
+  return plane;
+}
+
+/// A box of particles, `box`, or of vertices of the mesh, `surface_box`.
+struct SomeBox {
+  Box box;
+  bool on_surface = false;
+};
+SomeBox read_some_box(const TomlTable& table, const TriangleMesh* surface, double cell_size) {
+  constexpr auto key = "surface_box";
+  if (!table.has(key)) return {table.box("box")};
+  if (table.has("box"))
+    table.reject(key, fmt::format("stands beside {}.box; give one of the two", table.path()));
+  if (!surface) table.reject(key, "is about a mesh; give body.mesh, or box in its place");
+  SomeBox read{table.box(key), true};
+  if (!vertices_in(*surface, read.box, 1e-9 * cell_size).empty()) return read;
+  const auto [lower, upper] = bounding_box(*surface);
+  table.reject(key, fmt::format("contains no vertex of the mesh; give one that does, it spans "
+                                "[{:.6g}, {:.6g}, {:.6g}] to [{:.6g}, {:.6g}, {:.6g}]",
+                                lower[0], lower[1], lower[2], upper[0], upper[1], upper[2]));
+}
+
+Hold read_hold(const TomlTable& table, const std::shared_ptr<const TriangleMesh>& surface, double cell_size) {
+  const auto [box, on_surface] = read_some_box(table, surface.get(), cell_size);
+  if (on_surface && faces_in(*surface, box, 1e-9 * cell_size).empty())
+    table.reject("surface_box", "contains no whole face of the mesh; give one that does");
+  Hold hold{.box = box, .axes = read_axes(table), .turn = {}, .surface = on_surface ? surface : nullptr};
+  hold.velocity = table.vector("velocity", velocity, Vec3::Zero());
+  hold.displacement = table.vector("displacement", displacement, Vec3::Zero());
+  if (table.has("turn")) hold.turn = read_turn(table.table("turn"));
+  return hold;
+}
+
+Load read_load(const TomlTable& table, const std::shared_ptr<const TriangleMesh>& surface, double cell_size) {
+  const auto [box, on_surface] = read_some_box(table, surface.get(), cell_size);
+  return {.box = box, .force = table.vector("force", force), .surface = on_surface ? surface : nullptr};
+}
+
+Environment read_environment(const TomlTable& scene, const std::shared_ptr<const TriangleMesh>& surface,
+                             double cell_size) {
+  Environment environment;
+  environment.gravity = scene.table("environment").vector("gravity", acceleration, Vec3::Zero());
+  for (const TomlTable& table : scene.tables("hold"))
+    environment.holds.push_back(read_hold(table, surface, cell_size));
+  for (const TomlTable& table : scene.tables("load"))
+    environment.loads.push_back(read_load(table, surface, cell_size));
+  for (const TomlTable& table : scene.tables("strike"))
+    environment.strikes.push_back({.box = table.box("box"),
+                                   .at = table.number("at", time_of_strike),
+                                   .impulse = table.vector("impulse", impulse)});
+  for (const TomlTable& table : scene.tables("plane")) environment.planes.push_back(read_plane(table));
+  return environment;
+}
+
+/// What the body and its model have to be for cells to be split.
+void check_splittable(const TomlTable& table, std::string_view key, const Scene& scene) {
+  if (scene.mesh)
+    table.reject(key,
+                 "splits cells, and a mesh may fill these unevenly; give body.voxels or "
+                 "body.cells, or a smaller body.cell_size");
+  if (scene.model != spring_model)
+    table.reject(key, fmt::format("is for model \"{}\", and material.model is \"{}\"; leave it out",
+                                  spring_model, scene.model));
+}
+
+/// Cells that are chosen later; whether they can be split is seen now.
+void read_auto_refinement(const TomlTable& root, Scene& scene) {
+  static const std::vector<std::pair<std::string, bool>> ways{{"auto", true}};
+  const TomlTable body = root.table("body");
+  if (!body.choice("refinement", "a way of choosing smaller cells", ways, false)) {
+    for (const char* key : {"refinement_levels", "refinement_goal"})
+      if (body.has(key)) body.reject(key, "is of body.refinement = \"auto\", which is missing; give both");
+    return;
+  }
+  check_splittable(body, "refinement", scene);
+  if (!root.tables("refine").empty())
+    body.reject("refinement", "chooses cells, and [[refine]] does so too; leave one of them out");
+  AutoRefinement& chosen = scene.auto_refinement.emplace();
+  chosen.levels = body.whole("refinement_levels", split_levels, 1);
+  chosen.goal = body.choice("refinement_goal", "a goal", refinement_goals, AutoRefinement::Goal::energy);
+  if (chosen.goal == AutoRefinement::Goal::displacement && !root.table("expect").has(mean_displacement))
+    body.reject("refinement_goal", "is the displacement of [expect], which is missing; give it");
+  try {
+    RefinedBody(scene.body, {});
+  } catch (const InputError& error) {
+    body.reject("refinement", fmt::format("does not give a body: {}", error.what()));
+  }
+}
+
+/// Of the last box read.
+int depth_of_refinement(const TomlTable& table, const Scene& scene) {
+  try {
+    return refinement_of(scene.body, {scene.refined_boxes.back()}).depth();
+  } catch (const InputError& error) {
+    table.reject("box", error.what());
+  }
+}
+
+/// Where cells are split further; after everything that this may contradict.
+void read_refinement(const TomlTable& root, Scene& scene) {
+  read_auto_refinement(root, scene);
+  const std::vector<TomlTable> tables = root.tables("refine");
+  if (tables.empty()) return;
+  check_splittable(tables.front(), "box", scene);
+  for (const TomlTable& table : tables) {
+    scene.refined_boxes.push_back({table.box("box"), table.whole("levels", split_levels, 1)});
+    if (depth_of_refinement(table, scene) == 0)
+      table.reject("box", fmt::format("contains no part of a cell; give one that does, {}",
+                                      extent_at_rest(scene.body)));
+  }
+  try {
+    const std::unique_ptr<const RefinedBody> body = refined_body(scene);
+    check_holds(*body, HeldSites(body->levels(), scene.environment.holds));
+  } catch (const InputError& error) {
+    tables.front().reject("box", fmt::format("does not give a body: {}", error.what()));
+  }
+}
+
+/// What planes touch: the particles, or the surface of the mesh.
+void read_contact_surface(const TomlTable& root, const std::shared_ptr<const TriangleMesh>& surface,
+                          Scene& scene) {
+  static const std::vector<std::pair<std::string, bool>> touched{{"particles", false}, {"surface", true}};
+  if (!root.table("body").choice("contact_on", "what planes touch", touched, false)) return;
+  const std::vector<Plane>& planes = scene.environment.planes;
+  for (std::size_t i = 0; i < planes.size(); ++i)
+    if (planes[i].contact == ContactLaw::thesis)
+      root.tables("plane")[i].reject("contact",
+                                     "is a law of particles, and body.contact_on is \"surface\"; give "
+                                     "\"impulse\" or \"penalty\"");
+  if (scene.solve.sleep.bound > 0)
+    root.table("solve").reject("sleep",
+                               "is for contact of particles, and body.contact_on is \"surface\"; leave one "
+                               "of the two out");
+  scene.environment.contact_surface = surface;
+}
+
+/// Adds the forces of holds and planes among the keys of [expect].
+void add_expected_forces(const TomlTable& expect, const Environment& environment,
+                         std::vector<std::string>& quantities) {
+  const Reactions reactions{.holds = std::vector<Vec3>(environment.holds.size(), Vec3::Zero()),
+                            .planes = std::vector<Vec3>(environment.planes.size(), Vec3::Zero())};
+  std::vector<std::string> forces;
+  for_each_component(reactions, [&](const std::string& name, double) { forces.push_back(name); });
+  const std::vector<std::string> others = quantities;
+  for (const std::string& key : expect.keys()) {
+    if (std::find(others.begin(), others.end(), key) != others.end()) continue;
+    if (std::find(forces.begin(), forces.end(), key) == forces.end())
+      expect.reject(key, fmt::format("is of none of the scene's {} holds and {} planes; count them from 0",
+                                     environment.holds.size(), environment.planes.size()));
+    quantities.push_back(key);
+  }
+}
+
+std::vector<Expectation> read_expectations(const TomlTable& expect, const Environment& environment,
+                                           const TriangleMesh* surface, double cell_size) {
+  std::vector<std::string> quantities = scene_keys().at("expect");
+  std::erase_if(quantities, [&](const std::string& quantity) {
+    return !expect.has(quantity) || quantity.find('#') != std::string::npos;
+  });
+  add_expected_forces(expect, environment, quantities);
+  std::vector<Expectation> all;
+  for (const std::string& quantity : quantities) {
+    const TomlTable table = expect.table(quantity);
+    Expectation e{.quantity = quantity, .within = table.number("within", margin)};
+    if (quantity == mean_displacement) {
+      const Vec3 value = table.vector("value", displacement);
+      e.value = {value[0], value[1], value[2]};
+      const auto [box, on_surface] = read_some_box(table, surface, cell_size);
+      e.box = box;
+      e.on_surface = on_surface;
+    } else {
+      e.value = {table.number("value", expected)};
+    }
+    all.push_back(std::move(e));
+  }
+  return all;
+}
+
+SolveConfig read_solve(const TomlTable& solve) {
+  SolveConfig config;
+  if (solve.has("integrator"))
+    config.integrator = solve.text("integrator", "an integrator", "its name, such as \"verlet\"");
+  if (solve.is_text("dt")) {
+    if (solve.text("dt", step.noun, step.allowed) != "safe")
+      solve.reject("dt", fmt::format("is not {}; give {}", step.noun, step.allowed));
+  } else if (solve.has("dt")) {
+    config.dt = solve.number("dt", step);
+  }
+  config.duration = solve.number("duration", duration, config.duration);
+  config.threads = solve.whole("threads", thread_count, config.threads);
+  config.precision = solve.choice("precision", "a precision", precisions, config.precision);
+  if (solve.has("linear_solver"))
+    config.linear_solver = solve.text("linear_solver", "a linear solver", "its name, such as \"cholmod\"");
+  if (solve.has("nonlinear_solver"))
+    config.nonlinear_solver =
+        solve.text("nonlinear_solver", "a nonlinear solver", "its name, such as \"lbfgs\"");
+  config.iterations = solve.whole("iterations", iteration_count, config.iterations);
+  config.tangent = solve.choice("tangent", "a tangent", tangents, config.tangent);
+  config.spectral_radius = solve.number("spectral_radius", spectral_radius, config.spectral_radius);
+  config.acceleration = solve.number("acceleration", radius_of_a_pass, config.acceleration);
+  config.region_width = solve.whole("region_width", region_width, config.region_width);
+  config.alpha = solve.number("alpha", alpha, config.alpha);
+  config.tolerance = solve.number("tolerance", tolerance, config.tolerance);
+  config.every = solve.number("every", interval, config.every);
+  config.local_steps = solve.boolean("local_steps", config.local_steps);
+  config.sleep.bound = solve.number("sleep", sleep_bound, config.sleep.bound);
+  config.sleep.after = solve.number("sleep_after", interval, config.sleep.after);
+  return config;
+}
+
+}  // namespace
+
+const std::string& to_string(ContactLaw law) { return name_of(law, contact_laws); }
+const std::string& to_string(Topology topology) { return name_of(topology, topologies); }
+const std::string& to_string(Sharing sharing) { return name_of(sharing, sharings); }
+const std::string& to_string(Precision precision) { return name_of(precision, precisions); }
+const std::string& to_string(Tangent tangent) { return name_of(tangent, tangents); }
+const std::string& to_string(AutoRefinement::Goal goal) { return name_of(goal, refinement_goals); }
+
+std::unique_ptr<const RefinedBody> refined_body(const Scene& scene) {
+  if (scene.auto_refinement)
+    throw InputError(fmt::format(
+        "{}: body.refinement = \"auto\" has cells chosen by a solution at rest, which is not known here",
+        scene.file.string()));
+  if (scene.refined_boxes.empty()) return nullptr;
+  return std::make_unique<const RefinedBody>(scene.body, refinement_of(scene.body, scene.refined_boxes));
+}
+
+namespace {
+
+Scene scene_of(const TomlFile& toml) {
+  const TomlTable root(toml);
+  Scene scene;
+  scene.file = toml.file();
+  scene.name = toml.file().stem().string();
+  read_body(root, scene);
+  const double cell_size = scene.body.cell_size;
+  const std::shared_ptr<const TriangleMesh> surface =
+      scene.mesh ? std::make_shared<TriangleMesh>(scene.mesh->surface()) : nullptr;
+  scene.environment = read_environment(root, surface, cell_size);
+  if (const TomlTable material = root.table("material"); material.has("model"))
+    scene.model = material.text("model", "a model", "its name, such as \"springs\"");
+  scene.start_velocity = root.table("start").vector("velocity", velocity, Vec3::Zero());
+  scene.start_spin = root.table("start").vector("spin", spin, Vec3::Zero());
+  scene.solve = read_solve(root.table("solve"));
+  read_contact_surface(root, surface, scene);
+  scene.expectations = read_expectations(root.table("expect"), scene.environment, surface.get(), cell_size);
+  read_refinement(root, scene);
+  find_empty_boxes(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
+    root.tables(table)[index].reject("box", complaint);
+  });
+  for (const std::string& warning : scene_warnings(scene)) scene.warnings.push_back(printable(warning));
+  return scene;
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  return scene_of(TomlFile(file, overrides, scene_keys(), old_scene_keys()));
+}
+
+Scene parse_scene(const std::string& toml, const std::vector<std::string>& overrides) {
+  return scene_of(TomlFile(toml, "scene", overrides, scene_keys(), old_scene_keys()));
+}
+
+}  // namespace mss

@@ -1,0 +1,130 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/limits.hpp"
+#include "core/body/body.hpp"
+#include "core/environment/environment.hpp"
+#include "core/environment/sleep_tracker.hpp"
+#include "core/refinement/refined_body.hpp"
+#include "core/scene/scene_mesh.hpp"
+#include "core/system/system.hpp"
+
+namespace mss {
+
+enum class Precision { single, dbl };
+
+/// How a scene is to be solved.
+struct SolveConfig {
+  std::string integrator = "verlet";
+  std::optional<double> dt;  ///< [s]; empty: "safe", 0.9 of the guaranteed limit
+  double duration = 1;       ///< [s]
+  int threads = 0;           ///< 0: as many as save time
+  Precision precision = Precision::dbl;
+  std::string linear_solver = "automatic";  ///< of implicit methods
+  std::string nonlinear_solver = "newton";  ///< of implicit methods and `static`
+  int iterations = 0;                       ///< of it, in every stage; 0: as many as its tolerance needs
+  Tangent tangent = Tangent::elastic;       ///< of implicit methods; projected where that is indefinite
+  double spectral_radius = 0.9;             ///< of generalized_alpha, at infinite steps
+  double acceleration = 0;                  ///< of vbd: spectral radius of a pass; 0: none
+  int region_width = 2;                     ///< of shape_matching, in cells; 0: one region
+  double alpha = 1;                         ///< of shape_matching: share of the way to the goal in a step
+  double tolerance = 1e-6;                  ///< of adaptive methods: local error over a cell's size
+  double every = 0.01;                      ///< seconds between rows of series.csv
+  bool local_steps = false;                 ///< of refined bodies: larger cells take longer steps
+  SleepRule sleep{};                        ///< of springs driven by explicit methods of fixed step
+};
+
+/// A result that a scene file states in advance; `mss check SCENE` compares it with what was simulated.
+struct Expectation {
+  std::string quantity;         ///< a column of series.csv, or one of those below
+  std::vector<double> value{};  ///< one number; of a displacement three
+  double within = 0;            ///< how far each number may be off
+  Box box{};                    ///< of a displacement: the particles it is the mean of,
+  bool on_surface = false;      ///< or vertices of the mesh
+};
+/// Total energy at the end over that at the start, minus 1.
+inline constexpr const char* energy_drift = "energy_drift";
+/// Mean displacement from rest of the particles, or of the mesh's vertices, in a box [m].
+inline constexpr const char* mean_displacement = "displacement";
+
+/// Name of the model whose cells are springs with the volume force of eq. 3-7, and of the one with
+/// Mollemans's (reference/mollemans.hpp); the others are laws of finite elements (reference/fem).
+inline constexpr const char* spring_model = "springs";
+inline constexpr const char* mollemans_model = "mollemans";
+inline bool has_springs(const std::string& model) {
+  return model == spring_model || model == mollemans_model;
+}
+
+/// Cells that are chosen to be smaller, by an estimate of the error of a quantity at rest.
+struct AutoRefinement {
+  enum class Goal {
+    energy,       ///< that is stored
+    displacement  ///< of [expect]
+  };
+  Goal goal = Goal::energy;
+  int levels = 1;  ///< how often cells are halved at most
+};
+
+/// As scene files spell them.
+const std::string& to_string(ContactLaw law);
+const std::string& to_string(Topology topology);
+const std::string& to_string(Sharing sharing);
+const std::string& to_string(Precision precision);
+const std::string& to_string(Tangent tangent);
+const std::string& to_string(AutoRefinement::Goal goal);
+
+/// A scene file, read and checked.
+struct Scene {
+  std::filesystem::path file;
+  std::string name;        ///< file name without extension
+  BodyConfig body;         ///< its cells as they are after `refine`, its springs as calibrated
+  std::string voxel_file;  ///< where its cells come from, relative to the scene's folder; empty: a box,
+  std::optional<SceneMesh> mesh{};          ///< or a mesh's
+  int refine = 1;                           ///< parts that an edge of a cell of the file is split into
+  std::vector<RefinedBox> refined_boxes{};  ///< where its cells are split further,
+  std::optional<AutoRefinement> auto_refinement{};  ///< or what chooses where
+  double face_share = 0.5;                          ///< t of calibrated springs
+  bool volume_force = true;                         ///< false: left out of calibrated springs
+  std::string model = spring_model;                 ///< what fills the cells, by name
+  Environment environment;
+  Vec3 start_velocity = Vec3::Zero();  ///< [m/s]
+  Vec3 start_spin = Vec3::Zero();      ///< [rad/s] about the centre of mass
+  SolveConfig solve;
+  std::vector<Expectation> expectations;
+  std::vector<std::string> warnings;  ///< sentences for the user
+};
+
+/// Reads a scene (TOML, SI units). `overrides` are "table.key=value" with TOML values, applied before
+/// checking, as in
+/// `--set solve.dt=1e-4`. Throws InputError naming file, line and key.
+Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+
+/// The same of a scene file's text, named "scene"; its relative paths begin at the working directory.
+Scene parse_scene(const std::string& toml, const std::vector<std::string>& overrides = {});
+
+/// Whether its body has cells of several sizes.
+inline bool is_refined(const Scene& scene) {
+  return !scene.refined_boxes.empty() || scene.auto_refinement.has_value();
+}
+
+/// The body of a scene with cells of several sizes; nullptr where it has one. Throws InputError where cells
+/// are chosen, which takes a solution: choose_refinement() in integrators/analysis/chosen_refinement.hpp
+/// finds them.
+std::unique_ptr<const RefinedBody> refined_body(const Scene& scene);
+
+/// Throws InputError "FILE: hold.0.box contains no particle; ..." if a hold, load, strike or weight acts on
+/// none.
+void check_boxes(const Scene& scene);
+
+/// The same of [expect], whose displacement is a mean of particles. No error where the scene is only run.
+void check_expected_boxes(const Scene& scene);
+
+/// Warnings about materials, meshes and what has no effect, as sentences for the user.
+std::vector<std::string> scene_warnings(const Scene& scene);
+
+}  // namespace mss

@@ -1,0 +1,226 @@
+// What a scene's user should know before it runs: materials, meshes, planes, and what has no effect.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <tuple>
+
+#include "core/body/material.hpp"
+#include "core/scene/scene.hpp"
+
+namespace mss {
+
+namespace {
+
+/// By part, which others it meets in a cell or in cells that share a spring, those with an edge in common.
+std::vector<std::vector<bool>> meetings(const BodyConfig& body) {
+  const std::size_t parts = body.parts.size() + 1;
+  std::vector<std::vector<bool>> meets(parts, std::vector<bool>(parts));
+  const VoxelGrid& voxels = body.voxels;
+  const auto meet = [&](const std::array<int, 3>& a, const std::array<int, 3>& b) {
+    if (!voxels.at(a[0], a[1], a[2]) || !voxels.at(b[0], b[1], b[2])) return;
+    for (const auto& [p, of_a] : body.contents[body.content_of[voxels.index(a[0], a[1], a[2])]])
+      for (const auto& [q, of_b] : body.contents[body.content_of[voxels.index(b[0], b[1], b[2])]])
+        meets[std::size_t(p)][std::size_t(q)] = meets[std::size_t(q)][std::size_t(p)] = true;
+  };
+  constexpr std::array<std::array<int, 3>, 10> steps{{{0, 0, 0},
+                                                      {1, 0, 0},
+                                                      {0, 1, 0},
+                                                      {0, 0, 1},
+                                                      {1, 1, 0},
+                                                      {1, -1, 0},
+                                                      {0, 1, 1},
+                                                      {0, 1, -1},
+                                                      {1, 0, 1},
+                                                      {1, 0, -1}}};
+  for (int k = 0; k < voxels.nz() && !body.content_of.empty(); ++k)
+    for (int j = 0; j < voxels.ny(); ++j)
+      for (int i = 0; i < voxels.nx(); ++i)
+        for (const auto& [x, y, z] : steps) meet({i, j, k}, {i + x, j + y, k + z});
+  return meets;
+}
+
+/// Above a contrast of some thousand a shared spring is the stiffer part's alone.
+void add_contrasts(const BodyConfig& body, std::vector<std::string>& warnings) {
+  constexpr double most = 1000;
+  const std::vector<Part> parts = body.all_parts();
+  const std::vector<std::vector<bool>> meets = meetings(body);
+  const auto named = [&](std::size_t part) {
+    return part == 0 ? std::string("[material]") : fmt::format("part \"{}\"", parts[part].name);
+  };
+  const auto stiffness = [&](std::size_t part) {
+    return cubic_stiffness(parts[part].springs, body.cell_size).young(Vec3::UnitX());
+  };
+  for (std::size_t a = 0; a < parts.size(); ++a)
+    for (std::size_t b = 0; b < parts.size(); ++b)
+      if (const double ratio = stiffness(a) / stiffness(b); meets[a][b] && ratio > most)
+        warnings.push_back(fmt::format(
+            "{} is {:.3g} times as stiff as {} where they meet: beyond {} times springs that both "
+            "share follow the stiffer one alone, so the joint lies up to a cell off",
+            named(a), ratio, named(b), most));
+}
+
+double longest_edge(const TriangleMesh& mesh) {
+  double longest = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = mesh.corners(t);
+    longest = std::max({longest, (b - a).norm(), (c - b).norm(), (a - c).norm()});
+  }
+  return longest;
+}
+
+/// What was found in the meshes of a scene.
+void add_meshes(const Scene& scene, std::vector<std::string>& warnings) {
+  if (!scene.mesh) return;
+  for (std::size_t i = 0; i < scene.mesh->reports.size(); ++i)
+    for (const std::string& note : scene.mesh->reports[i].notes())
+      warnings.push_back(
+          fmt::format("{}: {}", i == 0 ? scene.mesh->file : scene.mesh->part_files[i - 1], note));
+  if (!scene.environment.contact_surface || scene.environment.planes.empty()) return;
+  constexpr double most = 2;
+  if (const double edge = longest_edge(*scene.environment.contact_surface) / scene.body.cell_size;
+      edge > most)
+    warnings.push_back(
+        fmt::format("body.contact_on = \"surface\": planes touch vertices alone, and the mesh has edges of "
+                    "up to {:.3g} cells, "
+                    "between whose ends particles sink in; give a finer mesh or \"particles\"",
+                    edge));
+}
+
+/// Calls visit(place, h) with the lower corner [m] of every cell at rest, and its size.
+template <class Visit>
+void for_each_cell(const BodyConfig& body, Visit&& visit) {
+  const VoxelGrid& voxels = body.voxels;
+  for (int k = 0; k < voxels.nz(); ++k)
+    for (int j = 0; j < voxels.ny(); ++j)
+      for (int i = 0; i < voxels.nx(); ++i)
+        if (voxels.at(i, j, k)) visit(body.origin + body.cell_size * Vec3(i, j, k), body.cell_size);
+}
+
+/// Calls visit(x) for what planes touch of a body at rest: the vertices of its surface, or else the corners
+/// of its cells.
+template <class Visit>
+void for_each_touched(const Scene& scene, Visit&& visit) {
+  if (const auto& surface = scene.environment.contact_surface) {
+    for (const Vec3& vertex : surface->vertices) visit(vertex);
+    return;
+  }
+  for_each_cell(scene.body, [&](const Vec3& lower, double h) {
+    for (int corner = 0; corner < 8; ++corner)
+      visit(lower + h * Vec3(corner & 1, corner >> 1 & 1, corner >> 2));
+  });
+}
+
+/// Share of the cells' volume that is behind a plane, exact where the plane is along faces of cells.
+double share_behind(const Plane& plane, const BodyConfig& body) {
+  double behind = 0, all = 0;
+  for_each_cell(body, [&](const Vec3& lower, double h) {
+    const double extent = h * plane.normal.lpNorm<1>();
+    behind += std::clamp(0.5 - plane.gap(lower + Vec3::Constant(h / 2)) / extent, 0.0, 1.0);
+    ++all;
+  });
+  return behind / all;
+}
+
+/// What is held from the beginning, where planes do nothing.
+bool is_held(const Scene& scene, const Vec3& x) {
+  const std::vector<Hold>& holds = scene.environment.holds;
+  const double margin = 1e-9 * scene.body.cell_size;
+  return std::any_of(holds.begin(), holds.end(), [&](const Hold& hold) {
+    return !hold.surface && ((x - hold.box.lower).array() >= -margin).all() &&
+           ((x - hold.box.upper).array() <= margin).all();
+  });
+}
+
+/// What becomes of what starts behind a plane.
+const char* fate_behind(ContactLaw law) {
+  switch (law) {
+    case ContactLaw::impulse:
+      return "it is pushed out, which deforms the body";
+    case ContactLaw::penalty:
+      return "the plane's forces throw it out";
+    default:
+      return "the law \"thesis\" leaves it there";
+  }
+}
+
+/// A body that starts behind a plane, or partly so.
+void add_start_behind(const Scene& scene, std::size_t index, std::vector<std::string>& warnings) {
+  const Plane& plane = scene.environment.planes[index];
+  const double rounding = 1e-9 * scene.body.cell_size;
+  bool whole = true;  // none is in front
+  double deepest = 0;
+  for_each_touched(scene, [&](const Vec3& x) {
+    const double depth = -plane.gap(x);
+    const bool held = is_held(scene, x);
+    whole &= depth > -rounding && !held;
+    if (depth > rounding && !held) deepest = std::max(deepest, depth);
+  });
+  if (deepest > 0 && whole)
+    warnings.push_back(fmt::format(
+        "plane.{}: the whole body starts behind it; its normal is to point to the side of the body", index));
+  else if (deepest > 0)
+    warnings.push_back(fmt::format(
+        "plane.{}: {:.3g} percent of the body start behind it, up to {:.3g} m deep: {}; move the body or the "
+        "plane by as much",
+        index, 100 * share_behind(plane, scene.body), deepest, fate_behind(plane.contact)));
+}
+
+/// A restitution that was chosen as if it were the body's.
+void add_restitution(const Scene& scene, std::size_t index, std::vector<std::string>& warnings) {
+  const Plane& plane = scene.environment.planes[index];
+  const VoxelGrid& voxels = scene.body.voxels;
+  const bool is_one_cell = voxels.nx() * voxels.ny() * voxels.nz() == 1;
+  if (plane.contact != ContactLaw::impulse || is_one_cell || plane.restitution == Plane{}.restitution) return;
+  warnings.push_back(fmt::format(
+      "plane.{}.restitution = {} is that of each particle, not of the body: how high a body of several cells "
+      "bounces follows from its springs and their damping; leave it out unless that is meant",
+      index, plane.restitution));
+}
+
+/// What is there and does nothing, or not what it is meant for.
+void add_without_effect(const Scene& scene, std::vector<std::string>& warnings) {
+  const auto& [strikes, planes] = std::tie(scene.environment.strikes, scene.environment.planes);
+  for (std::size_t i = 0; i < strikes.size(); ++i)
+    if (strikes[i].at > scene.solve.duration)
+      warnings.push_back(fmt::format("strike.{}.at = {:.6g} s is after the end: solve.duration = {:.6g} s", i,
+                                     strikes[i].at, scene.solve.duration));
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    add_start_behind(scene, i, warnings);
+    add_restitution(scene, i, warnings);
+  }
+}
+
+/// What only bodies of springs have. The constants assume the full, weighted lattice.
+void add_springs(const Scene& scene, std::vector<std::string>& warnings) {
+  const BodyConfig& body = scene.body;
+  if (body.topology != Topology::full) {
+    warnings.push_back(
+        fmt::format("body.topology = \"{}\" leaves out face diagonals: the body is softer in shear than its "
+                    "material, and anisotropic",
+                    to_string(body.topology)));
+    return;
+  }
+  for (std::string& warning : material_warnings(body.springs, body.cell_size))
+    warnings.push_back(std::move(warning));
+  for (const Part& part : body.parts)
+    for (const std::string& warning : material_warnings(part.springs, body.cell_size))
+      warnings.push_back(fmt::format("part \"{}\": {}", part.name, warning));
+  add_contrasts(body, warnings);
+  if (body.sharing == Sharing::uniform && body.elastic)
+    warnings.emplace_back(
+        "body.sharing = \"uniform\" makes surfaces stiffer than material.young; only "
+        "\"weighted\" keeps it");
+}
+
+}  // namespace
+
+std::vector<std::string> scene_warnings(const Scene& scene) {
+  std::vector<std::string> warnings;
+  add_meshes(scene, warnings);
+  add_without_effect(scene, warnings);
+  if (has_springs(scene.model)) add_springs(scene, warnings);
+  return warnings;
+}
+
+}  // namespace mss

@@ -1,0 +1,74 @@
+#include "core/springs/block_matrix.hpp"
+
+#include <algorithm>
+
+namespace mss {
+
+BlockMatrix::BlockMatrix(const Body& body, const HeldSites& held) : body_(body) {
+  find_neighbours();
+  build_pattern(held);
+}
+
+/// Particles are neighbours if they share a cell. Offsets ascend as sites do, so blocks of a row are sorted.
+void BlockMatrix::find_neighbours() {
+  const Lattice& lattice = body_.lattice();
+  std::vector<bool> meets(body_.particle_count() * neighbours, false);
+  body_.for_each_cell([&](std::ptrdiff_t site) {
+    for (int c = 0; c < 8; ++c)
+      for (int d = 0; d < 8; ++d)
+        meets[particle(site + lattice.corner(c)) * neighbours + std::size_t(offset(c, d))] = true;
+  });
+  block_.assign(meets.size(), -1);
+  block_start_.assign(1, 0);
+  for (std::size_t p = 0; p < body_.particle_count(); ++p) {
+    for (std::size_t o = 0; o < neighbours; ++o) {
+      if (!meets[p * neighbours + o]) continue;
+      const auto i = std::ptrdiff_t(o) % 3 - 1, j = std::ptrdiff_t(o) / 3 % 3 - 1,
+                 k = std::ptrdiff_t(o) / 9 - 1;
+      block_[p * neighbours + o] = int(column_.size());
+      column_.push_back(body_.particle(body_.sites()[p] + i + lattice.row * j + lattice.plane * k));
+    }
+    block_start_.push_back(int(column_.size()));
+  }
+}
+
+void BlockMatrix::build_pattern(const HeldSites& held) {
+  std::vector<int> unknown_of(3 * body_.particle_count(), -1);
+  for (std::size_t p = 0; p < body_.particle_count(); ++p)
+    for (int axis = 0; axis < 3; ++axis)
+      if (const std::ptrdiff_t site = body_.sites()[p]; !held.holds(site, axis)) {
+        unknown_of[3 * p + std::size_t(axis)] = int(unknowns_.size());
+        unknowns_.push_back({site, axis});
+      }
+  std::vector<int> start{0}, inner;
+  for (const Unknown& row : unknowns_) {
+    const std::size_t p = particle(row.site);
+    for (int b = block_start_[p]; b < block_start_[p + 1]; ++b)
+      for (int axis = 0; axis < 3; ++axis) {
+        const int column = unknown_of[3 * std::size_t(column_[std::size_t(b)]) + std::size_t(axis)];
+        if (column < 0) continue;
+        inner.push_back(column);
+        source_.push_back(9 * b + row.axis + 3 * axis);
+      }
+    start.push_back(int(inner.size()));
+  }
+  const auto size = Eigen::Index(unknowns_.size());
+  const std::vector<double> zeros(inner.size(), 0.0);
+  pattern_ = Eigen::Map<const SparseMatrix>(size, size, Eigen::Index(inner.size()), start.data(),
+                                            inner.data(), zeros.data());
+  numbers_.resize(9 * column_.size());
+}
+
+void BlockMatrix::begin(double mass) {
+  std::fill(numbers_.begin(), numbers_.end(), 0.0);
+  for (std::size_t p = 0; p < body_.particle_count(); ++p) {
+    const int diagonal = block_[p * neighbours + neighbours / 2];
+    at(diagonal).diagonal().array() = mass * body_.mass(body_.sites()[p]);
+  }
+}
+
+void BlockMatrix::write(SparseMatrix& matrix) const {
+  for (std::size_t i = 0; i < source_.size(); ++i) matrix.valuePtr()[i] = numbers_[std::size_t(source_[i])];
+}
+
+}  // namespace mss

@@ -1,0 +1,120 @@
+#include "core/springs/body_system.hpp"
+
+namespace mss {
+
+namespace {
+
+std::unique_ptr<SurfaceContact> surface_contact_of(const Environment& environment, const Body& body,
+                                                   const HeldSites& held, const PlaneContact& planes) {
+  if (!environment.contact_surface || environment.planes.empty()) return nullptr;
+  return std::make_unique<SurfaceContact>(*environment.contact_surface, body, held, planes);
+}
+
+}  // namespace
+
+template <class Real>
+BodySystem<Real>::BodySystem(const Body& body, const Environment& environment, const SpectralBound& bound,
+                             int threads, const SleepRule& sleep)
+    : body_(body),
+      levels_{{body}},
+      environment_(environment),
+      bound_(bound),
+      held_(body, environment.holds),
+      loads_(body, environment.loads),
+      contact_(environment, bound, body.config().cell_size),
+      surface_contact_(surface_contact_of(environment, body, held_, contact_)),
+      bounds_of_planes_(plane_bounds(environment, bound.omega, body.config().cell_size, held_)),
+      impulses_(contact_.has_collisions()
+                    ? std::make_unique<PlaneImpulses>(contact_.collisions(), body.lattice().size)
+                    : nullptr),
+      team_(threads),
+      events_(*this, body, {contact_, held_, impulses_.get()}, surface_contact_.get(), sleep) {}
+
+template <class Real>
+void BodySystem<Real>::constrain(double t, Field<Real>& x, Field<Real>& v) const {
+  held_.apply(t, 0, body_.lattice().sites, x, v);
+}
+
+template <class Real>
+void BodySystem<Real>::add_gravity(Field<Real>& f) const {
+  for (int a = 0; a < 3; ++a) {
+    if (environment_.gravity[a] == 0) continue;
+    for (const std::ptrdiff_t site : body_.sites())
+      f.axis(a)[site] += static_cast<Real>(body_.mass(site) * environment_.gravity[a]);
+  }
+}
+
+template <class Real>
+void BodySystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
+  System<Real>::acceleration(t, x, v, a);
+  stop_sticking(x, v, a);
+  clear_prescribed(a);
+}
+
+template <class Real>
+double BodySystem<Real>::outer_potential(const Field<Real>& x) const {
+  double sum = 0;
+  body_.ranks().add_in_order(sum, [&] { loads_.add_potential(x, sum); });
+  body_.ranks().add_in_order(sum, [&] {
+    for (const std::ptrdiff_t site : body_.sites()) {
+      const Vec3 at = x.at(site);
+      double over_mass = -environment_.gravity.dot(at);
+      if (!surface_contact_) contact_.add_potential(at, over_mass);
+      sum += body_.mass(site) * over_mass;
+    }
+  });
+  if (surface_contact_) sum += surface_contact_->potential(x);
+  return sum;
+}
+
+template <class Real>
+void BodySystem<Real>::add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const {
+  if (!contact_.has_penalties()) return;
+  if (surface_contact_) return surface_contact_->add_penalty_forces(state, forces);
+  for (std::size_t p = 0; p < contact_.penalties(); ++p)
+    body_.ranks().add_in_order(forces[p], [&] {
+      for (const std::ptrdiff_t site : body_.sites())
+        forces[p] += body_.mass(site) * contact_.acceleration(p, {state.x.at(site), state.v.at(site)});
+    });
+}
+
+template <class Real>
+void BodySystem<Real>::wake_moving(const State<Real>& state) {
+  events_.wake_moving(state);
+}
+
+template <class Real>
+void BodySystem<Real>::wake_all() {
+  events_.wake_all();
+}
+
+template <class Real>
+void BodySystem<Real>::add_penalty_force(const Field<Real>& x, const Field<Real>& v, Field<Real>& f) {
+  if (!contact_.has_penalties()) return;
+  if (surface_contact_) return surface_contact_->add_force(x, v, f);
+  for_each_particle(*this, [&](std::ptrdiff_t site) {
+    f.set(site, f.at(site) + body_.mass(site) * contact_.acceleration({x.at(site), v.at(site)}));
+  });
+}
+
+template <class Real>
+void BodySystem<Real>::add_penalty_acceleration(const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
+  if (!contact_.has_penalties()) return;
+  if (surface_contact_) return surface_contact_->add_acceleration(x, v, a);
+  events_.for_each_awake([&](std::ptrdiff_t site) {
+    a.set(site, a.at(site) + contact_.acceleration({x.at(site), v.at(site)}));
+  });
+}
+
+template <class Real>
+void BodySystem<Real>::stop_sticking(const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
+  if (!contact_.has_collisions() || surface_contact_) return;
+  events_.for_each_awake([&](std::ptrdiff_t site) {
+    mss::stop_sticking({contact_, held_, impulses_.get()}, site, body_.mass(site), site, x, v, a);
+  });
+}
+
+template class BodySystem<float>;
+template class BodySystem<double>;
+
+}  // namespace mss

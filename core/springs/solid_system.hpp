@@ -1,0 +1,78 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/body/body.hpp"
+#include "core/environment/environment.hpp"
+#include "core/forces/spectral_bound.hpp"
+#include "core/system/system.hpp"
+
+namespace mss {
+
+/// Energy stored in a deformed body [J].
+struct StoredEnergy {
+  double elastic = 0;  ///< of springs and the guard against folding, or of finite elements
+  double volume = 0;   ///< eq. 3-1 summed over cells
+};
+
+/// A deformable solid in its environment: what a simulation measures, writes and draws. BodySystem is one of
+/// cells of one size, RefinedSystem one of several.
+template <class Real>
+class SolidSystem : public System<Real> {
+ public:
+  /// Its lattices, one after the other in fields; at least one. Where there are several, some of their
+  /// particles follow others: these are not among particles(), and constrain() puts them where they belong.
+  virtual const std::vector<Level>& levels() const = 0;
+
+  const Ranks& ranks() const override { return levels().front().body.ranks(); }
+
+  /// The solid while nothing acts on it: holds have not moved anything.
+  State<Real> undeformed_state() const;
+  /// The same at t = 0, with held coordinates where holds put them.
+  State<Real> rest_state() const;
+
+  /// Energy stored at positions x; NaN or infinite where x is.
+  virtual StoredEnergy stored_energy(const Field<Real>& x) const = 0;
+  /// Potential of gravity, from z = 0, of loads and of penalty planes at positions x [J].
+  virtual double outer_potential(const Field<Real>& x) const = 0;
+
+  /// Adds the forces of penalty planes, by such plane in the environment's order [N]. All ranks must call it.
+  virtual void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const = 0;
+
+  /// Bounds on the spectrum of the solid where it may touch planes.
+  virtual SpectralBound spectral_bound() const = 0;
+
+  /// What with_local_steps() is limited by, as a bound without damping.
+  virtual SpectralBound local_bound() const { return spectral_bound(); }
+  /// The same solid for methods with one force a step, in steps of dt [s] that only its larger cells resolve
+  /// (local_steps.hpp); nullptr where all cells have one size.
+  virtual std::unique_ptr<System<Real>> with_local_steps(double) { return nullptr; }
+
+  /// Threads that forces are computed with.
+  virtual int threads() const = 0;
+  /// What computes them, as an instruction set.
+  virtual const char* kernel_name() const = 0;
+
+  virtual bool all_asleep() const { return false; }
+  /// Planes of particles that sleep, over all.
+  virtual double share_asleep() const { return 0; }
+  /// Must be called after a change of velocities.
+  virtual void wake_moving(const State<Real>&) {}
+  /// Must be called after a change of positions, or of what acts on the solid.
+  virtual void wake_all() {}
+
+  /// Where other ranks share the solid: gets from them what measures of a state read at ghosts.
+  virtual void update_ghosts(const State<Real>&) const {}
+
+  double total_mass() const;
+  /// Position at rest of the particle at a site [m].
+  Vec3 rest_position(std::ptrdiff_t site) const;
+  /// Of the smallest cells [m].
+  double cell_size() const { return levels().back().body.config().cell_size; }
+
+  /// Adds the velocity change of a strike; prescribed velocities are overwritten again, so there it is lost.
+  void give(const Strike& strike, Field<Real>& v) const;
+};
+
+}  // namespace mss

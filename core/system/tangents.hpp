@@ -1,0 +1,73 @@
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <cstddef>
+#include <vector>
+
+#include "core/base/field.hpp"
+
+namespace mss {
+
+/// Which derivative of the force a tangent matrix contains.
+enum class Tangent {
+  exact,     ///< all of it; unsymmetric where springs damp while they rotate
+  elastic,   ///< without the change of damping forces as springs rotate: symmetric, indefinite under pressure
+  projected  ///< the elastic one made positive semidefinite, spring by spring and cell by cell
+};
+
+/// The matrix a M + b C + c K, with C = -df/dv and K = -df/dx, that one step of an implicit method needs.
+struct TangentSum {
+  double mass = 0;       ///< a
+  double damping = 0;    ///< b
+  double stiffness = 0;  ///< c
+  Tangent kind = Tangent::exact;
+};
+
+/// A coordinate that nothing prescribes.
+struct Unknown {
+  std::ptrdiff_t site;
+  int axis;
+};
+
+/// Rows in compressed form; rows and columns are unknowns.
+using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
+
+template <class Real>
+class BodySystem;
+
+/// Derivatives of a system's forces: what implicit methods, equilibria and modes need and explicit methods do
+/// not.
+template <class Real>
+class Tangents {
+ public:
+  Tangents() = default;
+  Tangents(const Tangents&) = delete;
+  Tangents& operator=(const Tangents&) = delete;
+  virtual ~Tangents() = default;
+
+  /// In the order of a matrix's rows: by particle, then axis.
+  virtual const std::vector<Unknown>& unknowns() = 0;
+
+  /// A matrix with an entry for every number that may not be zero; all are zero.
+  virtual SparseMatrix pattern() = 0;
+
+  /// Rewrites the values of a matrix from pattern() in place.
+  virtual void values(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                      SparseMatrix& matrix) = 0;
+
+  /// out = (a M + b C + c K) p for all coordinates, prescribed ones included, without the matrix;
+  /// overwritten. Not for Tangent::exact.
+  virtual void product(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                       const Field<Real>& p, Field<Real>& out) = 0;
+
+  /// The 3 x 3 blocks on the diagonal, one per particle, prescribed coordinates included; resized and
+  /// overwritten.
+  virtual void diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+                        std::vector<Eigen::Matrix3d>& blocks) = 0;
+
+  /// The body of cells that these are (nearly) the tangents of, for solvers that work on coarser ones;
+  /// nullptr if there is none.
+  virtual const BodySystem<Real>* body_system() const { return nullptr; }
+};
+
+}  // namespace mss

@@ -1,0 +1,113 @@
+#include "integrators/analysis/stable_step.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/error.hpp"
+#include "integrators/analysis/amplification.hpp"
+
+namespace mss {
+
+// The positive root of w^2 dt^2 + 2 c dt = 4.
+double central_limit(double omega, double damping) { return 4 / (damping + std::hypot(damping, 2 * omega)); }
+
+double guaranteed_step(const IntegratorInfo& method, const SpectralBound& bound) {
+  if (!method.limit) return std::numeric_limits<double>::infinity();
+  constexpr int parts = 16;  // no limit is worst far from a corner of the range
+  double limit = std::numeric_limits<double>::infinity();
+  for (int i = 1; i <= parts; ++i)
+    for (int j = 0; j <= parts; ++j)
+      limit = std::min(limit, method.limit(bound.omega * i / parts, bound.damping * j / parts));
+  return limit;
+}
+
+double stable_step(const IntegratorInfo& method, const SpectralBound& bound) {
+  const double limit = guaranteed_step(method, bound);
+  if (limit <= 0)
+    throw InputError(
+        fmt::format("dt = \"safe\" cannot be given for {}: undamped modes are unstable at any "
+                    "step; give dt in seconds, or another integrator",
+                    method.name));
+  return limit;
+}
+
+namespace {
+
+/// How much a unit of damping shortens the step, relative to a unit of stiffness.
+double weight_at(const IntegratorInfo& method, const RayleighQuotients& motion) {
+  const double omega = std::sqrt(motion.stiffness), small = 1e-5;
+  const auto limit = [&](double stiffness, double damping) {
+    return method.limit(std::sqrt(stiffness), damping);
+  };
+  const double more = motion.damping + small * omega, stiffer = (1 + small) * motion.stiffness;
+  const double by_damping = (limit(motion.stiffness, more) - limit(motion.stiffness, motion.damping)) / omega;
+  const double by_stiffness =
+      (limit(stiffer, motion.damping) - limit(motion.stiffness, motion.damping)) / motion.stiffness;
+  return by_damping / by_stiffness;
+}
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+double limit_of(const IntegratorInfo& method, const RayleighQuotients& motion) {
+  return method.limit(std::sqrt(motion.stiffness), motion.damping);
+}
+
+/// Fixed-point iteration: the motion with the largest Rayleigh quotient of K + s C, where s weighs damping
+/// against stiffness as the limit does at the previous motion.
+PredictedStep by_largest_quotient(const IntegratorInfo& method, SolidSystem<double>& system,
+                                  const State<double>& state, Work& work) {
+  constexpr int most_rounds = 30;
+  constexpr double settled = 1e-7;
+  PredictedStep found{.dt = infinity};
+  double weight = 0;
+  for (int round = 0; round < most_rounds; ++round) {
+    const RayleighQuotients motion = largest_quotient(system, state, weight, work);
+    if (motion.status != Status::ok) return {.status = motion.status};
+    if (is_rigid(motion, system.spectral_bound().omega)) return found;  // no other has a larger quotient
+    const double before = found.dt, dt = limit_of(method, motion);
+    found.dt = std::min(before, dt);
+    if (dt == 0 || !(dt < before * (1 - settled))) return found;
+    weight = weight_at(method, motion);
+  }
+  return {.status = Status::linear_stalled};
+}
+
+/// The least limit among the motions that a step a little too long amplifies most; again from there until
+/// there is no lesser one.
+PredictedStep by_amplification(const IntegratorInfo& method, SolidSystem<double>& system,
+                               const State<double>& state, Work& work) {
+  constexpr int most_rounds = 60;
+  constexpr double settled = 1e-4, too_long = 1.01, far_too_long = 4;
+  const RayleighQuotients fastest = largest_quotient(system, state, 0, work);
+  if (fastest.status != Status::ok) return {.status = fastest.status};
+  if (is_rigid(fastest, system.spectral_bound().omega)) return {.dt = infinity};
+  PredictedStep found{.dt = far_too_long / std::sqrt(fastest.stiffness)};
+  for (int round = 0; round < most_rounds; ++round) {
+    const AmplifiedMotions amplified = most_amplified(system, state, method, too_long * found.dt, work);
+    if (amplified.status != Status::ok) return {.status = amplified.status};
+    double least = infinity;
+    for (const RayleighQuotients& motion : amplified.motions)
+      least = std::min(least, limit_of(method, motion));
+    const bool done = least == 0 || least > found.dt * (1 - settled);
+    found.dt = std::min(found.dt, least);
+    if (done) return found;
+  }
+  return {.status = Status::linear_stalled};
+}
+
+}  // namespace
+
+PredictedStep predicted_step(const IntegratorInfo& method, SolidSystem<double>& system,
+                             const State<double>& state, Work& work) {
+  if (!method.limit) return {.dt = infinity};
+  if (!method.polynomial.empty()) return by_amplification(method, system, state, work);
+  const PredictedStep quotient = by_largest_quotient(method, system, state, work);
+  if (method.splitting.empty() || quotient.status != Status::ok) return quotient;
+  const PredictedStep amplified = by_amplification(method, system, state, work);
+  return amplified.status != Status::ok || amplified.dt < quotient.dt ? amplified : quotient;
+}
+
+}  // namespace mss

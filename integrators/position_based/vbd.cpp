@@ -1,0 +1,46 @@
+// Vertex block descent (Chen, Liu, Yang and Yuksel, ACM TOG 43 (2024) 116): a step of backward Euler as the
+// minimum of kinetic and stored energy, sought particle by particle (integrators/position_based/descent.hpp),
+// in `solve.iterations` passes from x_n + dt v_n:
+//   x_{n+1} = x_n + u,   v_{n+1} = u / dt.
+// With enough passes it is backward Euler; with few it is softer, more damped, and does not keep linear
+// momentum, because the last particle moves among neighbours that have moved already. Stable at any step.
+// `solve.acceleration` rho > 0 adds Chebyshev's semi-iteration, for rho the spectral radius of a pass; too
+// large a rho makes passes diverge.
+#include "integrators/position_based/pass_method.hpp"
+#include "integrators/position_based/vertex_descent.hpp"
+
+namespace mss {
+
+namespace {
+
+template <class Real>
+std::unique_ptr<VertexDescent<Real>> make_passes(const SpringSystem<Real>& springs, System<Real>& system,
+                                                 const IntegratorOptions& options) {
+  check_local_solutions(springs.body().config(), "vbd");
+  return std::make_unique<VertexDescent<Real>>(springs, system, options.dt, options.acceleration);
+}
+
+template <class Real>
+std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) {
+  return std::make_unique<PassMethod<Real, VertexDescent<Real>>>(options, "vbd", make_passes<Real>);
+}
+
+}  // namespace
+
+IntegratorInfo vbd() {
+  return {
+      .name = "vbd",
+      .summary =
+          "vertex block descent: a pass over all particles a step, or `iterations`, towards backward Euler; "
+          "any step, loses energy",
+      .order_undamped = 1,
+      .order_damped = 1,
+      .collisions = Collisions::inside_steps,
+      .iterates = true,
+      .springs_only = true,
+      .variants = {":5", ":20"},
+      .make_single = make<float>,
+      .make_double = make<double>};
+}
+
+}  // namespace mss

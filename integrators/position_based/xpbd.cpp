@@ -1,0 +1,49 @@
+// Extended position-based dynamics (Macklin, Mueller and Chentanez, MIG 2016): positions move as they would
+// without springs, then every spring and every cell's volume moves its own particles towards its rest state,
+// one after the other, as a constraint whose compliance is the inverse of its stiffness; velocities follow
+// from positions:
+//   u = dt v_n + dt^2 M^-1 f_outer,   projections (integrators/position_based/projection.hpp), in
+//   `solve.iterations` passes, x_{n+1} = x_n + u,   v_{n+1} = u / dt.
+// One pass a step, with small steps, is the method of Macklin et al., Small steps in physics simulation, SCA
+// 2019: as dt goes to 0 it is semi-implicit Euler in another order. More passes keep multipliers; they tend
+// to backward Euler without the springs' geometric stiffness, which is not quite backward Euler. Every
+// projection keeps linear momentum. Stable at any step; loses energy.
+#include "integrators/position_based/constraint_projection.hpp"
+#include "integrators/position_based/pass_method.hpp"
+
+namespace mss {
+
+namespace {
+
+template <class Real>
+std::unique_ptr<ConstraintProjection<Real>> make_passes(const SpringSystem<Real>& springs,
+                                                        System<Real>& system,
+                                                        const IntegratorOptions& options) {
+  check_local_solutions(springs.body().config(), "xpbd");
+  return std::make_unique<ConstraintProjection<Real>>(springs, system, options.dt, options.iterations > 1);
+}
+
+template <class Real>
+std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) {
+  return std::make_unique<PassMethod<Real, ConstraintProjection<Real>>>(options, "xpbd", make_passes<Real>);
+}
+
+}  // namespace
+
+IntegratorInfo xpbd() {
+  return {
+      .name = "xpbd",
+      .summary =
+          "extended position-based dynamics: a pass over all springs a step, or `iterations`; first order, "
+          "any step, loses energy",
+      .order_undamped = 1,
+      .order_damped = 1,
+      .collisions = Collisions::inside_steps,
+      .iterates = true,
+      .springs_only = true,
+      .variants = {":5", ":20"},
+      .make_single = make<float>,
+      .make_double = make<double>};
+}
+
+}  // namespace mss

@@ -1,0 +1,292 @@
+// Planes inside steps of 1/60 s, by every method that takes such steps: rest, slopes, a drop, a groove, any
+// orientation.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cstring>
+#include <numbers>
+
+#include "core/environment/plane_bounds.hpp"
+#include "core/measures/measures.hpp"
+#include "integrators/integrator.hpp"
+#include "tests/centre_of_mass.hpp"
+
+namespace mss {
+namespace {
+
+constexpr double g = 9.81, frame = 1.0 / 60;
+
+BodyConfig block(double young) {
+  BodyConfig config{.voxels = VoxelGrid::box(4, 4, 4), .cell_size = 0.05};
+  config.density = 1000;
+  config.fill({.young = young, .poisson = 0.3}, 0.5);
+  config.damping.zeta = 0.1;
+  return config;
+}
+
+/// On level ground, with gravity inclined.
+Environment slope(double degrees, double friction) {
+  const double angle = degrees * std::numbers::pi / 180;
+  return {.gravity = g * Vec3(std::sin(angle), 0, -std::cos(angle)), .planes = {{.friction = friction}}};
+}
+
+struct Trial {
+  Body body;
+  SpringSystem<double> system;
+  State<double> state;
+  std::unique_ptr<Integrator<double>> method;
+  Work work;
+
+  Trial(const std::string& name, double young, const Environment& environment, int threads = 1,
+        double dt = frame)
+      : body(block(young)),
+        system(body, environment, {.threads = threads}),
+        state(system.rest_state()),
+        method(find_integrator(name).make<double>({.dt = dt})) {}
+
+  void advance(double t) { ASSERT_EQ(method->advance(system, state, t, work), Status::ok) << "t = " << t; }
+  void move(const Vec3& by) {
+    for (const std::ptrdiff_t site : body.sites()) state.x.set(site, state.x.at(site) + by);
+  }
+  Vec3 velocity() const { return measure(system, state).momentum / body.total_mass(); }
+  /// The mean of particles whose rest position is at that height [m].
+  Vec3 mean_at(double height) const {
+    Vec3 sum = Vec3::Zero();
+    int count = 0;
+    for (const std::ptrdiff_t site : body.sites())
+      if (std::abs(body.rest_position(site)[2] - height) < 1e-9) sum += state.x.at(site), ++count;
+    return sum / count;
+  }
+  double deepest() const {
+    double gap = std::numeric_limits<double>::infinity();
+    for (const std::ptrdiff_t site : body.sites())
+      for (const Plane& plane : system.environment().planes) gap = std::min(gap, plane.gap(state.x.at(site)));
+    return gap;
+  }
+};
+
+/// The impulse that a plane has given [N s].
+Vec3 given(const Trial& trial, std::size_t plane) {
+  Vec3 sum = Vec3::Zero();
+  for (const std::ptrdiff_t site : trial.body.sites()) sum += trial.system.plane_impulses()->at(plane, site);
+  return sum;
+}
+
+TEST(Bounds, AreOfImpulsesOnParticles) {
+  Environment thesis = slope(0, 0.5), penalty = thesis;
+  thesis.planes[0].contact = ContactLaw::thesis;
+  penalty.planes[0].contact = ContactLaw::penalty;
+  EXPECT_NE(Trial("backward_euler", 1e5, slope(0, 0.5)).system.bounds(), nullptr);
+  EXPECT_EQ(Trial("backward_euler", 1e5, thesis).system.bounds(), nullptr);
+  EXPECT_EQ(Trial("backward_euler", 1e5, penalty).system.bounds(), nullptr);
+}
+
+struct Case {
+  std::string method;
+  double young;
+};
+std::string name_of(const ::testing::TestParamInfo<Case>& info) {
+  std::string name = info.param.method + (info.param.young < 5e5 ? "_soft" : "_stiff");
+  for (char& letter : name)
+    if (letter == '/' || letter == ':') letter = '_';
+  return name;
+}
+std::vector<Case> cases(const std::vector<std::string>& methods) {
+  std::vector<Case> all;
+  for (const std::string& method : methods)
+    for (const double young : {1e5, 1e6}) all.push_back({method, young});
+  return all;
+}
+const std::vector<std::string> by_newton{"backward_euler", "backward_euler_linear", "implicit_midpoint",
+                                         "tr_bdf2",        "generalized_alpha",     "energy_momentum"};
+std::vector<std::string> and_also(std::vector<std::string> methods, const std::vector<std::string>& more) {
+  methods.insert(methods.end(), more.begin(), more.end());
+  return methods;
+}
+
+class InSteps : public ::testing::TestWithParam<Case> {};
+INSTANTIATE_TEST_SUITE_P(Methods, InSteps,
+                         ::testing::ValuesIn(cases(and_also(by_newton, {"backward_euler/lbfgs", "vbd:20"}))),
+                         name_of);
+
+/// Without friction, the answer of `static` where the bottom is held at its height.
+double static_sag(double young) {
+  Environment held{.gravity = {0, 0, -g}};
+  held.holds = {{.box = {{0, 0, 0}, {0.2, 0.2, 0}}, .axes = {false, false, true}},
+                {.box = {{0.1, 0.1, 0}, {0.1, 0.1, 0}}},
+                {.box = {{0.2, 0.1, 0}, {0.2, 0.1, 0}}, .axes = {false, true, true}}};
+  Trial at_rest("static", young, held);
+  at_rest.advance(1);
+  return 0.2 - at_rest.mean_at(0.2)[2];
+}
+
+/// Methods that keep what their steps do not resolve swing about it for long: their mean over time counts.
+TEST_P(InSteps, ABlockRestsAsHighAsItMust) {
+  Trial trial(GetParam().method, GetParam().young, slope(0, 0));
+  double sum = 0;
+  int count = 0;
+  for (int step = 1; step <= 720; ++step) {
+    trial.advance(step * frame);
+    if (step > 360) sum += 0.2 - trial.mean_at(0.2)[2], ++count;
+  }
+  const double expected = static_sag(GetParam().young);
+  EXPECT_NEAR(sum / count, expected, 0.01 * expected);
+  EXPECT_GT(trial.deepest(), -1e-12);
+}
+
+TEST_P(InSteps, ABlockSticksToASlope) {
+  Trial trial(GetParam().method, GetParam().young, slope(19, 0.5));
+  trial.advance(8);
+  const Vec3 before = trial.mean_at(0);
+  trial.advance(9.5);
+  const double creep = (trial.mean_at(0) - before).norm();
+  EXPECT_LT(creep, GetParam().method == "vbd:20" ? 5e-4 : 1e-5);
+  EXPECT_GT(trial.deepest(), -1e-12);
+}
+
+TEST_P(InSteps, ABlockSlidesDownASlope) {
+  Trial trial(GetParam().method, GetParam().young, slope(30, 0.3));
+  trial.advance(0.5);
+  const Vec3 before = trial.velocity();
+  trial.advance(1.5);
+  const double angle = std::numbers::pi / 6, expected = g * (std::sin(angle) - 0.3 * std::cos(angle));
+  EXPECT_NEAR(trial.velocity()[0] - before[0], expected, 0.01 * expected);
+  EXPECT_GT(trial.deepest(), -1e-12);
+}
+
+TEST_P(InSteps, ADropGainsNoEnergy) {
+  Trial trial(GetParam().method, GetParam().young, slope(0, 0.5));
+  trial.move({0, 0, 0.1});
+  const double potential = measure(trial.system, trial.state).gravitational,
+               start = trial.body.total_mass() * g * 0.1;
+  bool touched = false;
+  for (int step = 1; step <= 60; ++step) {
+    trial.advance(step * frame);
+    EXPECT_LT(measure(trial.system, trial.state).total() - potential + start, 1.001 * start) << step;
+    EXPECT_GT(trial.deepest(), -1e-12) << step;
+    touched = touched || trial.deepest() < 1e-9;
+  }
+  EXPECT_TRUE(touched);
+}
+
+// An impact without gravity has no other scale than momentum.
+TEST(Bounds, StopABlockWithoutGravity) {
+  for (const std::string method : {"backward_euler_linear", "backward_euler", "implicit_midpoint"}) {
+    Trial trial(method, 1e6, {.planes = {{.friction = 0.4}}});
+    trial.move({0, 0, 0.01});
+    for (const std::ptrdiff_t site : trial.body.sites()) trial.state.v.set(site, {0.3, 0, -1});
+    trial.advance(0.5);
+    EXPECT_GT(trial.velocity()[2], 0) << method;
+    EXPECT_LT(trial.velocity()[0], 0.25) << method;
+    EXPECT_GE(trial.deepest(), -1e-12) << method;
+  }
+}
+
+TEST(Bounds, StopWhatComesToRest) {
+  for (const std::string method : {"static", "static/lbfgs"}) {
+    Trial on_ground(method, 1e6, slope(0, 0.5)), above(method, 1e6, slope(0, 0.5)),
+        sticking(method, 1e6, slope(19, 0.5));
+    above.move({0, 0, 0.1});
+    const double close = method == "static" ? 1e-6 : 5e-3;  // one moves until 1e-6 m are left
+    for (Trial* trial : {&on_ground, &above, &sticking}) {
+      trial->advance(1);
+      const Vec3 weight = trial->body.total_mass() * trial->system.environment().gravity;
+      EXPECT_LT((given(*trial, 0) + weight).norm(), close * weight.norm()) << method;  // in one second
+      EXPECT_GE(trial->deepest(), -1e-12) << method;
+    }
+    EXPECT_NEAR(above.mean_at(0.2)[2], on_ground.mean_at(0.2)[2], 1e-7) << method;
+    EXPECT_NEAR(0.2 - on_ground.mean_at(0.2)[2], 1.8e-4, 2e-6) << method;
+    Trial sliding(method, 1e6, slope(30, 0.3));
+    EXPECT_EQ(sliding.method->advance(sliding.system, sliding.state, 1, sliding.work),
+              Status::newton_stalled);
+  }
+}
+
+TEST(Bounds, AGrooveHoldsABlock) {
+  for (const std::string& method : and_also(by_newton, {"backward_euler/lbfgs", "vbd:20", "xpbd:20"})) {
+    SCOPED_TRACE(method);
+    Environment groove{.gravity = {-g / 2, 0, -g}};
+    for (const Vec3& normal : {Vec3(1, 0, 0), Vec3(0, 0, 1)})
+      groove.planes.push_back({.normal = normal, .friction = 0.2});
+    Trial trial(method, 1e5, groove);
+    trial.move({0.01, 0, 0.01});
+    trial.advance(4);
+    EXPECT_GT(trial.deepest(), -1e-12);
+    EXPECT_LT(trial.deepest(), 1e-12);
+    const Vec3 bottom = trial.mean_at(0);
+    EXPECT_NEAR(bottom[0], 0.1, 0.002);
+    EXPECT_NEAR(bottom[2], 0, 0.001);
+    trial.advance(5);
+    EXPECT_LT((trial.mean_at(0) - bottom).norm(), 1e-4);
+  }
+}
+
+TEST(Bounds, LiftWhatStartsBehindThem) {
+  for (const std::string method :
+       {"verlet", "backward_euler", "backward_euler_linear", "tr_bdf2", "generalized_alpha",
+        "energy_momentum", "backward_euler/lbfgs", "xpbd:20", "vbd:20"}) {
+    SCOPED_TRACE(method);
+    Trial trial(method, 1e6, slope(0, 0.5), 1, method == "verlet" ? 2e-4 : frame);
+    trial.move({0, 0, -0.01});
+    const double start = measure(trial.system, trial.state).total();
+    double fastest = 0, highest = start;
+    for (int step = 1; step <= 60; ++step) {
+      trial.advance(step * frame);
+      const Measures now = measure(trial.system, trial.state);
+      fastest = std::max(fastest, now.max_speed);
+      highest = std::max(highest, now.total());
+    }
+    EXPECT_GT(trial.deepest(), -1e-12);
+    EXPECT_LT(fastest, 0.5);  // it is lifted at .1 m/s
+    EXPECT_LT(highest - start, 1.5 * trial.body.total_mass() * g * 0.01);
+  }
+}
+
+TEST(Bounds, HaveNoPreferredDirection) {
+  const Eigen::Matrix3d turn =
+      Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), Vec3(1, 2, 3)).toRotationMatrix();
+  for (const std::string method : {"backward_euler", "backward_euler/lbfgs", "vbd:20", "xpbd:20"}) {
+    const Environment level = slope(30, 0.3);
+    Environment turned = level;
+    turned.gravity = turn * level.gravity;
+    turned.planes[0].normal = turn * level.planes[0].normal;
+    Trial one(method, 1e6, level), other(method, 1e6, turned);
+    for (const std::ptrdiff_t site : other.body.sites())
+      other.state.x.set(site, turn * other.state.x.at(site));
+    one.advance(0.5);
+    other.advance(0.5);
+    double apart = 0;
+    for (const std::ptrdiff_t site : one.body.sites())
+      apart = std::max(apart, (turn * one.state.x.at(site) - other.state.x.at(site)).norm());
+    EXPECT_LT(apart, 1e-9) << method;
+  }
+}
+
+TEST(Bounds, AreTheSameBitsForAnyThreads) {
+  for (const std::string method :
+       {"backward_euler", "backward_euler/lbfgs", "vbd:5", "xpbd:5", "shape_matching"}) {
+    const double dt = method == "shape_matching" ? 1e-3 : frame;
+    Trial one(method, 1e6, slope(10, 0.4), 1, dt);
+    one.advance(0.3);
+    for (const int threads : {2, 3, 8}) {
+      Trial other(method, 1e6, slope(10, 0.4), threads, dt);
+      other.advance(0.3);
+      EXPECT_EQ(std::memcmp(one.state.x.axis(0), other.state.x.axis(0),
+                            std::size_t(one.state.x.size()) * sizeof(double)),
+                0)
+          << method << " " << threads;
+    }
+  }
+}
+
+TEST(Vbd, FallsFreelyAtAnyStiffness) {
+  for (const double young : {1e4, 1e7})
+    for (const char* method : {"vbd", "vbd:5", "vbd:20"}) {
+      Trial trial(method, young, {.gravity = {0, 0, -g}});
+      trial.advance(1);
+      EXPECT_NEAR(trial.velocity()[2] / -g, 1, 1e-6) << method << " " << young;
+    }
+}
+
+}  // namespace
+}  // namespace mss
