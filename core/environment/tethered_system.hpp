@@ -55,7 +55,6 @@ class TetheredSystem final : public SystemWrapper<Real> {
                  const Field<Real>& p, Field<Real>& out) override;
     void diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                   std::vector<Eigen::Matrix3d>& blocks) override;
-    const BodySystem<Real>* body_system() const override { return other().body_system(); }
 
    private:
     Tangents<Real>& other() const { return *system_.other().tangents(); }

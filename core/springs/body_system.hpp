@@ -49,6 +49,7 @@ class BodySystem : public SolidSystem<Real> {
   void constrain(double t, Field<Real>& x, Field<Real>& v) const override;
   void clear_prescribed(Field<Real>& field) const override { held_.clear(field); }
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
+  const BodySystem<Real>* cells() const override { return this; }
   BodyEvents<Real>* events() override { return &events_; }
   void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) override {
     team_.for_each(count, task);

@@ -23,7 +23,6 @@ class BodyTangents : public Tangents<Real> {
                const Field<Real>& p, Field<Real>& out) final;
   void diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                 std::vector<Eigen::Matrix3d>& diagonal) final;
-  const BodySystem<Real>* body_system() const final { return &system_; }
 
  protected:
   const Body& body() const { return system_.body(); }

@@ -46,6 +46,7 @@ class SpringSystem final : public BodySystem<Real> {
 
   void force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) override;
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
+  const SpringSystem<Real>* springs() const override { return this; }
   Tangents<Real>* tangents() override { return &tangents_; }
   DiscreteGradient<Real>* discrete_gradient() override { return &discrete_gradient_; }
   void apply(const KickDrift& update, const Field<Real>& a, double dt, State<Real>& state) const override;

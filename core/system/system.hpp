@@ -14,9 +14,13 @@
 namespace mss {
 
 template <class Real>
+class BodySystem;
+template <class Real>
 class DiscreteGradient;
 class PlaneBounds;
 class PlaneImpulses;
+template <class Real>
+class SpringSystem;
 
 /// The linear update that every one-stage explicit method makes from an acceleration a:
 ///   v' = (v + kick_before a) + kick_after a,   x' = x + drift_old v + drift_new v'.
@@ -65,6 +69,12 @@ class System {
 
   /// Derivatives of the forces; nullptr if the model has none, and then only explicit methods can be used.
   virtual Tangents<Real>* tangents() { return nullptr; }
+
+  /// The body of cells that the system moves, but for forces that a wrapper adds, for solvers that work on
+  /// larger cells; nullptr if there is none.
+  virtual const BodySystem<Real>* cells() const { return nullptr; }
+  /// The same if its cells are of springs, for methods that step these one by one.
+  virtual const SpringSystem<Real>* springs() const { return nullptr; }
 
   /// What an energy-conserving method needs beside the force; nullptr if the model has none.
   virtual DiscreteGradient<Real>* discrete_gradient() { return nullptr; }

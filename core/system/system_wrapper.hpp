@@ -20,6 +20,8 @@ class SystemWrapper : public System<Real> {
   void constrain(double t, Field<Real>& x, Field<Real>& v) const final { other_.constrain(t, x, v); }
   void clear_prescribed(Field<Real>& field) const override { other_.clear_prescribed(field); }
   Tangents<Real>* tangents() override { return other_.tangents(); }
+  const BodySystem<Real>* cells() const final { return other_.cells(); }
+  const SpringSystem<Real>* springs() const final { return other_.springs(); }
   DiscreteGradient<Real>* discrete_gradient() override { return other_.discrete_gradient(); }
   StepEvents<Real>* events() override { return other_.events(); }
   const PlaneBounds* bounds() const final { return other_.bounds(); }

@@ -32,9 +32,6 @@ struct Unknown {
 /// Rows in compressed form; rows and columns are unknowns.
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
 
-template <class Real>
-class BodySystem;
-
 /// Derivatives of a system's forces: what implicit methods, equilibria and modes need and explicit methods do
 /// not.
 template <class Real>
@@ -64,10 +61,6 @@ class Tangents {
   /// overwritten.
   virtual void diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
                         std::vector<Eigen::Matrix3d>& blocks) = 0;
-
-  /// The body of cells that these are (nearly) the tangents of, for solvers that work on coarser ones;
-  /// nullptr if there is none.
-  virtual const BodySystem<Real>* body_system() const { return nullptr; }
 };
 
 }  // namespace mss

@@ -22,7 +22,7 @@ class Automatic final : public LinearSolver {
                  const TangentSum& sum, Work& work) override {
     if (!chosen_) {
       const bool large = system.particles().size() > most_factored;
-      const bool has_cells = tangents_of(system).body_system() != nullptr;
+      const bool has_cells = system.cells() != nullptr;
       chosen_ = (large && has_cells ? multigrid() : cholmod()).make(tolerance_);
     }
     return chosen_->prepare(system, t, x, v, sum, work);

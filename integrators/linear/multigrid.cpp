@@ -81,7 +81,7 @@ void Multigrid::add_penalties(const BodySystem<double>& body_system, const Field
 
 Status Multigrid::prepare_preconditioner(System<double>& system, double, const Field<double>& x,
                                          const Field<double>& v, const TangentSum& sum, Work&) {
-  const BodySystem<double>* body_system = tangents_of(system).body_system();
+  const BodySystem<double>* body_system = system.cells();
   if (!body_system)
     throw InputError(
         "the linear solver 'multigrid' needs a body of cells, which this model is not; choose 'matrix_free' "

@@ -242,7 +242,7 @@ class Separable final : public MatrixFree {
   Status prepare_preconditioner(System<double>& system, double, const Field<double>&, const Field<double>&,
                                 const TangentSum& sum, Work&) override {
     system_ = &system;
-    const auto* springs = dynamic_cast<const SpringSystem<double>*>(tangents_of(system).body_system());
+    const SpringSystem<double>* springs = system.springs();
     if (!springs)
       throw InputError(
           "the linear solver 'separable' is for boxes of springs, which this model is not; choose "

@@ -108,7 +108,6 @@ class BoundedSystem final : public SystemWrapper<double> {
                  const Field<double>& p, Field<double>& out) override;
     void diagonal(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
                   std::vector<Eigen::Matrix3d>& blocks) override;
-    const BodySystem<double>* body_system() const override { return other().body_system(); }
 
    private:
     Tangents<double>& other() const { return *system_.other().tangents(); }

@@ -166,7 +166,7 @@ class QuasiNewton final : public NonlinearSolver {
 
 /// The springs that a system drives.
 const SpringSystem<double>& springs_of(System<double>& system, const std::string& name) {
-  const auto* springs = dynamic_cast<const SpringSystem<double>*>(tangents_of(system).body_system());
+  const SpringSystem<double>* springs = system.springs();
   if (!springs)
     throw InputError(fmt::format(
         "nonlinear_solver \"{}\" needs the constant matrix of springs, which this model has not; \"newton\" "

@@ -4,8 +4,7 @@ namespace mss {
 
 template <class Real>
 const SpringSystem<Real>& springs_for(System<Real>& system, const std::string& method) {
-  Tangents<Real>* tangents = system.tangents();
-  const auto* springs = dynamic_cast<const SpringSystem<Real>*>(tangents ? tangents->body_system() : nullptr);
+  const SpringSystem<Real>* springs = system.springs();
   if (!springs)
     throw InputError(fmt::format(
         "{} steps bodies of springs in a way of its own, which this model has not; choose the model "
