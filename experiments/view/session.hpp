@@ -5,11 +5,11 @@
 #include <optional>
 #include <string>
 
+#include "core/environment/tethered_system.hpp"
 #include "core/measures/measures.hpp"
 #include "core/scene/scene.hpp"
 #include "core/scene/scene_edit.hpp"
 #include "core/springs/body_system.hpp"
-#include "core/environment/tethered_system.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss::view {

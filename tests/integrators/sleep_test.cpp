@@ -4,8 +4,8 @@
 
 #include <cstring>
 
-#include "core/springs/spring_system.hpp"
 #include "core/environment/tethered_system.hpp"
+#include "core/springs/spring_system.hpp"
 #include "integrators/analysis/stable_step.hpp"
 #include "integrators/integrator.hpp"
 

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/measures/measures.hpp"
 #include "core/environment/tethered_system.hpp"
+#include "core/measures/measures.hpp"
 #include "integrators/analysis/stable_step.hpp"
 #include "tests/differences.hpp"
 #include "tests/random_bodies.hpp"
