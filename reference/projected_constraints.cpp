@@ -7,7 +7,7 @@ namespace mss::reference {
 
 namespace {
 
-/// The order of a cell's springs, of integrators/position_based/projection_kernel.hpp.
+/// The order of a cell's springs, of integrators/position_based/xpbd_loops.hpp.
 constexpr int order[] = {3, 10, 11, 4, 12, 5, 7, 9, 0, 8, 1, 2, 6};
 
 /// 1 or -1: on which side of the cell's middle a corner is.

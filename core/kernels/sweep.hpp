@@ -2,8 +2,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
+#include "core/kernels/dispatch.hpp"
 #include "core/kernels/local_step.hpp"
 
 namespace mss {
@@ -164,8 +164,7 @@ void add_fold_guard_change(double stiffness, double shortest, const double (&cor
 void add_fold_guard_diagonal(double stiffness, double shortest, const double (&corners)[8][3], bool projected,
                              double (&blocks)[8][6]);
 
-/// The kernels this processor can run, slowest first; never empty.
-template <class Real>
-const std::vector<SweepKernel<Real>>& sweep_kernels();
+MSS_KERNEL_COPIES(SweepKernel<float>);
+MSS_KERNEL_COPIES(SweepKernel<double>);
 
 }  // namespace mss

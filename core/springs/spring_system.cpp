@@ -19,7 +19,7 @@ static_assert(springs_per_site == int(spring_slots.size()) && weights_per_lane =
 
 template <class Real>
 SweepKernel<Real> find_kernel(const std::string& name) {
-  const auto& kernels = sweep_kernels<Real>();
+  const auto& kernels = runnable_copies<SweepKernel<Real>>();
   if (name.empty()) return kernels.back();
   std::string known;
   for (const auto& kernel : kernels) {

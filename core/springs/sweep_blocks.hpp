@@ -42,7 +42,7 @@ class SweepBlocks {
   /// The number of blocks in the planes below this one.
   std::size_t before(int plane) const { return before_[std::size_t(plane)]; }
   /// Where sums must be set to zero before a plane is swept: sites of blocks of this plane and the next one
-  /// whose sums no block of the row before begins (see pass_on in sweep_kernel.hpp).
+  /// whose sums no block of the row before begins (see pass_on in sweep_loops.hpp).
   std::span<const BlockRun> zeroed(int plane) const { return zeroed_.of(plane); }
 
  private:

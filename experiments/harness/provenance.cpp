@@ -64,7 +64,7 @@ Json openmp_settings() {
 
 Json sweep_kernel_names() {
   Json names = Json::array();
-  for (const auto& kernel : sweep_kernels<double>()) names.push_back(kernel.name);
+  for (const auto& kernel : runnable_copies<SweepKernel<double>>()) names.push_back(kernel.name);
   return names;
 }
 

@@ -14,7 +14,7 @@
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
 #include "integrators/nonlinear/implicit_stage.hpp"
-#include "integrators/position_based/pass_method.hpp"
+#include "integrators/position_based/position_based_integrator.hpp"
 
 namespace mss {
 

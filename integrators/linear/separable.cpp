@@ -176,7 +176,7 @@ void SeparableSolver::solve(const double* rhs, double* solution, std::ptrdiff_t 
   Coordinate& coordinate = coordinates_[std::size_t(axis)];
   const auto& [x, y, z] = std::tie(coordinate.axes[0], coordinate.axes[1], coordinate.axes[2]);
   double *first = coordinate.room[0].data(), *second = coordinate.room[1].data();
-  const VectorKernels& kernels = vector_kernels();
+  const VectorKernels& kernels = fastest_copy<VectorKernels>();
   const auto along = [&](const AxisBasis& basis, const double* vectors, const double* in,
                          std::ptrdiff_t count, std::ptrdiff_t stride, double* out,
                          const double* scale = nullptr) {

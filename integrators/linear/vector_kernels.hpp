@@ -2,6 +2,8 @@
 
 #include <cstddef>
 
+#include "core/kernels/dispatch.hpp"
+
 namespace mss {
 
 /// out[i n + l] = sum_k in[k stride + i] basis[k columns + l] for i in [0, count), k and l in [0, n): a small
@@ -37,7 +39,6 @@ struct VectorKernels {
                    std::ptrdiff_t n);
 };
 
-/// The fastest that this processor runs.
-const VectorKernels& vector_kernels();
+MSS_KERNEL_COPIES(VectorKernels);
 
 }  // namespace mss

@@ -225,8 +225,8 @@ void QuasiNewton::move(System<double>& system, const ImplicitStage& stage, State
                        double length) {
   const Field<double>& p = pairs_.s[std::size_t(pairs_.count)];
   sum_over_parts(system, [&](std::ptrdiff_t first, std::ptrdiff_t n, Sums&) {
-    vector_kernels().move(length, from(p, first), stage.gamma_x, from(*stage.x_base, first),
-                          from(state.v, first), from(state.x, first), n);
+    fastest_copy<VectorKernels>().move(length, from(p, first), stage.gamma_x, from(*stage.x_base, first),
+                                       from(state.v, first), from(state.x, first), n);
   });
   system.constrain(stage.t, state.x, state.v);
 }
@@ -237,8 +237,9 @@ void QuasiNewton::evaluate(System<double>& system, const ImplicitStage& stage, S
   stage_force(system, stage, state, x_end_, gradient_);
   ++work.force_evaluations;
   sum_over_parts(system, [&](std::ptrdiff_t first, std::ptrdiff_t n, Sums&) {
-    vector_kernels().gradient(from(mass_, first), from(state.v, first), from(*stage.v_base, first),
-                              stage.gamma, from(gradient_, first), n);
+    fastest_copy<VectorKernels>().gradient(from(mass_, first), from(state.v, first),
+                                           from(*stage.v_base, first), stage.gamma, from(gradient_, first),
+                                           n);
   });
   if (bounded_) {
     impulse_.array() = -gradient_.array();
@@ -251,8 +252,8 @@ void QuasiNewton::measure_gradient(System<double>& system) {
   const Field<double>& p = pairs_.s[std::size_t(pairs_.count)];
   const Sums sums = sum_over_parts(system, [&](std::ptrdiff_t first, std::ptrdiff_t n, Sums& sum) {
     const double* g = from(gradient_, first);
-    sum[0] = vector_kernels().dot(g, g, n);
-    sum[1] = vector_kernels().dot(g, from(p, first), n);
+    sum[0] = fastest_copy<VectorKernels>().dot(g, g, n);
+    sum[1] = fastest_copy<VectorKernels>().dot(g, from(p, first), n);
   });
   norm_ = std::sqrt(sums[0]);
   slope_now_ = sums[1];
@@ -290,12 +291,12 @@ void QuasiNewton::choose_step(System<double>& system, Work& work) {
   const Sums sums = sum_over_parts(system, [&](std::ptrdiff_t first, std::ptrdiff_t n, Sums& sum) {
     double* out = from(p, first);
     std::fill_n(out, n, 0.0);
-    vector_kernels().add(-1, from(z_, first), out, n);
+    fastest_copy<VectorKernels>().add(-1, from(z_, first), out, n);
     for (int i = 0; i < count; ++i) {
-      vector_kernels().add(-of_s[i], from(pairs_.s[std::size_t(i)], first), out, n);
-      vector_kernels().add(-of_u[i], from(pairs_.u[std::size_t(i)], first), out, n);
+      fastest_copy<VectorKernels>().add(-of_s[i], from(pairs_.s[std::size_t(i)], first), out, n);
+      fastest_copy<VectorKernels>().add(-of_u[i], from(pairs_.u[std::size_t(i)], first), out, n);
     }
-    sum[0] = vector_kernels().dot(out, out, n);
+    sum[0] = fastest_copy<VectorKernels>().dot(out, out, n);
   });
   size_ = std::sqrt(sums[0]);
 }
@@ -315,10 +316,10 @@ void QuasiNewton::take_products(System<double>& system) {
         for (std::ptrdiff_t i = 0; i < n; ++i) s[i] *= length_;
     }
     for (std::size_t i = 0; i < std::size_t(products); ++i) {
-      sum[2 * i] = vector_kernels().dot(from(pairs_.s[i], first), g, n);
-      sum[2 * i + 1] = vector_kernels().dot(from(pairs_.u[i], first), g, n);
+      sum[2 * i] = fastest_copy<VectorKernels>().dot(from(pairs_.s[i], first), g, n);
+      sum[2 * i + 1] = fastest_copy<VectorKernels>().dot(from(pairs_.u[i], first), g, n);
     }
-    sum.back() = vector_kernels().dot(from(z_, first), g, n);
+    sum.back() = fastest_copy<VectorKernels>().dot(from(z_, first), g, n);
   });
   Products sg = Products::Zero(), ug = Products::Zero();
   for (int i = 0; i < products; ++i) {

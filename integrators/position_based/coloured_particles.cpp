@@ -9,7 +9,7 @@ template <class Real>
 ColouredParticles<Real>::ColouredParticles(const SpringSystem<Real>& springs, System<Real>& system)
     : body_(springs.body()),
       system_(system),
-      kernel_(projection_kernels<Real>().back()),
+      kernel_(fastest_copy<XpbdKernel<Real>>()),
       lattice_(body_.lattice()) {
   for (Field<Real>* field : {&x_, &v_, &u_, &acceleration_, &inverse_mass_})
     *field = Field<Real>(lattice_.size());

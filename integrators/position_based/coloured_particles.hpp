@@ -7,7 +7,7 @@
 
 #include "core/springs/spring_system.hpp"
 #include "integrators/position_based/coloured_lattice.hpp"
-#include "integrators/position_based/projection.hpp"
+#include "integrators/position_based/xpbd_kernel.hpp"
 
 namespace mss {
 
@@ -71,7 +71,7 @@ class ColouredParticles {
 
   const Body& body_;
   System<Real>& system_;
-  const ProjectionKernel<Real>& kernel_;
+  const XpbdKernel<Real>& kernel_;
   ColouredLattice lattice_;
   std::vector<std::ptrdiff_t> index_;     ///< of every particle
   std::vector<std::uint32_t> mass_kind_;  ///< per index

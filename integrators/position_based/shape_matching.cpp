@@ -6,7 +6,7 @@
 // it: `solve.region_width` and `solve.alpha` make a body stiff or soft, not Young's modulus. At rest
 // alpha (goal - x) = -dt^2 a, so how far it hangs through depends on alpha / dt^2. Double precision only:
 // what rounding does to a goal is divided by dt, and in single precision a free body drifts.
-#include "integrators/position_based/pass_method.hpp"
+#include "integrators/position_based/position_based_integrator.hpp"
 #include "integrators/position_based/shape_matching_solver.hpp"
 
 namespace mss {
@@ -21,7 +21,8 @@ std::unique_ptr<ShapeMatching> make_passes(const SpringSystem<double>& springs, 
 /// One pass a step: goals follow from where particles were at its beginning.
 std::unique_ptr<Integrator<double>> make(IntegratorOptions options) {
   options.iterations = 1;
-  return std::make_unique<PassMethod<double, ShapeMatching>>(options, "shape_matching", make_passes);
+  return std::make_unique<PositionBasedIntegrator<double, ShapeMatching>>(options, "shape_matching",
+                                                                          make_passes);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ ShapeMatching::ShapeMatching(const SpringSystem<double>& springs, System<double>
                              int width, double alpha)
     : body_(springs.body()),
       system_(system),
-      kernel_(shape_kernels().back()),
+      kernel_(fastest_copy<ShapeKernel>()),
       dt_(dt),
       width_(width),
       whole_body_(width == 0) {

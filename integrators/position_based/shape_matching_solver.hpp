@@ -5,7 +5,7 @@
 
 #include "core/springs/spring_system.hpp"
 #include "integrators/position_based/displacement_contact.hpp"
-#include "integrators/position_based/shape_sums.hpp"
+#include "integrators/position_based/shape_kernel.hpp"
 
 namespace mss {
 

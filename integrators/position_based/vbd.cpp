@@ -1,28 +1,28 @@
 // Vertex block descent (Chen, Liu, Yang and Yuksel, ACM TOG 43 (2024) 116): a step of backward Euler as the
-// minimum of kinetic and stored energy, sought particle by particle (integrators/position_based/descent.hpp),
-// in `solve.iterations` passes from x_n + dt v_n:
+// minimum of kinetic and stored energy, sought particle by particle
+// (integrators/position_based/vbd_kernel.hpp), in `solve.iterations` passes from x_n + dt v_n:
 //   x_{n+1} = x_n + u,   v_{n+1} = u / dt.
 // With enough passes it is backward Euler; with few it is softer, more damped, and does not keep linear
 // momentum, because the last particle moves among neighbours that have moved already. Stable at any step.
 // `solve.acceleration` rho > 0 adds Chebyshev's semi-iteration, for rho the spectral radius of a pass; too
 // large a rho makes passes diverge.
-#include "integrators/position_based/pass_method.hpp"
-#include "integrators/position_based/vertex_descent.hpp"
+#include "integrators/position_based/position_based_integrator.hpp"
+#include "integrators/position_based/vbd_solver.hpp"
 
 namespace mss {
 
 namespace {
 
 template <class Real>
-std::unique_ptr<VertexDescent<Real>> make_passes(const SpringSystem<Real>& springs, System<Real>& system,
-                                                 const IntegratorOptions& options) {
+std::unique_ptr<VbdSolver<Real>> make_passes(const SpringSystem<Real>& springs, System<Real>& system,
+                                             const IntegratorOptions& options) {
   check_local_solutions(springs.body().config(), "vbd");
-  return std::make_unique<VertexDescent<Real>>(springs, system, options.dt, options.acceleration);
+  return std::make_unique<VbdSolver<Real>>(springs, system, options.dt, options.acceleration);
 }
 
 template <class Real>
 std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) {
-  return std::make_unique<PassMethod<Real, VertexDescent<Real>>>(options, "vbd", make_passes<Real>);
+  return std::make_unique<PositionBasedIntegrator<Real, VbdSolver<Real>>>(options, "vbd", make_passes<Real>);
 }
 
 }  // namespace

@@ -39,7 +39,8 @@ void sweep(benchmark::State& bench) {
   BodyConfig config = timing_cube(cells(bench));
   config.fold_guard = guarded ? default_fold_guard : 0;
   const Body body(config);
-  SpringSystem<Real> system(body, {.gravity = gravity}, {threads(bench), sweep_kernels<Real>()[kernel].name});
+  SpringSystem<Real> system(body, {.gravity = gravity},
+                            {threads(bench), runnable_copies<SweepKernel<Real>>()[kernel].name});
   State<Real> state = system.rest_state();
   const double dt = TimingWorkload::dt;
   while (bench.KeepRunning()) system.kick_drift({.kick_before = dt, .drift_new = dt}, dt, 1, state);
@@ -143,7 +144,7 @@ template <class Real, std::size_t... kernel>
 void add_sweeps(const char* precision, const std::vector<std::int64_t>& thread_counts,
                 std::index_sequence<kernel...>) {
   const auto add_one = [&](const char* name, std::size_t place, void (*function)(benchmark::State&)) {
-    const auto& kernels = sweep_kernels<Real>();
+    const auto& kernels = runnable_copies<SweepKernel<Real>>();
     if (place < kernels.size())
       add(fmt::format("{}/{}/{}", name, kernels[place].name, precision), function, thread_counts);
   };

@@ -153,7 +153,7 @@ bool add_rows(int n, const FeatureTimingConfig& config, const Progress& progress
 
 template <class Real>
 SweepKernel<Real> general_kernel() {
-  SweepKernel<Real> kernel = sweep_kernels<Real>().back();
+  SweepKernel<Real> kernel = fastest_copy<SweepKernel<Real>>();
   const Sweep<Real> own = kernel.plain.own_dampings.any, weighted = kernel.plain.weighted_dampers.any;
   kernel.plain.own_dampings = {own, own, own, own, own};
   kernel.plain.weighted_dampers = kernel.plain.undamped = {weighted, weighted, weighted, weighted, weighted};

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/team.hpp"
-#include "core/kernels/instruction_sets.hpp"
+#include "core/kernels/dispatch.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/studies/timing/peaks.hpp"
 #include "experiments/studies/timing/timing.hpp"
@@ -108,7 +108,7 @@ Table empty_peaks() {
 }
 
 void add_peaks(int pass, const std::vector<int>& threads, Table& peaks) {
-  const PeakLoops loops = runnable_copies(peaks_baseline, peaks_v3, peaks_v4).back();
+  const PeakLoops loops = fastest_copy<PeakLoops>();
   for (const int count : threads) {
     Team team(count);
     const auto add = [&](const char* quantity, bool single, const Rates& rates) {

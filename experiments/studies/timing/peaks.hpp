@@ -2,6 +2,8 @@
 
 #include <cstddef>
 
+#include "core/kernels/dispatch.hpp"
+
 namespace mss::studies::timing {
 
 /// A loop of fused multiply-adds on registers.
@@ -18,9 +20,8 @@ struct PeakLoops {
   void (*triad)(double* a, const double* b, const double* c, double s, std::ptrdiff_t count);
 };
 
-/// Those of each instruction set; see runnable_copies() for which of them a processor can run.
-PeakLoops peaks_baseline();
-PeakLoops peaks_v3();
-PeakLoops peaks_v4();
-
 }  // namespace mss::studies::timing
+
+namespace mss {
+MSS_KERNEL_COPIES(studies::timing::PeakLoops);
+}  // namespace mss

@@ -54,14 +54,14 @@ void compare_all_with_oracle(double tolerance) {
   for_each_config([&](BodyConfig config, const std::string& name) {
     for (const auto topology : {Topology::full, Topology::edges_body, Topology::one_diagonal})
       for (const double guard : {0.0, 10.0})
-        for (const auto& kernel : sweep_kernels<Real>()) {
+        for (const auto& kernel : runnable_copies<SweepKernel<Real>>()) {
           config.topology = topology;
           config.fold_guard = guard;
           compare_with_oracle(config, kernel, tolerance, name);
           ++checked;
         }
   });
-  EXPECT_EQ(checked, 40 * 3 * 2 * int(sweep_kernels<Real>().size()));
+  EXPECT_EQ(checked, 40 * 3 * 2 * int(runnable_copies<SweepKernel<Real>>().size()));
 }
 
 TEST(LocalFill, ForcesEqualOracleInDouble) { compare_all_with_oracle<double>(1e-12); }
@@ -164,7 +164,7 @@ TEST(LocalFill, ProductsAndDiagonalsAreTheMatrixs) {
   for_each_config([&](BodyConfig config, const std::string& name) {
     if (config.voxels.count() > 40) return;
     config.fold_guard = 5;
-    for (const auto& kernel : sweep_kernels<double>())
+    for (const auto& kernel : runnable_copies<SweepKernel<double>>())
       for (const auto kind : {Tangent::elastic, Tangent::projected}) {
         Scenario s(config, kernel.name);
         const TangentSum sum{.mass = 2, .damping = 0.3, .stiffness = 5, .kind = kind};
@@ -187,7 +187,7 @@ TEST(LocalFill, ProductsAndDiagonalsAreTheMatrixs) {
         ++checked;
       }
   });
-  EXPECT_EQ(checked, 3 * 4 * 2 * int(sweep_kernels<double>().size()));
+  EXPECT_EQ(checked, 3 * 4 * 2 * int(runnable_copies<SweepKernel<double>>().size()));
 }
 
 TEST(LocalFill, KeepsLinearAndAngularMomentum) {

@@ -20,7 +20,7 @@ void check_all_forces(double tolerance) {
       for (const auto sharing : {Sharing::weighted, Sharing::uniform})
         for (const auto law :
              {Damping::Law::none, Damping::Law::ratio, Damping::Law::thesis, Damping::Law::viscosity})
-          for (const auto& kernel : sweep_kernels<Real>())
+          for (const auto& kernel : runnable_copies<SweepKernel<Real>>())
             for (const int threads : {1, 2}) {
               BodyConfig config = testing::test_config(shape.voxels);
               config.topology = topology;
@@ -32,7 +32,7 @@ void check_all_forces(double tolerance) {
                   << int(law) << " kernel " << kernel.name << " threads " << threads;
               ++checked;
             }
-  EXPECT_EQ(checked, 10 * 3 * 2 * 4 * 2 * int(sweep_kernels<Real>().size()));
+  EXPECT_EQ(checked, 10 * 3 * 2 * 4 * 2 * int(runnable_copies<SweepKernel<Real>>().size()));
 }
 
 TEST(Force, EqualsOracleInDouble) { check_all_forces<double>(1e-12); }
@@ -53,7 +53,7 @@ void check_guarded_forces(double tolerance) {
   for (const auto& shape : testing::test_shapes())
     for (const double amplitude : {0.2, 0.35, 0.7})
       for (const Content& content : contents)
-        for (const auto& kernel : sweep_kernels<Real>()) {
+        for (const auto& kernel : runnable_copies<SweepKernel<Real>>()) {
           BodyConfig config = testing::test_config(shape.voxels);
           config.damping.law = amplitude < 0.5 ? Damping::Law::none : Damping::Law::ratio;
           config.topology = content.topology;
@@ -66,7 +66,7 @@ void check_guarded_forces(double tolerance) {
               << shape.name << " amplitude " << amplitude << " kernel " << kernel.name;
           ++checked;
         }
-  EXPECT_EQ(checked, 10 * 3 * 5 * int(sweep_kernels<Real>().size()));
+  EXPECT_EQ(checked, 10 * 3 * 5 * int(runnable_copies<SweepKernel<Real>>().size()));
 }
 
 TEST(Force, OfTheFoldGuardEqualsOracleInDouble) { check_guarded_forces<double>(1e-12); }

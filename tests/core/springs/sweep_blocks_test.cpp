@@ -68,7 +68,7 @@ TEST(SweepBlocks, OfABallAreFewerThanThoseOfItsBox) {
 TEST(SweepBlocks, ForgetWhatADivergedBodyLeft) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   for (const auto& shape : testing::test_shapes())
-    for (const auto& kernel : sweep_kernels<double>())
+    for (const auto& kernel : runnable_copies<SweepKernel<double>>())
       for (const int threads : {1, 2}) {
         const Body body(testing::test_config(shape.voxels));
         SpringSystem<double> used(body, {}, {threads, kernel.name}), fresh(body, {}, {threads, kernel.name});

@@ -127,7 +127,7 @@ void compare_products(double tolerance) {
   for (const auto& shape : testing::test_shapes())
     for (const auto topology : {Topology::full, Topology::edges_body, Topology::one_diagonal})
       for (const auto kind : {Tangent::elastic, Tangent::projected})
-        for (const auto& kernel : sweep_kernels<Real>())
+        for (const auto& kernel : runnable_copies<SweepKernel<Real>>())
           for (const int threads : {1, 3}) {
             BodyConfig config = testing::test_config(shape.voxels);
             config.topology = topology;
@@ -153,7 +153,7 @@ void compare_products(double tolerance) {
                 << shape.name << " " << kernel.name;
             ++checked;
           }
-  EXPECT_EQ(checked, 10 * 3 * 2 * 2 * int(sweep_kernels<Real>().size()));
+  EXPECT_EQ(checked, 10 * 3 * 2 * 2 * int(runnable_copies<SweepKernel<Real>>().size()));
 }
 TEST(Tangent, ProductEqualsTheMatrixInDouble) { compare_products<double>(1e-13); }
 TEST(Tangent, ProductEqualsTheMatrixInSingle) { compare_products<float>(1e-5); }
@@ -162,7 +162,7 @@ template <class Real>
 void compare_diagonals(double tolerance) {
   for (const auto& shape : testing::test_shapes())
     for (const double guard : {0.0, 5.0})
-      for (const auto& kernel : sweep_kernels<Real>()) {
+      for (const auto& kernel : runnable_copies<SweepKernel<Real>>()) {
         BodyConfig config = testing::test_config(shape.voxels);
         config.fold_guard = guard;
         const Body body(config);

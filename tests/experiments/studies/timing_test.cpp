@@ -8,7 +8,7 @@
 #include <functional>
 #include <utility>
 
-#include "core/kernels/instruction_sets.hpp"
+#include "core/kernels/dispatch.hpp"
 #include "core/springs/spring_system.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/timing/peaks.hpp"
@@ -267,7 +267,7 @@ TEST(TimingLimits, MeasuresThePeaksOfThisProcessor) {
 /// Single precision has twice the lanes of double. Chains begin at 1, 1.01, ...; every round halves their
 /// distance to 1, and their sum is returned.
 TEST(TimingLimits, PeakLoopsComputeWhatTheyCount) {
-  for (const PeakLoops& loops : runnable_copies(peaks_baseline, peaks_v3, peaks_v4)) {
+  for (const PeakLoops& loops : runnable_copies<PeakLoops>()) {
     EXPECT_EQ(loops.in_single.flops, 2 * loops.in_double.flops) << loops.instruction_set;
     for (const long rounds : {0, 1, 5}) {
       const double expected = 12 + 0.01 * 66 / double(1 << rounds);

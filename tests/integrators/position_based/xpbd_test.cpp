@@ -6,7 +6,7 @@
 #include "core/base/error.hpp"
 #include "core/environment/tethered_system.hpp"
 #include "integrators/integrator.hpp"
-#include "integrators/position_based/constraint_projection.hpp"
+#include "integrators/position_based/xpbd_solver.hpp"
 #include "reference/projected_constraints.hpp"
 #include "tests/random_bodies.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <cstddef>
 
-#include "core/kernels/loops.hpp"
+#include "core/kernels/independent_loop.hpp"
 #include "core/kernels/simd.hpp"
 #include "integrators/linear/vector_kernels.hpp"
 

@@ -16,7 +16,7 @@
 // not.
 
 #include "core/kernels/cell_vectors.hpp"
-#include "core/kernels/local_step_kernel.hpp"
+#include "core/kernels/local_step_loops.hpp"
 #include "core/kernels/sweep.hpp"
 
 namespace mss::MSS_ISA {
@@ -48,7 +48,7 @@ struct Cells {
 
   /// Springs in progress: differences d along them, |d|^2 and a first estimate of 1/|d|.
   template <int... Spring>
-  struct Started {
+  struct PendingSprings {
     static constexpr int count = sizeof...(Spring);
     static constexpr int spring[count] = {Spring...};
     Vec<Real> d[count];
@@ -57,8 +57,8 @@ struct Cells {
 
   /// The first half of the work on a few springs.
   template <int... Spring>
-  MSS_INLINE Started<Spring...> start() const {
-    Started<Spring...> s;
+  MSS_INLINE PendingSprings<Spring...> start() const {
+    PendingSprings<Spring...> s;
     for (int i = 0; i < s.count; ++i) s.d[i] = difference(p.x, s.spring[i]);
     for (int i = 0; i < s.count; ++i) s.squared[i] = squared_norm(s.d[i]);
     for (int i = 0; i < s.count; ++i) s.estimate[i] = rsqrt_estimate(s.squared[i]);
@@ -152,7 +152,7 @@ struct Cells {
 
   /// The 3 x 3 block of spring i of those started, across I + along d d^T.
   template <bool Projected, int... Spring>
-  MSS_INLINE SpringBlock<Real> spring_block(const Started<Spring...>& s, int i) const {
+  MSS_INLINE SpringBlock<Real> spring_block(const PendingSprings<Spring...>& s, int i) const {
     constexpr Real unscale = 1 / (rsqrt_scale<Real> * rsqrt_scale<Real>);
     const Pack<Real> r = scaled_rsqrt(s.squared[i], s.estimate[i]);
     const int spring = s.spring[i];
@@ -178,12 +178,12 @@ template <class Real, Dampers Damped>
 struct Force : Cells<Real> {
   using Cells<Real>::W, Cells<Real>::p, Cells<Real>::coefficient;
   template <int... Spring>
-  using Started = typename Cells<Real>::template Started<Spring...>;
+  using PendingSprings = typename Cells<Real>::template PendingSprings<Spring...>;
 
   /// The second half: the force of spring i of them, divided by |d|. Eq. 2-3 and 2-5, with 2-6 as a
   /// projection.
   template <int... Spring>
-  MSS_INLINE Pack<Real> tension(const Started<Spring...>& s, int i) const {
+  MSS_INLINE Pack<Real> tension(const PendingSprings<Spring...>& s, int i) const {
     const Pack<Real> r = scaled_rsqrt(s.squared[i], s.estimate[i]);
     const int spring = s.spring[i];
     if constexpr (Damped == Dampers::own) {
@@ -200,7 +200,7 @@ struct Force : Cells<Real> {
   }
 
   template <int... Spring>
-  MSS_INLINE void pull(const Started<Spring...>& s, Vec<Real> (&force)[8]) const {
+  MSS_INLINE void pull(const PendingSprings<Spring...>& s, Vec<Real> (&force)[8]) const {
     for (int i = 0; i < s.count; ++i) this->add_spring_force(s.spring[i], tension(s, i) * s.d[i], force);
   }
 
@@ -250,17 +250,17 @@ template <class Real, bool Projected>
 struct ForceChange : Cells<Real> {
   using Cells<Real>::W, Cells<Real>::p, Cells<Real>::coefficient;
   template <int... Spring>
-  using Started = typename Cells<Real>::template Started<Spring...>;
+  using PendingSprings = typename Cells<Real>::template PendingSprings<Spring...>;
 
   /// across (e - u u.e) + along u u.e, of spring i, whose ends move apart by e.
   template <int... Spring>
-  MSS_INLINE Vec<Real> response(const Started<Spring...>& s, int i, const Vec<Real>& e) const {
+  MSS_INLINE Vec<Real> response(const PendingSprings<Spring...>& s, int i, const Vec<Real>& e) const {
     const SpringBlock<Real> b = this->template spring_block<Projected>(s, i);
     return b.across * e + (b.along * dot(s.d[i], e)) * s.d[i];
   }
 
   template <int... Spring>
-  MSS_INLINE void pull(const Started<Spring...>& s, Vec<Real> (&force)[8]) const {
+  MSS_INLINE void pull(const PendingSprings<Spring...>& s, Vec<Real> (&force)[8]) const {
     for (int i = 0; i < s.count; ++i)
       this->add_spring_force(s.spring[i], response(s, i, this->difference(p.v, s.spring[i])), force);
   }
@@ -306,7 +306,7 @@ template <class Real, bool Projected, bool Mixed>
 struct DiagonalBlock : Cells<Real> {
   using Cells<Real>::p;
   template <int... Spring>
-  using Started = typename Cells<Real>::template Started<Spring...>;
+  using PendingSprings = typename Cells<Real>::template PendingSprings<Spring...>;
 
   /// The three numbers of d d^T.
   MSS_INLINE static Vec<Real> square(const Vec<Real>& d) {
@@ -316,7 +316,7 @@ struct DiagonalBlock : Cells<Real> {
       return {d.x * d.x, d.y * d.y, d.z * d.z};
   }
   template <int... Spring>
-  MSS_INLINE Vec<Real> block_of(const Started<Spring...>& s, int i) const {
+  MSS_INLINE Vec<Real> block_of(const PendingSprings<Spring...>& s, int i) const {
     const SpringBlock<Real> b = this->template spring_block<Projected>(s, i);
     const Vec<Real> along = b.along * square(s.d[i]);
     if constexpr (Mixed)
@@ -326,7 +326,7 @@ struct DiagonalBlock : Cells<Real> {
   }
 
   template <int... Spring>
-  MSS_INLINE void pull(const Started<Spring...>& s, Vec<Real> (&sums)[8]) const {
+  MSS_INLINE void pull(const PendingSprings<Spring...>& s, Vec<Real> (&sums)[8]) const {
     for (int i = 0; i < s.count; ++i) {
       const Vec<Real> block = block_of(s, i);
       for (const int end : spring_ends[s.spring[i]]) sums[end] = sums[end] + block;
@@ -630,7 +630,7 @@ Sweeps<Real> make_sweeps() {
 }
 
 template <class Real>
-SweepKernel<Real> make_kernel(const char* name) {
+SweepKernel<Real> make_sweep_kernel(const char* name) {
   return {name,
           lanes<Real>,
           rsqrt_scale<Real>,

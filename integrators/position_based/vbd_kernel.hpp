@@ -2,8 +2,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
+#include "core/kernels/dispatch.hpp"
 #include "core/kernels/sweep.hpp"
 
 namespace mss {
@@ -74,7 +74,7 @@ struct Descent {
 
 /// One copy of the descent, compiled for one instruction set and precision.
 template <class Real>
-struct DescentKernel {
+struct VbdKernel {
   /// Over indices [first, last) within a part, multiples of W.
   using Pass = void (*)(const Descent<Real>&, std::ptrdiff_t first, std::ptrdiff_t last);
 
@@ -84,8 +84,7 @@ struct DescentKernel {
   Pass undamped, damped;
 };
 
-/// The kernels this processor can run, slowest first; never empty.
-template <class Real>
-const std::vector<DescentKernel<Real>>& descent_kernels();
+MSS_KERNEL_COPIES(VbdKernel<float>);
+MSS_KERNEL_COPIES(VbdKernel<double>);
 
 }  // namespace mss

@@ -1,4 +1,4 @@
-#include "integrators/position_based/constraint_projection.hpp"
+#include "integrators/position_based/xpbd_solver.hpp"
 
 #include <algorithm>
 
@@ -39,11 +39,11 @@ ColouredBlocks blocks_of(const ColouredParticles<Real>& particles, int lanes) {
 }  // namespace
 
 template <class Real>
-ConstraintProjection<Real>::ConstraintProjection(const SpringSystem<Real>& springs, System<Real>& system,
-                                                 double dt, bool multipliers)
+XpbdSolver<Real>::XpbdSolver(const SpringSystem<Real>& springs, System<Real>& system, double dt,
+                             bool multipliers)
     : system_(system),
       particles_(springs, system),
-      kernel_(projection_kernels<Real>().back()),
+      kernel_(fastest_copy<XpbdKernel<Real>>()),
       damped_(springs.body().config().is_damped()),
       keeps_multipliers_(multipliers || particles_.partly_held()),
       dt_(dt),
@@ -62,7 +62,7 @@ ConstraintProjection<Real>::ConstraintProjection(const SpringSystem<Real>& sprin
 }
 
 template <class Real>
-void ConstraintProjection<Real>::fill_dictionary() {
+void XpbdSolver<Real>::fill_dictionary() {
   const std::ptrdiff_t size = std::ptrdiff_t(projection_coefficients) * kernel_.lanes;
   dictionary_ = AlignedArray<Real>(size * std::ptrdiff_t(blocks_.size()));
   is_flat_.assign(blocks_.size(), 1);
@@ -75,7 +75,7 @@ void ConstraintProjection<Real>::fill_dictionary() {
 }
 
 template <class Real>
-void ConstraintProjection<Real>::fill_lane(const std::uint32_t* lane, Real* coefficients) const {
+void XpbdSolver<Real>::fill_lane(const std::uint32_t* lane, Real* coefficients) const {
   const SiteElements e = particles_.body().elements(lane[0] - 1);
   const double scale2 = double(kernel_.rsqrt_scale) * double(kernel_.rsqrt_scale);
   const auto mobility = [&](int corner) { return particles_.masses()[lane[1 + corner]]; };
@@ -94,7 +94,7 @@ void ConstraintProjection<Real>::fill_lane(const std::uint32_t* lane, Real* coef
 }
 
 template <class Real>
-void ConstraintProjection<Real>::begin_step() {
+void XpbdSolver<Real>::begin_step() {
   particles_.predict(dt_, particles_.displacement());
   forget_multipliers();
   if (contact_) {
@@ -105,22 +105,22 @@ void ConstraintProjection<Real>::begin_step() {
 }
 
 template <class Real>
-void ConstraintProjection<Real>::end_passes() {
+void XpbdSolver<Real>::end_passes() {
   if (contact_) contact_->end_passes(dt_, particles_.before(), particles_.moved());
 }
 
 template <class Real>
-void ConstraintProjection<Real>::rebound(State<Real>& state) const {
+void XpbdSolver<Real>::rebound(State<Real>& state) const {
   if (contact_) contact_->rebound({.dt = dt_, .drift = 1}, state);
 }
 
 template <class Real>
-void ConstraintProjection<Real>::forget_multipliers() {
+void XpbdSolver<Real>::forget_multipliers() {
   for (AlignedArray<Real>& multipliers : multipliers_) multipliers.fill(0);
 }
 
 template <class Real>
-Projection<Real> ConstraintProjection<Real>::part_of(int colour) {
+Projection<Real> XpbdSolver<Real>::part_of(int colour) {
   const Body& body = particles_.body();
   Projection<Real> p{};
   p.entry = blocks_.entries(colour).data();
@@ -139,7 +139,7 @@ Projection<Real> ConstraintProjection<Real>::part_of(int colour) {
 
 template <class Real>
 template <class Finished>
-void ConstraintProjection<Real>::pass(Finished&& finished) {
+void XpbdSolver<Real>::pass(Finished&& finished) {
   const auto project = keeps_multipliers_ ? kernel_.general : damped_ ? kernel_.damped : kernel_.undamped;
   for_each_colour(
       system_, particles_.lattice(), blocks_, kernel_.lanes,
@@ -153,19 +153,19 @@ void ConstraintProjection<Real>::pass(Finished&& finished) {
 }
 
 template <class Real>
-void ConstraintProjection<Real>::iterate() {
+void XpbdSolver<Real>::iterate() {
   pass([](int, std::ptrdiff_t) {});
 }
 
 template <class Real>
-void ConstraintProjection<Real>::iterate_into_next_step() {
+void XpbdSolver<Real>::iterate_into_next_step() {
   pass([&](int parity, std::ptrdiff_t plane) {
     particles_.proceed(dt_, particles_.displacement(), parity, plane);
   });
   forget_multipliers();
 }
 
-template class ConstraintProjection<float>;
-template class ConstraintProjection<double>;
+template class XpbdSolver<float>;
+template class XpbdSolver<double>;
 
 }  // namespace mss

@@ -1,10 +1,10 @@
 #pragma once
 
-// Vertex block descent, W particles of a colour at once, see descent.hpp. Included once per instruction set,
-// see simd.hpp.
+// Vertex block descent, W particles of a colour at once, see vbd_kernel.hpp. Included once per instruction
+// set, see simd.hpp.
 
 #include "core/kernels/cell_vectors.hpp"
-#include "integrators/position_based/descent.hpp"
+#include "integrators/position_based/vbd_kernel.hpp"
 
 namespace mss::MSS_ISA {
 
@@ -12,7 +12,7 @@ inline constexpr int middle = sites_around / 2;
 
 /// W particles and all that is around them.
 template <class Real, bool Damped>
-struct Descending {
+struct VertexBlock {
   static constexpr int W = lanes<Real>;
   const Descent<Real>& p;
   const Real* coefficient;
@@ -23,7 +23,7 @@ struct Descending {
   Pack<Real> isotropic;  ///< of the Hessian, times the identity
   Symmetric<Real> hessian{};
 
-  MSS_INLINE Descending(const Descent<Real>& descent, const Real* numbers, std::ptrdiff_t i)
+  MSS_INLINE VertexBlock(const Descent<Real>& descent, const Real* numbers, std::ptrdiff_t i)
       : p(descent), coefficient(numbers), first(i), moved(load(p.moved, p.around[middle] + i)) {
     isotropic = load(coefficient + W * (2 * sites_around + 8));
     force = isotropic * (load(p.target, p.around[middle] + i) - moved);
@@ -94,7 +94,7 @@ void descend(const Descent<Real>& argument, std::ptrdiff_t first, std::ptrdiff_t
     if (entry == 0) continue;
     const std::ptrdiff_t own = p.around[middle] + i;
     const Real* coefficient = p.dictionary + std::ptrdiff_t(entry) * descent_coefficients * W;
-    Descending<Real, Damped> s(p, coefficient, i);
+    VertexBlock<Real, Damped> s(p, coefficient, i);
     const bool below = (p.planes[entry] & plane_below) != 0, above = (p.planes[entry] & plane_above) != 0;
     s.take_plane(1);
     if (below) {
@@ -135,7 +135,7 @@ void descend(const Descent<Real>& argument, std::ptrdiff_t first, std::ptrdiff_t
 }
 
 template <class Real>
-DescentKernel<Real> make_descent_kernel(const char* name) {
+VbdKernel<Real> make_vbd_kernel(const char* name) {
   return {name, lanes<Real>, rsqrt_scale<Real>, descend<Real, false>, descend<Real, true>};
 }
 

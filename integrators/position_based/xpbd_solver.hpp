@@ -14,15 +14,15 @@ namespace mss {
 ///
 /// Cells of one colour have no particle in common, so results are the same bits for any number of threads.
 template <class Real>
-class ConstraintProjection {
+class XpbdSolver {
  public:
   /// Both must outlive it: `springs` are the body and its holds, the threads of `system`, which may be a
   /// wrapper, do the work. `multipliers`: whether they are kept from one pass to the next.
-  ConstraintProjection(const SpringSystem<Real>& springs, System<Real>& system, double dt, bool multipliers);
+  XpbdSolver(const SpringSystem<Real>& springs, System<Real>& system, double dt, bool multipliers);
 
   /// What its passes read and write points into it.
-  ConstraintProjection(const ConstraintProjection&) = delete;
-  ConstraintProjection& operator=(const ConstraintProjection&) = delete;
+  XpbdSolver(const XpbdSolver&) = delete;
+  XpbdSolver& operator=(const XpbdSolver&) = delete;
 
   ColouredParticles<Real>& particles() { return particles_; }
 
@@ -49,7 +49,7 @@ class ConstraintProjection {
 
   System<Real>& system_;
   ColouredParticles<Real> particles_;
-  const ProjectionKernel<Real>& kernel_;
+  const XpbdKernel<Real>& kernel_;
   bool damped_;
   bool keeps_multipliers_;
   double dt_;

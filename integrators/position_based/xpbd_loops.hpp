@@ -6,7 +6,7 @@
 // Included once per instruction set, see simd.hpp.
 
 #include "core/kernels/cell_vectors.hpp"
-#include "integrators/position_based/projection.hpp"
+#include "integrators/position_based/xpbd_kernel.hpp"
 
 namespace mss::MSS_ISA {
 
@@ -56,20 +56,20 @@ struct ProjectedCells {
   }
 
   /// One spring, in two halves as in the sweep.
-  struct Started {
+  struct PendingSprings {
     Vec<Real> d, du;
     Pack<Real> squared, estimate;
   };
-  MSS_INLINE Started start(int block, int spring) const {
+  MSS_INLINE PendingSprings start(int block, int spring) const {
     const int a = spring_ends[spring][0], b = spring_ends[spring][1];
-    Started s;
+    PendingSprings s;
     s.du = u[block][a] - u[block][b];
     s.d = (load(p.before, at(block, a)) - load(p.before, at(block, b))) + s.du;
     s.squared = squared_norm(s.d);
     s.estimate = rsqrt_estimate(s.squared);
     return s;
   }
-  MSS_INLINE void finish(int block, int spring, const Started& s) {
+  MSS_INLINE void finish(int block, int spring, const PendingSprings& s) {
     const Real* c = coefficient[block] + 3 * W * spring;
     const Pack<Real> r = scaled_rsqrt(s.squared, s.estimate);
     Pack<Real> lambda = load(c) * (p.rest_length[spring] - s.squared * r);
@@ -88,7 +88,7 @@ struct ProjectedCells {
   MSS_INLINE void project() {
     constexpr int springs[] = {Spring...};
     constexpr int count = sizeof...(Spring);
-    Started s[blocks][count];
+    PendingSprings s[blocks][count];
     for (int i = 0; i < count; ++i)
       for (int b = 0; b < blocks; ++b) s[b][i] = start(b, springs[i]);
     for (int i = 0; i < count; ++i)
@@ -211,7 +211,7 @@ void finish(const ProjectionStep<Real>& argument) {
 }
 
 template <class Real>
-ProjectionKernel<Real> make_projection_kernel(const char* name) {
+XpbdKernel<Real> make_xpbd_kernel(const char* name) {
   return {name,
           lanes<Real>,
           rsqrt_scale<Real>,

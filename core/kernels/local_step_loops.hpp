@@ -1,8 +1,8 @@
-// Compiled by sweep_kernel.hpp once per instruction set.
+// Compiled by sweep_loops.hpp once per instruction set.
 #pragma once
 
+#include "core/kernels/independent_loop.hpp"
 #include "core/kernels/local_step.hpp"
-#include "core/kernels/loops.hpp"
 
 namespace mss::MSS_ISA {
 

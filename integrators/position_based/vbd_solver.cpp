@@ -1,4 +1,4 @@
-#include "integrators/position_based/vertex_descent.hpp"
+#include "integrators/position_based/vbd_solver.hpp"
 
 #include <algorithm>
 
@@ -32,12 +32,12 @@ ColouredBlocks blocks_of(const ColouredParticles<Real>& particles, int lanes) {
 }  // namespace
 
 template <class Real>
-VertexDescent<Real>::VertexDescent(const SpringSystem<Real>& springs, System<Real>& system, double dt,
-                                   double acceleration)
+VbdSolver<Real>::VbdSolver(const SpringSystem<Real>& springs, System<Real>& system, double dt,
+                           double acceleration)
     : system_(system),
       springs_(springs),
       particles_(springs, system),
-      kernel_(descent_kernels<Real>().back()),
+      kernel_(fastest_copy<VbdKernel<Real>>()),
       damped_(springs.body().config().is_damped()),
       dt_(dt),
       squared_radius_(acceleration * acceleration),
@@ -58,7 +58,7 @@ VertexDescent<Real>::VertexDescent(const SpringSystem<Real>& springs, System<Rea
 }
 
 template <class Real>
-void VertexDescent<Real>::fill_dictionary() {
+void VbdSolver<Real>::fill_dictionary() {
   const std::ptrdiff_t size = std::ptrdiff_t(descent_coefficients) * kernel_.lanes;
   dictionary_ = AlignedArray<Real>(size * std::ptrdiff_t(blocks_.size()));
   planes_.assign(blocks_.size(), 0);
@@ -71,7 +71,7 @@ void VertexDescent<Real>::fill_dictionary() {
 }
 
 template <class Real>
-void VertexDescent<Real>::fill_lane(const std::uint32_t* lane, Real* coefficients) const {
+void VbdSolver<Real>::fill_lane(const std::uint32_t* lane, Real* coefficients) const {
   Real& inertia = coefficients[std::ptrdiff_t(kernel_.lanes) * (2 * sites_around + 8)];
   inertia = 1;  // keeps the matrix regular where there is no particle
   if (lane[0] == 0) return;
@@ -97,7 +97,7 @@ void VertexDescent<Real>::fill_lane(const std::uint32_t* lane, Real* coefficient
 
 /// Where other particles matter to one: plane_below, plane_above.
 template <class Real>
-std::uint8_t VertexDescent<Real>::planes_of(const Real* coefficients) const {
+std::uint8_t VbdSolver<Real>::planes_of(const Real* coefficients) const {
   const auto any = [&](int first, int last) {
     for (int n = first; n < last; ++n)
       if (coefficients[std::ptrdiff_t(kernel_.lanes) * n] != 0) return true;
@@ -112,7 +112,7 @@ std::uint8_t VertexDescent<Real>::planes_of(const Real* coefficients) const {
 }
 
 template <class Real>
-void VertexDescent<Real>::begin_step() {
+void VbdSolver<Real>::begin_step() {
   passes_ = 0;
   particles_.predict(dt_, target_);
   guess();
@@ -128,7 +128,7 @@ void VertexDescent<Real>::begin_step() {
 /// it came: of the guess along the plane's normal all, 1/2, 1/4, 1/8 or nothing, whatever has the least
 /// objective.
 template <class Real>
-void VertexDescent<Real>::shorten_guess(const Vec3& normal) {
+void VbdSolver<Real>::shorten_guess(const Vec3& normal) {
   const Field<Real> whole = particles_.displacement();
   Field<Real> best = whole;
   double least = objective();
@@ -148,7 +148,7 @@ void VertexDescent<Real>::shorten_guess(const Vec3& normal) {
 
 /// What passes minimise, without damping [J].
 template <class Real>
-double VertexDescent<Real>::objective() {
+double VbdSolver<Real>::objective() {
   const std::vector<std::ptrdiff_t>&index = particles_.index(), &sites = particles_.body().sites();
   const Field<Real>& u = particles_.displacement();
   const ConstStreams<Real> before = particles_.before();
@@ -166,7 +166,7 @@ double VertexDescent<Real>::objective() {
 
 /// u holds dt v.
 template <class Real>
-void VertexDescent<Real>::guess() {
+void VbdSolver<Real>::guess() {
   const double g = gravity_.norm(), dt2 = dt_ * dt_;
   const bool touches = near_ && near_->pushes();
   const Vec3 down = g > 0 ? Vec3(gravity_ / g) : Vec3(Vec3::Zero());
@@ -192,12 +192,12 @@ void VertexDescent<Real>::guess() {
 }
 
 template <class Real>
-void VertexDescent<Real>::end_passes() {
+void VbdSolver<Real>::end_passes() {
   if (near_) near_->end_passes(dt_, particles_.before(), particles_.moved());
 }
 
 template <class Real>
-void VertexDescent<Real>::rebound(State<Real>& state) const {
+void VbdSolver<Real>::rebound(State<Real>& state) const {
   if (near_) near_->rebound({.dt = dt_, .drift = 1}, state);
 }
 
@@ -249,7 +249,7 @@ void VertexContact<Real>::keep(const Vec3& force, const Vec3& free,
 }
 
 template <class Real>
-Descent<Real> VertexDescent<Real>::part_of(int colour) {
+Descent<Real> VbdSolver<Real>::part_of(int colour) {
   const Body& body = particles_.body();
   Descent<Real> p{};
   p.entry = blocks_.entries(colour).data();
@@ -272,7 +272,7 @@ Descent<Real> VertexDescent<Real>::part_of(int colour) {
 }
 
 template <class Real>
-void VertexDescent<Real>::pass() {
+void VbdSolver<Real>::pass() {
   const auto pass = damped_ ? kernel_.damped : kernel_.undamped;
   for_each_colour(
       system_, particles_.lattice(), blocks_, kernel_.lanes,
@@ -283,7 +283,7 @@ void VertexDescent<Real>::pass() {
 }
 
 template <class Real>
-void VertexDescent<Real>::iterate() {
+void VbdSolver<Real>::iterate() {
   if (last_.size() == 0) return pass();
   Field<Real>& u = particles_.displacement();
   std::swap(one_before_, last_);
@@ -297,7 +297,7 @@ void VertexDescent<Real>::iterate() {
 }
 
 template <class Real>
-void VertexDescent<Real>::iterate_into_next_step() {
+void VbdSolver<Real>::iterate_into_next_step() {
   iterate();
   passes_ = 0;
   particles_.proceed(dt_, target_);
@@ -306,7 +306,7 @@ void VertexDescent<Real>::iterate_into_next_step() {
 
 template class VertexContact<float>;
 template class VertexContact<double>;
-template class VertexDescent<float>;
-template class VertexDescent<double>;
+template class VbdSolver<float>;
+template class VbdSolver<double>;
 
 }  // namespace mss

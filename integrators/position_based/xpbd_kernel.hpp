@@ -2,8 +2,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
+#include "core/kernels/dispatch.hpp"
 #include "core/kernels/sweep.hpp"
 
 namespace mss {
@@ -54,7 +54,7 @@ struct ProjectionStep {
 
 /// One copy of the projection, compiled for one instruction set and precision.
 template <class Real>
-struct ProjectionKernel {
+struct XpbdKernel {
   /// Over cells [first, last) of a colour, multiples of W.
   using Pass = void (*)(const Projection<Real>&, std::ptrdiff_t first, std::ptrdiff_t last);
 
@@ -74,8 +74,7 @@ struct ProjectionKernel {
   Pass undamped, damped, general;
 };
 
-/// The kernels this processor can run, slowest first; never empty.
-template <class Real>
-const std::vector<ProjectionKernel<Real>>& projection_kernels();
+MSS_KERNEL_COPIES(XpbdKernel<float>);
+MSS_KERNEL_COPIES(XpbdKernel<double>);
 
 }  // namespace mss

@@ -48,13 +48,13 @@ class OuterAcceleration {
 /// keeps a history, and where the system has bounds end_passes() and rebound(), which keep particles in front
 /// of them.
 template <class Real, class Passes>
-class PassMethod final : public Integrator<Real> {
+class PositionBasedIntegrator final : public Integrator<Real> {
  public:
   /// Makes passes when the first step begins; may throw InputError.
   using MakePasses = std::unique_ptr<Passes> (*)(const SpringSystem<Real>&, System<Real>&,
                                                  const IntegratorOptions&);
 
-  PassMethod(const IntegratorOptions& options, std::string name, MakePasses make_passes)
+  PositionBasedIntegrator(const IntegratorOptions& options, std::string name, MakePasses make_passes)
       : options_(options),
         name_(std::move(name)),
         make_passes_(make_passes),

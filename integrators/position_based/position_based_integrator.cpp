@@ -1,4 +1,4 @@
-#include "integrators/position_based/pass_method.hpp"
+#include "integrators/position_based/position_based_integrator.hpp"
 
 namespace mss {
 

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "integrators/position_based/coloured_particles.hpp"
-#include "integrators/position_based/descent.hpp"
 #include "integrators/position_based/displacement_contact.hpp"
+#include "integrators/position_based/vbd_kernel.hpp"
 
 namespace mss {
 
@@ -34,16 +34,16 @@ class VertexContact final : public DescentContact<Real> {
 ///
 /// Particles of one colour are no neighbours, so results are the same bits for any number of threads.
 template <class Real>
-class VertexDescent {
+class VbdSolver {
  public:
   /// Both must outlive it: `springs` are the body and its holds, the threads of `system`, which may be a
   /// wrapper, do the work.
   /// `acceleration`: spectral radius of a pass, from 0 to below 1; 0: passes are not accelerated.
-  VertexDescent(const SpringSystem<Real>& springs, System<Real>& system, double dt, double acceleration = 0);
+  VbdSolver(const SpringSystem<Real>& springs, System<Real>& system, double dt, double acceleration = 0);
 
   /// What its passes read and write points into it.
-  VertexDescent(const VertexDescent&) = delete;
-  VertexDescent& operator=(const VertexDescent&) = delete;
+  VbdSolver(const VbdSolver&) = delete;
+  VbdSolver& operator=(const VbdSolver&) = delete;
 
   ColouredParticles<Real>& particles() { return particles_; }
 
@@ -78,7 +78,7 @@ class VertexDescent {
   System<Real>& system_;
   const SpringSystem<Real>& springs_;
   ColouredParticles<Real> particles_;
-  const DescentKernel<Real>& kernel_;
+  const VbdKernel<Real>& kernel_;
   bool damped_;
   double dt_;
   double squared_radius_;  ///< of a pass
