@@ -8,6 +8,8 @@ target_compile_options(mss_options INTERFACE -Wall -Wextra -Wpedantic -Wnon-virt
 if(NOT MSS_JOINT_SOURCES)  # joint sources see each other's names
   target_compile_options(mss_options INTERFACE -Wshadow)
 endif()
+# The law of springs, of core/forces/spring_laws/.
+target_compile_definitions(mss_options INTERFACE MSS_SPRING_LAW_FILE="core/forces/spring_laws/${MSS_SPRING_LAW}.hpp")
 # Threads are the Team's; Eigen's own would start behind its back wherever OpenMP is on.
 target_compile_definitions(mss_options INTERFACE EIGEN_DONT_PARALLELIZE)
 if(MSS_WARNINGS_AS_ERRORS)

@@ -23,10 +23,10 @@ struct Folder {
 };
 const std::vector<Folder> folders{{"core/base", 0},
                                   {"core/system", 1},
-                                  {"core/kernels", 1},
                                   {"core/body", 1},
-                                  {"core/mesh", 2},
                                   {"core/forces", 2},
+                                  {"core/mesh", 2},
+                                  {"core/kernels", 3},
                                   {"core/environment", 3},
                                   {"core/springs", 4},
                                   {"core/measures", 5},

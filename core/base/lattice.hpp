@@ -5,6 +5,11 @@
 
 namespace mss {
 
+/// Whether corner c = bx + 2 by + 4 bz of a cell is on its upper side along an axis: 0 or 1.
+constexpr int corner_bit(int corner, int axis) { return (corner >> axis) & 1; }
+/// The same as -1 or 1.
+constexpr int corner_sign(int corner, int axis) { return corner_bit(corner, axis) != 0 ? 1 : -1; }
+
 /// Index arithmetic of the particle lattice: site (i, j, k) is the corner shared by up to eight cells.
 ///
 /// Sites of one plane (fixed k) are contiguous and rows along x follow each other without gaps. Planes start
@@ -29,7 +34,9 @@ struct Lattice {
   std::ptrdiff_t site(int i, int j, int k) const { return i + row * j + plane * k; }
 
   /// Offset from a cell's lower corner to its corner c = bx + 2 by + 4 bz.
-  std::ptrdiff_t corner(int c) const { return (c & 1) + row * ((c >> 1) & 1) + plane * ((c >> 2) & 1); }
+  std::ptrdiff_t corner(int c) const {
+    return corner_bit(c, 0) + row * corner_bit(c, 1) + plane * corner_bit(c, 2);
+  }
 
   std::array<int, 3> cells;  ///< cells along x, y, z
   std::ptrdiff_t row;        ///< sites from one row to the next

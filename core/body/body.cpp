@@ -13,8 +13,6 @@ namespace mss {
 
 namespace {
 
-constexpr int corner_bit(int corner, int axis) { return (corner >> axis) & 1; }
-
 /// Which of the 27 cells around a site touch both given corners of its own cell, as bits: for one corner
 /// twice these are the particle's up to eight cells, for the two ends of a spring those that share it.
 constexpr std::uint32_t cells_touching(int corner_a, int corner_b) {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/environment/environment.hpp"
-#include "core/forces/spectral_bound.hpp"
+#include "core/springs/spectral_bound.hpp"
 #include "core/system/system.hpp"
 
 namespace mss {

@@ -2,13 +2,13 @@
 
 #include <Eigen/Geometry>
 
+#include "core/base/lattice.hpp"
+
 namespace mss {
 
 namespace {
 
 double triple(const Vec3& a, const Vec3& b, const Vec3& c) { return a.dot(b.cross(c)); }
-
-double side(int corner, int axis) { return ((corner >> axis) & 1) != 0 ? 1.0 : -1.0; }
 
 /// Coefficients of the trilinear map on [-1, 1]^3:
 ///   x = c + x1 xi + y1 eta + z1 zeta + yz eta zeta + zx zeta xi + xy xi eta + xyz xi eta zeta.
@@ -19,7 +19,7 @@ struct TrilinearMap {
   explicit TrilinearMap(const std::array<Vec3, 8>& corners) {
     for (int c = 0; c < 8; ++c) {
       const Vec3 p = corners[std::size_t(c)] / 8;
-      const double sx = side(c, 0), sy = side(c, 1), sz = side(c, 2);
+      const double sx = corner_sign(c, 0), sy = corner_sign(c, 1), sz = corner_sign(c, 2);
       x1 += sx * p;
       y1 += sy * p;
       z1 += sz * p;
@@ -47,11 +47,30 @@ double thesis_volume(const std::array<Vec3, 8>& corners) {
   return 8 * triple(m.x1, m.y1, m.z1);
 }
 
+Vec3 corner_sides(int corner) {
+  return Vec3(corner_sign(corner, 0), corner_sign(corner, 1), corner_sign(corner, 2));
+}
+
+Eigen::Matrix3d mean_edges(const std::array<Vec3, 8>& corners) {
+  Eigen::Matrix3d edges = Eigen::Matrix3d::Zero();
+  for (int c = 0; c < 8; ++c) edges += corners[std::size_t(c)] * corner_sides(c).transpose() / 4;
+  return edges;
+}
+
+double volume_of(const Eigen::Matrix3d& edges) { return triple(edges.col(0), edges.col(1), edges.col(2)); }
+
+Eigen::Matrix3d volume_slopes(const Eigen::Matrix3d& edges) {
+  const Vec3 x = edges.col(0), y = edges.col(1), z = edges.col(2);
+  Eigen::Matrix3d slopes;
+  slopes << y.cross(z), z.cross(x), x.cross(y);
+  return slopes;
+}
+
 double corner_volume(const std::array<Vec3, 8>& p, int corner) {
   std::array<Vec3, 3> edge;
   for (int axis = 0; axis < 3; ++axis)
     edge[std::size_t(axis)] =
-        side(corner, axis) * (p[std::size_t(corner)] - p[std::size_t(corner ^ (1 << axis))]);
+        double(corner_sign(corner, axis)) * (p[std::size_t(corner)] - p[std::size_t(corner ^ (1 << axis))]);
   return triple(edge[0], edge[1], edge[2]);
 }
 

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/kernels/sweep.hpp"
+#include "core/base/lattice.hpp"
+#include "core/forces/cell_fold_guard.hpp"
 
 namespace mss {
 
@@ -148,7 +149,7 @@ FoldGuardTangent::FoldGuardTangent(double stiffness, double shortest, const std:
 
 Eigen::Matrix3d FoldGuardTangent::block(int corner, int a, int b) const {
   const auto moves = [&](int node, int axis) {  // how an edge changes when the node moves
-    const int side = ((corner >> axis) & 1) == 0 ? 1 : -1;
+    const int side = -corner_sign(corner, axis);
     return node == 0 ? -side : node == axis + 1 ? side : 0;
   };
   Eigen::Matrix3d k = Eigen::Matrix3d::Zero();

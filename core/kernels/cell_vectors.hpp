@@ -1,8 +1,10 @@
 #pragma once
 
-// Vectors of three packs, and what kernels over cells share: the springs of a site and the mean edges of a
-// cell. Included once per instruction set, see simd.hpp.
+// Vectors of three packs, and what kernels over cells share: the springs of a site. Included once per
+// instruction set, see simd.hpp.
 
+#include "core/forces/cell_volume.hpp"
+#include "core/forces/spring_law.hpp"
 #include "core/kernels/simd.hpp"
 #include "core/kernels/sweep.hpp"
 
@@ -107,17 +109,5 @@ MSS_INLINE Pack<Real> positive_part(Pack<Real> a) {
   const Pack<Real> zero{};
   return a > zero ? a : zero;
 }
-
-/// Four times the mean edges of eq. 3-5, from the body diagonals a = 7-0, b = 6-1, c = 5-2, d = 4-3.
-template <class Real>
-struct Edges {
-  Vec<Real> x, y, z;
-  MSS_INLINE Edges(const Vec<Real>& a, const Vec<Real>& b, const Vec<Real>& c, const Vec<Real>& d)
-      : Edges((a - b) + (c - d), a + b, c + d) {}
-
- private:
-  MSS_INLINE Edges(const Vec<Real>& along_x, const Vec<Real>& ab, const Vec<Real>& cd)
-      : x(along_x), y(ab - cd), z(ab + cd) {}
-};
 
 }  // namespace mss::MSS_ISA

@@ -10,13 +10,7 @@
 #include <immintrin.h>
 #endif
 
-/// Before every function that a sweep is made of: they are inlined into one, regardless of its size.
-/// Not under sanitizers, which check every access: each file of sweeps takes over eleven minutes then.
-#if MSS_SANITIZED
-#define MSS_INLINE inline
-#else
-#define MSS_INLINE [[gnu::always_inline]] inline
-#endif
+#include "core/base/kernel_number.hpp"
 
 namespace mss::MSS_ISA {
 

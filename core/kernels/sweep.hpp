@@ -31,11 +31,12 @@ inline constexpr int weights_per_lane = 7;
 /// and c by its square.
 template <class Real>
 struct InteriorCoefficients {
-  Real stiffness[springs_per_site];  ///< k
-  Real rest_pull[springs_per_site];  ///< k L0 / rsqrt_scale
-  Real damping[springs_per_site];    ///< c, if dampers have the weights of their springs
-  Real volume;                       ///< k_vol / (64 V0)
-  Real guard;                        ///< guarded_corner_stiffness()
+  Real stiffness[springs_per_site];    ///< k
+  Real rest_pull[springs_per_site];    ///< k L0 / rsqrt_scale
+  Real rest_length[springs_per_site];  ///< L0 / rsqrt_scale
+  Real damping[springs_per_site];      ///< c, if dampers have the weights of their springs
+  Real volume;                         ///< k_vol / (64 V0)
+  Real guard;                          ///< guarded_corner_stiffness()
 };
 
 /// The three coordinates of a field, as raw pointers.
@@ -150,19 +151,6 @@ struct SweepKernel {
   void (*kick_drift_stored)(const FinishPlane<Real>&);
   void (*short_step)(const ShortStepPlane<Real>&);
 };
-
-/// For the sweeps, which do not include Eigen: adds to the forces [N] on a cell's corners, by corner and
-/// axis, those of its guard against folding at these positions [m]. `stiffness` guarded_corner_stiffness(),
-/// `shortest` guarded_length(); see fold_guard.hpp.
-void add_fold_guard_force(double stiffness, double shortest, const double (&corners)[8][3],
-                          double (&force)[8][3]);
-/// Adds the change of these forces, to first order, when the corners move along `directions`.
-void add_fold_guard_change(double stiffness, double shortest, const double (&corners)[8][3],
-                           const double (&directions)[8][3], bool projected, double (&change)[8][3]);
-
-/// Adds the xx, yy, zz, yz, zx, xy of the corners' own 3 x 3 blocks of that derivative, negative.
-void add_fold_guard_diagonal(double stiffness, double shortest, const double (&corners)[8][3], bool projected,
-                             double (&blocks)[8][6]);
 
 MSS_KERNEL_COPIES(SweepKernel<float>);
 MSS_KERNEL_COPIES(SweepKernel<double>);

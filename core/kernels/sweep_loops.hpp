@@ -15,6 +15,7 @@
 // Contraction of a*b+c into fused multiply-adds is on here (-ffp-contract=fast), the rest of fast-math is
 // not.
 
+#include "core/forces/cell_fold_guard.hpp"
 #include "core/kernels/cell_vectors.hpp"
 #include "core/kernels/local_step_loops.hpp"
 #include "core/kernels/sweep.hpp"
@@ -77,7 +78,7 @@ struct Cells {
     const Vec<Real> a = difference(p.x, 9), b = difference(p.x, 10), c = difference(p.x, 11),
                     d = difference(p.x, 12), ab = ends_sum(9) - ends_sum(10),
                     cd = ends_sum(11) - ends_sum(12);
-    const Edges<Real> mean(a, b, c, d);
+    const Edges<Vec<Real>> mean(a, b, c, d);
     const Vec<Real> mode_p = ab - cd, mode_q = (ends_sum(9) + ends_sum(10)) - (ends_sum(11) + ends_sum(12)),
                     mode_r = ab + cd, mode_w = (a - b) - (c - d);
     const Pack<Real> squared =
@@ -100,9 +101,11 @@ struct Cells {
   MSS_INLINE Pack<Real> spring_damping(int spring) const {
     return p.own_dampings ? own_damping(spring) : weight(spring) * p.interior.damping[spring];
   }
-  /// k - r k L0, with r = rsqrt_scale / |d|.
+  /// T / |d|, with r = rsqrt_scale / |d|.
   MSS_INLINE Pack<Real> undamped_tension(int spring, Pack<Real> r) const {
-    return weight(spring) * (p.interior.stiffness[spring] - r * p.interior.rest_pull[spring]);
+    return weight(spring) * tension_over_length<Pack<Real>>(p.interior.stiffness[spring],
+                                                            p.interior.rest_pull[spring],
+                                                            p.interior.rest_length[spring], r);
   }
   MSS_INLINE Pack<Real> volume_stiffness() const {
     return p.interior.volume * load(coefficient + p.volume_weight);
@@ -158,7 +161,8 @@ struct Cells {
     const int spring = s.spring[i];
     Pack<Real> across = undamped_tension(spring, r);
     if constexpr (Projected) across = positive_part<Real>(across);
-    const Pack<Real> k = weight(spring) * p.interior.stiffness[spring];
+    const Pack<Real> k = spring_stiffness<Pack<Real>>(weight(spring) * p.interior.stiffness[spring],
+                                                      p.interior.rest_length[spring] * r);
     const Pack<Real> along = (unscale * p.stiffness) * (k - across) + p.damping * spring_damping(spring);
     return {p.stiffness * across, along * (r * r)};
   }
@@ -189,11 +193,13 @@ struct Force : Cells<Real> {
     if constexpr (Damped == Dampers::own) {
       const Pack<Real> w = this->weight(spring), k = w * p.interior.stiffness[spring],
                        k_rest = w * p.interior.rest_pull[spring];
-      return k + r * ((this->own_damping(spring) * dot(s.d[i], this->difference(p.v, spring))) * r - k_rest);
+      const Pack<Real> rate = this->own_damping(spring) * dot(s.d[i], this->difference(p.v, spring));
+      return tension_over_length<Pack<Real>>(k, k_rest, p.interior.rest_length[spring], r, rate * r);
     } else if constexpr (Damped == Dampers::weighted) {
       const Pack<Real> rate = p.interior.damping[spring] * dot(s.d[i], this->difference(p.v, spring));
       return this->weight(spring) *
-             (p.interior.stiffness[spring] + r * (rate * r - p.interior.rest_pull[spring]));
+             tension_over_length<Pack<Real>>(p.interior.stiffness[spring], p.interior.rest_pull[spring],
+                                             p.interior.rest_length[spring], r, rate * r);
     } else {
       return this->undamped_tension(spring, r);
     }
@@ -212,14 +218,15 @@ struct Force : Cells<Real> {
     const auto t = this->template start<11, 12>();
     Vec<Real> push[4] = {};
     if constexpr ((Content & block_volumes) != 0) {
-      const Edges<Real> e(s.d[0], s.d[1], t.d[0], t.d[1]);
-      const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
+      const Edges<Vec<Real>> e(s.d[0], s.d[1], t.d[0], t.d[1]);
+      const EdgeSlopes<Vec<Real>> by(e);
       // The edges are four times too long: V is 64 and a face 16 times too large; k_vol / (4 V0) makes up for
       // that.
-      const Pack<Real> volume = Real(1.0 / 64) * dot(e.x, yz);
+      const Pack<Real> volume = Real(1.0 / 64) * dot(e.x, by.x);
       const Pack<Real> pressure = this->volume_stiffness() * (volume - p.rest_volume);
-      const Vec<Real> px = pressure * yz, upper = pressure * (xy + zx), lower = pressure * (xy - zx);
-      push[0] = upper + px;
+      const Vec<Real> px = pressure * by.x, upper = pressure * (by.z + by.y),
+                      lower = pressure * (by.z - by.y);
+      push[0] = upper + px;  // at_corner() with fewer operations
       push[1] = upper - px;
       push[2] = lower + px;
       push[3] = lower - px;
@@ -271,23 +278,23 @@ struct ForceChange : Cells<Real> {
     const auto t = this->template start<11, 12>();
     const Vec<Real> change[4] = {this->difference(p.v, 9), this->difference(p.v, 10),
                                  this->difference(p.v, 11), this->difference(p.v, 12)};
-    const Edges<Real> e(s.d[0], s.d[1], t.d[0], t.d[1]), de(change[0], change[1], change[2], change[3]);
-    const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
+    const Edges<Vec<Real>> e(s.d[0], s.d[1], t.d[0], t.d[1]), de(change[0], change[1], change[2], change[3]);
+    const EdgeSlopes<Vec<Real>> by(e);
     Pack<Real> stiffness = p.stiffness * this->volume_stiffness();
     if constexpr (Projected) stiffness = positive_part<Real>(stiffness);
-    const Pack<Real> swelling = Real(1.0 / 64) * (dot(de.x, yz) + (dot(de.y, zx) + dot(de.z, xy)));
-    Vec<Real> px = (stiffness * swelling) * yz, py = (stiffness * swelling) * zx,
-              pz = (stiffness * swelling) * xy;
+    const Pack<Real> swelling = Real(1.0 / 64) * (dot(de.x, by.x) + (dot(de.y, by.y) + dot(de.z, by.z)));
+    Vec<Real> px = (stiffness * swelling) * by.x, py = (stiffness * swelling) * by.y,
+              pz = (stiffness * swelling) * by.z;
     if constexpr (!Projected) {
-      const Pack<Real> pressure = stiffness * (Real(1.0 / 64) * dot(e.x, yz) - p.rest_volume);
+      const Pack<Real> pressure = stiffness * (Real(1.0 / 64) * dot(e.x, by.x) - p.rest_volume);
       px = px + pressure * (cross(de.y, e.z) + cross(e.y, de.z));
       py = py + pressure * (cross(de.z, e.x) + cross(e.z, de.x));
       pz = pz + pressure * (cross(de.x, e.y) + cross(e.x, de.y));
     }
-    force[0] = response(s, 0, change[0]) + ((pz + py) + px);
-    force[1] = response(s, 1, change[1]) + ((pz + py) - px);
-    force[2] = response(t, 0, change[2]) + ((pz - py) + px);
-    force[3] = response(t, 1, change[3]) + ((pz - py) - px);
+    force[0] = response(s, 0, change[0]) + at_corner<0>(px, py, pz);
+    force[1] = response(s, 1, change[1]) + at_corner<1>(px, py, pz);
+    force[2] = response(t, 0, change[2]) + at_corner<2>(px, py, pz);
+    force[3] = response(t, 1, change[3]) + at_corner<3>(px, py, pz);
     for (int i = 0; i < 4; ++i) force[7 - i] = -force[i];
   }
 
@@ -337,14 +344,14 @@ struct DiagonalBlock : Cells<Real> {
   MSS_INLINE void cell(Vec<Real> (&sums)[8]) const {
     const auto s = this->template start<9, 10>();
     const auto t = this->template start<11, 12>();
-    const Edges<Real> e(s.d[0], s.d[1], t.d[0], t.d[1]);
-    const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
+    const Edges<Vec<Real>> e(s.d[0], s.d[1], t.d[0], t.d[1]);
+    const EdgeSlopes<Vec<Real>> by(e);
     Pack<Real> stiffness = Real(1.0 / 64) * p.stiffness * this->volume_stiffness();
     if constexpr (Projected) stiffness = positive_part<Real>(stiffness);
-    sums[0] = stiffness * square((xy + zx) + yz) + block_of(s, 0);
-    sums[1] = stiffness * square((xy + zx) - yz) + block_of(s, 1);
-    sums[2] = stiffness * square((xy - zx) + yz) + block_of(t, 0);
-    sums[3] = stiffness * square((xy - zx) - yz) + block_of(t, 1);
+    sums[0] = stiffness * square(at_corner<0>(by)) + block_of(s, 0);
+    sums[1] = stiffness * square(at_corner<1>(by)) + block_of(s, 1);
+    sums[2] = stiffness * square(at_corner<2>(by)) + block_of(t, 0);
+    sums[3] = stiffness * square(at_corner<3>(by)) + block_of(t, 1);
     for (int i = 0; i < 4; ++i) sums[7 - i] = sums[i];
   }
 
@@ -602,13 +609,23 @@ void kick_drift_stored(const FinishPlane<Real>& p) {
   finish_each_block(p, [&](std::ptrdiff_t q) { update(p, q, load(p.own, q)); });
 }
 
-template <class Real, class Block, std::uint32_t Guards>
+/// One for each content.
+template <class Real, class Block>
 ForceSweeps<Real> make_force_sweeps() {
-  constexpr std::uint32_t faces = block_edges | block_faces | Guards;
-  return {sweep_any<Block, Guards, Real>, sweep_all_with<Block, faces, Real>,
+  constexpr std::uint32_t faces = block_edges | block_faces;
+  return {sweep_any<Block, 0, Real>, sweep_all_with<Block, faces, Real>,
           sweep_all_with<Block, faces | block_bodies, Real>,
           sweep_all_with<Block, faces | block_volumes, Real>,
-          sweep_all_with<Block, block_edges | block_bodies | block_volumes | Guards, Real>};
+          sweep_all_with<Block, block_edges | block_bodies | block_volumes, Real>};
+}
+/// Of bodies that are rarer, and worth less time to compile: a leaner one only where there are no body
+/// diagonals, as in calibrated materials.
+template <class Real, class Block, std::uint32_t Guards>
+ForceSweeps<Real> make_few_force_sweeps() {
+  const Sweep<Real> any = sweep_any<Block, Guards, Real>,
+                    no_bodies =
+                        sweep_all_with<Block, block_edges | block_faces | block_volumes | Guards, Real>;
+  return {any, no_bodies, any, no_bodies, any};
 }
 
 template <class Real, std::uint32_t Guards, bool Projected>
@@ -617,15 +634,20 @@ typename Sweeps<Real>::DiagonalSweeps make_diagonal_sweeps() {
           sweep_any<DiagonalBlock<Real, Projected, true>, Guards, Real>};
 }
 
+template <class Real, Dampers Damped, std::uint32_t Guards>
+ForceSweeps<Real> force_sweeps() {
+  if constexpr (Guards == 0 && Damped != Dampers::own)
+    return make_force_sweeps<Real, Force<Real, Damped>>();
+  else
+    return make_few_force_sweeps<Real, Force<Real, Damped>, Guards>();
+}
+
 /// `Guards`: block_guards or 0.
 template <class Real, std::uint32_t Guards>
 Sweeps<Real> make_sweeps() {
-  return {make_force_sweeps<Real, Force<Real, Dampers::own>, Guards>(),
-          make_force_sweeps<Real, Force<Real, Dampers::weighted>, Guards>(),
-          make_force_sweeps<Real, Force<Real, Dampers::none>, Guards>(),
-          sweep_any<ForceChange<Real, false>, Guards, Real>,
-          sweep_any<ForceChange<Real, true>, Guards, Real>,
-          make_diagonal_sweeps<Real, Guards, false>(),
+  return {force_sweeps<Real, Dampers::own, Guards>(),       force_sweeps<Real, Dampers::weighted, Guards>(),
+          force_sweeps<Real, Dampers::none, Guards>(),      sweep_any<ForceChange<Real, false>, Guards, Real>,
+          sweep_any<ForceChange<Real, true>, Guards, Real>, make_diagonal_sweeps<Real, Guards, false>(),
           make_diagonal_sweeps<Real, Guards, true>()};
 }
 

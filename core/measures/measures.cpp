@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/forces/cell_geometry.hpp"
+#include "core/forces/spring_law.hpp"
 
 namespace mss {
 
@@ -45,7 +46,8 @@ template <class Real>
 void measure_springs(const Level& level, const State<Real>& state, Measures& m) {
   level.body.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double, double) {
     const double length = (state.x.at(level.first + b) - state.x.at(level.first + a)).norm();
-    m.max_stretch = std::max(m.max_stretch, std::abs(length / level.body.rest_length(slot.kind) - 1));
+    m.max_stretch =
+        std::max(m.max_stretch, std::abs(spring_strain(length, level.body.rest_length(slot.kind))));
   });
   m.max_stretch = level.body.ranks().largest(m.max_stretch);
 }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/forces/cell_geometry.hpp"
+#include "core/forces/spring_law.hpp"
 #include "core/measures/measures.hpp"
 
 namespace mss {
@@ -34,7 +35,7 @@ double stretch_at(const Level& level, const Field<double>& x, std::ptrdiff_t sit
       const double length =
           (x.at(level.first + owner + lattice.corner(b)) - x.at(level.first + owner + lattice.corner(a)))
               .norm();
-      largest = std::max(largest, std::abs(length / body.rest_length(kind) - 1));
+      largest = std::max(largest, std::abs(spring_strain(length, body.rest_length(kind))));
     }
   }
   return largest;

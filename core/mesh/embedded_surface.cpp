@@ -57,7 +57,7 @@ EmbeddedSurface::EmbeddedSurface(const TriangleMesh& mesh, const VoxelGrid& voxe
       double weight = 1;
       for (unsigned a = 0; a < 3; ++a) {
         const double along = x[Eigen::Index(a)] - cell[a];
-        weight *= (c >> a & 1) != 0 ? along : 1 - along;
+        weight *= corner_bit(c, a) != 0 ? along : 1 - along;
       }
       point.weights[c] = weight;
     }

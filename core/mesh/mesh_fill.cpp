@@ -114,7 +114,7 @@ CellFill fill_of(std::uint64_t mask) {
       float weight = 1;  // in eighths along an axis, so that sums are exact
       for (unsigned a = 0; a < 3; ++a) {
         const float to_upper = (float(at[a]) + 0.5F) / 4;
-        weight *= (c >> a & 1) != 0 ? to_upper : 1 - to_upper;
+        weight *= corner_bit(c, a) != 0 ? to_upper : 1 - to_upper;
       }
       fill.corner[c] += weight / 8;
     }

@@ -8,7 +8,7 @@
 
 #include "core/base/error.hpp"
 #include "core/body/fill_shares.hpp"
-#include "core/springs/element_tangents.hpp"
+#include "core/forces/cell_geometry.hpp"
 
 namespace mss {
 
@@ -35,7 +35,7 @@ std::array<int, 4> edges_along(int axis) {
   std::array<int, 4> corners{};
   std::size_t count = 0;
   for (int c = 0; c < 8; ++c)
-    if (((c >> axis) & 1) == 0) corners[count++] = c;
+    if (corner_bit(c, axis) == 0) corners[count++] = c;
   return corners;
 }
 
@@ -43,8 +43,8 @@ Gradients::Gradients() {
   for (std::size_t g = 0; g < gauss_points; ++g) {
     const Vec3 s = Vec3::Constant(0.5) + gauss_offset(g);
     // Linear along an axis from the other side, and its slope.
-    const auto weight = [&](int c, int axis) { return ((c >> axis) & 1) != 0 ? s[axis] : 1 - s[axis]; };
-    const auto slope = [&](int c, int axis) { return ((c >> axis) & 1) != 0 ? 1.0 : -1.0; };
+    const auto weight = [&](int c, int axis) { return corner_bit(c, axis) != 0 ? s[axis] : 1 - s[axis]; };
+    const auto slope = [&](int c, int axis) { return double(corner_sign(c, axis)); };
     for (int axis = 0; axis < 3; ++axis) {
       const int u = (axis + 1) % 3, v = (axis + 2) % 3;
       for (int c = 0; c < 8; ++c)

@@ -41,7 +41,8 @@ std::vector<Cell> cells_of(const VoxelGrid& voxels, const RefinementMap& map, in
     return cells;
   }
   for (const auto& [i, j, k] : map.split_cells(depth - 1))
-    for (int c = 0; c < 8; ++c) add({2 * i + (c & 1), 2 * j + ((c >> 1) & 1), 2 * k + ((c >> 2) & 1)});
+    for (int c = 0; c < 8; ++c)
+      add({2 * i + corner_bit(c, 0), 2 * j + corner_bit(c, 1), 2 * k + corner_bit(c, 2)});
   return cells;
 }
 

@@ -28,7 +28,7 @@ bool overlap(const BodyConfig& body, int depth, const Cell& cell, const Box& box
 }
 
 Cell part(const Cell& cell, int c) {
-  return {2 * cell[0] + (c & 1), 2 * cell[1] + ((c >> 1) & 1), 2 * cell[2] + ((c >> 2) & 1)};
+  return {2 * cell[0] + corner_bit(c, 0), 2 * cell[1] + corner_bit(c, 1), 2 * cell[2] + corner_bit(c, 2)};
 }
 
 void split_within(const BodyConfig& body, const RefinedBox& refined, int depth, const Cell& cell,

@@ -42,7 +42,7 @@ class BlockMatrix {
 
   /// From one corner of a cell to another, as a number from 0 to 26; 13 is the corner itself.
   static int offset(int from, int to) {
-    const auto along = [&](int axis) { return ((to >> axis) & 1) - ((from >> axis) & 1) + 1; };
+    const auto along = [&](int axis) { return corner_bit(to, axis) - corner_bit(from, axis) + 1; };
     return along(0) + 3 * along(1) + 9 * along(2);
   }
   Eigen::Map<Eigen::Matrix3d> at(int block) {

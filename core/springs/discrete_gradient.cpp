@@ -4,7 +4,8 @@
 #include <algorithm>
 
 #include "core/base/error.hpp"
-#include "core/springs/element_tangents.hpp"
+#include "core/forces/cell_geometry.hpp"
+#include "core/forces/spring_law.hpp"
 
 namespace mss {
 
@@ -14,8 +15,6 @@ template <class Real>
 void add(Field<Real>& field, std::ptrdiff_t site, const Vec3& value) {
   for (int axis = 0; axis < 3; ++axis) field.axis(axis)[site] += static_cast<Real>(value[axis]);
 }
-
-double volume_of(const Eigen::Matrix3d& edges) { return edges.col(0).dot(edges.col(1).cross(edges.col(2))); }
 
 /// The change of the volume force by the mean edges, for k_vol / V_rest = 1.
 Eigen::Matrix3d volume_correction(const Eigen::Matrix3d& edges0, const Eigen::Matrix3d& edges1, double rest) {
@@ -48,8 +47,9 @@ void SpringDiscreteGradient<Real>::correct_springs(const Field<Real>& x0, const 
   body_.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double k, double) {
     const Vec3 d0 = x0.at(b) - x0.at(a), d1 = x1.at(b) - x1.at(a), middle = (d0 + d1) / 2;
     const double length = std::max(middle.norm(), shortest);
-    const double mean = std::max((d0.norm() + d1.norm()) / 2, shortest);
-    const Vec3 pull = k * body_.rest_length(slot.kind) * (1 / length - 1 / mean) * middle;
+    const Vec3 pull = discrete_gradient_correction(k, body_.rest_length(slot.kind), length, d0.norm(),
+                                                   d1.norm(), shortest) *
+                      middle;
     add(f, a, pull);
     add(f, b, -pull);
   });

@@ -3,27 +3,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "core/forces/cell_geometry.hpp"
 #include "core/forces/cross_matrix.hpp"
 #include "core/forces/fold_guard.hpp"
+#include "core/forces/spring_law.hpp"
 
 namespace mss {
-
-Vec3 corner_sides(int corner) {
-  return {(corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0, (corner & 4) != 0 ? 1.0 : -1.0};
-}
-
-Eigen::Matrix3d mean_edges(const std::array<Vec3, 8>& corners) {
-  Eigen::Matrix3d edges = Eigen::Matrix3d::Zero();
-  for (int c = 0; c < 8; ++c) edges += corners[std::size_t(c)] * corner_sides(c).transpose() / 4;
-  return edges;
-}
-
-Eigen::Matrix3d volume_slopes(const Eigen::Matrix3d& edges) {
-  const Vec3 x = edges.col(0), y = edges.col(1), z = edges.col(2);
-  Eigen::Matrix3d slopes;
-  slopes << y.cross(z), z.cross(x), x.cross(y);
-  return slopes;
-}
 
 SpringTangent spring_tangent(double k, double c, double rest_length, const Vec3& d, const Vec3& w,
                              Tangent kind) {
@@ -32,13 +17,14 @@ SpringTangent spring_tangent(double k, double c, double rest_length, const Vec3&
   const double length = std::max(d.norm(), shortest * rest_length);
   const Vec3 u = d / length;
   const Eigen::Matrix3d along = u * u.transpose();
-  double across = k * (1 - rest_length / length);
+  const double ratio = rest_length / length, k_along = spring_stiffness(k, ratio);
+  double across = tension_over_length(k, ratio);
   if (kind == Tangent::projected) across = std::max(0.0, across);
-  SpringTangent tangent{(k - across) * along, c * along};
+  SpringTangent tangent{(k_along - across) * along, c * along};
   if (kind == Tangent::exact && c != 0) {
     const double rate = w.dot(u);
     across += c * rate / length;
-    tangent.stiffness = (k - across) * along + (c / length) * u * (w - rate * u).transpose();
+    tangent.stiffness = (k_along - across) * along + (c / length) * u * (w - rate * u).transpose();
   }
   tangent.stiffness.diagonal().array() += across;
   return tangent;

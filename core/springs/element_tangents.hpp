@@ -9,7 +9,7 @@
 
 namespace mss {
 
-/// Derivatives of the force of a spring on its first end, F = [k (|d| - L0) + c (w.u)] u, with u =
+/// Derivatives of the force of a spring on its first end, F = [T(|d|) + c (w.u)] u, with u =
 /// d/|d|, by the differences d of positions and w of velocities of its ends. Eq. 2-3, 2-5.
 struct SpringTangent {
   Eigen::Matrix3d stiffness;  ///< dF/dd [N/m]
@@ -17,14 +17,6 @@ struct SpringTangent {
 };
 SpringTangent spring_tangent(double k, double c, double rest_length, const Vec3& d, const Vec3& w,
                              Tangent kind);
-
-/// A corner's sides, -1 or 1 along each axis.
-Vec3 corner_sides(int corner);
-/// A cell's mean edges F = [X Y Z], whose volume det F is the thesis's, eq. 3-5 and 3-6.
-Eigen::Matrix3d mean_edges(const std::array<Vec3, 8>& corners);
-/// The volume's derivatives by F: [Y x Z, Z x X, X x Y]; those by a corner are a quarter of their sum, each
-/// times the corner's side.
-Eigen::Matrix3d volume_slopes(const Eigen::Matrix3d& edges);
 
 /// Second derivatives of the volume energy k_vol (V - V0)^2 / (2 V0) of eq. 3-5 and 3-6 by a cell's corners.
 /// With s_c the corner's sides (+-1) and F = [X Y Z] the mean edges,

@@ -5,7 +5,7 @@
 
 #include "core/body/body.hpp"
 #include "core/environment/environment.hpp"
-#include "core/forces/spectral_bound.hpp"
+#include "core/springs/spectral_bound.hpp"
 #include "core/system/system.hpp"
 
 namespace mss {

@@ -9,6 +9,7 @@
 #include "core/base/error.hpp"
 #include "core/forces/cell_geometry.hpp"
 #include "core/forces/fold_guard.hpp"
+#include "core/forces/spring_law.hpp"
 #include "core/springs/element_tangents.hpp"
 
 namespace mss {
@@ -132,6 +133,7 @@ InteriorCoefficients<Real> SpringSystem<Real>::interior_coefficients() const {
     const double k = body.interior_stiffness(s);
     c.stiffness[s] = static_cast<Real>(k);
     c.rest_pull[s] = static_cast<Real>(k * body.rest_length(spring_slots[s].kind) / kernel_.rsqrt_scale);
+    c.rest_length[s] = static_cast<Real>(body.rest_length(spring_slots[s].kind) / kernel_.rsqrt_scale);
     c.damping[s] = static_cast<Real>(k * body.damping_time().value_or(0) /
                                      (double(kernel_.rsqrt_scale) * double(kernel_.rsqrt_scale)));
   }
@@ -246,8 +248,8 @@ template <class Real>
 void SpringSystem<Real>::add_energy_of_springs(const Field<Real>& x, StoredEnergy& energy) const {
   this->body().for_each_spring(
       [&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double stiffness, double) {
-        const double change = (x.at(b) - x.at(a)).norm() - this->body().rest_length(slot.kind);
-        energy.elastic += 0.5 * stiffness * change * change;
+        energy.elastic +=
+            spring_energy(stiffness, this->body().rest_length(slot.kind), (x.at(b) - x.at(a)).norm());
       });
 }
 

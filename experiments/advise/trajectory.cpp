@@ -57,7 +57,7 @@ class Interpolator {
     for (int side = 0; side < 8; ++side) {
       std::array<int, 3> cell{};
       for (int a = 0; a < 3; ++a)
-        cell[std::size_t(a)] = int(std::floor(at[a] + ((side >> a & 1) != 0 ? -beside : beside)));
+        cell[std::size_t(a)] = int(std::floor(at[a] + (corner_bit(side, a) != 0 ? -beside : beside)));
       if (config.voxels.at(cell[0], cell[1], cell[2])) return in_cell(cell, at);
     }
     return in_cell(nearest_cell(at), at);
@@ -83,7 +83,7 @@ class Interpolator {
       double weight = 1;
       for (int a = 0; a < 3; ++a) {
         const double share = at[a] - cell[std::size_t(a)];
-        weight *= (c >> a & 1) != 0 ? share : 1 - share;
+        weight *= corner_bit(c, a) != 0 ? share : 1 - share;
       }
       place.site[std::size_t(c)] =
           body_.lattice().site(cell[0], cell[1], cell[2]) + body_.lattice().corner(c);

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "core/base/team.hpp"
+#include "core/forces/spring_law.hpp"
 #include "core/kernels/sweep.hpp"
 #include "experiments/harness/build_info.hpp"
 #include "experiments/harness/other_work.hpp"
@@ -110,6 +111,7 @@ Json provenance() {
           {"compiler", MSS_COMPILER},
           {"flags", MSS_FLAGS},
           {"sweep_flags", MSS_SWEEP_FLAGS},
+          {"spring_law", SpringLaw::name},
           {"dependencies", dependencies()},
           {"cpu", value_in("/proc/cpuinfo", "model name", ':')},
           {"cpu_model", processor_model()},

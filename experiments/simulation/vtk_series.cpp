@@ -12,6 +12,7 @@
 
 #include "core/base/error.hpp"
 #include "core/forces/cell_geometry.hpp"
+#include "core/forces/spring_law.hpp"
 #include "core/measures/measures.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
@@ -240,7 +241,7 @@ void write_spring_values(hid_t group, const std::vector<Level>& levels, const Fi
         [&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double, double) {
           classes.push_back(std::uint8_t(slot.kind));
           const double length = (x.at(level.first + b) - x.at(level.first + a)).norm();
-          stretch.push_back(length / level.body.rest_length(slot.kind) - 1);
+          stretch.push_back(spring_strain(length, level.body.rest_length(slot.kind)));
         });
   const Ranks& ranks = levels.front().body.ranks();
   write_all(ranks, group, "stretch", stretch);

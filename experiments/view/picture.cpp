@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/forces/spring_law.hpp"
 #include "core/measures/particle_measures.hpp"
 
 namespace mss::view {
@@ -76,7 +77,8 @@ void add_springs(Marks& lines, const Level& level, const Field<double>& x, const
     const Vec3 from = x.at(level.first + a), to = x.at(level.first + b);
     Colour colour = plain_spring;
     if (stretch != nullptr)
-      colour = map_colour(stretch->share(std::abs((to - from).norm() / body.rest_length(slot.kind) - 1)));
+      colour = map_colour(
+          stretch->share(std::abs(spring_strain((to - from).norm(), body.rest_length(slot.kind)))));
     lines.push_back(mark(from, colour));
     lines.push_back(mark(to, colour));
   });

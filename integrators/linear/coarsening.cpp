@@ -147,7 +147,7 @@ Vec3 extrapolate(const std::array<Vec3, 8>& corners, const Vec3& offset) {
   Vec3 point = Vec3::Zero();
   for (int c = 0; c < 8; ++c) {
     double weight = 0.125;
-    for (int axis = 0; axis < 3; ++axis) weight += (((c >> axis) & 1) != 0 ? 0.25 : -0.25) * offset[axis];
+    for (int axis = 0; axis < 3; ++axis) weight += 0.25 * corner_sign(c, axis) * offset[axis];
     point += weight * corners[std::size_t(c)];
   }
   return point;

@@ -38,8 +38,8 @@ Field<float> coarsened_mask(const Body& fine, const Field<float>& fine_mask, con
     for (int axis = 0; axis < 3; ++axis) {
       if (fine_mask.axis(axis)[site] != 0) continue;
       for (int c = 0; c < 8; ++c)  // the coarse particles it is interpolated from
-        mask.axis(axis)[to.site((at[0] + (c & 1)) / 2, (at[1] + (c >> 1 & 1)) / 2, (at[2] + (c >> 2)) / 2)] =
-            0;
+        mask.axis(axis)[to.site((at[0] + corner_bit(c, 0)) / 2, (at[1] + corner_bit(c, 1)) / 2,
+                                (at[2] + corner_bit(c, 2)) / 2)] = 0;
     }
   }
   return mask;

@@ -20,7 +20,7 @@ struct CornerPlaces {
       for (int other = 0; other < 8; ++other) {
         of[own][other] = sites_around / 2;
         for (int axis = 0, step = 1; axis < 3; ++axis, step *= 3)
-          of[own][other] += step * (((other >> axis) & 1) - ((own >> axis) & 1));
+          of[own][other] += step * (corner_bit(other, axis) - corner_bit(own, axis));
       }
   }
 };

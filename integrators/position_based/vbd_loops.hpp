@@ -3,12 +3,21 @@
 // Vertex block descent, W particles of a colour at once, see vbd_kernel.hpp. Included once per instruction
 // set, see simd.hpp.
 
+#include "core/base/lattice.hpp"
 #include "core/kernels/cell_vectors.hpp"
 #include "integrators/position_based/vbd_kernel.hpp"
 
 namespace mss::MSS_ISA {
 
 inline constexpr int middle = sites_around / 2;
+
+template <int sign, class Real>
+MSS_INLINE Vec<Real> with_sign(const Vec<Real>& v) {
+  if constexpr (sign > 0)
+    return v;
+  else
+    return -v;
+}
 
 /// W particles and all that is around them.
 template <class Real, bool Damped>
@@ -43,10 +52,10 @@ struct VertexBlock {
     constexpr Real unscale = 1 / (rsqrt_scale<Real> * rsqrt_scale<Real>);
     const Vec<Real> d = x[other] - x[middle];
     const Pack<Real> squared = squared_norm(d), r = scaled_rsqrt(squared, rsqrt_estimate(squared));
-    const Pack<Real> k = load(coefficient + W * other), strain = Real(1) - p.rest_length[other] * r;
-    Pack<Real> pull = k * strain;
+    const Pack<Real> k = load(coefficient + W * other), ratio = p.rest_length[other] * r;
+    Pack<Real> pull = tension_over_length(k, ratio);
     const Pack<Real> across = positive_part<Real>(pull);
-    Pack<Real> along = unscale * (k - across);
+    Pack<Real> along = unscale * (spring_stiffness(k, ratio) - across);
     if constexpr (Damped) {
       const Pack<Real> damping = load(coefficient + W * (sites_around + other));
       pull = pull + damping * (dot(d, load(p.moved, p.around[other] + first) - moved) * (r * r));
@@ -63,12 +72,12 @@ struct VertexBlock {
   MSS_INLINE void add_volume() {
     const Pack<Real> stiffness = load(coefficient + W * (2 * sites_around + own));
     constexpr const int(&at)[8] = corner_places.of[own];
-    const Edges<Real> e(x[at[7]] - x[at[0]], x[at[6]] - x[at[1]], x[at[5]] - x[at[2]], x[at[4]] - x[at[3]]);
-    const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
-    const Vec<Real> by_x = (own & 1) != 0 ? yz : -yz, by_y = (own & 2) != 0 ? zx : -zx,
-                    by_z = (own & 4) != 0 ? xy : -xy;
-    const Vec<Real> slope = (by_x + by_y) + by_z;
-    const Pack<Real> excess = dot(e.x, yz) - p.rest_volume;
+    const Edges<Vec<Real>> e(x[at[7]] - x[at[0]], x[at[6]] - x[at[1]], x[at[5]] - x[at[2]],
+                             x[at[4]] - x[at[3]]);
+    const EdgeSlopes<Vec<Real>> by(e);
+    const Vec<Real> slope = (with_sign<corner_sign(own, 0)>(by.x) + with_sign<corner_sign(own, 1)>(by.y)) +
+                            with_sign<corner_sign(own, 2)>(by.z);
+    const Pack<Real> excess = dot(e.x, by.x) - p.rest_volume;
     force = force - (stiffness * excess) * slope;
     hessian.add(stiffness, slope);
   }

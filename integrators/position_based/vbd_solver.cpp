@@ -22,7 +22,7 @@ ColouredBlocks blocks_of(const ColouredParticles<Real>& particles, int lanes) {
     if (body.particle(site) < 0) return;
     numbers[0] = 1 + particles.mass_kind(within + particles.lattice().corner(colour, 0));
     for (int c = 0; c < 8; ++c) {
-      const bool inside = at[0] >= (c & 1) && at[1] >= ((c >> 1) & 1) && at[2] >= (c >> 2);
+      const bool inside = at[0] >= corner_bit(c, 0) && at[1] >= corner_bit(c, 1) && at[2] >= corner_bit(c, 2);
       numbers[1 + c] = inside ? 1 + body.element_kind(site - sites.corner(c)) : 0;
     }
   };

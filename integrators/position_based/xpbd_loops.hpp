@@ -70,17 +70,27 @@ struct ProjectedCells {
     return s;
   }
   MSS_INLINE void finish(int block, int spring, const PendingSprings& s) {
+    constexpr Real scale2 = rsqrt_scale<Real> * rsqrt_scale<Real>;
     const Real* c = coefficient[block] + 3 * W * spring;
     const Pack<Real> r = scaled_rsqrt(s.squared, s.estimate);
-    Pack<Real> lambda = load(c) * (p.rest_length[spring] - s.squared * r);
-    if constexpr (kind != Kind::undamped) lambda = lambda - load(c + W) * (dot(s.d, s.du) * r);
+    Pack<Real> lambda = load(c) * spring_shortening(p.rest_length[spring], s.squared, r);
+    const Pack<Real> ratio = (Real(1) / scale2 * p.rest_length[spring]) * r,
+                     factor = projection_factor(ratio, mobility(block, spring) * (scale2 * load(c)));
+    lambda = (factor * SpringLaw::secant(strain_of_ratio(ratio))) * lambda;
+    if constexpr (kind != Kind::undamped) lambda = lambda - factor * (load(c + W) * (dot(s.d, s.du) * r));
     if constexpr (kind == Kind::general) {
       Real* kept = multiplier(block, spring);
       const Pack<Real> before = load(kept);
-      lambda = lambda - load(c + 2 * W) * before;
+      lambda = lambda - factor * (load(c + 2 * W) * before);
       store(kept, before + lambda);
     }
     push_apart(block, spring_ends[spring][0], spring_ends[spring][1], lambda * r, s.d);
+  }
+
+  /// Of a spring's two ends, if the law asks for it.
+  MSS_INLINE Pack<Real> mobility(int block, int spring) const {
+    return load(p.inverse_mass.axis[0] + at(block, spring_ends[spring][0])) +
+           load(p.inverse_mass.axis[0] + at(block, spring_ends[spring][1]));
   }
 
   /// Springs without a common end, side by side: each is one chain of dependent operations.
@@ -100,10 +110,10 @@ struct ProjectedCells {
   MSS_INLINE void project_volume(int block) {
     Vec<Real> x[8];
     for (int c = 0; c < 8; ++c) x[c] = load(p.before, at(block, c)) + u[block][c];
-    const Edges<Real> e(x[7] - x[0], x[6] - x[1], x[5] - x[2], x[4] - x[3]);
-    const Vec<Real> yz = cross(e.y, e.z), zx = cross(e.z, e.x), xy = cross(e.x, e.y);
-    const Vec<Real> slope[4] = {(xy + zx) + yz, (xy + zx) - yz, (xy - zx) + yz, (xy - zx) - yz};
-    const Pack<Real> volume = Real(1.0 / 64) * dot(e.x, yz);
+    const Edges<Vec<Real>> e(x[7] - x[0], x[6] - x[1], x[5] - x[2], x[4] - x[3]);
+    const EdgeSlopes<Vec<Real>> by(e);
+    const Vec<Real> slope[4] = {at_corner<0>(by), at_corner<1>(by), at_corner<2>(by), at_corner<3>(by)};
+    const Pack<Real> volume = Real(1.0 / 64) * dot(e.x, by.x);
     Pack<Real> mobility{};
     for (int c = 0; c < 4; ++c)
       mobility = mobility + mobility_of(block, c, slope[c]) + mobility_of(block, 7 - c, slope[c]);

@@ -14,7 +14,7 @@ RefinementMap split_near(const BodyConfig& body, const std::function<double(cons
     map.split(depth, cell);
     for (int c = 0; c < 8; ++c)
       self(self, depth + 1,
-           {2 * cell[0] + (c & 1), 2 * cell[1] + ((c >> 1) & 1), 2 * cell[2] + ((c >> 2) & 1)});
+           {2 * cell[0] + corner_bit(c, 0), 2 * cell[1] + corner_bit(c, 1), 2 * cell[2] + corner_bit(c, 2)});
   };
   for (int k = 0; k < body.voxels.nz(); ++k)
     for (int j = 0; j < body.voxels.ny(); ++j)

@@ -132,7 +132,7 @@ Eigen::Matrix<double, 6, 6> lattice_stiffness(const Body& body) {
   Eigen::Matrix<double, 6, 6> c = body.config().springs.volume * volumetric * volumetric.transpose();
   for (std::size_t s = 0; s < spring_slots.size(); ++s) {
     Vec3 u;
-    for (int a = 0; a < 3; ++a) u[a] = ((spring_slots[s].b >> a) & 1) - ((spring_slots[s].a >> a) & 1);
+    for (int a = 0; a < 3; ++a) u[a] = corner_bit(spring_slots[s].b, a) - corner_bit(spring_slots[s].a, a);
     u.normalize();
     Voigt q;  // rate of stretch of a spring along u by strain
     q << u[0] * u[0], u[1] * u[1], u[2] * u[2], u[1] * u[2], u[2] * u[0], u[0] * u[1];

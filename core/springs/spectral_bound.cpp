@@ -1,4 +1,4 @@
-#include "core/forces/spectral_bound.hpp"
+#include "core/springs/spectral_bound.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 using Block = Eigen::Matrix3d;
 
-Vec3 corner_vector(int c) { return Vec3(c & 1, (c >> 1) & 1, (c >> 2) & 1); }
+Vec3 corner_vector(int c) { return Vec3(corner_bit(c, 0), corner_bit(c, 1), corner_bit(c, 2)); }
 
 double largest_eigenvalue(const Block& block) {
   return Eigen::SelfAdjointEigenSolver<Block>(block, Eigen::EigenvaluesOnly).eigenvalues()[2];
