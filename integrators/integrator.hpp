@@ -145,6 +145,9 @@ struct IntegratorInfo {
   /// Whether it moves bodies of springs only.
   bool needs_springs() const { return energy_exact || springs_only; }
 
+  /// Whether a step begins with what outer forces, those of penalty planes among them, do to free particles.
+  bool steps_after_outer_forces() const { return springs_only || !has_modulus; }
+
   /// The method, which checks every system that it meets against these facts.
   template <class Real>
   std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) const;

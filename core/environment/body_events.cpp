@@ -40,6 +40,15 @@ bool collide_touching(const Colliding& colliding, std::ptrdiff_t site, double ma
     if (colliding.impulses) colliding.impulses->add(plane, site, mass * free_part(colliding.held, site, dv));
   };
   if (!colliding.contact.collide({before.x.at(site), before.v.at(site)}, dt, after, give)) return false;
+  if (const Vec3 free = free_part(colliding.held, site, Vec3::Ones()); !free.isOnes(0)) {
+    const Vec3 goal = after.x;
+    for (int axis = 0; axis < 3; ++axis)
+      if (free[axis] == 0) {
+        after.x[axis] = double(state.x.axis(axis)[site]);
+        after.v[axis] = double(state.v.axis(axis)[site]);
+      }
+    colliding.contact.collide_held(free, goal, after, give);
+  }
   for (int axis = 0; axis < 3; ++axis) {
     if (colliding.held.holds(site, axis)) continue;
     state.x.axis(axis)[site] = static_cast<Real>(after.x[axis]);

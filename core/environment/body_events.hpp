@@ -56,6 +56,8 @@ class BodyEvents final : public StepEvents<Real> {
              const SurfaceContact* surface, const SleepRule& sleep);
 
   bool collides() const override { return colliding_.contact.has_collisions(); }
+  double fall_step() const override { return colliding_.contact.fall_step(); }
+  bool presses() const override { return colliding_.contact.has_penalties(); }
   double resolved_step() const override { return colliding_.contact.resolved_step(); }
   bool collide(const State<Real>& before, double dt, State<Real>& state) override;
   bool sleeps() const override { return sleep_ != nullptr; }

@@ -58,7 +58,8 @@ struct Strike {
 /// How particles and a plane touch; the laws are in contact.hpp.
 enum class ContactLaw {
   thesis,   ///< the thesis's Algorithm 2, at the end of steps
-  impulse,  ///< restitution, Coulomb's cone and rest, at the end of steps
+  impulse,  ///< restitution, Coulomb's cone and rest; inside the steps of methods that find forces at their
+            ///< ends
   penalty   ///< a smooth force
 };
 

@@ -5,7 +5,9 @@
 namespace mss {
 
 PlaneContact::PlaneContact(const Environment& environment, const SpectralBound& body, double cell_size)
-    : omega_(body.omega), cell_size_(cell_size) {
+    : omega_(body.omega),
+      cell_size_(cell_size),
+      fall_step_(std::sqrt(cell_size / (2000 * environment.gravity.norm()))) {
   for (const Plane& plane : environment.planes)
     if (plane.contact == ContactLaw::penalty)
       penalties_.emplace_back(plane, body, environment.gravity.norm(), cell_size);

@@ -20,6 +20,9 @@ class PlaneContact {
   bool has_collisions() const { return !colliding_.empty(); }
   /// Longest step that resolves the motion of what collides, 2 over its angular frequency [s].
   double resolved_step() const { return 2 / omega_; }
+  /// Longest step in which gravity moves what collides by no more than 1/4000 of a cell; infinite without it
+  /// [s].
+  double fall_step() const { return fall_step_; }
   /// True if planes act by forces: those of the law `penalty`.
   bool has_penalties() const { return !penalties_.empty(); }
 
@@ -57,6 +60,27 @@ class PlaneContact {
       if (!changed || colliding_.size() == 1) break;
     }
     return any;
+  }
+  /// The same for a particle that is free along some axes alone (1 in `free`): `after` is where collide() has
+  /// taken it but along the others. What is left of the way out of planes, and of the velocity into them, is
+  /// taken along the free part of their normals. `goal`: where collide() would have it. Calls give(plane,
+  /// dv).
+  template <class Give>
+  void collide_held(const Vec3& free, const Vec3& goal, Motion& after, Give&& give) const {
+    constexpr double least = 1e-6;
+    for (std::size_t p = 0; p < colliding_.size(); ++p) {
+      const Plane& plane = colliding_[p];
+      const Vec3 n = free.cwiseProduct(plane.normal);
+      const double missing = std::min(0.0, plane.gap(goal)) - plane.gap(after.x);
+      if (plane.contact != ContactLaw::impulse || n.norm() < least || !(missing > 1e-12 * cell_size_))
+        continue;
+      after.x += missing / n.squaredNorm() * n;
+      const double into = plane.normal.dot(after.v);
+      if (!(into < 0)) continue;
+      const Vec3 dv = -into / n.squaredNorm() * n;
+      after.v += dv;
+      give(p, dv);
+    }
   }
   /// The plane of the law `impulse` on which a particle at rest stays under an acceleration, if there is one.
   std::optional<std::size_t> sticks_to(const Vec3& x, const Vec3& acceleration) const;
@@ -116,7 +140,7 @@ class PlaneContact {
     return plane.gap(motion.x) > -close && plane.normal.dot(motion.v) * dt > -close;
   }
 
-  double omega_, cell_size_;
+  double omega_, cell_size_, fall_step_;
   std::vector<Plane> colliding_;
   std::vector<Penalty> penalties_;
 };

@@ -69,6 +69,8 @@ class TetheredSystem final : public SystemWrapper<Real> {
    public:
     explicit TetheredEvents(TetheredSystem& system) : system_(system) {}
     bool collides() const override { return other().collides(); }
+    double fall_step() const override { return other().fall_step(); }
+    bool presses() const override { return other().presses(); }
     double resolved_step() const override { return other().resolved_step(); }
     bool collide(const State<Real>& before, double dt, State<Real>& state) override {
       return other().collide(before, dt, state);

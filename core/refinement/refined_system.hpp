@@ -67,6 +67,8 @@ class RefinedSystem final : public SolidSystem<Real> {
    public:
     explicit Events(RefinedSystem& system) : system_(system) {}
     bool collides() const override { return system_.contact_.has_collisions(); }
+    double fall_step() const override { return system_.contact_.fall_step(); }
+    bool presses() const override { return system_.contact_.has_penalties(); }
     double resolved_step() const override { return system_.contact_.resolved_step(); }
     bool collide(const State<Real>& before, double dt, State<Real>& state) override;
     bool sleeps() const override { return false; }

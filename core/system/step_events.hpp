@@ -20,8 +20,15 @@ class StepEvents {
   /// True if bodies collide at the end of steps: then collide() must be called after each.
   virtual bool collides() const = 0;
 
+  /// True if planes push by forces, which belong to those of the system.
+  virtual bool presses() const = 0;
+
   /// Longest step that resolves the body's fastest motion, 2 over its angular frequency [s].
   virtual double resolved_step() const = 0;
+
+  /// Longest step in which gravity hardly moves a body: what knows no modulus must not fall further between
+  /// collisions [s].
+  virtual double fall_step() const = 0;
 
   /// Applies the collisions of a step of dt that led from `before` to `state`. False if nothing changed.
   virtual bool collide(const State<Real>& before, double dt, State<Real>& state) = 0;

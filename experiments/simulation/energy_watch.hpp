@@ -17,7 +17,8 @@ struct EnergyGain {
 
 /// Watches the energy balance of a run at its rows. Gravity, loads and penalty planes are in the potential,
 /// strikes are counted, everything else can only take energy. What moving holds do is not known at rows: the
-/// balance begins where none moves. Not watched: searches for equilibria, models without an energy
+/// balance begins where none moves, and where all of the body is in front of planes, which lift what begins
+/// behind. Not watched: searches for equilibria, models without an energy
 /// (`mollemans`), methods whose motion is that of no material (shape_matching).
 template <class Real>
 class EnergyWatch {
@@ -35,11 +36,13 @@ class EnergyWatch {
     double total, potential, struck, noise;
   };
   bool holds_move(double t) const;
+  bool is_behind_planes(const SceneRun<Real>& run) const;
   double centred_total(SceneRun<Real>& run, const Measures& row) const;
 
   const Scene& scene_;
   const IntegratorInfo& method_;
   bool watches_;
+  bool is_in_front_ = false;  ///< of planes, since some row
   std::optional<Start> start_;
   double at_play_ = 0;
   std::optional<EnergyGain> gain_;

@@ -68,7 +68,8 @@ std::string on_penetration(const Scene& scene, const Penetration& found) {
           ? "that law leaves there what has passed; give contact = \"impulse\""
           : "its forces are too weak for this fall; give contact = \"impulse\", or smaller cells";
   if (found.ends_whole)
-    return fmt::format("the whole body ends behind plane.{}, up to {} deep; {}", found.plane, depth, remedy);
+    return fmt::format("the whole body ends behind plane.{}, up to {} deep; unless it began there, {}",
+                       found.plane, depth, remedy);
   return fmt::format("{} are up to {} behind plane.{} at t = {:.4g} s; {}",
                      found.of_vertices ? "vertices of the surface" : "particles", depth, found.plane, found.t,
                      remedy);
@@ -153,6 +154,13 @@ std::vector<std::string> remarks_on(const Scene& scene, const SimulationResult& 
     remarks.push_back(remark_on_divergence(scene, result.dt, result.sure_steps));
   if (result.status == Status::newton_stalled && is_static(scene))
     if (std::string remark = on_holds(scene, result); !remark.empty()) remarks.push_back(std::move(remark));
+  const bool unsolved = result.status == Status::newton_stalled || result.status == Status::linear_stalled ||
+                        result.status == Status::not_positive_definite;
+  if (unsolved && in_fixed_steps(scene))
+    remarks.push_back(
+        fmt::format("a step's equations were not solved{}; give a shorter solve.dt, or another "
+                    "solve.nonlinear_solver or solve.linear_solver",
+                    scene.environment.planes.empty() ? "" : ", contact with planes among them"));
   if (result.status == Status::ok && !result.series.empty() && result.series.back().min_jacobian <= 0)
     remarks.push_back(fmt::format(
         "the body ends folded: the smallest signed volume at a cell's corner is {:.3g} of the one "

@@ -126,7 +126,9 @@ Status ConjugateGradients::solve(const Field<double>& rhs, Field<double>& soluti
   solution.array() = 0;
   residual_.array() = rhs.array() * mask_.array();
   auto [rz, rr] = precondition([](Range) {}, residual_, direction_, 0);
-  system_->clear_prescribed(direction_);  // what a preconditioner moves that planes hold
+  // What rounding leaves of a right side along directions that planes hold, and a preconditioner moves there.
+  system_->clear_prescribed(residual_);
+  system_->clear_prescribed(direction_);
   const double target = tolerance_ * tolerance_ * rr;
   for (long iteration = 0; rr > target; ++iteration) {
     if (iteration == most_iterations_) return Status::linear_stalled;

@@ -1,9 +1,13 @@
 #include "integrators/nonlinear/bounded_system.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "core/base/error.hpp"
 
 namespace mss {
 
@@ -19,6 +23,9 @@ constexpr int most_changes = 4;
 /// Of friction's limit: by how much such a particle may exceed it, twice as much after every further change.
 constexpr double share_on_edge = 0.02;
 
+/// A coefficient of friction from which on particles stick first, and slide when they must.
+constexpr double rough = 1;
+
 /// Of gravity's impulse: what is left to solve below it leaves no doubt.
 constexpr double settled_share = 1e-6;
 
@@ -31,7 +38,14 @@ constexpr double stiffer = 1e8;
 }  // namespace
 
 BoundedSystem::BoundedSystem(System<double>& other)
-    : SystemWrapper<double>(other), bounds_(*other.bounds()), tangents_(*this) {}
+    : SystemWrapper<double>(other), bounds_(*other.bounds()), tangents_(*this) {
+  constexpr std::size_t most = std::numeric_limits<Planes>::digits;
+  if (bounds_.planes().size() > most)
+    throw InputError(
+        fmt::format("at most {} planes can act inside the steps of implicit methods, and there are {}; "
+                    "leave out those that the body cannot meet, or take an explicit method",
+                    most, bounds_.planes().size()));
+}
 
 Vec3 BoundedSystem::contact_position(std::ptrdiff_t site, const Field<double>& v) const {
   return base_->at(site) + gamma_ * v.at(site);
@@ -201,12 +215,20 @@ bool BoundedSystem::close_deepest(const Field<double>& v) {
   return changed;
 }
 
+/// On planes this rough what slides is the exception, and the friction of pressures that are not known yet
+/// would throw it back.
+bool BoundedSystem::sticks_at_first(Planes planes) const {
+  const std::vector<std::size_t> on = indices(planes);
+  return std::any_of(on.begin(), on.end(),
+                     [&](std::size_t p) { return bounds_.planes()[p].friction >= rough; });
+}
+
 /// Takes planes that a particle is behind, by depths `from` on [m].
 bool BoundedSystem::close(std::ptrdiff_t site, const Field<double>& v, const std::vector<double>& from) {
   const Vec3 x = contact_position(site, v);
-  std::uint32_t behind = 0;
+  Planes behind = 0;
   for (std::size_t p = 0; p < bounds_.planes().size(); ++p)
-    if (-gap(p, site, x) > from[p]) behind |= 1U << p;
+    if (-gap(p, site, x) > from[p]) behind |= Planes{1} << p;
   if (behind == 0 || bounds_.free_axes(site).isZero(0)) return false;
   const auto [at, is_new] = touches_.try_emplace(site);
   Touch& touch = at->second;
@@ -215,7 +237,7 @@ bool BoundedSystem::close(std::ptrdiff_t site, const Field<double>& v, const std
   touch.sticks = false;
   set_directions(site, touch);
   const Vec3 sliding = touch.slip * v.at(site);
-  touch.sticks = sliding.norm() * gamma_ < negligible_share * length_;
+  touch.sticks = sliding.norm() * gamma_ < negligible_share * length_ || sticks_at_first(behind);
   if (!touch.sticks) touch.direction = sliding.normalized();
   if (is_new) touch.limit = 0;
   set_directions(site, touch);
@@ -273,7 +295,7 @@ bool BoundedSystem::judge(std::ptrdiff_t site, Touch& touch, const Vec3& reactio
                                         [](const auto& a, const auto& b) { return a.second < b.second; });
   const double pull = -weakest->second;
   if (pull > negligible_impulse * scale_ && (3 * pull >= doubt || doubt < 1e3 * settled_share * scale_)) {
-    touch.planes &= ~(1U << weakest->first);
+    touch.planes &= ~(Planes{1} << weakest->first);
     touch.sticks = false;
     touch.limit = touch.pressure = 0;
     ++touch.changes;
@@ -304,26 +326,28 @@ bool BoundedSystem::judge(std::ptrdiff_t site, Touch& touch, const Vec3& reactio
   return true;
 }
 
-std::vector<std::size_t> BoundedSystem::indices(std::uint32_t planes) const {
+std::vector<std::size_t> BoundedSystem::indices(Planes planes) const {
   std::vector<std::size_t> all;
   for (std::size_t p = 0; p < bounds_.planes().size(); ++p)
     if ((planes >> p & 1) != 0) all.push_back(p);
   return all;
 }
 
-/// Writes down what some planes give a particle together.
-void BoundedSystem::give(std::ptrdiff_t site, std::uint32_t planes, const Vec3& impulse) {
+/// Writes down what some planes give a particle together; of what `must_push` nothing that would pull, which
+/// has not been solved.
+void BoundedSystem::give(std::ptrdiff_t site, Planes planes, const Vec3& impulse, bool must_push) {
   PlaneImpulses* impulses = plane_impulses();
   if (!impulses || impulse.isZero(0)) return;
   const std::vector<std::size_t> on = indices(planes);
   const std::vector<Vec3> parts = split_by_plane(bounds_.planes(), on, bounds_.free_axes(site), impulse);
-  for (const std::size_t p : on) impulses->add(p, site, parts[p]);
+  for (const std::size_t p : on)
+    if (!must_push || bounds_.planes()[p].normal.dot(parts[p]) > 0) impulses->add(p, site, parts[p]);
 }
 
 void BoundedSystem::end_stage(const ImplicitStage& stage, const Field<double>& residual) {
   if (stage.impulse_weight == 0) return;
   for (const auto& [site, touch] : touches_)
-    give(site, touch.planes, -stage.impulse_weight * residual.at(site));
+    give(site, touch.planes, -stage.impulse_weight * residual.at(site), true);
 }
 
 void BoundedSystem::remember_touches() {

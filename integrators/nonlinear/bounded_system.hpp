@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <vector>
 
@@ -23,16 +24,16 @@ struct HeldParticle {
 ///
 /// A particle that a plane touches is held along the normal while the plane pushes, and let go when it would
 /// have to pull. It sticks, held along the plane too, while the force that this takes lies in Coulomb's cone;
-/// otherwise it slides under friction mu p against its motion, with the pressure p of the iteration before,
-/// so that tangents stay symmetric. What holds a particle is an impulse p = M (v - v_base) - gamma f [N s].
-/// Alart and Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; Bertails-Descoubes et al., ACM TOG 30
-/// (2011) 6, for the exact cone.
+/// otherwise it slides under friction mu p against its motion, with a pressure p that is known before an
+/// iteration, so that tangents stay symmetric. What holds a particle is an impulse p = M (v - v_base) - gamma
+/// f [N s]. Alart and Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; Bertails-Descoubes et al.,
+/// ACM TOG 30 (2011) 6, for the exact cone.
 ///
 /// Held directions count as prescribed: clear_prescribed() removes them, and tangents hold them. The set
 /// stays from stage to stage.
 class BoundedSystem final : public SystemWrapper<double> {
  public:
-  /// Of a system with bounds, which must outlive it.
+  /// Of a system with bounds, which must outlive it. Throws InputError for more than 64 planes.
   explicit BoundedSystem(System<double>& other);
 
   void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override {
@@ -46,6 +47,8 @@ class BoundedSystem final : public SystemWrapper<double> {
 
   /// Begins a stage with the set of the last one.
   void begin(const ImplicitStage& stage);
+  /// Lets go of everything, for a stage to be solved once more.
+  void let_go() { touches_.clear(); }
 
   /// What velocities must change by for held particles to be where, and as slow as, they must: false if
   /// nothing, to rounding, which is then mended in `v`.
@@ -84,8 +87,9 @@ class BoundedSystem final : public SystemWrapper<double> {
   std::size_t touching() const { return touches_.size(); }
 
  private:
+  using Planes = std::uint64_t;  ///< a bit each
   struct Touch {
-    std::uint32_t planes = 0;  ///< a bit each
+    Planes planes = 0;
     bool sticks = false;
     Vec3 direction = Vec3::Zero();                   ///< in which it slides
     double limit = 0;                                ///< of friction, mu p [N s]
@@ -115,12 +119,13 @@ class BoundedSystem final : public SystemWrapper<double> {
   };
 
   void remember_touches();
-  std::vector<std::size_t> indices(std::uint32_t planes) const;
-  void give(std::ptrdiff_t site, std::uint32_t planes, const Vec3& impulse);
+  std::vector<std::size_t> indices(Planes planes) const;
+  void give(std::ptrdiff_t site, Planes planes, const Vec3& impulse, bool must_push = false);
   Vec3 contact_position(std::ptrdiff_t site, const Field<double>& v) const;
   double gap(std::size_t plane, std::ptrdiff_t site, const Vec3& x) const;
   void set_directions(std::ptrdiff_t site, Touch& touch) const;
   Eigen::Matrix3d friction_block(std::ptrdiff_t site, const Touch& touch, const Field<double>& v) const;
+  bool sticks_at_first(Planes planes) const;
   bool close_deepest(const Field<double>& v);
   bool close(std::ptrdiff_t site, const Field<double>& v, const std::vector<double>& from);
   double pressures(std::ptrdiff_t site, const Touch& touch, const Vec3& reaction,
@@ -137,7 +142,7 @@ class BoundedSystem final : public SystemWrapper<double> {
   std::map<std::ptrdiff_t, Touch> touches_;               ///< by site
   std::vector<std::pair<std::size_t, double>> by_plane_;  ///< scratch
   bool in_step_ = false;                                  ///< after its first stage has begun
-  std::map<std::ptrdiff_t, std::uint32_t> touched_;       ///< planes, in stages of this step
+  std::map<std::ptrdiff_t, Planes> touched_;              ///< planes, in stages of this step
 };
 
 }  // namespace mss

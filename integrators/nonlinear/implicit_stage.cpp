@@ -33,6 +33,11 @@ constexpr int most_halvings_sliding = 6;
 constexpr int most_friction_rounds = 12;
 constexpr double most_friction_left = 0.01;
 
+/// Where a stage with contact has stalled, it is solved once more: from projected tangents, with friction
+/// that follows pressure only when what is left to solve is this share of what planes push with.
+constexpr double trusted = 0.3;
+constexpr int most_careful = 300;
+
 /// Of gravity's impulse: a change of friction that leaves a stage solved.
 constexpr double negligible_friction = contact_tolerance / 10;
 
@@ -128,7 +133,7 @@ Status Newton::find_step(System<double>& system, const ImplicitStage& stage, con
   TangentSum sum{.mass = 1,
                  .damping = stage.force_velocity ? 0 : stage.gamma,
                  .stiffness = stage.gamma * stage.gamma_x,
-                 .kind = stage.conserve_from ? Tangent::projected : kind_};
+                 .kind = stage.conserve_from || careful_ ? Tangent::projected : kind_};
   if (!bounded_)
     return solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
   const auto product = [&](const Field<double>& move) {
@@ -142,7 +147,8 @@ Status Newton::find_step(System<double>& system, const ImplicitStage& stage, con
   }
   Status status = solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
   double change = std::numeric_limits<double>::max();
-  for (int round = 0; status == Status::ok && round < most_friction_rounds && bounded_->slides(); ++round) {
+  for (int round = 0; status == Status::ok && !careful_ && round < most_friction_rounds && bounded_->slides();
+       ++round) {
     system.clear_prescribed(step_);
     if (jumps_) step_.array() += jump_.array();
     product(step_);
@@ -184,6 +190,15 @@ bool Newton::search(System<double>& system, const ImplicitStage& stage, State<do
   return false;
 }
 
+/// Lets friction follow pressure once the rest is solved for that of before; true if it changed.
+bool Newton::follow_once_solved(double norm, double good) {
+  if (!bounded_->slides() || (norm >= trusted * std::min(norm_at_pressure_, bounded_->push()) && norm > good))
+    return false;
+  const double change = bounded_->follow_pressure();
+  norm_at_pressure_ = std::max(norm, change);
+  return change > good;
+}
+
 /// The largest change of a coordinate that the step makes, over the largest coordinate.
 double Newton::relative_move(const System<double>& system, const ImplicitStage& stage,
                              const State<double>& state) const {
@@ -192,7 +207,16 @@ double Newton::relative_move(const System<double>& system, const ImplicitStage& 
 }
 
 Status Newton::solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) {
-  const Status status = solve_stage(system, stage, state, work);
+  if (system.bounds()) guess_ = state.v;
+  careful_ = false;
+  Status status = solve_stage(system, stage, state, work);
+  if (status != Status::ok && bounded_ && iterations_ == 0) {
+    state.v = guess_;
+    bounded_->let_go();
+    careful_ = true;
+    status = solve_stage(system, stage, state, work);
+    if (status != Status::ok) status = Status::newton_stalled;  // whatever the last iterate was
+  }
   if (status == Status::ok && bounded_) bounded_->end_stage(stage, impulse_);
   return status;
 }
@@ -218,7 +242,8 @@ Status Newton::solve_stage(System<double>& plain, const ImplicitStage& stage, St
   };
   const double good = std::max(tolerance * norm, bounded_ ? contact_tolerance * bounded_->scale() : 0);
   const double target = iterations_ > 0 ? 0 : good;
-  const int most = iterations_ > 0 ? iterations_ : goal().most_iterations;
+  const int most = iterations_ > 0 ? iterations_ : careful_ ? most_careful : goal().most_iterations;
+  norm_at_pressure_ = std::numeric_limits<double>::infinity();
   bool settled = !bounded_;  // what planes hold
   friction_left_ = most_friction_left;
   for (int iteration = 0, idle = 0; iteration < most && (norm > 0 || !settled); ++iteration) {
@@ -230,7 +255,10 @@ Status Newton::solve_stage(System<double>& plain, const ImplicitStage& stage, St
       return settled && (move <= ordinary.negligible || before <= good) ? Status::ok : Status::newton_stalled;
     if (bounded_) {
       settled = !bounded_->update(impulse_, state.v, norm) && !jumped;
-      bounded_->follow_pressure();
+      if (!careful_)
+        bounded_->follow_pressure();
+      else if (follow_once_solved(norm, good))
+        settled = false;
       jumps_ = bounded_->jump(state.v, jump_);
       norm = leave_out_held(system, state);
       friction_left_ = std::min(most_friction_left, std::pow(norm / before, 2) / 10);

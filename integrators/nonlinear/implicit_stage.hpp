@@ -114,6 +114,7 @@ class Newton final : public NonlinearSolver {
                  bool settled, Work& work);
   bool search(System<double>& system, const ImplicitStage& stage, State<double>& state, double& norm,
               Work& work);
+  bool follow_once_solved(double norm, double good);
   double relative_move(const System<double>& system, const ImplicitStage& stage,
                        const State<double>& state) const;
 
@@ -129,7 +130,10 @@ class Newton final : public NonlinearSolver {
   Field<double> expected_;                  ///< the same after a step
   Field<double> jump_;                      ///< and the part of a step that takes them to their planes
   bool jumps_ = false;
-  double friction_left_ = 0;  ///< of the residual, when friction has followed pressure
+  double friction_left_ = 0;     ///< of the residual, when friction has followed pressure
+  bool careful_ = false;         ///< whether a stage that has stalled is solved once more
+  Field<double> guess_;          ///< from which
+  double norm_at_pressure_ = 0;  ///< |r| when friction followed the pressure last
 };
 
 /// Completes the facts of a method that computes in double precision only.

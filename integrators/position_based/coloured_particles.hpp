@@ -48,6 +48,10 @@ class ColouredParticles {
   Field<Real>& displacement() { return u_; }
   /// 0 along axes that are held, and where there is no particle [1/kg].
   ConstStreams<Real> inverse_mass() const;
+  /// 1 along the axes in which nothing prescribes where a particle is, by index.
+  Vec3 free_axes(std::ptrdiff_t index) const {
+    return (inverse_mass_.at(index).array() > 0).template cast<double>();
+  }
   /// Whether some particle is held along some axes only.
   bool partly_held() const { return partly_held_; }
 

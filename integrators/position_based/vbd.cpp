@@ -1,6 +1,7 @@
 // Vertex block descent (Chen, Liu, Yang and Yuksel, ACM TOG 43 (2024) 116): a step of backward Euler as the
 // minimum of kinetic and stored energy, sought particle by particle
-// (integrators/position_based/vbd_kernel.hpp), in `solve.iterations` passes from x_n + dt v_n:
+// (integrators/position_based/vbd_kernel.hpp), in `solve.iterations` passes from x_n + dt v_n + dt^2 a, a
+// what gravity made of the last step:
 //   x_{n+1} = x_n + u,   v_{n+1} = u / dt.
 // With enough passes it is backward Euler; with few it is softer, more damped, and does not keep linear
 // momentum, because the last particle moves among neighbours that have moved already. Stable at any step.
@@ -32,7 +33,7 @@ IntegratorInfo vbd() {
       .name = "vbd",
       .summary =
           "vertex block descent: a pass over all particles a step, or `iterations`, towards backward Euler; "
-          "any step, loses energy",
+          "any step; few passes lose energy in motion and gain it on planes",
       .order_undamped = 1,
       .order_damped = 1,
       .collisions = Collisions::inside_steps,

@@ -135,7 +135,8 @@ void VbdSolver<Real>::shorten_guess(const Vec3& normal) {
   for (const double share : {0.5, 0.25, 0.125, 0.0}) {
     for (const std::ptrdiff_t i : particles_.index()) {
       const Vec3 u = whole.at(i);
-      particles_.displacement().set(i, u - (1 - share) * normal.dot(u) * normal);
+      particles_.displacement().set(
+          i, u - (1 - share) * normal.dot(u) * particles_.free_axes(i).cwiseProduct(normal));
     }
     near_->put_in_front(particles_.before(), particles_.moved());
     if (const double value = objective(); value < least) {

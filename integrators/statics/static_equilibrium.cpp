@@ -31,7 +31,8 @@ constexpr double negligible = 1e-11;
 class StaticEquilibrium final : public Integrator<double> {
  public:
   explicit StaticEquilibrium(const IntegratorOptions& options)
-      : solver_(make_nonlinear_solver(options)),
+      : options_(options),
+        solver_(make_nonlinear_solver(options)),
         by_newton_(options.nonlinear_solver == "newton"),
         enough_(options.tolerance * options.length_scale) {}
   void reset() override { settled_force_ = -1; }
@@ -44,11 +45,23 @@ class StaticEquilibrium final : public Integrator<double> {
     state.v = rest_;
     if (!system.bounds() && still_at_rest(system, state, work)) return Status::ok;
     const double unit = 1 / stiffest(system, state);
-    return by_newton_ ? continue_to_rest(system, state, unit, work)
-                      : descend(system, state, long_tau * unit, work);
+    if (by_newton_) return continue_to_rest(system, state, unit, work);
+    start_ = state.x;
+    const Status status = descend(system, state, long_tau * unit, work);
+    if (status == Status::ok || !system.bounds()) return status;
+    state.x = start_;
+    take_newton();
+    return continue_to_rest(system, state, unit, work);
   }
 
  private:
+  /// On planes long steps may slide on the edge of friction's cone; Newton's begin short.
+  void take_newton() {
+    options_.nonlinear_solver = "newton";
+    solver_ = make_nonlinear_solver(options_);
+    by_newton_ = true;
+  }
+
   /// Ever longer steps.
   Status continue_to_rest(System<double>& system, State<double>& state, double unit, Work& work) {
     double tau = first_tau * unit;
@@ -139,11 +152,13 @@ class StaticEquilibrium final : public Integrator<double> {
     return largest > 0 ? std::sqrt(largest) : 1;
   }
 
+  IntegratorOptions options_;
   std::unique_ptr<NonlinearSolver> solver_;
   bool by_newton_;
-  double enough_;       ///< moves of quasi-Newton methods [m]
-  Field<double> x_;     ///< before the step
-  Field<double> rest_;  ///< zero
+  double enough_;        ///< moves of quasi-Newton methods [m]
+  Field<double> start_;  ///< of the search
+  Field<double> x_;      ///< before the step
+  Field<double> rest_;   ///< zero
   Field<double> force_;
   double seconds_ = 0;         ///< between the last time and this one
   double settled_force_ = -1;  ///< largest one left at the last equilibrium [N]; negative: there is none

@@ -104,6 +104,16 @@ TEST(EnergyWatch, CountsStrikesAndWaitsForHolds) {
   EXPECT_FALSE(twisted.result.gain) << twisted.remarks();
 }
 
+// A plane lifts what starts behind it, which is no energy from nowhere.
+TEST(EnergyWatch, WaitsForWhatStartsBehindAPlane) {
+  for (const std::string method : {"backward_euler", "vbd:20", "tr_bdf2"}) {
+    const Watched lifted =
+        run_block({"body.origin=[0,0,-0.03]", "material.young=1e6", "solve.integrator=" + method});
+    EXPECT_GT(raw_gain(lifted.result), 1);
+    EXPECT_FALSE(lifted.result.gain) << lifted.remarks();
+  }
+}
+
 TEST(PlaneWatch, SaysHowDeepAFallWent) {
   const std::vector<std::string> hard{"plane.0.contact=penalty", "start.velocity=[0,0,-40]",
                                       "body.origin=[0,0,0.06]",  "solve.dt=safe",

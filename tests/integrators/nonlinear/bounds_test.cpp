@@ -5,10 +5,13 @@
 #include <Eigen/Geometry>
 #include <cstring>
 #include <numbers>
+#include <random>
 
+#include "core/base/error.hpp"
 #include "core/environment/plane_bounds.hpp"
 #include "core/measures/measures.hpp"
 #include "integrators/integrator.hpp"
+#include "integrators/linear/linear_solver.hpp"
 #include "tests/centre_of_mass.hpp"
 
 namespace mss {
@@ -38,11 +41,11 @@ struct Trial {
   Work work;
 
   Trial(const std::string& name, double young, const Environment& environment, int threads = 1,
-        double dt = frame)
+        double dt = frame, const std::string& linear_solver = "automatic")
       : body(block(young)),
         system(body, environment, {.threads = threads}),
         state(system.rest_state()),
-        method(find_integrator(name).make<double>({.dt = dt})) {}
+        method(find_integrator(name).make<double>({.dt = dt, .linear_solver = linear_solver})) {}
 
   void advance(double t) { ASSERT_EQ(method->advance(system, state, t, work), Status::ok) << "t = " << t; }
   void move(const Vec3& by) {
@@ -259,6 +262,89 @@ TEST(Bounds, HaveNoPreferredDirection) {
     for (const std::ptrdiff_t site : one.body.sites())
       apart = std::max(apart, (turn * one.state.x.at(site) - other.state.x.at(site)).norm());
     EXPECT_LT(apart, 1e-9) << method;
+  }
+}
+
+// What rounding leaves along a normal that is no axis must not look like something to solve.
+TEST(Bounds, OfAnyDirectionTakeEveryLinearSolver) {
+  const double angle = 20 * std::numbers::pi / 180;
+  Environment inclined = slope(0, 0.5);
+  inclined.planes[0].normal = {-std::sin(angle), 0, std::cos(angle)};
+  for (const LinearSolverInfo& solver : linear_solvers()) {
+    SCOPED_TRACE(solver.name);
+    Trial trial("backward_euler", 1e6, inclined, 1, frame, solver.name);
+    trial.move({0.2, 0, 0});
+    trial.move({0, 0, std::max(0.0, -trial.deepest() / std::cos(angle)) + 0.01});
+    trial.advance(0.5);
+    EXPECT_GT(trial.deepest(), -1e-12);
+    EXPECT_LT(trial.velocity().norm(), 1e-4);
+  }
+}
+
+// On planes so rough that nothing slides the first guess must not be that everything does.
+TEST(Bounds, HoldOnPlanesOfAnyRoughness) {
+  for (const std::string method :
+       {"backward_euler", "backward_euler_linear", "tr_bdf2", "backward_euler/lbfgs", "vbd:20", "xpbd:20"})
+    for (const double friction : {5.0, 1000.0}) {
+      SCOPED_TRACE(method);
+      Trial trial(method, 1e6, slope(20, friction));
+      const Vec3 bottom = trial.mean_at(0);
+      trial.advance(0.5);
+      EXPECT_GT(trial.deepest(), -1e-12);
+      // A few passes do not solve a step, and what is left makes it creep.
+      EXPECT_LT((trial.mean_at(0) - bottom).norm(), find_integrator(method).springs_only ? 2e-3 : 1e-4);
+    }
+}
+
+// Blocks that tumble onto the floor, some corners sticking and some sliding. Where Newton's method does not
+// settle which, it goes on with friction that is known before an iteration.
+TEST(Bounds, TakeBlocksThatTumble) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto any = [&](double size) {
+    return Vec3(size * unit(random), size * unit(random), size * unit(random));
+  };
+  for (int drop = 0; drop < 12; ++drop) {
+    const Vec3 speed = any(2), spin = any(8);
+    for (const std::string method : {"backward_euler", "generalized_alpha", "tr_bdf2"}) {
+      SCOPED_TRACE(method + ", drop " + std::to_string(drop));
+      Trial trial(method, 1e6, slope(0, drop % 2 == 0 ? 0.4 : 0.8));
+      trial.move({0, 0, 0.3});
+      for (const std::ptrdiff_t site : trial.body.sites())
+        trial.state.v.set(site, speed + spin.cross(trial.state.x.at(site) - Vec3(0.1, 0.1, 0.4)));
+      trial.advance(1);
+      EXPECT_GT(trial.deepest(), -1e-12);
+    }
+  }
+}
+
+TEST(Bounds, AreAtMostSixtyFour) {
+  Environment room = slope(0, 0.5);
+  room.planes.assign(40, {.point = {0, 0, -9}, .friction = 0.5});
+  room.planes[33] = {.friction = 0.5};
+  Trial trial("backward_euler", 1e6, room);
+  trial.advance(0.2);
+  EXPECT_GT(trial.deepest(), -1e-12);
+  EXPECT_GT(given(trial, 33)[2], 0.9 * trial.body.total_mass() * g * 0.2);
+  room.planes.resize(65, {.point = {0, 0, -9}});
+  Trial refused("backward_euler", 1e6, room);
+  EXPECT_THROW(static_cast<void>(refused.method->advance(refused.system, refused.state, 0.1, refused.work)),
+               InputError);
+}
+
+// Particles on rails leave an inclined plane along these.
+TEST(Bounds, TakeParticlesHeldAlongAnAxis) {
+  const double angle = 20 * std::numbers::pi / 180;
+  Environment environment = slope(0, 0.5);
+  environment.planes[0].normal = {-std::sin(angle), 0, std::cos(angle)};
+  environment.holds = {{.box = {Vec3(0, 0, 0), Vec3(1, 1, 1)}, .axes = {true, false, false}}};
+  for (const std::string method : {"verlet", "backward_euler", "vbd:5"}) {
+    SCOPED_TRACE(method);
+    Trial trial(method, 1e5, environment, 1, method == "verlet" ? 2e-4 : frame);
+    trial.move({0, 0, 0.2});
+    trial.advance(1);
+    EXPECT_GT(trial.deepest(), -1e-9);
+    EXPECT_LT(trial.mean_at(0)[2], 0.1);  // it has come down
   }
 }
 
