@@ -37,6 +37,8 @@ class AlignedArray {
 
   Real* data() { return data_.get(); }
   const Real* data() const { return data_.get(); }
+  /// See Field::ghosts().
+  Real* storage() const { return data_.get(); }
   std::ptrdiff_t size() const { return size_; }
   Real& operator[](std::ptrdiff_t i) { return data_.get()[i]; }
   const Real& operator[](std::ptrdiff_t i) const { return data_.get()[i]; }
@@ -69,6 +71,9 @@ class Field {
   std::ptrdiff_t size() const { return data_.size(); }
 
   Real* axis(int a) { return data_.data() + a * stride_; }
+  /// For ghost planes (springs/halo.hpp): what is in them is no part of the field, so that who exchanges them
+  /// may overwrite them in the fields of others.
+  Real* ghosts(int a) const { return data_.storage() + a * stride_; }
   const Real* axis(int a) const { return data_.data() + a * stride_; }
 
   Vec3 at(std::ptrdiff_t site) const {

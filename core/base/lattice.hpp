@@ -33,6 +33,12 @@ struct Lattice {
   int planes() const { return cells[2] + 1; }
   std::ptrdiff_t site(int i, int j, int k) const { return i + row * j + plane * k; }
 
+  /// The reverse: (i, j, k).
+  std::array<int, 3> coordinates(std::ptrdiff_t site) const {
+    const std::ptrdiff_t in_plane = site % plane;
+    return {int(in_plane % row), int(in_plane / row), int(site / plane)};
+  }
+
   /// Offset from a cell's lower corner to its corner c = bx + 2 by + 4 bz.
   std::ptrdiff_t corner(int c) const {
     return corner_bit(c, 0) + row * corner_bit(c, 1) + plane * corner_bit(c, 2);

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
 namespace mss {
 
@@ -65,14 +66,26 @@ class Ranks {
 
   /// Runs add() on one rank after the other, from the lowest planes up; each goes on with the `sums` of the
   /// one below, and at the end all have those of the last. So sums over particles or cells have the bits of a
-  /// process alone. `Sums` is a number, or a struct of numbers and vectors.
+  /// process alone. `Sums` is a number, a struct of numbers, or something with contiguous numbers: data(),
+  /// size().
   template <class Sums, class Add>
   void add_in_order(Sums& sums, Add&& add) const {
-    const Bytes bytes = std::as_writable_bytes(std::span(&sums, 1));
+    const Bytes bytes = bytes_of(sums);
     if (!is_lowest()) pass(rank() - 1, rank(), bytes);
     add();
     if (!is_highest()) pass(rank(), rank() + 1, bytes);
     broadcast(count() - 1, bytes);
+  }
+
+ private:
+  template <class Sums>
+  static Bytes bytes_of(Sums& sums) {
+    if constexpr (requires { std::span(sums.data(), std::size_t(sums.size())); }) {
+      return std::as_writable_bytes(std::span(sums.data(), std::size_t(sums.size())));
+    } else {
+      static_assert(std::is_trivially_copyable_v<Sums>);
+      return std::as_writable_bytes(std::span(&sums, 1));
+    }
   }
 };
 

@@ -1,15 +1,18 @@
 #include "core/refinement/local_steps.hpp"
 
 #include <algorithm>
-#include <string_view>
+
+#include "core/kernels/sweep.hpp"
 
 namespace mss {
 
 template <class Real>
 LocalSteps<Real>::LocalSteps(RefinedSystem<Real>& system, const Environment& of_level, double dt, int threads)
-    : SystemWrapper<Real>(system), system_(system), plan_(system.local_step_plan()), dt_(dt) {
-  for (const SweepKernel<Real>& kernel : runnable_copies<SweepKernel<Real>>())
-    if (std::string_view(kernel.name) == system.kernel_name()) short_step_ = kernel.short_step;
+    : SystemWrapper<Real>(system),
+      system_(system),
+      plan_(system.local_step_plan()),
+      dt_(dt),
+      short_step_(system.kernel().short_step) {
   for (const Level& level : system.levels()) {
     moved_.emplace_back(level.body.lattice().size);
     inverse_mass_.emplace_back(level.body.lattice().size);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/kernels/local_step.hpp"
 #include "core/refinement/local_step_plan.hpp"
 #include "core/refinement/refined_system.hpp"
 #include "core/system/system_wrapper.hpp"
@@ -100,8 +101,8 @@ class LocalSteps final : public SystemWrapper<Real> {
 
   RefinedSystem<Real>& system_;
   LocalStepPlan plan_;
-  void (*short_step_)(const ShortStepPlane<Real>&) = nullptr;  ///< of the system's instruction set
   double dt_;
+  void (*short_step_)(const ShortStepPlane<Real>&);  ///< of the system's instruction set
   std::vector<Rate> rates_;
   Levels moved_, inverse_mass_;
 };

@@ -269,6 +269,11 @@ int RefinedSystem<Real>::threads() const {
 }
 
 template <class Real>
+const SweepKernel<Real>& RefinedSystem<Real>::kernel() const {
+  return levels_.front()->system.kernel();
+}
+
+template <class Real>
 const char* RefinedSystem<Real>::kernel_name() const {
   return levels_.front()->system.kernel_name();
 }

@@ -59,6 +59,8 @@ class RefinedSystem final : public SolidSystem<Real> {
   LocalStepPlan local_step_plan() const;
   int threads() const override;
   const char* kernel_name() const override;
+  /// The sweep of its levels.
+  const SweepKernel<Real>& kernel() const;
 
  private:
   SpringSystem<Real>& most_threaded() const;

@@ -1,19 +1,21 @@
 #pragma once
 
-#include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "core/kernels/sweep.hpp"
 #include "core/springs/body_system.hpp"
 #include "core/springs/body_tangents.hpp"
 #include "core/springs/discrete_gradient.hpp"
-#include "core/springs/halo.hpp"
-#include "core/springs/sweep_blocks.hpp"
 
 namespace mss {
+
+template <class Real>
+struct SweepKernel;
+template <class Real>
+struct SweepPass;
+template <class Real>
+class SweepPipeline;
 
 /// How a SpringSystem computes. The kernel changes results by rounding, the number of threads not at all, and
 /// sleep within the rule's bound.
@@ -23,11 +25,7 @@ struct Execution {
   SleepRule sleep{};
 };
 
-/// A mass-spring body in its environment, driven through the structured sweep.
-///
-/// Each thread has a slab of planes (team.hpp). A slab's first plane is finished last, after the slab below
-/// has added its contribution. Where several ranks share the body, ghost planes are exchanged before each
-/// pass (halo.hpp).
+/// A mass-spring body in its environment, driven through the structured sweep (sweep_pipeline.hpp).
 template <class Real>
 class SpringSystem final : public BodySystem<Real> {
  public:
@@ -39,10 +37,10 @@ class SpringSystem final : public BodySystem<Real> {
   ~SpringSystem() override;
 
   StoredEnergy stored_energy(const Field<Real>& x) const override;
-  const char* kernel_name() const override { return kernel_.name; }
-  void update_ghosts(const State<Real>& state) const override {
-    if (halo_) halo_->exchange(state.x, state.v);
-  }
+  const char* kernel_name() const override;
+  /// The sweep that it computes with.
+  const SweepKernel<Real>& kernel() const;
+  void update_ghosts(const State<Real>& state) const override;
 
   void force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) override;
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
@@ -75,50 +73,14 @@ class SpringSystem final : public BodySystem<Real> {
     Field<Real> straight_, mixed_;  ///< of the diagonal
   };
 
-  struct Slab;
-  enum class Finish { force, acceleration, product, straight_diagonal, mixed_diagonal, kick_drift };
-  struct Pass;
-  bool stays_unfinished(const Pass& pass, int plane) const;
-  bool needs_cells(const Pass& pass, int plane) const;
-
+  using Pass = SweepPass<Real>;
   void stop_sleeping(Field<Real>& a) const;
   void add_energy_of_springs(const Field<Real>& x, StoredEnergy& energy) const;
   void add_energy_of_cells(const Field<Real>& x, StoredEnergy& energy) const;
-  InteriorCoefficients<Real> interior_coefficients() const;
-  bool has_cell_weights() const;
-  static std::uint32_t content_of(const SiteElements& e);
-  std::uint32_t content_of_all_kinds() const;
-  std::uint32_t fill_lane(std::uint32_t kind, Real* coefficients) const;
-  void build_dictionary();
-  Sweep<Real> sweep_for(const Pass& pass) const;
-  void build_masses();
-  void run(const Pass& pass, long steps);
-  void sweep_part(const Pass& pass, int slab, SlabPart part, long step);
-  void sweep_planes(const Pass& pass, Slab& slab, int first, int last, long step);
-  void sweep_plane(const Pass& pass, int plane, const Streams<Real>& own, const Streams<Real>& above,
-                   const ConstStreams<Real>* below, double t);
-  void finish_runs(const Pass& pass, int plane, std::span<const BlockRun> runs, const Streams<Real>& own,
-                   const ConstStreams<Real>& below, double t);
-  FinishPlane<Real> update_of(int plane, std::span<const BlockRun> runs, const KickDrift& update,
-                              State<Real>& state) const;
-  FinishPlane<Real> result_of(int plane, std::span<const BlockRun> runs, const Pass& pass) const;
-  void clear_between_blocks(int plane, Field<Real>& out) const;
 
   SpringTangents tangents_;
   SpringDiscreteGradient<Real> discrete_gradient_;
-  SweepKernel<Real> kernel_;
-  std::unique_ptr<Halo<Real>> halo_;  ///< nullptr: no other process has a part of the body
-  SweepBlocks blocks_;
-  bool own_dampings_, cell_weights_;  ///< what a block's coefficients contain beside weights
-
-  std::vector<std::uint32_t> entry_;    ///< per block, and two more: dictionary entry
-  std::vector<std::uint32_t> content_;  ///< per entry
-  std::uint32_t whole_content_ = 0;     ///< of all entries together
-  AlignedArray<Real> dictionary_;
-  InteriorCoefficients<Real> interior_;
-  AlignedArray<Real> inverse_mass_;
-  Field<Real> nothing_below_;                 ///< contribution from below to the lowest plane: zero
-  std::vector<std::unique_ptr<Slab>> slabs_;  ///< one a thread, and if there are several, one of all planes
+  std::unique_ptr<SweepPipeline<Real>> pipeline_;
 };
 
 }  // namespace mss
