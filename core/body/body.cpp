@@ -421,10 +421,8 @@ SiteElements Body::elements(std::uint32_t kind) const {
 }
 
 Vec3 Body::rest_position(std::ptrdiff_t site) const {
-  const std::ptrdiff_t in_plane = site % lattice_.plane;
-  const std::ptrdiff_t i = in_plane % lattice_.row, j = in_plane / lattice_.row,
-                       k = site / lattice_.plane + planes_.first;
-  return config_.origin + config_.cell_size * Vec3(double(i), double(j), double(k));
+  const auto [i, j, k] = lattice_.coordinates(site);
+  return config_.origin + config_.cell_size * Vec3(i, j, k + planes_.first);
 }
 
 std::vector<std::ptrdiff_t> Body::select(const Vec3& lower, const Vec3& upper) const {

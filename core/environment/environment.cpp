@@ -118,7 +118,11 @@ void LoadedSites::add_on_particles(const std::vector<Level>& levels, const Load&
     }
   const Ranks& ranks = levels.front().body.ranks();
   Eigen::AlignedBox3d whole_extent;
-  ranks.add_in_order(whole_extent, [&] { whole_extent.extend(extent); });
+  for (Vec3* corner : {&whole_extent.min(), &whole_extent.max()})
+    ranks.add_in_order(*corner, [&] {
+      *corner = corner == &whole_extent.min() ? corner->cwiseMin(extent.min()).eval()
+                                              : corner->cwiseMax(extent.max()).eval();
+    });
   if (whole_extent.isEmpty()) return;
   const auto layers = double((whole_extent.sizes().array() < 1e-9 * cell_size).count());
   double sum = 0;

@@ -12,10 +12,18 @@ namespace mss {
 
 namespace {
 
-/// Sums over particles.
-struct SumsOfMotion {
-  Vec3 momentum = Vec3::Zero(), first_moment = Vec3::Zero();
-  double kinetic = 0, max_speed = 0;
+/// Sums over particles: momentum, first moment of mass, kinetic energy; and the largest speed.
+class SumsOfMotion {
+ public:
+  auto momentum() { return numbers_.segment<3>(0); }
+  auto first_moment() { return numbers_.segment<3>(3); }
+  double& kinetic() { return numbers_[6]; }
+  double& max_speed() { return numbers_[7]; }
+  double* data() { return numbers_.data(); }
+  static std::size_t size() { return 8; }
+
+ private:
+  Eigen::Matrix<double, 8, 1> numbers_ = Eigen::Matrix<double, 8, 1>::Zero();
 };
 
 template <class Real>
@@ -25,16 +33,16 @@ void measure_motion(const SolidSystem<Real>& system, const State<Real>& state, M
     for (const std::ptrdiff_t site : system.particles()) {
       const double mass = system.mass(site);
       const Vec3 v = state.v.at(site);
-      sums.momentum += mass * v;
-      sums.first_moment += mass * state.x.at(site);
-      sums.kinetic += 0.5 * mass * v.squaredNorm();
-      sums.max_speed = std::max(sums.max_speed, v.norm());
+      sums.momentum() += mass * v;
+      sums.first_moment() += mass * state.x.at(site);
+      sums.kinetic() += 0.5 * mass * v.squaredNorm();
+      sums.max_speed() = std::max(sums.max_speed(), v.norm());
     }
   });
-  m.momentum = sums.momentum;
-  m.kinetic = sums.kinetic;
-  m.max_speed = sums.max_speed;
-  const Vec3 centre = sums.first_moment / system.total_mass();
+  m.momentum = sums.momentum();
+  m.kinetic = sums.kinetic();
+  m.max_speed = sums.max_speed();
+  const Vec3 centre = sums.first_moment() / system.total_mass();
   system.ranks().add_in_order(m.spin, [&] {
     for (const std::ptrdiff_t site : system.particles())
       m.spin += system.mass(site) * (state.x.at(site) - centre).cross(state.v.at(site));

@@ -43,11 +43,11 @@ SampleGrid grid_around(const std::vector<MeshPart>& parts, const MeshFillConfig&
     grid.cells[std::size_t(a)] = int(std::min(count, 1e9));
     grid.origin[a] = (box.lower[a] + box.upper[a] - fitting * h) / 2 + (shift > 0 ? shift - 1 : 0) * h;
   }
-  if (!(sites <= most_sites))
+  if (!(sites <= most_sites()))
     throw InputError(
         fmt::format("{}: cells of {:.3g} m make a lattice of {:.3g} million particles around it; give "
                     "larger cells, at most {:.0f} million particles fit",
-                    parts.front().name, h, sites / 1e6, most_sites / 1e6));
+                    parts.front().name, h, sites / 1e6, most_sites() / 1e6));
   return grid;
 }
 

@@ -126,10 +126,8 @@ DisplacementRecovery::Kind DisplacementRecovery::kind_of(const CellContent& cont
 
 int DisplacementRecovery::neighbour(std::size_t cell, int axis, int step) const {
   const Lattice& lattice = body_.lattice();
-  const std::ptrdiff_t site = cells_[cell], in_plane = site % lattice.plane;
-  const std::array<std::ptrdiff_t, 3> at{in_plane % lattice.row, in_plane / lattice.row,
-                                         site / lattice.plane};
-  const std::ptrdiff_t place = at[std::size_t(axis)] + step;
+  const std::ptrdiff_t site = cells_[cell];
+  const int place = lattice.coordinates(site)[std::size_t(axis)] + step;
   if (place < 0 || place >= lattice.cells[std::size_t(axis)]) return -1;
   const int other = cell_at_[std::size_t(site + step * lattice.corner(1 << axis))];
   const bool alike = other >= 0 && kinds_[kind_[std::size_t(other)]].parts == kinds_[kind_[cell]].parts;

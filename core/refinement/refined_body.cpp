@@ -60,9 +60,9 @@ std::pair<Cell, Cell> bounds(const std::vector<Cell>& cells) {
     size[axis] = upper[axis] - lower[axis] + 1;
     sites *= size[axis] + 1;
   }
-  if (sites > most_sites)
+  if (sites > most_sites())
     throw InputError(fmt::format("makes a lattice of {:.0f} million particles; at most {:.0f} million fit",
-                                 sites / 1e6, most_sites / 1e6));
+                                 sites / 1e6, most_sites() / 1e6));
   return {lower, size};
 }
 
@@ -78,10 +78,7 @@ void shrink_cells(BodyConfig& config, int depth) {
 }
 
 /// Site (i, j, k) of a lattice that a particle is at.
-Cell indices(const Lattice& lattice, std::ptrdiff_t site) {
-  const std::ptrdiff_t in_plane = site % lattice.plane;
-  return {int(in_plane % lattice.row), int(in_plane / lattice.row), int(site / lattice.plane)};
-}
+Cell indices(const Lattice& lattice, std::ptrdiff_t site) { return lattice.coordinates(site); }
 
 }  // namespace
 

@@ -76,10 +76,10 @@ RefinementMap refinement_of(const BodyConfig& body, const std::vector<RefinedBox
         for (int i = 0; i < body.voxels.nx(); ++i)
           if (body.voxels.at(i, j, k)) {
             split_within(body, refined, 0, {i, j, k}, map);
-            if (8 * double(map.split_count()) > most_sites)
+            if (8 * double(map.split_count()) > most_sites())
               throw InputError(fmt::format(
                   "splits cells into more than {:.0f} million; give a smaller box, or fewer levels",
-                  most_sites / 1e6));
+                  most_sites() / 1e6));
           }
   return map;
 }

@@ -105,12 +105,12 @@ const std::string& name_of(Value value, const std::vector<std::pair<std::string,
 void check_size(const TomlTable& body, std::string_view key, const std::array<int, 3>& cells, int refine) {
   double sites = 1;
   for (const int count : cells) sites *= double(count) * refine + 1;
-  if (sites > most_sites)
+  if (sites > most_sites())
     body.reject(
         key,
         fmt::format("makes a lattice of {:.0f} million particles; give fewer cells, at most {:.0f} million "
                     "particles fit",
-                    sites / 1e6, most_sites / 1e6));
+                    sites / 1e6, most_sites() / 1e6));
 }
 
 std::vector<std::string> read_part_names(const TomlTable& root) {

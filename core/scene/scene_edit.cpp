@@ -18,11 +18,11 @@ void change_cells(Scene& scene, int level) {
   BodyConfig& body = scene.body;
   double sites = 1;
   for (const int count : body.voxels.size()) sites *= double(count) / before * level + 1;
-  if (sites > most_sites)
+  if (sites > most_sites())
     throw InputError(
         fmt::format("{}: cells of {:.4g} m make a lattice of {:.0f} million particles; at most "
                     "{:.0f} million fit",
-                    scene.file.string(), body.cell_size * before / level, sites / 1e6, most_sites / 1e6));
+                    scene.file.string(), body.cell_size * before / level, sites / 1e6, most_sites() / 1e6));
   if (scene.mesh) {
     scene.mesh->config.cell_size = body.cell_size * before / level;
     fill_cells(*scene.mesh, body);

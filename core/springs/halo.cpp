@@ -21,7 +21,6 @@ void Halo<Real>::pack(const Field<Real>& x, const Field<Real>& v, int plane,
       out = std::copy_n(field->axis(axis) + lattice.plane * plane, lattice.used(), out);
 }
 
-/// Callers have fields that only they may change; of their ghost planes they see nothing.
 template <class Real>
 void Halo<Real>::unpack(const std::vector<Real>& packed, int plane, const Field<Real>& x,
                         const Field<Real>& v) const {
@@ -29,7 +28,7 @@ void Halo<Real>::unpack(const std::vector<Real>& packed, int plane, const Field<
   const Real* in = packed.data();
   for (const Field<Real>* field : {&x, &v})
     for (int axis = 0; axis < 3; ++axis, in += lattice.used())
-      std::copy_n(in, lattice.used(), const_cast<Field<Real>*>(field)->axis(axis) + lattice.plane * plane);
+      std::copy_n(in, lattice.used(), field->ghosts(axis) + lattice.plane * plane);
 }
 
 template <class Real>

@@ -82,22 +82,30 @@ struct Share {
   float weight;
 };
 
-std::vector<Share> shares_of(int coarse, int fine_cells) {
-  std::vector<Share> shares;
-  for (int d = -1; d <= 1; ++d)
-    if (const int fine = 2 * coarse + d; fine >= 0 && fine <= fine_cells)
-      shares.push_back({fine, d == 0 ? 1.0F : 0.5F});
-  return shares;
-}
+class Shares {
+ public:
+  Shares(int coarse, int fine_cells) {
+    for (int d = -1; d <= 1; ++d)
+      if (const int fine = 2 * coarse + d; fine >= 0 && fine <= fine_cells)
+        shares_[count_++] = {fine, d == 0 ? 1.0F : 0.5F};
+  }
+  const Share* begin() const { return shares_.data(); }
+  const Share* end() const { return shares_.data() + count_; }
+
+ private:
+  std::array<Share, 3> shares_{};
+  std::size_t count_ = 0;
+};
 
 }  // namespace
 
 void LatticeTransfer::interpolate_add(const Field<float>& coarse, Field<float>& fine,
-                                      const Parallel& parallel) const {
+                                      const Parallel& parallel) {
   const int nx = fine_.cells[0], ny = fine_.cells[1], nz = fine_.cells[2];
   const std::ptrdiff_t coarse_row = coarse_.row;
   parallel(nz + 1, [&](std::ptrdiff_t k) {
-    std::vector<float> mean(std::size_t(coarse_row) + 1);
+    float* mean = scratch(k);
+    mean[coarse_row] = 0;
     for (int axis = 0; axis < 3; ++axis)
       for (std::ptrdiff_t j = 0; j <= ny; ++j) {
         const float* rows[4];
@@ -105,28 +113,25 @@ void LatticeTransfer::interpolate_add(const Field<float>& coarse, Field<float>& 
           rows[c] = coarse.axis(axis) + coarse_.plane * ((k + c / 2) / 2) + coarse_row * ((j + c % 2) / 2);
 #pragma omp simd
         for (std::ptrdiff_t i = 0; i < coarse_row; ++i)
-          mean[std::size_t(i)] = 0.25F * ((rows[0][i] + rows[1][i]) + (rows[2][i] + rows[3][i]));
+          mean[i] = 0.25F * ((rows[0][i] + rows[1][i]) + (rows[2][i] + rows[3][i]));
         float* to = fine.axis(axis) + fine_.plane * k + fine_.row * j;
-        for (std::ptrdiff_t i = 0; 2 * i <= nx; ++i) to[2 * i] += mean[std::size_t(i)];
-        for (std::ptrdiff_t i = 0; 2 * i + 1 <= nx; ++i)
-          to[2 * i + 1] += 0.5F * (mean[std::size_t(i)] + mean[std::size_t(i) + 1]);
+        for (std::ptrdiff_t i = 0; 2 * i <= nx; ++i) to[2 * i] += mean[i];
+        for (std::ptrdiff_t i = 0; 2 * i + 1 <= nx; ++i) to[2 * i + 1] += 0.5F * (mean[i] + mean[i + 1]);
       }
   });
 }
 
-void LatticeTransfer::restrict_to(const Field<float>& fine, Field<float>& coarse,
-                                  const Parallel& parallel) const {
+void LatticeTransfer::restrict_to(const Field<float>& fine, Field<float>& coarse, const Parallel& parallel) {
   const int ny = fine_.cells[1], nz = fine_.cells[2];
   const std::ptrdiff_t fine_row = fine_.row;
   parallel(coarse_.planes(), [&](std::ptrdiff_t k) {
-    std::vector<float> padded(std::size_t(fine_row) + 3);
-    float* sum = padded.data() + 1;  // with a zero before and two behind
-    const std::vector<Share> planes = shares_of(int(k), nz);
+    float *padded = scratch(k), *sum = padded + 1;  // with a zero before and two behind
+    const Shares planes(int(k), nz);
     for (int axis = 0; axis < 3; ++axis)
       for (int j = 0; j <= coarse_.cells[1]; ++j) {
-        std::fill(padded.begin(), padded.end(), 0.0F);
+        std::fill_n(padded, fine_row + 3, 0.0F);
         for (const Share& plane : planes)
-          for (const Share& row : shares_of(j, ny)) {
+          for (const Share& row : Shares(j, ny)) {
             const float* from = fine.axis(axis) + fine_.plane * plane.fine + fine_row * row.fine;
             const float weight = plane.weight * row.weight;
 #pragma omp simd
@@ -175,9 +180,8 @@ void coarsen_positions(const Body& fine, const Field<float>& fine_x, const Body&
                        Field<float>& coarse_x) {
   const Lattice &from = fine.lattice(), &to = coarse.lattice();
   for (const std::ptrdiff_t site : coarse.sites()) {
-    const std::ptrdiff_t in_plane = site % to.plane;
-    const std::array<int, 3> at{2 * int(in_plane % to.row), 2 * int(in_plane / to.row),
-                                2 * int(site / to.plane)};
+    std::array<int, 3> at = to.coordinates(site);
+    for (int& coordinate : at) coordinate *= 2;
     const bool inside = at[0] <= from.cells[0] && at[1] <= from.cells[1] && at[2] <= from.cells[2];
     const std::ptrdiff_t same = inside ? from.site(at[0], at[1], at[2]) : -1;
     const bool has_particle = inside && fine.particle(same) >= 0;

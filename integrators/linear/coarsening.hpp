@@ -18,15 +18,20 @@ using Parallel = std::function<void(std::ptrdiff_t count, const std::function<vo
 /// Trilinear interpolation from the lattice of a coarsened body to that of the fine one, and its transpose.
 class LatticeTransfer {
  public:
-  LatticeTransfer(const Lattice& fine, const Lattice& coarse) : fine_(fine), coarse_(coarse) {}
+  LatticeTransfer(const Lattice& fine, const Lattice& coarse)
+      : fine_(fine), coarse_(coarse), rows_(std::size_t(fine.planes()) * std::size_t(fine.row + 3)) {}
 
   /// fine += P coarse. Sites without a particle may change too.
-  void interpolate_add(const Field<float>& coarse, Field<float>& fine, const Parallel& parallel) const;
+  void interpolate_add(const Field<float>& coarse, Field<float>& fine, const Parallel& parallel);
   /// coarse = P^T fine; the fine field must be 0 at sites without a particle.
-  void restrict_to(const Field<float>& fine, Field<float>& coarse, const Parallel& parallel) const;
+  void restrict_to(const Field<float>& fine, Field<float>& coarse, const Parallel& parallel);
 
  private:
+  /// Of the task of a plane, which must not allocate: it must not throw.
+  float* scratch(std::ptrdiff_t plane) { return rows_.data() + plane * (fine_.row + 3); }
+
   Lattice fine_, coarse_;
+  std::vector<float> rows_;
 };
 
 /// Positions of the coarse particles: those of the fine particles at the same places, and where there are

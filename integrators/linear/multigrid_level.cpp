@@ -33,8 +33,7 @@ Field<float> coarsened_mask(const Body& fine, const Field<float>& fine_mask, con
   for (const std::ptrdiff_t site : coarse.sites())
     for (int axis = 0; axis < 3; ++axis) mask.axis(axis)[site] = 1;
   for (const std::ptrdiff_t site : fine.sites()) {
-    const std::ptrdiff_t in_plane = site % from.plane;
-    const std::array<int, 3> at{int(in_plane % from.row), int(in_plane / from.row), int(site / from.plane)};
+    const std::array<int, 3> at = from.coordinates(site);
     for (int axis = 0; axis < 3; ++axis) {
       if (fine_mask.axis(axis)[site] != 0) continue;
       for (int c = 0; c < 8; ++c)  // the coarse particles it is interpolated from

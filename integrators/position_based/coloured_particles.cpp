@@ -15,9 +15,8 @@ ColouredParticles<Real>::ColouredParticles(const SpringSystem<Real>& springs, Sy
     *field = Field<Real>(lattice_.size());
   const Lattice& sites = body_.lattice();
   for (const std::ptrdiff_t site : body_.sites()) {
-    const std::ptrdiff_t in_plane = site % sites.plane;
-    index_.push_back(
-        lattice_.index(int(in_plane % sites.row), int(in_plane / sites.row), int(site / sites.plane)));
+    const auto [i, j, k] = sites.coordinates(site);
+    index_.push_back(lattice_.index(i, j, k));
   }
   find_masses(springs.held());
 }

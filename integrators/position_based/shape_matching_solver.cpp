@@ -49,9 +49,8 @@ void ShapeMatching::place(const HeldSites& held, double alpha) {
   for (const std::ptrdiff_t site : body_.sites())
     middle += body_.mass(site) / body_.total_mass() * body_.rest_position(site);
   for (const std::ptrdiff_t site : body_.sites()) {
-    const std::ptrdiff_t in_plane = site % lattice.plane;
-    const std::ptrdiff_t index = in_plane % lattice.row + width_ + row_ * (in_plane / lattice.row + width_) +
-                                 plane_ * (site / lattice.plane + width_);
+    const auto [i, j, k] = lattice.coordinates(site);
+    const std::ptrdiff_t index = i + width_ + row_ * (j + width_) + plane_ * (k + width_);
     index_.push_back(index);
     const Vec3 rest = body_.rest_position(site) - middle;
     for (int axis = 0; axis < 3; ++axis) {

@@ -185,7 +185,7 @@ int run(int argc, char** argv) {
   app.add_option("--corpus", choice.corpus,
                  "Runs the files of a folder, whose names begin with their exit status");
   CLI11_PARSE(app, argc, argv);
-  most_sites = most_sites_here;
+  limit_sites(most_sites_here);
   // in memory, unless the user says otherwise: an input takes less time than a disk to write it
   if (fs::is_directory("/dev/shm")) setenv("TMPDIR", "/dev/shm", 0);
   const Seeds seeds = make_seeds(fs::path(MSS_SOURCE_DIR) / "experiments/scenes");

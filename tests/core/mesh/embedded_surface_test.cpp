@@ -29,9 +29,8 @@ struct Embedded {
           visit(lattice.site(i, j, k), Vec3(fill.origin + fill.cell_size * Vec3(i, j, k)));
   }
   bool has_cell(std::ptrdiff_t site) const {
-    const std::ptrdiff_t in_plane = site % lattice.plane;
-    return fill.voxels.at(int(in_plane % lattice.row), int(in_plane / lattice.row),
-                          int(site / lattice.plane));
+    const auto [i, j, k] = lattice.coordinates(site);
+    return fill.voxels.at(i, j, k);
   }
 };
 

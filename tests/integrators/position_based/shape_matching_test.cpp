@@ -15,8 +15,8 @@ namespace {
 Vec3 goal_by_definition(const Body& body, const Field<double>& x, int width, std::ptrdiff_t site) {
   const Lattice& lattice = body.lattice();
   const auto place = [&](std::ptrdiff_t s) {
-    const std::ptrdiff_t in_plane = s % lattice.plane;
-    return Eigen::Vector3i(int(in_plane % lattice.row), int(in_plane / lattice.row), int(s / lattice.plane));
+    const auto [i, j, k] = lattice.coordinates(s);
+    return Eigen::Vector3i(i, j, k);
   };
   const auto near = [&](std::ptrdiff_t a, std::ptrdiff_t b) {
     return width == 0 || (place(a) - place(b)).cwiseAbs().maxCoeff() <= width;
