@@ -9,6 +9,7 @@
 #include "core/base/error.hpp"
 #include "core/measures/reactions.hpp"
 #include "core/refinement/refined_system.hpp"
+#include "core/scene/allowed.hpp"
 #include "core/scene/scene_boxes.hpp"
 #include "core/scene/scene_keys.hpp"
 #include "core/scene/toml_reader.hpp"
@@ -17,90 +18,7 @@ namespace mss {
 
 namespace {
 
-constexpr auto any = [](double) { return true; };
-constexpr auto positive = [](double value) { return value > 0; };
-constexpr auto not_negative = [](double value) { return value >= 0; };
-
-constexpr Quantity cell_counts{"a number of cells", "three whole numbers of at least 1, or voxels = \"file\"",
-                               [](double value) { return value >= 1; }};
-constexpr Quantity split_parts{"a number of parts of an edge", "a whole number of at least 1",
-                               [](double value) { return value >= 1; }};
-constexpr Quantity split_levels{"a number of levels", "a whole number from 1 to 4, each halves cells",
-                                [](double value) { return value >= 1 && value <= 4; }};
-constexpr Quantity length{"a length", "a positive number of metres", positive};
-constexpr Quantity position{"a position", "three finite numbers of metres", any};
-constexpr Quantity density{"a density", "a positive number of kg/m^3", positive};
-constexpr Quantity mass{"a mass", "a positive number of kilograms", positive};
-constexpr Quantity young{"a stiffness", "a positive number of pascals", positive};
-constexpr Quantity poisson{"a Poisson's ratio of finite stiffness", "a number above -1 and below 0.5",
-                           [](double value) { return value > -1 && value < 0.5; }};
-constexpr Quantity share{"a share", "a number from 0 to 1",
-                         [](double value) { return value >= 0 && value <= 1; }};
-constexpr Quantity spring{"a spring constant", "a number of N/m that is not negative", not_negative};
-constexpr Quantity volume{"a volume stiffness", "a finite number of pascals", any};
-constexpr Quantity guard{"a stiffness of the fold guard", "a number of shear moduli that is not negative",
-                         not_negative};
-constexpr Quantity damping_ratio{"a damping ratio", "a number that is not negative, or thesis = true",
-                                 not_negative};
-constexpr Quantity viscosity{"a viscosity", "a number of Pa s that is not negative", not_negative};
-constexpr Quantity acceleration{"an acceleration", "three finite numbers of m/s^2", any};
-constexpr Quantity velocity{"a velocity", "three finite numbers of m/s", any};
-constexpr Quantity displacement{"a displacement", "three finite numbers of metres", any};
-constexpr Quantity axis{"an axis", "a direction [x, y, z] that is not zero", any};
-constexpr Quantity turn_rate{"an angular rate", "a finite number of rad/s", any};
-constexpr Quantity spin{"an angular velocity", "three finite numbers of rad/s", any};
-constexpr Quantity force{"a force", "three finite numbers of newtons", any};
-constexpr Quantity impulse{"an impulse", "three finite numbers of newton seconds", any};
-constexpr Quantity time_of_strike{"a time", "a finite number of seconds that is not negative", not_negative};
-constexpr Quantity sleep_bound{"a distance", "a number of metres that is not negative, 0 for no sleep",
-                               not_negative};
-constexpr Quantity expected{"a value", "a finite number", any};
-constexpr Quantity margin{"a margin", "a finite number that is not negative", not_negative};
-constexpr Quantity normal{"a normal", "a direction [x, y, z] that is not zero", any};
-constexpr Quantity restitution{"a restitution", "a number from 0 (nothing rebounds) to 1 (no loss)",
-                               [](double value) { return value >= 0 && value <= 1; }};
-constexpr Quantity friction{"a coefficient of friction", "a number that is not negative", not_negative};
-constexpr Quantity step{"a time step", "a positive number of seconds, or \"safe\"", positive};
-constexpr Quantity duration{"a duration", "a finite number of seconds that is not negative", not_negative};
-constexpr Quantity interval{"an interval", "a positive number of seconds", positive};
-constexpr Quantity tolerance{"a tolerance", "a number above 0 and below 1",
-                             [](double value) { return value > 0 && value < 1; }};
-constexpr Quantity spectral_radius{
-    "a spectral radius at infinite steps",
-    "a number from 0 (damps at once what a step cannot resolve) to 1 (keeps it)",
-    [](double value) { return value >= 0 && value <= 1; }};
-constexpr Quantity radius_of_a_pass{"a spectral radius", "a number from 0 (no acceleration) to below 1",
-                                    [](double x) { return x >= 0 && x < 1; }};
-constexpr Quantity region_width{"a width of regions", "a whole number of cells from 0 (one region) to 16",
-                                [](double n) { return n >= 0 && n <= 16; }};
-constexpr Quantity alpha{"a share of the way to the goal", "a number above 0 and up to 1",
-                         [](double value) { return value > 0 && value <= 1; }};
-constexpr int most_threads = 1024;
-constexpr Quantity iteration_count{"a number of iterations",
-                                   "a whole number from 0 (as many as the tolerance needs) to 1000000",
-                                   [](double n) { return n >= 0 && n <= 1e6; }};
-constexpr Quantity thread_count{"a number of threads", "a whole number from 0 (as many as save time) to 1024",
-                                [](double value) { return value >= 0 && value <= most_threads; }};
-
-const std::vector<std::pair<std::string, Topology>> topologies{
-    {"full", Topology::full}, {"edges+body", Topology::edges_body}, {"one-diagonal", Topology::one_diagonal}};
-const std::vector<std::pair<std::string, Sharing>> sharings{{"weighted", Sharing::weighted},
-                                                            {"uniform", Sharing::uniform}};
-const std::vector<std::pair<std::string, ContactLaw>> contact_laws{
-    {"impulse", ContactLaw::impulse}, {"thesis", ContactLaw::thesis}, {"penalty", ContactLaw::penalty}};
-const std::vector<std::pair<std::string, Tangent>> tangents{{"elastic", Tangent::elastic},
-                                                            {"projected", Tangent::projected}};
-const std::vector<std::pair<std::string, AutoRefinement::Goal>> refinement_goals{
-    {"energy", AutoRefinement::Goal::energy}, {"displacement", AutoRefinement::Goal::displacement}};
-const std::vector<std::pair<std::string, Precision>> precisions{{"double", Precision::dbl},
-                                                                {"single", Precision::single}};
-
-template <class Value>
-const std::string& name_of(Value value, const std::vector<std::pair<std::string, Value>>& names) {
-  for (const auto& [name, named] : names)
-    if (named == value) return name;
-  return names.front().first;
-}
+using namespace allowed;
 
 void check_size(const TomlTable& body, std::string_view key, const std::array<int, 3>& cells, int refine) {
   double sites = 1;
@@ -303,51 +221,7 @@ void read_body(const TomlTable& root, Scene& scene) {
   config.damping = read_damping(root.table("damping"), config.shear_modulus());
   for (const TomlTable& table : root.tables("part")) config.parts.push_back(read_part(table, scene));
   for (const TomlTable& table : root.tables("weight"))
-    config.weights.push_back({.box = table.box("box"), .mass = table.number("mass", mass)});
-}
-
-std::array<bool, 3> read_axes(const TomlTable& hold) {
-  if (!hold.has("axes")) return {true, true, true};
-  constexpr auto allowed = "one or more of the letters x, y and z, as in \"xyz\"";
-  std::array<bool, 3> axes{};
-  for (const char letter : hold.text("axes", "a set of axes", allowed)) {
-    const bool known = letter >= 'x' && letter <= 'z';
-    if (!known || axes[static_cast<std::size_t>(letter - 'x')])
-      hold.reject("axes", fmt::format("is not a set of axes; give {}", allowed));
-    axes[static_cast<std::size_t>(letter - 'x')] = true;
-  }
-  return axes;
-}
-
-/// A vector of length 1.
-Vec3 read_direction(const TomlTable& table, std::string_view key, const Quantity& quantity) {
-  const Vec3 read = table.vector(key, quantity);
-  if (!(read.stableNorm() > 0))
-    table.reject(key, fmt::format("is not {}; give {}", quantity.noun, quantity.allowed));
-  return read.stableNormalized();
-}
-
-Turn read_turn(const TomlTable& turn) {
-  Turn read{.axis = read_direction(turn, "axis", axis),
-            .centre = turn.vector("centre", position),
-            .rate = turn.number("rate", turn_rate)};
-  read.until = turn.number("until", duration, read.until);
-  return read;
-}
-
-/// "paper" is what "thesis" was called before.
-ContactLaw read_contact_law(const TomlTable& plane, ContactLaw fallback) {
-  if (plane.is_text("contact") && plane.text("contact", "a law of contact", "a name") == "paper")
-    return ContactLaw::thesis;
-  return plane.choice("contact", "a law of contact", contact_laws, fallback);
-}
-
-Plane read_plane(const TomlTable& table) {
-  Plane plane{.point = table.vector("point", position), .normal = read_direction(table, "normal", normal)};
-  plane.contact = read_contact_law(table, plane.contact);
-  plane.restitution = table.number("restitution", restitution, plane.restitution);
-  plane.friction = table.number("friction", friction, plane.friction);
-  return plane;
+    read_keys(weight_keys(), table, config.weights.emplace_back());
 }
 
 /// A box of particles, `box`, or of vertices of the mesh, `surface_box`.
@@ -373,31 +247,31 @@ Hold read_hold(const TomlTable& table, const std::shared_ptr<const TriangleMesh>
   const auto [box, on_surface] = read_some_box(table, surface.get(), cell_size);
   if (on_surface && faces_in(*surface, box, 1e-9 * cell_size).empty())
     table.reject("surface_box", "contains no whole face of the mesh; give one that does");
-  Hold hold{.box = box, .axes = read_axes(table), .turn = {}, .surface = on_surface ? surface : nullptr};
-  hold.velocity = table.vector("velocity", velocity, Vec3::Zero());
-  hold.displacement = table.vector("displacement", displacement, Vec3::Zero());
-  if (table.has("turn")) hold.turn = read_turn(table.table("turn"));
+  Hold hold{.box = box, .turn = {}, .surface = on_surface ? surface : nullptr};
+  read_keys(hold_keys(), table, hold);
+  if (table.has("turn")) read_keys(turn_keys(), table.table("turn"), hold.turn.emplace());
   return hold;
 }
 
 Load read_load(const TomlTable& table, const std::shared_ptr<const TriangleMesh>& surface, double cell_size) {
   const auto [box, on_surface] = read_some_box(table, surface.get(), cell_size);
-  return {.box = box, .force = table.vector("force", force), .surface = on_surface ? surface : nullptr};
+  Load load{.box = box, .surface = on_surface ? surface : nullptr};
+  read_keys(load_keys(), table, load);
+  return load;
 }
 
 Environment read_environment(const TomlTable& scene, const std::shared_ptr<const TriangleMesh>& surface,
                              double cell_size) {
   Environment environment;
-  environment.gravity = scene.table("environment").vector("gravity", acceleration, Vec3::Zero());
+  read_keys(environment_keys(), scene.table("environment"), environment);
   for (const TomlTable& table : scene.tables("hold"))
     environment.holds.push_back(read_hold(table, surface, cell_size));
   for (const TomlTable& table : scene.tables("load"))
     environment.loads.push_back(read_load(table, surface, cell_size));
   for (const TomlTable& table : scene.tables("strike"))
-    environment.strikes.push_back({.box = table.box("box"),
-                                   .at = table.number("at", time_of_strike),
-                                   .impulse = table.vector("impulse", impulse)});
-  for (const TomlTable& table : scene.tables("plane")) environment.planes.push_back(read_plane(table));
+    read_keys(strike_keys(), table, environment.strikes.emplace_back());
+  for (const TomlTable& table : scene.tables("plane"))
+    read_keys(plane_keys(), table, environment.planes.emplace_back());
   return environment;
 }
 
@@ -452,7 +326,7 @@ void read_refinement(const TomlTable& root, Scene& scene) {
   if (tables.empty()) return;
   check_splittable(tables.front(), "box", scene);
   for (const TomlTable& table : tables) {
-    scene.refined_boxes.push_back({table.box("box"), table.whole("levels", split_levels, 1)});
+    read_keys(refine_keys(), table, scene.refined_boxes.emplace_back());
     if (depth_of_refinement(table, scene) == 0)
       table.reject("box", fmt::format("contains no part of a cell; give one that does, {}",
                                       extent_at_rest(scene.body)));
@@ -525,38 +399,6 @@ std::vector<Expectation> read_expectations(const TomlTable& expect, const Enviro
   return all;
 }
 
-SolveConfig read_solve(const TomlTable& solve) {
-  SolveConfig config;
-  if (solve.has("integrator"))
-    config.integrator = solve.text("integrator", "an integrator", "its name, such as \"verlet\"");
-  if (solve.is_text("dt")) {
-    if (solve.text("dt", step.noun, step.allowed) != "safe")
-      solve.reject("dt", fmt::format("is not {}; give {}", step.noun, step.allowed));
-  } else if (solve.has("dt")) {
-    config.dt = solve.number("dt", step);
-  }
-  config.duration = solve.number("duration", duration, config.duration);
-  config.threads = solve.whole("threads", thread_count, config.threads);
-  config.precision = solve.choice("precision", "a precision", precisions, config.precision);
-  if (solve.has("linear_solver"))
-    config.linear_solver = solve.text("linear_solver", "a linear solver", "its name, such as \"cholmod\"");
-  if (solve.has("nonlinear_solver"))
-    config.nonlinear_solver =
-        solve.text("nonlinear_solver", "a nonlinear solver", "its name, such as \"lbfgs\"");
-  config.iterations = solve.whole("iterations", iteration_count, config.iterations);
-  config.tangent = solve.choice("tangent", "a tangent", tangents, config.tangent);
-  config.spectral_radius = solve.number("spectral_radius", spectral_radius, config.spectral_radius);
-  config.acceleration = solve.number("acceleration", radius_of_a_pass, config.acceleration);
-  config.region_width = solve.whole("region_width", region_width, config.region_width);
-  config.alpha = solve.number("alpha", alpha, config.alpha);
-  config.tolerance = solve.number("tolerance", tolerance, config.tolerance);
-  config.every = solve.number("every", interval, config.every);
-  config.local_steps = solve.boolean("local_steps", config.local_steps);
-  config.sleep.bound = solve.number("sleep", sleep_bound, config.sleep.bound);
-  config.sleep.after = solve.number("sleep_after", interval, config.sleep.after);
-  return config;
-}
-
 }  // namespace
 
 const std::string& to_string(ContactLaw law) { return name_of(law, contact_laws); }
@@ -589,9 +431,8 @@ Scene scene_of(const TomlFile& toml) {
   scene.environment = read_environment(root, surface, cell_size);
   if (const TomlTable material = root.table("material"); material.has("model"))
     scene.model = material.text("model", "a model", "its name, such as \"springs\"");
-  scene.start_velocity = root.table("start").vector("velocity", velocity, Vec3::Zero());
-  scene.start_spin = root.table("start").vector("spin", spin, Vec3::Zero());
-  scene.solve = read_solve(root.table("solve"));
+  read_keys(start_keys(), root.table("start"), scene);
+  read_keys(solve_keys(), root.table("solve"), scene.solve);
   read_contact_surface(root, surface, scene);
   scene.expectations = read_expectations(root.table("expect"), scene.environment, surface.get(), cell_size);
   read_refinement(root, scene);

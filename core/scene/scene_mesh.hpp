@@ -11,11 +11,6 @@ namespace mss {
 
 class TomlTable;
 
-/// Keys of [body] that go with `mesh`, and of the table `mesh_rotation` in it.
-inline const std::vector<std::string> mesh_keys{
-    "mesh", "cells_across", "mesh_scale", "mesh_rotation", "mesh_translation", "fill", "contact_on"};
-inline const std::vector<std::string> mesh_rotation_keys{"axis", "degrees"};
-
 /// A body given as a mesh, and meshes of parts in it.
 struct SceneMesh {
   std::string file;                       ///< as the scene has it

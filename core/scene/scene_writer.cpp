@@ -6,14 +6,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/scene/scene_keys.hpp"
+
 namespace mss {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json to_json(const Vec3& v) { return {v[0], v[1], v[2]}; }
-Json to_json(const Box& box) { return {to_json(box.lower), to_json(box.upper)}; }
+using mss::to_json;
 
 /// The size of cells before they were split: the number that gives the size they have when divided again.
 double size_before(double cell_size, int refine) {
@@ -97,47 +97,9 @@ Json to_json(const Part& part) {
 }
 
 Json to_json(const Hold& hold) {
-  std::string axes;
-  for (std::size_t a = 0; a < 3; ++a)
-    if (hold.axes[a]) axes += "xyz"[a];
-  Json json{{hold.surface ? "surface_box" : "box", to_json(hold.box)},
-            {"axes", axes},
-            {"velocity", to_json(hold.velocity)},
-            {"displacement", to_json(hold.displacement)}};
-  if (!hold.turn) return json;
-  json["turn"] = {
-      {"axis", to_json(hold.turn->axis)}, {"centre", to_json(hold.turn->centre)}, {"rate", hold.turn->rate}};
-  if (std::isfinite(hold.turn->until)) json["turn"]["until"] = hold.turn->until;
+  Json json = written(hold_keys(), hold);
+  if (hold.turn) json["turn"] = written(turn_keys(), *hold.turn);
   return json;
-}
-
-Json to_json(const Plane& plane) {
-  return {{"point", to_json(plane.point)},
-          {"normal", to_json(plane.normal)},
-          {"contact", to_string(plane.contact)},
-          {"restitution", plane.restitution},
-          {"friction", plane.friction}};
-}
-
-Json to_json(const SolveConfig& solve) {
-  return {{"integrator", solve.integrator},
-          {"dt", solve.dt ? Json(*solve.dt) : Json("safe")},
-          {"duration", solve.duration},
-          {"threads", solve.threads},
-          {"precision", to_string(solve.precision)},
-          {"linear_solver", solve.linear_solver},
-          {"nonlinear_solver", solve.nonlinear_solver},
-          {"iterations", solve.iterations},
-          {"tangent", to_string(solve.tangent)},
-          {"spectral_radius", solve.spectral_radius},
-          {"acceleration", solve.acceleration},
-          {"region_width", solve.region_width},
-          {"alpha", solve.alpha},
-          {"tolerance", solve.tolerance},
-          {"every", solve.every},
-          {"local_steps", solve.local_steps},
-          {"sleep", solve.sleep.bound},
-          {"sleep_after", solve.sleep.after}};
 }
 
 Json to_json(const std::vector<Expectation>& expectations) {
@@ -196,18 +158,12 @@ Json to_json(const Scene& scene) {
     parts.push_back(to_json(part));
     if (scene.mesh) parts.back()["mesh"] = scene.mesh->part_files[parts.size() - 1];
   }
-  for (const Weight& weight : scene.body.weights)
-    weights.push_back({{"box", to_json(weight.box)}, {"mass", weight.mass}});
-  for (const RefinedBox& refined : scene.refined_boxes)
-    boxes.push_back({{"box", to_json(refined.box)}, {"levels", refined.levels}});
+  for (const Weight& weight : scene.body.weights) weights.push_back(written(weight_keys(), weight));
+  for (const RefinedBox& refined : scene.refined_boxes) boxes.push_back(written(refine_keys(), refined));
   for (const Hold& hold : scene.environment.holds) holds.push_back(to_json(hold));
-  for (const Load& load : scene.environment.loads)
-    loads.push_back(
-        {{load.surface ? "surface_box" : "box", to_json(load.box)}, {"force", to_json(load.force)}});
-  for (const Strike& strike : scene.environment.strikes)
-    strikes.push_back(
-        {{"box", to_json(strike.box)}, {"at", strike.at}, {"impulse", to_json(strike.impulse)}});
-  for (const Plane& plane : scene.environment.planes) planes.push_back(to_json(plane));
+  for (const Load& load : scene.environment.loads) loads.push_back(written(load_keys(), load));
+  for (const Strike& strike : scene.environment.strikes) strikes.push_back(written(strike_keys(), strike));
+  for (const Plane& plane : scene.environment.planes) planes.push_back(written(plane_keys(), plane));
   return {{"name", scene.name},
           {"body", body_to_json(scene)},
           {"material", material_to_json(scene)},
@@ -215,13 +171,13 @@ Json to_json(const Scene& scene) {
           {"part", parts},
           {"weight", weights},
           {"refine", boxes},
-          {"environment", {{"gravity", to_json(scene.environment.gravity)}}},
+          {"environment", written(environment_keys(), scene.environment)},
           {"hold", holds},
           {"load", loads},
           {"strike", strikes},
           {"plane", planes},
-          {"start", {{"velocity", to_json(scene.start_velocity)}, {"spin", to_json(scene.start_spin)}}},
-          {"solve", to_json(scene.solve)},
+          {"start", written(start_keys(), scene)},
+          {"solve", written(solve_keys(), scene.solve)},
           {"expect", to_json(scene.expectations)}};
 }
 

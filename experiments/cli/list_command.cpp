@@ -8,6 +8,7 @@
 
 #include "core/base/error.hpp"
 #include "core/base/suggest.hpp"
+#include "core/scene/scene_reference.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/simulation/model.hpp"
@@ -58,7 +59,8 @@ void list(const std::string& kind) {
                                                                {"nonlinear_solvers", nonlinear_solver_lines},
                                                                {"models", models},
                                                                {"scenes", listed_scenes},
-                                                               {"experiments", experiment_lines}};
+                                                               {"experiments", experiment_lines},
+                                                               {"scene_keys", scene_key_lines}};
   std::vector<std::string> names;
   for (const auto& [name, lines] : kinds) {
     names.push_back(name);
@@ -68,18 +70,20 @@ void list(const std::string& kind) {
     throw InputError(fmt::format("there is no list of '{}'; {}give one of {}", kind, question(kind, names),
                                  fmt::join(names, ", ")));
   for (const auto& [name, lines] : kinds) {
+    if (name == std::string("scene_keys")) continue;  // as long as all others together
     fmt::print("{}\n", name);
     print(lines(), "  ");
   }
 }
 
 void add(CLI::App& app, int&) {
-  CLI::App* command = app.add_subcommand(
-      "list", "names that the other commands take: integrators, solvers, models, scenes, experiments");
+  CLI::App* command = app.add_subcommand("list",
+                                         "names that the other commands take: integrators, solvers, models, "
+                                         "scenes, experiments; keys of scenes");
   const auto kind = std::make_shared<std::string>();
-  command->add_option(
-      "kind", *kind,
-      "integrators, linear_solvers, nonlinear_solvers, models, scenes or experiments; all if left out");
+  command->add_option("kind", *kind,
+                      "integrators, linear_solvers, nonlinear_solvers, models, scenes or experiments; all if "
+                      "left out; or scene_keys");
   command->callback([kind] { list(*kind); });
 }
 

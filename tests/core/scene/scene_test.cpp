@@ -5,11 +5,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/base/error.hpp"
 #include "core/scene/scene_edit.hpp"
+#include "core/scene/scene_reference.hpp"
 #include "core/scene/scene_writer.hpp"
 #include "tests/core/scene/scene_texts.hpp"
 
@@ -573,6 +575,14 @@ TEST(Scene, AllThatAreShippedLoad) {
   }
   for (const auto* name : {"fig5_1_stretch", "fig5_1_compress", "fig5_1_twist", "cantilever"})
     EXPECT_EQ(names.count(name), 1U) << name;
+}
+
+TEST(SceneKeys, HaveTheReferenceThatTheirReadmeShows) {
+  std::ifstream file(MSS_SOURCE_DIR "/core/scene/README.md");
+  const std::string readme{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_NE(readme.find(scene_reference()), std::string::npos)
+      << "core/scene/README.md is to contain what follows\n"
+      << scene_reference();
 }
 
 }  // namespace
