@@ -1,7 +1,7 @@
 #pragma once
 
+#include "core/body/spectral_bound.hpp"
 #include "core/environment/environment.hpp"
-#include "core/springs/spectral_bound.hpp"
 #include "core/system/system.hpp"
 
 namespace mss {

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "core/springs/spectral_bound.hpp"
+#include "core/body/spectral_bound.hpp"
 #include "core/system/system_wrapper.hpp"
 
 namespace mss {

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/springs/spectral_bound.hpp"
+#include "core/body/spectral_bound.hpp"
 
 namespace mss {
 

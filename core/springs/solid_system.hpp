@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "core/body/body.hpp"
+#include "core/body/spectral_bound.hpp"
 #include "core/environment/environment.hpp"
-#include "core/springs/spectral_bound.hpp"
 #include "core/system/system.hpp"
 
 namespace mss {

@@ -8,9 +8,9 @@
 #include <tuple>
 #include <vector>
 
+#include "core/body/spectral_bound.hpp"
 #include "core/scene/scene.hpp"
 #include "core/scene/scene_edit.hpp"
-#include "core/springs/spectral_bound.hpp"
 #include "experiments/advise/trajectory.hpp"
 #include "experiments/harness/progress.hpp"
 #include "experiments/harness/table.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "core/body/spectral_bound.hpp"
 #include "core/springs/solid_system.hpp"
-#include "core/springs/spectral_bound.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {

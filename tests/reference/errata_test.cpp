@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "core/springs/spectral_bound.hpp"
+#include "core/body/spectral_bound.hpp"
 #include "core/springs/spring_system.hpp"
 #include "tests/random_bodies.hpp"
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "core/kernels/sweep.hpp"
 #include "core/measures/measures.hpp"
 #include "core/measures/particle_measures.hpp"
 #include "core/springs/spring_system.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/base/error.hpp"
-#include "core/springs/spectral_bound.hpp"
+#include "core/body/spectral_bound.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss {

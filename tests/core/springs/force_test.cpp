@@ -6,6 +6,7 @@
 #include <array>
 #include <random>
 
+#include "core/kernels/sweep.hpp"
 #include "tests/force_oracle.hpp"
 #include "tests/random_bodies.hpp"
 

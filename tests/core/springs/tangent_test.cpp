@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 
+#include "core/kernels/sweep.hpp"
 #include "core/springs/element_tangents.hpp"
 #include "core/springs/spring_system.hpp"
 #include "tests/differences.hpp"

@@ -3,6 +3,7 @@
 
 #include <cstring>
 
+#include "core/kernels/sweep.hpp"
 #include "core/measures/measures.hpp"
 #include "tests/random_bodies.hpp"
 

@@ -34,7 +34,7 @@ struct Pair {
 
 TEST(Coarsening, KeepsMassAndStiffnessOfOddAndRaggedBodies) {
   for (const auto& shape : testing::test_shapes()) {
-    const Pair p(shape.voxels);
+    Pair p(shape.voxels);
     EXPECT_NEAR(p.coarse.total_mass(), p.fine.total_mass(), 1e-6 * p.fine.total_mass()) << shape.name;
     const CubicStiffness fine = cubic_stiffness(p.fine.config().springs, p.fine.config().cell_size),
                          coarse = cubic_stiffness(p.coarse.config().springs, p.coarse.config().cell_size);
@@ -87,7 +87,7 @@ TEST(Coarsening, KeepsTheViscosity) {
 
 TEST(Coarsening, RestrictionIsTheTransposeOfInterpolation) {
   for (const auto& shape : testing::test_shapes()) {
-    const Pair p(shape.voxels);
+    Pair p(shape.voxels);
     const Field<float> a = Pair::random_field(p.fine, 3), b = Pair::random_field(p.coarse, 4);
     Field<float> up(p.fine.lattice().size), down(p.coarse.lattice().size);
     p.transfer.interpolate_add(b, up, in_order);
@@ -101,7 +101,7 @@ TEST(Coarsening, RestrictionIsTheTransposeOfInterpolation) {
 TEST(Coarsening, InterpolatesLinearFieldsExactly) {
   const auto linear = [](const Vec3& x) { return Vec3(1 + x[0] - 2 * x[1], x[2], x[0] + x[1] + 3 * x[2]); };
   for (const auto& shape : testing::test_shapes()) {
-    const Pair p(shape.voxels);
+    Pair p(shape.voxels);
     Field<float> coarse(p.coarse.lattice().size), fine(p.fine.lattice().size);
     for (const std::ptrdiff_t site : p.coarse.sites()) coarse.set(site, linear(p.coarse.rest_position(site)));
     p.transfer.interpolate_add(coarse, fine, in_order);
@@ -115,7 +115,7 @@ TEST(Coarsening, PlacesCoarseParticlesOfABodyThatDeformsAffinely) {
   Eigen::Matrix3d f;
   f << 0.6, -0.7, 0.1, 0.8, 0.5, -0.2, 0.1, 0.3, 1.2;
   for (const auto& shape : testing::test_shapes()) {
-    const Pair p(shape.voxels);
+    Pair p(shape.voxels);
     Field<float> fine(p.fine.lattice().size), coarse(p.coarse.lattice().size);
     for (const std::ptrdiff_t site : p.fine.sites()) fine.set(site, f * p.fine.rest_position(site));
     coarsen_positions(p.fine, fine, p.coarse, coarse);

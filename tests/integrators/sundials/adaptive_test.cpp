@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "core/springs/spectral_bound.hpp"
+#include "core/body/spectral_bound.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
 #include "tests/random_bodies.hpp"

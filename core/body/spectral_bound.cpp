@@ -1,4 +1,4 @@
-#include "core/springs/spectral_bound.hpp"
+#include "core/body/spectral_bound.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
