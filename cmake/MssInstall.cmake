@@ -4,7 +4,7 @@
 include(CMakePackageConfigHelpers)
 
 set(config_folder ${CMAKE_INSTALL_LIBDIR}/cmake/mss)
-set(header_folder ${CMAKE_INSTALL_INCLUDEDIR}/mss)
+set(header_folder ${CMAKE_INSTALL_INCLUDEDIR})
 install(TARGETS mss_core mss_integrators EXPORT mssTargets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development

@@ -5,7 +5,9 @@ add_library(mss_options INTERFACE)
 target_include_directories(mss_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(mss_options INTERFACE -Wall -Wextra -Wpedantic -Wnon-virtual-dtor -Woverloaded-virtual
                                              -ffp-contract=off -fno-semantic-interposition)
-if(NOT CMAKE_UNITY_BUILD)  # joint sources see each other's names
+if(CMAKE_UNITY_BUILD)  # joint sources see each other's names, and are headers to the compiler
+  target_compile_options(mss_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+else()
   target_compile_options(mss_options INTERFACE -Wshadow)
 endif()
 # The law of springs, of core/forces/spring_laws/.

@@ -113,6 +113,13 @@ enum class Collisions {
   never
 };
 
+/// Who solves the linear systems of an implicit method.
+enum class LinearAlgebra {
+  chosen,       ///< `linear_solver`
+  own_factors,  ///< the method, by factors of a matrix
+  own_products  ///< the method, by products with it
+};
+
 /// Part of a step, in shares of it: x += drift dt v, then v += kick dt a.
 struct DriftKick {
   double drift, kick;
@@ -127,11 +134,13 @@ struct IntegratorInfo {
   int order_damped = 1;
   bool implicit = false;
   Collisions collisions = Collisions::after_steps;
-  bool iterates = false;           ///< as often as `iterations` says
-  bool symplectic = false;         ///< without damping
-  bool energy_exact = false;       ///< without damping; needs a discrete gradient
-  bool springs_only = false;       ///< steps bodies of springs in its own way; no other model, and no forces
-  bool has_modulus = true;         ///< false: not the motion of a material, however small the step
+  LinearAlgebra linear_algebra = LinearAlgebra::chosen;
+  bool local_steps = false;   ///< has one force a step, v += dt a, x += dt v: LocalSteps can take its place
+  bool iterates = false;      ///< as often as `iterations` says
+  bool symplectic = false;    ///< without damping
+  bool energy_exact = false;  ///< without damping; needs a discrete gradient
+  bool springs_only = false;  ///< steps bodies of springs in its own way; no other model, and no forces
+  bool has_modulus = true;    ///< false: not the motion of a material, however small the step
   StabilityLimit limit = nullptr;  ///< nullptr: stable for any step
   /// Of one-step methods that take x' = z x / dt to R(z) x: coefficients of R, ascending. Empty: others.
   std::vector<double> polynomial = {};

@@ -7,6 +7,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/forces/spring_law.hpp"
+
+#include "core/forces/spring_law.hpp"
+
 namespace mss::reference {
 
 namespace {
@@ -225,6 +229,19 @@ void Algorithm1::add_weight(const Weight& weight, double slack) {
   for (Particle* p : carriers) p->mass += weight.mass / double(carriers.size());
 }
 
+namespace {
+
+/// Eq. 2-3. Of another law than Hooke's, if the program is built for one, the derivative of its energy by
+/// differences, which are exact for fourth powers: the law's own tension is then checked against that.
+double tension(double k, double rest_length, double length) {
+  if (SpringLaw::is_linear) return k * (length - rest_length);
+  const double h = 1e-3 * rest_length;
+  const auto energy = [&](double change) { return spring_energy(k, rest_length, length + change); };
+  return (8 * (energy(h) - energy(-h)) - (energy(2 * h) - energy(-2 * h))) / (12 * h);
+}
+
+}  // namespace
+
 void Algorithm1::add_springs() {
   const auto count = std::ptrdiff_t(springs_.size());
 #pragma omp parallel for num_threads(threads_) schedule(static)
@@ -236,7 +253,7 @@ void Algorithm1::add_springs() {
     const double length = along.norm();
     if (length == 0) continue;  // no direction, no force
     const Vec3 direction = along / length;
-    const Vec3 spring_force = s.stiffness * (length - s.rest_length) * direction;  // eq. 2-3
+    const Vec3 spring_force = tension(s.stiffness, s.rest_length, length) * direction;
     atomic_add(p1.f, spring_force);
     atomic_add(p2.f, -spring_force);
     const double speed_difference = (p2.v - p1.v).dot(direction);         // eq. 2-6, as a projection
@@ -319,7 +336,8 @@ double Algorithm1::potential_energy() const {
   double energy = 0;
   for (const Spring& s : springs_) {
     const double stretch = (particles_[s.p2].x - particles_[s.p1].x).norm() - s.rest_length;
-    energy += 0.5 * s.stiffness * stretch * stretch;
+    energy += SpringLaw::is_linear ? 0.5 * s.stiffness * stretch * stretch
+                                   : spring_energy(s.stiffness, s.rest_length, s.rest_length + stretch);
   }
   for (const Cell& cell : cells_) {  // eq. 3-1
     const double change = estimate(particles_, cell).v - cell_volume_;

@@ -11,6 +11,7 @@
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/scene_check.hpp"
+#include "integrators/linear/linear_solver.hpp"
 #include "reference/fem/solid_law.hpp"
 
 namespace mss::advise {
@@ -31,10 +32,11 @@ std::string description(const SceneFamily& family, const Trial& trial) {
 /// How many evaluations of the force a step of an implicit method takes at least, in the smallest bodies.
 double least_forces(const SceneEdit& candidate) {
   constexpr double factorisation = 30, general_factorisation = 300, iterations = 6;
-  if (candidate.integrator == "cvode_bdf_klu") return general_factorisation;
-  if (!find_integrator(candidate.integrator).nonlinear_solver.empty()) return iterations;
-  const bool iterates = candidate.linear_solver == "matrix_free" || candidate.integrator == "cvode_bdf_gmres";
-  return iterates ? iterations : factorisation;
+  const IntegratorInfo& method = find_integrator(candidate.integrator);
+  if (method.linear_algebra == LinearAlgebra::own_factors) return general_factorisation;
+  if (!method.nonlinear_solver.empty() || method.linear_algebra == LinearAlgebra::own_products)
+    return iterations;
+  return find_linear_solver(candidate.linear_solver).products_only ? iterations : factorisation;
 }
 
 bool always(const SampledRun&) { return true; }

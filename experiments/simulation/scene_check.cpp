@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <functional>
 #include <tuple>
 
@@ -78,12 +77,13 @@ void check_local_steps(const Scene& scene, const IntegratorInfo& method) {
   if (!is_refined(scene))
     throw InputError(
         "local_steps is for bodies with cells of several sizes; leave it out, or give [[refine]]");
-  constexpr std::array<std::string_view, 3> allowed{"verlet", "velocity_verlet", "semi_implicit_euler"};
-  if (std::find(allowed.begin(), allowed.end(), method.name) == allowed.end())
-    throw InputError(
-        fmt::format("local_steps is for {}, and integrator is \"{}\"; leave it out, or give one of "
-                    "these",
-                    fmt::join(allowed, ", "), method.name));
+  if (method.local_steps) return;
+  std::vector<std::string> allowed;
+  for (const IntegratorInfo& info : integrators())
+    if (info.local_steps) allowed.push_back(info.name);
+  throw InputError(
+      fmt::format("local_steps is for {}, and integrator is \"{}\"; leave it out, or give one of these",
+                  fmt::join(allowed, ", "), method.name));
 }
 
 /// What needs one lattice for the whole body.
@@ -101,7 +101,7 @@ void check_refined(const Scene& scene, const IntegratorInfo& method) {
            method.name.find('/') != std::string::npos ? method.name.substr(method.name.find('/') + 1)
                                                       : solve.nonlinear_solver,
            "\"newton\"");
-  if (solve.linear_solver == "multigrid" || solve.linear_solver == "separable")
+  if (find_linear_solver(solve.linear_solver).one_lattice)
     refuse("linear solver", solve.linear_solver, "\"cholmod\" or \"matrix_free\"");
   if (solve.sleep.bound > 0)
     throw InputError(fmt::format("sleep is for bodies with cells of one size; leave it or {} out", given));
@@ -138,12 +138,14 @@ void check_shared(const Scene& scene) {
                     scene.file.string(), what));
   };
   const IntegratorInfo& method = find_integrator(scene.solve.integrator);
-  if (method.stepping == Stepping::equilibrium || method.needs_springs() || method.name == "cvode_bdf_klu")
+  if (method.stepping == Stepping::equilibrium || method.needs_springs() ||
+      method.linear_algebra == LinearAlgebra::own_factors)
     refuse(fmt::format("integrator = \"{}\"", method.name));
   const bool by_newton =
       scene.solve.nonlinear_solver == SolveConfig{}.nonlinear_solver && method.nonlinear_solver.empty();
   if (method.implicit && !by_newton) refuse("a nonlinear solver other than \"newton\"");
-  if (method.implicit && method.name != "cvode_bdf_gmres" && scene.solve.linear_solver != "matrix_free")
+  if (method.implicit && method.linear_algebra == LinearAlgebra::chosen &&
+      !find_linear_solver(scene.solve.linear_solver).in_ranks)
     throw InputError(
         fmt::format("{}: {} in ranks needs linear_solver = \"matrix_free\", and that is \"{}\"; give it, or "
                     "start mss without mpirun",

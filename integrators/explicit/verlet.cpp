@@ -55,6 +55,7 @@ IntegratorInfo verlet() {
                            .summary = "the thesis's Verlet (2-15, 2-21): symplectic Euler in other variables",
                            .order_undamped = 1,
                            .order_damped = 1,
+                           .local_steps = true,
                            .symplectic = true,
                            .limit = central_limit});
 }

@@ -40,7 +40,10 @@ Status solve_tangent(LinearSolver& solver, System<double>& system, double t, con
 /// Facts about a linear solver.
 struct LinearSolverInfo {
   std::string name;
-  std::string summary;  ///< one line for `mss list`
+  std::string summary;         ///< one line for `mss list`
+  bool products_only = false;  ///< has no matrix of the whole body
+  bool one_lattice = false;    ///< is for bodies with cells of one size
+  bool in_ranks = false;       ///< works where ranks share a body
   std::function<std::unique_ptr<LinearSolver>(double tolerance)> make;
 };
 

@@ -120,6 +120,8 @@ ConjugateGradients::Products Multigrid::precondition(const std::function<void(Ra
 LinearSolverInfo multigrid() {
   return {.name = "multigrid",
           .summary = "conjugate gradients, one V-cycle on coarser lattices in single precision, no matrix",
+          .products_only = true,
+          .one_lattice = true,
           .make = [](double tolerance) { return std::make_unique<Multigrid>(tolerance); }};
 }
 

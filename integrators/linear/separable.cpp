@@ -268,6 +268,7 @@ LinearSolverInfo separable() {
       .name = "separable",
       .summary =
           "conjugate gradients, an exact solution of a constant matrix as preconditioner; boxes of springs",
+      .one_lattice = true,
       .make = [](double tolerance) { return std::make_unique<Separable>(tolerance); }};
 }
 

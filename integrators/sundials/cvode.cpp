@@ -323,11 +323,16 @@ IntegratorInfo cvode_bdf() {
                         "CVODE BDF, orders 1 to 5, positions eliminated: adaptive, any linear solver listed");
 }
 IntegratorInfo cvode_bdf_klu() {
-  return describe_cvode(Linear::klu, "cvode_bdf_klu", "CVODE BDF with KLU on the whole first-order system");
+  IntegratorInfo info =
+      describe_cvode(Linear::klu, "cvode_bdf_klu", "CVODE BDF with KLU on the whole first-order system");
+  info.linear_algebra = LinearAlgebra::own_factors;
+  return info;
 }
 IntegratorInfo cvode_bdf_gmres() {
-  return describe_cvode(Linear::gmres, "cvode_bdf_gmres",
-                        "CVODE BDF with GMRES, block-Jacobi preconditioned");
+  IntegratorInfo info =
+      describe_cvode(Linear::gmres, "cvode_bdf_gmres", "CVODE BDF with GMRES, block-Jacobi preconditioned");
+  info.linear_algebra = LinearAlgebra::own_products;
+  return info;
 }
 
 }  // namespace mss

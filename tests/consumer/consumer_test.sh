@@ -55,7 +55,7 @@ case $way in
     PKG_CONFIG_PATH=$(dirname -- "$(find "$prefix" -name mss.pc)")
     export PKG_CONFIG_PATH
     read -ra flags <<<"$(pkg-config --cflags --libs mss)"
-    (cd "$prefix/include/mss" && find . -name '*.hpp' -printf '#include "%P"\n' | sort) >"$directory/headers.cpp"
+    (cd "$prefix/include" && find . -name '*.hpp' -printf '#include <%P>\n' | sort) >"$directory/headers.cpp"
     (cd "$directory" && g++ -std=c++20 build/example.cpp headers.cpp "${flags[@]}" -o app)
     check_output "$directory/app"
     ;;

@@ -358,13 +358,13 @@ TEST(LocalSteps, AreOfSecondOrderWithoutDampingAndOfFirstWithIt) {
 }
 
 /// Largest energy over the first, of small random motions.
-double growth(const RefinedBody& body, double share, long steps) {
+double growth(const RefinedBody& body, double share, long steps, const std::string& name = "verlet") {
   RefinedSystem<double> system(body, {}, {.threads = 1});
   State<double> state = system.rest_state();
   testing::randomise(system, state, 1e-7, 0, 4);
   const double dt = share * 2 / system.local_bound().omega;
   const auto local = system.with_local_steps(dt);
-  const auto method = find_integrator("verlet").make<double>({.dt = dt});
+  const auto method = find_integrator(name).make<double>({.dt = dt});
   const double before = measure(system, state).mechanical();
   double most = 0;
   Work work;
@@ -392,6 +392,18 @@ TEST(LocalSteps, AreStableUpToTheLimit) {
       EXPECT_LT(growth(bodies[b], share, 400), 10) << b << " at " << share;
     }
   }
+}
+
+TEST(LocalSteps, AreStableByEveryMethodThatTakesThem) {
+  const BodyConfig config = block(6, 5, 4, 0.2);
+  const RefinedBody body = refine(config, {refined_cells(config, {0, 0, 0}, {1, 1, 1}, 2)});
+  int methods = 0;
+  for (const IntegratorInfo& info : integrators())
+    if (info.local_steps) {
+      EXPECT_LT(growth(body, 0.9, 400, info.name), 10) << info.name;
+      ++methods;
+    }
+  EXPECT_GE(methods, 3);
 }
 
 TEST(LocalStepPlan, GivesEveryLevelItsRateWhereLargeCellsAreMost) {
