@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/error.hpp"
 #include "core/measures/measures.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/volume/volume.hpp"
@@ -71,6 +72,7 @@ void add_limit(const Fall& fall, Table& limits) {
 /// Volume against time.
 struct History {
   Status status = Status::ok;
+  bool refused = false;
   std::vector<double> t{}, drift{}, thesis{}, worst{};
 };
 
@@ -83,7 +85,12 @@ History run_sampled(const Fall& fall, const std::string& integrator, double shar
   History history;
   Work work;
   for (int i = 1; i <= samples; ++i) {
-    history.status = method->advance(*fall.system, state, i * duration / samples, work);
+    try {
+      history.status = method->advance(*fall.system, state, i * duration / samples, work);
+    } catch (const InputError&) {  // penalty planes in steps that are too long for it
+      history.refused = true;
+      break;
+    }
     const Measures m = measure(*fall.system, state);
     // A body of a hundred times its volume has blown up.
     if (history.status == Status::ok && !(std::abs(m.volume_ratio) < 100))
@@ -132,8 +139,9 @@ VolumeRow row_of(const Fall& fall, const std::string& integrator, double share, 
                 .cells = cells,
                 .step = share,
                 .springs = fall.body.config().springs,
+                .refused = history.refused,
                 .status = history.status};
-  if (row.status != Status::ok) return row;
+  if (row.refused || row.status != Status::ok) return row;
   row.drift = largest(history.drift);
   row.drift_thesis = largest(history.thesis);
   row.worst_cell = largest(history.worst);

@@ -253,11 +253,12 @@ double worst_cell(const Body& body, const Field<double>& x) {
 }
 
 void add_row(Table& rows, const VolumeRow& r) {
-  const auto measured = [&](double value) { return r.status == Status::ok ? value : no_value; };
+  const auto measured = [&](double value) { return r.status == Status::ok && !r.refused ? value : no_value; };
   const double shear = cubic_stiffness(r.springs, 1.0 / r.cells).c44;
   rows.add({std::string(to_string(r.study)), r.model, r.integrator, r.cells, r.strain, r.angle, r.step,
             r.springs.volume, r.springs.volume / shear, measured(r.drift), measured(r.drift_thesis),
-            measured(r.worst_cell), r.predicted, measured(r.difference), std::string(to_string(r.status))});
+            measured(r.worst_cell), r.predicted, measured(r.difference),
+            std::string(r.refused ? "refused" : to_string(r.status))});
 }
 
 BodyConfig volume_cube(const VolumeModel& model, int cells) {

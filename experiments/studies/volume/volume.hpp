@@ -91,6 +91,7 @@ struct VolumeRow {
   double drift = 0, drift_thesis = 0, worst_cell = 0;
   double predicted = 0;   ///< by elasticity, to first order; 0 too where there is no prediction
   double difference = 0;  ///< of the drift from that of the reference run, the largest of a bounce
+  bool refused = false;   ///< a method that cannot take the scene in such steps
   Status status = Status::ok;
 };
 /// Adds it; if the run failed, its measurements are missing.
