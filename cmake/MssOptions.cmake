@@ -5,10 +5,10 @@ add_library(mss_options INTERFACE)
 target_include_directories(mss_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(mss_options INTERFACE -Wall -Wextra -Wpedantic -Wnon-virtual-dtor -Woverloaded-virtual
                                              -ffp-contract=off -fno-semantic-interposition)
-if(CMAKE_UNITY_BUILD)  # joint sources see each other's names, and are headers to the compiler
-  target_compile_options(mss_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
-else()
+if(NOT CMAKE_UNITY_BUILD)  # joint sources see each other's names,
   target_compile_options(mss_options INTERFACE -Wshadow)
+elseif(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # and are headers to the compiler
+  target_compile_options(mss_options INTERFACE -Wno-subobject-linkage)
 endif()
 # The law of springs, of core/forces/spring_laws/.
 target_compile_definitions(mss_options INTERFACE MSS_SPRING_LAW_FILE="core/forces/spring_laws/${MSS_SPRING_LAW}.hpp")
