@@ -9,8 +9,6 @@
 
 #include "core/forces/spring_law.hpp"
 
-#include "core/forces/spring_law.hpp"
-
 namespace mss::reference {
 
 namespace {

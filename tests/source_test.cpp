@@ -139,7 +139,7 @@ TEST(Sources, APlantedIncludeIsFound) {
   EXPECT_TRUE(wrong("core/body/body.hpp", "integrators/integrator.hpp"));
   EXPECT_TRUE(wrong("core/body/body.hpp", "core/springs/spring_system.hpp"));
   EXPECT_TRUE(wrong("core/body/body.hpp", "core/environment/environment.hpp"));  // of one rank
-  EXPECT_TRUE(wrong("core/body.hpp", "core/base/field.hpp"));          // in no room
+  EXPECT_TRUE(wrong("core/body.hpp", "core/base/field.hpp"));                    // in no room
   EXPECT_TRUE(wrong("integrators/linear/pcg.cpp", "integrators/nonlinear/implicit_stage.hpp"));
   EXPECT_TRUE(wrong("integrators/explicit/verlet.cpp", "reference/closed_forms.hpp"));
   EXPECT_TRUE(wrong("reference/closed_forms.cpp", "integrators/integrator.hpp"));
