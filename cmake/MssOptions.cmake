@@ -11,6 +11,12 @@ elseif(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # and are headers to the compiler
   target_compile_options(mss_options INTERFACE -Wno-subobject-linkage)
 endif()
 # The law of springs, of core/forces/spring_laws/.
+if(NOT EXISTS ${PROJECT_SOURCE_DIR}/core/forces/spring_laws/${MSS_SPRING_LAW}.hpp)
+  file(GLOB laws RELATIVE ${PROJECT_SOURCE_DIR}/core/forces/spring_laws ${PROJECT_SOURCE_DIR}/core/forces/spring_laws/*.hpp)
+  list(TRANSFORM laws REPLACE "\\.hpp$" "")
+  list(JOIN laws ", " laws)
+  message(FATAL_ERROR "MSS_SPRING_LAW = ${MSS_SPRING_LAW} is no file of core/forces/spring_laws/; give one of ${laws}")
+endif()
 target_compile_definitions(mss_options INTERFACE MSS_SPRING_LAW_FILE="core/forces/spring_laws/${MSS_SPRING_LAW}.hpp")
 # Threads are the Team's; Eigen's own would start behind its back wherever OpenMP is on.
 target_compile_definitions(mss_options INTERFACE EIGEN_DONT_PARALLELIZE)

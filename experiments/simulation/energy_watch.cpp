@@ -35,19 +35,6 @@ bool EnergyWatch<Real>::holds_move(double t) const {
   return std::any_of(holds.begin(), holds.end(), [&](const Hold& hold) { return hold.moves(t); });
 }
 
-/// Whether a plane that acts on velocities has a particle left to push out.
-template <class Real>
-bool EnergyWatch<Real>::is_behind_planes(const SceneRun<Real>& run) const {
-  const double negligible = 1e-6 * scene_.body.cell_size;
-  bool any = false;
-  for (const Plane& plane : scene_.environment.planes) {
-    if (plane.contact == ContactLaw::penalty) continue;
-    for (const std::ptrdiff_t site : run.system().particles())
-      any = any || plane.gap(run.state().x.at(site)) < -negligible;
-  }
-  return !run.system().ranks().all(!any);
-}
-
 /// Leapfrog keeps, of small motions and exactly, an energy with the kinetic part v- M v+ / 2 of the
 /// velocities half a step before and after: v and v + dt a where velocities lag (outcome.hpp), v -+ dt a / 2
 /// elsewhere. That of v alone swings about it, at the limit of stability as much as it is large.
@@ -71,11 +58,10 @@ double EnergyWatch<Real>::centred_total(SceneRun<Real>& run, const Measures& row
 }
 
 template <class Real>
-void EnergyWatch<Real>::add(SceneRun<Real>& run, const Measures& row) {
+void EnergyWatch<Real>::add(SceneRun<Real>& run, const Measures& row, bool is_lifted) {
   if (!watches_) return;
   if (holds_move(row.t)) return start_.reset();
-  is_in_front_ = is_in_front_ || !is_behind_planes(run);
-  if (!is_in_front_) return;
+  if (is_lifted) return;
   if (!start_) {
     start_ = {row.total(), row.gravitational, run.struck(),
               energy_of_rounding(run.system(), scene_, row.gravitational)};

@@ -25,8 +25,9 @@ class EnergyWatch {
  public:
   explicit EnergyWatch(const Scene& scene);
 
-  /// Takes the measures of the run's present state. All ranks must call it.
-  void add(SceneRun<Real>& run, const Measures& row);
+  /// Takes the measures of the run's present state; `is_lifted`: planes still push out what began behind
+  /// them. All ranks must call it.
+  void add(SceneRun<Real>& run, const Measures& row, bool is_lifted);
 
   /// Of all rows the largest gain above what is tolerated; empty: there was none.
   const std::optional<EnergyGain>& gain() const { return gain_; }
@@ -36,13 +37,11 @@ class EnergyWatch {
     double total, potential, struck, noise;
   };
   bool holds_move(double t) const;
-  bool is_behind_planes(const SceneRun<Real>& run) const;
   double centred_total(SceneRun<Real>& run, const Measures& row) const;
 
   const Scene& scene_;
   const IntegratorInfo& method_;
   bool watches_;
-  bool is_in_front_ = false;  ///< of planes, since some row
   std::optional<Start> start_;
   double at_play_ = 0;
   std::optional<EnergyGain> gain_;

@@ -74,6 +74,13 @@ void PlaneWatch<Real>::add(const State<Real>& state) {
 }
 
 template <class Real>
+bool PlaneWatch<Real>::lifts() const {
+  for (std::size_t p = 0; p < planes_.size(); ++p)
+    if (planes_[p].contact == ContactLaw::impulse && !watched_[p].was_clear) return true;
+  return false;
+}
+
+template <class Real>
 std::vector<Penetration> PlaneWatch<Real>::found() const {
   std::vector<Penetration> found;
   for (std::size_t p = 0; p < watched_.size(); ++p)

@@ -34,6 +34,8 @@ class PlaneWatch {
   /// All ranks must call it.
   void add(const State<Real>& state);
 
+  /// Whether a plane of the law `impulse` has yet to push out what began behind it.
+  bool lifts() const;
   /// Of every plane that was passed.
   std::vector<Penetration> found() const;
 

@@ -93,8 +93,8 @@ class Simulation final : public Stops {
     run_.begin_means();
     result_.series.push_back(row);
     shared_.on_row(row);
-    energy_.add(run_, measures);
     planes_.add(run_.state());
+    energy_.add(run_, measures, planes_.lifts());
     return true;
   }
   void advance(double t_end);

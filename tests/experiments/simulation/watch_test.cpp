@@ -114,6 +114,14 @@ TEST(EnergyWatch, WaitsForWhatStartsBehindAPlane) {
   }
 }
 
+// What is held behind a plane stays there.
+TEST(EnergyWatch, DoesNotWaitForWhatStaysBehindAPlane) {
+  const Watched held =
+      run_block({"hold=[{box=[[0,0,0],[0.2,0.2,0.05]]}]", "plane.0.point=[0,0,0.06]", "damping.ratio=0",
+                 "solve.integrator=explicit_euler", "solve.dt=1e-4", "solve.duration=0.5"});
+  EXPECT_TRUE(held.result.gain) << held.remarks();
+}
+
 TEST(PlaneWatch, SaysHowDeepAFallWent) {
   const std::vector<std::string> hard{"plane.0.contact=penalty", "start.velocity=[0,0,-40]",
                                       "body.origin=[0,0,0.06]",  "solve.dt=safe",
