@@ -18,7 +18,7 @@ if(NOT EXISTS ${PROJECT_SOURCE_DIR}/core/forces/spring_laws/${MSS_SPRING_LAW}.hp
   message(FATAL_ERROR "MSS_SPRING_LAW = ${MSS_SPRING_LAW} is no file of core/forces/spring_laws/; give one of ${laws}")
 endif()
 target_compile_definitions(mss_options INTERFACE MSS_SPRING_LAW_FILE="core/forces/spring_laws/${MSS_SPRING_LAW}.hpp")
-# Threads are the Team's; Eigen's own would start behind its back wherever OpenMP is on.
+# Threads are the ThreadTeam's; Eigen's own would start behind its back wherever OpenMP is on.
 target_compile_definitions(mss_options INTERFACE EIGEN_DONT_PARALLELIZE)
 if(MSS_WARNINGS_AS_ERRORS)
   target_compile_options(mss_options INTERFACE -Werror)

@@ -155,13 +155,13 @@ void MollemansSystem::force(double t, const Field<double>& x, const Field<double
 }
 
 CellMatrix MollemansSystem::MollemansTangents::cell(const Field<double>& x, std::ptrdiff_t site,
-                                                    const TangentSum& sum) const {
+                                                    const TangentCoefficients& sum) const {
   return sum.stiffness *
          cell_tangent(system_.kappa_, body().cell_volume(), corners_at(body(), x, site), sum.kind);
 }
 
 void MollemansSystem::MollemansTangents::add(const Field<double>& x, const Field<double>& v,
-                                             const TangentSum& sum, BlockMatrix& blocks) const {
+                                             const TangentCoefficients& sum, BlockMatrix& blocks) const {
   add_tangent(system_.bare_, x, v, sum, blocks);
   for (const std::ptrdiff_t site : system_.cells_.cells()) {
     const CellMatrix k = cell(x, site, sum);
@@ -171,7 +171,7 @@ void MollemansSystem::MollemansTangents::add(const Field<double>& x, const Field
 }
 
 void MollemansSystem::MollemansTangents::multiply(double t, const Field<double>& x, const Field<double>& v,
-                                                  const TangentSum& sum, const Field<double>& p,
+                                                  const TangentCoefficients& sum, const Field<double>& p,
                                                   Field<double>& out) {
   system_.springs_.tangents()->product(t, x, v, sum, p, out);
   system_.cells_.add(
@@ -188,7 +188,7 @@ void MollemansSystem::MollemansTangents::multiply(double t, const Field<double>&
 }
 
 void MollemansSystem::MollemansTangents::add_diagonal(const Field<double>& x, const Field<double>& v,
-                                                      const TangentSum& sum,
+                                                      const TangentCoefficients& sum,
                                                       std::vector<Matrix3d>& diagonal) {
   std::vector<Matrix3d> springs;
   system_.springs_.tangents()->diagonal(

@@ -12,7 +12,7 @@ namespace mss::testing {
 
 /// A tangent as it is stored.
 inline Eigen::MatrixXd tangent_matrix(SolidSystem<double>& system, const State<double>& state,
-                                      const TangentSum& sum) {
+                                      const TangentCoefficients& sum) {
   SparseMatrix matrix = system.tangents()->pattern();
   system.tangents()->values(0, state.x, state.v, sum, matrix);
   return Eigen::MatrixXd(matrix);
@@ -23,10 +23,11 @@ inline void compare_tangents_with_forces(SolidSystem<double>& system, State<doub
   for (const bool of_positions : {true, false}) {
     const Eigen::MatrixXd expected =
         force_differences(system, state, of_positions, 1e-3 * system.cell_size());
-    const TangentSum sum = of_positions ? TangentSum{.stiffness = 1} : TangentSum{.damping = 1};
+    const TangentCoefficients sum =
+        of_positions ? TangentCoefficients{.stiffness = 1} : TangentCoefficients{.damping = 1};
     EXPECT_LT(relative_difference(tangent_matrix(system, state, sum), expected), 1e-4);
   }
-  const TangentSum sum{.mass = 2, .damping = 0.3, .stiffness = 5, .kind = Tangent::elastic};
+  const TangentCoefficients sum{.mass = 2, .damping = 0.3, .stiffness = 5, .kind = Tangent::elastic};
   const Eigen::MatrixXd matrix = tangent_matrix(system, state, sum);
   EXPECT_LT((matrix - matrix.transpose()).norm(), 1e-12 * matrix.norm());
   State<double> direction = system.rest_state();

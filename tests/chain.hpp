@@ -39,12 +39,14 @@ class Chain final : public System<double> {
     const double* p = y.axis(axis);
     return 2 * p[i] - (i > 0 ? p[i - 1] : 0) - (i + 1 < size() ? p[i + 1] : 0);
   }
-  double spring(const TangentSum& sum) const { return stiffness_ * (sum.stiffness + beta_ * sum.damping); }
+  double spring(const TangentCoefficients& sum) const {
+    return stiffness_ * (sum.stiffness + beta_ * sum.damping);
+  }
 
   class ChainTangents final : public Tangents<double> {
    public:
     explicit ChainTangents(const Chain& chain) : chain_(chain) {}
-    const std::vector<Unknown>& unknowns() override {
+    const std::vector<FreeDof>& unknowns() override {
       if (unknowns_.empty()) unknowns_ = unknowns_of(chain_);
       return unknowns_;
     }
@@ -58,21 +60,21 @@ class Chain final : public System<double> {
       matrix.setFromTriplets(places.begin(), places.end());
       return matrix;
     }
-    void values(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+    void values(double, const Field<double>&, const Field<double>&, const TangentCoefficients& sum,
                 SparseMatrix& matrix) override {
       for (int row = 0; row < matrix.outerSize(); ++row)
         for (SparseMatrix::InnerIterator entry(matrix, row); entry; ++entry)
           entry.valueRef() =
               entry.col() == row ? chain_.mass_ * sum.mass + 2 * chain_.spring(sum) : -chain_.spring(sum);
     }
-    void product(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+    void product(double, const Field<double>&, const Field<double>&, const TangentCoefficients& sum,
                  const Field<double>& p, Field<double>& out) override {
       for (int axis = 0; axis < 3; ++axis)
         for (const std::ptrdiff_t i : chain_.sites_)
           out.axis(axis)[i] =
               chain_.mass_ * sum.mass * p.axis(axis)[i] + chain_.spring(sum) * chain_.bend(p, axis, i);
     }
-    void diagonal(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+    void diagonal(double, const Field<double>&, const Field<double>&, const TangentCoefficients& sum,
                   std::vector<Eigen::Matrix3d>& blocks) override {
       blocks.assign(chain_.sites_.size(),
                     (chain_.mass_ * sum.mass + 2 * chain_.spring(sum)) * Eigen::Matrix3d::Identity());
@@ -80,7 +82,7 @@ class Chain final : public System<double> {
 
    private:
     const Chain& chain_;
-    std::vector<Unknown> unknowns_;
+    std::vector<FreeDof> unknowns_;
   };
 
   double beta_;

@@ -9,7 +9,7 @@ namespace mss::testing {
 /// -df/dx, or -df/dv, of all unknowns by central differences, column by column.
 inline Eigen::MatrixXd force_differences(System<double>& system, State<double>& state, bool of_positions,
                                          double cell_size) {
-  const std::vector<Unknown> unknowns = unknowns_of(system);
+  const std::vector<FreeDof> unknowns = unknowns_of(system);
   const auto size = Eigen::Index(unknowns.size());
   Eigen::MatrixXd matrix(size, size);
   Field<double> plus(system.size()), minus(system.size());

@@ -45,35 +45,35 @@ class Oscillator final : public System<double> {
   }
 
  private:
-  double along(const TangentSum& sum) const {
+  double along(const TangentCoefficients& sum) const {
     return mass_ * (sum.mass + sum.damping * damping_ + sum.stiffness * omega_ * omega_);
   }
 
   class OscillatorTangents final : public Tangents<double> {
    public:
     explicit OscillatorTangents(const Oscillator& system) : system_(system) {}
-    const std::vector<Unknown>& unknowns() override { return unknowns_; }
+    const std::vector<FreeDof>& unknowns() override { return unknowns_; }
     SparseMatrix pattern() override {
       SparseMatrix matrix(3, 3);
       matrix.setIdentity();
       return matrix;
     }
-    void values(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+    void values(double, const Field<double>&, const Field<double>&, const TangentCoefficients& sum,
                 SparseMatrix& matrix) override {
       for (int i = 0; i < 3; ++i) matrix.valuePtr()[i] = system_.along(sum);
     }
-    void product(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+    void product(double, const Field<double>&, const Field<double>&, const TangentCoefficients& sum,
                  const Field<double>& p, Field<double>& out) override {
       for (int a = 0; a < 3; ++a) out.axis(a)[0] = system_.along(sum) * p.axis(a)[0];
     }
-    void diagonal(double, const Field<double>&, const Field<double>&, const TangentSum& sum,
+    void diagonal(double, const Field<double>&, const Field<double>&, const TangentCoefficients& sum,
                   std::vector<Eigen::Matrix3d>& blocks) override {
       blocks.assign(1, system_.along(sum) * Eigen::Matrix3d::Identity());
     }
 
    private:
     const Oscillator& system_;
-    std::vector<Unknown> unknowns_{{0, 0}, {0, 1}, {0, 2}};
+    std::vector<FreeDof> unknowns_{{0, 0}, {0, 1}, {0, 2}};
   };
 
   double omega_;

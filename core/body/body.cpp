@@ -104,7 +104,7 @@ namespace {
 
 /// The planes of a body that a rank has, of the whole body's lattice: its share, and a ghost plane on each
 /// side where there are others.
-PlaneRange planes_with_ghosts(const Ranks& ranks, int planes) {
+PlaneRange planes_with_ghosts(const Communicator& ranks, int planes) {
   if (ranks.count() > planes)
     throw InputError(fmt::format("{} ranks share a body of {} planes of particles along z; give at most {}",
                                  ranks.count(), planes, planes));
@@ -116,7 +116,7 @@ PlaneRange shifted(PlaneRange planes, int by) { return {planes.first + by, plane
 
 }  // namespace
 
-Body::Body(const BodyConfig& config, const Ranks& ranks)
+Body::Body(const BodyConfig& config, const Communicator& ranks)
     : config_(config),
       ranks_(ranks),
       planes_(planes_with_ghosts(ranks, config.voxels.nz() + 1)),

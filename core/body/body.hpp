@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "core/base/communicator.hpp"
 #include "core/base/field.hpp"
 #include "core/base/lattice.hpp"
-#include "core/base/ranks.hpp"
 #include "core/body/cell_fill.hpp"
 #include "core/body/material.hpp"
 #include "core/body/voxels.hpp"
@@ -180,12 +180,12 @@ class Body {
  public:
   /// Throws InputError for contents that are too few, empty, of an unknown part, fuller than a cell, or with
   /// Sharing::uniform, for particles without mass, and for more ranks, which must outlive it, than planes.
-  explicit Body(const BodyConfig& config, const Ranks& ranks = Ranks::alone());
+  explicit Body(const BodyConfig& config, const Communicator& ranks = Communicator::alone());
 
   const BodyConfig& config() const { return config_; }
   const Lattice& lattice() const { return lattice_; }
   /// Those that share the body.
-  const Ranks& ranks() const { return ranks_; }
+  const Communicator& ranks() const { return ranks_; }
   /// Of lattice(), without ghosts.
   PlaneRange own_planes() const { return own_; }
   /// Part 0 first.
@@ -298,7 +298,7 @@ class Body {
   static constexpr std::array<double, 3> length_factor_{1.0, 1.4142135623730951, 1.7320508075688772};
 
   BodyConfig config_;
-  const Ranks& ranks_;
+  const Communicator& ranks_;
   PlaneRange planes_;  ///< of the whole body's lattice: all that this one has
   PlaneRange own_;
   Lattice lattice_;

@@ -64,7 +64,7 @@ SpectralBound bound_of(const Body& body, bool guarding) {
     omega_squared = std::max(omega_squared, largest_eigenvalue(blocks.stiffness) / mass);
     damping = std::max(damping, largest_eigenvalue(blocks.damping) / mass);
   }
-  const Ranks& ranks = body.ranks();
+  const Communicator& ranks = body.ranks();
   return {std::sqrt(ranks.largest(omega_squared)), ranks.largest(damping)};
 }
 

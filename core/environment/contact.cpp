@@ -164,7 +164,7 @@ Vec3 Penalty::acceleration(const Motion& motion) const {
   return parts.pressure * plane_.normal - parts.friction.over_speed * parts.slip;
 }
 
-Eigen::Matrix3d Penalty::tangent(const Motion& motion, const TangentSum& sum) const {
+Eigen::Matrix3d Penalty::tangent(const Motion& motion, const TangentCoefficients& sum) const {
   const Parts p = parts(motion);
   const Vec3 along = p.slip.stableNormalized();
   const double by_depth = p.slope * (1 - std::copysign(loss_ * p.loss.by_limit, p.speed));

@@ -84,7 +84,7 @@ class Penalty {
 
   /// b C + c K of a sum, over mass. The exact one contains the change of friction with pressure, which is
   /// unsymmetric; the others are symmetric and positive semidefinite.
-  Eigen::Matrix3d tangent(const Motion& motion, const TangentSum& sum) const;
+  Eigen::Matrix3d tangent(const Motion& motion, const TangentCoefficients& sum) const;
 
   /// Energy of the spring over mass [m^2/s^2].
   double potential(const Vec3& x) const;

@@ -116,7 +116,7 @@ void LoadedSites::add_on_particles(const std::vector<Level>& levels, const Load&
       loaded.push_back({first + site, body.mass(site), cell_size / body.config().cell_size});
       extent.extend(body.rest_position(site));
     }
-  const Ranks& ranks = levels.front().body.ranks();
+  const Communicator& ranks = levels.front().body.ranks();
   Eigen::AlignedBox3d whole_extent;
   for (Vec3* corner : {&whole_extent.min(), &whole_extent.max()})
     ranks.add_in_order(*corner, [&] {

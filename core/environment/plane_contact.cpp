@@ -49,7 +49,8 @@ Vec3 PlaneContact::acceleration(const Motion& motion) const {
   return sum;
 }
 
-Eigen::Matrix3d PlaneContact::tangent(const Motion& motion, const TangentSum& sum, double mass) const {
+Eigen::Matrix3d PlaneContact::tangent(const Motion& motion, const TangentCoefficients& sum,
+                                      double mass) const {
   Eigen::Matrix3d block = Eigen::Matrix3d::Zero();
   for (const Penalty& penalty : penalties_)
     if (penalty.gap(motion.x) < 0) block += mass * penalty.tangent(motion, sum);

@@ -102,7 +102,7 @@ class PlaneContact {
   /// Sums over penalty planes: force over mass [m/s^2],
   Vec3 acceleration(const Motion& motion) const;
   /// the tangent of a particle of that mass [kg],
-  Eigen::Matrix3d tangent(const Motion& motion, const TangentSum& sum, double mass) const;
+  Eigen::Matrix3d tangent(const Motion& motion, const TangentCoefficients& sum, double mass) const;
   /// and the springs' energy over mass [m^2/s^2], added to a potential.
   void add_potential(const Vec3& x, double& over_mass) const;
 

@@ -51,7 +51,7 @@ class SurfaceContact {
   /// Calls visit(vertex, T) with the 3 x 3 tangent T of every vertex that penalties press: the block of
   /// corners i and j is w_i w_j T.
   template <class Real, class Visit>
-  void for_each_tangent(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+  void for_each_tangent(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                         Visit&& visit) const {
     for_each_pressed(x, [&](std::size_t vertex, const Vec3& at) {
       visit(vertex, planes_.tangent({at, surface_.at(vertex, v)}, sum, mass_[vertex]));
@@ -59,7 +59,8 @@ class SurfaceContact {
   }
   /// Adds its blocks on the diagonal: add(site, block).
   template <class Real, class Add>
-  void for_each_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum, Add&& add) const {
+  void for_each_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
+                         Add&& add) const {
     for_each_tangent(x, v, sum, [&](std::size_t vertex, const Eigen::Matrix3d& tangent) {
       for (int c = 0; c < 8; ++c) {
         const double weight = surface_.weights(vertex)[std::size_t(c)];

@@ -51,13 +51,13 @@ void TetheredSystem<Real>::kick_drift(const KickDrift& update, double dt, long s
 
 template <class Real>
 void TetheredSystem<Real>::TetheredTangents::values(double t, const Field<Real>& x, const Field<Real>& v,
-                                                    const TangentSum& sum, SparseMatrix& matrix) {
+                                                    const TangentCoefficients& sum, SparseMatrix& matrix) {
   other().values(t, x, v, sum, matrix);
   if (!system_.tether_) return;
   const std::ptrdiff_t site = system_.tether_->site;
-  const std::vector<Unknown>& all = unknowns();
+  const std::vector<FreeDof>& all = unknowns();
   auto unknown = std::lower_bound(all.begin(), all.end(), site,
-                                  [](const Unknown& u, std::ptrdiff_t s) { return u.site < s; });
+                                  [](const FreeDof& u, std::ptrdiff_t s) { return u.site < s; });
   for (; unknown != all.end() && unknown->site == site; ++unknown) {
     const auto row = static_cast<int>(unknown - all.begin());
     matrix.coeffRef(row, row) += added(sum);
@@ -66,7 +66,7 @@ void TetheredSystem<Real>::TetheredTangents::values(double t, const Field<Real>&
 
 template <class Real>
 void TetheredSystem<Real>::TetheredTangents::product(double t, const Field<Real>& x, const Field<Real>& v,
-                                                     const TangentSum& sum, const Field<Real>& p,
+                                                     const TangentCoefficients& sum, const Field<Real>& p,
                                                      Field<Real>& out) {
   other().product(t, x, v, sum, p, out);
   if (!system_.tether_) return;
@@ -76,7 +76,7 @@ void TetheredSystem<Real>::TetheredTangents::product(double t, const Field<Real>
 
 template <class Real>
 void TetheredSystem<Real>::TetheredTangents::diagonal(double t, const Field<Real>& x, const Field<Real>& v,
-                                                      const TangentSum& sum,
+                                                      const TangentCoefficients& sum,
                                                       std::vector<Eigen::Matrix3d>& blocks) {
   other().diagonal(t, x, v, sum, blocks);
   if (!system_.tether_) return;

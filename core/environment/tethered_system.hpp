@@ -47,19 +47,19 @@ class TetheredSystem final : public SystemWrapper<Real> {
   class TetheredTangents final : public Tangents<Real> {
    public:
     explicit TetheredTangents(TetheredSystem& system) : system_(system) {}
-    const std::vector<Unknown>& unknowns() override { return other().unknowns(); }
+    const std::vector<FreeDof>& unknowns() override { return other().unknowns(); }
     SparseMatrix pattern() override { return other().pattern(); }
-    void values(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+    void values(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                 SparseMatrix& matrix) override;
-    void product(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+    void product(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                  const Field<Real>& p, Field<Real>& out) override;
-    void diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+    void diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                   std::vector<Eigen::Matrix3d>& blocks) override;
 
    private:
     Tangents<Real>& other() const { return *system_.other().tangents(); }
     /// What the tether adds to the diagonal.
-    double added(const TangentSum& sum) const {
+    double added(const TangentCoefficients& sum) const {
       return sum.stiffness * system_.tether_->stiffness + sum.damping * system_.tether_->damping;
     }
     TetheredSystem& system_;

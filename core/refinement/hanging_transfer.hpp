@@ -37,7 +37,7 @@ class HangingTransfer {
   }
 
   /// Adds forces on a level's hanging particles to their masters'.
-  void hand_over(std::size_t level, const Field<Real>& own, Field<Real>& masters) const {
+  void scatter_to_masters(std::size_t level, const Field<Real>& own, Field<Real>& masters) const {
     for (const Master& master : levels_[level].masters)
       add(levels_[level], master, levels_[level].weights, Real(1), own, masters);
   }

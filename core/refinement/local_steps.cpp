@@ -151,7 +151,7 @@ void LocalSteps<Real>::sum_forces(std::size_t r, double t) {
   }
   for (const auto& part : parts)
     if (part->level > 0 && force[part->level - 1].size() > 0)
-      system_.transfer_.hand_over(part->level, force[part->level], force[part->level - 1]);
+      system_.transfer_.scatter_to_masters(part->level, force[part->level], force[part->level - 1]);
   if (r > 0) return;
   for (const auto& loaded : system_.loaded_)
     for (int axis = 0; axis < 3; ++axis)
@@ -255,9 +255,9 @@ void LocalSteps<Real>::accelerate(double t) {
 template <class Real>
 void LocalSteps<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   if (!has_short_steps()) return system_.acceleration(t, x, v, a);
-  system_.take(x, v);
+  system_.load_state(x, v);
   accelerate(t);
-  system_.give(a);
+  system_.store_accelerations(a);
 }
 
 template <class Real>

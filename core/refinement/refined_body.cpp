@@ -189,7 +189,7 @@ void RefinedBody::interpolate(Field<Real>& field) const {
 }
 
 template <class Real>
-void RefinedBody::hand_over(Field<Real>& forces) const {
+void RefinedBody::scatter_to_masters(Field<Real>& forces) const {
   for (const HangingParticle& p : hanging_)
     for (int axis = 0; axis < 3; ++axis) {
       Real* f = forces.axis(axis);
@@ -218,7 +218,7 @@ template void copy_level(const Level&, const Field<float>&, Field<float>&);
 template void copy_level(const Level&, const Field<double>&, Field<double>&);
 template void RefinedBody::interpolate(Field<float>&) const;
 template void RefinedBody::interpolate(Field<double>&) const;
-template void RefinedBody::hand_over(Field<float>&) const;
-template void RefinedBody::hand_over(Field<double>&) const;
+template void RefinedBody::scatter_to_masters(Field<float>&) const;
+template void RefinedBody::scatter_to_masters(Field<double>&) const;
 
 }  // namespace mss

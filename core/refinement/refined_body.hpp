@@ -69,7 +69,7 @@ class RefinedBody {
   void interpolate(Field<Real>& field) const;
   /// T^T: adds the forces on hanging particles to their masters', and zeroes them.
   template <class Real>
-  void hand_over(Field<Real>& forces) const;
+  void scatter_to_masters(Field<Real>& forces) const;
 
  private:
   void add_level(int depth);

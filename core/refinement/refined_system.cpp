@@ -101,7 +101,7 @@ void RefinedSystem<Real>::find_loads(const std::vector<Load>& loads) {
   Field<double> forces(size());
   LoadedSites(levels(), loads)
       .add(0, size(), std::array<double*, 3>{forces.axis(0), forces.axis(1), forces.axis(2)});
-  body_.hand_over(forces);
+  body_.scatter_to_masters(forces);
   for (std::size_t level = 0; level < levels().size(); ++level)
     for (const std::ptrdiff_t site : levels()[level].body.sites())
       if (const Vec3 force = forces.at(body_.site_in_field(level, site)); force != Vec3::Zero())
@@ -109,7 +109,7 @@ void RefinedSystem<Real>::find_loads(const std::vector<Load>& loads) {
 }
 
 template <class Real>
-void RefinedSystem<Real>::take(const Field<Real>& x, const Field<Real>& v) {
+void RefinedSystem<Real>::load_state(const Field<Real>& x, const Field<Real>& v) {
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     copy_level(x, levels()[i], levels_[i]->state.x);
     copy_level(v, levels()[i], levels_[i]->state.v);
@@ -157,13 +157,13 @@ void RefinedSystem<Real>::stop_sticking() {
 
 template <class Real>
 void RefinedSystem<Real>::force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) {
-  take(x, v);
+  load_state(x, v);
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     LevelState& level = *levels_[i];
     level.system.force(t, level.state.x, level.state.v, level.a);
     copy_level(levels()[i], level.a, f);
   }
-  body_.hand_over(f);
+  body_.scatter_to_masters(f);
   for (const Loaded& l : loaded_)
     for (int axis = 0; axis < 3; ++axis)
       f.axis(axis)[body_.site_in_field(l.level, l.site)] += static_cast<Real>(l.force[axis]);
@@ -171,14 +171,14 @@ void RefinedSystem<Real>::force(double t, const Field<Real>& x, const Field<Real
 
 template <class Real>
 void RefinedSystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
-  take(x, v);
+  load_state(x, v);
   accelerate(t);
-  give(a);
+  store_accelerations(a);
 }
 
 /// Accelerations of all particles.
 template <class Real>
-void RefinedSystem<Real>::give(Field<Real>& a) {
+void RefinedSystem<Real>::store_accelerations(Field<Real>& a) {
   transfer_.interpolate([&](std::size_t level) -> Field<Real>& { return levels_[level]->a; });
   for (std::size_t i = 0; i < levels_.size(); ++i) copy_level(levels()[i], levels_[i]->a, a);
 }
@@ -192,7 +192,7 @@ void RefinedSystem<Real>::kick_drift(const KickDrift& update, double dt, long st
 template <class Real>
 void RefinedSystem<Real>::step_levels(const KickDrift& update, double dt, long steps, State<Real>& state,
                                       const std::function<void(double)>& accelerate) {
-  take(state.x, state.v);
+  load_state(state.x, state.v);
   for (long step = 0; step < steps; ++step) {
     const double t = state.t + double(step) * dt;
     accelerate(t);

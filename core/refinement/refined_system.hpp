@@ -100,13 +100,13 @@ class RefinedSystem final : public SolidSystem<Real> {
   class RefinedTangents final : public Tangents<Real> {
    public:
     explicit RefinedTangents(RefinedSystem& system) : system_(system) {}
-    const std::vector<Unknown>& unknowns() override;
+    const std::vector<FreeDof>& unknowns() override;
     SparseMatrix pattern() override;
-    void values(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+    void values(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                 SparseMatrix& matrix) override;
-    void product(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+    void product(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                  const Field<Real>& p, Field<Real>& out) override;
-    void diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+    void diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                   std::vector<Eigen::Matrix3d>& blocks) override;
 
    private:
@@ -123,10 +123,11 @@ class RefinedSystem final : public SolidSystem<Real> {
 
     std::vector<Weights> expand(std::size_t level) const;
     void build();
-    void add_hanging(std::size_t level, const TangentSum& sum, std::vector<Eigen::Matrix3d>& blocks) const;
+    void add_hanging(std::size_t level, const TangentCoefficients& sum,
+                     std::vector<Eigen::Matrix3d>& blocks) const;
 
     RefinedSystem& system_;
-    std::vector<Unknown> unknowns_;
+    std::vector<FreeDof> unknowns_;
     std::vector<LevelMatrix> levels_;  ///< built at the first use: they are large
     SparseMatrix pattern_;
   };
@@ -138,7 +139,7 @@ class RefinedSystem final : public SolidSystem<Real> {
   };
 
   void find_loads(const std::vector<Load>& loads);
-  void take(const Field<Real>& x, const Field<Real>& v);
+  void load_state(const Field<Real>& x, const Field<Real>& v);
   void place_hanging();
   void accelerate(double t);
   void step_levels(const KickDrift& update, double dt, long steps, State<Real>& state,
@@ -146,7 +147,7 @@ class RefinedSystem final : public SolidSystem<Real> {
   void stop_sticking();
   /// Of what is held or rests on a plane.
   void finish_accelerations();
-  void give(Field<Real>& a);
+  void store_accelerations(Field<Real>& a);
   /// Calls visit(system, positions) with what is each level's of positions x.
   template <class Visit>
   void for_each_level(const Field<Real>& x, Visit&& visit) const;

@@ -8,7 +8,7 @@ namespace mss {
 
 namespace {
 
-TangentSum without_mass(TangentSum sum) {
+TangentCoefficients without_mass(TangentCoefficients sum) {
   sum.mass = 0;
   return sum;
 }
@@ -23,7 +23,7 @@ int index_of(const SparseMatrix& matrix, int row, int column) {
 }  // namespace
 
 template <class Real>
-const std::vector<Unknown>& RefinedSystem<Real>::RefinedTangents::unknowns() {
+const std::vector<FreeDof>& RefinedSystem<Real>::RefinedTangents::unknowns() {
   if (unknowns_.empty()) unknowns_ = unknowns_of(system_);
   return unknowns_;
 }
@@ -89,9 +89,9 @@ SparseMatrix RefinedSystem<Real>::RefinedTangents::pattern() {
 
 template <class Real>
 void RefinedSystem<Real>::RefinedTangents::values(double t, const Field<Real>& x, const Field<Real>& v,
-                                                  const TangentSum& sum, SparseMatrix& matrix) {
+                                                  const TangentCoefficients& sum, SparseMatrix& matrix) {
   if (levels_.empty()) build();
-  system_.take(x, v);
+  system_.load_state(x, v);
   std::fill_n(matrix.valuePtr(), matrix.nonZeros(), 0.0);
   for (std::size_t level = 0; level < levels_.size(); ++level) {
     LevelState& part = *system_.levels_[level];
@@ -106,10 +106,10 @@ void RefinedSystem<Real>::RefinedTangents::values(double t, const Field<Real>& x
 
 template <class Real>
 void RefinedSystem<Real>::RefinedTangents::product(double t, const Field<Real>& x, const Field<Real>& v,
-                                                   const TangentSum& sum, const Field<Real>& p,
+                                                   const TangentCoefficients& sum, const Field<Real>& p,
                                                    Field<Real>& out) {
   const RefinedBody& body = system_.body_;
-  system_.take(x, v);
+  system_.load_state(x, v);
   for (std::size_t level = 0; level < body.levels().size(); ++level) {
     LevelState& part = *system_.levels_[level];
     if (part.p.size() == 0) part.p = Field<Real>(part.system.size());
@@ -121,7 +121,7 @@ void RefinedSystem<Real>::RefinedTangents::product(double t, const Field<Real>& 
     part.system.tangents()->product(t, part.state.x, part.state.v, without_mass(sum), part.p, part.a);
     copy_level(body.levels()[level], part.a, out);
   }
-  body.hand_over(out);
+  body.scatter_to_masters(out);
   for_each_particle(system_, [&](std::ptrdiff_t site) {
     out.set(site, out.at(site) + sum.mass * body.mass(site) * p.at(site));
   });
@@ -130,10 +130,10 @@ void RefinedSystem<Real>::RefinedTangents::product(double t, const Field<Real>& 
 /// A master's block has those of what hangs on it, and of pairs of these that springs and cells join.
 template <class Real>
 void RefinedSystem<Real>::RefinedTangents::diagonal(double t, const Field<Real>& x, const Field<Real>& v,
-                                                    const TangentSum& sum,
+                                                    const TangentCoefficients& sum,
                                                     std::vector<Eigen::Matrix3d>& blocks) {
   const RefinedBody& body = system_.body_;
-  system_.take(x, v);
+  system_.load_state(x, v);
   std::vector<Eigen::Matrix3d> by_site(std::size_t(body.size()), Eigen::Matrix3d::Zero()), of_level;
   for (std::size_t level = 0; level < body.levels().size(); ++level) {
     LevelState& part = *system_.levels_[level];
@@ -153,7 +153,7 @@ void RefinedSystem<Real>::RefinedTangents::diagonal(double t, const Field<Real>&
 
 /// Adds, of a level, the blocks between different particles that hang on one master.
 template <class Real>
-void RefinedSystem<Real>::RefinedTangents::add_hanging(std::size_t level, const TangentSum& sum,
+void RefinedSystem<Real>::RefinedTangents::add_hanging(std::size_t level, const TangentCoefficients& sum,
                                                        std::vector<Eigen::Matrix3d>& blocks) const {
   const Body& body = system_.levels()[level].body;
   const LevelState& part = *system_.levels_[level];

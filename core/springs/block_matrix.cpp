@@ -41,7 +41,7 @@ void BlockMatrix::build_pattern(const HeldSites& held) {
         unknowns_.push_back({site, axis});
       }
   std::vector<int> start{0}, inner;
-  for (const Unknown& row : unknowns_) {
+  for (const FreeDof& row : unknowns_) {
     const std::size_t p = particle(row.site);
     for (int b = block_start_[p]; b < block_start_[p + 1]; ++b)
       for (int axis = 0; axis < 3; ++axis) {

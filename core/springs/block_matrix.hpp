@@ -15,7 +15,7 @@ class BlockMatrix {
   BlockMatrix(const Body& body, const HeldSites& held);
 
   /// By particle, then axis.
-  const std::vector<Unknown>& unknowns() const { return unknowns_; }
+  const std::vector<FreeDof>& unknowns() const { return unknowns_; }
 
   /// With an entry for every number that may not be zero; all are zero.
   const SparseMatrix& pattern() const { return pattern_; }
@@ -56,7 +56,7 @@ class BlockMatrix {
   std::vector<int> block_;        ///< per particle and offset in {-1, 0, 1}^3: index of that block; -1: none
   std::vector<int> column_;       ///< per block: particle of its columns
   std::vector<int> block_start_;  ///< per particle: its first block, and one more
-  std::vector<Unknown> unknowns_;
+  std::vector<FreeDof> unknowns_;
   SparseMatrix pattern_;
   std::vector<int> source_;      ///< per value of the matrix: its index among the numbers of all blocks
   std::vector<double> numbers_;  ///< of all blocks, nine each, column by column

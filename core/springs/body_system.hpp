@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/base/team.hpp"
+#include "core/base/thread_team.hpp"
 #include "core/body/body.hpp"
 #include "core/environment/body_events.hpp"
 #include "core/environment/environment.hpp"
@@ -64,7 +64,7 @@ class BodySystem : public SolidSystem<Real> {
  protected:
   /// nullptr where nothing sleeps.
   const SleepTracker<Real>* sleep_tracker() const { return events_.sleep_tracker(); }
-  Team& team() { return team_; }
+  ThreadTeam& team() { return team_; }
   void add_gravity(Field<Real>& f) const;
 
   /// Both add nothing and cost nothing without penalty planes.
@@ -86,7 +86,7 @@ class BodySystem : public SolidSystem<Real> {
   std::unique_ptr<SurfaceContact> surface_contact_;
   std::unique_ptr<PlaneBounds> bounds_of_planes_;
   std::unique_ptr<PlaneImpulses> impulses_;  ///< nullptr: no plane acts by impulses
-  Team team_;
+  ThreadTeam team_;
   BodyEvents<Real> events_;
 };
 

@@ -9,14 +9,14 @@ BlockMatrix& BodyTangents<Real>::blocks() {
 }
 
 template <class Real>
-const std::vector<Unknown>& BodyTangents<Real>::unknowns() {
+const std::vector<FreeDof>& BodyTangents<Real>::unknowns() {
   if (unknowns_.empty()) unknowns_ = unknowns_of(system_);
   return unknowns_;
 }
 
 template <class Real>
-void BodyTangents<Real>::values(double, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                                SparseMatrix& matrix) {
+void BodyTangents<Real>::values(double, const Field<Real>& x, const Field<Real>& v,
+                                const TangentCoefficients& sum, SparseMatrix& matrix) {
   BlockMatrix& m = blocks();
   m.begin(sum.mass);
   add(x, v, sum, m);
@@ -25,8 +25,8 @@ void BodyTangents<Real>::values(double, const Field<Real>& x, const Field<Real>&
 }
 
 template <class Real>
-void BodyTangents<Real>::add_penalties(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                                       BlockMatrix& matrix) {
+void BodyTangents<Real>::add_penalties(const Field<Real>& x, const Field<Real>& v,
+                                       const TangentCoefficients& sum, BlockMatrix& matrix) {
   const SurfaceContact* contact = system_.surface_contact();
   if (!contact) {
     for (const std::ptrdiff_t site : body().sites()) matrix.add_diagonal(site, penalty_at(site, x, v, sum));
@@ -42,15 +42,16 @@ void BodyTangents<Real>::add_penalties(const Field<Real>& x, const Field<Real>& 
 }
 
 template <class Real>
-void BodyTangents<Real>::product(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                                 const Field<Real>& p, Field<Real>& out) {
+void BodyTangents<Real>::product(double t, const Field<Real>& x, const Field<Real>& v,
+                                 const TangentCoefficients& sum, const Field<Real>& p, Field<Real>& out) {
   multiply(t, x, v, sum, p, out);
   if (system_.contact().has_penalties()) add_penalties(x, v, sum, p, out);
 }
 
 template <class Real>
-void BodyTangents<Real>::add_penalties(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                                       const Field<Real>& p, Field<Real>& out) {
+void BodyTangents<Real>::add_penalties(const Field<Real>& x, const Field<Real>& v,
+                                       const TangentCoefficients& sum, const Field<Real>& p,
+                                       Field<Real>& out) {
   const SurfaceContact* contact = system_.surface_contact();
   if (!contact) {
     for_each_particle(system_, [&](std::ptrdiff_t site) {
@@ -65,8 +66,8 @@ void BodyTangents<Real>::add_penalties(const Field<Real>& x, const Field<Real>& 
 }
 
 template <class Real>
-void BodyTangents<Real>::diagonal(double, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
-                                  std::vector<Eigen::Matrix3d>& diagonal) {
+void BodyTangents<Real>::diagonal(double, const Field<Real>& x, const Field<Real>& v,
+                                  const TangentCoefficients& sum, std::vector<Eigen::Matrix3d>& diagonal) {
   const std::vector<std::ptrdiff_t>& sites = body().sites();
   diagonal.resize(sites.size());
   for (std::size_t p = 0; p < sites.size(); ++p)
@@ -76,7 +77,8 @@ void BodyTangents<Real>::diagonal(double, const Field<Real>& x, const Field<Real
 }
 
 template <class Real>
-void BodyTangents<Real>::add_penalties(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+void BodyTangents<Real>::add_penalties(const Field<Real>& x, const Field<Real>& v,
+                                       const TangentCoefficients& sum,
                                        std::vector<Eigen::Matrix3d>& diagonal) {
   const std::vector<std::ptrdiff_t>& sites = body().sites();
   if (const SurfaceContact* contact = system_.surface_contact())

@@ -52,7 +52,7 @@ namespace {
 
 template <class Real, class Add>
 void add_springs(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v,
-                 const TangentSum& sum, Add&& add) {
+                 const TangentCoefficients& sum, Add&& add) {
   if (body.element_kind(site) == 0) return;
   const SiteElements e = body.elements_at(site);
   for (std::size_t s = 0; s < spring_slots.size(); ++s) {
@@ -71,7 +71,8 @@ void add_springs(const Body& body, std::ptrdiff_t site, const Field<Real>& x, co
 
 /// Its volume force and its guard against folding.
 template <class Real, class Add>
-void add_cell(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const TangentSum& sum, Add&& add) {
+void add_cell(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const TangentCoefficients& sum,
+              Add&& add) {
   const SiteWeights& weights = body.weights_at(site);
   if (weights.volume == 0 && weights.fold_guard == 0) return;  // no cell, whatever 0 times the rest is
   const double volume = weights.volume * body.interior_volume(),
@@ -96,13 +97,13 @@ void add_cell(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const
 
 template <class Real>
 void for_each_tangent_block(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v,
-                            const TangentSum& sum, const AddBlock& add) {
+                            const TangentCoefficients& sum, const AddBlock& add) {
   add_springs(body, site, x, v, sum, add);
   add_cell(body, site, x, sum, add);
 }
 
 template <class Real>
-void add_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+void add_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                  BlockMatrix& blocks) {
   const auto add = [&](std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block) {
     blocks.add(site, c, d, block);
@@ -114,12 +115,12 @@ void add_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, c
 }
 
 template void for_each_tangent_block(const Body&, std::ptrdiff_t, const Field<float>&, const Field<float>&,
-                                     const TangentSum&, const AddBlock&);
+                                     const TangentCoefficients&, const AddBlock&);
 template void for_each_tangent_block(const Body&, std::ptrdiff_t, const Field<double>&, const Field<double>&,
-                                     const TangentSum&, const AddBlock&);
-template void add_tangent(const Body&, const Field<float>&, const Field<float>&, const TangentSum&,
+                                     const TangentCoefficients&, const AddBlock&);
+template void add_tangent(const Body&, const Field<float>&, const Field<float>&, const TangentCoefficients&,
                           BlockMatrix&);
-template void add_tangent(const Body&, const Field<double>&, const Field<double>&, const TangentSum&,
+template void add_tangent(const Body&, const Field<double>&, const Field<double>&, const TangentCoefficients&,
                           BlockMatrix&);
 
 }  // namespace mss

@@ -40,11 +40,11 @@ class CellTangent {
 using AddBlock = std::function<void(std::ptrdiff_t site, int c, int d, const Eigen::Matrix3d& block)>;
 template <class Real>
 void for_each_tangent_block(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v,
-                            const TangentSum& sum, const AddBlock& add);
+                            const TangentCoefficients& sum, const AddBlock& add);
 
 /// Adds the tangent of a body's springs and cells, without its masses.
 template <class Real>
-void add_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+void add_tangent(const Body& body, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                  BlockMatrix& blocks);
 
 }  // namespace mss

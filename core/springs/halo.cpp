@@ -33,7 +33,7 @@ void Halo<Real>::unpack(const std::vector<Real>& packed, int plane, const Field<
 
 template <class Real>
 void Halo<Real>::exchange(const Field<Real>& x, const Field<Real>& v) {
-  const Ranks& ranks = body_.ranks();
+  const Communicator& ranks = body_.ranks();
   const auto [first, last] = body_.own_planes();
   if (!ranks.is_lowest()) pack(x, v, first, to_below_);
   if (!ranks.is_highest()) pack(x, v, last - 1, to_above_);

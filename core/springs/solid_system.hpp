@@ -25,7 +25,7 @@ class SolidSystem : public System<Real> {
   /// particles follow others: these are not among particles(), and constrain() puts them where they belong.
   virtual const std::vector<Level>& levels() const = 0;
 
-  const Ranks& ranks() const override { return levels().front().body.ranks(); }
+  const Communicator& ranks() const override { return levels().front().body.ranks(); }
 
   /// The solid while nothing acts on it: holds have not moved anything.
   State<Real> undeformed_state() const;

@@ -60,7 +60,7 @@ SpringSystem<Real>::~SpringSystem() = default;
 template <class Real>
 StoredEnergy SpringSystem<Real>::stored_energy(const Field<Real>& x) const {
   StoredEnergy energy;
-  const Ranks& ranks = this->body().ranks();
+  const Communicator& ranks = this->body().ranks();
   ranks.add_in_order(energy, [&] { add_energy_of_springs(x, energy); });
   ranks.add_in_order(energy, [&] { add_energy_of_cells(x, energy); });
   return energy;
@@ -118,13 +118,13 @@ void SpringSystem<Real>::stop_sleeping(Field<Real>& a) const {
 
 template <class Real>
 void SpringSystem<Real>::SpringTangents::add(const Field<Real>& x, const Field<Real>& v,
-                                             const TangentSum& sum, BlockMatrix& blocks) const {
+                                             const TangentCoefficients& sum, BlockMatrix& blocks) const {
   add_tangent(this->body(), x, v, sum, blocks);
 }
 
 template <class Real>
 void SpringSystem<Real>::SpringTangents::add_diagonal(const Field<Real>& x, const Field<Real>&,
-                                                      const TangentSum& sum,
+                                                      const TangentCoefficients& sum,
                                                       std::vector<Eigen::Matrix3d>& diagonal) {
   if (straight_.size() == 0) straight_ = mixed_ = Field<Real>(system_.size());
   system_.diagonal_blocks(x, sum, straight_, mixed_);
@@ -142,15 +142,15 @@ void SpringSystem<Real>::SpringTangents::add_diagonal(const Field<Real>& x, cons
 
 template <class Real>
 void SpringSystem<Real>::SpringTangents::multiply(double t, const Field<Real>& x, const Field<Real>&,
-                                                  const TangentSum& sum, const Field<Real>& p,
+                                                  const TangentCoefficients& sum, const Field<Real>& p,
                                                   Field<Real>& out) {
   system_.pipeline_->run(
       {.finish = Pass::product, .t = t, .dt = 0, .x = &x, .v = &p, .out = &out, .sum = sum}, 1);
 }
 
 template <class Real>
-void SpringSystem<Real>::diagonal_blocks(const Field<Real>& x, const TangentSum& sum, Field<Real>& straight,
-                                         Field<Real>& mixed, bool springs) {
+void SpringSystem<Real>::diagonal_blocks(const Field<Real>& x, const TangentCoefficients& sum,
+                                         Field<Real>& straight, Field<Real>& mixed, bool springs) {
   Pass pass{.finish = Pass::straight_diagonal, .t = 0, .dt = 0, .x = &x, .v = &x, .out = &straight};
   pass.sum = sum;
   pass.springs = springs;

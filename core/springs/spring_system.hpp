@@ -53,8 +53,8 @@ class SpringSystem final : public BodySystem<Real> {
   /// The symmetric 3 x 3 blocks on the diagonal of b C + c K at positions x, one per site, of springs and
   /// cells alone, or without `springs` of cells alone: overwritten with their xx, yy, zz and their yz, zx,
   /// xy, 0 where there is no particle. Of Tangent::exact there are none; the elastic ones are returned.
-  void diagonal_blocks(const Field<Real>& x, const TangentSum& sum, Field<Real>& straight, Field<Real>& mixed,
-                       bool springs = true);
+  void diagonal_blocks(const Field<Real>& x, const TangentCoefficients& sum, Field<Real>& straight,
+                       Field<Real>& mixed, bool springs = true);
 
  private:
   class SpringTangents final : public BodyTangents<Real> {
@@ -62,11 +62,11 @@ class SpringSystem final : public BodySystem<Real> {
     explicit SpringTangents(SpringSystem& system) : BodyTangents<Real>(system), system_(system) {}
 
    private:
-    void add(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+    void add(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
              BlockMatrix& blocks) const override;
-    void add_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+    void add_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                       std::vector<Eigen::Matrix3d>& diagonal) override;
-    void multiply(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+    void multiply(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                   const Field<Real>& p, Field<Real>& out) override;
 
     SpringSystem& system_;

@@ -37,7 +37,7 @@ struct alignas(128) SweepPipeline<Real>::Slab {
 };
 
 template <class Real>
-SweepPipeline<Real>::SweepPipeline(const BodySystem<Real>& system, Team& team,
+SweepPipeline<Real>::SweepPipeline(const BodySystem<Real>& system, ThreadTeam& team,
                                    const SleepTracker<Real>* sleep_tracker, const SweepKernel<Real>& kernel)
     : system_(system),
       body_(system.body()),

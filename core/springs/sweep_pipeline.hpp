@@ -23,8 +23,8 @@ struct SweepPass {
   Field<Real>* out = nullptr;    ///< but for kick_drift: the result
   State<Real>* state = nullptr;  ///< kick_drift: updated in place
   KickDrift update{};
-  TangentSum sum{};     ///< of a product or diagonal
-  bool springs = true;  ///< false: as if there were none
+  TangentCoefficients sum{};  ///< of a product or diagonal
+  bool springs = true;        ///< false: as if there were none
 
   double end_of(long step) const { return t + double(step + 1) * dt; }
   /// Whether what is added up are forces.
@@ -33,7 +33,7 @@ struct SweepPass {
   bool moves_particles() const { return finish == kick_drift || finish == acceleration; }
 };
 
-/// Sweeps a body with threads, slab by slab (team.hpp), and uses a particle's force as soon as it is
+/// Sweeps a body with threads, slab by slab (thread_team.hpp), and uses a particle's force as soon as it is
 /// complete.
 ///
 /// Each thread has a slab of planes. A slab's first plane is finished last, after the slab below has added
@@ -43,7 +43,7 @@ template <class Real>
 class SweepPipeline {
  public:
   /// For a system, and its team and sleep (nullptr: nothing sleeps), which must outlive it.
-  SweepPipeline(const BodySystem<Real>& system, Team& team, const SleepTracker<Real>* sleep_tracker,
+  SweepPipeline(const BodySystem<Real>& system, ThreadTeam& team, const SleepTracker<Real>* sleep_tracker,
                 const SweepKernel<Real>& kernel);
   ~SweepPipeline();
 
@@ -75,7 +75,7 @@ class SweepPipeline {
 
   const BodySystem<Real>& system_;
   const Body& body_;
-  Team& team_;
+  ThreadTeam& team_;
   const SleepTracker<Real>* sleep_tracker_;
   SweepKernel<Real> kernel_;
   std::unique_ptr<Halo<Real>> halo_;  ///< nullptr: no other process has a part of the body

@@ -64,11 +64,11 @@ Tangents<Real>& tangents_of(System<Real>& system) {
 }
 
 template <class Real>
-std::vector<Unknown> unknowns_of(const System<Real>& system) {
+std::vector<FreeDof> unknowns_of(const System<Real>& system) {
   Field<Real> is_free(system.size());
   is_free.array() = Real(1);
   system.clear_prescribed(is_free);
-  std::vector<Unknown> unknowns;
+  std::vector<FreeDof> unknowns;
   for (const std::ptrdiff_t site : system.particles())
     for (int axis = 0; axis < 3; ++axis)
       if (is_free.axis(axis)[site] != Real(0)) unknowns.push_back({site, axis});
@@ -81,7 +81,7 @@ template void kicked_for(const System<float>&, double);
 template void kicked_for(const System<double>&, double);
 template Tangents<float>& tangents_of(System<float>&);
 template Tangents<double>& tangents_of(System<double>&);
-template std::vector<Unknown> unknowns_of(const System<float>&);
-template std::vector<Unknown> unknowns_of(const System<double>&);
+template std::vector<FreeDof> unknowns_of(const System<float>&);
+template std::vector<FreeDof> unknowns_of(const System<double>&);
 
 }  // namespace mss

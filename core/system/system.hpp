@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
+#include "core/base/communicator.hpp"
 #include "core/base/field.hpp"
-#include "core/base/ranks.hpp"
 #include "core/base/state.hpp"
 #include "core/system/step_events.hpp"
 #include "core/system/tangents.hpp"
@@ -92,7 +92,7 @@ class System {
 
   /// Those that share the system, each with some of its particles. What methods decide by a state, and sums
   /// over particles, are to be all ranks' together.
-  virtual const Ranks& ranks() const { return Ranks::alone(); }
+  virtual const Communicator& ranks() const { return Communicator::alone(); }
 
   /// Runs task(0) ... task(count - 1), on as many threads as forces are computed with. Tasks must not throw.
   virtual void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task);
@@ -116,7 +116,7 @@ Tangents<Real>& tangents_of(System<Real>& system);
 
 /// The coordinates that nothing prescribes, by particle, then axis: those of its tangents, if it has any.
 template <class Real>
-std::vector<Unknown> unknowns_of(const System<Real>& system);
+std::vector<FreeDof> unknowns_of(const System<Real>& system);
 
 /// As system.parallel(), for tasks so short that only `group` of them together are worth handing to a thread.
 template <class Real, class Task>

@@ -26,7 +26,7 @@ class SystemWrapper : public System<Real> {
   StepEvents<Real>* events() override { return other_.events(); }
   const PlaneBounds* bounds() const final { return other_.bounds(); }
   PlaneImpulses* plane_impulses() const final { return other_.plane_impulses(); }
-  const Ranks& ranks() const final { return other_.ranks(); }
+  const Communicator& ranks() const final { return other_.ranks(); }
   void parallel(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) final {
     other_.parallel(count, task);
   }

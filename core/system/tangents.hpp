@@ -16,7 +16,7 @@ enum class Tangent {
 };
 
 /// The matrix a M + b C + c K, with C = -df/dv and K = -df/dx, that one step of an implicit method needs.
-struct TangentSum {
+struct TangentCoefficients {
   double mass = 0;       ///< a
   double damping = 0;    ///< b
   double stiffness = 0;  ///< c
@@ -24,7 +24,7 @@ struct TangentSum {
 };
 
 /// A coordinate that nothing prescribes.
-struct Unknown {
+struct FreeDof {
   std::ptrdiff_t site;
   int axis;
 };
@@ -43,23 +43,23 @@ class Tangents {
   virtual ~Tangents() = default;
 
   /// In the order of a matrix's rows: by particle, then axis.
-  virtual const std::vector<Unknown>& unknowns() = 0;
+  virtual const std::vector<FreeDof>& unknowns() = 0;
 
   /// A matrix with an entry for every number that may not be zero; all are zero.
   virtual SparseMatrix pattern() = 0;
 
   /// Rewrites the values of a matrix from pattern() in place.
-  virtual void values(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+  virtual void values(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                       SparseMatrix& matrix) = 0;
 
   /// out = (a M + b C + c K) p for all coordinates, prescribed ones included, without the matrix;
   /// overwritten. Not for Tangent::exact.
-  virtual void product(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+  virtual void product(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                        const Field<Real>& p, Field<Real>& out) = 0;
 
   /// The 3 x 3 blocks on the diagonal, one per particle, prescribed coordinates included; resized and
   /// overwritten.
-  virtual void diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentSum& sum,
+  virtual void diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                         std::vector<Eigen::Matrix3d>& blocks) = 0;
 };
 

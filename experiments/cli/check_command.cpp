@@ -18,8 +18,8 @@
 #include "experiments/io/installation.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
+#include "experiments/simulation/diagnostics.hpp"
 #include "experiments/simulation/expectation.hpp"
-#include "experiments/simulation/remarks.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
 
@@ -201,8 +201,8 @@ SceneEnd simulated(Scene scene, int threads) {
     TerminalProgress progress("check " + scene.name);
     result = simulate(scene, progress);
   }
-  for (const std::string& remark : remarks_on(scene, result))
-    fmt::print(stderr, "mss: {}: {}\n", scene.name, remark);
+  for (const std::string& diagnostic : diagnostics_of(scene, result))
+    fmt::print(stderr, "mss: {}: {}\n", scene.name, diagnostic);
   return scene_end_of(result);
 }
 

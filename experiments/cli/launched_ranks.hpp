@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/ranks.hpp"
+#include "core/base/communicator.hpp"
 
 // Processes that mpirun, or another launcher, has started of this program.
 
@@ -23,7 +23,7 @@ Launch launch();
 bool speaks_for_all();
 
 /// Ranks that can reach each other.
-class ConnectedRanks : public Ranks {
+class ConnectedCommunicator : public Communicator {
  public:
   /// To be called by all at the end of a run that has not failed, before the program ends.
   virtual void leave() {}
@@ -39,7 +39,7 @@ class ConnectedRanks : public Ranks {
 /// Connects the processes, as ranks. From then on this one works under the eyes of another one, see
 /// work_under_guard(). Throws InputError in a program that was built without MPI, or with another one than
 /// the launcher's. A process started alone is connected to none.
-std::unique_ptr<ConnectedRanks> connect_ranks(const std::string& kept);
+std::unique_ptr<ConnectedCommunicator> connect_ranks(const std::string& kept);
 
 /// Splits the process in two: a guard, which does not return, and the worker, which does. The guard ends as
 /// the worker does, hands it the first signal to end, and, where the worker was killed, says so and `kept`,

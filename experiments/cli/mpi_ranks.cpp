@@ -35,9 +35,9 @@ void finish(std::array<MPI_Request, count>& requests) {
   }
 }
 
-class MpiRanks final : public ConnectedRanks {
+class MpiCommunicator final : public ConnectedCommunicator {
  public:
-  MpiRanks() {
+  MpiCommunicator() {
     MPI_Init(nullptr, nullptr);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &count_);
@@ -130,10 +130,10 @@ class MpiRanks final : public ConnectedRanks {
 
 }  // namespace
 
-std::unique_ptr<ConnectedRanks> connect_ranks(const std::string& kept) {
-  if (launch().count == 1) return std::make_unique<ConnectedRanks>();
+std::unique_ptr<ConnectedCommunicator> connect_ranks(const std::string& kept) {
+  if (launch().count == 1) return std::make_unique<ConnectedCommunicator>();
   work_under_guard(kept);
-  return std::make_unique<MpiRanks>();
+  return std::make_unique<MpiCommunicator>();
 }
 
 }  // namespace mss::cli

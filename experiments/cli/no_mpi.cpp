@@ -5,13 +5,13 @@
 
 namespace mss::cli {
 
-std::unique_ptr<ConnectedRanks> connect_ranks(const std::string&) {
+std::unique_ptr<ConnectedCommunicator> connect_ranks(const std::string&) {
   if (launch().count > 1)
     throw InputError(fmt::format(
         "{} processes were started, and this mss was built without MPI: they cannot share a body; "
         "start it without mpirun, or build it with MPI",
         launch().count));
-  return std::make_unique<ConnectedRanks>();
+  return std::make_unique<ConnectedCommunicator>();
 }
 
 }  // namespace mss::cli

@@ -16,8 +16,8 @@
 #include "experiments/cli/settings.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
+#include "experiments/simulation/diagnostics.hpp"
 #include "experiments/simulation/error_estimates.hpp"
-#include "experiments/simulation/remarks.hpp"
 #include "experiments/simulation/result_files.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
@@ -72,7 +72,7 @@ std::string description(const SleepReport& sleep, double bound) {
 Json to_json(const CorrectedValue& value) {
   const bool ok = value.status == Status::ok;
   Json doubts = Json::array();
-  for (const Doubt doubt : value.doubts) doubts.push_back(explanation(doubt));
+  for (const EstimateWarning doubt : value.doubts) doubts.push_back(explanation(doubt));
   return {{"quantity", value.quantity},
           {"unit", value.unit},
           {"value", value.value},
@@ -106,9 +106,9 @@ std::string description(const CorrectedValue& value) {
 
 /// Each doubt once, after the quantities that it is about.
 std::vector<std::string> doubts_of(const std::vector<CorrectedValue>& values) {
-  std::vector<std::pair<Doubt, std::vector<std::string>>> quantities;
+  std::vector<std::pair<EstimateWarning, std::vector<std::string>>> quantities;
   for (const CorrectedValue& value : values)
-    for (const Doubt doubt : value.doubts) {
+    for (const EstimateWarning doubt : value.doubts) {
       auto found = std::find_if(quantities.begin(), quantities.end(),
                                 [&](const auto& entry) { return entry.first == doubt; });
       if (found == quantities.end()) found = quantities.insert(found, {doubt, {}});
@@ -163,9 +163,9 @@ class GrowingSeries {
 
 /// Null of a body in one process. What a rank sends to each neighbour before a force are positions and
 /// velocities of a plane of particles.
-Json sharing(const Scene& scene, const ConnectedRanks& ranks) {
+Json sharing(const Scene& scene, const ConnectedCommunicator& ranks) {
   if (!ranks.are_several()) return {};
-  const ConnectedRanks::Costs costs = ranks.costs();
+  const ConnectedCommunicator::Costs costs = ranks.costs();
   const VoxelGrid& cells = scene.body.voxels;
   const std::int64_t number = scene.solve.precision == Precision::single ? sizeof(float) : sizeof(double);
   return {{"halo_exchanges", ranks.exchanges()},
@@ -177,7 +177,7 @@ Json sharing(const Scene& scene, const ConnectedRanks& ranks) {
 /// Of the scene, and of how it ended.
 std::vector<std::string> all_warnings(const Scene& scene, const SimulationResult& result) {
   std::vector<std::string> warnings = scene.warnings;
-  for (std::string& remark : remarks_on(scene, result)) warnings.push_back(std::move(remark));
+  for (std::string& diagnostic : diagnostics_of(scene, result)) warnings.push_back(std::move(diagnostic));
   return warnings;
 }
 
@@ -240,7 +240,7 @@ void prepare(const Scene& scene, const fs::path& directory) {
 
 /// As simulate(), with rows written as soon as they are there.
 SimulationResult simulate_in_ranks(const Scene& scene, Progress& progress, const VtkChoice& vtk,
-                                   const Ranks& ranks) {
+                                   const Communicator& ranks) {
   const fs::path& directory = vtk.directory;
   std::optional<GrowingSeries> rows;
   if (ranks.is_lowest()) {
@@ -265,8 +265,8 @@ void report(const Scene& scene, const SimulationResult& result, const fs::path& 
   if (estimates) print(scene.name, *estimates);
   if (result.sleep) fmt::print("{}: {}\n", scene.name, description(*result.sleep, scene.solve.sleep.bound));
   std::fflush(stdout);
-  for (const std::string& remark : remarks_on(scene, result))
-    fmt::print(stderr, "mss: {}: {}\n", scene.name, remark);
+  for (const std::string& diagnostic : diagnostics_of(scene, result))
+    fmt::print(stderr, "mss: {}: {}\n", scene.name, diagnostic);
 }
 
 /// What can be said before any work.
@@ -283,7 +283,7 @@ void check_run(const Scene& scene, const RunChoice& choice) {
 
 /// All ranks call it, and the lowest writes.
 void write_results(const Scene& scene, SimulationResult& result,
-                   const std::optional<SceneEstimates>& estimates, const ConnectedRanks& ranks,
+                   const std::optional<SceneEstimates>& estimates, const ConnectedCommunicator& ranks,
                    const fs::path& directory) {
   const Table series = series_table(result.series);
   if (ranks.is_lowest()) write_atomically(directory / "series.csv", series.csv());
@@ -300,7 +300,7 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   check_run(scene, choice);
   const fs::path directory =
       choice.directory.empty() ? fs::path("out") / scene.name : fs::path(choice.directory);
-  const std::unique_ptr<ConnectedRanks> ranks =
+  const std::unique_ptr<ConnectedCommunicator> ranks =
       connect_ranks(fmt::format("the rows until then are in {}", (directory / "series.csv").string()));
   const EmptyDirectories of_a_refused_scene(directory);
   if (ranks->is_lowest()) prepare(scene, directory);

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <thread>
 
-#include "core/base/team.hpp"
+#include "core/base/thread_team.hpp"
 #include "core/forces/spring_law.hpp"
 #include "core/kernels/sweep.hpp"
 #include "experiments/harness/build_info.hpp"

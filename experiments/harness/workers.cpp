@@ -19,7 +19,7 @@
 #include <stdexcept>
 
 #include "core/base/error.hpp"
-#include "core/base/team.hpp"
+#include "core/base/thread_team.hpp"
 
 namespace mss {
 

@@ -7,7 +7,7 @@
 
 #include "core/base/error.hpp"
 #include "experiments/python/callbacks.hpp"
-#include "experiments/simulation/remarks.hpp"
+#include "experiments/simulation/diagnostics.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_run.hpp"
 
@@ -146,11 +146,11 @@ void SimulationIn<Real>::advance(double until) {
   }
   if (status == Status::ok) return;
   const SureSteps sure = run_.sure_steps();
-  const std::string remark = status == Status::non_finite && std::isfinite(sure.free) && !calls_python_
-                                 ? "; " + remark_on_divergence(scene_, run_.dt(), sure)
-                                 : std::string();
+  const std::string diagnostic = status == Status::non_finite && std::isfinite(sure.free) && !calls_python_
+                                     ? "; " + diagnosis_of_divergence(scene_, run_.dt(), sure)
+                                     : std::string();
   throw SimulationFailed(fmt::format("{}: {} after {} steps, at t = {:.9g} s{}", scene_.name,
-                                     to_string(status), work_.steps, run_.state().t, remark));
+                                     to_string(status), work_.steps, run_.state().t, diagnostic));
 }
 
 template <class Real>

@@ -17,7 +17,7 @@ struct CorrectedValue {
   double value = 0;
   double estimate = 0;                 ///< what to add; valid if the status is ok
   std::optional<double> richardson{};  ///< from these cells and cells twice as large, by order 2
-  std::vector<Doubt> doubts{};
+  std::vector<EstimateWarning> doubts{};
   Status status = Status::ok;  ///< of the dual solution
 
   double corrected() const { return value + estimate; }

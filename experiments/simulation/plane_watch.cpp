@@ -54,7 +54,7 @@ typename PlaneWatch<Real>::Depths PlaneWatch<Real>::depths(std::size_t plane,
     take(surface_->at(vertex, state.x));
   if (!surface_)
     for (const std::ptrdiff_t site : watched_[plane].sites) take(state.x.at(site));
-  const Ranks& ranks = system_.ranks();
+  const Communicator& ranks = system_.ranks();
   return {ranks.largest(depths.largest), -ranks.largest(-depths.smallest), ranks.largest(depths.rounding)};
 }
 

@@ -43,7 +43,7 @@ void write_rows(std::ostream& stream, std::span<const ParticleRecord> particles,
 }
 
 /// Calls take(records) with a rank's particles, some thousand at a time, on the lowest rank.
-void move_to_lowest(const Ranks& ranks, int from, std::vector<ParticleRecord>& particles,
+void move_to_lowest(const Communicator& ranks, int from, std::vector<ParticleRecord>& particles,
                     const std::function<void(std::span<const ParticleRecord>)>& take) {
   constexpr std::size_t most = 4096;
   const auto pass = [&](auto records) { ranks.pass(from, 0, std::as_writable_bytes(std::span(records))); };
@@ -69,7 +69,7 @@ void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& pa
   write_rows(stream, particles, 0);
 }
 
-void write_particles(const std::filesystem::path& file, const Ranks& ranks,
+void write_particles(const std::filesystem::path& file, const Communicator& ranks,
                      std::vector<ParticleRecord>& particles) {
   if (!ranks.is_lowest()) return move_to_lowest(ranks, ranks.rank(), particles, {});
   write_atomically(file, [&](std::ostream& stream) {

@@ -17,7 +17,7 @@ void write_particles(std::ostream& stream, const std::vector<ParticleRecord>& pa
 
 /// The same of ranks that share a body: the lowest writes the file, all must call it with their own
 /// particles.
-void write_particles(const std::filesystem::path& file, const Ranks& ranks,
+void write_particles(const std::filesystem::path& file, const Communicator& ranks,
                      std::vector<ParticleRecord>& particles);
 
 }  // namespace mss

@@ -75,7 +75,7 @@ State<Real> stretched_state(const BodySystem<Real>& system, double factor);
 /// Ranks that simulate a scene together: each must call simulate() then. All get the same result, but for the
 /// particles: a rank gets its own, which follow those of the rank below.
 struct SharedRun {
-  const Ranks& ranks = Ranks::alone();
+  const Communicator& ranks = Communicator::alone();
   std::function<void(const SeriesRow&)> on_row = [](const SeriesRow&) {};  ///< as soon as one is there
 };
 

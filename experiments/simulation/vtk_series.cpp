@@ -57,7 +57,7 @@ class Handle {
 
 /// In messages whose size an int can count.
 template <class T>
-void pass_to_lowest(const Ranks& ranks, int from, std::vector<T>& values) {
+void pass_to_lowest(const Communicator& ranks, int from, std::vector<T>& values) {
   constexpr std::size_t most = std::size_t(1) << 27U;
   for (std::size_t first = 0; first < values.size(); first += most)
     ranks.pass(
@@ -109,7 +109,7 @@ void write(hid_t group, const char* name, const std::vector<T>& values, hsize_t 
 /// The same of ranks that each have some of the rows, those of the lowest first: it gets the others' one
 /// after the other.
 template <class T>
-void write_all(const Ranks& ranks, hid_t group, const char* name, std::vector<T> values,
+void write_all(const Communicator& ranks, hid_t group, const char* name, std::vector<T> values,
                hsize_t columns = 1) {
   std::vector<std::size_t> sizes(std::size_t(ranks.count()), values.size());
   for (int rank = 1; rank < ranks.count(); ++rank)
@@ -156,7 +156,7 @@ void link(hid_t group, const char* name, const fs::path& file, const std::string
 /// Makes an HDF5 file beside its place, lets `fill` fill it, and puts it there: on the lowest rank. On others
 /// fill(nowhere) hands over what they have of it.
 template <class Fill>
-void write_file(const Ranks& ranks, const fs::path& file, Fill&& fill) {
+void write_file(const Communicator& ranks, const fs::path& file, Fill&& fill) {
   if (!ranks.is_lowest()) return fill(nowhere);
   replace_atomically(file, [&](const fs::path& beside) {
     errno = 0;
@@ -167,7 +167,7 @@ void write_file(const Ranks& ranks, const fs::path& file, Fill&& fill) {
 }
 
 /// The shapes of an unstructured grid, all with the same number of corners: those of all ranks.
-void write_shapes(const Ranks& ranks, hid_t group, std::uint8_t type, std::int64_t corners,
+void write_shapes(const Communicator& ranks, hid_t group, std::uint8_t type, std::int64_t corners,
                   std::int64_t points, const std::vector<std::int64_t>& connectivity) {
   const std::int64_t own = std::int64_t(connectivity.size()) / corners;
   std::int64_t count = 0;
@@ -227,7 +227,7 @@ void write_cell_values(hid_t group, const std::vector<Level>& levels, const Fiel
       volume_ratio.push_back(trilinear_volume(corners) / level.body.cell_volume());
       jacobian.push_back(smallest / level.body.cell_volume());
     });
-  const Ranks& ranks = levels.front().body.ranks();
+  const Communicator& ranks = levels.front().body.ranks();
   write_all(ranks, group, "volume_ratio", volume_ratio);
   write_all(ranks, group, "jacobian", jacobian);
 }
@@ -243,7 +243,7 @@ void write_spring_values(hid_t group, const std::vector<Level>& levels, const Fi
           const double length = (x.at(level.first + b) - x.at(level.first + a)).norm();
           stretch.push_back(spring_strain(length, level.body.rest_length(slot.kind)));
         });
-  const Ranks& ranks = levels.front().body.ranks();
+  const Communicator& ranks = levels.front().body.ranks();
   write_all(ranks, group, "stretch", stretch);
   write_all(ranks, group, "class", classes);
 }

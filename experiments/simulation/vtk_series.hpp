@@ -44,7 +44,7 @@ class VtkSeries {
   void finish() const;
 
  private:
-  const Ranks& ranks() const { return levels_.front().body.ranks(); }
+  const Communicator& ranks() const { return levels_.front().body.ranks(); }
   void number_points();
   std::filesystem::path frame_file(const std::string& kind, std::size_t frame) const;
   void write_mesh(const std::optional<TriangleMesh>& surface) const;

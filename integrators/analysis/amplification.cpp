@@ -49,7 +49,8 @@ class FirstOrderForm {
   }
 
  private:
-  static SparseMatrix scaled(SolidSystem<double>& system, const State<double>& state, const TangentSum& sum) {
+  static SparseMatrix scaled(SolidSystem<double>& system, const State<double>& state,
+                             const TangentCoefficients& sum) {
     const VectorXd scale = root_masses(system).cwiseInverse();
     SparseMatrix matrix = tangents_of(system).pattern();
     tangents_of(system).values(state.t, state.x, state.v, sum, matrix);

@@ -15,7 +15,7 @@ namespace mss {
 namespace {
 
 constexpr double no_displacement = 1e-12;  ///< over another, or the size of a cell
-constexpr TangentSum elastic_stiffness{.stiffness = 1, .kind = Tangent::elastic};
+constexpr TangentCoefficients elastic_stiffness{.stiffness = 1, .kind = Tangent::elastic};
 
 /// Whether no rigid motion is left to a solid: of the six, about its first particle in lengths of its cells,
 /// none leaves all held coordinates as they are.

@@ -16,7 +16,7 @@ namespace mss {
 namespace {
 
 constexpr double tolerance = 1e-10;  ///< of dual solutions: residual over right-hand side
-constexpr TangentSum stiffness{.stiffness = 1, .kind = Tangent::elastic};
+constexpr TangentCoefficients stiffness{.stiffness = 1, .kind = Tangent::elastic};
 
 const Body& body_of_springs(const BodySystem<double>& system) {
   if (!system.springs())
@@ -60,19 +60,20 @@ double largest_strain(const Body& body, const Field<double>& x) {
 }  // namespace
 
 // In the enumeration's order.
-std::string_view to_string(Doubt doubt) {
+std::string_view to_string(EstimateWarning doubt) {
   constexpr std::array<std::string_view, 8> names{"large", "far",     "concentrated", "re-entrant",
                                                   "thin",  "partial", "strained",     "contact"};
   return names[std::size_t(doubt)];
 }
 
-std::string to_string(const std::vector<Doubt>& doubts) {
+std::string to_string(const std::vector<EstimateWarning>& doubts) {
   std::string names;
-  for (const Doubt doubt : doubts) names += (names.empty() ? "" : ", ") + std::string(to_string(doubt));
+  for (const EstimateWarning doubt : doubts)
+    names += (names.empty() ? "" : ", ") + std::string(to_string(doubt));
   return names.empty() ? "none" : names;
 }
 
-std::string_view explanation(Doubt doubt) {
+std::string_view explanation(EstimateWarning doubt) {
   constexpr std::array<std::string_view, 8> sentences{
       "the estimate is more than a quarter of the value: smaller cells are needed",
       "parts of the estimate cancel: the quantity is far from what acts on the body, or across it, and the "
@@ -118,11 +119,11 @@ void GoalEstimator::prepare() {
 
 void GoalEstimator::find_doubts() {
   const Body& body = system_.body();
-  if (has_reentrant_edge(body)) doubts_.push_back(Doubt::reentrant);
-  if (recovery_.share_alone() > thin_share) doubts_.push_back(Doubt::thin);
-  if (recovery_.has_partial_cells()) doubts_.push_back(Doubt::partial);
-  if (!linear_ && largest_strain(body, at_->x) > small_strain) doubts_.push_back(Doubt::strained);
-  if (!system_.environment().planes.empty()) doubts_.push_back(Doubt::contact);
+  if (has_reentrant_edge(body)) doubts_.push_back(EstimateWarning::reentrant);
+  if (recovery_.share_alone() > thin_share) doubts_.push_back(EstimateWarning::thin);
+  if (recovery_.has_partial_cells()) doubts_.push_back(EstimateWarning::partial);
+  if (!linear_ && largest_strain(body, at_->x) > small_strain) doubts_.push_back(EstimateWarning::strained);
+  if (!system_.environment().planes.empty()) doubts_.push_back(EstimateWarning::contact);
 }
 
 void GoalEstimator::add_doubts(GoalEstimate& goal) const {
@@ -130,14 +131,15 @@ void GoalEstimator::add_doubts(GoalEstimate& goal) const {
   for (double& part : parts) part = std::abs(part);
   const double all = std::accumulate(parts.begin(), parts.end(), 0.0);
   if (all <= negligible * std::abs(goal.value)) {  // no estimate to doubt, but what may not be seen
-    if (std::find(doubts_.begin(), doubts_.end(), Doubt::thin) != doubts_.end())
-      goal.doubts.push_back(Doubt::thin);
+    if (std::find(doubts_.begin(), doubts_.end(), EstimateWarning::thin) != doubts_.end())
+      goal.doubts.push_back(EstimateWarning::thin);
     return;
   }
-  if (std::abs(goal.error) > resolved_share * std::abs(goal.value)) goal.doubts.push_back(Doubt::large);
-  if (std::abs(goal.error) < agreeing_share * all) goal.doubts.push_back(Doubt::far);
+  if (std::abs(goal.error) > resolved_share * std::abs(goal.value))
+    goal.doubts.push_back(EstimateWarning::large);
+  if (std::abs(goal.error) < agreeing_share * all) goal.doubts.push_back(EstimateWarning::far);
   if (double(doerfler_marking(parts, 0.5).size()) < spread_share * double(parts.size()))
-    goal.doubts.push_back(Doubt::concentrated);
+    goal.doubts.push_back(EstimateWarning::concentrated);
   goal.doubts.insert(goal.doubts.end(), doubts_.begin(), doubts_.end());
 }
 

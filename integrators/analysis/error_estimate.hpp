@@ -13,7 +13,7 @@
 namespace mss {
 
 /// Why an estimate may be far from the error.
-enum class Doubt {
+enum class EstimateWarning {
   large,         ///< it is more than a quarter of the value: the cells do not resolve the solution
   far,           ///< parts of cells cancel: the quantity is far from what acts on the body, or across it
   concentrated,  ///< half of it comes from less than a twentieth of the cells: a peak of stress
@@ -24,11 +24,11 @@ enum class Doubt {
   strained,      ///< strains above 5 percent: the estimate is linear about the equilibrium
   contact        ///< what touches a plane changes with the cells
 };
-std::string_view to_string(Doubt doubt);
+std::string_view to_string(EstimateWarning doubt);
 /// Their names in a row, "none" without any, as tables have them.
-std::string to_string(const std::vector<Doubt>& doubts);
+std::string to_string(const std::vector<EstimateWarning>& doubts);
 /// What it means, as the rest of a sentence.
-std::string_view explanation(Doubt doubt);
+std::string_view explanation(EstimateWarning doubt);
 
 /// What the cells' size is estimated to change in a quantity J.
 struct GoalEstimate {
@@ -36,7 +36,7 @@ struct GoalEstimate {
   double value = 0;                ///< J(u_h), as computed
   double error = 0;                ///< J(u) - J(u_h): what to add
   std::vector<double> of_cells{};  ///< its parts by cell id; their magnitudes say which cells to refine
-  std::vector<Doubt> doubts{};     ///< none: it is to be trusted
+  std::vector<EstimateWarning> doubts{};  ///< none: it is to be trusted
   double corrected() const { return value + error; }
 };
 
@@ -92,9 +92,9 @@ class GoalEstimator {
   Work& work_;
   bool linear_;
   State<double> rest_;
-  const State<double>* at_;     ///< what the tangent is of
-  Field<double> displacement_;  ///< u_h
-  std::vector<Doubt> doubts_;   ///< about any quantity
+  const State<double>* at_;              ///< what the tangent is of
+  Field<double> displacement_;           ///< u_h
+  std::vector<EstimateWarning> doubts_;  ///< about any quantity
   std::unique_ptr<LinearSolver> solver_;
   Status status_ = Status::ok;
 };

@@ -57,7 +57,7 @@ class ShiftedInverse {
     if (found.cols() > 0) y_ -= found * (found.transpose() * y_);
   }
 
-  const std::vector<Unknown>& unknowns_;
+  const std::vector<FreeDof>& unknowns_;
   LinearSolver& solver_;
   const VectorXd& roots_;
   Work& work_;
@@ -70,7 +70,7 @@ class Product {
  public:
   using Scalar = double;
   Product(SolidSystem<double>& system, const State<double>& state, const VectorXd& roots, Work& work,
-          const TangentSum& sum, double shift = 0)
+          const TangentCoefficients& sum, double shift = 0)
       : tangents_(tangents_of(system)),
         state_(state),
         roots_(roots),
@@ -103,13 +103,13 @@ class Product {
   const State<double>& state_;
   const VectorXd& roots_;
   Work& work_;
-  TangentSum sum_;
+  TangentCoefficients sum_;
   double shift_;
   mutable Field<double> in_, out_;
   mutable VectorXd y_;
 };
 
-const TangentSum stiffness{.stiffness = 1, .kind = Tangent::elastic};
+const TangentCoefficients stiffness{.stiffness = 1, .kind = Tangent::elastic};
 
 struct Pair {
   double value;  ///< omega^2
@@ -188,7 +188,7 @@ Modes slowest_modes(SolidSystem<double>& system, const State<double>& state, int
     const double shift = -1e-6 * fastest * fastest;  // K alone is singular without holds
     const bool large = system.particles().size() > most_factored;
     const auto solver = find_linear_solver(large ? "multigrid" : "cholmod").make(1e-12);
-    const TangentSum sum{.mass = -shift, .stiffness = 1, .kind = Tangent::elastic};
+    const TangentCoefficients sum{.mass = -shift, .stiffness = 1, .kind = Tangent::elastic};
     Status status = solver->prepare(system, state.t, state.x, state.v, sum, work);
     ShiftedInverse inverse(system, *solver, roots, work);
     if (status == Status::ok) status = find_slowest(inverse, shift, wanted, found);
@@ -220,14 +220,14 @@ RayleighQuotients largest_quotient(SolidSystem<double>& system, const State<doub
   const SpectralBound bound = system.spectral_bound();
   // Lanczos converges to the largest absolute value: the shift makes that the largest eigenvalue.
   const double shift = bound.omega * bound.omega + std::abs(weight) * bound.damping;
-  const TangentSum sum{.damping = weight, .stiffness = 1, .kind = Tangent::elastic};
+  const TangentCoefficients sum{.damping = weight, .stiffness = 1, .kind = Tangent::elastic};
   Product product(system, state, roots, work, sum, shift);
   Spectra::SymEigsSolver<Product> lanczos(product, 1, std::min<Index>(30, roots.size()));
   lanczos.init();
   lanczos.compute(Spectra::SortRule::LargestAlge, most_restarts, 1e-9);
   if (lanczos.info() != Spectra::CompInfo::Successful) return {.status = Status::linear_stalled};
   const VectorXd q = lanczos.eigenvectors().col(0);
-  const TangentSum damping{.damping = 1, .kind = Tangent::elastic};
+  const TangentCoefficients damping{.damping = 1, .kind = Tangent::elastic};
   return {.stiffness = Product(system, state, roots, work, stiffness).quotient(q),
           .damping = Product(system, state, roots, work, damping).quotient(q)};
 }

@@ -37,7 +37,7 @@ class BackwardEulerLinear final : public Integrator<double> {
     tangents_of(system).product(t, state.x, state.v, {.stiffness = dt_, .kind = kind_}, change_, product_);
     ++work.products;
     rhs_.array() = dt_ * (rhs_.array() - product_.array());
-    const TangentSum sum{.mass = 1, .damping = dt_, .stiffness = dt_ * dt_, .kind = kind_};
+    const TangentCoefficients sum{.mass = 1, .damping = dt_, .stiffness = dt_ * dt_, .kind = kind_};
     x_before_ = state.x;
     v_before_ = state.v;
     const Status status =
@@ -54,8 +54,8 @@ class BackwardEulerLinear final : public Integrator<double> {
   }
 
   /// Solves again for what planes hold by the last solution, until that is what it was.
-  Status solve_with_bounds(System<double>& system, double t, const State<double>& state, TangentSum sum,
-                           Work& work) {
+  Status solve_with_bounds(System<double>& system, double t, const State<double>& state,
+                           TangentCoefficients sum, Work& work) {
     constexpr int most_rounds = 60;
     constexpr double tolerance = 1e-10;
     if (!bounded_) bounded_ = std::make_unique<BoundedSystem>(system);
@@ -102,8 +102,8 @@ class BackwardEulerLinear final : public Integrator<double> {
   }
 
   /// What the linear model leaves of its right-hand side at velocity_.
-  void leave_to_solve(System<double>& system, double t, const State<double>& state, const TangentSum& sum,
-                      Work& work) {
+  void leave_to_solve(System<double>& system, double t, const State<double>& state,
+                      const TangentCoefficients& sum, Work& work) {
     change_.array() = velocity_.array() - state.v.array();
     tangents_of(system).product(t, state.x, state.v, sum, change_, product_);
     ++work.products;

@@ -19,7 +19,7 @@ class Automatic final : public LinearSolver {
   explicit Automatic(double tolerance) : tolerance_(tolerance) {}
 
   Status prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
-                 const TangentSum& sum, Work& work) override {
+                 const TangentCoefficients& sum, Work& work) override {
     if (!chosen_) {
       const bool large = system.particles().size() > most_factored;
       const bool has_cells = system.cells() != nullptr;

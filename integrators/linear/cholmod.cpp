@@ -115,7 +115,7 @@ namespace {
 class CholmodSolver final : public LinearSolver {
  public:
   Status prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
-                 const TangentSum& sum, Work& work) override {
+                 const TangentCoefficients& sum, Work& work) override {
     if (!tangents_) matrix_ = tangents_of(system).pattern();
     tangents_ = &tangents_of(system);
     tangents_->values(t, x, v, sum, matrix_);

@@ -34,7 +34,7 @@ double dot(const Field<double>& x, const Field<double>& y, BlockJacobi::Range ra
 }  // namespace
 
 void BlockJacobi::prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
-                          const TangentSum& sum, const Field<double>& mask) {
+                          const TangentCoefficients& sum, const Field<double>& mask) {
   if (inverse_.empty()) inverse_.assign(6, AlignedArray<double>(system.size()));
   tangents_of(system).diagonal(t, x, v, sum, blocks_);
   for (std::size_t p = 0; p < blocks_.size(); ++p) {
@@ -66,7 +66,7 @@ BlockJacobi::Products BlockJacobi::apply(const Field<double>& r, Field<double>& 
 }
 
 Status ConjugateGradients::prepare(System<double>& system, double t, const Field<double>& x,
-                                   const Field<double>& v, const TangentSum& sum, Work& work) {
+                                   const Field<double>& v, const TangentCoefficients& sum, Work& work) {
   if (residual_.size() == 0) {
     for (Field<double>* field : {&residual_, &z_, &direction_, &image_})
       *field = Field<double>(system.size());
@@ -80,7 +80,8 @@ Status ConjugateGradients::prepare(System<double>& system, double t, const Field
 }
 
 Status ConjugateGradients::prepare_preconditioner(System<double>& system, double t, const Field<double>& x,
-                                                  const Field<double>& v, const TangentSum& sum, Work&) {
+                                                  const Field<double>& v, const TangentCoefficients& sum,
+                                                  Work&) {
   block_jacobi_.prepare(system, t, x, v, sum, mask_);
   return Status::ok;
 }

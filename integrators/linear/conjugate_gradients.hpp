@@ -13,7 +13,7 @@ class BlockJacobi {
  public:
   /// `mask`: 1 at unknowns, 0 elsewhere.
   void prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
-               const TangentSum& sum, const Field<double>& mask);
+               const TangentCoefficients& sum, const Field<double>& mask);
   /// Sites [first, last).
   struct Range {
     std::ptrdiff_t first, last;
@@ -39,7 +39,7 @@ class ConjugateGradients : public LinearSolver {
   explicit ConjugateGradients(double tolerance) : tolerance_(tolerance) {}
 
   Status prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
-                 const TangentSum& sum, Work& work) override;
+                 const TangentCoefficients& sum, Work& work) override;
   /// Status linear_stalled if the tolerance is not met after as many iterations as there are unknowns (and at
   /// least a hundred), not_positive_definite if a direction, or the preconditioner, has negative curvature.
   Status solve(const Field<double>& rhs, Field<double>& solution, Work& work) override;
@@ -49,12 +49,12 @@ class ConjugateGradients : public LinearSolver {
   using Products = BlockJacobi::Products;
 
   virtual void prepare_product(System<double>& system, double t, const Field<double>& x,
-                               const Field<double>& v, const TangentSum& sum, Work& work) = 0;
+                               const Field<double>& v, const TangentCoefficients& sum, Work& work) = 0;
   /// out = A p; prescribed coordinates of `out` may have any value.
   virtual void product(const Field<double>& p, Field<double>& out) = 0;
 
   virtual Status prepare_preconditioner(System<double>& system, double t, const Field<double>& x,
-                                        const Field<double>& v, const TangentSum& sum, Work& work);
+                                        const Field<double>& v, const TangentCoefficients& sum, Work& work);
   /// Calls update(range) for every range of sites, which may change r, then sets z = P^-1 r, 0 where there is
   /// no unknown; P is symmetric and positive definite. Returns r.z and r.r. Where r.r <= enough, z and r.z
   /// may have any value.

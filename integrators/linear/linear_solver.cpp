@@ -5,7 +5,7 @@
 namespace mss {
 
 Status prepare_definite(LinearSolver& solver, System<double>& system, double t, const Field<double>& x,
-                        const Field<double>& v, TangentSum& sum, Work& work) {
+                        const Field<double>& v, TangentCoefficients& sum, Work& work) {
   const Status status = solver.prepare(system, t, x, v, sum, work);
   if (status != Status::not_positive_definite || sum.kind == Tangent::projected) return status;
   sum.kind = Tangent::projected;
@@ -13,7 +13,7 @@ Status prepare_definite(LinearSolver& solver, System<double>& system, double t, 
 }
 
 Status solve_tangent(LinearSolver& solver, System<double>& system, double t, const Field<double>& x,
-                     const Field<double>& v, TangentSum sum, const Field<double>& rhs,
+                     const Field<double>& v, TangentCoefficients sum, const Field<double>& rhs,
                      Field<double>& solution, Work& work) {
   for (;;) {
     Status status = prepare_definite(solver, system, t, x, v, sum, work);

@@ -21,7 +21,7 @@ class LinearSolver {
   /// Prepares to solve with the tangent at a state. The system and its holds must be the same at every call;
   /// x and v must outlive the solves that follow. Throws InputError if the system has no tangents.
   virtual Status prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
-                         const TangentSum& sum, Work& work) = 0;
+                         const TangentCoefficients& sum, Work& work) = 0;
 
   /// Solves with what was prepared. Prescribed coordinates of `rhs` are ignored; those of `solution` become
   /// 0.
@@ -30,11 +30,11 @@ class LinearSolver {
 
 /// Prepares a solver; where the requested elastic tangent cannot be factored, sum.kind becomes projected.
 Status prepare_definite(LinearSolver& solver, System<double>& system, double t, const Field<double>& x,
-                        const Field<double>& v, TangentSum& sum, Work& work);
+                        const Field<double>& v, TangentCoefficients& sum, Work& work);
 
 /// Prepares and solves; where the requested elastic tangent is indefinite, the projected one takes its place.
 Status solve_tangent(LinearSolver& solver, System<double>& system, double t, const Field<double>& x,
-                     const Field<double>& v, TangentSum sum, const Field<double>& rhs,
+                     const Field<double>& v, TangentCoefficients sum, const Field<double>& rhs,
                      Field<double>& solution, Work& work);
 
 /// Facts about a linear solver.

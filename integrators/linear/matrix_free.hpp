@@ -11,7 +11,7 @@ class MatrixFree : public ConjugateGradients {
 
  protected:
   void prepare_product(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
-                       const TangentSum& sum, Work&) override {
+                       const TangentCoefficients& sum, Work&) override {
     tangents_ = &tangents_of(system);
     t_ = t;
     x_ = &x;
@@ -27,7 +27,7 @@ class MatrixFree : public ConjugateGradients {
   double t_ = 0;
   const Field<double>* x_ = nullptr;
   const Field<double>* v_ = nullptr;
-  TangentSum sum_;
+  TangentCoefficients sum_;
 };
 
 }  // namespace mss

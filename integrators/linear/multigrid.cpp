@@ -20,7 +20,7 @@ class Multigrid final : public MatrixFree {
 
  protected:
   Status prepare_preconditioner(System<double>& system, double t, const Field<double>& x,
-                                const Field<double>& v, const TangentSum& sum, Work& work) override;
+                                const Field<double>& v, const TangentCoefficients& sum, Work& work) override;
   Products precondition(const std::function<void(Range)>& update, const Field<double>& r, Field<double>& z,
                         double enough) override;
 
@@ -28,7 +28,7 @@ class Multigrid final : public MatrixFree {
   void build(const BodySystem<double>& body_system);
   void place(const BodySystem<double>& body_system, const Field<double>& x);
   void add_penalties(const BodySystem<double>& body_system, const Field<double>& x, const Field<double>& v,
-                     const TangentSum& sum);
+                     const TangentCoefficients& sum);
   template <class Part>
   void for_each_coordinate(Part&& part) {
     sum_over_ranges([&](Range range) {
@@ -59,7 +59,7 @@ void Multigrid::place(const BodySystem<double>& body_system, const Field<double>
 
 /// What planes of the law `penalty` add, which lattices of springs do not know of.
 void Multigrid::add_penalties(const BodySystem<double>& body_system, const Field<double>& x,
-                              const Field<double>& v, const TangentSum& sum) {
+                              const Field<double>& v, const TangentCoefficients& sum) {
   if (!body_system.contact().has_penalties()) return;
   if (added_.straight.size() == 0)
     added_ = {Field<float>(body_system.size()), Field<float>(body_system.size())};
@@ -80,7 +80,7 @@ void Multigrid::add_penalties(const BodySystem<double>& body_system, const Field
 }
 
 Status Multigrid::prepare_preconditioner(System<double>& system, double, const Field<double>& x,
-                                         const Field<double>& v, const TangentSum& sum, Work&) {
+                                         const Field<double>& v, const TangentCoefficients& sum, Work&) {
   const BodySystem<double>* body_system = system.cells();
   if (!body_system)
     throw InputError(

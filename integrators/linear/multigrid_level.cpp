@@ -85,7 +85,8 @@ Parallel MultigridLevel::parallel() {
   };
 }
 
-Status MultigridLevel::prepare(const Field<float>& x, const TangentSum& sum, const SiteBlocks& added) {
+Status MultigridLevel::prepare(const Field<float>& x, const TangentCoefficients& sum,
+                               const SiteBlocks& added) {
   x_ = x;
   sum_ = sum;
   sum_.kind = Tangent::projected;
@@ -106,7 +107,7 @@ void MultigridLevel::restrict_blocks(const SiteBlocks& fine, SiteBlocks& coarse)
 }
 
 /// The inverse blocks, with zero rows and columns at prescribed coordinates.
-void MultigridLevel::invert_diagonal(const TangentSum& sum) {
+void MultigridLevel::invert_diagonal(const TangentCoefficients& sum) {
   system_.diagonal_blocks(x_, sum, diagonal_.straight, diagonal_.mixed);
   for (const std::ptrdiff_t site : body_.sites())
     for (int axis = 0; axis < 3; ++axis)
@@ -143,7 +144,7 @@ void MultigridLevel::invert_diagonal(const TangentSum& sum) {
 
 /// A bound on the largest eigenvalue of D^-1 D_cells over all particles: of a 3 x 3 matrix M with real
 /// eigenvalues it is at most t/3 + sqrt(2/3 (tr M^2 - t^2/3)), t = tr M (Wolkowicz and Styan, 1980).
-float MultigridLevel::largest_cell_share(const TangentSum& sum) {
+float MultigridLevel::largest_cell_share(const TangentCoefficients& sum) {
   const BodyConfig& config = body_.config();
   if (config.fold_guard == 0 && !config.any_part([](const Part& part) { return part.springs.volume > 0; }))
     return 0;
@@ -168,7 +169,7 @@ Status MultigridLevel::factor() {
   Tangents<float>& tangents = *system_.tangents();
   if (matrix_.rows() == 0) matrix_ = tangents.pattern();
   tangents.values(0, x_, x_, sum_, matrix_);
-  const std::vector<Unknown>& unknowns = tangents.unknowns();
+  const std::vector<FreeDof>& unknowns = tangents.unknowns();
   const auto is_free = [&](int row) {
     const auto [site, axis] = unknowns[std::size_t(row)];
     return mask_.axis(axis)[site] != 0;
@@ -186,7 +187,7 @@ Status MultigridLevel::factor() {
 }
 
 void MultigridLevel::solve_directly(const Field<float>& r, Field<float>& z) {
-  const std::vector<Unknown>& unknowns = system_.tangents()->unknowns();
+  const std::vector<FreeDof>& unknowns = system_.tangents()->unknowns();
   rhs_.resize(Eigen::Index(unknowns.size()));
   double* out = rhs_.data();
   for (const auto [site, axis] : unknowns) *out++ = double(r.axis(axis)[site] * mask_.axis(axis)[site]);

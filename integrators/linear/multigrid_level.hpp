@@ -32,7 +32,7 @@ class MultigridLevel {
 
   /// Prepares for the projected matrix a M + b C + c K at positions x, plus `added` blocks on its diagonal;
   /// empty fields add nothing. Status ok, or not_positive_definite if the coarsest matrix cannot be factored.
-  Status prepare(const Field<float>& x, const TangentSum& sum, const SiteBlocks& added);
+  Status prepare(const Field<float>& x, const TangentCoefficients& sum, const SiteBlocks& added);
 
   /// z = one V-cycle for A z = r from z = 0. r, 0 where there is no unknown, is overwritten.
   void cycle(Field<float>& r, Field<float>& z);
@@ -46,8 +46,8 @@ class MultigridLevel {
 
   Parallel parallel();
   void restrict_blocks(const SiteBlocks& fine, SiteBlocks& coarse);
-  float largest_cell_share(const TangentSum& sum);
-  void invert_diagonal(const TangentSum& sum);
+  float largest_cell_share(const TangentCoefficients& sum);
+  void invert_diagonal(const TangentCoefficients& sum);
   Status factor();
   void solve_directly(const Field<float>& r, Field<float>& z);
   void multiply(const Field<float>& p, Field<float>& out);
@@ -58,7 +58,7 @@ class MultigridLevel {
   SpringSystem<float> system_;
   Field<float> mask_;
   Field<float> x_;
-  TangentSum sum_;
+  TangentCoefficients sum_;
   SiteBlocks added_, diagonal_, cells_, inverse_;
   float largest_ = 2;  ///< bound on the eigenvalues of D^-1 A
   Field<float> direction_, image_;

@@ -12,7 +12,7 @@ class Pcg final : public ConjugateGradients {
 
  protected:
   void prepare_product(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
-                       const TangentSum& sum, Work&) override {
+                       const TangentCoefficients& sum, Work&) override {
     if (!tangents_) matrix_ = tangents_of(system).pattern();
     tangents_ = &tangents_of(system);
     tangents_->values(t, x, v, sum, matrix_);

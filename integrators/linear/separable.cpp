@@ -240,7 +240,7 @@ class Separable final : public MatrixFree {
 
  protected:
   Status prepare_preconditioner(System<double>& system, double, const Field<double>&, const Field<double>&,
-                                const TangentSum& sum, Work&) override {
+                                const TangentCoefficients& sum, Work&) override {
     system_ = &system;
     const SpringSystem<double>* springs = system.springs();
     if (!springs)

@@ -8,7 +8,7 @@
 namespace mss {
 
 /// The unknowns of a field as one vector, in the order given.
-inline void gather(const std::vector<Unknown>& unknowns, const Field<double>& field,
+inline void gather(const std::vector<FreeDof>& unknowns, const Field<double>& field,
                    Eigen::VectorXd& vector) {
   vector.resize(Eigen::Index(unknowns.size()));
   double* out = vector.data();
@@ -16,7 +16,7 @@ inline void gather(const std::vector<Unknown>& unknowns, const Field<double>& fi
 }
 
 /// The reverse; prescribed coordinates become 0.
-inline void scatter(const std::vector<Unknown>& unknowns, const Eigen::VectorXd& vector,
+inline void scatter(const std::vector<FreeDof>& unknowns, const Eigen::VectorXd& vector,
                     Field<double>& field) {
   field.array() = 0;
   const double* in = vector.data();
@@ -32,7 +32,7 @@ inline Field<double> mask_of_unknowns(System<double>& system) {
 
 /// Roots of the masses that the unknowns have.
 inline Eigen::VectorXd root_masses(System<double>& system) {
-  const std::vector<Unknown>& unknowns = tangents_of(system).unknowns();
+  const std::vector<FreeDof>& unknowns = tangents_of(system).unknowns();
   Eigen::VectorXd roots(Eigen::Index(unknowns.size()));
   double* out = roots.data();
   for (const auto [site, axis] : unknowns) *out++ = std::sqrt(system.mass(site));

@@ -385,10 +385,10 @@ void BoundedSystem::end_step(const StepTaken& step, State<double>& state, Field<
 namespace {
 
 /// Adds a block to the rows and columns of a particle's unknowns.
-void add_block(const std::vector<Unknown>& unknowns, std::ptrdiff_t site, const Eigen::Matrix3d& block,
+void add_block(const std::vector<FreeDof>& unknowns, std::ptrdiff_t site, const Eigen::Matrix3d& block,
                SparseMatrix& matrix) {
   auto first = std::lower_bound(unknowns.begin(), unknowns.end(), site,
-                                [](const Unknown& u, std::ptrdiff_t s) { return u.site < s; });
+                                [](const FreeDof& u, std::ptrdiff_t s) { return u.site < s; });
   for (auto row = first; row != unknowns.end() && row->site == site; ++row)
     for (auto column = first; column != unknowns.end() && column->site == site; ++column)
       matrix.coeffRef(int(row - unknowns.begin()), int(column - unknowns.begin())) +=
@@ -396,9 +396,9 @@ void add_block(const std::vector<Unknown>& unknowns, std::ptrdiff_t site, const 
 }
 
 /// The largest number on the diagonal in a particle's rows.
-double largest_entry(const std::vector<Unknown>& unknowns, std::ptrdiff_t site, SparseMatrix& matrix) {
+double largest_entry(const std::vector<FreeDof>& unknowns, std::ptrdiff_t site, SparseMatrix& matrix) {
   auto row = std::lower_bound(unknowns.begin(), unknowns.end(), site,
-                              [](const Unknown& u, std::ptrdiff_t s) { return u.site < s; });
+                              [](const FreeDof& u, std::ptrdiff_t s) { return u.site < s; });
   double largest = 0;
   for (; row != unknowns.end() && row->site == site; ++row) {
     const auto at = int(row - unknowns.begin());
@@ -410,7 +410,7 @@ double largest_entry(const std::vector<Unknown>& unknowns, std::ptrdiff_t site, 
 }  // namespace
 
 void BoundedSystem::BoundedTangents::values(double t, const Field<double>& x, const Field<double>& v,
-                                            const TangentSum& sum, SparseMatrix& matrix) {
+                                            const TangentCoefficients& sum, SparseMatrix& matrix) {
   other().values(t, x, v, sum, matrix);
   for (const auto& [site, touch] : system_.touches_) {
     const double stiff = stiffer * largest_entry(unknowns(), site, matrix);
@@ -419,7 +419,7 @@ void BoundedSystem::BoundedTangents::values(double t, const Field<double>& x, co
 }
 
 void BoundedSystem::BoundedTangents::product(double t, const Field<double>& x, const Field<double>& v,
-                                             const TangentSum& sum, const Field<double>& p,
+                                             const TangentCoefficients& sum, const Field<double>& p,
                                              Field<double>& out) {
   other().product(t, x, v, sum, p, out);
   for (const auto& [site, touch] : system_.touches_)
@@ -427,7 +427,8 @@ void BoundedSystem::BoundedTangents::product(double t, const Field<double>& x, c
 }
 
 void BoundedSystem::BoundedTangents::diagonal(double t, const Field<double>& x, const Field<double>& v,
-                                              const TangentSum& sum, std::vector<Eigen::Matrix3d>& blocks) {
+                                              const TangentCoefficients& sum,
+                                              std::vector<Eigen::Matrix3d>& blocks) {
   other().diagonal(t, x, v, sum, blocks);
   const std::vector<std::ptrdiff_t>& sites = system_.particles();
   for (const auto& [site, touch] : system_.touches_) {

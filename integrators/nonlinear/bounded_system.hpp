@@ -104,13 +104,13 @@ class BoundedSystem final : public SystemWrapper<double> {
   class BoundedTangents final : public Tangents<double> {
    public:
     explicit BoundedTangents(BoundedSystem& system) : system_(system) {}
-    const std::vector<Unknown>& unknowns() override { return other().unknowns(); }
+    const std::vector<FreeDof>& unknowns() override { return other().unknowns(); }
     SparseMatrix pattern() override { return other().pattern(); }
-    void values(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+    void values(double t, const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                 SparseMatrix& matrix) override;
-    void product(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+    void product(double t, const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                  const Field<double>& p, Field<double>& out) override;
-    void diagonal(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+    void diagonal(double t, const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                   std::vector<Eigen::Matrix3d>& blocks) override;
 
    private:

@@ -130,10 +130,10 @@ double Newton::leave_out_held(const System<double>& system, const State<double>&
 /// converge (Eisenstat and Walker, SIAM J. Sci. Comput. 17 (1996) 16) it takes none more.
 Status Newton::find_step(System<double>& system, const ImplicitStage& stage, const State<double>& state,
                          Work& work) {
-  TangentSum sum{.mass = 1,
-                 .damping = stage.force_velocity ? 0 : stage.gamma,
-                 .stiffness = stage.gamma * stage.gamma_x,
-                 .kind = stage.conserve_from || careful_ ? Tangent::projected : kind_};
+  TangentCoefficients sum{.mass = 1,
+                          .damping = stage.force_velocity ? 0 : stage.gamma,
+                          .stiffness = stage.gamma * stage.gamma_x,
+                          .kind = stage.conserve_from || careful_ ? Tangent::projected : kind_};
   if (!bounded_)
     return solve_tangent(*linear_, system, stage.t, state.x, state.v, sum, residual_, step_, work);
   const auto product = [&](const Field<double>& move) {

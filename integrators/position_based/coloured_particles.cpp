@@ -52,7 +52,7 @@ void ColouredParticles<Real>::for_each_half_row(Visit&& visit) const {
 }
 
 template <class Real>
-void ColouredParticles<Real>::take(const State<Real>& state) {
+void ColouredParticles<Real>::load_state(const State<Real>& state) {
   const auto copy = [&](Field<Real>& to, const Field<Real>& from) {
     for_each_half_row([&](std::ptrdiff_t index, std::ptrdiff_t site, int count) {
       for (int axis = 0; axis < 3; ++axis)
@@ -65,7 +65,7 @@ void ColouredParticles<Real>::take(const State<Real>& state) {
 }
 
 template <class Real>
-void ColouredParticles<Real>::take_acceleration(const Field<Real>& acceleration) {
+void ColouredParticles<Real>::load_acceleration(const Field<Real>& acceleration) {
   for (int axis = 0; axis < 3; ++axis)
     for (std::size_t p = 0; p < index_.size(); ++p)
       acceleration_.axis(axis)[index_[p]] =
@@ -73,7 +73,7 @@ void ColouredParticles<Real>::take_acceleration(const Field<Real>& acceleration)
 }
 
 template <class Real>
-void ColouredParticles<Real>::give(State<Real>& state) const {
+void ColouredParticles<Real>::store_state(State<Real>& state) const {
   const auto copy = [&](Field<Real>& to, const Field<Real>& from) {
     for_each_half_row([&](std::ptrdiff_t index, std::ptrdiff_t site, int count) {
       for (int axis = 0; axis < 3; ++axis)

@@ -23,11 +23,11 @@ class ColouredParticles {
   const ColouredLattice& lattice() const { return lattice_; }
 
   /// Takes over positions and velocities.
-  void take(const State<Real>& state);
+  void load_state(const State<Real>& state);
   /// And accelerations that are constant during steps; those of held coordinates do not count.
-  void take_acceleration(const Field<Real>& acceleration);
+  void load_acceleration(const Field<Real>& acceleration);
   /// Writes the positions and velocities of all particles.
-  void give(State<Real>& state) const;
+  void store_state(State<Real>& state) const;
 
   /// Begins a step: u = dt v, and the target is where particles would be without springs, dt v + dt^2 a. It
   /// may be displacement().

@@ -90,9 +90,9 @@ class PositionBasedIntegrator final : public Integrator<Real> {
   /// Steps during which outer accelerations do not change, and only one if holds move.
   void take_steps(System<Real>& system, State<Real>& state, long steps) {
     auto& particles = passes_->particles();
-    if (!knows_accelerations_ || outer_->varies()) particles.take_acceleration(outer_->at(state));
+    if (!knows_accelerations_ || outer_->varies()) particles.load_acceleration(outer_->at(state));
     knows_accelerations_ = true;
-    particles.take(state);
+    particles.load_state(state);
     passes_->begin_step();
     if (holds_move_) follow_holds(system, state);
     for (long n = 0; n < steps; ++n) {
@@ -104,7 +104,7 @@ class PositionBasedIntegrator final : public Integrator<Real> {
     }
     passes_->end_passes();
     particles.finish(options_.dt);
-    particles.give(state);
+    particles.store_state(state);
     passes_->rebound(state);
     state.t += double(steps) * options_.dt;
     system.constrain(state.t, state.x, state.v);

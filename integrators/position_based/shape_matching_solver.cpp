@@ -178,7 +178,7 @@ void ShapeMatching::match_whole_body() {
     for (const std::ptrdiff_t i : index_) field[i] = field[first];
 }
 
-void ShapeMatching::take(const State<double>& state) {
+void ShapeMatching::load_state(const State<double>& state) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t p = 0; p < index_.size(); ++p) {
       x_[axis][index_[p]] = state.x.axis(int(axis))[body_.sites()[p]];
@@ -186,14 +186,14 @@ void ShapeMatching::take(const State<double>& state) {
     }
 }
 
-void ShapeMatching::take_acceleration(const Field<double>& acceleration) {
+void ShapeMatching::load_acceleration(const Field<double>& acceleration) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t p = 0; p < index_.size(); ++p)
       acceleration_[axis][index_[p]] =
           freedom_[axis][index_[p]] > 0 ? acceleration.axis(int(axis))[body_.sites()[p]] : 0;
 }
 
-void ShapeMatching::give(State<double>& state) const {
+void ShapeMatching::store_state(State<double>& state) const {
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (std::size_t p = 0; p < index_.size(); ++p) {
       state.x.axis(int(axis))[body_.sites()[p]] = x_[axis][index_[p]];

@@ -29,11 +29,11 @@ class ShapeMatching {
   ShapeMatching& particles() { return *this; }
 
   /// Takes over positions and velocities.
-  void take(const State<double>& state);
+  void load_state(const State<double>& state);
   /// And accelerations that are constant during steps; those of held coordinates do not count.
-  void take_acceleration(const Field<double>& acceleration);
+  void load_acceleration(const Field<double>& acceleration);
   /// Writes the positions and velocities of all particles.
-  void give(State<double>& state) const;
+  void store_state(State<double>& state) const;
 
   /// Begins a step: u = dt v + dt^2 a.
   void begin_step();

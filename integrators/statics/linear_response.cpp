@@ -23,7 +23,7 @@ Field<double> at_holds(const SolidSystem<double>& system,
 LinearResponse linear_response(SolidSystem<double>& system,
                                const std::function<Vec3(const Vec3& rest)>& prescribed, Work& work) {
   const State<double> rest = system.undeformed_state();
-  const TangentSum stiffness{.stiffness = 1, .kind = Tangent::elastic};
+  const TangentCoefficients stiffness{.stiffness = 1, .kind = Tangent::elastic};
   const std::ptrdiff_t size = system.size();
   LinearResponse r{
       .displacement = Field<double>(size), .load = Field<double>(size), .reaction = Field<double>(size)};

@@ -58,7 +58,7 @@ int rate(double t, N_Vector y, N_Vector ydot, void* problem) {
 struct Problem {
   Problem(System<double>& system, const State<double>& state, const IntegratorOptions& options)
       : form(system, context.get()), tolerances(form.tolerances(options)) {
-    form.load(state);
+    form.load_state(state);
   }
   void count(long now, Work& work) { work.steps += now - std::exchange(steps, now); }
 
@@ -85,7 +85,7 @@ class Explicit {
     problem_.form.work = &work;
     ERKStepSetStopTime(erk_.get(), t_end);
     const int flag = ERKStepEvolve(erk_.get(), t_end, problem_.form.y(), &state.t, ARK_NORMAL);
-    problem_.form.store(state);
+    problem_.form.store_state(state);
     long now = 0;
     ERKStepGetNumSteps(erk_.get(), &now);
     problem_.count(now, work);
@@ -120,7 +120,7 @@ class DiagonallyImplicit {
     problem_.form.work = &work;
     ARKStepSetStopTime(ark_.get(), t_end);
     const int flag = ARKStepEvolve(ark_.get(), t_end, problem_.form.y(), &state.t, ARK_NORMAL);
-    problem_.form.store(state);
+    problem_.form.store_state(state);
     long now = 0;
     ARKStepGetNumSteps(ark_.get(), &now);
     problem_.count(now, work);

@@ -104,7 +104,7 @@ Session::Session(System<double>& system, const State<double>& state, const Integ
       rhs_(system.size()),
       change_(system.size()),
       product_(system.size()) {
-  problem_.load(state);
+  problem_.load_state(state);
   CVodeSetErrFile(cvode_.get(), nullptr);  // failures are statuses
   CVodeInit(cvode_.get(), rate, state.t, problem_.y());
   CVodeSVtolerances(cvode_.get(), 0, tolerances_.get());
@@ -280,7 +280,7 @@ Status Session::advance(State<double>& state, double t_end, Work& work) {
     count(work);
     if (flag == CV_ROOT_RETURN) begin_again(state.t);
   }
-  problem_.store(state);
+  problem_.store_state(state);
   return status_of(flag);
 }
 

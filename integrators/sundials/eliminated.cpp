@@ -49,8 +49,8 @@ SUNMatrix new_matrix(FirstOrder& problem, SUNContext context) {
 struct Elimination {
   Tangents<double>& tangents;
   std::unique_ptr<LinearSolver> linear;
-  Tangent kind;           ///< requested
-  TangentSum prepared{};  ///< the one that `linear` has prepared, at...
+  Tangent kind;                    ///< requested
+  TangentCoefficients prepared{};  ///< the one that `linear` has prepared, at...
   Where* where = nullptr;
   Field<double> rhs, product, solution;
 };

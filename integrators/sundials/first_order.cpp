@@ -25,7 +25,7 @@ FirstOrder::FirstOrder(System<double>& system, SUNContext context)
       v_(system.size()),
       a_(system.size()) {}
 
-void FirstOrder::load(const State<double>& state) {
+void FirstOrder::load_state(const State<double>& state) {
   double *x = N_VGetArrayPointer(y()), *v = x + size_;
   for (const auto [site, axis] : unknowns_) {
     *x++ = state.x.axis(axis)[site];
@@ -33,7 +33,7 @@ void FirstOrder::load(const State<double>& state) {
   }
 }
 
-void FirstOrder::store(State<double>& state) const {
+void FirstOrder::store_state(State<double>& state) const {
   const double *x = N_VGetArrayPointer(y_.get()), *v = x + size_;
   for (const auto [site, axis] : unknowns_) {
     state.x.axis(axis)[site] = *x++;

@@ -40,11 +40,11 @@ class FirstOrder {
 
   System<double>& system() { return system_; }
   N_Vector y() { return y_.get(); }
-  const std::vector<Unknown>& unknowns() const { return unknowns_; }
+  const std::vector<FreeDof>& unknowns() const { return unknowns_; }
   Eigen::Index size() const { return size_; }  ///< number of unknowns; y has twice as many
 
-  void load(const State<double>& state);
-  void store(State<double>& state) const;  ///< also writes prescribed coordinates at state.t
+  void load_state(const State<double>& state);
+  void store_state(State<double>& state) const;  ///< also writes prescribed coordinates at state.t
 
   /// Fields from a vector, prescribed coordinates included; valid until the next call.
   void fields(double t, N_Vector y);
@@ -62,7 +62,7 @@ class FirstOrder {
 
  private:
   System<double>& system_;
-  std::vector<Unknown> unknowns_;
+  std::vector<FreeDof> unknowns_;
   Eigen::Index size_;
   Vector y_;
   Field<double> x_, v_, a_;

@@ -10,15 +10,15 @@ namespace {
 /// Of a part: what a serial vector has, which its functions see, and more. SUNDIALS frees it.
 struct Part {
   _N_VectorContent_Serial serial;
-  const Ranks* ranks;
+  const Communicator* ranks;
   double whole_length;
 };
 
 const Part& part(N_Vector v) { return *static_cast<const Part*>(v->content); }
-const Ranks& ranks_of(N_Vector v) { return *part(v).ranks; }
+const Communicator& ranks_of(N_Vector v) { return *part(v).ranks; }
 
 /// Gives a serial vector's content more; nullptr where there is no memory, as SUNDIALS expects.
-N_Vector extended(N_Vector v, const Ranks& ranks, double whole_length) {
+N_Vector extended(N_Vector v, const Communicator& ranks, double whole_length) {
   if (v == nullptr) return nullptr;
   auto* content = static_cast<Part*>(std::malloc(sizeof(Part)));
   if (content == nullptr) {
@@ -56,7 +56,7 @@ booleantype inverts(N_Vector v, N_Vector inverse) {
 
 }  // namespace
 
-Vector shared_vector(sunindextype length, const Ranks& ranks, SUNContext context) {
+Vector shared_vector(sunindextype length, const Communicator& ranks, SUNContext context) {
   N_Vector v = N_VNew_Serial(length, context);
   if (!ranks.are_several()) return Vector(v);
   v = extended(v, ranks, ranks.sum(double(length)));

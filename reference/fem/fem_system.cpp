@@ -80,7 +80,8 @@ Matrix3d FemElement::viscous_stress(const Matrix3d& f, const Matrix3d& rate) con
 
 /// How b times viscous and c times elastic stress change with F and its rate: column by column for what is
 /// linear in a change.
-Matrix9 FemElement::stress_change(const Matrix3d& f, const Matrix3d& rate, const TangentSum& sum) const {
+Matrix9 FemElement::stress_change(const Matrix3d& f, const Matrix3d& rate,
+                                  const TangentCoefficients& sum) const {
   Matrix9 d = Matrix9::Zero();
   if (sum.stiffness != 0) d += sum.stiffness * law_.stiffness(lame_, f, sum.kind == Tangent::projected);
   if (viscosity_.mu == 0) return d;
@@ -109,7 +110,7 @@ FemElement::Corners FemElement::force(const Corners& x, const Corners& v) const 
   return force;
 }
 
-FemElement::Corners FemElement::product(const Corners& x, const Corners& v, const TangentSum& sum,
+FemElement::Corners FemElement::product(const Corners& x, const Corners& v, const TangentCoefficients& sum,
                                         const Corners& p) const {
   Corners product = Corners::Zero();
   for (const auto& gradients : gradients_) {
@@ -121,7 +122,8 @@ FemElement::Corners FemElement::product(const Corners& x, const Corners& v, cons
   return product;
 }
 
-FemElement::Element FemElement::tangent(const Corners& x, const Corners& v, const TangentSum& sum) const {
+FemElement::Element FemElement::tangent(const Corners& x, const Corners& v,
+                                        const TangentCoefficients& sum) const {
   Element tangent = Element::Zero();
   for (const auto& gradients : gradients_) {
     Eigen::Matrix<double, 9, 24> by_corner = Eigen::Matrix<double, 9, 24>::Zero();  // vec(F) = by_corner x
@@ -143,7 +145,7 @@ double FemElement::energy(const Corners& x) const {
 FemElement::Largest FemElement::largest() const {
   Corners rest;
   for (int c = 0; c < 8; ++c) rest.col(c) = size_ * Vec3(c & 1, (c >> 1) & 1, (c >> 2) & 1);
-  const auto eigenvalue = [&](const TangentSum& sum) {
+  const auto eigenvalue = [&](const TangentCoefficients& sum) {
     const Element matrix = tangent(rest, Corners::Zero(), sum);
     return Eigen::SelfAdjointEigenSolver<Element>(matrix, Eigen::EigenvaluesOnly).eigenvalues()[23];
   };
@@ -202,7 +204,7 @@ Value FemSystem::sum_over_parts(std::ptrdiff_t site, Value sum, OfPart&& of_part
   return sum;
 }
 
-CellMatrix FemSystem::tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+CellMatrix FemSystem::tangent(const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                               std::ptrdiff_t site) const {
   return sum_over_parts(site, CellMatrix(CellMatrix::Zero()), [&](const FemElement& element) {
     return element.tangent(gather(x, site), gather(v, site), sum);
@@ -232,8 +234,8 @@ void FemSystem::force(double, const Field<double>& x, const Field<double>& v, Fi
   add_penalty_force(x, v, f);
 }
 
-void FemSystem::FemTangents::add(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
-                                 BlockMatrix& blocks) const {
+void FemSystem::FemTangents::add(const Field<double>& x, const Field<double>& v,
+                                 const TangentCoefficients& sum, BlockMatrix& blocks) const {
   for (const std::ptrdiff_t site : system_.cells_.cells()) {
     const CellMatrix k = system_.tangent(x, v, sum, site);
     for (int c = 0; c < 8; ++c)
@@ -242,7 +244,8 @@ void FemSystem::FemTangents::add(const Field<double>& x, const Field<double>& v,
 }
 
 void FemSystem::FemTangents::multiply(double, const Field<double>& x, const Field<double>& v,
-                                      const TangentSum& sum, const Field<double>& p, Field<double>& out) {
+                                      const TangentCoefficients& sum, const Field<double>& p,
+                                      Field<double>& out) {
   out.array() = 0;
   system_.cells_.add(
       system_,
@@ -258,7 +261,7 @@ void FemSystem::FemTangents::multiply(double, const Field<double>& x, const Fiel
 }
 
 void FemSystem::FemTangents::add_diagonal(const Field<double>& x, const Field<double>& v,
-                                          const TangentSum& sum, std::vector<Matrix3d>& diagonal) {
+                                          const TangentCoefficients& sum, std::vector<Matrix3d>& diagonal) {
   for (const std::ptrdiff_t site : system_.cells_.cells()) {
     const CellMatrix k = system_.tangent(x, v, sum, site);
     for (int c = 0; c < 8; ++c)

@@ -21,8 +21,8 @@ class FemElement {
   double energy(const Corners& x) const;                    ///< [J]
   Corners force(const Corners& x, const Corners& v) const;  ///< on the corners [N]
   /// (b C + c K) p of a sum, and the matrix.
-  Corners product(const Corners& x, const Corners& v, const TangentSum& sum, const Corners& p) const;
-  Element tangent(const Corners& x, const Corners& v, const TangentSum& sum) const;
+  Corners product(const Corners& x, const Corners& v, const TangentCoefficients& sum, const Corners& p) const;
+  Element tangent(const Corners& x, const Corners& v, const TangentCoefficients& sum) const;
 
   /// Largest eigenvalues of its matrices at rest.
   struct Largest {
@@ -34,7 +34,8 @@ class FemElement {
  private:
   static constexpr int points = 8;
   Eigen::Matrix3d viscous_stress(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate) const;
-  Matrix9 stress_change(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate, const TangentSum& sum) const;
+  Matrix9 stress_change(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate,
+                        const TangentCoefficients& sum) const;
 
   SolidLaw law_;
   Lame lame_;
@@ -68,11 +69,11 @@ class FemSystem final : public BodySystem<double> {
     explicit FemTangents(FemSystem& system) : BodyTangents<double>(system), system_(system) {}
 
    private:
-    void add(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+    void add(const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
              BlockMatrix& blocks) const override;
-    void add_diagonal(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+    void add_diagonal(const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                       std::vector<Eigen::Matrix3d>& diagonal) override;
-    void multiply(double t, const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+    void multiply(double t, const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                   const Field<double>& p, Field<double>& out) override;
 
     FemSystem& system_;
@@ -84,7 +85,7 @@ class FemSystem final : public BodySystem<double> {
 
   template <class Value, class OfPart>
   Value sum_over_parts(std::ptrdiff_t site, Value sum, OfPart&& of_part) const;
-  CellMatrix tangent(const Field<double>& x, const Field<double>& v, const TangentSum& sum,
+  CellMatrix tangent(const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                      std::ptrdiff_t site) const;
 
   std::vector<FemElement> elements_;  ///< by part

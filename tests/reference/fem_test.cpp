@@ -124,7 +124,7 @@ TEST_P(Law, TangentEqualsDifferencesOfTheForce) {
   FemSystem system(body, {}, law());
   State<double> state = system.rest_state();
   testing::randomise(body, state, 0.15, 0.5, 11);
-  const auto tangent = [&](const TangentSum& sum) -> Eigen::MatrixXd {
+  const auto tangent = [&](const TangentCoefficients& sum) -> Eigen::MatrixXd {
     SparseMatrix matrix = system.tangents()->pattern();
     system.tangents()->values(0, state.x, state.v, sum, matrix);
     return matrix;
@@ -137,7 +137,7 @@ TEST_P(Law, TangentEqualsDifferencesOfTheForce) {
                                          testing::force_differences(system, state, false, h)),
             1e-6);
   for (const auto kind : {Tangent::elastic, Tangent::projected}) {
-    const TangentSum sum{.mass = 2, .damping = 0.3, .stiffness = 5, .kind = kind};
+    const TangentCoefficients sum{.mass = 2, .damping = 0.3, .stiffness = 5, .kind = kind};
     const Eigen::MatrixXd matrix = tangent(sum);
     EXPECT_LT(testing::relative_difference(matrix, matrix.transpose()), 1e-12);
     Field<double> direction(system.size()), product(system.size());

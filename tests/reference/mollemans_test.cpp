@@ -105,7 +105,7 @@ TEST(Mollemans, TangentIsTheSlopeOfItsForce) {
   testing::randomise(body, state, 0.15, 0.5, 11);
   SparseMatrix matrix = system.tangents()->pattern();
   for (const bool of_positions : {true, false}) {
-    const TangentSum sum{.damping = of_positions ? 0.0 : 1.0, .stiffness = of_positions ? 1.0 : 0.0};
+    const TangentCoefficients sum{.damping = of_positions ? 0.0 : 1.0, .stiffness = of_positions ? 1.0 : 0.0};
     system.tangents()->values(0, state.x, state.v, sum, matrix);
     EXPECT_LT(testing::relative_difference(
                   matrix, testing::force_differences(system, state, of_positions, body.config().cell_size)),
@@ -120,7 +120,7 @@ TEST(Mollemans, ProductAndDiagonalAreTheTangents) {
   testing::randomise(body, state, 0.15, 0.5, 5);
   testing::randomise(body, direction, 1, 0, 6);
   for (const Tangent kind : {Tangent::elastic, Tangent::projected}) {
-    const TangentSum sum{.mass = 2, .damping = 0.3, .stiffness = 0.1, .kind = kind};
+    const TangentCoefficients sum{.mass = 2, .damping = 0.3, .stiffness = 0.1, .kind = kind};
     SparseMatrix sparse = system.tangents()->pattern();
     system.tangents()->values(0, state.x, state.v, sum, sparse);
     const Eigen::MatrixXd matrix = sparse;

@@ -17,7 +17,7 @@ namespace mss::studies::refine {
 
 namespace {
 
-constexpr TangentSum stiffness{.stiffness = 1, .kind = Tangent::elastic};
+constexpr TangentCoefficients stiffness{.stiffness = 1, .kind = Tangent::elastic};
 
 /// The fastest that takes the body: multigrid takes cells of one size alone.
 const char* static_solver(const Solid& solid) {
@@ -29,7 +29,7 @@ const char* static_solver(const Solid& solid) {
 /// A force of size 1, as the particles that move have it.
 Field<double> load_on(const Solid& solid, const Box& patch, const Vec3& direction) {
   Field<double> load = traction(solid.body.levels(), patch, direction);
-  solid.body.hand_over(load);
+  solid.body.scatter_to_masters(load);
   return load;
 }
 

@@ -45,7 +45,7 @@ std::vector<Case> cases(const LinearSolveConfig& config) {
   return all;
 }
 
-TangentSum matrix_of(const Case& c, double omega) {
+TangentCoefficients matrix_of(const Case& c, double omega) {
   if (c.dt_omega == 0) return {.stiffness = 1, .kind = Tangent::projected};
   const double dt = c.dt_omega / omega;
   return {.mass = 1, .damping = dt, .stiffness = dt * dt, .kind = Tangent::projected};
@@ -61,7 +61,7 @@ struct Samples {
 };
 
 /// |r - A y| / |r| over unknowns.
-double relative_residual(System<double>& system, const State<double>& state, const TangentSum& sum,
+double relative_residual(System<double>& system, const State<double>& state, const TangentCoefficients& sum,
                          const Field<double>& rhs, const Field<double>& solution) {
   Field<double> difference(system.size()), right = rhs;
   tangents_of(system).product(0, state.x, state.v, sum, solution, difference);
@@ -76,7 +76,7 @@ void take(const LinearSolveConfig& config, const LinearSolverInfo& info, const B
           Samples& samples) {
   const auto owned = cube.system(config.model);
   BodySystem<double>& system = *owned;
-  const TangentSum sum = matrix_of(c, system.spectral_bound().omega);
+  const TangentCoefficients sum = matrix_of(c, system.spectral_bound().omega);
   const State<double>& state = cube.state;
   Field<double> rhs(system.size()), solution(system.size());
   system.force(0, state.x, state.v, rhs);

@@ -67,7 +67,8 @@ struct ImplicitCase {
         system(body, {.gravity = gravity}, {.threads = threads}),
         state(stretched_state(system, TimingWorkload::stretch)) {}
   static constexpr double dt = 1.0 / 60;
-  static constexpr TangentSum sum{.mass = 1, .damping = dt, .stiffness = dt * dt, .kind = Tangent::projected};
+  static constexpr TangentCoefficients sum{
+      .mass = 1, .damping = dt, .stiffness = dt * dt, .kind = Tangent::projected};
   Body body;
   SpringSystem<double> system;
   State<double> state;

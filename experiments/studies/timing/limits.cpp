@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "core/base/team.hpp"
+#include "core/base/thread_team.hpp"
 #include "core/kernels/dispatch.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/studies/timing/peaks.hpp"
@@ -36,7 +36,7 @@ Rates rates_of(double work, const std::function<double()>& sample) {
 }
 
 /// flop/s of all threads together.
-Rates multiply_add_rates(const MultiplyAdd& loop, Team& team) {
+Rates multiply_add_rates(const MultiplyAdd& loop, ThreadTeam& team) {
   std::vector<double> results(std::size_t(team.size()));
   const auto seconds_for = [&](long rounds) {
     return seconds_of([&] {
@@ -48,7 +48,7 @@ Rates multiply_add_rates(const MultiplyAdd& loop, Team& team) {
 }
 
 /// B/s of all threads together.
-Rates triad_rates(const PeakLoops& loops, Team& team) {
+Rates triad_rates(const PeakLoops& loops, ThreadTeam& team) {
   std::vector<double> a(triad_numbers), b(triad_numbers, 1), c(triad_numbers, 2);
   const auto ranks = std::size_t(team.size());
   const auto part = [&](std::ptrdiff_t rank) {
@@ -110,7 +110,7 @@ Table empty_peaks() {
 void add_peaks(int pass, const std::vector<int>& threads, Table& peaks) {
   const PeakLoops loops = fastest_copy<PeakLoops>();
   for (const int count : threads) {
-    Team team(count);
+    ThreadTeam team(count);
     const auto add = [&](const char* quantity, bool single, const Rates& rates) {
       peaks.add({pass, quantity, loops.instruction_set, precision_name(single), count, rates.highest,
                  rates.median});

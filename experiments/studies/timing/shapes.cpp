@@ -53,7 +53,7 @@ constexpr std::array<Shape, 3> shapes{{{"box", [](int n) { return VoxelGrid::box
                                        {"random70", random_70_percent}}};
 
 /// What a step of an implicit method multiplies by, at 1/60 s.
-constexpr TangentSum tangent{
+constexpr TangentCoefficients tangent{
     .mass = 1, .damping = 1.0 / 60, .stiffness = 1.0 / 3600, .kind = Tangent::projected};
 
 /// One body and both operations on it.

@@ -20,12 +20,12 @@ namespace {
 /// Messages under way, by who sends and who gets them.
 class Post {
  public:
-  void send(int from, int to, Ranks::ConstBytes data) {
+  void send(int from, int to, Communicator::ConstBytes data) {
     const std::lock_guard lock(mutex_);
     waiting_[{from, to}].emplace_back(data.begin(), data.end());
     arrived_.notify_all();
   }
-  void receive(int from, int to, Ranks::Bytes data) {
+  void receive(int from, int to, Communicator::Bytes data) {
     std::unique_lock lock(mutex_);
     auto& messages = waiting_[{from, to}];
     arrived_.wait(lock, [&] { return !messages.empty(); });
@@ -40,9 +40,9 @@ class Post {
   std::map<std::pair<int, int>, std::deque<std::vector<std::byte>>> waiting_;
 };
 
-class ThreadRanks final : public Ranks {
+class ThreadCommunicator final : public Communicator {
  public:
-  ThreadRanks(Post& post, int rank, int count) : post_(post), rank_(rank), count_(count) {}
+  ThreadCommunicator(Post& post, int rank, int count) : post_(post), rank_(rank), count_(count) {}
 
   int rank() const override { return rank_; }
   int count() const override { return count_; }
@@ -102,7 +102,7 @@ struct Case {
 };
 
 template <class Real>
-Part simulate_part(const Case& c, const Ranks& ranks) {
+Part simulate_part(const Case& c, const Communicator& ranks) {
   const Body body(c.body, ranks);
   SpringSystem<Real> system(body, c.environment, {.threads = 1 + ranks.rank() % 2});
   State<Real> state = system.rest_state();
@@ -135,8 +135,9 @@ std::vector<Part> simulate_in(int count, const Case& c) {
   std::vector<std::thread> threads;
   threads.reserve(std::size_t(count));
   for (int rank = 0; rank < count; ++rank)
-    threads.emplace_back(
-        [&, rank] { parts[std::size_t(rank)] = simulate_part<Real>(c, ThreadRanks(post, rank, count)); });
+    threads.emplace_back([&, rank] {
+      parts[std::size_t(rank)] = simulate_part<Real>(c, ThreadCommunicator(post, rank, count));
+    });
   for (std::thread& thread : threads) thread.join();
   return parts;
 }
@@ -144,7 +145,7 @@ std::vector<Part> simulate_in(int count, const Case& c) {
 /// Particles one after the other, from rank to rank.
 template <class Real>
 void expect_same_bits(const Case& c) {
-  const Part whole = simulate_part<Real>(c, Ranks::alone());
+  const Part whole = simulate_part<Real>(c, Communicator::alone());
   for (int count = 2; count <= c.body.voxels.nz() + 1; count += 2) {
     std::size_t id = 0;
     for (const Part& part : simulate_in<Real>(count, c)) {
@@ -209,7 +210,7 @@ TEST(Ranks, OfImplicitMethodsAgreeToRounding) {
        {"backward_euler", "backward_euler_linear", "generalized_alpha", "tr_bdf2"}) {
     Case c = cases().back();
     c.method = method;
-    const Part whole = simulate_part<double>(c, Ranks::alone());
+    const Part whole = simulate_part<double>(c, Communicator::alone());
     for (const int count : {2, 3}) {
       std::size_t id = 0;
       for (const Part& part : simulate_in<double>(count, c))
@@ -229,7 +230,8 @@ TEST(Ranks, ExchangeTwoVectorsOfEveryParticleOfAPlane) {
 
 TEST(Ranks, AreAtMostAsManyAsPlanes) {
   Post post;
-  EXPECT_THROW(Body(testing::test_config(VoxelGrid::box(2, 2, 1)), ThreadRanks(post, 2, 3)), InputError);
+  EXPECT_THROW(Body(testing::test_config(VoxelGrid::box(2, 2, 1)), ThreadCommunicator(post, 2, 3)),
+               InputError);
 }
 
 }  // namespace

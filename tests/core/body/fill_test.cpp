@@ -130,7 +130,7 @@ struct Scenario {
       : body(config), system(body, {}, {2, kernel}), state(system.rest_state()) {
     testing::randomise(body, state, 0.4, 0.5, 5);
   }
-  Dense tangent(const TangentSum& sum) {
+  Dense tangent(const TangentCoefficients& sum) {
     SparseMatrix matrix = system.tangents()->pattern();
     system.tangents()->values(0, state.x, state.v, sum, matrix);
     return matrix;
@@ -147,7 +147,7 @@ TEST(LocalFill, TangentsAreTheDerivatives) {
     config.fold_guard = 5;
     Scenario s(config);
     for (const bool of_positions : {true, false}) {
-      const TangentSum sum{
+      const TangentCoefficients sum{
           .damping = of_positions ? 0.0 : 1.0, .stiffness = of_positions ? 1.0 : 0.0, .kind = Tangent::exact};
       EXPECT_LT(
           testing::relative_difference(
@@ -168,7 +168,7 @@ TEST(LocalFill, ProductsAndDiagonalsAreTheMatrixs) {
     for (const auto& kernel : runnable_copies<SweepKernel<double>>())
       for (const auto kind : {Tangent::elastic, Tangent::projected}) {
         Scenario s(config, kernel.name);
-        const TangentSum sum{.mass = 2, .damping = 0.3, .stiffness = 5, .kind = kind};
+        const TangentCoefficients sum{.mass = 2, .damping = 0.3, .stiffness = 5, .kind = kind};
         const Dense matrix = s.tangent(sum);
         Field<double> product(s.system.size());
         s.system.tangents()->product(0, s.state.x, s.state.v, sum, s.state.v, product);

@@ -163,8 +163,9 @@ TEST(Penalty, TangentEqualsDifferencesOfTheForce) {
 TEST(Penalty, SymmetricTangentsLeaveOutHowFrictionFollowsPressure) {
   const Penalty law = penalty(0.4, 0.7);
   for (const Motion& motion : motions())
-    for (const TangentSum part : {TangentSum{.stiffness = 1}, TangentSum{.damping = 1}}) {
-      TangentSum elastic = part, projected = part;
+    for (const TangentCoefficients part :
+         {TangentCoefficients{.stiffness = 1}, TangentCoefficients{.damping = 1}}) {
+      TangentCoefficients elastic = part, projected = part;
       elastic.kind = Tangent::elastic;
       projected.kind = Tangent::projected;
       const Matrix3d m = law.tangent(motion, elastic);
@@ -282,7 +283,7 @@ TEST(PenaltyPlanes, AreInTheSpectralBound) {
   environment.planes[0].normal = environment.planes[1].normal = Vec3::UnitX();
   SpringSystem<double> system(body, environment);
   const State<double> state = system.rest_state();
-  const auto largest = [&](const TangentSum& sum) {
+  const auto largest = [&](const TangentCoefficients& sum) {
     SparseMatrix matrix = system.tangents()->pattern();
     system.tangents()->values(0, state.x, state.v, sum, matrix);
     Eigen::VectorXd mass(matrix.rows());

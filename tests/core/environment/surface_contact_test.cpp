@@ -121,7 +121,7 @@ TEST(SurfacePenalty, AddsAtMostItsOwnFrequency) {
   const Ball ball;
   SpringSystem<double> system(ball.body, deep(ball.mesh)), alone(ball.body, {});
   const State<double> rest = system.rest_state();
-  const TangentSum stiffness{.stiffness = 1, .kind = Tangent::elastic};
+  const TangentCoefficients stiffness{.stiffness = 1, .kind = Tangent::elastic};
   const Eigen::MatrixXd added =
       testing::tangent_matrix(system, rest, stiffness) - testing::tangent_matrix(alone, rest, stiffness);
   const Eigen::MatrixXd mass = testing::tangent_matrix(system, rest, {.mass = 1});

@@ -69,7 +69,7 @@ TEST(Tether, TangentsAreDifferencesOfTheForce) {
   t.system.tie(t.tether);
   const double h = t.body.config().cell_size;
   for (const bool of_positions : {true, false}) {
-    TangentSum sum{.kind = Tangent::exact};
+    TangentCoefficients sum{.kind = Tangent::exact};
     (of_positions ? sum.stiffness : sum.damping) = 1;
     SparseMatrix matrix = t.system.tangents()->pattern();
     t.system.tangents()->values(0, t.state.x, t.state.v, sum, matrix);
@@ -82,7 +82,7 @@ TEST(Tether, TangentsAreDifferencesOfTheForce) {
 TEST(Tether, ProductAndDiagonalAreThoseOfTheMatrix) {
   Tethered t;
   t.system.tie(t.tether);
-  const TangentSum sum{.mass = 2, .damping = 0.3, .stiffness = 0.7, .kind = Tangent::elastic};
+  const TangentCoefficients sum{.mass = 2, .damping = 0.3, .stiffness = 0.7, .kind = Tangent::elastic};
   SparseMatrix matrix = t.system.tangents()->pattern();
   t.system.tangents()->values(0, t.state.x, t.state.v, sum, matrix);
   Field<double> product(t.system.size());

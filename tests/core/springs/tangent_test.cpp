@@ -25,7 +25,7 @@ struct Scenario {
       : body(config), system(body, environment), state(system.rest_state()) {
     testing::randomise(body, state, amplitude, 0.5, seed);
   }
-  Dense tangent(const TangentSum& sum) {
+  Dense tangent(const TangentCoefficients& sum) {
     SparseMatrix matrix = system.tangents()->pattern();
     system.tangents()->values(0, state.x, state.v, sum, matrix);
     return matrix;
@@ -138,7 +138,7 @@ void compare_products(double tolerance) {
             State<Real> state = system.rest_state(), direction = system.rest_state();
             testing::randomise(body, state, threads == 3 ? 0.6 : 0.4, 0.5, 8);
             testing::randomise(body, direction, 1, 1, 9);
-            const TangentSum sum{.mass = 40, .damping = 0.7, .stiffness = 1.3, .kind = kind};
+            const TangentCoefficients sum{.mass = 40, .damping = 0.7, .stiffness = 1.3, .kind = kind};
             Field<Real> out(system.size());
             system.tangents()->product(0, state.x, state.v, sum, direction.v, out);
             SparseMatrix matrix = system.tangents()->pattern();
@@ -171,7 +171,7 @@ void compare_diagonals(double tolerance) {
         State<Real> state = system.rest_state();
         testing::randomise(body, state, guard > 0 ? 0.6 : 0.3, 0.5, 5);
         for (const Tangent kind : {Tangent::elastic, Tangent::projected}) {
-          const TangentSum sum{.mass = 3, .damping = 0.2, .stiffness = 0.7, .kind = kind};
+          const TangentCoefficients sum{.mass = 3, .damping = 0.2, .stiffness = 0.7, .kind = kind};
           SparseMatrix matrix = system.tangents()->pattern();
           system.tangents()->values(0, state.x, state.v, sum, matrix);
           std::vector<Eigen::Matrix3d> blocks;

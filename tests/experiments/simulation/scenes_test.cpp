@@ -6,7 +6,7 @@
 #include <map>
 
 #include "experiments/harness/progress.hpp"
-#include "experiments/simulation/remarks.hpp"
+#include "experiments/simulation/diagnostics.hpp"
 #include "experiments/simulation/simulation.hpp"
 
 namespace mss {
@@ -60,7 +60,7 @@ TEST_P(Scenes, EndsOkUnfoldedAndWithoutWarnings) {
   const SimulationResult result = simulate(scene, progress);
   EXPECT_EQ(result.status, Status::ok);
   std::vector<std::string> warnings = scene.warnings;
-  for (const std::string& remark : remarks_on(scene, result)) warnings.push_back(remark);
+  for (const std::string& diagnostic : diagnostics_of(scene, result)) warnings.push_back(diagnostic);
   EXPECT_EQ(warnings.size(), allowed.warnings.size());
   for (std::size_t i = 0; i < std::min(warnings.size(), allowed.warnings.size()); ++i)
     EXPECT_NE(warnings[i].find(allowed.warnings[i]), std::string::npos) << warnings[i];

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "experiments/harness/progress.hpp"
-#include "experiments/simulation/remarks.hpp"
+#include "experiments/simulation/diagnostics.hpp"
 #include "experiments/simulation/simulation.hpp"
 
 namespace mss {
@@ -36,12 +36,12 @@ struct Watched {
   Scene scene;
   SimulationResult result;
 
-  std::string remarks() const {
+  std::string diagnostics() const {
     std::string all;
-    for (const std::string& remark : remarks_on(scene, result)) all += remark + "\n";
+    for (const std::string& diagnostic : diagnostics_of(scene, result)) all += diagnostic + "\n";
     return all;
   }
-  bool says(const std::string& words) const { return remarks().find(words) != std::string::npos; }
+  bool says(const std::string& words) const { return diagnostics().find(words) != std::string::npos; }
 };
 
 Watched run(const Scene& scene) {
@@ -71,8 +71,8 @@ TEST(EnergyWatch, SaysHowMuchCameFromNowhere) {
   const Watched gains = run_shipped("fig5_2_bounce", undamped);
   ASSERT_TRUE(gains.result.gain);
   EXPECT_GT(gains.result.gain->gained, 0.2 * gains.result.gain->at_play);
-  EXPECT_TRUE(gains.says("energy came from nowhere: at t = ")) << gains.remarks();
-  EXPECT_TRUE(gains.says("give a shorter solve.dt")) << gains.remarks();
+  EXPECT_TRUE(gains.says("energy came from nowhere: at t = ")) << gains.diagnostics();
+  EXPECT_TRUE(gains.says("give a shorter solve.dt")) << gains.diagnostics();
   EXPECT_EQ(gains.result.status, Status::ok);
   EXPECT_FALSE(run_shipped("fig5_2_bounce", fine).result.gain);
 }
@@ -89,7 +89,7 @@ TEST(EnergyWatch, BearsTheSwingOfSymplecticMethodsAtTheSafeStep) {
     double largest = 0;
     for (const Measures& row : rings.result.series) largest = std::max(largest, row.total());
     EXPECT_GT(largest, 1.06 * supplied) << method;
-    EXPECT_FALSE(rings.result.gain) << method << rings.remarks();
+    EXPECT_FALSE(rings.result.gain) << method << rings.diagnostics();
   }
 }
 
@@ -98,10 +98,10 @@ TEST(EnergyWatch, CountsStrikesAndWaitsForHolds) {
   const Watched struck =
       run_block({"plane.0.point=[0,0,-9]", "environment={}", "solve.integrator=backward_euler", strike});
   EXPECT_GT(struck.result.series.back().kinetic, 3.9);
-  EXPECT_FALSE(struck.result.gain) << struck.remarks();
+  EXPECT_FALSE(struck.result.gain) << struck.diagnostics();
   const Watched twisted = run_shipped("fig5_1_twist", {});
   EXPECT_GT(raw_gain(twisted.result), 0.5);  // what the hold did
-  EXPECT_FALSE(twisted.result.gain) << twisted.remarks();
+  EXPECT_FALSE(twisted.result.gain) << twisted.diagnostics();
 }
 
 // A plane lifts what starts behind it, which is no energy from nowhere.
@@ -110,7 +110,7 @@ TEST(EnergyWatch, WaitsForWhatStartsBehindAPlane) {
     const Watched lifted =
         run_block({"body.origin=[0,0,-0.03]", "material.young=1e6", "solve.integrator=" + method});
     EXPECT_GT(raw_gain(lifted.result), 1);
-    EXPECT_FALSE(lifted.result.gain) << lifted.remarks();
+    EXPECT_FALSE(lifted.result.gain) << lifted.diagnostics();
   }
 }
 
@@ -119,7 +119,7 @@ TEST(EnergyWatch, DoesNotWaitForWhatStaysBehindAPlane) {
   const Watched held =
       run_block({"hold=[{box=[[0,0,0],[0.2,0.2,0.05]]}]", "plane.0.point=[0,0,0.06]", "damping.ratio=0",
                  "solve.integrator=explicit_euler", "solve.dt=1e-4", "solve.duration=0.5"});
-  EXPECT_TRUE(held.result.gain) << held.remarks();
+  EXPECT_TRUE(held.result.gain) << held.diagnostics();
 }
 
 TEST(PlaneWatch, SaysHowDeepAFallWent) {
@@ -132,7 +132,7 @@ TEST(PlaneWatch, SaysHowDeepAFallWent) {
   EXPECT_GT(found.depth, 0.1 * 0.05);
   EXPECT_LT(found.depth, 0.2);
   EXPECT_FALSE(found.ends_whole);
-  EXPECT_TRUE(fallen.says("behind plane.0 at t = ")) << fallen.remarks();
+  EXPECT_TRUE(fallen.says("behind plane.0 at t = ")) << fallen.diagnostics();
   std::vector<std::string> soft = hard;
   soft[1] = "start.velocity=[0,0,-0.5]";
   EXPECT_TRUE(run_block(soft).result.penetrations.empty());
@@ -143,18 +143,18 @@ TEST(PlaneWatch, SaysThatABodyEndsBehindAPlane) {
   const Watched behind =
       run_block({"plane.0.contact=thesis", "plane.0.point=[0,0,0.21]", "solve.integrator=verlet",
                  "solve.dt=1e-3", "solve.duration=0.1", "solve.every=0.01"});
-  ASSERT_EQ(behind.result.penetrations.size(), 1) << behind.remarks();
+  ASSERT_EQ(behind.result.penetrations.size(), 1) << behind.diagnostics();
   EXPECT_TRUE(behind.result.penetrations[0].ends_whole);
-  EXPECT_TRUE(behind.says("the whole body ends behind plane.0")) << behind.remarks();
+  EXPECT_TRUE(behind.says("the whole body ends behind plane.0")) << behind.diagnostics();
 }
 
 TEST(PlaneWatch, LeavesOutWhatIsHeldAndWhatComesOut) {
   const Watched held = run_block({"hold=[{box=[[0,0,0],[0.2,0.2,0.05]]}]", "plane.0.point=[0,0,0.06]",
                                   "solve.integrator=backward_euler"});
-  EXPECT_TRUE(held.result.penetrations.empty()) << held.remarks();
+  EXPECT_TRUE(held.result.penetrations.empty()) << held.diagnostics();
   const Watched pushed =
       run_block({"body.origin=[0,0,-0.01]", "solve.integrator=verlet", "solve.dt=safe", "solve.every=1e-3"});
-  EXPECT_TRUE(pushed.result.penetrations.empty()) << pushed.remarks();
+  EXPECT_TRUE(pushed.result.penetrations.empty()) << pushed.diagnostics();
 }
 
 struct Few {
@@ -171,7 +171,7 @@ TEST(StepBalance, TellsFewPassesFromManyOnABeam) {
     const Watched beam = run_shipped(
         "cantilever", {"solve.integrator=" + few.method, "solve.dt=" + few.dt, "solve.duration=2"});
     EXPECT_EQ(beam.says("steps are not solved: forces are out of balance by "), !few.suffice)
-        << few.method << " at " << few.dt << " s: " << beam.remarks();
+        << few.method << " at " << few.dt << " s: " << beam.diagnostics();
     ASSERT_TRUE(beam.result.imbalance);
     if (few.method == "backward_euler") {
       EXPECT_LT(beam.result.imbalance->share, 1e-6);
@@ -185,7 +185,7 @@ TEST(StepBalance, TellsFewPassesFromManyAtRest) {
                          Few{"xpbd:100", "1e5", true}, Few{"backward_euler", "1e7", true}}) {
     const Watched rest = run_block({"solve.integrator=" + few.method, "material.young=" + few.dt});
     EXPECT_EQ(rest.says("steps are not solved"), !few.suffice)
-        << few.method << " of " << few.dt << " Pa: " << rest.remarks();
+        << few.method << " of " << few.dt << " Pa: " << rest.diagnostics();
   }
 }
 
@@ -199,7 +199,7 @@ TEST(Restitution, HasNoEffectInStepsThatDoNotResolveTheBody) {
                                           "solve.integrator=backward_euler"};
   const Watched frames = run_block(bouncing);
   EXPECT_TRUE(frames.says("plane.0.restitution = 0.7 has no effect: a step of 0.01667 s"))
-      << frames.remarks();
+      << frames.diagnostics();
   std::vector<std::string> fine = bouncing;
   fine.emplace_back("solve.dt=1e-4");
   EXPECT_FALSE(run_block(fine).says("has no effect"));

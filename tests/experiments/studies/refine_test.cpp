@@ -93,7 +93,7 @@ TEST(Refine, TractionIsWholeAndInTheMiddleOfItsBox) {
   const RefinedBody body(config, map);
   const Box patch{{0.2, 0.3, 1}, {0.7, 0.5, 1}};
   Field<double> force = traction(body.levels(), patch, Vec3(0, 0, -1));
-  body.hand_over(force);
+  body.scatter_to_masters(force);
   double sum = 0;
   Vec3 middle = Vec3::Zero();
   for (const auto& [of, first] : body.levels())
@@ -139,7 +139,7 @@ TEST(Refine, AFarGoalIsSeenThroughItsDualSolution) {
   const Answer found = answer(solid, *far);
   ASSERT_EQ(found.status, Status::ok);
   Field<double> load = traction(solid.body.levels(), far->patch, far->direction);
-  solid.body.hand_over(load);
+  solid.body.scatter_to_masters(load);
   double by_dual = 0;
   for (const std::ptrdiff_t site : solid.system->particles())
     by_dual += load.at(site).dot(found.dual->at(site));

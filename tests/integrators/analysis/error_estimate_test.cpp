@@ -96,8 +96,9 @@ TEST(ErrorEstimate, CorrectsTheTipOfACantilever) {
     const GoalEstimate goal = beam.of_box(tip, Vec3::UnitZ());
     EXPECT_NEAR(effectivity(goal, deflection), expected, 0.015) << m << " " << face_share;
     EXPECT_LT(std::abs(goal.corrected() - deflection), std::abs(goal.value - deflection) / 5);
-    EXPECT_THAT(goal.doubts, m == 2 && face_share == 0.5 ? Contains(Doubt::large)
-                                                         : ::testing::Matcher<std::vector<Doubt>>(IsEmpty()));
+    EXPECT_THAT(goal.doubts, m == 2 && face_share == 0.5
+                                 ? Contains(EstimateWarning::large)
+                                 : ::testing::Matcher<std::vector<EstimateWarning>>(IsEmpty()));
     // Nearly the load's work; exactly that is twice the stored energy.
     const GoalEstimate energy = beam.estimator.stored_energy();
     EXPECT_NEAR(energy.error / (goal.error / 2), 1, 0.01);
@@ -117,7 +118,7 @@ TEST(ErrorEstimate, CorrectsTheEndOfABracket) {
       const GoalEstimate goal = ell.of_box(end, -Vec3::UnitZ());
       EXPECT_GT(effectivity(goal, 2.3141e-3), 0.6) << m << " " << face_share;
       EXPECT_LT(effectivity(goal, 2.3141e-3), 0.85) << m << " " << face_share;
-      EXPECT_THAT(goal.doubts, Contains(Doubt::reentrant));
+      EXPECT_THAT(goal.doubts, Contains(EstimateWarning::reentrant));
     }
 }
 
@@ -125,7 +126,7 @@ TEST(ErrorEstimate, CorrectsTheEndOfABracket) {
 TEST(ErrorEstimate, SeesTheErrorOfABeamOneCellThick) {
   AboutRest thin(bar(4, 1, 0.5), cantilever({0, 0, 1}));
   const GoalEstimate goal = thin.of_box(tip, Vec3::UnitZ());
-  EXPECT_THAT(goal.doubts, Contains(Doubt::thin));
+  EXPECT_THAT(goal.doubts, Contains(EstimateWarning::thin));
   EXPECT_NEAR(effectivity(goal, deflection), 1.03, 0.02);
 }
 
@@ -248,8 +249,8 @@ TEST(ErrorEstimate, AtSmallDisplacementsIsThatAboutRest) {
   EXPECT_NEAR(there.reaction(direction).value, -0.01, 1e-8);
 }
 
-std::vector<Doubt> doubts_of(const BodyConfig& config, const Environment& environment,
-                             const std::function<Field<double>(const Body&)>& weight) {
+std::vector<EstimateWarning> doubts_of(const BodyConfig& config, const Environment& environment,
+                                       const std::function<Field<double>(const Body&)>& weight) {
   const Body body(config);
   SpringSystem<double> system(body, environment);
   Work work;
@@ -259,9 +260,11 @@ std::vector<Doubt> doubts_of(const BodyConfig& config, const Environment& enviro
 }
 
 TEST(ErrorEstimate, NamesItsDoubts) {
-  EXPECT_EQ(to_string(std::vector<Doubt>()), "none");
-  EXPECT_EQ(to_string(std::vector{Doubt::large, Doubt::partial, Doubt::contact}), "large, partial, contact");
-  EXPECT_NE(explanation(Doubt::contact).find("plane"), std::string_view::npos);
+  EXPECT_EQ(to_string(std::vector<EstimateWarning>()), "none");
+  EXPECT_EQ(
+      to_string(std::vector{EstimateWarning::large, EstimateWarning::partial, EstimateWarning::contact}),
+      "large, partial, contact");
+  EXPECT_NE(explanation(EstimateWarning::contact).find("plane"), std::string_view::npos);
 }
 
 TEST(ErrorEstimate, SaysWhereItCannotBeTrusted) {
@@ -273,22 +276,22 @@ TEST(ErrorEstimate, SaysWhereItCannotBeTrusted) {
 
   BodyConfig notched = config;
   for (int j = 0; j < 4; ++j) notched.voxels.set(6, j, 3, false);
-  EXPECT_THAT(doubts_of(notched, loaded, of_tip), Contains(Doubt::reentrant));
+  EXPECT_THAT(doubts_of(notched, loaded, of_tip), Contains(EstimateWarning::reentrant));
 
   BodyConfig plate = config;
   plate.voxels = VoxelGrid::box(16, 4, 1);
   EXPECT_THAT(doubts_of(plate, {.holds = {{.box = root}}, .loads = {{.box = tip, .force = {0, 1, 0}}}},
                         [](const Body& body) { return mean_of_tip(body, Vec3::UnitY()); }),
-              Contains(Doubt::thin));
+              Contains(EstimateWarning::thin));
 
   BodyConfig partial = config;
   partial.contents = {{PartFill{}}, {{0, CellFill::even(0.5F)}}};
   for (int cell = 0; cell < 16 * 4 * 4; ++cell) partial.content_of.push_back(cell < 16 ? 1 : 0);
-  EXPECT_THAT(doubts_of(partial, loaded, of_tip), Contains(Doubt::partial));
+  EXPECT_THAT(doubts_of(partial, loaded, of_tip), Contains(EstimateWarning::partial));
 
   const Environment glued{.holds = {{.box = {{0, 0, 0}, {4, 1, 0}}}},
                           .loads = {{.box = {{0, 0, 1}, {1, 1, 1}}, .force = {0, 0, -1}}}};
-  EXPECT_THAT(doubts_of(config, glued, along), Contains(Doubt::far));
+  EXPECT_THAT(doubts_of(config, glued, along), Contains(EstimateWarning::far));
   EXPECT_THAT(doubts_of(config, glued,
                         [](const Body& body) {
                           Field<double> weight(body.lattice().size);
@@ -296,12 +299,12 @@ TEST(ErrorEstimate, SaysWhereItCannotBeTrusted) {
                             weight.set(site, -Vec3::UnitZ() / 25);
                           return weight;
                         }),
-              Not(Contains(Doubt::far)));
+              Not(Contains(EstimateWarning::far)));
 
   Environment floored = loaded;
   floored.planes = {{.point = {0, 0, -5}, .contact = ContactLaw::penalty}};
-  EXPECT_THAT(doubts_of(config, floored, of_tip), Contains(Doubt::contact));
-  EXPECT_THAT(doubts_of(bar(4, 1, 1), loaded, of_tip), Contains(Doubt::thin));
+  EXPECT_THAT(doubts_of(config, floored, of_tip), Contains(EstimateWarning::contact));
+  EXPECT_THAT(doubts_of(bar(4, 1, 1), loaded, of_tip), Contains(EstimateWarning::thin));
 
   const Body slab(bar(4, 1, 1));  // a reaction that is the load, whatever the cells: there is no estimate
   SpringSystem<double> above_floor(slab, floored);
@@ -309,12 +312,13 @@ TEST(ErrorEstimate, SaysWhereItCannotBeTrusted) {
   const LinearResponse bent = linear_response(above_floor, {}, of_slab);
   EXPECT_THAT(
       GoalEstimator(above_floor, bent.displacement, of_slab).reaction(at_all(slab, Vec3::UnitZ())).doubts,
-      ElementsAre(Doubt::thin));
+      ElementsAre(EstimateWarning::thin));
 
   const Body body(bar(4, 3, 0.5));
   Turned far(body, Eigen::Matrix3d::Identity(), 300, 0), near(body, Eigen::Matrix3d::Identity(), 1, 0);
   Work work;
-  EXPECT_THAT(GoalEstimator(far.system, far.state, work).stored_energy().doubts, Contains(Doubt::strained));
+  EXPECT_THAT(GoalEstimator(far.system, far.state, work).stored_energy().doubts,
+              Contains(EstimateWarning::strained));
   EXPECT_THAT(GoalEstimator(near.system, near.state, work).stored_energy().doubts, IsEmpty());
 }
 

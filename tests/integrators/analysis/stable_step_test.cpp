@@ -33,7 +33,7 @@ struct Cube {
     return step.dt;
   }
   /// M^-1/2 A M^-1/2 of a sum A.
-  MatrixXd matrix(const TangentSum& sum) {
+  MatrixXd matrix(const TangentCoefficients& sum) {
     const State<double> rest = system.undeformed_state();
     SparseMatrix sparse = system.tangents()->pattern();
     system.tangents()->values(0, rest.x, rest.v, sum, sparse);

@@ -104,7 +104,8 @@ TEST(ConstantMatrix, IsAtLeastTheTangent) {
       const Field<double> rhs = random_field(body, 9);
       const Field<double> p = solution_of(*solver, system, bounding_matrix(body, 1, dt, dt * dt), rhs);
       Field<double> image(system.size());
-      const TangentSum sum{.mass = 1, .damping = dt, .stiffness = dt * dt, .kind = Tangent::projected};
+      const TangentCoefficients sum{
+          .mass = 1, .damping = dt, .stiffness = dt * dt, .kind = Tangent::projected};
       system.tangents()->product(0, state.x, state.v, sum, p, image);
       const double bound = (p.array() * rhs.array()).sum(), value = (p.array() * image.array()).sum();
       EXPECT_LT(value, bound) << name << mixed;
@@ -177,7 +178,7 @@ TEST(ConstantMatrix, PreconditionsTheTangent) {
   State<double> state = system.rest_state();
   testing::randomise(body, state, 0.05, 0.5, 5);
   const double dt = 300 / system.spectral_bound().omega;
-  const TangentSum sum{.mass = 1, .damping = dt, .stiffness = dt * dt, .kind = Tangent::projected};
+  const TangentCoefficients sum{.mass = 1, .damping = dt, .stiffness = dt * dt, .kind = Tangent::projected};
   const Field<double> rhs = random_field(body, 7);
   const auto products = [&](const char* name) {
     const auto solver = find_linear_solver(name).make(1e-6);

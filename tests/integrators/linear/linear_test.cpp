@@ -45,7 +45,7 @@ struct Problem {
   SpringSystem<double> system{body, environment()};
   State<double> state = system.rest_state();
   Field<double> rhs{system.size()}, solution{system.size()};
-  TangentSum sum{.mass = 1, .damping = 0.02, .stiffness = 4e-4, .kind = Tangent::elastic};
+  TangentCoefficients sum{.mass = 1, .damping = 0.02, .stiffness = 4e-4, .kind = Tangent::elastic};
   Work work;
 };
 
@@ -109,7 +109,7 @@ TEST(ConjugateGradients, GiveTheSameBitsForAnyNumberOfThreads) {
     system.force(0, state.x, state.v, rhs);
     const auto solver = find_linear_solver(name).make(1e-8);
     Work work;
-    const TangentSum sum{.mass = 1, .damping = 0.01, .stiffness = 1e-4, .kind = Tangent::projected};
+    const TangentCoefficients sum{.mass = 1, .damping = 0.01, .stiffness = 1e-4, .kind = Tangent::projected};
     EXPECT_EQ(solver->prepare(system, 0, state.x, state.v, sum, work), Status::ok);
     EXPECT_EQ(solver->solve(rhs, solution, work), Status::ok);
     EXPECT_GT(work.products, 5);

@@ -50,13 +50,13 @@ struct Bent {
     return environment;
   }
   /// A step of backward Euler, so many times the reciprocal of the largest frequency; 0: statics.
-  TangentSum sum(double dt_omega) const {
+  TangentCoefficients sum(double dt_omega) const {
     if (dt_omega == 0) return {.stiffness = 1, .kind = Tangent::projected};
     const double dt = dt_omega / system.spectral_bound().omega;
     return {.mass = 1, .damping = dt, .stiffness = dt * dt, .kind = Tangent::projected};
   }
   /// Products that a residual of 1e-6 takes.
-  long iterations(const char* solver, const TangentSum& sum) {
+  long iterations(const char* solver, const TangentCoefficients& sum) {
     Work work;
     const auto linear = find_linear_solver(solver).make(1e-6);
     EXPECT_EQ(linear->prepare(system, 0, state.x, state.v, sum, work), Status::ok);

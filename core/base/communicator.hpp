@@ -12,23 +12,24 @@ struct PlaneRange {
   int first, last;
 };
 
-/// Processes, numbered from 0, that share one body, each with a slab of its planes. This class is a process
-/// alone, which has all of them; another one connects several (experiments/cli/mpi_ranks.cpp).
+/// What connects ranks: processes, numbered from 0, that share one body, each with a slab of its planes. This
+/// class is of a process alone, which has all of them; another one connects several
+/// (experiments/cli/mpi_ranks.cpp).
 ///
 /// All functions but the first ones are collective: every rank must call them in the same order.
-class Ranks {
+class Communicator {
  public:
   using Bytes = std::span<std::byte>;
   using ConstBytes = std::span<const std::byte>;
 
-  Ranks() = default;
-  Ranks(const Ranks&) = delete;
-  Ranks& operator=(const Ranks&) = delete;
-  virtual ~Ranks() = default;
+  Communicator() = default;
+  Communicator(const Communicator&) = delete;
+  Communicator& operator=(const Communicator&) = delete;
+  virtual ~Communicator() = default;
 
   /// A process alone.
-  static const Ranks& alone() {
-    static const Ranks ranks;
+  static const Communicator& alone() {
+    static const Communicator ranks;
     return ranks;
   }
 

@@ -1,4 +1,4 @@
-#include "experiments/simulation/remarks.hpp"
+#include "experiments/simulation/diagnostics.hpp"
 
 #include <fmt/format.h>
 
@@ -87,26 +87,26 @@ std::string on_imbalance(const Scene& scene, const Imbalance& imbalance) {
 
 /// Of planes whose restitution was chosen and does nothing.
 void add_lost_restitution(const Scene& scene, const SimulationResult& result,
-                          std::vector<std::string>& remarks) {
+                          std::vector<std::string>& diagnostics) {
   if (!result.rebounding_step) return;
   const std::vector<Plane>& planes = scene.environment.planes;
   for (std::size_t p = 0; p < planes.size(); ++p)
     if (planes[p].contact == ContactLaw::impulse && planes[p].restitution != Plane{}.restitution &&
         planes[p].restitution > 0)
-      remarks.push_back(fmt::format(
+      diagnostics.push_back(fmt::format(
           "plane.{}.restitution = {} has no effect: a step of {:.4g} s does not resolve the body's fastest "
           "motion, for which it had to be below about {:.2g} s; the body bounces by its springs alone",
           p, planes[p].restitution, result.dt, *result.rebounding_step));
 }
 
 /// Of what a run watched of itself.
-void add_watched(const Scene& scene, const SimulationResult& result, std::vector<std::string>& remarks) {
+void add_watched(const Scene& scene, const SimulationResult& result, std::vector<std::string>& diagnostics) {
   if (result.status == Status::non_finite) return;  // everything follows from that
-  if (result.gain) remarks.push_back(on_gain(scene, *result.gain));
-  for (const Penetration& found : result.penetrations) remarks.push_back(on_penetration(scene, found));
+  if (result.gain) diagnostics.push_back(on_gain(scene, *result.gain));
+  for (const Penetration& found : result.penetrations) diagnostics.push_back(on_penetration(scene, found));
   if (result.imbalance && result.imbalance->share > StepBalance::tolerated)
-    remarks.push_back(on_imbalance(scene, *result.imbalance));
-  add_lost_restitution(scene, result, remarks);
+    diagnostics.push_back(on_imbalance(scene, *result.imbalance));
+  add_lost_restitution(scene, result, diagnostics);
 }
 
 /// Of a static scene that found no rest.
@@ -126,7 +126,7 @@ std::string on_holds(const Scene& scene, const SimulationResult& result) {
 
 }  // namespace
 
-std::string remark_on_divergence(const Scene& scene, double dt, const SureSteps& sure) {
+std::string diagnosis_of_divergence(const Scene& scene, double dt, const SureSteps& sure) {
   if (sure.free == 0)
     return fmt::format("no step of {} is sure to be stable here; choose another method",
                        scene.solve.integrator);
@@ -148,32 +148,33 @@ std::string remark_on_divergence(const Scene& scene, double dt, const SureSteps&
       dt, about);
 }
 
-std::vector<std::string> remarks_on(const Scene& scene, const SimulationResult& result) {
-  std::vector<std::string> remarks;
+std::vector<std::string> diagnostics_of(const Scene& scene, const SimulationResult& result) {
+  std::vector<std::string> diagnostics;
   if (result.status == Status::non_finite && in_fixed_steps(scene))
-    remarks.push_back(remark_on_divergence(scene, result.dt, result.sure_steps));
+    diagnostics.push_back(diagnosis_of_divergence(scene, result.dt, result.sure_steps));
   if (result.status == Status::newton_stalled && is_static(scene))
-    if (std::string remark = on_holds(scene, result); !remark.empty()) remarks.push_back(std::move(remark));
+    if (std::string diagnostic = on_holds(scene, result); !diagnostic.empty())
+      diagnostics.push_back(std::move(diagnostic));
   const bool unsolved = result.status == Status::newton_stalled || result.status == Status::linear_stalled ||
                         result.status == Status::not_positive_definite;
   if (unsolved && in_fixed_steps(scene))
-    remarks.push_back(
+    diagnostics.push_back(
         fmt::format("a step's equations were not solved{}; give a shorter solve.dt, or another "
                     "solve.nonlinear_solver or solve.linear_solver",
                     scene.environment.planes.empty() ? "" : ", contact with planes among them"));
   if (result.status == Status::ok && !result.series.empty() && result.series.back().min_jacobian <= 0)
-    remarks.push_back(fmt::format(
+    diagnostics.push_back(fmt::format(
         "the body ends folded: the smallest signed volume at a cell's corner is {:.3g} of the one "
         "at rest (min_jacobian), and the largest stretch {:.3g}",
         result.series.back().min_jacobian, result.series.back().max_stretch));
-  add_watched(scene, result, remarks);
+  add_watched(scene, result, diagnostics);
   if (in_fixed_steps(scene) && result.work.steps > 1 && result.dt > (1 + 1e-9) * scene.solve.every)
-    remarks.push_back(
+    diagnostics.push_back(
         fmt::format("solve.every = {:.4g} s is less than the step of {:.4g} s: there is a row a step",
                     scene.solve.every, result.dt));
   if (scene.solve.local_steps && !result.in_local_steps)
-    remarks.emplace_back("solve.local_steps saves nothing here: all cells take the same steps");
-  return remarks;
+    diagnostics.emplace_back("solve.local_steps saves nothing here: all cells take the same steps");
+  return diagnostics;
 }
 
 }  // namespace mss

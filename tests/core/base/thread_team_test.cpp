@@ -1,4 +1,4 @@
-#include "core/base/team.hpp"
+#include "core/base/thread_team.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,11 +20,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class TeamOf : public testing::TestWithParam<int> {};
-INSTANTIATE_TEST_SUITE_P(Sizes, TeamOf, testing::Values(1, 2, 3, 8));
+class ThreadTeamOf : public testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Sizes, ThreadTeamOf, testing::Values(1, 2, 3, 8));
 
-TEST_P(TeamOf, CallsEveryTaskOnce) {
-  Team team(GetParam());
+TEST_P(ThreadTeamOf, CallsEveryTaskOnce) {
+  ThreadTeam team(GetParam());
   for (const int count : {0, 1, 2, 3, 7, 1000})
     for (int round = 0; round < 300; ++round) {
       const auto calls = std::make_unique<std::atomic<int>[]>(std::size_t(count));
@@ -51,8 +51,8 @@ struct Ledger {
   }
 };
 
-TEST_P(TeamOf, DoesPartsInOrder) {
-  Team team(GetParam());
+TEST_P(ThreadTeamOf, DoesPartsInOrder) {
+  ThreadTeam team(GetParam());
   for (int round = 0; round < 300; ++round) {
     const long steps = 1 + round % 16;
     Ledger ledger(team.size());
@@ -65,8 +65,8 @@ TEST_P(TeamOf, DoesPartsInOrder) {
   }
 }
 
-TEST_P(TeamOf, CountsThreadsThatWorked) {
-  Team team(GetParam());
+TEST_P(ThreadTeamOf, CountsThreadsThatWorked) {
+  ThreadTeam team(GetParam());
   for (int round = 0; round < 100; ++round) team.for_each(100, [](std::ptrdiff_t) {});
   EXPECT_GE(team.threads_working(), 1);
   EXPECT_LE(team.threads_working(), team.size());
@@ -74,7 +74,7 @@ TEST_P(TeamOf, CountsThreadsThatWorked) {
 
 /// Runs loops until the helper has taken a part, in which it does `work`.
 template <class Work>
-void let_help(Team& team, Work&& work) {
+void let_help(ThreadTeam& team, Work&& work) {
   const std::thread::id caller = std::this_thread::get_id();
   std::atomic<bool> helped{false};
   while (!helped)
@@ -85,8 +85,8 @@ void let_help(Team& team, Work&& work) {
     });
 }
 
-TEST(Team, WorksAloneAfterAHelperKeptItWaiting) {
-  Team team(2);
+TEST(ThreadTeam, WorksAloneAfterAHelperKeptItWaiting) {
+  ThreadTeam team(2);
   bool alone = false;
   for (int trial = 0; trial < 20 && !alone;
        ++trial) {  // the caller may lose its core meanwhile, and see no wait
@@ -96,10 +96,10 @@ TEST(Team, WorksAloneAfterAHelperKeptItWaiting) {
   EXPECT_TRUE(alone);
 }
 
-TEST(Team, EndsWheneverItIsTold) {
+TEST(ThreadTeam, EndsWheneverItIsTold) {
   for (int round = 0; round < 500; ++round)
     for (const int size : {2, 3, 16}) {
-      Team team(size);
+      ThreadTeam team(size);
       if (round % 2 == 0) team.for_each(size, [](std::ptrdiff_t) {});
     }
 }

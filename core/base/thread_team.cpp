@@ -1,4 +1,4 @@
-#include "core/base/team.hpp"
+#include "core/base/thread_team.hpp"
 
 #include <pthread.h>
 #include <sched.h>
@@ -83,7 +83,7 @@ void Counter::wait(std::uint32_t target, int spins) {
 }
 
 /// When the caller works alone.
-class Team::BackOff {
+class ThreadTeam::BackOff {
  public:
   bool is_alone() {
     if (until_ == 0) return false;
@@ -151,7 +151,7 @@ class Team::BackOff {
   std::int64_t absence_ = 0, absent_for_ = 0;  ///< the last one without a strike; steps before the next
 };
 
-Team::Team(int size)
+ThreadTeam::ThreadTeam(int size)
     : size_(std::max(1, size)),
       spins_(size_ > 1 && size_ <= available_cores() ? spins_before_sleep : 0),
       slabs_(std::size_t(size_)),
@@ -163,19 +163,19 @@ Team::Team(int size)
   }
 }
 
-Team::~Team() {
+ThreadTeam::~ThreadTeam() {
   stop_.store(true, std::memory_order_release);
   open_.announce(end_ + last_part);  // wakes helpers, and opens no part
   for (std::thread& thread : threads_) thread.join();
 }
 
-bool Team::works_alone() {
+bool ThreadTeam::works_alone() {
   if (size_ > 1 && !back_off_->is_alone()) return false;
   ++steps_;
   return true;
 }
 
-void Team::for_each(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
+void ThreadTeam::for_each(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
   if (count < 2 || works_alone()) {
     for (std::ptrdiff_t i = 0; i < count; ++i) task(i);
     return;
@@ -188,13 +188,13 @@ void Team::for_each(std::ptrdiff_t count, const std::function<void(std::ptrdiff_
   share(1, false, std::ref(third));
 }
 
-void Team::run_steps(long steps, const SlabTask& task) { share(steps, true, task); }
+void ThreadTeam::run_steps(long steps, const SlabTask& task) { share(steps, true, task); }
 
-double Team::threads_working() const {
+double ThreadTeam::threads_working() const {
   return steps_ == 0 ? size_ : 1 + double(helped_) / double(steps_ * parts_with_work);
 }
 
-void Team::share(long steps, bool chained, const SlabTask& task) {
+void ThreadTeam::share(long steps, bool chained, const SlabTask& task) {
   begin_ = end_;
   end_ = begin_ + parts_a_step * std::uint32_t(steps);
   chained_ = chained;
@@ -218,7 +218,7 @@ void Team::share(long steps, bool chained, const SlabTask& task) {
 }
 
 /// Sees to it that a slab's parts before `target` are done.
-void Team::reach(int s, std::uint32_t target) {
+void ThreadTeam::reach(int s, std::uint32_t target) {
   Slab& slab = slabs_[std::size_t(s)];
   for (;;) {
     const std::uint32_t part = slab.done.value();  // once: helpers go on meanwhile
@@ -239,7 +239,7 @@ void Team::reach(int s, std::uint32_t target) {
 }
 
 /// Processor time of the helper of a slab [s].
-double Team::seconds_run(int slab) {
+double ThreadTeam::seconds_run(int slab) {
   clockid_t clock{};
   timespec time{};
   if (pthread_getcpuclockid(threads_[std::size_t(slab) - 1].native_handle(), &clock) != 0 ||
@@ -249,7 +249,7 @@ double Team::seconds_run(int slab) {
 }
 
 /// For a part that the helper of a slab has begun. While it runs, waiting is no strike: parts may be unequal.
-void Team::wait_for_helper(int slab, std::uint32_t target) {
+void ThreadTeam::wait_for_helper(int slab, std::uint32_t target) {
   Counter& done = slabs_[std::size_t(slab)].done;
   if (done.spin(target, spins_)) return;
   const std::int64_t since = ticks();
@@ -259,12 +259,12 @@ void Team::wait_for_helper(int slab, std::uint32_t target) {
     open_.announce(begin_);  // helpers take no further parts
 }
 
-void Team::perform(int slab, std::uint32_t part) {
+void ThreadTeam::perform(int slab, std::uint32_t part) {
   (*task_)(slab, SlabPart(part % parts_a_step), long((part - begin_) / parts_a_step));
   slabs_[std::size_t(slab)].done.announce(after(part));
 }
 
-void Team::help(int rank) {
+void ThreadTeam::help(int rank) {
   Slab& own = slabs_[std::size_t(rank)];
   while (!stop_.load(std::memory_order_acquire)) {
     const std::uint32_t part = own.done.value(), open = open_.value();

@@ -49,12 +49,13 @@ enum class SlabPart {
 /// middle of a part is waited for. A long such wait is a strike: for ten times as long the caller works
 /// alone, twice as long after the next strike, up to a second, until helpers have helped for four times as
 /// long. Which thread does a part changes no bit.
-class Team {  // NOLINT(clang-analyzer-optin.performance.Padding): threads that wait share no line with others
+class ThreadTeam {  // NOLINT(clang-analyzer-optin.performance.Padding): threads that wait share no line with
+                    // others
  public:
-  explicit Team(int size);
-  ~Team();
-  Team(const Team&) = delete;
-  Team& operator=(const Team&) = delete;
+  explicit ThreadTeam(int size);
+  ~ThreadTeam();
+  ThreadTeam(const ThreadTeam&) = delete;
+  ThreadTeam& operator=(const ThreadTeam&) = delete;
 
   int size() const { return size_; }
 
