@@ -84,7 +84,8 @@ struct IntegratorOptions {
   std::string nonlinear_solver = "newton";  ///< of implicit methods and `static`
   int iterations =
       0;  ///< of it, in every stage; 0: as many as its tolerance needs; passes of xpbd, vbd; 0: one
-  double acceleration = 0;     ///< of vbd, Chebyshev's: spectral radius of a pass, from 0 to below 1; 0: none
+  double chebyshev_radius =
+      0;                       ///< of vbd, Chebyshev's: spectral radius of a pass, from 0 to below 1; 0: none
   int region_width = 2;        ///< of shape_matching, in cells; 0: one region
   double alpha = 1;            ///< of shape_matching: share of the way to the goal, from 0 to 1
   double length_scale = 1;     ///< of positions [m]

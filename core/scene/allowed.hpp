@@ -40,7 +40,7 @@ inline constexpr Quantity velocity{"a velocity", "three finite numbers of m/s", 
 inline constexpr Quantity displacement{"a displacement", "three finite numbers of metres", any};
 inline constexpr Quantity axis{"an axis", "a direction [x, y, z] that is not zero", any};
 inline constexpr Quantity turn_rate{"an angular rate", "a finite number of rad/s", any};
-inline constexpr Quantity spin{"an angular velocity", "three finite numbers of rad/s", any};
+inline constexpr Quantity angular_velocity{"an angular velocity", "three finite numbers of rad/s", any};
 inline constexpr Quantity force{"a force", "three finite numbers of newtons", any};
 inline constexpr Quantity impulse{"an impulse", "three finite numbers of newton seconds", any};
 inline constexpr Quantity time_of_strike{"a time", "a finite number of seconds that is not negative",

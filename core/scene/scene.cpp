@@ -146,12 +146,11 @@ SpringConstants read_springs(const TomlTable& material, Scene& scene) {
 
 /// `shear_modulus` of the springs.
 Damping read_damping(const TomlTable& damping, double shear_modulus) {
-  const char* key = damping.has("thesis") ? "thesis" : "paper";
-  const bool thesis = damping.boolean(key, false);
+  const bool thesis = damping.boolean("thesis", false);
   for (const char* other : {"ratio", "viscosity"})
     if (thesis && damping.has(other))
       damping.reject(other,
-                     fmt::format("stands beside {}.{} = true; give one of the two", damping.path(), key));
+                     fmt::format("stands beside {}.thesis = true; give one of the two", damping.path()));
   if (damping.has("ratio") && damping.has("viscosity"))
     damping.reject("viscosity", fmt::format("stands beside {}.ratio; give one of the two", damping.path()));
   if (thesis) return {.law = Damping::Law::thesis};
@@ -446,11 +445,11 @@ Scene scene_of(const TomlFile& toml) {
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  return scene_of(TomlFile(file, overrides, scene_keys(), old_scene_keys()));
+  return scene_of(TomlFile(file, overrides, scene_keys(), renamed_scene_keys()));
 }
 
 Scene parse_scene(const std::string& toml, const std::vector<std::string>& overrides) {
-  return scene_of(TomlFile(toml, "scene", overrides, scene_keys(), old_scene_keys()));
+  return scene_of(TomlFile(toml, "scene", overrides, scene_keys(), renamed_scene_keys()));
 }
 
 }  // namespace mss

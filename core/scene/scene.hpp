@@ -30,7 +30,7 @@ struct SolveConfig {
   int iterations = 0;                       ///< of it, in every stage; 0: as many as its tolerance needs
   Tangent tangent = Tangent::elastic;       ///< of implicit methods; projected where that is indefinite
   double spectral_radius = 0.9;             ///< of generalized_alpha, at infinite steps
-  double acceleration = 0;                  ///< of vbd: spectral radius of a pass; 0: none
+  double chebyshev_radius = 0;              ///< of vbd: spectral radius of a pass; 0: none
   int region_width = 2;                     ///< of shape_matching, in cells; 0: one region
   double alpha = 1;                         ///< of shape_matching: share of the way to the goal in a step
   double tolerance = 1e-6;                  ///< of adaptive methods: local error over a cell's size
@@ -92,8 +92,8 @@ struct Scene {
   bool volume_force = true;                         ///< false: left out of calibrated springs
   std::string model = spring_model;                 ///< what fills the cells, by name
   Environment environment;
-  Vec3 start_velocity = Vec3::Zero();  ///< [m/s]
-  Vec3 start_spin = Vec3::Zero();      ///< [rad/s] about the centre of mass
+  Vec3 start_velocity = Vec3::Zero();          ///< [m/s]
+  Vec3 start_angular_velocity = Vec3::Zero();  ///< [rad/s] about the centre of mass
   SolveConfig solve;
   std::vector<Expectation> expectations;
   std::vector<std::string> warnings;  ///< sentences for the user

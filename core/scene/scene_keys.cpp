@@ -274,7 +274,8 @@ const SceneKeys<RefinedBox>& refine_keys() {
 const SceneKeys<Scene>& start_keys() {
   static const SceneKeys<Scene> keys{
       vector<Scene>("velocity", velocity, at(&Scene::start_velocity), "of the body [m/s]"),
-      vector<Scene>("spin", spin, at(&Scene::start_spin), "of the body about its centre of mass [rad/s]")};
+      vector<Scene>("angular_velocity", angular_velocity, at(&Scene::start_angular_velocity),
+                    "of the body about its centre of mass [rad/s]")};
   return keys;
 }
 
@@ -301,8 +302,8 @@ const SceneKeys<SolveConfig>& solve_keys() {
                 "of implicit methods; projected where the elastic is indefinite"),
       number<S>("spectral_radius", spectral_radius, at(&S::spectral_radius),
                 "of generalized_alpha, at infinite steps"),
-      number<S>("acceleration", radius_of_a_pass, at(&S::acceleration),
-                "of vbd, Chebyshev's: the spectral radius of a pass; 0: none"),
+      number<S>("chebyshev_radius", radius_of_a_pass, at(&S::chebyshev_radius),
+                "of vbd: the spectral radius of a pass, for Chebyshev's semi-iteration; 0: none"),
       whole<S>("region_width", region_width, at(&S::region_width),
                "of shape_matching, in cells; 0: one region"),
       number<S>("alpha", alpha, at(&S::alpha),
@@ -444,8 +445,10 @@ const KnownKeys& scene_keys() {
   return keys;
 }
 
-const KnownKeys& old_scene_keys() {
-  static const KnownKeys keys{{"damping", {"paper"}}};
+const RenamedKeys& renamed_scene_keys() {
+  static const RenamedKeys keys{{"damping", {{"paper", "thesis"}}},
+                                {"start", {{"spin", "angular_velocity"}}},
+                                {"solve", {{"acceleration", "chebyshev_radius"}}}};
   return keys;
 }
 

@@ -56,7 +56,7 @@ nlohmann::ordered_json to_json(const Box& box);
 /// All keys of a scene file. Any other key is an error that suggests the nearest of these.
 const KnownKeys& scene_keys();
 
-/// Names that keys had before.
-const KnownKeys& old_scene_keys();
+/// Keys that had other names before.
+const RenamedKeys& renamed_scene_keys();
 
 }  // namespace mss

@@ -112,6 +112,17 @@ std::string join(const std::string& path, std::string_view key) {
   return path.empty() ? std::string(key) : fmt::format("{}.{}", path, key);
 }
 
+/// The keys as a path, a renamed one by its present name.
+std::string present_path(const std::vector<std::string>& keys, const RenamedKeys& renamed) {
+  std::string path = keys.front();
+  const auto table = renamed.find(path);
+  for (std::size_t k = 1; k < keys.size(); ++k) {
+    const bool may_be_old = k == 1 && table != renamed.end() && table->second.contains(keys[k]);
+    path = join(path, may_be_old ? table->second.at(keys[k]) : keys[k]);
+  }
+  return path;
+}
+
 /// True if `inner` is `outer` or lies below it.
 bool lies_in(const std::string& inner, const std::string& outer) {
   return inner == outer || inner.compare(0, outer.size() + 1, outer + ".") == 0;
@@ -168,12 +179,14 @@ std::vector<std::pair<std::string, const toml::node*>> in_order_of_lines(const t
 }  // namespace
 
 TomlFile::TomlFile(const std::filesystem::path& file, const std::vector<std::string>& overrides,
-                   const KnownKeys& known, const KnownKeys& old)
-    : TomlFile(read_text(file), file, overrides, known, old) {}
+                   const KnownKeys& known, const RenamedKeys& renamed)
+    : TomlFile(read_text(file), file, overrides, known, renamed) {}
 
 TomlFile::TomlFile(const std::string& text, const std::filesystem::path& file,
-                   const std::vector<std::string>& overrides, const KnownKeys& known, const KnownKeys& old)
+                   const std::vector<std::string>& overrides, const KnownKeys& known,
+                   const RenamedKeys& renamed)
     : file_(file), root_(parse(text, file)) {
+  rename_keys(renamed);
   for (const std::string& setting : overrides) {
     const auto equals = setting.find('=');
     const std::string path = trimmed(setting.substr(0, equals));
@@ -181,10 +194,29 @@ TomlFile::TomlFile(const std::string& text, const std::filesystem::path& file,
     if (equals == std::string::npos || std::find(keys.begin(), keys.end(), "") != keys.end())
       fail(fmt::format("--set {}: is not a setting; give table.key=value, as in --set solve.dt=1e-4",
                        setting));
-    overrides_.push_back({path, setting});
+    overrides_.push_back({present_path(keys, renamed), setting});
     apply(overrides_.back(), trimmed(setting.substr(equals + 1)));
+    rename_keys(renamed);
   }
-  check_keys(root_, "", "", known, old);
+  check_keys(root_, "", "", known);
+}
+
+void TomlFile::rename_keys(const RenamedKeys& renamed) {
+  for (const auto& [name, names] : renamed) {
+    toml::node* found = root_.get(name);
+    toml::table* table = found == nullptr ? nullptr : found->as_table();
+    if (table == nullptr) continue;
+    for (const auto& [before, now] : names) {
+      toml::node* node = table->get(before);
+      if (node == nullptr) continue;
+      if (table->contains(now))
+        reject(
+            join(name, before), node,
+            fmt::format("{0}.{1} is what {0}.{2} was called before; give one of the two", name, before, now));
+      table->insert_or_assign(now, std::move(*node));
+      table->erase(before);
+    }
+  }
 }
 
 void TomlFile::apply(const Override& setting, const std::string& value) {
@@ -224,7 +256,7 @@ toml::node* TomlFile::descend(toml::node& from, const std::string& key, const Ov
 }
 
 void TomlFile::check_keys(const toml::table& table, const std::string& path, const std::string& pattern,
-                          const KnownKeys& known, const KnownKeys& old) const {
+                          const KnownKeys& known) const {
   const auto entry = known.find(pattern);
   if (entry == known.end()) return;  // a table where a plain value belongs: reading it reports that
   for (const auto& [name, node] : in_order_of_lines(table)) {
@@ -235,15 +267,15 @@ void TomlFile::check_keys(const toml::table& table, const std::string& path, con
           fmt::format("the scene has no [[{}]]; a setting changes keys of the tables that the file has, and "
                       "adds none",
                       path));
-    if (!contains(known, pattern, general) && !contains(old, pattern, name))
+    if (!contains(known, pattern, general))
       reject(full, node,
              fmt::format("{} is not a known {} (known: {}){}", full, node->is_table() ? "table" : "key",
                          fmt::join(entry->second, ", "), suggestion(pattern, name, known)));
-    if (const toml::table* child = node->as_table()) check_keys(*child, full, inner, known, old);
+    if (const toml::table* child = node->as_table()) check_keys(*child, full, inner, known);
     if (const toml::array* children = node->as_array())
       for (std::size_t i = 0; i < children->size(); ++i)
         if (const toml::table* child = children->get(i)->as_table())
-          check_keys(*child, fmt::format("{}.{}", full, i), inner, known, old);
+          check_keys(*child, fmt::format("{}.{}", full, i), inner, known);
   }
 }
 

@@ -26,17 +26,21 @@ struct Quantity {
 /// entry. A # between _ stands for any whole number: hold_#_x for hold_0_x, hold_1_x, ...
 using KnownKeys = std::map<std::string, std::vector<std::string>, std::less<>>;
 
+/// What keys of tables at the top level were called before, and are called now, by table.
+using RenamedKeys = std::map<std::string, std::map<std::string, std::string, std::less<>>, std::less<>>;
+
 /// A parsed TOML file, with the line or command-line override that every value came from.
 class TomlFile {
  public:
   /// Reads `file`, then applies `overrides` in order, each "table.key=value"; 0, 1, ... count the tables of
-  /// an array. Throws InputError for what is not TOML, and for every key that is neither known nor `old`: the
-  /// names that keys had before, accepted but not suggested.
+  /// an array. Throws InputError for what is not TOML, and for every key that is not known. Renamed keys are
+  /// accepted, but not suggested, and then have their present names, also in what is rejected.
   TomlFile(const std::filesystem::path& file, const std::vector<std::string>& overrides,
-           const KnownKeys& known, const KnownKeys& old = {});
+           const KnownKeys& known, const RenamedKeys& renamed = {});
   /// The same of a text that `file` would hold.
   TomlFile(const std::string& text, const std::filesystem::path& file,
-           const std::vector<std::string>& overrides, const KnownKeys& known, const KnownKeys& old = {});
+           const std::vector<std::string>& overrides, const KnownKeys& known,
+           const RenamedKeys& renamed = {});
 
   const toml::table& root() const { return root_; }
   const std::filesystem::path& file() const { return file_; }
@@ -51,10 +55,11 @@ class TomlFile {
     std::string path;
     std::string text;  ///< as the user gave it
   };
+  void rename_keys(const RenamedKeys& renamed);
   void apply(const Override& setting, const std::string& value);
   toml::node* descend(toml::node& from, const std::string& key, const Override& setting);
   void check_keys(const toml::table& table, const std::string& path, const std::string& pattern,
-                  const KnownKeys& known, const KnownKeys& old) const;
+                  const KnownKeys& known) const;
   std::string place(const std::string& path, const toml::node* node) const;
 
   std::filesystem::path file_;

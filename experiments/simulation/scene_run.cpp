@@ -84,7 +84,7 @@ IntegratorOptions method_options(const Scene& scene, const SolidSystem<Real>& sy
       .tolerance = scene.solve.tolerance,
       .nonlinear_solver = scene.solve.nonlinear_solver,
       .iterations = scene.solve.iterations,
-      .acceleration = scene.solve.acceleration,
+      .chebyshev_radius = scene.solve.chebyshev_radius,
       .region_width = scene.solve.region_width,
       .alpha = scene.solve.alpha};
   scale_errors(options, system);
@@ -102,7 +102,7 @@ State<Real> start_state(const SolidSystem<Real>& system, const Scene& scene) {
       centre += system.mass(site) / mass * state.x.at(site);
   });
   for (const std::ptrdiff_t site : system.particles())
-    state.v.set(site, scene.start_velocity + scene.start_spin.cross(state.x.at(site) - centre));
+    state.v.set(site, scene.start_velocity + scene.start_angular_velocity.cross(state.x.at(site) - centre));
   system.constrain(0, state.x, state.v);
   return state;
 }

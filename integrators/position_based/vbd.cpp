@@ -5,8 +5,8 @@
 //   x_{n+1} = x_n + u,   v_{n+1} = u / dt.
 // With enough passes it is backward Euler; with few it is softer, more damped, and does not keep linear
 // momentum, because the last particle moves among neighbours that have moved already. Stable at any step.
-// `solve.acceleration` rho > 0 adds Chebyshev's semi-iteration, for rho the spectral radius of a pass; too
-// large a rho makes passes diverge.
+// `solve.chebyshev_radius` rho > 0 adds Chebyshev's semi-iteration, for rho the spectral radius of a pass;
+// too large a rho makes passes diverge.
 #include "integrators/position_based/position_based_integrator.hpp"
 #include "integrators/position_based/vbd_solver.hpp"
 
@@ -18,7 +18,7 @@ template <class Real>
 std::unique_ptr<VbdSolver<Real>> make_passes(const SpringSystem<Real>& springs, System<Real>& system,
                                              const IntegratorOptions& options) {
   check_local_solutions(springs.body().config(), "vbd");
-  return std::make_unique<VbdSolver<Real>>(springs, system, options.dt, options.acceleration);
+  return std::make_unique<VbdSolver<Real>>(springs, system, options.dt, options.chebyshev_radius);
 }
 
 template <class Real>

@@ -33,14 +33,14 @@ ColouredBlocks blocks_of(const ColouredParticles<Real>& particles, int lanes) {
 
 template <class Real>
 VbdSolver<Real>::VbdSolver(const SpringSystem<Real>& springs, System<Real>& system, double dt,
-                           double acceleration)
+                           double chebyshev_radius)
     : system_(system),
       springs_(springs),
       particles_(springs, system),
       kernel_(fastest_copy<VbdKernel<Real>>()),
       damped_(springs.body().config().is_damped()),
       dt_(dt),
-      squared_radius_(acceleration * acceleration),
+      squared_radius_(chebyshev_radius * chebyshev_radius),
       blocks_(blocks_of(particles_, kernel_.lanes)),
       target_(particles_.lattice().size()),
       drift_(particles_.lattice().size()),
@@ -52,7 +52,7 @@ VbdSolver<Real>::VbdSolver(const SpringSystem<Real>& springs, System<Real>& syst
     contact_ = std::make_unique<VertexContact<Real>>(*near_, particles_, dt);
   }
   fill_dictionary();
-  if (acceleration > 0) last_ = one_before_ = target_;
+  if (chebyshev_radius > 0) last_ = one_before_ = target_;
   for (int colour = 0; colour < ColouredLattice::colours; ++colour)
     parts_[std::size_t(colour)] = part_of(colour);
 }

@@ -38,8 +38,8 @@ class VbdSolver {
  public:
   /// Both must outlive it: `springs` are the body and its holds, the threads of `system`, which may be a
   /// wrapper, do the work.
-  /// `acceleration`: spectral radius of a pass, from 0 to below 1; 0: passes are not accelerated.
-  VbdSolver(const SpringSystem<Real>& springs, System<Real>& system, double dt, double acceleration = 0);
+  /// `chebyshev_radius`: spectral radius of a pass, from 0 to below 1; 0: passes are not accelerated.
+  VbdSolver(const SpringSystem<Real>& springs, System<Real>& system, double dt, double chebyshev_radius = 0);
 
   /// What its passes read and write points into it.
   VbdSolver(const VbdSolver&) = delete;

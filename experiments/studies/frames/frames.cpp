@@ -128,8 +128,8 @@ FramesConfig frames_config(const ExperimentOptions& options) {
           {.integrator = "xpbd", .iterations = {2, 5, 10, 20, 50}},
           {.integrator = "vbd", .iterations = {1, 2, 5, 10, 20, 50}},
           {.integrator = "vbd", .iterations = {2, 5}, .steps = {4, 10}},
-          {.integrator = "vbd", .iterations = {5, 10, 20, 50}, .acceleration = 0.9},
-          {.integrator = "vbd", .iterations = {10, 20, 50}, .acceleration = 0.95},
+          {.integrator = "vbd", .iterations = {5, 10, 20, 50}, .chebyshev_radius = 0.9},
+          {.integrator = "vbd", .iterations = {10, 20, 50}, .chebyshev_radius = 0.95},
           {.integrator = "shape_matching", .steps = {1, 2, 4, 10}}}};
   if (options.quick) config.repetitions = 1;
   return config;

@@ -24,8 +24,8 @@ struct Family {
   std::string nonlinear = {};  ///< empty: the default, to its tolerance
   std::string linear = {};     ///< empty: the default
   std::vector<int> iterations{0};
-  std::vector<int> steps{1};  ///< a frame
-  double acceleration = 0;    ///< of vbd
+  std::vector<int> steps{1};    ///< a frame
+  double chebyshev_radius = 0;  ///< of vbd
 
   std::string name() const;
 };

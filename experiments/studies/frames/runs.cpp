@@ -87,7 +87,7 @@ class Problem {
       for (const int steps : family.steps)
         for (const int iterations : family.iterations) {
           IntegratorOptions options{
-              .dt = frame / steps, .iterations = iterations, .acceleration = family.acceleration};
+              .dt = frame / steps, .iterations = iterations, .chebyshev_radius = family.chebyshev_radius};
           if (!family.nonlinear.empty()) options.nonlinear_solver = family.nonlinear;
           if (!family.linear.empty()) options.linear_solver = family.linear;
           if (!find_integrator(family.integrator).has_modulus) options.alpha = fit(family, steps);
@@ -334,7 +334,7 @@ std::string Family::name() const {
   std::string name = integrator;
   if (!nonlinear.empty()) name += "/" + nonlinear;
   if (!linear.empty()) name += "/" + linear;
-  if (acceleration > 0) name += fmt::format(", rho = {}", acceleration);
+  if (chebyshev_radius > 0) name += fmt::format(", rho = {}", chebyshev_radius);
   return name;
 }
 

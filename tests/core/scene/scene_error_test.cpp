@@ -192,7 +192,7 @@ constexpr Malformed malformed_materials[]{
      "[solve]",
      "[damping]\npaper = 1\n[solve]",
      9,
-     {"damping.paper = 1", "true or false"}},
+     {"damping.thesis = 1", "true or false"}},
     {"ratio_and_thesis",
      "[solve]",
      "[damping]\nratio = 1\nthesis = true\n[solve]",
@@ -222,7 +222,7 @@ constexpr Malformed malformed_materials[]{
      "[solve]",
      "[damping]\nratio = 1\npaper = true\n[solve]",
      9,
-     {"damping.ratio = 1", "damping.paper = true", "one of the two"}},
+     {"damping.ratio = 1", "damping.thesis = true", "one of the two"}},
 };
 
 constexpr Malformed malformed_environments[]{
@@ -486,7 +486,21 @@ constexpr Malformed malformed_environments[]{
      "[plane]\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\n[solve]",
      8,
      {"plane = {...}", "[[plane]]"}},
-    {"text_as_spin", "[solve]", "[start]\nspin = \"fast\"\n[solve]", 9, {"start.spin = \"fast\"", "rad/s"}},
+    {"text_as_angular_velocity",
+     "[solve]",
+     "[start]\nangular_velocity = \"fast\"\n[solve]",
+     9,
+     {"start.angular_velocity = \"fast\"", "rad/s"}},
+    {"two_names_of_a_key",
+     "[solve]",
+     "[start]\nspin = [1, 2, 3]\nangular_velocity = [1, 2, 3]\n[solve]",
+     9,
+     {"start.spin is what start.angular_velocity was called before", "one of the two"}},
+    {"text_as_spin",
+     "[solve]",
+     "[start]\nspin = \"fast\"\n[solve]",
+     9,
+     {"start.angular_velocity = \"fast\"", "rad/s"}},
 };
 
 constexpr Malformed malformed_solves[]{
@@ -599,8 +613,8 @@ constexpr Malformed malformed_overrides[]{
      "[solve]",
      "[[hold]]\nbox = [[0, 0, 0], [1, 1, 0]]\n[solve]",
      0,
-     {"--set start.spin=[1, 2: ", "one TOML value"},
-     "start.spin=[1, 2"},
+     {"--set start.angular_velocity=[1, 2: ", "one TOML value"},
+     "start.angular_velocity=[1, 2"},
     {"override_out_of_range",
      "[solve]",
      "[[hold]]\nbox = [[0, 0, 0], [1, 1, 0]]\n[solve]",

@@ -108,7 +108,7 @@ TEST(Scene, ReadsStartAndSolve) {
   const Scene scene = load_text(full_scene);
   EXPECT_EQ(scene.name, "scene");
   EXPECT_EQ(scene.start_velocity, Vec3(4, 5, 6));
-  EXPECT_EQ(scene.start_spin, Vec3(7, 8, 9));
+  EXPECT_EQ(scene.start_angular_velocity, Vec3(7, 8, 9));
   EXPECT_EQ(scene.solve.integrator, "velocity_verlet");
   EXPECT_EQ(scene.solve.dt, 2e-4);
   EXPECT_EQ(scene.solve.duration, 3);
@@ -125,6 +125,27 @@ TEST(Scene, ReadsStartAndSolve) {
   EXPECT_EQ(scene.solve.every, 0.5);
 }
 
+TEST(Scene, ReadsKeysByTheNamesTheyHadBefore) {
+  const Scene scene = load_text(replaced(plain_scene, "[solve]",
+                                         "[damping]\npaper = true\n[start]\nspin = [7, 8, 9]\n[solve]\n"
+                                         "acceleration = 0.5"));
+  EXPECT_EQ(scene.body.damping.law, Damping::Law::thesis);
+  EXPECT_EQ(scene.start_angular_velocity, Vec3(7, 8, 9));
+  EXPECT_EQ(scene.solve.chebyshev_radius, 0.5);
+  const nlohmann::json json = to_json(scene);
+  EXPECT_EQ(json["start"]["angular_velocity"], nlohmann::json({7, 8, 9}));
+  EXPECT_EQ(json["solve"]["chebyshev_radius"], 0.5);
+  EXPECT_FALSE(json["start"].contains("spin") || json["solve"].contains("acceleration"));
+}
+
+TEST(Scene, OverridesByOldNamesTakeThePlaceOfNewOnes) {
+  EXPECT_EQ(load_text(full_scene, {"start.spin=[0, 0, 2]"}).start_angular_velocity, Vec3(0, 0, 2));
+  EXPECT_EQ(load_text(full_scene, {"start.spin.1=3"}).start_angular_velocity, Vec3(7, 3, 9));
+  EXPECT_EQ(load_text(full_scene, {"start={spin=[0, 0, 2]}"}).start_angular_velocity, Vec3(0, 0, 2));
+  const std::string old = replaced(full_scene, "angular_velocity =", "spin =");
+  EXPECT_EQ(load_text(old, {"start.angular_velocity=[0, 0, 2]"}).start_angular_velocity, Vec3(0, 0, 2));
+}
+
 TEST(Scene, FillsInDefaults) {
   const Scene scene = load_text(replaced(plain_scene, "dt = 1e-3", ""));
   EXPECT_EQ(scene.body.origin, Vec3(0, 0, 0));
@@ -137,7 +158,7 @@ TEST(Scene, FillsInDefaults) {
   EXPECT_TRUE(scene.environment.loads.empty());
   EXPECT_TRUE(scene.environment.planes.empty());
   EXPECT_EQ(scene.start_velocity, Vec3(0, 0, 0));
-  EXPECT_EQ(scene.start_spin, Vec3(0, 0, 0));
+  EXPECT_EQ(scene.start_angular_velocity, Vec3(0, 0, 0));
   EXPECT_EQ(scene.solve.integrator, "verlet");
   EXPECT_FALSE(scene.solve.dt.has_value());
   EXPECT_EQ(scene.solve.threads, 0);
@@ -516,7 +537,7 @@ TEST(Scene, IsWrittenWithDefaultsFilledIn) {
                                               {"contact", "impulse"},
                                               {"restitution", 0.5},
                                               {"friction", 0.4}}));
-  EXPECT_EQ(full["start"]["spin"], nlohmann::json({7, 8, 9}));
+  EXPECT_EQ(full["start"]["angular_velocity"], nlohmann::json({7, 8, 9}));
   EXPECT_EQ(full["solve"]["dt"], 2e-4);
 }
 
@@ -545,7 +566,8 @@ TEST(Scene, OverridesComeBeforeChecks) {
   const std::string wrong = replaced(plain_scene, "density = 1000", "density = -1");
   EXPECT_EQ(load_text(wrong, {"material.density=5"}).body.density, 5);
   EXPECT_EQ(load_text(plain_scene, {"material.density=5", "material.density=6"}).body.density, 6);
-  EXPECT_EQ(load_text(plain_scene, {" start.spin = [0, 0, 2] "}).start_spin, Vec3(0, 0, 2));
+  EXPECT_EQ(load_text(plain_scene, {" start.angular_velocity = [0, 0, 2] "}).start_angular_velocity,
+            Vec3(0, 0, 2));
   EXPECT_EQ(load_text(plain_scene, {"solve.integrator=rk4"}).solve.integrator, "rk4");
   EXPECT_EQ(load_text(plain_scene, {"solve.integrator=\"rk4\""}).solve.integrator, "rk4");
   EXPECT_FALSE(load_text(plain_scene, {"solve.dt=safe"}).solve.dt.has_value());

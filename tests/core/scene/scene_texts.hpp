@@ -85,7 +85,7 @@ point = [1, 2, -3]
 normal = [0, 0, 1]
 [start]
 velocity = [4, 5, 6]
-spin = [7, 8, 9]
+angular_velocity = [7, 8, 9]
 [solve]
 integrator = "velocity_verlet"
 dt = 2e-4

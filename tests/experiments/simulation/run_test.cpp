@@ -48,7 +48,7 @@ class RunCommand : public ::testing::Test {
 };
 
 const std::string cube = testing::cube_text("0.1") + R"([start]
-spin = [0, 0, 5]
+angular_velocity = [0, 0, 5]
 [solve]
 integrator = "velocity_verlet"
 dt = 1e-4
@@ -58,9 +58,9 @@ every = 0.01
 
 // Overdamped and spinning fast: symmetric tangents leave out how dampers turn.
 TEST_F(RunCommand, AStalledNewtonReachesTheSummary) {
-  const ProgramRun result =
-      run(write("cube.toml", cube), {"--set", "solve.integrator=implicit_midpoint", "--set", "solve.dt=0.02",
-                                     "--set", "damping.ratio=20", "--set", "start.spin=[0,0,300]"});
+  const ProgramRun result = run(write("cube.toml", cube),
+                                {"--set", "solve.integrator=implicit_midpoint", "--set", "solve.dt=0.02",
+                                 "--set", "damping.ratio=20", "--set", "start.angular_velocity=[0,0,300]"});
   EXPECT_EQ(result.exit_status, 3) << result.output;
   EXPECT_EQ(summary()["status"], "newton_stalled");
   EXPECT_EQ(summary()["steps"], 0);

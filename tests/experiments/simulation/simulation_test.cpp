@@ -17,7 +17,7 @@ ratio = 0.1
 [environment]
 gravity = [0, 0, -9.81]
 [start]
-spin = [0, 0, 5]
+angular_velocity = [0, 0, 5]
 [[strike]]
 box = [[0, 0, 0], [0, 1, 1]]
 at = 0.0123

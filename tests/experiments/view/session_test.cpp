@@ -183,7 +183,7 @@ TEST(Session, SurvivesAFailureAndRestarts) {
 }
 
 TEST(Session, IsPulledByAParticle) {
-  Session session(scene("free_cube", {"start.velocity=[0,0,0]", "start.spin=[0,0,0]"}));
+  Session session(scene("free_cube", {"start.velocity=[0,0,0]", "start.angular_velocity=[0,0,0]"}));
   const std::ptrdiff_t corner = session.body().sites().back();
   ASSERT_TRUE(session.grab(corner));
   const Vec3 here = session.positions().at(corner);

@@ -72,9 +72,9 @@ TEST(Vbd, AccelerationLeadsToTheSameSooner) {
   BodyConfig config{.voxels = VoxelGrid::box(7, 7, 7), .cell_size = 1.0 / 7};
   const Body body(config);
   const State<double> exact = hanging_cube("backward_euler", {.dt = frame});
-  const auto error = [&](int passes, double acceleration) {
+  const auto error = [&](int passes, double radius) {
     return distance(
-        body, hanging_cube("vbd", {.dt = frame, .iterations = passes, .acceleration = acceleration}), exact);
+        body, hanging_cube("vbd", {.dt = frame, .iterations = passes, .chebyshev_radius = radius}), exact);
   };
   EXPECT_LT(error(20, 0.9), 0.2 * error(20, 0));
   EXPECT_LT(error(300, 0.9), 1e-6);
@@ -83,8 +83,8 @@ TEST(Vbd, AccelerationLeadsToTheSameSooner) {
 
 TEST(Vbd, IsTheSameForAnyNumberOfThreads) {
   const Body body(testing::test_config(VoxelGrid::box(5, 4, 6)));
-  for (const double acceleration : {0.0, 0.5}) {
-    const IntegratorOptions options{.dt = 0.01, .iterations = 4, .acceleration = acceleration};
+  for (const double radius : {0.0, 0.5}) {
+    const IntegratorOptions options{.dt = 0.01, .iterations = 4, .chebyshev_radius = radius};
     const State<double> one = end_of(body, "vbd", options);
     for (const int threads : {2, 3, 8}) {
       const State<double> other = end_of(body, "vbd", options, threads);
