@@ -43,11 +43,11 @@ void measure_motion(const SolidSystem<Real>& system, const State<Real>& state, M
   m.kinetic = sums.kinetic();
   m.max_speed = sums.max_speed();
   const Vec3 centre = sums.first_moment() / system.total_mass();
-  system.ranks().add_in_order(m.spin, [&] {
+  system.ranks().add_in_order(m.angular_momentum, [&] {
     for (const std::ptrdiff_t site : system.particles())
-      m.spin += system.mass(site) * (state.x.at(site) - centre).cross(state.v.at(site));
+      m.angular_momentum += system.mass(site) * (state.x.at(site) - centre).cross(state.v.at(site));
   });
-  m.gravitational = system.outer_potential(state.x);
+  m.external_potential = system.outer_potential(state.x);
 }
 
 template <class Real>

@@ -13,18 +13,18 @@ struct Measures {
   double kinetic = 0;              ///< [J]
   double elastic = 0;              ///< of springs and the guard against folding, or of finite elements [J]
   double volume_energy = 0;        ///< eq. 3-1 summed over cells [J]
-  double gravitational = 0;        ///< potential of gravity, from z = 0, of loads and of penalty planes [J]
+  double external_potential = 0;   ///< potential of gravity, from z = 0, of loads and of penalty planes [J]
   double volume_ratio = 1;         ///< exact volume of what is filled over that at rest
   double volume_ratio_thesis = 1;  ///< the same with eq. 3-5, 3-6
   Vec3 momentum = Vec3::Zero();    ///< [kg m/s]
-  Vec3 spin = Vec3::Zero();        ///< angular momentum about the centre of mass [kg m^2/s]
-  double max_speed = 0;            ///< [m/s]
-  double max_stretch = 0;          ///< largest | |d|/L0 - 1 | of a spring
-  double min_jacobian = 1;         ///< smallest signed volume of a cell corner's three edges, over h^3
+  Vec3 angular_momentum = Vec3::Zero();  ///< about the centre of mass [kg m^2/s]
+  double max_speed = 0;                  ///< [m/s]
+  double max_stretch = 0;                ///< largest | |d|/L0 - 1 | of a spring
+  double min_jacobian = 1;               ///< smallest signed volume of a cell corner's three edges, over h^3
 
   /// Kinetic and stored energy of the body itself [J].
   double mechanical() const { return kinetic + elastic + volume_energy; }
-  double total() const { return kinetic + elastic + volume_energy + gravitational; }
+  double total() const { return kinetic + elastic + volume_energy + external_potential; }
 };
 
 /// A number among the measures, as series.csv names it.
@@ -38,20 +38,29 @@ inline constexpr std::array<MeasureColumn, 17> measure_columns{{
     {"kinetic", "J", [](const Measures& m) { return m.kinetic; }},
     {"elastic", "J", [](const Measures& m) { return m.elastic; }},
     {"volume_energy", "J", [](const Measures& m) { return m.volume_energy; }},
-    {"gravitational", "J", [](const Measures& m) { return m.gravitational; }},
+    {"external_potential", "J", [](const Measures& m) { return m.external_potential; }},
     {"total", "J", [](const Measures& m) { return m.total(); }},
     {"volume_ratio", "", [](const Measures& m) { return m.volume_ratio; }},
     {"volume_ratio_paper", "", [](const Measures& m) { return m.volume_ratio_thesis; }},
     {"momentum_x", "kg m/s", [](const Measures& m) { return m.momentum[0]; }},
     {"momentum_y", "kg m/s", [](const Measures& m) { return m.momentum[1]; }},
     {"momentum_z", "kg m/s", [](const Measures& m) { return m.momentum[2]; }},
-    {"spin_x", "kg m^2/s", [](const Measures& m) { return m.spin[0]; }},
-    {"spin_y", "kg m^2/s", [](const Measures& m) { return m.spin[1]; }},
-    {"spin_z", "kg m^2/s", [](const Measures& m) { return m.spin[2]; }},
+    {"angular_momentum_x", "kg m^2/s", [](const Measures& m) { return m.angular_momentum[0]; }},
+    {"angular_momentum_y", "kg m^2/s", [](const Measures& m) { return m.angular_momentum[1]; }},
+    {"angular_momentum_z", "kg m^2/s", [](const Measures& m) { return m.angular_momentum[2]; }},
     {"max_speed", "m/s", [](const Measures& m) { return m.max_speed; }},
     {"max_stretch", "", [](const Measures& m) { return m.max_stretch; }},
     {"min_jacobian", "", [](const Measures& m) { return m.min_jacobian; }},
 }};
+
+/// What a column was called before: in older files, scripts and scenes.
+struct RenamedColumn {
+  std::string_view before, now;
+};
+inline constexpr std::array<RenamedColumn, 4> renamed_columns{{{"gravitational", "external_potential"},
+                                                               {"spin_x", "angular_momentum_x"},
+                                                               {"spin_y", "angular_momentum_y"},
+                                                               {"spin_z", "angular_momentum_z"}}};
 
 /// Measures a state in double precision, whatever the system computes in.
 template <class Real>

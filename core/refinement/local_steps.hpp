@@ -28,8 +28,8 @@ namespace mss {
 /// With delta = 1 it is Diaz and Grote, SIAM J. Sci. Comput. 31 (2009) 1985, and with several rates Comput.
 /// Methods Appl. Mech. Engrg. 291 (2015) 240, unstable at some steps below the limit; delta = 1 + nu/p^2, nu
 /// = 0.01 and more where there is damping, stabilises it: Grote, Michel and Sauter, arXiv 2005.13350. Dampers
-/// see the velocities at the beginning of the step. Linear momentum is exact, spin up to the square of the
-/// step.
+/// see the velocities at the beginning of the step. Linear momentum is exact, angular momentum up to the
+/// square of the step.
 template <class Real>
 class LocalSteps final : public SystemWrapper<Real> {
  public:

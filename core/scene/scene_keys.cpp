@@ -446,10 +446,14 @@ const KnownKeys& scene_keys() {
 }
 
 const RenamedKeys& renamed_scene_keys() {
-  static const RenamedKeys keys{{"damping", {{"paper", "thesis"}}},
-                                {"start", {{"spin", "angular_velocity"}}},
-                                {"solve", {{"acceleration", "chebyshev_radius"}}}};
-  return keys;
+  static const RenamedKeys all = [] {
+    RenamedKeys keys{{"damping", {{"paper", "thesis"}}},
+                     {"start", {{"spin", "angular_velocity"}}},
+                     {"solve", {{"acceleration", "chebyshev_radius"}}}};
+    for (const auto& [before, now] : renamed_columns) keys["expect"].emplace(before, now);
+    return keys;
+  }();
+  return all;
 }
 
 std::string scene_reference() {

@@ -7,6 +7,7 @@
 
 #include "core/base/error.hpp"
 #include "core/body/body.hpp"
+#include "core/measures/measures.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/python/simulation.hpp"
 #include "experiments/python/study.hpp"
@@ -46,12 +47,19 @@ std::unique_ptr<Simulation> load(const py::object& scene, const py::dict& settin
   }
 }
 
+/// A dict that has its values also by the names that columns had before.
+py::dict by_old_names_too(const py::dict& columns) {
+  return py::module_::import("mss").attr("_Columns")(columns);
+}
+
+py::dict measures(Simulation& simulation) { return by_old_names_too(simulation.measures()); }
+
 py::dict energies(Simulation& simulation) {
   const py::dict all = simulation.measures();
   py::dict energies;
-  for (const char* name : {"kinetic", "elastic", "volume_energy", "gravitational", "total"})
+  for (const char* name : {"kinetic", "elastic", "volume_energy", "external_potential", "total"})
     energies[name] = all[name];
-  return energies;
+  return by_old_names_too(energies);
 }
 
 Doubles masses(const Simulation& simulation) {
@@ -155,13 +163,13 @@ methods. Slow, for experiments.)")
           R"(Forces on the particles (N, 3) [N] of springs or elements, gravity, loads, penalties and functions; not those that
 hold or stop particles.)")
       .def(
-          "measures", &Simulation::measures,
-          R"(The columns of series.csv at the present state: energies [J], volume ratios, momentum_x, y, z [kg m/s], spin_x, y, z
-[kg m^2/s], max_speed [m/s], max_stretch, min_jacobian, t [s], and the forces [N] that holds and planes exert: hold_0_x, y, z,
+          "measures", &measures,
+          R"(The columns of series.csv at the present state: energies [J], volume ratios, momentum_x, y, z [kg m/s],
+angular_momentum_x, y, z [kg m^2/s], max_speed [m/s], max_stretch, min_jacobian, t [s], and the forces [N] that holds and planes exert: hold_0_x, y, z,
 ..., plane_0_x, y, z, ... Those of planes that act by impulses are means over the last advance().)")
       .def(
           "energies", &energies,
-          R"(Those of the measures that are energies [J]: kinetic, elastic, volume_energy, gravitational and their total.)")
+          R"(Those of the measures that are energies [J]: kinetic, elastic, volume_energy, external_potential and their total.)")
       .def(
           "modes", &modes, py::arg("count") = 10,
           R"(The slowest free vibrations about rest: {"omega": (count,) [rad/s], ascending, "shapes": (count, N, 3) [kg^-1/2],
@@ -222,6 +230,9 @@ PYBIND11_MODULE(_mss, module) {
   module.attr("__version__") = MSS_VERSION;
   pybind11::register_exception<mss::InputError>(module, "InputError", PyExc_ValueError);
   pybind11::register_exception<SimulationFailed>(module, "SimulationFailed", PyExc_RuntimeError);
+  pybind11::dict renamed;
+  for (const auto& [before, now] : mss::renamed_columns) renamed[pybind11::str(before)] = now;
+  module.attr("_renamed_columns") = renamed;
   define_simulation(module);
   define_functions(module);
 }

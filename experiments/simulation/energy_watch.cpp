@@ -63,11 +63,11 @@ void EnergyWatch<Real>::add(SceneRun<Real>& run, const Measures& row, bool is_li
   if (holds_move(row.t)) return start_.reset();
   if (is_lifted) return;
   if (!start_) {
-    start_ = {row.total(), row.gravitational, run.struck(),
-              energy_of_rounding(run.system(), scene_, row.gravitational)};
+    start_ = {row.total(), row.external_potential, run.struck(),
+              energy_of_rounding(run.system(), scene_, row.external_potential)};
     at_play_ = 0;
   }
-  at_play_ = std::max(at_play_, row.mechanical() + std::max(0.0, start_->potential - row.gravitational));
+  at_play_ = std::max(at_play_, row.mechanical() + std::max(0.0, start_->potential - row.external_potential));
   const double supplied = start_->total + run.struck() - start_->struck;
   const double tolerated = SampledRun::tolerated_growth * at_play_ + start_->noise;
   if (!(row.total() - supplied > tolerated)) return;

@@ -24,6 +24,12 @@ Row row_of(const SeriesRow& m) {
   return row;
 }
 
+std::string present_name(const std::string& column) {
+  for (const auto& [before, now] : renamed_columns)
+    if (column == before) return std::string(now);
+  return column;
+}
+
 /// The rows of a file of numbers, by column. NaN and infinities are read as what they are.
 std::vector<Row> read_numbers(const fs::path& file) {
   const auto lines = parse_csv(read_file(file));
@@ -38,7 +44,7 @@ std::vector<Row> read_numbers(const fs::path& file) {
       if (error != std::errc() || end != cell.data() + cell.size())
         throw InputError(
             fmt::format("{}:{}: {} = '{}' is not a number", file.string(), r + 1, lines.front()[i], cell));
-      row[lines.front()[i]] = value;
+      row[present_name(lines.front()[i])] = value;
     }
     rows.push_back(std::move(row));
   }

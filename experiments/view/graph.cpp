@@ -119,7 +119,7 @@ void draw_graph(const Viewport& place, const std::string& title, const std::vect
 /// Weight, with loads and penalty planes if there are any, counts from the start: its zero is arbitrary,
 /// and would hide the rest.
 std::vector<Curve> energy_curves(const Session& session) {
-  const double zero = session.start().gravitational;
+  const double zero = session.start().external_potential;
   std::vector<Curve> curves{
       // what is often equal to another one lies beneath it, and is wider
       {"total", IM_COL32(165, 170, 178, 255), [zero](const Measures& m) { return m.total() - zero; }, 4.5F},
@@ -130,7 +130,7 @@ std::vector<Curve> energy_curves(const Session& session) {
                                   [](const Plane& plane) { return plane.contact == ContactLaw::penalty; });
   if (planes || !environment.gravity.isZero(0) || !environment.loads.empty())
     curves.push_back({planes || !environment.loads.empty() ? "outer" : "weight", IM_COL32(0, 158, 115, 255),
-                      [zero](const Measures& m) { return m.gravitational - zero; }});
+                      [zero](const Measures& m) { return m.external_potential - zero; }});
   return curves;
 }
 

@@ -56,7 +56,7 @@ IntegratorInfo energy_momentum() {
       {.name = "energy_momentum",
        .summary =
            "midpoint rule with a discrete gradient (LaBudde and Greenspan): second order, any step, energy "
-           "exact, of springs also spin",
+           "exact, of springs also angular momentum",
        .order_undamped = 2,
        .order_damped = 2,
        .implicit = true,

@@ -112,7 +112,7 @@ TEST(SurfaceSlope, BallsSlideOrRoll) {
     const double mass = run.body.total_mass(), inertia = inertia_about_y(run.body, start);
     run.advance(time);
     const double share = along.dot(run.centre() - start) / (g * std::sin(angle) * time * time / 2);
-    const double rim = run.measures().spin[1] / inertia * radius;  // its speed
+    const double rim = run.measures().angular_momentum[1] / inertia * radius;  // its speed
     const double speed = along.dot(run.measures().momentum) / mass;
     if (friction == 0) {
       EXPECT_NEAR(share, 1, 1e-3);

@@ -15,12 +15,21 @@ from ._mss import (
     Simulation,
     SimulationFailed,
     __version__,
+    _renamed_columns,
     integrators,
     load,
     run,
     scenes,
     studies,
 )
+
+
+class _Columns(dict):
+    """Numbers by column; a name that a column had before leads to it too."""
+
+    def __missing__(self, name):
+        return self[_renamed_columns[name]]
+
 
 for _public in (InputError, Simulation, SimulationFailed):
     _public.__module__ = __name__

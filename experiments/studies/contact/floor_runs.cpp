@@ -136,7 +136,7 @@ class MovedBody {
   }
   /// Kinetic energy, that of gravity, and what springs store, which methods of no material do not know [J].
   double energy_of(const Measures& m) const {
-    return info_.has_modulus ? m.total() : m.kinetic + m.gravitational;
+    return info_.has_modulus ? m.total() : m.kinetic + m.external_potential;
   }
   const State<double>& state() const { return state_; }
   const Cost& cost() const { return cost_; }

@@ -260,7 +260,8 @@ TEST(RefinedSystem, ConservesMomentumAndSpinWithAnyNumberOfThreads) {
     const Measures after = measure(system, state);
     EXPECT_GT(std::abs(after.elastic - before.elastic), 0.01 * before.elastic);
     EXPECT_LT((after.momentum - before.momentum).norm(), 1e-12 * before.momentum.norm());
-    EXPECT_LT((after.spin - before.spin).norm(), 1e-12 * before.spin.norm());
+    EXPECT_LT((after.angular_momentum - before.angular_momentum).norm(),
+              1e-12 * before.angular_momentum.norm());
     ends.push_back(state);
   }
   for (const std::ptrdiff_t site : body.sites())

@@ -562,6 +562,19 @@ TEST(Scene, ReadsItsExpectations) {
   EXPECT_TRUE(load_text(full_scene).expectations.empty());
 }
 
+TEST(Scene, ReadsExpectationsByTheNamesThatColumnsHadBefore) {
+  const Scene scene = load_text(plain_scene +
+                                    "[expect]\nspin_y = { value = 2, within = 0.5 }\n"
+                                    "gravitational = { value = 3, within = 0.25 }\n",
+                                {"expect.spin_y.value=1"});
+  ASSERT_EQ(scene.expectations.size(), 2U);
+  EXPECT_EQ(scene.expectations[0].quantity, "external_potential");
+  EXPECT_THAT(scene.expectations[0].value, ElementsAre(3));
+  EXPECT_EQ(scene.expectations[1].quantity, "angular_momentum_y");
+  EXPECT_THAT(scene.expectations[1].value, ElementsAre(1));
+  EXPECT_EQ(scene.expectations[1].within, 0.5);
+}
+
 TEST(Scene, OverridesComeBeforeChecks) {
   const std::string wrong = replaced(plain_scene, "density = 1000", "density = -1");
   EXPECT_EQ(load_text(wrong, {"material.density=5"}).body.density, 5);

@@ -1,5 +1,5 @@
-// Energies, volumes and what follows from them: forces are gradients, momentum and spin are conserved, rigid
-// motion needs no energy.
+// Energies, volumes and what follows from them: forces are gradients, linear and angular momentum are
+// conserved, rigid motion needs no energy.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -19,7 +19,7 @@ Environment falling() { return {.gravity = Vec3(0.5, -1, -9.81)}; }
 
 double potential(const SpringSystem<double>& system, const State<double>& state) {
   const Measures m = measure(system, state);
-  return m.elastic + m.volume_energy + m.gravitational;
+  return m.elastic + m.volume_energy + m.external_potential;
 }
 
 BodyConfig undamped(const VoxelGrid& voxels) {
@@ -102,7 +102,8 @@ TEST(Motion, KeepsMomentumAndSpinInEveryStep) {
                         state);
       const Measures after = measure(system, state);
       EXPECT_LT((after.momentum - before.momentum).norm(), 1e-12 * scale) << shape.name;
-      EXPECT_LT((after.spin - before.spin).norm(), 1e-12 * scale * length) << shape.name;
+      EXPECT_LT((after.angular_momentum - before.angular_momentum).norm(), 1e-12 * scale * length)
+          << shape.name;
     }
   }
 }
@@ -295,7 +296,7 @@ TEST(Measures, SpinOfATurningCube) {
     inertia += body.mass(site) * (arm[0] * arm[0] + arm[1] * arm[1]);
   }
   const Measures m = measure(system, state);
-  EXPECT_NEAR(m.spin[2], 3 * inertia, 1e-12);
+  EXPECT_NEAR(m.angular_momentum[2], 3 * inertia, 1e-12);
   EXPECT_NEAR(m.kinetic, 4.5 * inertia, 1e-12);
   EXPECT_LT(m.momentum.norm(), 1e-12);
   EXPECT_NEAR(m.max_speed, 3 * std::sqrt(2.0) * config.cell_size, 1e-12);

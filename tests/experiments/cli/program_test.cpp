@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "core/measures/measures.hpp"
 #include "core/mesh/shapes.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/table.hpp"
@@ -298,6 +299,22 @@ TEST(Check, ComparesResultsWithoutSimulating) {
       << judged().output;
   write_atomically(summary, "{");
   expect_refused({"check", scene, "--results", results}, "is not JSON");
+}
+
+TEST(Check, ReadsResultsByTheNamesThatColumnsHadBefore) {
+  const Directory directory;
+  const std::string scene = directory / "scene.toml", results = directory / "results";
+  write_atomically(scene, beam("[expect]\nangular_momentum_y = { value = 0, within = 1e-6 }\n"
+                               "external_potential = { value = 0, within = 1e6 }\n"));
+  ASSERT_EQ(mss({"run", scene, "--out", results}).exit_status, 0);
+  const fs::path series = fs::path(results) / "series.csv";
+  std::string old = read_file(series);
+  for (const auto& [before, now] : renamed_columns) old.replace(old.find(now), now.size(), before);
+  EXPECT_NE(old.find(",gravitational,"), std::string::npos);
+  EXPECT_NE(old.find(",spin_y,"), std::string::npos);
+  write_atomically(series, old);
+  const ProgramRun judged = mss({"check", scene, "--results", results});
+  EXPECT_EQ(judged.output, "1 scene, 2 expectations: all met\n");
 }
 
 TEST(Check, JudgesAChangedScene) {

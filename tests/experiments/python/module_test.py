@@ -168,6 +168,17 @@ class Motion(unittest.TestCase):
         self.assertAlmostEqual(simulation.energies()["total"], energies["total"], delta=1e-3 * energies["total"])
         self.assertEqual(simulation.energies()["total"], simulation.measures()["total"])
 
+    def test_columns_have_the_names_they_had_before_too(self):
+        simulation = pushed(mss.load(BLOCK, {"environment.gravity": [0, 0, -9.81]}))
+        measures, energies = simulation.measures(), simulation.energies()
+        for axis in "xyz":
+            self.assertEqual(measures["spin_" + axis], measures["angular_momentum_" + axis])
+        self.assertNotEqual(measures["spin_x"], 0)
+        self.assertEqual(energies["gravitational"], energies["external_potential"])
+        self.assertNotIn("gravitational", list(energies))
+        with self.assertRaises(KeyError):
+            measures["spin"]
+
     def test_modes_oscillate_at_their_frequencies(self):
         simulation = mss.load(BLOCK)
         modes = simulation.modes(8)

@@ -62,9 +62,9 @@ TEST(EnergyMomentum, KeepsEnergyAtTenTimesTheExplicitLimit) {
 
 TEST(EnergyMomentum, KeepsTheSpinOfSprings) {
   Tumbling t(0, "energy_momentum");
-  const Vec3 before = measure(t.system, t.state).spin;
+  const Vec3 before = measure(t.system, t.state).angular_momentum;
   ASSERT_EQ(t.advance(200), Status::ok);
-  EXPECT_LT((measure(t.system, t.state).spin - before).norm(), 1e-11 * before.norm());
+  EXPECT_LT((measure(t.system, t.state).angular_momentum - before).norm(), 1e-11 * before.norm());
 }
 
 TEST(EnergyMomentum, RefusesModelsWithoutADiscreteGradient) {

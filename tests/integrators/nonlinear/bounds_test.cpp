@@ -160,7 +160,7 @@ TEST_P(InSteps, ABlockSlidesDownASlope) {
 TEST_P(InSteps, ADropGainsNoEnergy) {
   Trial trial(GetParam().method, GetParam().young, slope(0, 0.5));
   trial.move({0, 0, 0.1});
-  const double potential = measure(trial.system, trial.state).gravitational,
+  const double potential = measure(trial.system, trial.state).external_potential,
                start = trial.body.total_mass() * g * 0.1;
   bool touched = false;
   for (int step = 1; step <= 60; ++step) {
