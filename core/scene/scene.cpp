@@ -53,7 +53,7 @@ void check_use(const TomlTable& root, const BodyConfig& config) {
     const TomlTable table = root.tables("part")[part - 1];
     constexpr auto remedy = "give body.voxels a file with cells of that letter, or leave the part out";
     if (!table.has("name")) table.reject_missing("name", remedy);
-    table.reject("name", fmt::format("is of no cell; {}", remedy));
+    table.reject("name", fmt::format("names a part that no cell uses; {}", remedy));
   }
 }
 
@@ -81,7 +81,7 @@ void read_cells(const TomlTable& root, Scene& scene) {
        {"cells_across", "mesh_scale", "mesh_rotation", "mesh_translation", "fill", "contact_on"})
     if (body.has(key)) body.reject(key, "is about a mesh; give body.mesh, or leave it out");
   if (body.has("cells") && body.has("voxels"))
-    body.reject("voxels", "stands beside body.cells; give one of the two");
+    body.reject("voxels", "conflicts with body.cells; give one of the two");
   if (!body.has("voxels")) {
     auto cells = body.three_whole("cells", cell_counts);
     check_size(body, "cells", cells, scene.refine);
@@ -122,7 +122,7 @@ SpringConstants read_springs(const TomlTable& material, Scene& scene) {
   const bool calibrated = material.has("young") || material.has("poisson");
   if (material.has("springs")) {
     for (const auto* key : {"young", "poisson", "face_share", "volume_force"})
-      if (material.has(key)) material.reject(key, "stands beside material.springs; give one of the two");
+      if (material.has(key)) material.reject(key, "conflicts with material.springs; give one of the two");
     const TomlTable springs = material.table("springs");
     const SpringConstants given{.edge = springs.number("edge", spring),
                                 .face = springs.number("face", spring),
@@ -136,7 +136,7 @@ SpringConstants read_springs(const TomlTable& material, Scene& scene) {
     material.reject_missing("young",
                             "give young and poisson, or springs = { edge = .., face = .., body = .. }");
   if (material.has("volume"))
-    material.reject("volume", "stands beside material.young, which determines it; give one of the two");
+    material.reject("volume", "conflicts with material.young, which determines it; give one of the two");
   scene.body.elastic = {.young = material.number("young", young),
                         .poisson = material.number("poisson", poisson)};
   scene.face_share = material.number("face_share", share, scene.face_share);
@@ -150,9 +150,9 @@ Damping read_damping(const TomlTable& damping, double shear_modulus) {
   for (const char* other : {"ratio", "viscosity"})
     if (thesis && damping.has(other))
       damping.reject(other,
-                     fmt::format("stands beside {}.thesis = true; give one of the two", damping.path()));
+                     fmt::format("conflicts with {}.thesis = true; give one of the two", damping.path()));
   if (damping.has("ratio") && damping.has("viscosity"))
-    damping.reject("viscosity", fmt::format("stands beside {}.ratio; give one of the two", damping.path()));
+    damping.reject("viscosity", fmt::format("conflicts with {}.ratio; give one of the two", damping.path()));
   if (thesis) return {.law = Damping::Law::thesis};
   if (const double zeta = damping.number("ratio", damping_ratio, 0); zeta > 0)
     return {.law = Damping::Law::ratio, .zeta = zeta};
@@ -232,7 +232,7 @@ SomeBox read_some_box(const TomlTable& table, const TriangleMesh* surface, doubl
   constexpr auto key = "surface_box";
   if (!table.has(key)) return {table.box("box")};
   if (table.has("box"))
-    table.reject(key, fmt::format("stands beside {}.box; give one of the two", table.path()));
+    table.reject(key, fmt::format("conflicts with {}.box; give one of the two", table.path()));
   if (!surface) table.reject(key, "is about a mesh; give body.mesh, or box in its place");
   SomeBox read{table.box(key), true};
   if (!vertices_in(*surface, read.box, 1e-9 * cell_size).empty()) return read;

@@ -45,7 +45,8 @@ double read_cell_size(const TomlTable& body, const SceneMesh& mesh) {
       body.reject_missing("cell_size", "give a positive number of metres, or cells_across = 20");
     return body.number("cell_size", cell_size);
   }
-  if (body.has("cell_size")) body.reject("cells_across", "stands beside body.cell_size; give one of the two");
+  if (body.has("cell_size"))
+    body.reject("cells_across", "conflicts with body.cell_size; give one of the two");
   return mesh.longest_extent() / body.number("cells_across", cells_across);
 }
 
@@ -83,9 +84,9 @@ SceneMesh read_scene_mesh(const TomlTable& body, const std::vector<TomlTable>& p
                           const std::filesystem::path& folder) {
   for (const char* other : {"cells", "voxels"})
     if (body.has(other))
-      body.reject("mesh", fmt::format("stands beside body.{}; give one of the two", other));
+      body.reject("mesh", fmt::format("conflicts with body.{}; give one of the two", other));
   if (body.has("origin"))
-    body.reject("origin", "stands beside body.mesh, which says where the body is; give mesh_translation");
+    body.reject("origin", "conflicts with body.mesh, which says where the body is; give mesh_translation");
   SceneMesh mesh;
   mesh.placement = read_placement(body);
   mesh.by_count = body.has("cells_across");

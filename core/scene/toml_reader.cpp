@@ -210,9 +210,9 @@ void TomlFile::rename_keys(const RenamedKeys& renamed) {
       toml::node* node = table->get(before);
       if (node == nullptr) continue;
       if (table->contains(now))
-        reject(
-            join(name, before), node,
-            fmt::format("{0}.{1} is what {0}.{2} was called before; give one of the two", name, before, now));
+        reject(join(name, before), node,
+               fmt::format("{0}.{1} conflicts with {0}.{2}, its present name; give one of the two", name,
+                           before, now));
       table->insert_or_assign(now, std::move(*node));
       table->erase(before);
     }

@@ -130,8 +130,7 @@ std::string diagnosis_of_divergence(const Scene& scene, double dt, const SureSte
   if (sure.free == 0)
     return fmt::format("no step of {} is sure to be stable here; choose another method",
                        scene.solve.integrator);
-  if (!std::isfinite(sure.free))
-    return "numbers grew beyond what can be computed with; a shorter solve.dt may help";
+  if (!std::isfinite(sure.free)) return "the solution diverged; a shorter solve.dt may help";
   const std::string about =
       fmt::format("the {:.4g} s up to which small motions are sure to be stable", sure.free);
   if (dt > sure.free)

@@ -168,7 +168,7 @@ TEST(SceneMesh, RefusesWhatItsSurfaceCannotDo) {
                  material +
                      "[expect]\ndisplacement = { surface_box = [[0, 0, 0], [1, 2, 3]], box = [[0, 0, 0], "
                      "[1, 2, 3]], value = [0, 0, 0], within = 1 }\n",
-                 "stands beside expect.displacement.box; give one of the two");
+                 "conflicts with expect.displacement.box; give one of the two");
   expect_refused("cells = [1, 1, 1]\ncell_size = 1\n",
                  material + "[[load]]\nsurface_box = [[0, 0, 0], [1, 1, 1]]\nforce = [0, 0, 1]\n",
                  "is about a mesh; give body.mesh, or box in its place");
@@ -181,10 +181,10 @@ TEST(SceneMesh, MistakesEndInASentence) {
   const std::string mesh = "mesh = \"box.obj\"\n";
   const std::pair<std::string, const char*> mistakes[]{
       {mesh, "body.cell_size is missing; give a positive number of metres, or cells_across = 20"},
-      {mesh + "cell_size = 1\ncells_across = 5\n", "body.cells_across = 5 stands beside body.cell_size"},
+      {mesh + "cell_size = 1\ncells_across = 5\n", "body.cells_across = 5 conflicts with body.cell_size"},
       {mesh + "cell_size = 0\n", "body.cell_size = 0 is not a length"},
       {mesh + "cells_across = 0.5\n", "body.cells_across = 0.5 is not a number of cells"},
-      {mesh + "cells_across = 5\ncells = [1, 1, 1]\n", "body.mesh = \"box.obj\" stands beside body.cells"},
+      {mesh + "cells_across = 5\ncells = [1, 1, 1]\n", "body.mesh = \"box.obj\" conflicts with body.cells"},
       {mesh + "cells_across = 5\nmesh_scale = -1\n", "body.mesh_scale = -1 is not a scale"},
       {mesh + "cells_across = 5\nmesh_rotation = { axis = [0, 0, 0], degrees = 3 }\n", "is not an axis"},
       {mesh + "cells_across = 5\nmesh_rotation = { axis = [0, 0, 1] }\n",
@@ -193,7 +193,7 @@ TEST(SceneMesh, MistakesEndInASentence) {
       {mesh + "cell_size = 1e-9\n", "box.obj: cells of 1e-09 m make a lattice"},
       {"mesh = \"none.obj\"\ncell_size = 1\n", "does not give a body: "},
       {"mesh = 5\ncell_size = 1\n", "body.mesh = 5 is not a file name"},
-      {mesh + "cell_size = 1\norigin = [0, 0, 1]\n", "body.origin = [0, 0, 1] stands beside body.mesh"},
+      {mesh + "cell_size = 1\norigin = [0, 0, 1]\n", "body.origin = [0, 0, 1] conflicts with body.mesh"},
       {"cells = [1, 1, 1]\ncell_size = 1\nfill = \"local\"\n", "body.fill = \"local\" is about a mesh"},
   };
   for (const auto& [lines, says] : mistakes) try {
