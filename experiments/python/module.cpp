@@ -37,14 +37,23 @@ std::string naming_the_setting(const std::string& message, const std::vector<std
   return message;
 }
 
-/// A scene from a file, from the name of one that comes with the program, or from a dict.
-std::unique_ptr<Simulation> load(const py::object& scene, const py::dict& settings) {
+/// use(scene), of a scene from a file, from the name of one that comes with the program, or from a dict.
+template <class Use>
+auto with_scene(const py::object& scene, const py::dict& settings, Use&& use) {
   const std::vector<std::string> overrides = toml_overrides(settings);
   try {
-    return make_simulation(read_scene(scene, overrides));
+    return use(read_scene(scene, overrides));
   } catch (const InputError& error) {
     throw InputError(naming_the_setting(error.what(), overrides));
   }
+}
+
+std::unique_ptr<Simulation> load(const py::object& scene, const py::dict& settings) {
+  return with_scene(scene, settings, make_simulation);
+}
+
+py::dict run_scene_with(const py::object& scene, const py::dict& settings) {
+  return with_scene(scene, settings, run_scene);
 }
 
 /// A dict that has its values also by the names that columns had before.
@@ -202,10 +211,16 @@ void define_functions(py::module_& module) {
       R"(A Simulation of a scene: a file (TOML), the name of one of scenes(), or a dict of the tables that such a file has, whose
 relative paths begin at the working directory. `settings` change values, as in {"solve.dt": 1e-4, "hold.0.axes": "xy"}.)");
   module.def(
-      "run", &run_study, py::arg("study"), py::arg("options") = py::dict(),
+      "run_scene", &run_scene_with, py::arg("scene"), py::arg("settings") = py::dict(),
+      R"(Simulates a scene to its end, as `mss run` does, and returns what that writes: {"series": {column: array}, "particles":
+{column: array}, "warnings": sentences}. Scene and settings are those of load(). Raises SimulationFailed.)");
+  constexpr const char* of_a_study =
       R"(Runs a study, as `mss STUDY` does, and returns its tables: {table: {column: array}}; numbers that do not exist are NaN,
 and the column "status" says why. Options are those of the command: quick, cells, integrators, threads, model, seed,
-processes, peers; each study takes some of them. Units are those of its CSV files (results/README.md).)");
+processes, peers; each study takes some of them. Units are those of its CSV files (results/README.md).)";
+  module.def("run_study", &run_study, py::arg("study"), py::arg("options") = py::dict(), of_a_study);
+  module.def("run", &run_study, py::arg("study"), py::arg("options") = py::dict(),
+             "What run_study() was called before; new scripts call that.");
   module.def(
       "scenes",
       [] {
@@ -218,7 +233,7 @@ processes, peers; each study takes some of them. Units are those of its CSV file
       "integrators", [] { return summaries(integrators()); },
       "Methods for solve.integrator: {name: summary}.");
   module.def(
-      "studies", [] { return summaries(experiments()); }, "What run() runs: {name: summary}.");
+      "studies", [] { return summaries(experiments()); }, "What run_study() runs: {name: summary}.");
 }
 
 }  // namespace

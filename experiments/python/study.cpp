@@ -12,7 +12,10 @@
 
 #include "core/base/error.hpp"
 #include "experiments/harness/experiment.hpp"
+#include "experiments/python/simulation.hpp"
+#include "experiments/simulation/diagnostics.hpp"
 #include "experiments/simulation/model.hpp"
+#include "experiments/simulation/result_files.hpp"
 
 namespace mss::python {
 
@@ -128,6 +131,24 @@ py::object column_of(const Table& table, std::size_t column) {
   return py::module_::import("numpy").attr("array")(values, type);
 }
 
+py::dict columns_of(const Table& table) {
+  py::dict columns;
+  for (std::size_t c = 0; c < table.columns().size(); ++c)
+    columns[py::str(table.columns()[c].name)] = column_of(table, c);
+  return columns;
+}
+
+/// As particles.csv has them.
+Table particle_table(const std::vector<ParticleRecord>& particles) {
+  Table table(
+      {{"id"}, {"rest_x"}, {"rest_y"}, {"rest_z"}, {"x"}, {"y"}, {"z"}, {"vx"}, {"vy"}, {"vz"}, {"mass"}});
+  for (std::size_t p = 0; p < particles.size(); ++p) {
+    const auto& [rest, x, v, mass] = particles[p];
+    table.add({std::int64_t(p), rest[0], rest[1], rest[2], x[0], x[1], x[2], v[0], v[1], v[2], mass});
+  }
+  return table;
+}
+
 }  // namespace
 
 py::dict run_study(const std::string& name, const py::dict& given) {
@@ -143,13 +164,28 @@ py::dict run_study(const std::string& name, const py::dict& given) {
   }
   progress.rethrow();
   py::dict tables;
-  for (const NamedTable& table : result.tables) {
-    py::dict columns;
-    for (std::size_t c = 0; c < table.table.columns().size(); ++c)
-      columns[py::str(table.table.columns()[c].name)] = column_of(table.table, c);
-    tables[py::str(table.name)] = columns;
-  }
+  for (const NamedTable& table : result.tables) tables[py::str(table.name)] = columns_of(table.table);
   return tables;
+}
+
+py::dict run_scene(const Scene& scene) {
+  PythonProgress progress;
+  SimulationResult result;
+  {
+    const py::gil_scoped_release free;
+    result = simulate(scene, progress);
+  }
+  progress.rethrow();
+  std::vector<std::string> warnings = diagnostics_of(scene, result);
+  if (result.status != Status::ok)
+    throw SimulationFailed(fmt::format("{}: {} after {} steps; {}", scene.name, to_string(result.status),
+                                       result.work.steps, fmt::join(warnings, "; ")));
+  warnings.insert(warnings.begin(), scene.warnings.begin(), scene.warnings.end());
+  py::dict found;
+  found["series"] = columns_of(series_table(result.series));
+  found["particles"] = columns_of(particle_table(result.particles));
+  found["warnings"] = warnings;
+  return found;
 }
 
 }  // namespace mss::python

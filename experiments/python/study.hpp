@@ -4,10 +4,16 @@
 
 #include <string>
 
+#include "core/scene/scene.hpp"
+
 namespace mss::python {
 
 /// The tables of a study as a dict of dicts of arrays: {table: {column: array}}. Options are those of its
 /// command, by name. Throws InputError for options that it does not take, and KeyboardInterrupt.
 pybind11::dict run_study(const std::string& name, const pybind11::dict& options);
+
+/// Simulates a scene to its end. The rows of series.csv and particles.csv as dicts of arrays, and what to
+/// know of them. Throws as check_solve(), SimulationFailed, and KeyboardInterrupt.
+pybind11::dict run_scene(const Scene& scene);
 
 }  // namespace mss::python

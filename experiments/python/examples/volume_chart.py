@@ -20,7 +20,7 @@ import matplotlib.pyplot as plt
 OUTPUT = sys.argv[1] if len(sys.argv) > 1 else "volume_chart.png"
 
 # %% The study: a dict of arrays for each of its tables
-tables = mss.run("volume", {"quick": "--quick" in sys.argv})
+tables = mss.run_study("volume", {"quick": "--quick" in sys.argv})
 stretched = (tables["volume"]["study"] == "cells") & (tables["volume"]["status"] == "ok")
 rows = {name: column[stretched] for name, column in tables["volume"].items()}
 poisson = dict(zip(tables["volume_models"]["model"], tables["volume_models"]["poisson"]))

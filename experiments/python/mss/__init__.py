@@ -19,6 +19,8 @@ from ._mss import (
     integrators,
     load,
     run,
+    run_scene,
+    run_study,
     scenes,
     studies,
 )
@@ -41,6 +43,8 @@ __all__ = [
     "integrators",
     "load",
     "run",
+    "run_scene",
+    "run_study",
     "scenes",
     "studies",
 ]

@@ -310,7 +310,7 @@ class Functions(unittest.TestCase):
 
 class Studies(unittest.TestCase):
     def test_a_study_gives_the_table_that_the_program_writes(self):
-        tables = mss.run("volume", {"quick": True})
+        tables = mss.run_study("volume", {"quick": True})
         with tempfile.TemporaryDirectory() as out:
             run = [PROGRAM, "volume", "--quick", "--out", out]
             subprocess.run(run, check=True, capture_output=True)
@@ -325,13 +325,41 @@ class Studies(unittest.TestCase):
 
     def test_unknown_studies_and_options_are_refused(self):
         with self.assertRaisesRegex(ValueError, "volume"):
-            mss.run("volumes")
+            mss.run_study("volumes")
         with self.assertRaisesRegex(ValueError, "volume has no option 'seed'; it takes cells, integrators, processes, quick"):
-            mss.run("volume", {"seed": 1})
+            mss.run_study("volume", {"seed": 1})
         with self.assertRaisesRegex(ValueError, "cells"):
-            mss.run("volume", {"cells": [0]})
+            mss.run_study("volume", {"cells": [0]})
         self.assertIn("atlas", mss.studies())
         self.assertIn("verlet", mss.integrators())
+
+
+    def test_run_is_what_run_study_was_called_before(self):
+        tables, before = (run("volume", {"quick": True, "cells": [2]}) for run in (mss.run_study, mss.run))
+        self.assertEqual(list(tables), list(before))
+        np.testing.assert_array_equal(tables["volume"]["drift"], before["volume"]["drift"])
+
+
+class Scenes(unittest.TestCase):
+    def test_a_scene_gives_the_tables_that_the_program_writes(self):
+        settings = {"solve.duration": 0.05, "solve.every": 0.01}
+        found = mss.run_scene("cantilever", settings)
+        with tempfile.TemporaryDirectory() as out:
+            options = [f"--set={key}={value}" for key, value in settings.items()]
+            subprocess.run([PROGRAM, "run", "cantilever", *options, "--out", out], check=True, capture_output=True)
+            for table in ("series", "particles"):
+                rows = list(csv.DictReader((Path(out) / f"{table}.csv").read_text().splitlines()))
+                self.assertEqual(list(found[table]), list(rows[0]))
+                for name, column in found[table].items():
+                    np.testing.assert_array_equal(column, [float(row[name]) for row in rows])
+        self.assertIsInstance(found["warnings"], list)
+
+    def test_scenes_that_fail_or_cannot_be_run(self):
+        failing = {"solve.integrator": "explicit_euler", "solve.dt": 0.1, "solve.duration": 1000, "start.spin": [0, 0, 9]}
+        with self.assertRaisesRegex(mss.SimulationFailed, "scene: non_finite after [0-9]+ steps; .*explicit_euler"):
+            mss.run_scene(BLOCK, failing)
+        with self.assertRaisesRegex(ValueError, r'settings\["material.density"\]: material.density = -5'):
+            mss.run_scene("cantilever", {"material.density": -5})
 
 
 class Surface(unittest.TestCase):
