@@ -42,7 +42,8 @@ class HangingTransfer {
       add(levels_[level], master, levels_[level].weights, Real(1), own, masters);
   }
   /// The same of accelerations that each level's own masses had under forces.
-  void hand_over_accelerations(std::size_t level, const Field<Real>& own, Field<Real>& masters) const {
+  void scatter_accelerations_to_masters(std::size_t level, const Field<Real>& own,
+                                        Field<Real>& masters) const {
     for (const Master& master : levels_[level].masters)
       add(levels_[level], master, levels_[level].shares, master.own_share, own, masters);
   }

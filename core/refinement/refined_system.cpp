@@ -129,7 +129,7 @@ template <class Real>
 void RefinedSystem<Real>::accelerate(double t) {
   for (const auto& level : levels_) level->system.acceleration(t, level->state.x, level->state.v, level->a);
   for (std::size_t i = 1; i < levels_.size(); ++i)
-    transfer_.hand_over_accelerations(i, levels_[i]->a, levels_[i - 1]->a);
+    transfer_.scatter_accelerations_to_masters(i, levels_[i]->a, levels_[i - 1]->a);
   for (const Loaded& l : loaded_)
     for (int axis = 0; axis < 3; ++axis)
       levels_[l.level]->a.axis(axis)[l.site] += static_cast<Real>(l.acceleration[axis]);
