@@ -26,4 +26,9 @@ inline double filled_at(const CellFill& fill, int a, int b) {
 /// A share with a floor: 0 keeps it, 1 replaces it by the mean.
 inline double blend(double share, double floor, double mean) { return share + floor * (mean - share); }
 
+/// Share of a full corner's mass that a fill gives a corner; `floor` is BodyConfig::mass_floor().
+inline double corner_share(const CellFill& fill, int corner, double floor) {
+  return blend(double(fill.corner[std::size_t(corner)]), floor, mean_of(fill.corner));
+}
+
 }  // namespace mss

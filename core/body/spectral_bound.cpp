@@ -33,7 +33,7 @@ Blocks blocks_at(const Body& body, const Neighbourhood& kinds, bool guarding) {
   Blocks blocks;
   const double h = body.config().cell_size;
   for (int corner = 0; corner < 8; ++corner) {
-    const SiteElements e = body.elements(kinds[std::size_t(corner)]);
+    const SiteElements e = body.kinds().elements(kinds[std::size_t(corner)]);
     for (std::size_t s = 0; s < spring_slots.size(); ++s) {
       const auto [a, b, kind] = spring_slots[s];
       if (a != corner && b != corner) continue;
@@ -56,7 +56,7 @@ SpectralBound bound_of(const Body& body, bool guarding) {
     Neighbourhood kinds{};
     for (int corner = 0; corner < 8; ++corner) {
       const std::ptrdiff_t lower = site - lattice.corner(corner);
-      kinds[std::size_t(corner)] = lower >= 0 ? body.element_kind(lower) : 0;
+      kinds[std::size_t(corner)] = lower >= 0 ? body.kind(lower) : 0;
     }
     const double mass = body.mass(site);
     if (!seen.insert({kinds, mass}).second) continue;

@@ -31,7 +31,7 @@ double stretch_at(const Level& level, const Field<double>& x, std::ptrdiff_t sit
     const auto [a, b, kind] = spring_slots[s];
     for (const int end : {a, b}) {
       const std::ptrdiff_t owner = site - lattice.corner(end);
-      if (owner < 0 || body.stiffness(body.element_kind(owner), s) == 0) continue;
+      if (owner < 0 || body.kinds().stiffness(body.kind(owner), s) == 0) continue;
       const double length =
           (x.at(level.first + owner + lattice.corner(b)) - x.at(level.first + owner + lattice.corner(a)))
               .norm();

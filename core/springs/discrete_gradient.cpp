@@ -60,7 +60,8 @@ void SpringDiscreteGradient<Real>::correct_volumes(const Field<Real>& x0, const 
                                                    Field<Real>& f) const {
   const double rest = body_.cell_volume();
   body_.for_each_cell([&](std::ptrdiff_t site) {
-    const Eigen::Matrix3d by_edges = body_.weights_at(site).volume * body_.interior_volume() / (4 * rest) *
+    const Eigen::Matrix3d by_edges = body_.weights_at(site).volume * body_.kinds().interior_volume() /
+                                     (4 * rest) *
                                      volume_correction(mean_edges(corners_of(body_, x0, site)),
                                                        mean_edges(corners_of(body_, x1, site)), rest);
     for (int c = 0; c < 8; ++c) add(f, site + body_.lattice().corner(c), by_edges * corner_sides(c));

@@ -53,7 +53,7 @@ namespace {
 template <class Real, class Add>
 void add_springs(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v,
                  const TangentCoefficients& sum, Add&& add) {
-  if (body.element_kind(site) == 0) return;
+  if (body.kind(site) == 0) return;
   const SiteElements e = body.elements_at(site);
   for (std::size_t s = 0; s < spring_slots.size(); ++s) {
     if (e.stiffness[s] == 0) continue;
@@ -75,8 +75,9 @@ void add_cell(const Body& body, std::ptrdiff_t site, const Field<Real>& x, const
               Add&& add) {
   const SiteWeights& weights = body.weights_at(site);
   if (weights.volume == 0 && weights.fold_guard == 0) return;  // no cell, whatever 0 times the rest is
-  const double volume = weights.volume * body.interior_volume(),
-               guard = weights.fold_guard * body.interior_fold_guard(), size = body.config().cell_size;
+  const double volume = weights.volume * body.kinds().interior_volume(),
+               guard = weights.fold_guard * body.kinds().interior_fold_guard(),
+               size = body.config().cell_size;
   if (guard != 0)
     FoldGuardTangent(sum.stiffness * guarded_corner_stiffness(guard, size), guarded_length(size),
                      corners_of(body, x, site), sum.kind)

@@ -80,8 +80,8 @@ void SpringSystem<Real>::add_energy_of_cells(const Field<Real>& x, StoredEnergy&
   const double rest = this->body().cell_volume(), size = this->body().config().cell_size;
   this->body().for_each_cell([&](std::ptrdiff_t site) {
     const SiteWeights& weights = this->body().weights_at(site);
-    const double volume = weights.volume * this->body().interior_volume(),
-                 guard = weights.fold_guard * this->body().interior_fold_guard();
+    const double volume = weights.volume * this->body().kinds().interior_volume(),
+                 guard = weights.fold_guard * this->body().kinds().interior_fold_guard();
     const double change = thesis_volume(corners_of(this->body(), x, site)) - rest;
     energy.volume += 0.5 * volume * change * change / rest;
     if (guard != 0)

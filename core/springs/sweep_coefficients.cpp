@@ -16,7 +16,7 @@ SweepCoefficients<Real>::SweepCoefficients(const Body& body, const SweepBlocks& 
     : body_(body),
       lanes_(kernel.lanes),
       rsqrt_scale_(kernel.rsqrt_scale),
-      own_dampings_(!body.damping_time()),
+      own_dampings_(!body.kinds().damping_time()),
       cell_weights_(has_cell_weights()),
       interior_(interior_coefficients()) {
   build_dictionary(blocks);
@@ -26,23 +26,23 @@ template <class Real>
 InteriorCoefficients<Real> SweepCoefficients<Real>::interior_coefficients() const {
   InteriorCoefficients<Real> c{};
   for (std::size_t s = 0; s < spring_slots.size(); ++s) {
-    const double k = body_.interior_stiffness(s);
+    const double k = body_.kinds().interior_stiffness(s);
     c.stiffness[s] = static_cast<Real>(k);
     c.rest_pull[s] = static_cast<Real>(k * body_.rest_length(spring_slots[s].kind) / rsqrt_scale_);
     c.rest_length[s] = static_cast<Real>(body_.rest_length(spring_slots[s].kind) / rsqrt_scale_);
-    c.damping[s] = static_cast<Real>(k * body_.damping_time().value_or(0) /
+    c.damping[s] = static_cast<Real>(k * body_.kinds().damping_time().value_or(0) /
                                      (double(rsqrt_scale_) * double(rsqrt_scale_)));
   }
-  c.volume = static_cast<Real>(body_.interior_volume() / (64 * body_.cell_volume()));
-  c.guard =
-      static_cast<Real>(guarded_corner_stiffness(body_.interior_fold_guard(), body_.config().cell_size));
+  c.volume = static_cast<Real>(body_.kinds().interior_volume() / (64 * body_.cell_volume()));
+  c.guard = static_cast<Real>(
+      guarded_corner_stiffness(body_.kinds().interior_fold_guard(), body_.config().cell_size));
   return c;
 }
 
 /// Whether k_vol and k_g have weights of their own, beside those of the body diagonals.
 template <class Real>
 bool SweepCoefficients<Real>::has_cell_weights() const {
-  const std::vector<SiteWeights>& all = body_.weights();
+  const std::vector<SiteWeights>& all = body_.kinds().weights();
   return std::any_of(all.begin(), all.end(), [](const SiteWeights& w) {
     return w.volume != w.spring.back() || w.fold_guard != w.spring.back();
   });
@@ -61,7 +61,7 @@ void SweepCoefficients<Real>::build_dictionary(const SweepBlocks& blocks) {
       for (std::ptrdiff_t first = run.first; first < run.last; first += lanes_) {
         const std::ptrdiff_t site = lattice.plane * k + first;
         for (std::size_t lane = 0; lane < width; ++lane)
-          kinds[lane] = body_.element_kind(site + std::ptrdiff_t(lane));
+          kinds[lane] = body_.kind(site + std::ptrdiff_t(lane));
         entry_.push_back(entry_of.try_emplace(kinds, std::uint32_t(entry_of.size())).first->second);
       }
 
@@ -98,8 +98,8 @@ std::uint32_t SweepCoefficients<Real>::content_of(const SiteElements& e) {
 template <class Real>
 std::uint32_t SweepCoefficients<Real>::content_of_all_kinds() const {
   std::uint32_t content = 0;
-  for (std::uint32_t kind = 0; kind < body_.weights().size(); ++kind)
-    content |= content_of(body_.elements(kind));
+  for (std::uint32_t kind = 0; kind < body_.kinds().weights().size(); ++kind)
+    content |= content_of(body_.kinds().elements(kind));
   return content;
 }
 
@@ -108,8 +108,8 @@ template <class Real>
 std::uint32_t SweepCoefficients<Real>::fill_lane(std::uint32_t kind, Real* coefficients) const {
   const std::ptrdiff_t width = lanes_;
   const double scale2 = double(rsqrt_scale_) * double(rsqrt_scale_);
-  const SiteWeights& weights = body_.weights()[kind];
-  const SiteElements e = body_.elements(kind);
+  const SiteWeights& weights = body_.kinds().weights()[kind];
+  const SiteElements e = body_.kinds().elements(kind);
   for (const double weight : weights.spring) {
     *coefficients = static_cast<Real>(weight);
     coefficients += width;

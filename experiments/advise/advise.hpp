@@ -42,8 +42,6 @@ class SceneFamily {
 
   /// The scene of the file.
   const Scene& given() const { return given_; }
-  /// The level of its cells.
-  int given_level() const { return given_level_; }
   /// Whether t is a choice.
   bool is_calibrated() const;
   /// Whether finite elements could stand for its springs.

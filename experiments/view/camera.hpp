@@ -43,7 +43,6 @@ class Camera {
   /// Viewing direction; unit.
   Vec3 forward() const { return -backward(); }
   double yaw() const { return yaw_; }      ///< [rad]
-  double pitch() const { return pitch_; }  ///< [rad]
   double distance() const { return distance_; }
   const Vec3& target() const { return target_; }
 

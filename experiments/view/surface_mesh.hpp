@@ -15,8 +15,6 @@ class SurfaceMesh final : public DrawnSurface {
   explicit SurfaceMesh(const std::vector<Level>& levels);
   explicit SurfaceMesh(const Body& body) : SurfaceMesh(std::vector<Level>{{body}}) {}
 
-  std::size_t face_count() const { return faces_.size(); }
-
   void update(const Field<double>& x, const std::vector<float>& values) override;
 
  private:

@@ -77,7 +77,7 @@ SparseMatrix CholeskySolver::assemble(const ConstantMatrix& matrix, const FreePa
   body_.for_each_spring(
       [&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double stiffness, double) {
         const std::size_t kind = index(slot.kind);
-        join(a, b, matrix.spring[kind] * stiffness / body_.interior_stiffness(slot_of_class[kind]));
+        join(a, b, matrix.spring[kind] * stiffness / body_.kinds().interior_stiffness(slot_of_class[kind]));
       });
   body_.for_each_cell([&](std::ptrdiff_t site) {
     const double weight = matrix.cell_edge * body_.weights_at(site).volume;
@@ -121,7 +121,7 @@ ConstantMatrix bounding_matrix(const Body& body, double a, double b, double c) {
   const BodyConfig& config = body.config();
   ConstantMatrix matrix{.mass = a};
   for (const auto kind : {SpringSlot::Class::edge, SpringSlot::Class::face, SpringSlot::Class::body}) {
-    const double interior = body.interior_stiffness(slot_of_class[index(kind)]);
+    const double interior = body.kinds().interior_stiffness(slot_of_class[index(kind)]);
     for (const Part& part : body.parts()) {
       // Of an interior spring: between two whole particles.
       const double mass = part.density * body.cell_volume(), k = stiffness_of(part.springs, kind);
@@ -132,7 +132,7 @@ ConstantMatrix bounding_matrix(const Body& body, double a, double b, double c) {
       matrix.spring[index(kind)] = std::max(matrix.spring[index(kind)], weight * (interior / k));
     }
   }
-  matrix.cell_edge = c * 0.75 * std::max(body.interior_volume(), 0.0) * config.cell_size;
+  matrix.cell_edge = c * 0.75 * std::max(body.kinds().interior_volume(), 0.0) * config.cell_size;
   return matrix;
 }
 

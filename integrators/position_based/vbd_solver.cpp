@@ -23,7 +23,7 @@ ColouredBlocks blocks_of(const ColouredParticles<Real>& particles, int lanes) {
     numbers[0] = 1 + particles.mass_kind(within + particles.lattice().corner(colour, 0));
     for (int c = 0; c < 8; ++c) {
       const bool inside = at[0] >= corner_bit(c, 0) && at[1] >= corner_bit(c, 1) && at[2] >= corner_bit(c, 2);
-      numbers[1 + c] = inside ? 1 + body.element_kind(site - sites.corner(c)) : 0;
+      numbers[1 + c] = inside ? 1 + body.kind(site - sites.corner(c)) : 0;
     }
   };
   return {particles.lattice(), lanes, lane_size, describe};
@@ -81,7 +81,7 @@ void VbdSolver<Real>::fill_lane(const std::uint32_t* lane, Real* coefficients) c
     inertia = static_cast<Real>(1 / (inverse * dt_ * dt_));
   for (int own = 0; own < 8; ++own) {
     if (lane[1 + own] == 0) continue;
-    const SiteElements e = body.elements(lane[1 + own] - 1);
+    const SiteElements e = body.kinds().elements(lane[1 + own] - 1);
     for (std::size_t s = 0; s < spring_slots.size(); ++s) {
       const SpringSlot& slot = spring_slots[s];
       if (slot.a != own && slot.b != own) continue;

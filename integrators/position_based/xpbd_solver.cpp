@@ -27,8 +27,8 @@ ColouredBlocks blocks_of(const ColouredParticles<Real>& particles, int lanes) {
   const Body& body = particles.body();
   const auto describe = [&](int colour, const std::array<int, 3>& at, std::ptrdiff_t within,
                             std::uint32_t* numbers) {
-    const std::uint32_t kind = body.element_kind(body.lattice().site(at[0], at[1], at[2]));
-    if (!has_constraints(body.elements(kind))) return;
+    const std::uint32_t kind = body.kind(body.lattice().site(at[0], at[1], at[2]));
+    if (!has_constraints(body.kinds().elements(kind))) return;
     numbers[0] = 1 + kind;
     for (int c = 0; c < 8; ++c)
       numbers[1 + c] = particles.mass_kind(within + particles.lattice().corner(colour, c));
@@ -70,13 +70,13 @@ void XpbdSolver<Real>::fill_dictionary() {
     for (int lane = 0; lane < kernel_.lanes; ++lane)
       if (const std::uint32_t* numbers = blocks_.lane(entry, lane); numbers[0] != 0) {
         fill_lane(numbers, dictionary_.data() + size * std::ptrdiff_t(entry) + lane);
-        if (!is_flat(particles_.body().elements(numbers[0] - 1))) is_flat_[entry] = 0;
+        if (!is_flat(particles_.body().kinds().elements(numbers[0] - 1))) is_flat_[entry] = 0;
       }
 }
 
 template <class Real>
 void XpbdSolver<Real>::fill_lane(const std::uint32_t* lane, Real* coefficients) const {
-  const SiteElements e = particles_.body().elements(lane[0] - 1);
+  const SiteElements e = particles_.body().kinds().elements(lane[0] - 1);
   const double scale2 = double(kernel_.rsqrt_scale) * double(kernel_.rsqrt_scale);
   const auto mobility = [&](int corner) { return particles_.masses()[lane[1 + corner]]; };
   for (int s = 0; s < springs_per_site; ++s) {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/base/error.hpp"
+#include "core/body/fill_shares.hpp"
 
 namespace mss {
 

@@ -137,7 +137,7 @@ Eigen::Matrix<double, 6, 6> lattice_stiffness(const Body& body) {
     Voigt q;  // rate of stretch of a spring along u by strain
     q << u[0] * u[0], u[1] * u[1], u[2] * u[2], u[1] * u[2], u[2] * u[0], u[0] * u[1];
     const double length = body.rest_length(spring_slots[s].kind);
-    c += body.interior_stiffness(s) * length * length / (h * h * h) * q * q.transpose();
+    c += body.kinds().interior_stiffness(s) * length * length / (h * h * h) * q * q.transpose();
   }
   return c;
 }

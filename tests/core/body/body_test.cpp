@@ -123,20 +123,20 @@ TEST(Body, DampersHaveATimeInCommonWhereViscositiesAreAsShearModuliAre) {
   config.springs = calibrate({.young = 1e5, .poisson = 0.3}, config.cell_size, 0.5);
   Part stiff{.name = "stiff", .springs = calibrate({.young = 3e5, .poisson = 0.3}, config.cell_size, 0.5)};
   config.parts = {stiff};
-  EXPECT_EQ(Body(config).damping_time(), 0);
+  EXPECT_EQ(Body(config).kinds().damping_time(), 0);
   config.damping = {.law = Damping::Law::viscosity, .viscosity = 20};
   stiff.damping = {.law = Damping::Law::viscosity, .viscosity = 60};
   config.parts = {stiff};
   const Body alike(config);
-  ASSERT_TRUE(alike.damping_time());
-  EXPECT_NEAR(*alike.damping_time(), 20 / (1e5 / 2.6), 1e-18);
+  ASSERT_TRUE(alike.kinds().damping_time());
+  EXPECT_NEAR(*alike.kinds().damping_time(), 20 / (1e5 / 2.6), 1e-18);
   alike.for_each_spring([&](std::ptrdiff_t, std::ptrdiff_t, const SpringSlot&, double k, double c) {
     EXPECT_DOUBLE_EQ(c, k * 20 * 2.6 / 1e5);
   });
   config.parts.front().damping.viscosity = 61;
-  EXPECT_FALSE(Body(config).damping_time());
+  EXPECT_FALSE(Body(config).kinds().damping_time());
   config.parts.front().damping = {.law = Damping::Law::ratio, .zeta = 0.1};
-  EXPECT_FALSE(Body(config).damping_time());
+  EXPECT_FALSE(Body(config).kinds().damping_time());
 }
 
 TEST(Fill, RejectsContentsThatMeanNothing) {
