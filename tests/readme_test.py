@@ -8,7 +8,8 @@ import subprocess
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-TEXTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("*/README.md"), ROOT / "reference/THESIS.md"])
+TEXTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("*/README.md"), *ROOT.glob("core/*/README.md"),
+                *ROOT.glob("integrators/*/README.md"), ROOT / "core/GLOSSARY.md", ROOT / "reference/THESIS.md"])
 LINK = re.compile(r'\]\(([^()\s]+)(?:\s+"[^"]*")?\)|\bsrc="([^"]+)"')
 EXPLAINED = {"cell", "spring", "thesis"}  # words of the glossary that the first screen uses as it explains them
 
@@ -43,7 +44,7 @@ def first_screen():
 
 def glossary():
     """Its words; a row may have several, and kinds after a colon."""
-    table = (ROOT / "core/README.md").read_text().split("## Glossary")[1].split("\n## ")[0]
+    table = (ROOT / "core/GLOSSARY.md").read_text()
     rows = [row.split("|")[1] for row in table.splitlines() if row.startswith("| ")][1:]
     return {word.strip() for row in rows for word in row.split(":")[0].split(",")}
 

@@ -242,8 +242,8 @@ const SceneKeys<Plane>& plane_keys() {
   static const SceneKeys<Plane> keys{
       needed_vector<Plane>("point", position, at(&Plane::point), "any point of it [m]"),
       direction<Plane>("normal", normal, at(&Plane::normal), "towards the side where bodies may be"),
-      key<Plane>("contact", listed(contact_laws), "the law of contact, see core/README.md", read_contact_law,
-                 [](const Plane& plane) { return Json(to_string(plane.contact)); }),
+      key<Plane>("contact", listed(contact_laws), "the law of contact, see core/environment/README.md",
+                 read_contact_law, [](const Plane& plane) { return Json(to_string(plane.contact)); }),
       number<Plane>("restitution", restitution, at(&Plane::restitution),
                     "of a particle: its speed after a collision over that before"),
       number<Plane>("friction", friction, at(&Plane::friction), "Coulomb's coefficient")};
@@ -285,9 +285,12 @@ const SceneKeys<SolveConfig>& solve_keys() {
   const auto after = [](auto& solve) -> auto& { return solve.sleep.after; };
   static const SceneKeys<S> keys{
       name_of_method<S>("integrator", "an integrator", "its name, such as \"verlet\"", at(&S::integrator),
-                        "the method, of `mss list integrators`"),
-      key<S>("dt", std::string(step.allowed), "the step [s]; \"safe\": 0.9 of the guaranteed stability limit",
-             read_step, [](const S& solve) { return solve.dt ? Json(*solve.dt) : Json("safe"); }),
+                        "the method, of `mss list integrators`; METHOD:N, METHOD/SOLVER or METHOD/SOLVER:N "
+                        "fix iterations and nonlinear_solver too"),
+      key<S>(
+          "dt", std::string(step.allowed),
+          "the step [s]; \"safe\": 0.9 of the guaranteed stability limit; of adaptive methods the first step",
+          read_step, [](const S& solve) { return solve.dt ? Json(*solve.dt) : Json("safe"); }),
       number<S>("duration", duration, at(&S::duration), "what is simulated [s]"),
       whole<S>("threads", thread_count, at(&S::threads), "that compute forces; 0: as many as save time"),
       choice<S>("precision", "a precision", precisions, at(&S::precision), "of all numbers"),
@@ -309,7 +312,8 @@ const SceneKeys<SolveConfig>& solve_keys() {
       number<S>("alpha", alpha, at(&S::alpha),
                 "of shape_matching: the share of the way to the goal in a step"),
       number<S>("tolerance", tolerance, at(&S::tolerance),
-                "of adaptive methods: local error over a cell's size"),
+                "of adaptive methods: local error over a cell's size; of dynamic_relaxation, and static but "
+                "by newton: how far the body may still move, in cells"),
       number<S>("every", interval, at(&S::every), "seconds between rows of series.csv"),
       truth<S>("local_steps", at(&S::local_steps),
                "of cells of several sizes: larger cells take longer steps"),
@@ -345,7 +349,7 @@ const std::vector<Together>& read_together() {
         {"mesh_scale", "a positive number", "metres to a unit of the mesh's file; 1"},
         {"mesh_rotation", "a table", "turns the mesh"},
         {"mesh_translation", std::string(position.allowed), "then moves it [m]"},
-        {"fill", "a way of filling", "what a mesh fills of a cell: see core/README.md"},
+        {"fill", "a way of filling", "what a mesh fills of a cell: see core/mesh/README.md"},
         {"contact_on", "\"particles\", \"surface\"",
          "what planes touch: particles, or the mesh's vertices; \"particles\""}}},
       {"body.mesh_rotation",
