@@ -255,6 +255,23 @@ toml::node* TomlFile::descend(toml::node& from, const std::string& key, const Ov
   return array->get(index);
 }
 
+namespace {
+
+/// Names one after the other that differ by their axis, as one.
+std::vector<std::string> with_axes_joined(const std::vector<std::string>& names) {
+  std::vector<std::string> joined;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string stem = names[i].substr(0, names[i].size() - 1);
+    const bool has_axes = names[i].ends_with("_x") && i + 2 < names.size() && names[i + 1] == stem + "y" &&
+                          names[i + 2] == stem + "z";
+    joined.push_back(has_axes ? stem + "x/y/z" : names[i]);
+    if (has_axes) i += 2;
+  }
+  return joined;
+}
+
+}  // namespace
+
 void TomlFile::check_keys(const toml::table& table, const std::string& path, const std::string& pattern,
                           const KnownKeys& known) const {
   const auto entry = known.find(pattern);
@@ -270,7 +287,7 @@ void TomlFile::check_keys(const toml::table& table, const std::string& path, con
     if (!contains(known, pattern, general))
       reject(full, node,
              fmt::format("{} is not a known {} (known: {}){}", full, node->is_table() ? "table" : "key",
-                         fmt::join(entry->second, ", "), suggestion(pattern, name, known)));
+                         fmt::join(with_axes_joined(entry->second), ", "), suggestion(pattern, name, known)));
     if (const toml::table* child = node->as_table()) check_keys(*child, full, inner, known);
     if (const toml::array* children = node->as_array())
       for (std::size_t i = 0; i < children->size(); ++i)

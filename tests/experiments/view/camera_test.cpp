@@ -94,9 +94,9 @@ TEST(Camera, FollowsTheMouse) {
   const double distance = turned.distance();
   turned.zoom(1);
   EXPECT_NEAR(turned.distance(), 0.9 * distance, 1e-12);
-  const Vec3 before = turned.forward();
+  const Vec3 level = turned.forward();
   turned.orbit(0, 1e4);
-  EXPECT_GT(before.head<2>().dot(turned.forward().head<2>()), 0);  // never over the top
+  EXPECT_GT(level.head<2>().dot(turned.forward().head<2>()), 0);  // never over the top
 }
 
 double grey(const Colour& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
