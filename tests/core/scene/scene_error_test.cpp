@@ -362,7 +362,7 @@ constexpr Malformed malformed_environments[]{
      "within "
      "= 1 }\n",
      15,
-     {"expect.plane_0_w is not a known table", "plane_#_z"}},
+     {"expect.plane_0_w is not a known table", "plane_#_x/y/z"}},
     {"levels_of_no_chosen_cells",
      "0.5\n",
      "0.5\nrefinement_levels = 2\n",
