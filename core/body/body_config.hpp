@@ -20,7 +20,7 @@ struct Box {
   Vec3 upper = Vec3::Zero();
 };
 
-/// Mass in addition to that of the cells: the particles of a box share it equally. It has no influence on the
+/// Added mass, beside that of the cells: the particles of a box share it equally. It has no influence on the
 /// damping of springs.
 struct Weight {
   Box box{};

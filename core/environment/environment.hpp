@@ -20,7 +20,7 @@ struct Turn {
   double until = std::numeric_limits<double>::infinity();  ///< [s]
 };
 
-/// Particles whose motion is prescribed, as a function of time alone:
+/// A boundary condition: particles whose motion is prescribed, as a function of time alone:
 ///   x(t) = R(t) (rest + displacement - centre) + centre + velocity t.
 /// Those in a box; or, of the faces of a mesh that have all corners in the box, those within half a cell.
 struct Hold {
@@ -47,7 +47,7 @@ struct Load {
   std::shared_ptr<const TriangleMesh> surface{};  ///< none: particles
 };
 
-/// A blow: the particles in a box get a total impulse [N s] at once, each the same change of velocity. It is
+/// A total impulse [N s] that the particles in a box get at once, each the same change of velocity. It is
 /// applied by the run of a scene; to a system it is a change of state.
 struct Strike {
   Box box{};
@@ -86,7 +86,7 @@ struct Environment {
   std::shared_ptr<const TriangleMesh> contact_surface{};
 };
 
-/// Position and velocity that a hold prescribes at time t for a particle resting at `rest`.
+/// Position and velocity that a boundary condition prescribes at time t for a particle resting at `rest`.
 struct Prescribed {
   Vec3 position;
   Vec3 velocity;
@@ -96,11 +96,11 @@ Prescribed prescribed_motion(const Hold& hold, const Vec3& rest, double t);
 /// The acceleration of that motion [m/s^2]: of a turn, towards its axis.
 Vec3 prescribed_acceleration(const Hold& hold, const Vec3& rest, double t);
 
-/// Sites that a hold is about, ascending.
+/// Sites that a boundary condition is about, ascending.
 std::vector<std::ptrdiff_t> sites_of(const Hold& hold, const Body& body);
 
-/// The holds of an environment resolved to sites, sorted, so that a sweep can apply them plane by plane.
-/// Where holds overlap, the later one wins for the axes it names.
+/// The boundary conditions of an environment resolved to sites, sorted, so that a sweep can apply them plane
+/// by plane. Where they overlap, the later one wins for the axes it names.
 class HeldSites {
  public:
   HeldSites(const Body& body, const std::vector<Hold>& holds)
@@ -113,7 +113,7 @@ class HeldSites {
   template <class Real>
   void apply(double t, std::ptrdiff_t first, std::ptrdiff_t last, Field<Real>& x, Field<Real>& v) const;
 
-  /// True if holds move a site in [first, last) at time t, or will.
+  /// True if boundary conditions move a site in [first, last) at time t, or will.
   bool move(double t, std::ptrdiff_t first, std::ptrdiff_t last) const;
 
   /// True if a coordinate of a site is held.

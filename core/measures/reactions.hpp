@@ -8,7 +8,7 @@
 
 namespace mss {
 
-/// Forces by which holds and planes act on a body [N], in the environment's order.
+/// Forces by which boundary conditions and planes act on a body [N], in the environment's order.
 struct Reactions {
   std::vector<Vec3> holds{}, planes{};
 

@@ -27,7 +27,7 @@ class SolidSystem : public System<Real> {
 
   const Communicator& ranks() const override { return levels().front().body.ranks(); }
 
-  /// The solid while nothing acts on it: holds have not moved anything.
+  /// The solid while nothing acts on it: boundary conditions have not moved anything.
   State<Real> undeformed_state() const;
   /// The same at t = 0, with held coordinates where holds put them.
   State<Real> rest_state() const;
@@ -71,7 +71,8 @@ class SolidSystem : public System<Real> {
   /// Of the smallest cells [m].
   double cell_size() const { return levels().back().body.config().cell_size; }
 
-  /// Adds the velocity change of a strike; prescribed velocities are overwritten again, so there it is lost.
+  /// Adds the velocity change of an impulse; prescribed velocities are overwritten again, so there it is
+  /// lost.
   void give(const Strike& strike, Field<Real>& v) const;
 };
 
