@@ -46,7 +46,7 @@ Table modes_table(const std::vector<Mode>& modes) {
 Json step_or_null(double dt) { return std::isfinite(dt) ? Json(dt) : Json(nullptr); }
 
 Json summary(const Scene& scene, double omega_max, double bound, double crushed, double limit,
-             const Table& table) {
+             const Table& table, double error) {
   Json steps = Json::object();
   for (const IntegratorInfo& method : integrators())
     if (method.stepping == Stepping::fixed && method.limit) {
@@ -59,6 +59,7 @@ Json summary(const Scene& scene, double omega_max, double bound, double crushed,
   return {{"scene", scene.name},
           {"model", scene.model},
           {"modes", table.size()},
+          {"omega_error", error},
           {"omega_max", omega_max},
           {"omega_bound", bound},
           {"omega_bound_crushed", crushed},
@@ -87,6 +88,16 @@ void print_with_guard(const IntegratorInfo& method, const SpectralBound& bound, 
       fmt::print("; use dt = {:.6g} s there, {:.3g} of the safe one", safe_share * there, there / safe);
     }
   fmt::print("\n");
+}
+
+/// That none is missing, and how exact they are.
+void print_completeness(const Modes& slow, int asked) {
+  if (int(slow.modes.size()) < asked)
+    fmt::print("  these are all: {} modes were asked for, and a body has as many as unknowns, {}\n", asked,
+               slow.modes.size());
+  else
+    fmt::print("  no other is slower, by a search among motions orthogonal to these\n");
+  fmt::print("  each frequency is right to {:.1g} of it, by its residual\n", slow.error);
 }
 
 void run_modes(const ModesChoice& choice, int& exit_status) {
@@ -124,13 +135,14 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
                crushed = with_guard(system->spectral_bound(), system->levels()).omega;
   write_atomically(directory / "modes.csv", table.csv());
   write_atomically(directory / "summary.json",
-                   summary(scene, omega_max, bound, crushed, limit.dt, table).dump(2) + "\n");
+                   summary(scene, omega_max, bound, crushed, limit.dt, table, slow.error).dump(2) + "\n");
 
   fmt::print("{}: vibrations about rest, {} model, {} unknowns\n", scene.name, scene.model,
              unknowns_of(*system).size());
   for (std::size_t i = 0; i < slow.modes.size(); ++i)
     fmt::print("  {:>4}  {:>12.6g} Hz  {:>12.6g} rad/s{}\n", i + 1, slow.modes[i].omega / turn,
                slow.modes[i].omega, slow.modes[i].omega == 0 ? "  (moves as a whole)" : "");
+  print_completeness(slow, choice.count);
   fmt::print("   max  {:>12.6g} Hz  {:>12.6g} rad/s; the bound of dt = \"safe\": {:.6g} rad/s\n",
              omega_max / turn, omega_max, bound);
   if (std::isfinite(limit.dt))

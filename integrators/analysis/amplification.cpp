@@ -1,10 +1,9 @@
 #include "integrators/analysis/amplification.hpp"
 
-#include <Spectra/GenEigsSolver.h>
-
 #include <Eigen/Eigenvalues>
 
-#include "integrators/linear/unknowns.hpp"
+#include "integrators/analysis/scaled_tangent.hpp"
+#include "integrators/analysis/spectra.hpp"
 
 namespace mss {
 
@@ -19,10 +18,8 @@ using Eigen::VectorXd;
 /// K and C scaled to unit masses, and A in a unit of time that gives its two rows the same scale.
 class FirstOrderForm {
  public:
-  FirstOrderForm(SolidSystem<double>& system, const State<double>& state)
-      : stiffness_(scaled(system, state, {.stiffness = 1, .kind = Tangent::elastic})),
-        damping_(scaled(system, state, {.damping = 1, .kind = Tangent::elastic})),
-        omega_(system.spectral_bound().omega) {}
+  FirstOrderForm(const ScaledTangent& tangent, double omega)
+      : stiffness_(tangent.matrix(0, 1)), damping_(tangent.matrix(1, 0)), omega_(omega) {}
 
   Index unknowns() const { return stiffness_.rows(); }
   double omega() const { return omega_; }
@@ -49,14 +46,6 @@ class FirstOrderForm {
   }
 
  private:
-  static SparseMatrix scaled(SolidSystem<double>& system, const State<double>& state,
-                             const TangentCoefficients& sum) {
-    const VectorXd scale = root_masses(system).cwiseInverse();
-    SparseMatrix matrix = tangents_of(system).pattern();
-    tangents_of(system).values(state.t, state.x, state.v, sum, matrix);
-    return scale.asDiagonal() * matrix * scale.asDiagonal();
-  }
-
   SparseMatrix stiffness_, damping_;
   double omega_;
 };
@@ -64,13 +53,11 @@ class FirstOrderForm {
 /// x -> R(dt A) x by Horner's rule, or x after drifts and kicks.
 class Step {
  public:
-  using Scalar = double;
   Step(const FirstOrderForm& form, const IntegratorInfo& method, double dt, Work& work)
       : form_(form), method_(method), dt_omega_(dt * form.omega()), work_(work), power_(rows()) {}
 
   Index rows() const { return 2 * form_.unknowns(); }
-  Index cols() const { return rows(); }
-  void perform_op(const double* x_in, double* y_out) const {
+  void apply(const double* x_in, double* y_out) const {
     const Eigen::Map<const VectorXd> x(x_in, rows());
     if (method_.splitting.empty())
       apply_polynomial(x);
@@ -121,7 +108,7 @@ MatrixXd dense(const Step& step) {
   VectorXd unit = VectorXd::Zero(step.rows());
   for (Index i = 0; i < step.rows(); ++i) {
     unit[i] = 1;
-    step.perform_op(unit.data(), matrix.col(i).data());
+    step.apply(unit.data(), matrix.col(i).data());
     unit[i] = 0;
   }
   return matrix;
@@ -133,18 +120,18 @@ AmplifiedMotions most_amplified(SolidSystem<double>& system, const State<double>
                                 const IntegratorInfo& method, double dt, Work& work) {
   constexpr Index most_dense = 200, wanted = 10, space = 60, most_restarts = 2000;
   constexpr double tolerance = 1e-7;
-  const FirstOrderForm form(system, state);
+  const FirstOrderForm form(ScaledTangent(system, state), system.spectral_bound().omega);
   if (form.unknowns() == 0) return {};
   Step step(form, method, dt, work);
   if (step.rows() <= most_dense) {
     const Eigen::EigenSolver<MatrixXd> all(dense(step));
     return motions_of(form, all.eigenvectors());
   }
-  Spectra::GenEigsSolver<Step> arnoldi(step, wanted, space);
-  arnoldi.init();
-  arnoldi.compute(Spectra::SortRule::LargestMagn, most_restarts, tolerance);
-  if (arnoldi.info() != Spectra::CompInfo::Successful) return {.status = Status::linear_stalled};
-  return motions_of(form, arnoldi.eigenvectors());
+  const LinearMap map{step.rows(), [&](const double* in, double* out) { step.apply(in, out); }};
+  const auto found = arnoldi(
+      map, {.wanted = wanted, .space = space, .most_restarts = most_restarts, .tolerance = tolerance});
+  if (found.status != Status::ok) return {.status = found.status};
+  return motions_of(form, found.vectors);
 }
 
 }  // namespace mss

@@ -1,14 +1,18 @@
 #include "integrators/analysis/modes.hpp"
 
-#include <Spectra/SymEigsShiftSolver.h>
-#include <Spectra/SymEigsSolver.h>
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
 
-#include "integrators/linear/linear_solver.hpp"
+#include "integrators/analysis/lobpcg.hpp"
+#include "integrators/analysis/scaled_tangent.hpp"
+#include "integrators/analysis/spectra.hpp"
+#include "integrators/linear/cholmod.hpp"
 #include "integrators/linear/unknowns.hpp"
+#include "integrators/linear/v_cycle.hpp"
 
 namespace mss {
 
@@ -18,218 +22,260 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double tolerance = 1e-11;
 constexpr Index most_restarts = 1000;
 
-/// x -> (A - shift)^-1 x with A = M^-1/2 K M^-1/2, in the orthogonal complement of what has been found.
-class ShiftedInverse {
- public:
-  using Scalar = double;
-  ShiftedInverse(SolidSystem<double>& system, LinearSolver& solver, const VectorXd& roots, Work& work)
-      : unknowns_(tangents_of(system).unknowns()),
-        solver_(solver),
-        roots_(roots),
-        work_(work),
-        in_(system.size()),
-        out_(system.size()) {}
+/// Multigrid is faster where its coarsest lattice still resolves the body across, which converges fast, and
+/// planes of particles across are so large that the factor fills in. Above `most_factored` that needs too
+/// much memory in any case. `mss_bench --benchmark_filter=modes` compares them.
+bool is_for_multigrid(const SolidSystem<double>& system) {
+  constexpr std::size_t enough = 2000, most_factored = 100000;
+  constexpr int slenderness = 5;
+  if (!system.cells() || system.particles().size() <= enough) return false;
+  const auto cells = system.cells()->body().config().voxels.size();
+  const auto [least, most] = std::minmax_element(cells.begin(), cells.end());
+  return slenderness * *least >= *most || system.particles().size() > most_factored;
+}
 
-  Index rows() const { return roots_.size(); }
-  Index cols() const { return roots_.size(); }
-  void set_shift(double) {}  // the solver is prepared with it
-  void perform_op(const double* x_in, double* y_out) const {
-    y_ = Eigen::Map<const VectorXd>(x_in, rows());
-    leave_out_found();
-    y_.array() *= roots_.array();
-    scatter(unknowns_, y_, in_);
-    const Status solved = solver_.solve(in_, out_, work_);
-    if (status == Status::ok) status = solved;
-    gather(unknowns_, out_, y_);
-    y_.array() *= roots_.array();
-    leave_out_found();
-    Eigen::Map<VectorXd>(y_out, rows()) = y_;
+bool by_multigrid(const SolidSystem<double>& system, ModeSearch search) {
+  return search == ModeSearch::multigrid || (search == ModeSearch::automatic && is_for_multigrid(system));
+}
+
+/// Pairs of A = M^-1/2 K M^-1/2: squared frequencies and orthonormal columns.
+struct Pairs {
+  VectorXd values;
+  MatrixXd vectors;
+
+  Index count() const { return values.size(); }
+  /// Adds others and sorts all.
+  void add(const VectorXd& other_values, const MatrixXd& other_vectors) {
+    VectorXd all(count() + other_values.size());
+    all << values, other_values;
+    MatrixXd columns(other_vectors.rows(), all.size());
+    columns.leftCols(count()) = vectors;
+    columns.rightCols(other_values.size()) = other_vectors;
+    std::vector<Index> order(std::size_t(all.size()));
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(), [&](Index i, Index j) { return all[i] < all[j]; });
+    values = all(order);
+    vectors = columns(Eigen::all, order);
+  }
+  /// Keeps the first.
+  void keep(Index wanted) {
+    values.conservativeResize(wanted);
+    vectors.conservativeResize(Eigen::NoChange, wanted);
+  }
+};
+
+/// All of them, for a body so small that this is cheapest.
+Pairs dense_pairs(const ScaledTangent& tangent) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(MatrixXd(tangent.matrix(0, 1)));
+  return {eigen.eigenvalues(), eigen.eigenvectors()};
+}
+
+/// No eigenvalue of A is larger.
+double squared_bound(const SolidSystem<double>& system) { return std::pow(system.spectral_bound().omega, 2); }
+
+/// K alone is singular without holds.
+double shift_for(const SolidSystem<double>& system) { return 1e-6 * squared_bound(system); }
+
+/// The lowest pairs in the orthogonal complement of what has been found; none where none is below a value.
+using Search = std::function<LowestPairs(const MatrixXd& found, Index count, double below)>;
+
+/// Lanczos with the inverse of A + shift.
+class FactoredSearch {
+ public:
+  FactoredSearch(const ScaledTangent& tangent, double shift) : shift_(shift) {
+    SparseMatrix matrix = tangent.matrix(0, 1);
+    matrix.diagonal().array() += shift;
+    status = cholesky_.factor(matrix);
   }
 
-  MatrixXd found{};                    ///< orthonormal columns
-  mutable Status status = Status::ok;  ///< the first that was not ok
+  LowestPairs lowest(const MatrixXd& found, Index count, Work& work) {
+    const Index rows = found.rows(), left = rows - found.cols(), wanted = std::min(count, left - 1);
+    VectorXd rhs, solution;
+    const auto inverse = [&](const double* in, double* out) {
+      rhs = Eigen::Map<const VectorXd>(in, rows);
+      rhs -= found * (found.transpose() * rhs);
+      cholesky_.solve(rhs, solution);
+      ++work.linear_solves;
+      solution -= found * (found.transpose() * solution);
+      Eigen::Map<VectorXd>(out, rows) = shift_ * solution;
+    };
+    const auto pairs = lanczos({rows, inverse}, {.wanted = wanted,
+                                                 .space = std::min(3 * wanted + 20, left),
+                                                 .most_restarts = most_restarts,
+                                                 .tolerance = 1e-11});
+    if (pairs.status != Status::ok) return {.status = pairs.status};
+    return {.values = shift_ * (pairs.values.cwiseInverse().array() - 1), .vectors = pairs.vectors};
+  }
+
+  Status status;  ///< of the factorisation
 
  private:
-  void leave_out_found() const {
-    if (found.cols() > 0) y_ -= found * (found.transpose() * y_);
+  double shift_;
+  Cholesky cholesky_;
+};
+
+/// LOBPCG with a V-cycle for A + shift.
+class MultigridSearch {
+ public:
+  MultigridSearch(SolidSystem<double>& system, const State<double>& state, ScaledTangent& tangent, Work& work)
+      : unknowns_(tangents_of(system).unknowns()),
+        tangent_(tangent),
+        work_(work),
+        rounding_(1e-14 * squared_bound(system)),
+        mask_(mask_of_unknowns(system)),
+        in_(system.size()),
+        out_(system.size()) {
+    const TangentCoefficients sum{.mass = shift_for(system), .stiffness = 1, .kind = Tangent::projected};
+    status = v_cycle_.prepare(system, state.x, state.v, sum, mask_);
+  }
+
+  LowestPairs lowest(const MatrixXd& found, Index count, double below) {
+    constexpr Index most_together = 40;
+    return lowest_pairs([this](const MatrixXd& x, MatrixXd& y) { tangent_.multiply(0, 1, x, y, work_); },
+                        [this](const MatrixXd& r, MatrixXd& z) { precondition(r, z); }, found,
+                        {.unknowns = tangent_.unknowns(),
+                         .count = std::min(count, most_together),
+                         .relative = 1e-8,
+                         .absolute = rounding_,
+                         .below = below});
+  }
+
+  Status status;  ///< of the preparation
+
+ private:
+  void precondition(const MatrixXd& r, MatrixXd& z) {
+    z.resize(r.rows(), r.cols());
+    for (Index i = 0; i < r.cols(); ++i) {
+      column_ = r.col(i).cwiseProduct(tangent_.roots());
+      scatter(unknowns_, column_, in_);
+      v_cycle_.apply(in_, column_.norm(), out_);
+      gather(unknowns_, out_, column_);
+      z.col(i) = column_.cwiseProduct(tangent_.roots());
+    }
   }
 
   const std::vector<FreeDof>& unknowns_;
-  LinearSolver& solver_;
-  const VectorXd& roots_;
+  ScaledTangent& tangent_;
   Work& work_;
-  mutable Field<double> in_, out_;
-  mutable VectorXd y_;
+  double rounding_;  ///< of a product
+  Field<double> mask_, in_, out_;
+  VectorXd column_;
+  VCycle v_cycle_;
 };
 
-/// x -> (A + shift) x, with M^-1/2 (K + weight C) M^-1/2 for A.
-class Product {
- public:
-  using Scalar = double;
-  Product(SolidSystem<double>& system, const State<double>& state, const VectorXd& roots, Work& work,
-          const TangentCoefficients& sum, double shift = 0)
-      : tangents_(tangents_of(system)),
-        state_(state),
-        roots_(roots),
-        work_(work),
-        sum_(sum),
-        shift_(shift),
-        in_(system.size()),
-        out_(system.size()) {}
-
-  Index rows() const { return roots_.size(); }
-  Index cols() const { return roots_.size(); }
-  void perform_op(const double* x_in, double* y_out) const {
-    const Eigen::Map<const VectorXd> x(x_in, rows());
-    y_ = x.array() / roots_.array();
-    scatter(tangents_.unknowns(), y_, in_);
-    tangents_.product(state_.t, state_.x, state_.v, sum_, in_, out_);
-    ++work_.products;
-    gather(tangents_.unknowns(), out_, y_);
-    Eigen::Map<VectorXd>(y_out, rows()) = y_.array() / roots_.array() + shift_ * x.array();
+/// Searches until what is left has nothing slower than the slowest `count` found.
+Status find_slowest(const Search& lowest, Index count, Pairs& found) {
+  found.keep(0);
+  while (found.count() < found.vectors.rows() - 1) {
+    const bool enough = found.count() >= count;
+    const double slower =
+        enough ? found.values[count - 1] * (1 - 1e-9) : std::numeric_limits<double>::infinity();
+    const LowestPairs next = lowest(found.vectors, enough ? 1 : count - found.count(), slower);
+    if (next.status != Status::ok) return next.status;
+    if (enough && (next.values.size() == 0 || next.values[0] >= slower)) break;
+    found.add(next.values, next.vectors);
   }
-  /// x.A x.
-  double quotient(const VectorXd& x) const {
-    VectorXd y(rows());
-    perform_op(x.data(), y.data());
-    return x.dot(y);
-  }
+  return Status::ok;
+}
 
- private:
-  Tangents<double>& tangents_;
-  const State<double>& state_;
-  const VectorXd& roots_;
-  Work& work_;
-  TangentCoefficients sum_;
-  double shift_;
-  mutable Field<double> in_, out_;
-  mutable VectorXd y_;
-};
+Status find_by_multigrid(SolidSystem<double>& system, const State<double>& state, ScaledTangent& tangent,
+                         Index count, Work& work, Pairs& found) {
+  MultigridSearch search(system, state, tangent, work);
+  if (search.status != Status::ok) return search.status;
+  return find_slowest(
+      [&](const MatrixXd& known, Index wanted, double below) { return search.lowest(known, wanted, below); },
+      count, found);
+}
 
-const TangentCoefficients stiffness{.stiffness = 1, .kind = Tangent::elastic};
-
-struct Pair {
-  double value;  ///< omega^2
-  VectorXd vector;
-};
-
-void sort(std::vector<Pair>& pairs) {
-  std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.value < b.value; });
+Status find_factored(double shift, ScaledTangent& tangent, Index count, Work& work, Pairs& found) {
+  FactoredSearch search(tangent, shift);
+  ++work.factorisations;
+  if (search.status != Status::ok) return search.status;
+  return find_slowest(
+      [&](const MatrixXd& known, Index wanted, double) { return search.lowest(known, wanted, work); }, count,
+      found);
 }
 
 /// Eigenvalues within `rounding` of 0 belong to rigid motions.
-Modes to_modes(SolidSystem<double>& system, std::vector<Pair> pairs, const VectorXd& roots, double rounding) {
+Modes to_modes(ScaledTangent& tangent, const Pairs& pairs, double rounding, Work& work) {
   Modes result;
-  for (Pair& pair : pairs) {
-    if (pair.value < -10 * rounding) return {.status = Status::not_positive_definite, .modes = {}};
-    pair.vector.array() /= roots.array();
-    Field<double> shape(system.size());
-    scatter(tangents_of(system).unknowns(), pair.vector, shape);
-    result.modes.push_back({pair.value > rounding ? std::sqrt(pair.value) : 0, std::move(shape)});
+  MatrixXd residuals;
+  tangent.multiply(0, 1, pairs.vectors, residuals, work);
+  residuals -= pairs.vectors * pairs.values.asDiagonal();
+  for (Index i = 0; i < pairs.count(); ++i) {
+    const double value = pairs.values[i];
+    if (value < -10 * rounding) return {.status = Status::not_positive_definite, .modes = {}};
+    const bool rigid = value <= rounding;
+    if (!rigid) result.error = std::max(result.error, residuals.col(i).norm() / (2 * value));
+    result.modes.push_back({rigid ? 0 : std::sqrt(value),
+                            tangent.to_field(pairs.vectors.col(i).cwiseQuotient(tangent.roots()))});
   }
   return result;
 }
 
-/// All of them, for a body so small that this is cheapest.
-std::vector<Pair> dense_pairs(SolidSystem<double>& system, const State<double>& state,
-                              const VectorXd& roots) {
-  SparseMatrix k = tangents_of(system).pattern();
-  tangents_of(system).values(state.t, state.x, state.v, {.stiffness = 1, .kind = Tangent::elastic}, k);
-  const MatrixXd a = roots.cwiseInverse().asDiagonal() * MatrixXd(k) * roots.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(a);
-  std::vector<Pair> pairs;
-  for (Index i = 0; i < roots.size(); ++i)
-    pairs.push_back({eigen.eigenvalues()[i], eigen.eigenvectors().col(i)});
-  return pairs;
+/// The largest eigenvalue of M^-1/2 (K + weight C) M^-1/2 + shift, to nine digits: its error is of the order
+/// of the residual squared.
+Eigenpairs<VectorXd, MatrixXd> largest_pair(ScaledTangent& tangent, double weight, double shift, Work& work) {
+  const Index rows = tangent.unknowns();
+  MatrixXd x, y;
+  const auto product = [&](const double* in, double* out) {
+    x = Eigen::Map<const VectorXd>(in, rows);
+    tangent.multiply(weight, 1, x, y, work);
+    Eigen::Map<VectorXd>(out, rows) = y + shift * x;
+  };
+  return lanczos(
+      {rows, product},
+      {.wanted = 1, .space = std::min<Index>(20, rows), .most_restarts = most_restarts, .tolerance = 1e-8});
 }
-
-/// Lanczos until the rest contains nothing slower than the slowest `count` found.
-Status find_slowest(ShiftedInverse& inverse, double shift, Index count, std::vector<Pair>& found) {
-  for (;;) {
-    const Index left = inverse.rows() - Index(found.size());
-    const Index wanted = std::min(count, left - 1);
-    if (wanted < 1) return Status::ok;
-    Spectra::SymEigsShiftSolver<ShiftedInverse> lanczos(inverse, wanted, std::min(3 * wanted + 20, left),
-                                                        shift);
-    lanczos.init();
-    const Index converged = lanczos.compute(Spectra::SortRule::LargestMagn, most_restarts, tolerance);
-    if (inverse.status != Status::ok) return inverse.status;
-    if (lanczos.info() != Spectra::CompInfo::Successful || converged < wanted) return Status::linear_stalled;
-    const VectorXd values = lanczos.eigenvalues();
-    const MatrixXd vectors = lanczos.eigenvectors();
-    const bool complete =
-        Index(found.size()) >= count && values.minCoeff() >= found[std::size_t(count - 1)].value * (1 - 1e-9);
-    if (complete) return Status::ok;
-    for (Index i = 0; i < converged; ++i) found.push_back({values[i], vectors.col(i)});
-    sort(found);
-    inverse.found.resize(inverse.rows(), Index(found.size()));
-    for (std::size_t i = 0; i < found.size(); ++i) inverse.found.col(Index(i)) = found[i].vector;
-  }
-}
-
-/// Particles of bodies whose matrix is factored: Lanczos solves with one matrix about a hundred times, so
-/// that a factorisation pays in larger bodies than for a single solve.
-constexpr std::size_t most_factored = 20000;
 
 }  // namespace
 
-Modes slowest_modes(SolidSystem<double>& system, const State<double>& state, int count, Work& work) {
-  const VectorXd roots = root_masses(system);
-  const Index wanted = std::min<Index>(count, roots.size());
+Modes slowest_modes(SolidSystem<double>& system, const State<double>& state, int count, Work& work,
+                    ModeSearch search) {
+  ScaledTangent tangent(system, state);
+  const Index unknowns = tangent.unknowns(), wanted = std::min<Index>(count, unknowns);
   if (wanted == 0) return {};
-  const double fastest = system.spectral_bound().omega;
-  std::vector<Pair> found;
-  if (roots.size() <= 100 || 3 * wanted + 20 >= roots.size()) {
-    found = dense_pairs(system, state, roots);
+  Pairs found{VectorXd(0), MatrixXd(unknowns, 0)};
+  if (unknowns <= 100 || 3 * wanted + 20 >= unknowns) {
+    found = dense_pairs(tangent);
   } else {
-    const double shift = -1e-6 * fastest * fastest;  // K alone is singular without holds
-    const bool large = system.particles().size() > most_factored;
-    const auto solver = find_linear_solver(large ? "multigrid" : "cholmod").make(1e-12);
-    const TangentCoefficients sum{.mass = -shift, .stiffness = 1, .kind = Tangent::elastic};
-    Status status = solver->prepare(system, state.t, state.x, state.v, sum, work);
-    ShiftedInverse inverse(system, *solver, roots, work);
-    if (status == Status::ok) status = find_slowest(inverse, shift, wanted, found);
+    Status status = Status::linear_stalled;
+    if (by_multigrid(system, search)) status = find_by_multigrid(system, state, tangent, wanted, work, found);
+    if (status == Status::linear_stalled && search != ModeSearch::multigrid)
+      status = find_factored(shift_for(system), tangent, wanted, work, found);
     if (status != Status::ok) return {.status = status, .modes = {}};
   }
-  found.resize(std::size_t(wanted));
-  return to_modes(system, std::move(found), roots, 1e-13 * fastest * fastest);
+  found.keep(wanted);
+  return to_modes(tangent, found, 1e-13 * squared_bound(system), work);
 }
 
 Modes fastest_mode(SolidSystem<double>& system, const State<double>& state, Work& work) {
-  const VectorXd roots = root_masses(system);
-  if (roots.size() == 0) return {};
-  if (roots.size() <= 100) {
-    std::vector<Pair> all = dense_pairs(system, state, roots);
-    return to_modes(system, {all.back()}, roots, 0);
+  ScaledTangent tangent(system, state);
+  if (tangent.unknowns() == 0) return {};
+  if (tangent.unknowns() <= 100) {
+    const Pairs all = dense_pairs(tangent);
+    return to_modes(tangent, {all.values.tail(1), all.vectors.rightCols(1)}, 0, work);
   }
-  Product product(system, state, roots, work, stiffness);
-  Spectra::SymEigsSolver<Product> lanczos(product, 1, 30);
-  lanczos.init();
-  lanczos.compute(Spectra::SortRule::LargestAlge, most_restarts, 1e-9);
-  if (lanczos.info() != Spectra::CompInfo::Successful) return {.status = Status::linear_stalled, .modes = {}};
-  return to_modes(system, {{lanczos.eigenvalues()[0], lanczos.eigenvectors().col(0)}}, roots, 0);
+  const auto fastest = largest_pair(tangent, 0, 0, work);
+  if (fastest.status != Status::ok) return {.status = fastest.status, .modes = {}};
+  return to_modes(tangent, {fastest.values, fastest.vectors}, 0, work);
 }
 
-RayleighQuotients largest_quotient(SolidSystem<double>& system, const State<double>& state, double weight,
+RayleighQuotients largest_quotient(ScaledTangent& tangent, const SpectralBound& bound, double weight,
                                    Work& work) {
-  const VectorXd roots = root_masses(system);
-  if (roots.size() == 0) return {};
-  const SpectralBound bound = system.spectral_bound();
+  if (tangent.unknowns() == 0) return {};
   // Lanczos converges to the largest absolute value: the shift makes that the largest eigenvalue.
   const double shift = bound.omega * bound.omega + std::abs(weight) * bound.damping;
-  const TangentCoefficients sum{.damping = weight, .stiffness = 1, .kind = Tangent::elastic};
-  Product product(system, state, roots, work, sum, shift);
-  Spectra::SymEigsSolver<Product> lanczos(product, 1, std::min<Index>(30, roots.size()));
-  lanczos.init();
-  lanczos.compute(Spectra::SortRule::LargestAlge, most_restarts, 1e-9);
-  if (lanczos.info() != Spectra::CompInfo::Successful) return {.status = Status::linear_stalled};
-  const VectorXd q = lanczos.eigenvectors().col(0);
-  const TangentCoefficients damping{.damping = 1, .kind = Tangent::elastic};
-  return {.stiffness = Product(system, state, roots, work, stiffness).quotient(q),
-          .damping = Product(system, state, roots, work, damping).quotient(q)};
+  const auto largest = largest_pair(tangent, weight, shift, work);
+  if (largest.status != Status::ok) return {.status = largest.status};
+  const auto quotient = [&](double damping, double stiffness) {
+    MatrixXd image;
+    tangent.multiply(damping, stiffness, largest.vectors, image, work);
+    return image.col(0).dot(largest.vectors.col(0));
+  };
+  return {.stiffness = quotient(0, 1), .damping = quotient(1, 0)};
 }
 
 }  // namespace mss

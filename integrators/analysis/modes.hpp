@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "core/springs/solid_system.hpp"
@@ -16,12 +17,27 @@ struct Mode {
 struct Modes {
   Status status = Status::ok;  ///< not_positive_definite: the state is not stable
   std::vector<Mode> modes;     ///< ascending
+  /// Largest |M^-1/2 (K q - omega^2 M q)| / (2 omega^2) of those that are not rigid: each omega is that near,
+  /// relative to it, to one of the body's (Parlett, The Symmetric Eigenvalue Problem, section 4.5).
+  double error = 0;
 };
 
-/// The slowest vibrations of a body about a state, prescribed coordinates still: Lanczos with K + s M
-/// inverted by CHOLMOD, repeated on what is left until no slower one is found, so that pairs of equal
-/// frequency are both found. As many as requested, or as there are unknowns.
-Modes slowest_modes(SolidSystem<double>& system, const State<double>& state, int count, Work& work);
+/// How slow vibrations are searched for.
+enum class ModeSearch {
+  automatic,  ///< multigrid for bodies of cells of one size with more than 2000 particles that are at most
+              ///< five times as long as thin, or have more than 100000; factored for others and where it
+              ///< stalls
+  factored,   ///< Lanczos with the inverse of K + s M by CHOLMOD
+  multigrid   ///< LOBPCG with a multigrid V-cycle of K + s M (lobpcg.hpp); for bodies of cells of one size
+};
+
+/// The slowest vibrations of a body about a state, prescribed coordinates still; as many as requested, or as
+/// there are unknowns; all of them densely where that is cheapest. Each search is repeated from another start
+/// on what is orthogonal to what it has found until nothing slower is there, so that none of several equal
+/// frequencies is missed. Throws InputError if the system has no tangents, or for a search that is not for
+/// it.
+Modes slowest_modes(SolidSystem<double>& system, const State<double>& state, int count, Work& work,
+                    ModeSearch search = ModeSearch::automatic);
 
 /// The fastest one, by Lanczos through the matrix-free product, to nine digits: it limits the step of
 /// explicit methods.
@@ -39,8 +55,11 @@ inline bool is_rigid(const RayleighQuotients& motion, double omega) {
   return motion.stiffness < 1e-10 * omega * omega;
 }
 
-/// Those of the motion for which q.K q + weight q.C q is largest, weight in [1/s] and of either sign.
-RayleighQuotients largest_quotient(SolidSystem<double>& system, const State<double>& state, double weight,
+class ScaledTangent;
+
+/// Those of the motion for which q.K q + weight q.C q is largest, weight in [1/s] and of either sign; by
+/// Lanczos. The tangent is the body's.
+RayleighQuotients largest_quotient(ScaledTangent& tangent, const SpectralBound& bound, double weight,
                                    Work& work);
 
 }  // namespace mss

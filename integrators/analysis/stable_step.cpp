@@ -8,6 +8,7 @@
 
 #include "core/base/error.hpp"
 #include "integrators/analysis/amplification.hpp"
+#include "integrators/analysis/scaled_tangent.hpp"
 
 namespace mss {
 
@@ -62,11 +63,13 @@ PredictedStep by_largest_quotient(const IntegratorInfo& method, SolidSystem<doub
   constexpr int most_rounds = 30;
   constexpr double settled = 1e-7;
   PredictedStep found{.dt = infinity};
+  ScaledTangent tangent(system, state);
+  const SpectralBound bound = system.spectral_bound();
   double weight = 0;
   for (int round = 0; round < most_rounds; ++round) {
-    const RayleighQuotients motion = largest_quotient(system, state, weight, work);
+    const RayleighQuotients motion = largest_quotient(tangent, bound, weight, work);
     if (motion.status != Status::ok) return {.status = motion.status};
-    if (is_rigid(motion, system.spectral_bound().omega)) return found;  // no other has a larger quotient
+    if (is_rigid(motion, bound.omega)) return found;  // no other has a larger quotient
     const double before = found.dt, dt = limit_of(method, motion);
     found.dt = std::min(before, dt);
     if (dt == 0 || !(dt < before * (1 - settled))) return found;
@@ -81,7 +84,8 @@ PredictedStep by_amplification(const IntegratorInfo& method, SolidSystem<double>
                                const State<double>& state, Work& work) {
   constexpr int most_rounds = 60;
   constexpr double settled = 1e-4, too_long = 1.01, far_too_long = 4;
-  const RayleighQuotients fastest = largest_quotient(system, state, 0, work);
+  ScaledTangent tangent(system, state);
+  const RayleighQuotients fastest = largest_quotient(tangent, system.spectral_bound(), 0, work);
   if (fastest.status != Status::ok) return {.status = fastest.status};
   if (is_rigid(fastest, system.spectral_bound().omega)) return {.dt = infinity};
   PredictedStep found{.dt = far_too_long / std::sqrt(fastest.stiffness)};

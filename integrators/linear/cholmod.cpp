@@ -2,38 +2,18 @@
 // Chen, Davis, Hager and Rajamanickam, ACM TOMS 35 (2008) 22.
 #include "integrators/linear/cholmod.hpp"
 
-#include <cblas.h>
 #include <fmt/format.h>
-#include <omp.h>
 #include <suitesparse/cholmod.h>
 
 #include <stdexcept>
 
 #include "integrators/linear/linear_solver.hpp"
+#include "integrators/linear/one_thread.hpp"
 #include "integrators/linear/unknowns.hpp"
 
 namespace mss {
 
 namespace {
-
-/// During its lifetime, parallel regions started by this thread have one thread, and so has the BLAS.
-class OneThread {
- public:
-  OneThread() : levels_(omp_get_max_active_levels()), blas_threads_(openblas_get_num_threads()) {
-    omp_set_max_active_levels(0);
-    if (blas_threads_ != 1) openblas_set_num_threads(1);
-  }
-  ~OneThread() {
-    omp_set_max_active_levels(levels_);
-    if (blas_threads_ != 1) openblas_set_num_threads(blas_threads_);
-  }
-  OneThread(const OneThread&) = delete;
-  OneThread& operator=(const OneThread&) = delete;
-
- private:
-  int levels_;
-  int blas_threads_;
-};
 
 /// Symmetric rows are columns too, so CHOLMOD reads the matrix in place.
 cholmod_sparse view(const SparseMatrix& matrix) {

@@ -1,5 +1,5 @@
 // mss_bench: one update of a full cube by every kernel that this processor supports, by Algorithm 1 and by
-// the plain loop; an implicit step and its parts. Google Benchmark's own options apply, as in
+// the plain loop; an implicit step and its parts; modes. Google Benchmark's own options apply, as in
 // --benchmark_filter=sweep/x86-64-v3 or --benchmark_format=json.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -13,6 +13,7 @@
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/timing/timing.hpp"
+#include "integrators/analysis/modes.hpp"
 #include "integrators/linear/cholmod.hpp"
 #include "integrators/linear/constant_matrix.hpp"
 #include "integrators/linear/linear_solver.hpp"
@@ -118,6 +119,15 @@ void factor_and_solve(benchmark::State& bench) {
   }
 }
 
+/// Ten modes of a free cube: which search is faster says where slowest_modes() changes from one to the other.
+template <ModeSearch search>
+void modes(benchmark::State& bench) {
+  ImplicitCase c(cells(bench), threads(bench));
+  const State<double> rest = c.system.undeformed_state();
+  Work work;
+  while (bench.KeepRunning()) slowest_modes(c.system, rest, 10, work, search);
+}
+
 /// Conjugate gradients to 1e-6, with a force as right-hand side; their preparation is not timed.
 template <bool matrix_free>
 void conjugate_gradients(benchmark::State& bench) {
@@ -173,6 +183,8 @@ int main(int argc, char** argv) {
   add("implicit/factor_and_solve", factor_and_solve, {1}, {7, 10, 15});
   add("implicit/pcg", conjugate_gradients<false>, {1}, {7, 10, 20});
   add("implicit/matrix_free", conjugate_gradients<true>, thread_counts, {7, 10, 20});
+  add("modes/factored", modes<ModeSearch::factored>, {1}, {7, 11, 15, 20});
+  add("modes/multigrid", modes<ModeSearch::multigrid>, {1}, {7, 11, 15, 20, 28});
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::AddCustomContext("mss", program_version());

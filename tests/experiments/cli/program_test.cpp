@@ -164,6 +164,17 @@ TEST(Modes, OfAScene) {
   }
 }
 
+TEST(Modes, SayWhenThereAreFewerThanAskedFor) {
+  const Directory directory;
+  const ProgramRun run = mss(
+      {"modes", "free_cube", "--count", "30", "--out", directory / "cell", "--set", "body.cells=[1,1,1]"});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  EXPECT_NE(run.output.find("these are all: 30 modes were asked for, and a body has as many as unknowns, 24"),
+            std::string::npos)
+      << run.output;
+  EXPECT_LT(Json::parse(read_file(fs::path(directory / "cell") / "summary.json"))["omega_error"], 1e-8);
+}
+
 TEST(Modes, PrintTheStableStepWhereAGuardActs) {
   const Directory directory;
   const ProgramRun run = mss({"modes", "cantilever", "--count", "1", "--out", directory / "guarded", "--set",

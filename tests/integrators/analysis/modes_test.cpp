@@ -4,12 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "core/mesh/mesh_fill.hpp"
+#include "core/mesh/shapes.hpp"
 #include "core/springs/spring_system.hpp"
+#include "integrators/analysis/lobpcg.hpp"
 #include "reference/closed_forms.hpp"
+#include "reference/fem/fem_system.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss {
@@ -22,7 +28,7 @@ BodyConfig config(const VoxelGrid& voxels) {
       .voxels = voxels, .cell_size = 0.25, .springs = calibrate({.young = 1e4, .poisson = 0.3}, 0.25, 0.5)};
 }
 
-Eigen::VectorXd dense_frequencies(SpringSystem<double>& system, const State<double>& state,
+Eigen::VectorXd dense_frequencies(BodySystem<double>& system, const State<double>& state,
                                   Tangent kind = Tangent::elastic) {
   SparseMatrix k = system.tangents()->pattern(), m = k;
   system.tangents()->values(0, state.x, state.v, {.stiffness = 1, .kind = kind}, k);
@@ -171,6 +177,114 @@ TEST(Modes, SayWhenAStateIsNotStable) {
   const Modes slow = slowest_modes(system, state, 3, work);
   EXPECT_EQ(slow.status, Status::not_positive_definite);
   EXPECT_TRUE(slow.modes.empty());
+}
+
+/// A turned brick whose cells at the surface are filled in part.
+BodyConfig turned_brick() {
+  TriangleMesh mesh = box_mesh({-0.6, -0.45, -0.45}, {0.6, 0.45, 0.45});
+  const Eigen::AngleAxisd turned(0.4, Vec3(1, 2, 3).normalized());
+  for (Vec3& vertex : mesh.vertices) vertex = turned * vertex;
+  MeshFill fill = fill_mesh(mesh, {.cell_size = 0.25});
+  BodyConfig brick = config(fill.voxels);
+  brick.contents = std::move(fill.contents);
+  brick.content_of = std::move(fill.content_of);
+  return brick;
+}
+
+/// Both searches against dense eigenvalues.
+void expect_both_searches(BodySystem<double>& system, int count, const std::string& name) {
+  const State<double> rest = system.rest_state();
+  const Eigen::VectorXd all = dense_frequencies(system, rest);
+  for (const ModeSearch search : {ModeSearch::factored, ModeSearch::multigrid}) {
+    Work work;
+    const Modes slow = slowest_modes(system, rest, count, work, search);
+    ASSERT_EQ(slow.status, Status::ok) << name;
+    ASSERT_EQ(slow.modes.size(), std::size_t(count)) << name;
+    EXPECT_LT(slow.error, 1e-8) << name;
+    for (int i = 0; i < count; ++i)
+      EXPECT_NEAR(slow.modes[std::size_t(i)].omega, all[i], all[i] < 1e-3 ? 1e-3 : 1e-8 * all[i])
+          << name << ", mode " << i + 1;
+    expect_modes(system, rest, slow.modes);
+  }
+}
+
+// A cube has pairs and triples of equal frequencies; counts that cut them in two are the hardest.
+TEST(Modes, OfBothSearchesAreTheDenseOnes) {
+  BodyConfig hanging = config(VoxelGrid::box(5, 5, 5)), auxetic = hanging;
+  auxetic.springs = calibrate({.young = 1e4, .poisson = 0.1}, 0.25, 0.5);
+  const Body cube(hanging), brick(turned_brick()), narrow(auxetic),
+      mixed(testing::mixed_config(VoxelGrid::box(5, 4, 5), 3));
+  const Environment held{.holds = {{.box = {{0, 0, 0}, {1.25, 1.25, 0}}}}};
+  SpringSystem<double> free_cube(cube, {}), held_cube(cube, held), held_narrow(narrow, held),
+      free_brick(brick, {}), free_mixed(mixed, {});
+  for (const int count : {7, 9, 20}) expect_both_searches(free_cube, count, "free cube");
+  for (const int count : {1, 2, 10}) expect_both_searches(held_cube, count, "held cube");
+  expect_both_searches(held_narrow, 10, "nu = 0.1");
+  expect_both_searches(free_brick, 10, "turned brick");
+  expect_both_searches(free_mixed, 10, "cells of three parts, filled in part");
+}
+
+TEST(Modes, OfFiniteElementsAreTheDenseOnes) {
+  BodyConfig solid = config(VoxelGrid::box(5, 4, 4));
+  solid.elastic = {.young = 1e4, .poisson = 0.3};
+  const Body body(solid);
+  for (const SolidLaw& law : solid_laws()) {
+    FemSystem free(body, {}, law), held(body, {.holds = {{.box = {{0, 0, 0}, {0, 1, 1}}}}}, law);
+    expect_both_searches(free, 9, law.name + ", free");
+    expect_both_searches(held, 10, law.name + ", held");
+  }
+}
+
+/// Eigenvalues below omega^2, by Sylvester's law of inertia.
+int count_below(BodySystem<double>& system, const State<double>& state, double omega) {
+  SparseMatrix matrix = system.tangents()->pattern();
+  system.tangents()->values(0, state.x, state.v,
+                            {.mass = -omega * omega, .stiffness = 1, .kind = Tangent::elastic}, matrix);
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(matrix);
+  EXPECT_EQ(factor.info(), Eigen::Success);
+  return int((factor.vectorD().array() < 0).count());
+}
+
+// Large enough for multigrid to be chosen, and slender enough to be factored for the count.
+TEST(Modes, OfLargeBodiesAreAllFound) {
+  const Body body(config(VoxelGrid::box(35, 7, 7)));
+  const Box end{{0, 0, 0}, {0, 1.75, 1.75}};
+  for (const Environment& environment : {Environment{}, Environment{.holds = {{.box = end}}}}) {
+    SpringSystem<double> system(body, environment);
+    const State<double> rest = system.rest_state();
+    Work work;
+    const Modes slow = slowest_modes(system, rest, 15, work);
+    ASSERT_EQ(slow.status, Status::ok);
+    EXPECT_EQ(work.linear_solves, 0) << "not factored";
+    for (const std::size_t i : {6U, 9U, 14U}) {
+      const double just_below = slow.modes[i].omega * (1 - 1e-6);
+      const auto slower = std::count_if(slow.modes.begin(), slow.modes.end(),
+                                        [&](const Mode& mode) { return mode.omega < just_below; });
+      EXPECT_EQ(count_below(system, rest, just_below), slower) << i;
+    }
+  }
+}
+
+// What a block finds at once, and what it says of an empty rest.
+TEST(LowestPairs, FindEqualEigenvaluesAndEndEarly) {
+  const Eigen::Index unknowns = 300;
+  Eigen::VectorXd values = Eigen::VectorXd::LinSpaced(unknowns, 1, 300);
+  values.head(6) << 0, 0, 0, 2, 2, 2;
+  const BlockMap a = [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) { y = values.asDiagonal() * x; };
+  const BlockMap inverse = [&](const Eigen::MatrixXd& x, Eigen::MatrixXd& y) {
+    y = (values.array() + 0.1).inverse().matrix().asDiagonal() * x;
+  };
+  LowestSearch search{.unknowns = unknowns, .count = 6, .relative = 1e-9, .absolute = 1e-11};
+  const LowestPairs six = lowest_pairs(a, inverse, Eigen::MatrixXd(unknowns, 0), search);
+  ASSERT_EQ(six.status, Status::ok);
+  EXPECT_LT((six.values - values.head(6)).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((six.vectors.transpose() * six.vectors - Eigen::MatrixXd::Identity(6, 6)).norm(), 1e-12);
+  search.count = 1;
+  search.below = 2.5;
+  EXPECT_EQ(lowest_pairs(a, inverse, six.vectors, search).values.size(), 0);
+  const LowestPairs left_out = lowest_pairs(a, inverse, six.vectors.leftCols(5), search);
+  ASSERT_EQ(left_out.values.size(), 1);
+  EXPECT_NEAR(left_out.values[0], 2, 1e-9);
 }
 
 }  // namespace
