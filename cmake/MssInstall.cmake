@@ -38,7 +38,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libmss-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "libraries, headers, CMake and pkg-config files")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-    "g++, libeigen3-dev, libfmt-dev, libassimp-dev, libtomlplusplus-dev, libsuitesparse-dev, libopenblas-dev, libsundials-dev")
+    "g++, libeigen3-dev, libfmt-dev, libtomlplusplus-dev, libsuitesparse-dev, libopenblas-dev, libsundials-dev")
 set(notices libmss-dev)
 
 if(MSS_PROGRAM)

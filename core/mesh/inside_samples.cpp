@@ -419,6 +419,17 @@ InsideSamples find_inside(const TriangleMesh& closed_mesh, std::size_t first_cap
   return result;
 }
 
+Vec3 centre_of(const std::vector<std::uint64_t>& masks, const SampleGrid& grid) {
+  Vec3 sum = Vec3::Zero();  // from the origin
+  double count = 0;
+  for (std::size_t cell = 0; cell < masks.size(); ++cell)
+    for (std::uint64_t rest = masks[cell]; rest != 0; rest &= rest - 1) {
+      sum += grid.sample(cell, std::countr_zero(rest)) - grid.origin;
+      ++count;
+    }
+  return grid.origin + sum / count;
+}
+
 void match_volume(InsideSamples& samples, double volume, const SampleGrid& grid) {
   const auto missing = std::int64_t(std::llround(volume / std::pow(grid.spacing(), 3))) - samples.inside;
   std::vector<BorderSample>& border = samples.border;

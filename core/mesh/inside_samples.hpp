@@ -71,6 +71,9 @@ inline constexpr double most_undecided = 0.1;
 InsideSamples find_inside(const TriangleMesh& closed_mesh, std::size_t first_cap, double orientation,
                           const SampleGrid& grid);
 
+/// Mean of the samples inside [m], of which there must be some.
+Vec3 centre_of(const std::vector<std::uint64_t>& masks, const SampleGrid& grid);
+
 /// Moves the samples that are nearest to the surface in or out until their number fits a volume [m^3], as if
 /// the surface moved by a small part of a step. Samples alone err by .5 percent of the volume of a sphere of
 /// 5 cells across, and by a layer of them where a face is parallel to the lattice. Of equally near samples

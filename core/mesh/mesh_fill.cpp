@@ -11,6 +11,7 @@
 #include "core/base/error.hpp"
 #include "core/base/limits.hpp"
 #include "core/mesh/inside_samples.hpp"
+#include "core/mesh/mesh_repair.hpp"
 
 namespace mss {
 
@@ -34,7 +35,8 @@ SampleGrid grid_around(const std::vector<MeshPart>& parts, const MeshFillConfig&
   SampleGrid grid{.cell_size = h, .samples = config.mode == FillMode::local ? 4 : 1};
   double sites = 1;
   for (int a = 0; a < 3; ++a) {
-    // Coordinates of files are in single precision: a body of whole cells may come out longer by rounding.
+    // Coordinates of most STL and PLY files are in single precision: a body of whole cells may come out
+    // longer by rounding.
     const double cells = (box.upper[a] - box.lower[a]) / h,
                  fitting = std::max(1.0, std::ceil(cells * (1 - 1e-6)));
     const double shift = config.offset[a] - std::floor(config.offset[a]);
@@ -55,24 +57,37 @@ SampleGrid grid_around(const std::vector<MeshPart>& parts, const MeshFillConfig&
   throw InputError(part.name + ": " + sentence);
 }
 
+/// Refuses a mesh without an inside where the reason is how its triangles are turned.
+void refuse_turned(const MeshPart& part, const MeshReport& report) {
+  if (report.inconsistent_edges > 0)
+    refuse(part,
+           fmt::format("triangles are turned inconsistently along {} of its edges, so that inside has no "
+                       "meaning; turn them the same way",
+                       report.inconsistent_edges));
+}
+
 /// Samples inside one mesh; fills the report.
 std::vector<std::uint64_t> samples_of(const MeshPart& part, const SampleGrid& grid, MeshReport& report) {
   const TriangleMesh& mesh = part.mesh;
   const std::vector<OpenEdge> open = open_edges(mesh);
-  report = {.triangles = mesh.triangles.size(),
+  report = {.repairs = part.repairs,
+            .triangles = mesh.triangles.size(),
             .vertices = mesh.vertices.size(),
             .open_edges = open.size(),
+            .inconsistent_edges = inconsistent_edges(mesh),
             .zero_faces = zero_faces(mesh),
             .shells = shells(mesh)};
   const TriangleMesh whole = open.empty() ? TriangleMesh{} : closed(mesh, open);
   const TriangleMesh& surface = open.empty() ? mesh : whole;
   const double volume = enclosed_volume(surface);
-  if (!(std::abs(volume) > 1e-9 * std::pow(surface_area(mesh), 1.5)))
+  if (!(std::abs(volume) > 1e-9 * std::pow(surface_area(mesh), 1.5))) {
+    refuse_turned(part, report);
     refuse(part, open.empty()
                      ? "encloses no volume; give the surface of a solid"
                      : fmt::format("is an open surface that encloses no volume, {} of its edges have no "
                                    "partner; close it",
                                    open.size()));
+  }
   report.flipped = volume < 0;
   report.true_volume = std::abs(volume);
   InsideSamples samples;
@@ -88,16 +103,23 @@ std::vector<std::uint64_t> samples_of(const MeshPart& part, const SampleGrid& gr
   report.overlapping = samples.overlapping;
   report.reversed = samples.reversed;
   report.contested = samples.contested;
-  if (samples.undecided > most_undecided)
+  if (samples.undecided > most_undecided) {
+    refuse_turned(part, report);
     refuse(part, fmt::format(
                      "has openings so large that inside has no meaning, {} of its edges have no partner and "
                      "{:.0f} percent of the volume is undecided; close it",
                      open.size(), 100 * samples.undecided));
+  }
   if (samples.reversed > most_reversed)
     refuse(part,
            fmt::format("has a shell that is inside out, {:.0f} percent of the volume is in such; turn its "
                        "triangles around",
                        100 * samples.reversed));
+  report.lost = find_lost_features(surface, mesh.triangles.size(), volume < 0 ? -1 : 1, samples.masks, grid);
+  report.true_centre = centroid(surface);
+  if (samples.inside > 0) report.filled_centre = centre_of(samples.masks, grid);
+  report.cell_size = grid.cell_size;
+  report.samples = grid.samples;
   return std::move(samples.masks);
 }
 
@@ -223,16 +245,51 @@ void give_way(std::vector<std::vector<std::uint64_t>>& masks, double sample_volu
   }
 }
 
+std::string shown(const Vec3& x) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", x.x(), x.y(), x.z()); }
+
+/// A part that no cell carries: where, how thick, how much.
+std::string sentence(const LostFeature& lost, const MeshReport& report) {
+  std::string text = fmt::format(
+      "cells of {:.3g} m miss its part from {} to {} m, about {:.2g} m thick: {:.3g} m^3, {:.2g} "
+      "percent of the volume",
+      report.cell_size, shown(lost.box.lower), shown(lost.box.upper), lost.thickness(), lost.volume,
+      100 * lost.volume / report.true_volume);
+  if (report.filled_volume > report.true_volume - lost.volume / 2) text += ", which other cells have instead";
+  const double fine_enough = report.samples * lost.thickness();
+  if (fine_enough > 0 && fine_enough < report.cell_size)
+    text += fmt::format("; cells of at most {:.2g} m would have it", fine_enough);
+  return text;
+}
+
+void add_lost(const MeshReport& report, std::vector<std::string>& notes) {
+  constexpr std::size_t most = 3;
+  if (report.lost.empty()) return;
+  double rest = 0;
+  for (std::size_t i = 0; i < report.lost.size(); ++i)
+    if (i < most)
+      notes.push_back(sentence(report.lost[i], report));
+    else
+      rest += report.lost[i].volume;
+  if (report.lost.size() > most)
+    notes.push_back(fmt::format("they miss {} smaller parts, {:.2g} percent of the volume together",
+                                report.lost.size() - most, 100 * rest / report.true_volume));
+  notes.push_back(fmt::format("so the centre of the cells' volume is {} m, and that of the mesh {} m",
+                              shown(report.filled_centre), shown(report.true_centre)));
+}
+
 }  // namespace
 
 std::vector<std::string> MeshReport::notes() const {
-  std::vector<std::string> notes;
+  std::vector<std::string> notes = repairs;
   const auto percent = [](double share) { return fmt::format("{:.2g} percent", 100 * share); };
   if (flipped) notes.emplace_back("it is inside out, and was turned around");
   if (open_edges > 0)
     notes.push_back(
         fmt::format("{} of its edges have no partner, and its openings leave {} of the volume undecided",
                     open_edges, percent(undecided)));
+  if (inconsistent_edges > 0)
+    notes.push_back(
+        fmt::format("its triangles are turned inconsistently along {} of these", inconsistent_edges));
   if (zero_faces > 0) notes.push_back(fmt::format("{} of its triangles have no area", zero_faces));
   if (shells > 1) notes.push_back(fmt::format("it has {} shells", shells));
   if (overlapping > 0)
@@ -245,6 +302,7 @@ std::vector<std::string> MeshReport::notes() const {
   if (std::abs(filled_volume - true_volume) > 0.01 * true_volume)
     notes.push_back(fmt::format("cells fill {:.4g} m^3 where the surface encloses {:.4g} m^3", filled_volume,
                                 true_volume));
+  add_lost(*this, notes);
   return notes;
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/body/cell_fill.hpp"
 #include "core/body/voxels.hpp"
+#include "core/mesh/lost_features.hpp"
 #include "core/mesh/triangle_mesh.hpp"
 
 namespace mss {
@@ -25,19 +26,26 @@ struct MeshFillConfig {
 
 /// What was found in a mesh, and how well cells fill it.
 struct MeshReport {
+  std::vector<std::string> repairs{};  ///< of its file
   std::size_t triangles = 0;
   std::size_t vertices = 0;
-  std::size_t open_edges = 0;  ///< directed, without partner
-  std::size_t zero_faces = 0;  ///< without area
-  std::size_t shells = 0;      ///< parts that no vertex joins
-  bool flipped = false;        ///< was inside out
-  double true_volume = 0;      ///< by the divergence theorem, openings closed [m^3]
-  double filled_volume = 0;    ///< of the samples inside, before parts that come later [m^3]
-  double hidden_volume = 0;    ///< of those that a later part has instead [m^3]
-  double undecided = 0;        ///< share of samples near openings, winding number .1 to .9
-  double overlapping = 0;      ///< share of samples that are inside more than once
-  double reversed = 0;         ///< share of samples in shells that are inside out, not filled
-  double contested = 0;        ///< share of samples on the surface, within rounding
+  std::size_t open_edges = 0;          ///< directed, without partner
+  std::size_t inconsistent_edges = 0;  ///< of two triangles that face opposite ways
+  std::size_t zero_faces = 0;          ///< without area
+  std::size_t shells = 0;              ///< parts that no vertex joins
+  bool flipped = false;                ///< was inside out
+  double true_volume = 0;              ///< by the divergence theorem, openings closed [m^3]
+  double filled_volume = 0;            ///< of the samples inside, before parts that come later [m^3]
+  double hidden_volume = 0;            ///< of those that a later part has instead [m^3]
+  double undecided = 0;                ///< share of samples near openings, winding number .1 to .9
+  double overlapping = 0;              ///< share of samples that are inside more than once
+  double reversed = 0;                 ///< share of samples in shells that are inside out, not filled
+  double contested = 0;                ///< share of samples on the surface, within rounding
+  Vec3 true_centre = Vec3::Zero();     ///< of the volume that the surface encloses [m]
+  Vec3 filled_centre = Vec3::Zero();   ///< of the samples inside, before parts that come later [m]
+  std::vector<LostFeature> lost{};     ///< what no cell carries, the largest first
+  double cell_size = 1;                ///< [m]
+  int samples = 4;                     ///< per edge of a cell
 
   /// What a user should know, a sentence each; none for a mesh without faults in cells that fit it.
   std::vector<std::string> notes() const;
@@ -57,7 +65,8 @@ struct MeshFill {
 struct MeshPart {
   TriangleMesh mesh;
   int part = 0;
-  std::string name = "the mesh";  ///< as sentences about it begin, its file
+  std::string name = "the mesh";       ///< as sentences about it begin, its file
+  std::vector<std::string> repairs{};  ///< of its file
 };
 
 /// Cells with the shares of their octants that meshes fill. Where meshes overlap, the later one has the

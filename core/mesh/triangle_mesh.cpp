@@ -213,6 +213,20 @@ double enclosed_volume(const TriangleMesh& mesh) {
   return sum / 6;
 }
 
+Vec3 centroid(const TriangleMesh& mesh) {
+  const Box box = bounding_box(mesh);
+  const Vec3 centre = (box.lower + box.upper) / 2;
+  Vec3 moment = Vec3::Zero();
+  double volume = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = mesh.corners(t);
+    const double tetrahedron = (a - centre).dot((b - centre).cross(c - centre)) / 6;
+    volume += tetrahedron;
+    moment += tetrahedron / 4 * (a + b + c - 3 * centre);
+  }
+  return centre + moment / volume;
+}
+
 double surface_area(const TriangleMesh& mesh) {
   double sum = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

@@ -68,6 +68,9 @@ std::size_t shells(const TriangleMesh& mesh);
 /// it is inside out.
 double enclosed_volume(const TriangleMesh& mesh);
 
+/// Centre of the volume that a closed mesh encloses [m]; it must not be 0.
+Vec3 centroid(const TriangleMesh& mesh);
+
 /// [m^2]
 double surface_area(const TriangleMesh& mesh);
 

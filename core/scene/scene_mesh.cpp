@@ -56,9 +56,12 @@ MeshPart read_part(const TomlTable& table, const std::filesystem::path& folder, 
   file = table.text("mesh", "a file name", "the path of an OBJ, STL or PLY file, relative to the scene file");
   const std::filesystem::path path = folder / file;
   try {
-    MeshPart read{.mesh = read_mesh(path), .part = part, .name = path.string()};
+    MeshOfFile read = read_mesh(path);
     place(read.mesh, placement);
-    return read;
+    return {.mesh = std::move(read.mesh),
+            .part = part,
+            .name = path.string(),
+            .repairs = std::move(read.repairs)};
   } catch (const InputError& error) {
     table.reject("mesh", fmt::format("does not give a body: {}", error.what()));
   }

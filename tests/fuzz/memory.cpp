@@ -37,9 +37,6 @@ extern "C" const char* __asan_default_options();
 extern "C" const char* __asan_default_options() {
   return "max_allocation_size_mb=512:hard_rss_limit_mb=4096";
 }
-// what assimp's readers leave when they refuse a file
-extern "C" const char* __lsan_default_suppressions();
-extern "C" const char* __lsan_default_suppressions() { return "leak:libassimp"; }
 #else
 // Counts what is given out. One thread alone runs an input.
 void* operator new(std::size_t size) {

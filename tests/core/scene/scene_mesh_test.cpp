@@ -1,10 +1,12 @@
 // Meshes as scenes give them.
 #include "core/scene/scene_mesh.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <array>
 
 #include "core/base/error.hpp"
 #include "core/mesh/shapes.hpp"
@@ -43,6 +45,54 @@ TEST(SceneMesh, IsReadPlacedAndFilled) {
   EXPECT_EQ(placed.mesh->config.mode, FillMode::staircase);
   EXPECT_LT((placed.body.origin - Vec3(-4, 0, 1)).norm(), 1e-12);
   EXPECT_EQ(placed.body.voxels.count(), 8U * 4 * 12);
+}
+
+/// Kilograms of the bodies of a sphere of six decimals as it is, and moved far away and back.
+std::pair<double, double> masses_near_and_far(const Vec3& far) {
+  const testing::SceneFolder folder;
+  std::array<double, 2> masses{};
+  for (const bool moved : {false, true}) {
+    const Vec3 shift = moved ? far : Vec3(Vec3::Zero());
+    std::string text;
+    for (const Vec3& x : icosphere(0.5, 10).vertices)
+      text +=
+          fmt::format("v {:.6f} {:.6f} {:.6f}\n", x.x() + shift.x(), x.y() + shift.y(), x.z() + shift.z());
+    for (const auto& t : icosphere(0.5, 10).triangles)
+      text += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+    folder.write("sphere.obj", text);
+    const Scene scene =
+        read(folder, fmt::format("mesh = \"sphere.obj\"\ncell_size = 0.1\nmesh_translation = [{:.1f}, "
+                                 "{:.1f}, {:.1f}]\n",
+                                 -shift.x(), -shift.y(), -shift.z()));
+    EXPECT_TRUE(scene.warnings.empty()) << scene.warnings.front();
+    masses[moved ? 1 : 0] = 1000 * scene.mesh->reports.at(0).filled_volume;
+  }
+  return {masses[0], masses[1]};
+}
+
+TEST(SceneMesh, InTheCoordinatesOfAMapIsMovedBackExactly) {
+  for (const Vec3& far :
+       {Vec3(400000, 5000000, 100), Vec3(40000, 50000, 0), Vec3(-4e6, 2e6, 5e6), Vec3(0, -1e7, 3)}) {
+    const auto [near_mass, far_mass] = masses_near_and_far(far);
+    EXPECT_DOUBLE_EQ(near_mass, far_mass) << far.transpose();
+  }
+}
+
+TEST(SceneMesh, WarnsOfWhatCellsMiss) {
+  const testing::SceneFolder folder;
+  write_obj(folder.path() / "fin.obj",
+            joined(box_mesh({0, 0, 0}, {1, 1, 0.2}), box_mesh({0.49, 0, 0.2}, {0.51, 1, 0.7})));
+  const auto missed = [&](const std::string& cell_size) {
+    std::string all;
+    for (const std::string& warning :
+         read(folder, "mesh = \"fin.obj\"\ncell_size = " + cell_size + "\n").warnings)
+      all += warning + "; ";
+    return all;
+  };
+  EXPECT_THAT(missed("0.1"),
+              HasSubstr("fin.obj: cells of 0.1 m miss its part from (0.49, 0, 0.2) to (0.51, 1, 0.7) m"));
+  EXPECT_THAT(missed("0.1"), HasSubstr("that of the mesh (0.5, 0.5, 0.1167) m"));
+  EXPECT_THAT(missed("0.07"), ::testing::Not(HasSubstr("miss")));
 }
 
 TEST(SceneMesh, IsTheSameAfterItWasWritten) {

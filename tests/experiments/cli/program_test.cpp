@@ -14,6 +14,7 @@
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
+#include "experiments/plot/gnuplot.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss::cli {
@@ -190,6 +191,44 @@ TEST(Modes, PrintTheStableStepWhereAGuardActs) {
   EXPECT_EQ(unlimited.exit_status, 0) << unlimited.output;
   EXPECT_NE(unlimited.output.find("where the fold guard acts"), std::string::npos) << unlimited.output;
   EXPECT_EQ(unlimited.output.find("of the safe one"), std::string::npos) << unlimited.output;
+}
+
+TEST(CheckMesh, SaysWhatCellsHaveOfIt) {
+  const Directory directory;
+  fs::create_directories(directory.string());
+  const std::string sphere = directory / "sphere.obj", finned = directory / "finned.obj",
+                    out = directory / "out";
+  write_obj(sphere, icosphere(0.5, 12));
+  // a fin that touches the block, between the samples of cells of .1 m
+  write_obj(finned, joined(box_mesh({0, 0, 0}, {1, 1, 0.2}), box_mesh({0.49, 0, 0.2}, {0.51, 1, 0.7})));
+  const ProgramRun sound = mss({"check-mesh", sphere, "--cells", "10", "--out", out});
+  EXPECT_EQ(sound.exit_status, 0) << sound.output;
+  for (const std::string part : {"2880 triangles", "closed       yes", "of 0.1 m", "nothing is wrong"})
+    EXPECT_NE(sound.output.find(part), std::string::npos) << part << sound.output;
+  const ProgramRun lost = mss({"check-mesh", finned, "--cell-size", "0.1", "--out", out});
+  EXPECT_EQ(lost.exit_status, 1) << lost.output;
+  for (const std::string part :
+       {"miss its part from (0.49, 0, 0.2) to (0.51, 1, 0.7) m", "about 0.019 m thick", "2 shells"})
+    EXPECT_NE(lost.output.find(part), std::string::npos) << part << lost.output;
+  const bool draws = !gnuplot_version().empty();
+  for (const char* picture : {"sphere.svg", "sphere.png", "finned.svg", "finned.png"})
+    EXPECT_EQ(fs::exists(fs::path(out) / picture), draws) << picture;
+}
+
+TEST(CheckMesh, RefusesWhatMakesNoBody) {
+  const Directory directory;
+  fs::create_directories(directory.string());
+  const std::string open = directory / "open.obj", sphere = directory / "sphere.obj";
+  TriangleMesh mesh = box_mesh({0, 0, 0}, {1, 2, 3});
+  mesh.triangles.resize(10);
+  write_obj(open, mesh);
+  write_obj(sphere, icosphere(0.5, 4));
+  expect_refused({"check-mesh", open}, "4 of its edges have no partner");
+  expect_refused({"check-mesh", directory / "none.obj"}, "cannot be read");
+  expect_refused({"check-mesh", sphere, "--cells", "0"}, "--cells is 0");
+  expect_refused({"check-mesh", sphere, "--cell-size", "-1"}, "--cell-size is -1");
+  expect_refused({"check-mesh", sphere, "--cells", "9", "--cell-size", "1"}, "conflicts");
+  expect_refused({"check-mesh", sphere, "--scale", "nan"}, "--scale is nan");
 }
 
 TEST(Check, RefusesWhatItCannotDo) {
