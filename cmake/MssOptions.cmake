@@ -1,6 +1,5 @@
 # Options every target of the project shares. Nothing here relaxes floating point: no -ffast-math anywhere, and
-# contraction to fused multiply-adds only in the sweep (core/CMakeLists.txt) and the loops of quasi-Newton methods
-# (integrators/CMakeLists.txt).
+# contraction to fused multiply-adds only in kernels that are compiled per instruction set (MssKernelCopies.cmake).
 add_library(mss_options INTERFACE)
 target_include_directories(mss_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(mss_options INTERFACE -Wall -Wextra -Wpedantic -Wnon-virtual-dtor -Woverloaded-virtual

@@ -1,6 +1,6 @@
 # mss_room(LIBRARY ROOM [FOLDER F] [USES ROOM...] [LINKS TARGET...] [HEADERS H...] [SOURCES NAME...] [APART NAME...]): a
-# layer of a library, the folder ROOM (or F) and the sources NAME.cpp in it. It sees what the rooms in USES see, of another
-# library as LIBRARY::ROOM, and the libraries in LINKS; rooms cannot use each other in a circle. HEADERS, given with the
+# layer of a library, the folder ROOM (or F) and the sources NAME.cpp in it, above the rooms in USES (of another library as
+# LIBRARY::ROOM), with the libraries in LINKS. CMake refuses circles; what is included is tests/source_test.cpp's. HEADERS, given with the
 # first room, are compiled once for all. Where CMAKE_UNITY_BUILD is on, SOURCES are compiled together, which takes half of
 # the time. They then see each other's names: those that have a name in common, or may have, stay APART.
 function(mss_room library room)

@@ -19,15 +19,13 @@ inline void snap_to_end_time(double& t, double dt, double t_end) {
 template <class Real>
 class BetweenSteps {
  public:
-  /// `collisions`: when the method has them where the system has bounds; elsewhere they act after steps.
-  BetweenSteps(Integrator<Real>& method, System<Real>& system, double dt, bool may_sleep,
-               Collisions collisions)
+  BetweenSteps(Integrator<Real>& method, System<Real>& system, double dt, bool may_sleep)
       : method_(method),
         events_(system.events()),
         impulses_(system.plane_impulses()),
         dt_(dt),
         collides_(events_ && events_->collides() &&
-                  !(collisions == Collisions::inside_steps && system.bounds())),
+                  !(method.collisions() == Collisions::inside_steps && system.bounds())),
         sleeps_(may_sleep && events_ && events_->sleeps()) {}
 
   /// Whether steps must be taken one at a time.
@@ -66,8 +64,8 @@ inline constexpr long steps_between_checks = 32;
 /// without history.
 template <class Real, class Take>
 Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>& state, double dt,
-                     double t_end, Work& work, Take&& take, Collisions collisions = Collisions::after_steps) {
-  BetweenSteps<Real> between(method, system, dt, true, collisions);
+                     double t_end, Work& work, Take&& take) {
+  BetweenSteps<Real> between(method, system, dt, true);
   const auto step_alone = [&] {
     if (between.all_asleep()) {
       between.sleeps_on();
@@ -94,8 +92,8 @@ Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>
 /// not accelerations, so nothing falls asleep.
 template <class Real, class Take>
 Status advance_step_by_step(Integrator<Real>& method, System<Real>& system, State<Real>& state, double dt,
-                            double t_end, Work& work, Collisions collisions, Take&& take) {
-  BetweenSteps<Real> between(method, system, dt, false, collisions);
+                            double t_end, Work& work, Take&& take) {
+  BetweenSteps<Real> between(method, system, dt, false);
   for (long left = std::lround((t_end - state.t) / dt); left > 0; --left) {
     between.step_begins(state);
     if (const Status status = take(); status != Status::ok) return status;

@@ -1,5 +1,8 @@
 #include "integrators/integrator.hpp"
 
+#include <fmt/format.h>
+
+#include "core/base/error.hpp"
 #include "integrators/collisions.hpp"
 
 namespace mss {
@@ -7,12 +10,22 @@ namespace mss {
 template <class Real>
 std::unique_ptr<Integrator<Real>> IntegratorInfo::make(const IntegratorOptions& options) const {
   std::unique_ptr<Integrator<Real>> method;
-  if constexpr (std::is_same_v<Real, float>)
+  if constexpr (std::is_same_v<Real, float>) {
+    if (!make_single)
+      throw InputError(fmt::format(
+          "integrator '{}' computes in double precision only; give precision = \"double\"", name));
     method = make_single(options);
-  else
+  } else {
     method = make_double(options);
+  }
+  method->collisions_ = collisions;
   method->check_ = [facts = *this, dt = options.dt](System<Real>& system) {
     check_collisions(facts, system, dt);
+    if (system.in_local_steps() && !facts.local_steps)
+      throw InputError(
+          fmt::format("{} has more than one force a step, and local steps take the place of one; "
+                      "leave solve.local_steps out, or give verlet",
+                      facts.name));
   };
   return method;
 }

@@ -38,6 +38,13 @@ struct Work {
   Work& operator+=(const Work& other);
 };
 
+/// When planes of the laws `impulse` and `thesis` act on what a method moves.
+enum class Collisions {
+  after_steps,
+  inside_steps,  ///< as System::bounds() has them: methods that find forces where steps end
+  never
+};
+
 /// A time-stepping method.
 template <class Real>
 class Integrator {
@@ -62,6 +69,9 @@ class Integrator {
     if (check_) check_(system);
   }
 
+  /// When planes act on what it moves.
+  Collisions collisions() const { return collisions_; }
+
   /// Discards all history. Call it after editing a state, before the next advance.
   virtual void reset() {}
 
@@ -70,6 +80,7 @@ class Integrator {
 
   virtual Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) = 0;
 
+  Collisions collisions_ = Collisions::after_steps;
   std::function<void(System<Real>&)> check_;  ///< empty: of a method outside the registry
 };
 
@@ -100,18 +111,16 @@ using StabilityLimit = double (*)(double omega, double damping);
 /// The limit of methods that are stable iff omega^2 dt^2 + 2 damping dt < 4.
 double central_limit(double omega, double damping);
 
+/// The limit of methods that multiply a solution y = exp(lambda t) of the test equation by R(lambda dt) in a
+/// step, R(z) = sum of coefficients[k] z^k: the largest step up to which |R| <= 1 for both roots lambda.
+/// Coefficients as IntegratorInfo::polynomial has them, those of Runge-Kutta methods in order of z.
+double polynomial_limit(const std::vector<double>& coefficients, double omega, double damping);
+
 /// How a method advances time.
 enum class Stepping {
   fixed,       ///< in steps of dt
   adaptive,    ///< in steps it chooses by a tolerance
   equilibrium  ///< not at all: it finds where a body would be at rest at the end time
-};
-
-/// When planes of the laws `impulse` and `thesis` act on what a method moves.
-enum class Collisions {
-  after_steps,
-  inside_steps,  ///< as System::bounds() has them: methods that find forces where steps end
-  never
 };
 
 /// Who solves the linear systems of an implicit method.

@@ -47,7 +47,7 @@ Body::Body(const BodyConfig& config, const Communicator& ranks)
   find_particles();
   classify_sites();
   check_masses();
-  add_weights();
+  find_added_masses();
 }
 
 /// Each rank goes through all cells, so that sums over them are everywhere the same.
@@ -82,14 +82,14 @@ void Body::find_particles() {
 void Body::classify_sites() {
   kind_.assign(std::size_t(lattice_.size), 0);
   // The set contains numbers of neighbourhoods, which lie in a row: of a mesh's surface there are many.
-  std::vector<Neighbourhood> kinds{{}};  // kind 0: nothing
+  std::vector<CellsAround> kinds{{}};  // kind 0: nothing
   const auto hash = [&](std::uint32_t kind) { return HashCells()(kinds[kind]); };
   const auto equal = [&](std::uint32_t a, std::uint32_t b) { return kinds[a] == kinds[b]; };
   std::unordered_set<std::uint32_t, decltype(hash), decltype(equal)> known({0}, 16, hash, equal);
   const VoxelGrid& voxels = config_.voxels;
   for (int k = 0; k <= voxels.nz(); ++k)
     for (int j = 0; j <= voxels.ny(); ++j) {
-      Neighbourhood cells{};
+      CellsAround cells{};
       const auto add_column = [&](int i) {  // moves on along x
         for (std::size_t row = 0; row < 9; ++row) {
           std::copy_n(&cells[3 * row + 1], 2, &cells[3 * row]);
@@ -101,7 +101,7 @@ void Body::classify_sites() {
       for (int i = 0; i <= voxels.nx(); ++i) {
         add_column(i + 1);
         if (is_own(plane) ? particle(lattice_.site(i, j, plane)) < 0 : !touch_site(cells)) continue;
-        const Neighbourhood& key = kinds.emplace_back(kinds_.relevant(cells));
+        const CellsAround& key = kinds.emplace_back(kinds_.relevant(cells));
         const auto [kind, is_new] = known.insert(std::uint32_t(kinds.size() - 1));
         if (is_new)
           kinds_.add(key);
@@ -120,15 +120,15 @@ void Body::check_masses() const {
       throw InputError("a particle has no mass: give its cells more, or fill_blend_mass above 0");
 }
 
-void Body::add_weights() {
+void Body::find_added_masses() {
   if (config_.weights.empty()) return;
-  weight_.assign(std::size_t(lattice_.size), 0);
+  added_mass_.assign(std::size_t(lattice_.size), 0);
   for (const Weight& weight : config_.weights) {
     const std::vector<std::ptrdiff_t> sites = select(weight.box.lower, weight.box.upper);
     std::size_t count = 0;
     ranks_.add_in_order(count, [&] { count += sites.size(); });
-    for (const std::ptrdiff_t site : sites) weight_[std::size_t(site)] += weight.mass / double(count);
-    if (count > 0) all_weights_ += weight.mass;
+    for (const std::ptrdiff_t site : sites) added_mass_[std::size_t(site)] += weight.mass / double(count);
+    if (count > 0) all_added_mass_ += weight.mass;
   }
 }
 

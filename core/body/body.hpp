@@ -45,7 +45,7 @@ class Body {
   std::size_t cell_count() const { return cells_; }
   std::size_t particle_count() const { return site_of_.size(); }
   std::size_t spring_count() const { return springs_; }
-  double total_mass() const { return mass_of_cells_ + all_weights_; }
+  double total_mass() const { return mass_of_cells_ + all_added_mass_; }
   /// Of what is filled at rest [m^3].
   double volume() const { return cell_volume() * filled_cells_; }
   double cell_volume() const { return config_.cell_volume(); }
@@ -58,7 +58,7 @@ class Body {
   /// Mass of the particle at a site [kg]; 0 where there is none. Eq. 2-2, and its share of weights.
   double mass(std::ptrdiff_t site) const {
     const double cells = weights_at(site).mass;
-    return weight_.empty() ? cells : cells + weight_[std::size_t(site)];
+    return added_mass_.empty() ? cells : cells + added_mass_[std::size_t(site)];
   }
 
   /// Position at rest [m]; defined for every site, ghosts included.
@@ -106,7 +106,7 @@ class Body {
   void find_particles();
   void classify_sites();
   void check_masses() const;
-  void add_weights();
+  void find_added_masses();
 
   BodyConfig config_;
   const Communicator& ranks_;
@@ -119,8 +119,8 @@ class Body {
   double filled_cells_ = 0;   ///< shares of all cells, added
   double mass_of_cells_ = 0;  ///< [kg]
   std::size_t springs_ = 0;
-  std::vector<double> weight_;  ///< per site, beside that of cells [kg]; empty: there are none
-  double all_weights_ = 0;      ///< [kg]
+  std::vector<double> added_mass_;  ///< per site, beside that of cells [kg]; empty: there are none
+  double all_added_mass_ = 0;       ///< [kg]
   std::vector<std::ptrdiff_t> site_of_;
   std::vector<int> particle_;  ///< per site
   std::vector<std::uint32_t> kind_;

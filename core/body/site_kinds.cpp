@@ -73,7 +73,7 @@ struct SiteKinds::Shares {
   double cell = 0;
 };
 
-bool touch_site(const Neighbourhood& cells) {
+bool touch_site(const CellsAround& cells) {
   for (int cell = 0; cell < 27; ++cell)
     if (is_in(cells_of_corner[0], cell) && cells[std::size_t(cell)] != 0) return true;
   return false;
@@ -90,8 +90,8 @@ SiteKinds::SiteKinds(const BodyConfig& config)
   add({});
 }
 
-Neighbourhood SiteKinds::relevant(const Neighbourhood& cells) const {
-  Neighbourhood key{};
+CellsAround SiteKinds::relevant(const CellsAround& cells) const {
+  CellsAround key{};
   for (int cell = 0; cell < 27; ++cell)
     if (is_in(relevant_, cell)) key[std::size_t(cell)] = cells[std::size_t(cell)];
   return key;
@@ -145,7 +145,7 @@ double SiteKinds::interior_stiffness(std::size_t slot) const {
              : 0;
 }
 
-SiteKinds::Shares SiteKinds::shares_of(const Neighbourhood& cells, int part) const {
+SiteKinds::Shares SiteKinds::shares_of(const CellsAround& cells, int part) const {
   constexpr std::array<double, 3> cells_of_interior_spring{4, 2, 1};
   constexpr std::size_t own = 13;
   Shares shares;
@@ -189,7 +189,7 @@ void SiteKinds::add_weights_of(const Shares& shares, std::size_t part, SiteWeigh
   w.fill += shares.cell;
 }
 
-void SiteKinds::add(const Neighbourhood& cells) {
+void SiteKinds::add(const CellsAround& cells) {
   constexpr std::size_t own = 13;
   SiteWeights w;
   std::vector<Shares> shares;  // by part

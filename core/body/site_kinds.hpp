@@ -31,10 +31,10 @@ struct SiteElements {
 
 /// What the 27 cells around a site hold, x first; its own is in the middle. Numbers of contents, from 1; 0:
 /// no cell.
-using Neighbourhood = std::array<std::uint32_t, 27>;
+using CellsAround = std::array<std::uint32_t, 27>;
 
 /// Whether some of these cells touch the site, so that a particle is there.
-bool touch_site(const Neighbourhood& cells);
+bool touch_site(const CellsAround& cells);
 
 /// The kinds of sites that a body has, and what springs, dampers and masses are there. All of it follows from
 /// what the 27 cells around a site hold, so sites with equal neighbourhoods are of one kind. Kind 0: no cell
@@ -48,13 +48,14 @@ bool touch_site(const Neighbourhood& cells);
 /// stiffness.
 class SiteKinds {
  public:
-  /// Of a body with valid contents, which must outlive these. Has kind 0 alone.
+  /// Of a body that must outlive these, and whose contents are valid when the first kind is added. Has kind 0
+  /// alone.
   explicit SiteKinds(const BodyConfig& config);
 
   /// Those of the cells around a site that its kind depends on; 0 in place of the others.
-  Neighbourhood relevant(const Neighbourhood& cells) const;
+  CellsAround relevant(const CellsAround& cells) const;
   /// Adds the kind of a neighbourhood: its number is size() before.
-  void add(const Neighbourhood& cells);
+  void add(const CellsAround& cells);
 
   std::size_t size() const { return weights_.size(); }
   /// By kind.
@@ -84,7 +85,7 @@ class SiteKinds {
 
   void find_constants();
   void find_damping_time();
-  Shares shares_of(const Neighbourhood& cells, int part) const;
+  Shares shares_of(const CellsAround& cells, int part) const;
   void add_weights_of(const Shares& shares, std::size_t part, SiteWeights& w) const;
   std::array<double, spring_slots.size()> dampings_of(const std::vector<Shares>& shares) const;
   double mass_of_full_corner(std::size_t part) const;

@@ -8,24 +8,37 @@
 
 namespace mss {
 
+namespace {
+
+/// Of a hold that turns: from its centre to the particle, without what moves both.
+Vec3 arm_of(const Hold& hold, const Vec3& rest, double t) {
+  const Turn& turn = *hold.turn;
+  return Eigen::AngleAxisd(turn.rate * std::min(t, turn.until), turn.axis.normalized()) *
+         (rest + hold.displacement - turn.centre);
+}
+
+}  // namespace
+
 Prescribed prescribed_motion(const Hold& hold, const Vec3& rest, double t) {
   Prescribed p{rest + hold.displacement + hold.velocity * t, hold.velocity};
-  if (!hold.turn) return p;
-  const Turn& turn = *hold.turn;
-  const Vec3 axis = turn.axis.normalized();
-  const Vec3 arm =
-      Eigen::AngleAxisd(turn.rate * std::min(t, turn.until), axis) * (rest + hold.displacement - turn.centre);
-  p.position = turn.centre + arm + hold.velocity * t;
-  if (t < turn.until) p.velocity += turn.rate * axis.cross(arm);
+  if (hold.turn) {
+    const Turn& turn = *hold.turn;
+    const Vec3 arm = arm_of(hold, rest, t);
+    p.position = turn.centre + arm + hold.velocity * t;
+    if (t < turn.until) p.velocity += turn.rate * turn.axis.normalized().cross(arm);
+  }
+  if (!hold.path.empty()) {
+    p.position += hold.path.at(t);
+    p.velocity += hold.path.slope(t);
+  }
   return p;
 }
 
 Vec3 prescribed_acceleration(const Hold& hold, const Vec3& rest, double t) {
   if (!hold.turn || t >= hold.turn->until) return Vec3::Zero();
   const Turn& turn = *hold.turn;
-  const Vec3 axis = turn.axis.normalized(),
-             arm = prescribed_motion(hold, rest, t).position - hold.velocity * t - turn.centre;
-  return turn.rate * axis.cross(turn.rate * axis.cross(arm));
+  const Vec3 axis = turn.axis.normalized();
+  return turn.rate * axis.cross(turn.rate * axis.cross(arm_of(hold, rest, t)));
 }
 
 std::vector<std::ptrdiff_t> sites_of(const Hold& hold, const Body& body) {
@@ -92,9 +105,9 @@ void HeldSites::clear(Field<Real>& field) const {
       if (e.axes[std::size_t(a)]) field.axis(a)[e.site] = Real(0);
 }
 
-LoadedSites::LoadedSites(const std::vector<Level>& levels, const std::vector<Load>& loads) {
-  for (const Load& load : loads)
-    if (load.surface)
+LoadedSites::LoadedSites(const std::vector<Level>& levels, const std::vector<Load>& loads) : loads_(loads) {
+  for (std::size_t load = 0; load < loads.size(); ++load)
+    if (loads[load].surface)
       add_on_surface(levels.front().body, load);
     else
       add_on_particles(levels, load);
@@ -102,7 +115,8 @@ LoadedSites::LoadedSites(const std::vector<Level>& levels, const std::vector<Loa
                    [](const Entry& a, const Entry& b) { return a.site < b.site; });
 }
 
-void LoadedSites::add_on_particles(const std::vector<Level>& levels, const Load& load) {
+void LoadedSites::add_on_particles(const std::vector<Level>& levels, std::size_t number) {
+  const Load& load = loads_[number];
   const double cell_size = levels.front().body.config().cell_size;
   struct Loaded {
     std::ptrdiff_t site;
@@ -130,10 +144,11 @@ void LoadedSites::add_on_particles(const std::vector<Level>& levels, const Load&
     for (const Loaded& l : loaded) sum += l.mass * std::pow(l.shrinkage, layers);
   });
   for (const Loaded& l : loaded)
-    entries_.push_back({l.site, load.force * (l.mass * std::pow(l.shrinkage, layers) / sum)});
+    entries_.push_back({l.site, number, load.force * (l.mass * std::pow(l.shrinkage, layers) / sum)});
 }
 
-void LoadedSites::add_on_surface(const Body& body, const Load& load) {
+void LoadedSites::add_on_surface(const Body& body, std::size_t number) {
+  const Load& load = loads_[number];
   const BodyConfig& config = body.config();
   const EmbeddedSurface surface(*load.surface, config.voxels, config.cell_size, config.origin);
   const std::vector<std::size_t> vertices = vertices_in(*load.surface, load.box, 1e-9 * config.cell_size);
@@ -141,29 +156,32 @@ void LoadedSites::add_on_surface(const Body& body, const Load& load) {
   for (const std::size_t vertex : vertices)
     surface.distribute(vertex, load.force / double(vertices.size()), forces);
   for (const std::ptrdiff_t site : body.sites())
-    if (forces.at(site) != Vec3::Zero()) entries_.push_back({site, forces.at(site)});
+    if (forces.at(site) != Vec3::Zero()) entries_.push_back({site, number, forces.at(site)});
 }
 
 template <class Real>
-void LoadedSites::add(std::ptrdiff_t first, std::ptrdiff_t last, const std::array<Real*, 3>& forces) const {
+void LoadedSites::add(double t, std::ptrdiff_t first, std::ptrdiff_t last,
+                      const std::array<Real*, 3>& forces) const {
   const auto begin = std::lower_bound(entries_.begin(), entries_.end(), first,
                                       [](const Entry& e, std::ptrdiff_t site) { return e.site < site; });
-  for (auto e = begin; e != entries_.end() && e->site < last; ++e)
-    for (int a = 0; a < 3; ++a) forces[std::size_t(a)][e->site - first] += static_cast<Real>(e->force[a]);
+  for (auto e = begin; e != entries_.end() && e->site < last; ++e) {
+    const Vec3 force = force_at(t, *e);
+    for (int a = 0; a < 3; ++a) forces[std::size_t(a)][e->site - first] += static_cast<Real>(force[a]);
+  }
 }
 
 template <class Real>
-void LoadedSites::add_potential(const Field<Real>& x, double& sum) const {
-  for (const Entry& e : entries_) sum -= e.force.dot(x.at(e.site));
+void LoadedSites::add_potential(double t, const Field<Real>& x, double& sum) const {
+  for (const Entry& e : entries_) sum -= force_at(t, e).dot(x.at(e.site));
 }
 
 template void HeldSites::apply(double, std::ptrdiff_t, std::ptrdiff_t, Field<float>&, Field<float>&) const;
 template void HeldSites::apply(double, std::ptrdiff_t, std::ptrdiff_t, Field<double>&, Field<double>&) const;
 template void HeldSites::clear(Field<float>&) const;
 template void HeldSites::clear(Field<double>&) const;
-template void LoadedSites::add(std::ptrdiff_t, std::ptrdiff_t, const std::array<float*, 3>&) const;
-template void LoadedSites::add(std::ptrdiff_t, std::ptrdiff_t, const std::array<double*, 3>&) const;
-template void LoadedSites::add_potential(const Field<float>&, double&) const;
-template void LoadedSites::add_potential(const Field<double>&, double&) const;
+template void LoadedSites::add(double, std::ptrdiff_t, std::ptrdiff_t, const std::array<float*, 3>&) const;
+template void LoadedSites::add(double, std::ptrdiff_t, std::ptrdiff_t, const std::array<double*, 3>&) const;
+template void LoadedSites::add_potential(double, const Field<float>&, double&) const;
+template void LoadedSites::add_potential(double, const Field<double>&, double&) const;
 
 }  // namespace mss

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/field.hpp"
+#include "core/base/piecewise_linear.hpp"
 #include "core/body/body.hpp"
 #include "core/mesh/triangle_mesh.hpp"
 
@@ -21,7 +22,7 @@ struct Turn {
 };
 
 /// A boundary condition: particles whose motion is prescribed, as a function of time alone:
-///   x(t) = R(t) (rest + displacement - centre) + centre + velocity t.
+///   x(t) = R(t) (rest + displacement - centre) + centre + velocity t + path(t).
 /// Those in a box; or, of the faces of a mesh that have all corners in the box, those within half a cell.
 struct Hold {
   Box box{};
@@ -30,10 +31,11 @@ struct Hold {
   Vec3 displacement = Vec3::Zero();            ///< applied at once [m]
   std::optional<Turn> turn{};
   std::shared_ptr<const TriangleMesh> surface{};  ///< none: particles in the box
+  PiecewiseLinear<Vec3> path{};                   ///< [m]; none: stays at 0
 
   /// Whether it moves anything at a time, or later.
   bool moves(double t = 0) const {
-    return !velocity.isZero(0) || (turn && turn->rate != 0 && t < turn->until);
+    return !velocity.isZero(0) || (turn && turn->rate != 0 && t < turn->until) || path.changes(t);
   }
 };
 
@@ -45,6 +47,7 @@ struct Load {
   Box box{};
   Vec3 force = Vec3::Zero();
   std::shared_ptr<const TriangleMesh> surface{};  ///< none: particles
+  PiecewiseLinear<double> history{};              ///< which share of the force acts when; none: all of it
 };
 
 /// A total impulse [N s] that the particles in a box get at once, each the same change of velocity. It is
@@ -158,7 +161,7 @@ class HeldSites {
   std::vector<Entry> entries_;  ///< ascending by site
 };
 
-/// The loads of an environment resolved to sites: constant accelerations of a few particles.
+/// The loads of an environment resolved to sites: forces on a few particles that depend on time alone.
 class LoadedSites {
  public:
   LoadedSites(const Body& body, const std::vector<Load>& loads)
@@ -168,22 +171,29 @@ class LoadedSites {
 
   bool empty() const { return entries_.empty(); }
 
-  /// Adds the loads on sites in [first, last) to forces [N] stored from site `first` on, one array per axis.
+  /// Adds the loads at time t on sites in [first, last) to forces [N] stored from site `first` on, one array
+  /// per axis.
   template <class Real>
-  void add(std::ptrdiff_t first, std::ptrdiff_t last, const std::array<Real*, 3>& forces) const;
+  void add(double t, std::ptrdiff_t first, std::ptrdiff_t last, const std::array<Real*, 3>& forces) const;
 
-  /// Adds the potential -sum F.x of the loads at positions x to a sum [J].
+  /// Adds the potential -sum F.x of the loads at time t and positions x to a sum [J].
   template <class Real>
-  void add_potential(const Field<Real>& x, double& sum) const;
+  void add_potential(double t, const Field<Real>& x, double& sum) const;
 
  private:
   struct Entry {
     std::ptrdiff_t site;
+    std::size_t load;
     Vec3 force;
   };
-  void add_on_particles(const std::vector<Level>& levels, const Load& load);
-  void add_on_surface(const Body& body, const Load& load);
+  void add_on_particles(const std::vector<Level>& levels, std::size_t load);
+  void add_on_surface(const Body& body, std::size_t load);
+  Vec3 force_at(double t, const Entry& entry) const {
+    const PiecewiseLinear<double>& history = loads_[entry.load].history;
+    return history.empty() ? entry.force : history.at(t) * entry.force;
+  }
 
+  std::vector<Load> loads_;
   std::vector<Entry> entries_;  ///< ascending by site
 };
 

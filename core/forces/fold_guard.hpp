@@ -5,7 +5,7 @@
 #include <array>
 #include <limits>
 
-#include "core/system/system.hpp"
+#include "core/system/tangents.hpp"
 
 namespace mss {
 

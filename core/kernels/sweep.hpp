@@ -20,10 +20,10 @@ enum BlockContent : std::uint32_t {
 inline constexpr int springs_per_site = 13;
 
 /// A block's coefficients, W numbers each: the seven weights of a site's springs, see SiteWeights; where
-/// dampers have no time in common (Body::damping_time) the dampings c of all thirteen, divided by the square
-/// of rsqrt_scale; where parts have other ratios of k_vol or k_g to the body diagonals' stiffness the weights
-/// of a cell's k_vol and k_g. Elsewhere dampers have the weights of their springs, both others that of the
-/// body diagonals.
+/// dampers have no time in common (SiteKinds::damping_time) the dampings c of all thirteen, divided by the
+/// square of rsqrt_scale; where parts have other ratios of k_vol or k_g to the body diagonals' stiffness the
+/// weights of a cell's k_vol and k_g. Elsewhere dampers have the weights of their springs, both others that
+/// of the body diagonals.
 inline constexpr int weights_per_lane = 7;
 
 /// What weights multiply. The spring force over d is k + r (c (r d.u) - k L0) with r = 1/|d|, d and u the

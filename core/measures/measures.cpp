@@ -47,7 +47,7 @@ void measure_motion(const SolidSystem<Real>& system, const State<Real>& state, M
     for (const std::ptrdiff_t site : system.particles())
       m.angular_momentum += system.mass(site) * (state.x.at(site) - centre).cross(state.v.at(site));
   });
-  m.external_potential = system.outer_potential(state.x);
+  m.external_potential = system.outer_potential(state.t, state.x);
 }
 
 template <class Real>

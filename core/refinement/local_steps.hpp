@@ -41,6 +41,7 @@ class LocalSteps final : public SystemWrapper<Real> {
   }
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;
   void kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) override;
+  bool in_local_steps() const override { return true; }
   /// The most of a rate's cells.
   double threads_working() const override;
 

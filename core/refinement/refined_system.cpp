@@ -27,6 +27,10 @@ void check(const Environment& environment) {
       std::any_of(environment.loads.begin(), environment.loads.end(), on_surface))
     throw InputError(
         "a body with cells of several sizes carries no mesh; let planes and loads act on particles");
+  const auto has_history = [](const Load& load) { return !load.history.empty(); };
+  if (std::any_of(environment.loads.begin(), environment.loads.end(), has_history))
+    throw InputError(
+        "loads on a body with cells of several sizes are constant; leave load.history or [[refine]] out");
 }
 
 SpectralBound largest(const SpectralBound& a, const SpectralBound& b) {
@@ -100,7 +104,7 @@ template <class Real>
 void RefinedSystem<Real>::find_loads(const std::vector<Load>& loads) {
   Field<double> forces(size());
   LoadedSites(levels(), loads)
-      .add(0, size(), std::array<double*, 3>{forces.axis(0), forces.axis(1), forces.axis(2)});
+      .add(0, 0, size(), std::array<double*, 3>{forces.axis(0), forces.axis(1), forces.axis(2)});
   body_.scatter_to_masters(forces);
   for (std::size_t level = 0; level < levels().size(); ++level)
     for (const std::ptrdiff_t site : levels()[level].body.sites())
@@ -302,11 +306,11 @@ StoredEnergy RefinedSystem<Real>::stored_energy(const Field<Real>& x) const {
 }
 
 template <class Real>
-double RefinedSystem<Real>::outer_potential(const Field<Real>& x) const {
+double RefinedSystem<Real>::outer_potential(double t, const Field<Real>& x) const {
   double sum = 0;
   for (const Loaded& l : loaded_) sum -= l.force.dot(x.at(body_.site_in_field(l.level, l.site)));
   for_each_level(x, [&](const SpringSystem<Real>& system, const Field<Real>& part) {
-    sum += system.outer_potential(part);
+    sum += system.outer_potential(t, part);
   });
   return sum;
 }

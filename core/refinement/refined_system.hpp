@@ -51,7 +51,7 @@ class RefinedSystem final : public SolidSystem<Real> {
 
   const std::vector<Level>& levels() const override { return body_.levels(); }
   StoredEnergy stored_energy(const Field<Real>& x) const override;
-  double outer_potential(const Field<Real>& x) const override;
+  double outer_potential(double t, const Field<Real>& x) const override;
   void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const override;
   SpectralBound spectral_bound() const override { return bound_; }
   SpectralBound local_bound() const override;

@@ -42,6 +42,10 @@ inline constexpr Quantity axis{"an axis", "a direction [x, y, z] that is not zer
 inline constexpr Quantity turn_rate{"an angular rate", "a finite number of rad/s", any};
 inline constexpr Quantity angular_velocity{"an angular velocity", "three finite numbers of rad/s", any};
 inline constexpr Quantity force{"a force", "three finite numbers of newtons", any};
+inline constexpr Quantity path{
+    "a path", "rows [t, dx, dy, dz] in seconds and metres, each later than the one before", any};
+inline constexpr Quantity history{
+    "a history", "rows [t, share] of seconds and a number, each later than the one before", any};
 inline constexpr Quantity impulse{"an impulse", "three finite numbers of newton seconds", any};
 inline constexpr Quantity time_of_strike{"a time", "a finite number of seconds that is not negative",
                                          not_negative};

@@ -206,6 +206,15 @@ const SceneKeys<Hold>& hold_keys() {
            [](const Hold& hold) { return Json(written_axes(hold.axes)); }),
        vector<Hold>("velocity", velocity, at(&Hold::velocity), "with which it moves [m/s]"),
        vector<Hold>("displacement", displacement, at(&Hold::displacement), "by which it moves at once [m]"),
+       {{"path", std::string(path.allowed), "by which it moves in time, straight from row to row [s, m]"},
+        [](const TomlTable& table, Hold& hold) {
+          if (!table.has("path")) return;
+          for (const std::vector<double>& row : table.rows("path", path, 4))
+            hold.path.points.push_back({row[0], Vec3(row[1], row[2], row[3])});
+        },
+        [](const Hold& hold, Json& json) {
+          for (const auto& [t, by] : hold.path.points) json["path"].push_back({t, by[0], by[1], by[2]});
+        }},
        {{"turn", "a table", "how it turns"}}});
   return keys;
 }
@@ -224,9 +233,19 @@ const SceneKeys<Turn>& turn_keys() {
 }
 
 const SceneKeys<Load>& load_keys() {
-  static const SceneKeys<Load> keys =
-      and_also(two_boxes<Load>(),
-               {needed_vector<Load>("force", force, at(&Load::force), "on all of it together [N]")});
+  static const SceneKeys<Load> keys = and_also(
+      two_boxes<Load>(), {needed_vector<Load>("force", force, at(&Load::force), "on all of it together [N]"),
+                          {{"history", std::string(history.allowed),
+                            "which share of the force acts when, straight from row to row [s, 1]; all of it"},
+                           [](const TomlTable& table, Load& load) {
+                             if (!table.has("history")) return;
+                             for (const std::vector<double>& row : table.rows("history", history, 2))
+                               load.history.points.push_back({row[0], row[1]});
+                           },
+                           [](const Load& load, Json& json) {
+                             for (const auto& [t, share] : load.history.points)
+                               json["history"].push_back({t, share});
+                           }}});
   return keys;
 }
 
@@ -319,7 +338,7 @@ const SceneKeys<SolveConfig>& solve_keys() {
                "of cells of several sizes: larger cells take longer steps"),
       number<S>("sleep", sleep_bound, bound,
                 "how far a plane of particles that sleeps may be from where it would be [m]; 0: none sleeps"),
-      number<S>("sleep_after", interval, after, "at rest [s]")};
+      number<S>("sleep_after", interval, after, "how long particles rest before they sleep [s]")};
   return keys;
 }
 
@@ -349,7 +368,8 @@ const std::vector<Together>& read_together() {
         {"mesh_scale", "a positive number", "metres to a unit of the mesh's file; 1"},
         {"mesh_rotation", "a table", "turns the mesh"},
         {"mesh_translation", std::string(position.allowed), "then moves it [m]"},
-        {"fill", "a way of filling", "what a mesh fills of a cell: see core/mesh/README.md"},
+        {"fill", "\"local\", \"staircase\"",
+         "what a mesh fills of a cell, see core/mesh/README.md; \"local\""},
         {"contact_on", "\"particles\", \"surface\"",
          "what planes touch: particles, or the mesh's vertices; \"particles\""}}},
       {"body.mesh_rotation",

@@ -122,13 +122,15 @@ double share_behind(const Plane& plane, const BodyConfig& body) {
   return behind / all;
 }
 
+bool contains(const Box& box, const Vec3& x, double margin) {
+  return ((x - box.lower).array() >= -margin).all() && ((x - box.upper).array() <= margin).all();
+}
+
 /// What is held from the beginning, where planes do nothing.
 bool is_held(const Scene& scene, const Vec3& x) {
   const std::vector<Hold>& holds = scene.environment.holds;
-  const double margin = 1e-9 * scene.body.cell_size;
   return std::any_of(holds.begin(), holds.end(), [&](const Hold& hold) {
-    return !hold.surface && ((x - hold.box.lower).array() >= -margin).all() &&
-           ((x - hold.box.upper).array() <= margin).all();
+    return !hold.surface && contains(hold.box, x, 1e-9 * scene.body.cell_size);
   });
 }
 
@@ -178,6 +180,96 @@ void add_restitution(const Scene& scene, std::size_t index, std::vector<std::str
       index, plane.restitution));
 }
 
+/// Calls visit(x) for the corners of cells in both boxes, some of them more than once.
+template <class Visit>
+void for_each_corner_in(const Box& a, const Box& b, const BodyConfig& body, Visit&& visit) {
+  const Box box{a.lower.cwiseMax(b.lower), a.upper.cwiseMin(b.upper)};
+  if (((box.lower - box.upper).array() > 1e-9 * body.cell_size).any()) return;
+  for_each_cell(body, [&](const Vec3& lower, double h) {
+    for (int corner = 0; corner < 8; ++corner)
+      if (const Vec3 x = lower + h * Vec3(corner & 1, corner >> 1 & 1, corner >> 2);
+          contains(box, x, 1e-9 * h))
+        visit(x);
+  });
+}
+
+/// How far two holds would have a particle apart along an axis during a run, at most [m].
+double most_apart(const Hold& a, const Hold& b, const Vec3& rest, int axis, double duration) {
+  constexpr int samples = 8;
+  double most = 0;
+  for (int i = 0; i <= samples; ++i) {
+    const double t = duration * i / samples;
+    most = std::max(most, std::abs(prescribed_motion(a, rest, t).position[axis] -
+                                   prescribed_motion(b, rest, t).position[axis]));
+  }
+  return most;
+}
+
+/// Two holds that prescribe different motions of the same particles; of a mesh's faces they are not looked
+/// at.
+void add_contradictions(const Scene& scene, std::vector<std::string>& warnings) {
+  const std::vector<Hold>& holds = scene.environment.holds;
+  for (std::size_t b = 1; b < holds.size(); ++b)
+    for (std::size_t a = 0; a < b; ++a) {
+      if (holds[a].surface || holds[b].surface) continue;
+      double apart = 0;
+      for_each_corner_in(holds[a].box, holds[b].box, scene.body, [&](const Vec3& x) {
+        for (int axis = 0; axis < 3; ++axis)
+          if (holds[a].axes[std::size_t(axis)] && holds[b].axes[std::size_t(axis)])
+            apart = std::max(apart, most_apart(holds[a], holds[b], x, axis, scene.solve.duration));
+      });
+      if (apart > 1e-9 * scene.body.cell_size)
+        warnings.push_back(fmt::format(
+            "hold.{} and hold.{} prescribe different motions of the same particles, up to {:.3g} m apart: "
+            "they obey hold.{}; give boxes without common particles, or different axes",
+            a, b, apart, b));
+    }
+}
+
+/// A load that acts on what is held: it changes the hold's force and nothing else.
+void add_loads_on_held(const Scene& scene, std::vector<std::string>& warnings) {
+  const auto& [holds, loads] = std::tie(scene.environment.holds, scene.environment.loads);
+  for (std::size_t l = 0; l < loads.size(); ++l)
+    for (std::size_t h = 0; h < holds.size(); ++h) {
+      if (loads[l].surface || holds[h].surface) continue;
+      bool is_along = false;
+      for (int axis = 0; axis < 3; ++axis)
+        is_along |= loads[l].force[axis] != 0 && holds[h].axes[std::size_t(axis)];
+      if (!is_along) continue;
+      bool in_vain = false;
+      for_each_corner_in(loads[l].box, holds[h].box, scene.body, [&](const Vec3&) { in_vain = true; });
+      if (in_vain)
+        warnings.push_back(
+            fmt::format("load.{} acts on particles that hold.{} holds along it: there it "
+                        "changes the hold's force and nothing else",
+                        l, h));
+    }
+}
+
+/// A body that nothing can stop: gravity takes it along or away from every plane.
+void add_endless_fall(const Scene& scene, std::vector<std::string>& warnings) {
+  const auto& [gravity, holds, planes] =
+      std::tie(scene.environment.gravity, scene.environment.holds, scene.environment.planes);
+  if (gravity.isZero(0) || !holds.empty() || planes.empty()) return;
+  if (std::none_of(planes.begin(), planes.end(),
+                   [&](const Plane& plane) { return plane.normal.dot(gravity) < -1e-9 * gravity.norm(); }))
+    warnings.emplace_back(
+        "no plane is below the body: gravity takes it along or away from all of them, so it falls for ever; "
+        "give a plane whose normal points against gravity");
+}
+
+/// Sizes that nobody simulates in metres, and many in millimetres.
+void add_millimetres(const Scene& scene, std::vector<std::string>& warnings) {
+  constexpr double largest = 50;  // [m]
+  const VoxelGrid& cells = scene.body.voxels;
+  const double extent = scene.body.cell_size * std::max({cells.nx(), cells.ny(), cells.nz()});
+  if (extent > largest)
+    warnings.push_back(fmt::format(
+        "the body is {:.3g} m long: scenes are in metres, kilograms and seconds; if it was meant in "
+        "millimetres, give {} a thousandth of it",
+        extent, scene.mesh ? "body.mesh_scale" : "body.cell_size"));
+}
+
 /// What is there and does nothing, or not what it is meant for.
 void add_without_effect(const Scene& scene, std::vector<std::string>& warnings) {
   const auto& [strikes, planes] = std::tie(scene.environment.strikes, scene.environment.planes);
@@ -189,6 +281,9 @@ void add_without_effect(const Scene& scene, std::vector<std::string>& warnings) 
     add_start_behind(scene, i, warnings);
     add_restitution(scene, i, warnings);
   }
+  add_contradictions(scene, warnings);
+  add_loads_on_held(scene, warnings);
+  add_endless_fall(scene, warnings);
 }
 
 /// What only bodies of springs have. The constants assume the full, weighted lattice.
@@ -218,6 +313,7 @@ void add_springs(const Scene& scene, std::vector<std::string>& warnings) {
 std::vector<std::string> scene_warnings(const Scene& scene) {
   std::vector<std::string> warnings;
   add_meshes(scene, warnings);
+  add_millimetres(scene, warnings);
   add_without_effect(scene, warnings);
   if (has_springs(scene.model)) add_springs(scene, warnings);
   return warnings;

@@ -444,6 +444,26 @@ Box TomlTable::box(std::string_view key) const {
   return {*lower, *upper};
 }
 
+std::vector<std::vector<double>> TomlTable::rows(std::string_view key, const Quantity& quantity,
+                                                 std::size_t columns) const {
+  const toml::array* array = need(key, quantity.allowed).as_array();
+  if (array == nullptr || array->empty()) refuse(key, quantity.noun, quantity.allowed);
+  std::vector<std::vector<double>> rows;
+  for (const toml::node& node : *array) {
+    const toml::array* row = node.as_array();
+    if (row == nullptr || row->size() != columns) refuse(key, quantity.noun, quantity.allowed);
+    std::vector<double>& numbers = rows.emplace_back();
+    for (const toml::node& element : *row) {
+      const std::optional<double> number = number_within(element, quantity);
+      if (!number) refuse(key, quantity.noun, quantity.allowed);
+      numbers.push_back(*number);
+    }
+    if (rows.size() > 1 && !(numbers[0] > rows[rows.size() - 2][0]))
+      refuse(key, quantity.noun, quantity.allowed);
+  }
+  return rows;
+}
+
 bool TomlTable::boolean(std::string_view key, bool fallback) const {
   if (!has(key)) return fallback;
   if (!find(key)->is_boolean()) refuse(key, "a truth value", "true or false");

@@ -94,6 +94,9 @@ class TomlTable {
   Vec3 vector(std::string_view key, const Quantity& quantity) const;
   Vec3 vector(std::string_view key, const Quantity& quantity, const Vec3& fallback) const;
   Box box(std::string_view key) const;
+  /// At least one row of so many numbers, whose first ones ascend.
+  std::vector<std::vector<double>> rows(std::string_view key, const Quantity& quantity,
+                                        std::size_t columns) const;
   bool boolean(std::string_view key, bool fallback) const;
   /// A text that is not empty; `noun` and `allowed` as in Quantity.
   std::string text(std::string_view key, std::string_view noun, std::string_view allowed) const;

@@ -52,9 +52,9 @@ void BodySystem<Real>::acceleration(double t, const Field<Real>& x, const Field<
 }
 
 template <class Real>
-double BodySystem<Real>::outer_potential(const Field<Real>& x) const {
+double BodySystem<Real>::outer_potential(double t, const Field<Real>& x) const {
   double sum = 0;
-  body_.ranks().add_in_order(sum, [&] { loads_.add_potential(x, sum); });
+  body_.ranks().add_in_order(sum, [&] { loads_.add_potential(t, x, sum); });
   body_.ranks().add_in_order(sum, [&] {
     for (const std::ptrdiff_t site : body_.sites()) {
       const Vec3 at = x.at(site);

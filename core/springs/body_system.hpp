@@ -39,7 +39,7 @@ class BodySystem : public SolidSystem<Real> {
   const SpectralBound& body_bound() const { return bound_; }
   SpectralBound spectral_bound() const override { return contact_.with_penalties(bound_); }
 
-  double outer_potential(const Field<Real>& x) const override;
+  double outer_potential(double t, const Field<Real>& x) const override;
   void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const override;
   int threads() const override { return team_.size(); }
 

@@ -34,8 +34,8 @@ class SolidSystem : public System<Real> {
 
   /// Energy stored at positions x; NaN or infinite where x is.
   virtual StoredEnergy stored_energy(const Field<Real>& x) const = 0;
-  /// Potential of gravity, from z = 0, of loads and of penalty planes at positions x [J].
-  virtual double outer_potential(const Field<Real>& x) const = 0;
+  /// Potential of gravity, from z = 0, of loads and of penalty planes at time t and positions x [J].
+  virtual double outer_potential(double t, const Field<Real>& x) const = 0;
 
   /// Adds the forces of penalty planes, by such plane in the environment's order [N]. All ranks must call it.
   virtual void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const = 0;

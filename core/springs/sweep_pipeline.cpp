@@ -231,10 +231,10 @@ void SweepPipeline<Real>::finish_runs(const SweepPass<Real>& pass, int plane, st
   if (runs.empty()) return;
   const std::ptrdiff_t offset = body_.lattice().plane * plane, first = runs.front().first,
                        last = runs.back().last;
-  if (!system_.loads().empty() && pass.takes_loads())
-    system_.loads().add(offset + first, offset + last,
-                        std::array<Real*, 3>{own.axis[0] + first, own.axis[1] + first, own.axis[2] + first});
   const bool moves = pass.finish == SweepPass<Real>::kick_drift;
+  if (!system_.loads().empty() && pass.takes_loads())
+    system_.loads().add(moves ? t - pass.dt : t, offset + first, offset + last,
+                        std::array<Real*, 3>{own.axis[0] + first, own.axis[1] + first, own.axis[2] + first});
   FinishPlane<Real> p =
       moves ? update_of(plane, runs, pass.update, *pass.state) : result_of(plane, runs, pass);
   p.own = read_only(own);

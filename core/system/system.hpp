@@ -79,6 +79,9 @@ class System {
   /// What an energy-conserving method needs beside the force; nullptr if the model has none.
   virtual DiscreteGradient<Real>* discrete_gradient() { return nullptr; }
 
+  /// Whether some particles take several steps in each of a method's, which must have one force a step.
+  virtual bool in_local_steps() const { return false; }
+
   /// Contact and sleep; nullptr if nothing happens between steps.
   virtual StepEvents<Real>* events() { return nullptr; }
 

@@ -67,7 +67,7 @@ Status PythonMethod::do_advance(System<double>& system, State<double>& state, do
     ~Stepping() { method.system_ = nullptr; }
   } const stepping{*this};
   system_ = &system;
-  return advance_step_by_step(*this, system, state, dt_, t_end, work, Collisions::after_steps, [&] {
+  return advance_step_by_step(*this, system, state, dt_, t_end, work, [&] {
     take_step(state);
     work.force_evaluations += std::exchange(evaluations_, 0);
     return Status::ok;

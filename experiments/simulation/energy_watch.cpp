@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 
 #include "experiments/simulation/outcome.hpp"
 
@@ -29,10 +30,12 @@ EnergyWatch<Real>::EnergyWatch(const Scene& scene)
       watches_(method_.stepping != Stepping::equilibrium && method_.has_modulus &&
                scene.model != mollemans_model) {}
 
+/// Whether holds that move or loads that change work on the body at a time, or later.
 template <class Real>
-bool EnergyWatch<Real>::holds_move(double t) const {
-  const std::vector<Hold>& holds = scene_.environment.holds;
-  return std::any_of(holds.begin(), holds.end(), [&](const Hold& hold) { return hold.moves(t); });
+bool EnergyWatch<Real>::is_driven(double t) const {
+  const auto& [holds, loads] = std::tie(scene_.environment.holds, scene_.environment.loads);
+  return std::any_of(holds.begin(), holds.end(), [&](const Hold& hold) { return hold.moves(t); }) ||
+         std::any_of(loads.begin(), loads.end(), [&](const Load& load) { return load.history.changes(t); });
 }
 
 /// Leapfrog keeps, of small motions and exactly, an energy with the kinetic part v- M v+ / 2 of the
@@ -60,7 +63,7 @@ double EnergyWatch<Real>::centred_total(SceneRun<Real>& run, const Measures& row
 template <class Real>
 void EnergyWatch<Real>::add(SceneRun<Real>& run, const Measures& row, bool is_lifted) {
   if (!watches_) return;
-  if (holds_move(row.t)) return start_.reset();
+  if (is_driven(row.t)) return start_.reset();
   if (is_lifted) return;
   if (!start_) {
     start_ = {row.total(), row.external_potential, run.struck(),

@@ -36,7 +36,7 @@ class EnergyWatch {
   struct Start {
     double total, potential, struck, noise;
   };
-  bool holds_move(double t) const;
+  bool is_driven(double t) const;
   double centred_total(SceneRun<Real>& run, const Measures& row) const;
 
   const Scene& scene_;

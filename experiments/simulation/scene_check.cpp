@@ -118,6 +118,10 @@ void check_sleep(const Scene& scene, const IntegratorInfo& method) {
         "sleep is for explicit methods of fixed step, and {} is none; leave it out, or give another "
         "integrator",
         method.name));
+  for (const Load& load : scene.environment.loads)
+    if (!load.history.empty())
+      throw InputError(
+          "sleep is for constant loads, whose forces wake nothing; leave it out, or leave load.history out");
 }
 
 }  // namespace

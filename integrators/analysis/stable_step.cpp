@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 
 #include "core/base/error.hpp"
@@ -14,6 +15,47 @@ namespace mss {
 
 // The positive root of w^2 dt^2 + 2 c dt = 4.
 double central_limit(double omega, double damping) { return 4 / (damping + std::hypot(damping, 2 * omega)); }
+
+namespace {
+
+/// |R| of the root lambda dt that grows more.
+double largest_factor(const std::vector<double>& coefficients, double omega, double damping) {
+  using Complex = std::complex<double>;
+  const Complex root = std::sqrt(Complex(damping * damping / 4 - omega * omega));
+  double largest = 0;
+  for (const Complex z : {-damping / 2 + root, -damping / 2 - root}) {
+    Complex sum = 0;
+    for (auto c = coefficients.rbegin(); c != coefficients.rend(); ++c) sum = sum * z + *c;
+    largest = std::max(largest, std::abs(sum));
+  }
+  return largest;
+}
+
+}  // namespace
+
+// Looks for the first step that is too long, among steps that grow by a fiftieth from one that is short for
+// any method: where a method is unstable there, it is at any step.
+double polynomial_limit(const std::vector<double>& coefficients, double omega, double damping) {
+  constexpr double shortest = 1.0 / 16, growth = 1.02, rounding = 1e-13;
+  const double rate = std::max(omega, damping), degree = double(coefficients.size()) - 1;
+  const double longest = 4 * degree * degree + 16;  // beyond the interval of any method of this degree
+  const auto is_stable = [&](double step) {
+    return largest_factor(coefficients, omega * step, damping * step) <= 1 + rounding;
+  };
+  if (rate == 0) return std::numeric_limits<double>::infinity();
+  double low = 0, high = shortest / rate;
+  while (is_stable(high)) {
+    if (high * rate > longest) return std::numeric_limits<double>::infinity();
+    low = high;
+    high *= growth;
+  }
+  if (low == 0) return 0;
+  while (high - low > 1e-12 * high) {
+    const double middle = (low + high) / 2;
+    (is_stable(middle) ? low : high) = middle;
+  }
+  return low;
+}
 
 double guaranteed_step(const IntegratorInfo& method, const SpectralBound& bound) {
   if (!method.limit) return std::numeric_limits<double>::infinity();

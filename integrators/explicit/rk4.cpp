@@ -3,9 +3,6 @@
 //   k3), y_{n+1} = y_n + dt/6 (k1 + 2 k2 + 2 k3 + k4).
 // Fourth order; four forces a step. Stable while |R(z)| <= 1, R = 1 + z + z^2/2 + z^3/6 + z^4/24, at the
 // roots of z^2 + c dt z + w^2 dt^2 = 0: w dt < 2 sqrt 2 without damping, where it slowly loses energy.
-#include <complex>
-#include <numeric>
-
 #include "integrators/fixed_step.hpp"
 
 namespace mss {
@@ -58,27 +55,7 @@ class Rk4 final : public Integrator<Real> {
 
 const std::vector<double> polynomial{1, 1, 1.0 / 2, 1.0 / 6, 1.0 / 24};
 
-bool is_stable(double omega, double damping) {
-  using Complex = std::complex<double>;
-  const Complex root = std::sqrt(Complex(damping * damping / 4 - omega * omega));
-  for (const Complex z : {-damping / 2 + root, -damping / 2 - root}) {
-    const Complex sum = std::accumulate(polynomial.rbegin(), polynomial.rend(), Complex(0),
-                                        [&z](const Complex& above, double c) { return above * z + c; });
-    if (std::abs(sum) > 1) return false;
-  }
-  return true;
-}
-
-/// Bisects between a step that is certainly stable and one that certainly is not: both roots lie within
-/// max(w, c) of 0, and the larger one at least max(w, c/2) away.
-double rk4_limit(double omega, double damping) {
-  double low = 1 / std::max(omega, damping), high = 4 / std::max(omega, damping / 2);
-  while (high - low > 1e-12 * high) {
-    const double middle = (low + high) / 2;
-    (is_stable(omega * middle, damping * middle) ? low : high) = middle;
-  }
-  return low;
-}
+double rk4_limit(double omega, double damping) { return polynomial_limit(polynomial, omega, damping); }
 
 }  // namespace
 

@@ -13,7 +13,7 @@ class BackwardEuler final : public Integrator<double> {
       : dt_(options.dt), solver_(make_nonlinear_solver(options)) {}
 
   Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(*this, system, state, dt_, t_end, work, Collisions::inside_steps, [&] {
+    return advance_step_by_step(*this, system, state, dt_, t_end, work, [&] {
       x_ = state.x;
       v_ = state.v;
       const Status status = solver_->solve(

@@ -20,7 +20,7 @@ class BackwardEulerLinear final : public Integrator<double> {
         linear_(find_linear_solver(options.linear_solver).make(options.linear_tolerance)) {}
 
   Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(*this, system, state, dt_, t_end, work, Collisions::inside_steps,
+    return advance_step_by_step(*this, system, state, dt_, t_end, work,
                                 [&] { return step(system, state, work); });
   }
 

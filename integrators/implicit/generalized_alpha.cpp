@@ -27,7 +27,7 @@ class GeneralizedAlpha final : public Integrator<double> {
         solver_(make_nonlinear_solver(options)) {}
 
   Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(*this, system, state, dt_, t_end, work, Collisions::inside_steps,
+    return advance_step_by_step(*this, system, state, dt_, t_end, work,
                                 [&] { return step(system, state, work); });
   }
 

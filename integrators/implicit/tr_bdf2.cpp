@@ -18,7 +18,7 @@ class TrBdf2 final : public Integrator<double> {
       : dt_(options.dt), solver_(make_nonlinear_solver(options)) {}
 
   Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
-    return advance_step_by_step(*this, system, state, dt_, t_end, work, Collisions::inside_steps,
+    return advance_step_by_step(*this, system, state, dt_, t_end, work,
                                 [&] { return step(system, state, work); });
   }
 

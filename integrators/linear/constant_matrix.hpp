@@ -11,7 +11,7 @@ namespace mss {
 
 /// The matrix m M + sum_s w_s (e_i - e_j)(e_i - e_j)^T over a body's springs s between particles i and j, one
 /// number per pair of particles: the same for x, y and z, and the same wherever the body is. Every spring has
-/// its class's weight, times its stiffness over that of an interior one (Body::interior_stiffness).
+/// its class's weight, times its stiffness over that of an interior one (SiteKinds::interior_stiffness).
 struct ConstantMatrix {
   double mass = 0;                 ///< m
   std::array<double, 3> spring{};  ///< w of interior springs by class: edge, face, body

@@ -29,12 +29,14 @@ OuterAcceleration<Real>::OuterAcceleration(const SpringSystem<Real>& springs, Sy
     : springs_(springs),
       system_(system),
       is_wrapped_(static_cast<const System<Real>*>(&springs) != &system),
+      loads_vary_(std::any_of(springs.environment().loads.begin(), springs.environment().loads.end(),
+                              [](const Load& load) { return !load.history.empty(); })),
       sum_(springs.size()) {}
 
 template <class Real>
 const Field<Real>& OuterAcceleration<Real>::at(const State<Real>& state) {
   sum_.array() = 0;
-  springs_.loads().add(0, springs_.body().lattice().sites,
+  springs_.loads().add(state.t, 0, springs_.body().lattice().sites,
                        std::array<Real*, 3>{sum_.axis(0), sum_.axis(1), sum_.axis(2)});
   const PlaneContact& contact = springs_.contact();
   const SurfaceContact* surface = springs_.surface_contact();

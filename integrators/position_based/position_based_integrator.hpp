@@ -27,7 +27,7 @@ class OuterAcceleration {
   OuterAcceleration(const SpringSystem<Real>& springs, System<Real>& system);
 
   /// Whether they change from step to step.
-  bool varies() const { return is_wrapped_ || springs_.contact().has_penalties(); }
+  bool varies() const { return is_wrapped_ || loads_vary_ || springs_.contact().has_penalties(); }
 
   /// At this state; valid until the next call.
   const Field<Real>& at(const State<Real>& state);
@@ -37,7 +37,7 @@ class OuterAcceleration {
 
   const SpringSystem<Real>& springs_;
   System<Real>& system_;
-  bool is_wrapped_;
+  bool is_wrapped_, loads_vary_;
   Field<Real> sum_;
   std::unique_ptr<SpringSystem<Real>> own_;  ///< to tell what a wrapper adds
   Field<Real> alone_, whole_;
@@ -67,16 +67,13 @@ class PositionBasedIntegrator final : public Integrator<Real> {
 
   Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     if (!passes_) begin(system);
-    return advance_fixed(
-        *this, system, state, options_.dt, t_end, work,
-        [&](long steps) {
-          work.force_evaluations += steps * iterations_;
-          if (holds_move_ || outer_->varies() || system.bounds())
-            for (long n = 0; n < steps; ++n) take_steps(system, state, 1);
-          else
-            take_steps(system, state, steps);
-        },
-        Collisions::inside_steps);
+    return advance_fixed(*this, system, state, options_.dt, t_end, work, [&](long steps) {
+      work.force_evaluations += steps * iterations_;
+      if (holds_move_ || outer_->varies() || system.bounds())
+        for (long n = 0; n < steps; ++n) take_steps(system, state, 1);
+      else
+        take_steps(system, state, steps);
+    });
   }
 
  private:

@@ -220,7 +220,7 @@ StoredEnergy FemSystem::stored_energy(const Field<double>& x) const {
   return {.elastic = energy, .volume = 0};
 }
 
-void FemSystem::force(double, const Field<double>& x, const Field<double>& v, Field<double>& f) {
+void FemSystem::force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) {
   f.array() = 0;
   cells_.add(
       *this,
@@ -230,7 +230,7 @@ void FemSystem::force(double, const Field<double>& x, const Field<double>& v, Fi
         });
       },
       f);
-  loads().add(0, size(), std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
+  loads().add(t, 0, size(), std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
   add_gravity(f);
   add_penalty_force(x, v, f);
 }

@@ -43,10 +43,12 @@ double observed_order(const IntegratorInfo& info, double damping) {
 }
 
 TEST_P(OrderedMethod, HasItsDeclaredOrderUndamped) {
-  EXPECT_NEAR(observed_order(info(), 0), info().order_undamped, 0.05);
+  EXPECT_NEAR(observed_order(info(), 0), info().order_undamped, 0.05)
+      << info().name << ": errors fall with another power of dt than IntegratorInfo::order_undamped says";
 }
 TEST_P(OrderedMethod, HasItsDeclaredOrderDamped) {
-  EXPECT_NEAR(observed_order(info(), 0.6), info().order_damped, 0.05);
+  EXPECT_NEAR(observed_order(info(), 0.6), info().order_damped, 0.05)
+      << info().name << ": errors fall with another power of dt than IntegratorInfo::order_damped says";
 }
 
 TEST_P(Method, FollowsHoldsWhereNothingIsFree) {
@@ -114,11 +116,18 @@ TEST_P(LimitedMethod, IsStableUpToThePredictedStep) {
   for (const double ratio : {0.0, 0.05, 0.5, 1.0, 3.0}) {  // of critical damping, for the fastest mode
     const double limit = chain_limit(info(), 2 * ratio / omega);
     if (limit == 0) {
-      EXPECT_FALSE(holds(info(), 2 * ratio / omega, 0.1 / omega));
+      EXPECT_FALSE(holds(info(), 2 * ratio / omega, 0.1 / omega))
+          << info().name << " says that no step is stable at damping ratio " << ratio
+          << ", and at dt = 0.1 / omega it does not blow up: IntegratorInfo::limit is too small";
       continue;
     }
-    EXPECT_TRUE(holds(info(), 2 * ratio / omega, 0.99 * limit)) << ratio;
-    EXPECT_FALSE(holds(info(), 2 * ratio / omega, 1.01 * limit)) << ratio;
+    EXPECT_TRUE(holds(info(), 2 * ratio / omega, 0.99 * limit))
+        << info().name << " blows up at 0.99 of the step that IntegratorInfo::limit says, at damping ratio "
+        << ratio << ": the limit is too large, or a step is wrong";
+    EXPECT_FALSE(holds(info(), 2 * ratio / omega, 1.01 * limit))
+        << info().name
+        << " stays bounded at 1.01 of the step that IntegratorInfo::limit says, at damping ratio " << ratio
+        << ": the limit is too small";
   }
 }
 
@@ -235,6 +244,15 @@ TEST_P(Method, FollowsHolds) {
   }
   if (info().has_modulus) {
     EXPECT_GT(contraction, 1e-4);  // the other coordinates are free
+  }
+}
+
+TEST(Registry, MakesNoMethodInAPrecisionThatItLacks) {
+  for (const IntegratorInfo& info : integrators()) {
+    if (info.make_single)
+      EXPECT_NE(info.make<float>({}), nullptr) << info.name;
+    else
+      EXPECT_THROW(info.make<float>({}), InputError) << info.name;
   }
 }
 

@@ -32,6 +32,12 @@ class _Columns(dict):
     def __missing__(self, name):
         return self[_renamed_columns[name]]
 
+    def __contains__(self, name):
+        return super().__contains__(_renamed_columns.get(name, name))
+
+    def get(self, name, default=None):
+        return super().get(_renamed_columns.get(name, name), default)
+
 
 for _public in (InputError, Simulation, SimulationFailed):
     _public.__module__ = __name__

@@ -119,12 +119,16 @@ bool is_stable(const StabilityConfig& config, const IntegratorInfo& method, Spec
   return true;
 }
 
+/// A method may be unstable at any step, yet grow too slowly to be seen, or say a wrong limit.
+bool is_a_step(double dt) { return dt > 0 && std::isfinite(dt); }
+
 void add_row(const StabilityConfig& config, const IntegratorInfo& method, Specimen& specimen, Table& rows) {
   const double guaranteed = guaranteed_step(method, specimen.system.spectral_bound());
   const auto row = [&](double predicted, double measured, std::string_view status) {
     const double omega = specimen.status == Status::ok ? specimen.omega : no_value;
     rows.add({method.name, std::string(to_string(specimen.deformation)), specimen.cells, specimen.ratio,
-              omega, guaranteed, predicted, measured, measured / predicted, std::string(status)});
+              omega, guaranteed, predicted, measured, is_a_step(predicted) ? measured / predicted : no_value,
+              std::string(status)});
   };
   if (specimen.status != Status::ok) return row(no_value, no_value, to_string(specimen.status));
   Work work;
@@ -133,7 +137,11 @@ void add_row(const StabilityConfig& config, const IntegratorInfo& method, Specim
   const MeasuredStep measured = measure_step(config, method, specimen);
   if (measured.stable == 0) return row(predicted.dt, no_value, "no step is stable");
   if (!std::isfinite(measured.unstable)) return row(predicted.dt, no_value, "every step is stable");
-  row(predicted.dt, (measured.stable + measured.unstable) / 2, "ok");
+  const double limit = (measured.stable + measured.unstable) / 2;
+  if (!is_a_step(predicted.dt))
+    return row(predicted.dt, limit,
+               predicted.dt > 0 ? "no limit predicted" : "predicted unstable at any step");
+  row(predicted.dt, limit, "ok");
 }
 
 struct SpecimenChoice {

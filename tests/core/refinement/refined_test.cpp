@@ -407,6 +407,19 @@ TEST(LocalSteps, AreStableByEveryMethodThatTakesThem) {
   EXPECT_GE(methods, 3);
 }
 
+TEST(LocalSteps, AreRefusedToMethodsThatDoNotTakeThem) {
+  const BodyConfig config = block(4, 3, 3, 0.2);
+  const RefinedBody body = refine(config, {refined_cells(config, {0, 0, 0}, {1, 1, 1}, 2)});
+  RefinedSystem<double> system(body, {});
+  const auto local = system.with_local_steps(1e-4);
+  State<double> state = system.undeformed_state();
+  Work work;
+  EXPECT_THROW(find_integrator("rk4").make<double>({.dt = 1e-4})->advance(*local, state, 1e-3, work),
+               InputError);
+  EXPECT_EQ(find_integrator("verlet").make<double>({.dt = 1e-4})->advance(*local, state, 1e-3, work),
+            Status::ok);
+}
+
 TEST(LocalStepPlan, GivesEveryLevelItsRateWhereLargeCellsAreMost) {
   const auto level = [](int depth, std::size_t particles, double damping = 0) {
     return LevelCost{

@@ -154,7 +154,7 @@ TEST(SceneMesh, TakesLoadsOnItsVertices) {
   const Body body(scene.body);
   const LoadedSites loads(body, scene.environment.loads);
   Field<double> f(body.lattice().size);
-  loads.add(0, body.lattice().sites, std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
+  loads.add(0, 0, body.lattice().sites, std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
   Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
   for (const std::ptrdiff_t site : body.sites()) {
     force += f.at(site);

@@ -481,6 +481,60 @@ TEST(Scene, WarnsAboutMaterials) {
               ElementsAre(HasSubstr("softer in shear")));
 }
 
+TEST(Scene, KeepsPathsAndHistories) {
+  const Scene scene =
+      load_text(plain_scene, {"hold=[{box=[[0,0,0],[1,1,0]], path=[[0,0,0,0],[1.5,0,0,2]]}]",
+                              "load=[{box=[[0,0,1],[1,1,1]], force=[1,0,0], history=[[0.5,0],[2,-1]]}]"});
+  const Hold& hold = scene.environment.holds.front();
+  ASSERT_EQ(hold.path.points.size(), 2U);
+  EXPECT_EQ(hold.path.at(0.75), Vec3(0, 0, 1));
+  EXPECT_EQ(scene.environment.loads.front().history.at(1.25), -0.5);
+  const nlohmann::ordered_json json = to_json(scene);
+  EXPECT_EQ(json["hold"][0]["path"], nlohmann::ordered_json::parse("[[0.0,0.0,0.0,0.0],[1.5,0.0,0.0,2.0]]"));
+  EXPECT_EQ(json["load"][0]["history"], nlohmann::ordered_json::parse("[[0.5,0.0],[2.0,-1.0]]"));
+  EXPECT_FALSE(
+      to_json(load_text(plain_scene, {"load=[{box=[[0,0,0],[1,1,0]],force=[1,0,0]}]"}))["load"][0].contains(
+          "history"));
+}
+
+TEST(Scene, WarnsOfWhatContradictsOrDoesNothing) {
+  const auto warnings = [](const std::string& holds, const std::string& more) {
+    return load_text(plain_scene, {"hold=[" + holds + "]", more}).warnings;  // a cube of 1 m
+  };
+  const std::string below = "{box=[[0,0,0],[1,1,0]]}", none = "start.velocity=[0,0,0]";
+  EXPECT_THAT(warnings(below + ",{box=[[0,0,0],[0,1,1]], velocity=[1,0,0]}", none),
+              ElementsAre(AllOf(HasSubstr("hold.0 and hold.1"), HasSubstr("they obey hold.1"))));
+  EXPECT_THAT(warnings(below + ",{box=[[0,0,0],[0,1,1]], path=[[0,0,0,0],[1,0,1,0]]}", none),
+              ElementsAre(HasSubstr("hold.0 and hold.1")));
+  EXPECT_THAT(warnings(below + "," + below, none), ElementsAre());  // the same
+  EXPECT_THAT(
+      warnings("{box=[[0,0,0],[1,1,0]],axes='x'},{box=[[0,0,0],[1,1,0]],axes='y',velocity=[0,1,0]}", none),
+      ElementsAre());
+  EXPECT_THAT(warnings(below + ",{box=[[0,0,1],[1,1,1]], velocity=[0,0,1]}", none), ElementsAre());
+  EXPECT_THAT(warnings(below, "load=[{box=[[0,0,0],[1,1,0]], force=[1,0,0]}]"),
+              ElementsAre(AllOf(HasSubstr("load.0"), HasSubstr("hold.0"))));
+  EXPECT_THAT(warnings("{box=[[0,0,0],[1,1,0]],axes='z'}", "load=[{box=[[0,0,0],[1,1,0]], force=[1,0,0]}]"),
+              ElementsAre());
+  EXPECT_THAT(warnings(below, "load=[{box=[[0,0,1],[1,1,1]], force=[1,0,0]}]"), ElementsAre());
+}
+
+TEST(Scene, WarnsOfAFallThatNothingStops) {
+  const auto warnings = [](const std::string& normal, const std::string& more = "start.velocity=[0,0,0]") {
+    return load_text(plain_scene, {"plane=[{point=[0,0,-1], normal=" + normal + "}]",
+                                   "environment.gravity=[0,0,-9.81]", more})
+        .warnings;
+  };
+  EXPECT_THAT(warnings("[0,0,1]"), ElementsAre());
+  EXPECT_THAT(warnings("[1,0,0.01]"), ElementsAre());
+  EXPECT_THAT(warnings("[1,0,0]", "body.origin=[1,0,0]"), ElementsAre(HasSubstr("falls for ever")));
+  EXPECT_THAT(warnings("[1,0,0]", "hold=[{box=[[0,0,0],[1,1,0]]}]"), ElementsAre());
+}
+
+TEST(Scene, WarnsOfMillimetres) {
+  EXPECT_THAT(load_text(plain_scene, {"body.cell_size=250"}).warnings,
+              ElementsAre(HasSubstr("metres, kilograms and seconds")));
+}
+
 TEST(Scene, WarnsOfAStartBehindAPlane) {
   const auto warnings = [](const std::string& plane, std::vector<std::string> more = {}) {
     more.push_back("plane=[{" + plane + "}]");

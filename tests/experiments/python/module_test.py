@@ -174,6 +174,9 @@ class Motion(unittest.TestCase):
         for axis in "xyz":
             self.assertEqual(measures["spin_" + axis], measures["angular_momentum_" + axis])
         self.assertNotEqual(measures["spin_x"], 0)
+        self.assertIn("spin_x", measures)
+        self.assertEqual(measures.get("spin_x", 0), measures["angular_momentum_x"])
+        self.assertIsNone(measures.get("no_column"))
         self.assertEqual(energies["gravitational"], energies["external_potential"])
         self.assertNotIn("gravitational", list(energies))
         with self.assertRaises(KeyError):

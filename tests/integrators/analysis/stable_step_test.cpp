@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 
 #include "core/springs/spring_system.hpp"
 #include "integrators/analysis/modes.hpp"
@@ -140,6 +141,17 @@ TEST(PredictedStep, IsNeverBelowTheGuaranteedStep) {
       Cube cube(3, ratio);
       EXPECT_GT(cube.predicted(method), stable_step(find_integrator(method), cube.system.spectral_bound()));
     }
+}
+
+TEST(PolynomialLimit, IsThatOfKnownMethods) {
+  const std::vector<double> rk4{1, 1, 1.0 / 2, 1.0 / 6, 1.0 / 24}, heun{1, 1, 0.5}, euler{1, 1};
+  EXPECT_NEAR(polynomial_limit(rk4, 2, 0), std::sqrt(2.0), 1e-9);
+  EXPECT_NEAR(polynomial_limit(rk4, 0, 1), 2.785293563405, 1e-9);
+  EXPECT_EQ(polynomial_limit(heun, 2, 0), 0);
+  EXPECT_NEAR(polynomial_limit(heun, 0, 4), 0.5, 1e-9);
+  EXPECT_EQ(polynomial_limit(euler, 1, 0), 0);
+  EXPECT_NEAR(polynomial_limit(euler, 1, 0.5), 0.5, 1e-9);  // c / w^2
+  EXPECT_EQ(polynomial_limit(rk4, 0, 0), std::numeric_limits<double>::infinity());
 }
 
 }  // namespace
