@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -19,6 +20,7 @@
 #include "experiments/simulation/diagnostics.hpp"
 #include "experiments/simulation/error_estimates.hpp"
 #include "experiments/simulation/result_files.hpp"
+#include "experiments/simulation/run_preview.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
 #include "experiments/simulation/simulation.hpp"
@@ -37,6 +39,7 @@ struct RunChoice {
   std::string directory;
   std::vector<std::string> overrides;
   std::optional<long> vtk;
+  bool only_preview = false;
 };
 
 Json final_row(const Table& series) {
@@ -233,7 +236,6 @@ class EmptyDirectories {
 };
 
 void prepare(const Scene& scene, const fs::path& directory) {
-  prepare_directory(directory);  // before hours of work, not after
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
   remove_vtk_series(directory);
 }
@@ -253,8 +255,22 @@ SimulationResult simulate_in_ranks(const Scene& scene, Progress& progress, const
                                          }});
 }
 
+/// Of a body in one process, whose particles are all there.
+std::string body_in_words(const SimulationResult& result) {
+  Eigen::AlignedBox3d extent;
+  double mass = 0;
+  std::size_t cells = 0;
+  for (const ParticleRecord& p : result.particles) {
+    extent.extend(p.rest);
+    mass += p.mass;
+  }
+  for (const LevelCount& level : result.levels) cells += level.cells;
+  return mss::body_in_words(extent.sizes(), mass, cells, result.particles.size());
+}
+
 void report(const Scene& scene, const SimulationResult& result, const fs::path& directory,
             const std::optional<SceneEstimates>& estimates) {
+  if (launch().count == 1) fmt::print("{}: {}\n", scene.name, body_in_words(result));
   const bool fixed = find_integrator(scene.solve.integrator).stepping == Stepping::fixed;
   const std::string step = fixed ? fmt::format("of {:.4g} s", result.dt) : "of its own choice",
                     simulated =
@@ -295,15 +311,43 @@ void write_results(const Scene& scene, SimulationResult& result,
   report(scene, result, directory, estimates);
 }
 
+/// `--dry-run`: what would be computed; nothing is written.
+void print_preview(const Scene& scene, int& exit_status) {
+  for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
+  const RunPreview preview = preview_run(scene);
+  const auto line = [&](const std::string& text) { fmt::print("{}: {}\n", scene.name, text); };
+  line(mss::body_in_words(preview.extent, preview.mass, preview.cells, preview.particles));
+  if (is_static(scene)) return line(fmt::format("{}: an equilibrium, no steps", scene.solve.integrator));
+  const double duration = scene.solve.duration;
+  line(std::isnan(preview.dt)
+           ? fmt::format("{}: {:.4g} s in steps of its own choice", scene.solve.integrator, duration)
+           : fmt::format("{}: {:.4g} s in {} steps of {:.4g} s", scene.solve.integrator, duration,
+                         preview.steps, preview.dt));
+  if (preview.status != Status::ok) {
+    exit_status = exit_simulation_failed;
+    return line(
+        fmt::format("{} within the first {:.4g} s", to_string(preview.status), preview.simulated_seconds));
+  }
+  line(fmt::format("about {:.3g} s as its first {:.4g} s went, {:.3g} MB of memory so far",
+                   preview.expected_seconds(duration), preview.simulated_seconds,
+                   double(preview.memory_bytes) / 1e6));
+}
+
 void run_scene(const RunChoice& choice, int& exit_status) {
   const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
   check_run(scene, choice);
+  if (choice.only_preview) return print_preview(scene, exit_status);
   const fs::path directory =
       choice.directory.empty() ? fs::path("out") / scene.name : fs::path(choice.directory);
   const std::unique_ptr<ConnectedCommunicator> ranks =
       connect_ranks(fmt::format("the rows until then are in {}", (directory / "series.csv").string()));
   const EmptyDirectories of_a_refused_scene(directory);
-  if (ranks->is_lowest()) prepare(scene, directory);
+  std::optional<DirectoryClaim> claim;
+  if (ranks->is_lowest()) {
+    prepare_directory(directory);  // before hours of work, not after
+    claim.emplace(directory);
+    prepare(scene, directory);
+  }
   SimulationResult result;
   std::optional<SceneEstimates> estimates;
   {
@@ -336,6 +380,10 @@ void add(CLI::App& app, int& exit_status) {
       "--vtk", choice->vtk,
       "Also write every N-th step for ParaView (cells, springs, a mesh's surface); with adaptive methods "
       "every N-th row");
+  command->add_flag(
+      "--dry-run", choice->only_preview,
+      "Print what would be computed: size, mass, steps, about how long it takes, memory, warnings; "
+      "write nothing");
   command->callback([choice, &exit_status] { run_scene(*choice, exit_status); });
 }
 

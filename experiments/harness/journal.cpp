@@ -40,6 +40,24 @@ std::string read_results(std::istringstream& lines, std::map<std::string, Json>&
   return kept;
 }
 
+/// Whether a journal's first line differs from `now` in the program alone.
+bool is_of_another_build(const std::string& line, Json now) {
+  Json before = Json::parse(line, nullptr, false);
+  if (!before.is_object() || !before.contains("program")) return false;
+  before.erase("program");
+  now.erase("program");
+  return before == now;
+}
+
+/// Results of another build are no part of this run, and may have taken hours.
+void keep_aside(const fs::path& file) {
+  fs::path aside = file;
+  aside += ".before";
+  fs::rename(file, aside);
+  fmt::print(stderr, "mss: {} is of another build: kept as {}, and starting again\n", file.string(),
+             aside.filename().string());
+}
+
 }  // namespace
 
 Journal::Journal(const fs::path& file, const Json& belongs_to, const CasePart& part) : part_(part) {
@@ -51,12 +69,15 @@ Journal::Journal(const fs::path& file, const Json& belongs_to, const CasePart& p
     std::istringstream lines(read_file(file));
     std::string text;
     std::getline(lines, text);
-    if (text != head)
-      throw InputError(fmt::format(
-          "{} is the journal of an interrupted run with other options or another build; delete it "
-          "to start again, or choose another --out",
-          file.string()));
-    kept += read_results(lines, results_);
+    if (text == head)
+      kept += read_results(lines, results_);
+    else if (is_of_another_build(text, first))
+      keep_aside(file);
+    else
+      throw InputError(
+          fmt::format("{} is the journal of an interrupted run with other options; delete it to start again, "
+                      "or choose another --out",
+                      file.string()));
   }
   write_atomically(file, kept);
   stream_.open(file, std::ios::app);

@@ -22,7 +22,8 @@ class Journal {
   Journal() = default;
 
   /// Continues a file, or begins it. `belongs_to` holds everything that results depend on; the program's
-  /// build is added. Throws InputError if the file belongs to something else or cannot be written.
+  /// build is added: a file that differs by it alone is kept beside the new one, as FILE.before. Throws
+  /// InputError if the file belongs to something else or cannot be written.
   /// Of a part of the cases, if that is given.
   Journal(const std::filesystem::path& file, const Json& belongs_to, const CasePart& part = {});
 

@@ -133,6 +133,7 @@ CasePart parse_part(std::string_view text) {
 
 Report run_part(const ExperimentInfo& info, ExperimentOptions options, const fs::path& directory) {
   prepare_directory(directory);
+  const DirectoryClaim claim(directory);
   fs::remove(directory / part_file);
   options.journal = directory / (info.name + ".journal");
   Report report{.name = info.name, .resumable = true, .provenance = provenance()};

@@ -88,6 +88,7 @@ std::string command_line(const ExperimentInfo& info, const ExperimentOptions& op
 Report run_and_write(const ExperimentInfo& info, ExperimentOptions options, const fs::path& directory,
                      const std::optional<OtherWork>& other_work) {
   prepare_directory(directory);
+  const DirectoryClaim claim(directory);
   if (info.accepts.processes) options.journal = directory / (info.name + ".journal");
   Json origin = provenance();
   const OtherWorkWatch others;

@@ -1,6 +1,8 @@
 #include "experiments/io/output.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -28,6 +30,19 @@ void prepare_directory(const fs::path& directory) {
   if (error) fail(directory, error.message());
   if (!fs::is_directory(directory)) fail(directory, "it is not a directory");
   if (access(directory.c_str(), W_OK | X_OK) != 0) fail(directory, std::strerror(errno));
+}
+
+DirectoryClaim::DirectoryClaim(const fs::path& directory)
+    : descriptor_(open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (descriptor_ < 0 || flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  close(descriptor_);
+  throw InputError(
+      fmt::format("{} is written to by another run of mss; wait for its end, or choose another --out",
+                  directory.string()));
+}
+
+DirectoryClaim::~DirectoryClaim() {
+  if (descriptor_ >= 0) close(descriptor_);
 }
 
 void write_atomically(const fs::path& file, std::string_view content) {

@@ -23,6 +23,19 @@ void replace_atomically(const std::filesystem::path& file,
 /// Makes a directory and checks that files can be written to it. Throws InputError if not.
 void prepare_directory(const std::filesystem::path& directory);
 
+/// Keeps other processes from claiming a directory as long as it lives, and its process does.
+class DirectoryClaim {
+ public:
+  /// Throws InputError if another process has it. Where the file system knows no locks it claims nothing.
+  explicit DirectoryClaim(const std::filesystem::path& directory);
+  DirectoryClaim(const DirectoryClaim&) = delete;
+  DirectoryClaim& operator=(const DirectoryClaim&) = delete;
+  ~DirectoryClaim();
+
+ private:
+  int descriptor_;
+};
+
 /// A new directory for temporary files, removed with everything in it by the destructor. Throws InputError if
 /// it cannot be made.
 class TemporaryDirectory {

@@ -99,6 +99,36 @@ TEST(Program, RefusesBadUsageInOneSentence) {
   expect_refused({"list", "scene"}, "did you mean 'scenes'?");
 }
 
+TEST(Program, SaysWhatARunWouldCompute) {
+  const Directory directory;
+  const std::string out = directory / "none";
+  const ProgramRun run = mss({"run", "cantilever", "--out", out, "--dry-run"});
+  EXPECT_EQ(run.exit_status, 0) << run.output;
+  for (const char* word :
+       {" m, ", " kg, ", " cells, ", " particles", " steps of ", "about ", " MB of memory"})
+    EXPECT_NE(run.output.find(word), std::string::npos) << word << " is not in " << run.output;
+  EXPECT_FALSE(fs::exists(out));
+  const ProgramRun blown =
+      mss({"run", "cantilever", "--set", "solve.dt=0.1", "--set", "solve.duration=100", "--dry-run"});
+  EXPECT_EQ(blown.exit_status, 3) << blown.output;
+}
+
+TEST(Program, WritesToADirectoryThatNoOtherRunHas) {
+  const Directory directory;
+  const std::string out = directory / "run";
+  fs::create_directories(out);
+  {
+    const DirectoryClaim claim(out);
+    expect_refused({"run", "cantilever", "--out", out}, "written to by another run");
+    const ProgramRun study = mss({"precision", "--quick", "--out", out});
+    EXPECT_EQ(study.exit_status, 2);
+    EXPECT_NE(study.output.find("written to by another run"), std::string::npos) << study.output;
+    EXPECT_TRUE(fs::is_empty(out));
+  }
+  const ProgramRun run = mss({"run", "cantilever", "--out", out, "--set", "solve.duration=0.01"});
+  EXPECT_EQ(run.exit_status, 0) << run.output;
+}
+
 TEST(Program, SuggestsNothingThatIsUnlike) {
   const Directory directory;
   const std::string scene = directory / "scene.toml";

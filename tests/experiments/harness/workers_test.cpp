@@ -152,5 +152,20 @@ TEST(Journal, RejectsAnotherConfiguration) {
   EXPECT_EQ(read_file(file.path), "something else\n");
 }
 
+TEST(Journal, OfAnotherBuildIsKeptAside) {
+  const File file;
+  {
+    Journal journal(file.path, {{"cells", 3}});
+    journal.add(name(1), square(1));
+  }
+  std::string text = read_file(file.path);
+  const std::string version = "\"version\":\"";
+  text.insert(text.find(version) + version.size(), "1");
+  write_atomically(file.path, text);
+  EXPECT_EQ(Journal(file.path, {{"cells", 3}}).size(), 0U);
+  EXPECT_EQ(read_file(file.path.string() + ".before"), text);
+  fs::remove(file.path.string() + ".before");
+}
+
 }  // namespace
 }  // namespace mss
