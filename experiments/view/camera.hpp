@@ -42,7 +42,7 @@ class Camera {
   Vec3 eye() const { return target_ + distance_ * backward(); }
   /// Viewing direction; unit.
   Vec3 forward() const { return -backward(); }
-  double yaw() const { return yaw_; }      ///< [rad]
+  double yaw() const { return yaw_; }  ///< [rad]
   double distance() const { return distance_; }
   const Vec3& target() const { return target_; }
 
