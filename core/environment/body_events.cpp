@@ -2,6 +2,8 @@
 
 #include <atomic>
 
+#include "core/base/record.hpp"
+
 namespace mss {
 
 namespace {
@@ -93,6 +95,12 @@ void BodyEvents<Real>::wake_all() {
   if (!sleep_) return;
   sleep_->wake_all();
   let_go_awake();
+}
+
+template <class Real>
+void BodyEvents<Real>::remember(Record& record) {
+  if (sleep_) record.keep(*sleep_);
+  if (colliding_.impulses) record.keep(*colliding_.impulses);
 }
 
 /// Methods must evaluate accelerations anew then.

@@ -72,6 +72,8 @@ class BodyEvents final : public StepEvents<Real> {
   /// Must be called after a change of velocities, and of positions or of what acts on the body.
   void wake_moving(const State<Real>& state);
   void wake_all();
+  /// See core/base/record.hpp.
+  void remember(Record& record);
 
   /// Which parts of the body sleep; nullptr where nothing does.
   const SleepTracker<Real>* sleep_tracker() const { return sleep_.get(); }

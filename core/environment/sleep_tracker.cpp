@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/record.hpp"
+
 namespace mss {
 
 namespace {
@@ -15,6 +17,7 @@ constexpr int reach = 3;
 template <class Real>
 SleepTracker<Real>::SleepTracker(const Lattice& lattice, const SleepRule& rule)
     : sites_(lattice.plane),
+      all_sites_(lattice.size),
       near_(rule.bound / 4),
       after_(rule.after),
       asleep_(std::size_t(lattice.planes()), 0),
@@ -111,6 +114,12 @@ bool SleepTracker<Real>::wake_around(int plane, double t) {
     any = true;
   }
   return any;
+}
+
+template <class Real>
+void SleepTracker<Real>::remember(Record& record) {
+  record.keep(asleep_, sleeping_, updated_, resting_since_);
+  record.keep_field(anchor_, all_sites_);
 }
 
 template class SleepTracker<float>;

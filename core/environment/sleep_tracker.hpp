@@ -8,6 +8,8 @@
 
 namespace mss {
 
+class Record;
+
 /// When particles that hardly move are no longer computed.
 struct SleepRule {
   double bound = 0;    ///< how far they may be from where they would be otherwise [m]; 0: nothing sleeps
@@ -43,6 +45,8 @@ class SleepTracker {
   void wake_moving(const State<Real>& state);
   /// Wakes all planes; none has rested yet.
   void wake_all();
+  /// See core/base/record.hpp.
+  void remember(Record& record);
 
  private:
   int planes() const { return int(asleep_.size()); }
@@ -52,9 +56,10 @@ class SleepTracker {
   void fall_asleep(int plane, State<Real>& state);
   bool wake_around(int plane, double t);
 
-  std::ptrdiff_t sites_;  ///< of a plane
-  double near_;           ///< [m]
-  double after_;          ///< [s]
+  std::ptrdiff_t sites_;      ///< of a plane
+  std::ptrdiff_t all_sites_;  ///< of fields
+  double near_;               ///< [m]
+  double after_;              ///< [s]
   std::vector<char> asleep_;
   int sleeping_ = 0;
   double updated_ = 0;                 ///< time of the last update [s]

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/record.hpp"
 #include "core/forces/cell_geometry.hpp"
 #include "core/forces/spring_law.hpp"
 
@@ -96,6 +97,11 @@ double volume_ratio(const std::vector<Level>& levels, const Field<Real>& x) {
     at_rest += level.body.volume();
   }
   return volume / at_rest;
+}
+
+void Measures::remember(Record& record) {
+  record.keep(t, kinetic, elastic, volume_energy, external_potential, volume_ratio, volume_ratio_thesis,
+              momentum, angular_momentum, max_speed, max_stretch, min_jacobian);
 }
 
 template <class Real>

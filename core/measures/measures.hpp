@@ -25,6 +25,9 @@ struct Measures {
   /// Kinetic and stored energy of the body itself [J].
   double mechanical() const { return kinetic + elastic + volume_energy; }
   double total() const { return kinetic + elastic + volume_energy + external_potential; }
+
+  /// See core/base/record.hpp.
+  void remember(Record& record);
 };
 
 /// A number among the measures, as series.csv names it.

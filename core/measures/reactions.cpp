@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/base/record.hpp"
 #include "core/system/plane_impulses.hpp"
 
 namespace mss {
@@ -25,6 +26,8 @@ bool Reactions::is_finite() const {
   };
   return all_finite(holds) && all_finite(planes);
 }
+
+void Reactions::remember(Record& record) { record.keep(holds, planes); }
 
 void for_each(const Reactions& reactions, const std::function<void(const std::string&, const Vec3&)>& visit) {
   for (std::size_t i = 0; i < reactions.holds.size(); ++i)
@@ -109,6 +112,11 @@ Reactions ReactionGauge<Real>::read(System<Real>& driven, const State<Real>& sta
     }
   }
   return reactions;
+}
+
+template <class Real>
+void ReactionGauge<Real>::remember(Record& record) {
+  record.keep(begun_, given_);
 }
 
 template class ReactionGauge<float>;

@@ -13,6 +13,8 @@ struct Reactions {
   std::vector<Vec3> holds{}, planes{};
 
   bool is_finite() const;
+  /// See core/base/record.hpp.
+  void remember(Record& record);
 };
 
 /// Calls visit(name, force) for each as files name them: hold_0, hold_1, ... plane_0, plane_1, ...
@@ -39,6 +41,8 @@ class ReactionGauge {
   /// The reactions at a state, which may also be of a system that wraps the gauge's and adds forces. All
   /// ranks must call it.
   Reactions read(System<Real>& driven, const State<Real>& state);
+  /// See core/base/record.hpp.
+  void remember(Record& record);
 
  private:
   void add_holds(System<Real>& driven, const State<Real>& state, std::vector<Vec3>& forces);

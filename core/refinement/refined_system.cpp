@@ -6,6 +6,7 @@
 #include <atomic>
 
 #include "core/base/error.hpp"
+#include "core/base/record.hpp"
 #include "core/refinement/local_steps.hpp"
 
 namespace mss {
@@ -340,6 +341,12 @@ bool RefinedSystem<Real>::Events::collide(const State<Real>& before, double dt, 
   });
   if (any) system_.constrain(state.t, state.x, state.v);
   return any;
+}
+
+/// Its levels keep nothing: planes act on the whole, and nothing sleeps.
+template <class Real>
+void RefinedSystem<Real>::remember(Record& record) {
+  if (impulses_) record.keep(*impulses_);
 }
 
 template class RefinedSystem<float>;

@@ -59,6 +59,7 @@ class RefinedSystem final : public SolidSystem<Real> {
   LocalStepPlan local_step_plan() const;
   int threads() const override;
   const char* kernel_name() const override;
+  void remember(Record& record) override;
   /// The sweep of its levels.
   const SweepKernel<Real>& kernel() const;
 

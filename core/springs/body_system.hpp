@@ -60,6 +60,7 @@ class BodySystem : public SolidSystem<Real> {
   double share_asleep() const override { return sleep_tracker() ? sleep_tracker()->share_asleep() : 0; }
   void wake_moving(const State<Real>& state) override;
   void wake_all() override;
+  void remember(Record& record) override { events_.remember(record); }
 
  protected:
   /// nullptr where nothing sleeps.

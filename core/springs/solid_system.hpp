@@ -10,6 +10,8 @@
 
 namespace mss {
 
+class Record;
+
 /// Energy stored in a deformed body [J].
 struct StoredEnergy {
   double elastic = 0;  ///< of springs and the guard against folding, or of finite elements
@@ -61,6 +63,9 @@ class SolidSystem : public System<Real> {
   virtual void wake_moving(const State<Real>&) {}
   /// Must be called after a change of positions, or of what acts on the solid.
   virtual void wake_all() {}
+
+  /// What it keeps from step to step: which parts sleep, what planes have given. See core/base/record.hpp.
+  virtual void remember(Record&) {}
 
   /// Where other ranks share the solid: gets from them what measures of a state read at ghosts.
   virtual void update_ghosts(const State<Real>&) const {}

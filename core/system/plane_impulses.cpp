@@ -1,5 +1,7 @@
 #include "core/system/plane_impulses.hpp"
 
+#include "core/base/record.hpp"
+
 namespace mss {
 
 PlaneImpulses::PlaneImpulses(std::size_t planes, std::ptrdiff_t sites)
@@ -33,6 +35,13 @@ void PlaneImpulses::hold_for(double seconds) {
 void PlaneImpulses::end_step(double dt) {
   if (!is_told_) kicked_ += dt;
   is_told_ = false;
+}
+
+void PlaneImpulses::remember(Record& record) {
+  const auto sites = std::ptrdiff_t(held_by_.size());
+  for (Field<double>& given : given_) record.keep_field(given, sites);
+  record.keep_field(force_, sites);
+  record.keep(held_by_, held_since_, kicked_, is_told_);
 }
 
 }  // namespace mss

@@ -8,6 +8,8 @@
 
 namespace mss {
 
+class Record;
+
 /// What planes of the laws `impulse` and `thesis` have given the particles of a body in all steps so far:
 /// impulses [N s], by plane in the environment's order, and by site, so that sums do not depend on threads.
 /// They are never set back; those of a while are a difference. Along held axes planes give nothing: there
@@ -36,6 +38,8 @@ class PlaneImpulses {
   void hold_for(double seconds);
   /// Ends a step of dt [s].
   void end_step(double dt);
+  /// See core/base/record.hpp.
+  void remember(Record& record);
 
  private:
   static constexpr std::uint32_t nothing = UINT32_MAX;
