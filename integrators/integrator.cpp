@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/base/error.hpp"
+#include "core/base/record.hpp"
 #include "integrators/collisions.hpp"
 
 namespace mss {
@@ -62,6 +63,10 @@ Work& Work::operator+=(const Work& other) {
   linear_solves += other.linear_solves;
   products += other.products;
   return *this;
+}
+
+void Work::remember(Record& record) {
+  record.keep(steps, force_evaluations, jacobians, factorisations, linear_solves, products);
 }
 
 }  // namespace mss

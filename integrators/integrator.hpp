@@ -11,6 +11,8 @@
 
 namespace mss {
 
+class Record;
+
 /// How an advance ended. Everything but `ok` is a result too: tables and charts show it.
 enum class Status {
   ok,
@@ -36,6 +38,8 @@ struct Work {
   std::int64_t products = 0;  ///< of a tangent and a vector
 
   Work& operator+=(const Work& other);
+  /// See core/base/record.hpp.
+  void remember(Record& record);
 };
 
 /// When planes of the laws `impulse` and `thesis` act on what a method moves.
@@ -74,6 +78,13 @@ class Integrator {
 
   /// Discards all history. Call it after editing a state, before the next advance.
   virtual void reset() {}
+
+  /// Keeps the history in a record, or takes it from one (core/base/record.hpp), between two advances of the
+  /// system: with it and the state another process goes on. What is not kept must follow from these, bit for
+  /// bit, unless IntegratorInfo::exact_restart is false.
+  virtual void remember(System<Real>& system, Record& record) {
+    static_cast<void>(system), static_cast<void>(record);
+  }
 
  private:
   friend struct IntegratorInfo;
@@ -151,6 +162,9 @@ struct IntegratorInfo {
   bool energy_exact = false;  ///< without damping; needs a discrete gradient
   bool springs_only = false;  ///< steps bodies of springs in its own way; no other model, and no forces
   bool has_modulus = true;    ///< false: not the motion of a material, however small the step
+  /// Goes on from what remember() keeps with the same bits as if it had not stopped; false: within its
+  /// tolerance, because it begins anew.
+  bool exact_restart = true;
   StabilityLimit limit = nullptr;  ///< nullptr: stable for any step
   /// Of one-step methods that take x' = z x / dt to R(z) x: coefficients of R, ascending. Empty: others.
   std::vector<double> polynomial = {};

@@ -5,6 +5,7 @@
 // are not; without damping the same as the latter. Stable iff w^2 dt^2 + 4 c dt < 4: the characteristic
 // polynomial on the test equation, W = w^2 dt^2, z = c dt, is l^3 - (2 - W - 3z/2) l^2 + (1 - 2z) l + z/2,
 // and Jury's conditions reduce to p(-1) < 0.
+#include "core/base/record.hpp"
 #include "integrators/fixed_step.hpp"
 
 namespace mss {
@@ -29,6 +30,9 @@ class DampedVerlet final : public Integrator<Real> {
   }
 
   void reset() override { acceleration_ = Field<Real>(); }
+  void remember(System<Real>& system, Record& record) override {
+    record.keep_field(acceleration_, system.size());
+  }
 
  private:
   void step(System<Real>& system, State<Real>& state) {

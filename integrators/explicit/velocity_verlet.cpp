@@ -4,6 +4,7 @@
 // One force a step: a_{n+1} opens the next step too. Second order and symplectic without damping; a damping
 // force uses the velocity of half a step ago, which reduces it to first order. Stable iff w^2 dt^2 + 2 c dt
 // < 4. Swope, Andersen, Berens and Wilson, J. Chem. Phys. 76 (1982) 637.
+#include "core/base/record.hpp"
 #include "integrators/fixed_step.hpp"
 
 namespace mss {
@@ -21,6 +22,9 @@ class VelocityVerlet final : public Integrator<Real> {
   }
 
   void reset() override { acceleration_ = Field<Real>(); }
+  void remember(System<Real>& system, Record& record) override {
+    record.keep_field(acceleration_, system.size());
+  }
 
  private:
   /// Between two steps the closing and the opening kick use the same acceleration, so they fuse with the

@@ -3,6 +3,7 @@
 // The same recursion as semi-implicit Euler: state.v is v_{n-1/2}, and x_{-1} = x_0 - dt v_0 starts it. As a
 // sampler of the exact (x, v) it is first order, not second as the thesis says: the start and the damping lag
 // by dt/2. Stable iff w^2 dt^2 + 2 c dt < 4.
+#include "core/base/record.hpp"
 #include "integrators/fixed_step.hpp"
 
 namespace mss {
@@ -22,6 +23,9 @@ class Verlet final : public Integrator<Real> {
   }
 
   void reset() override { previous_ = Field<Real>(); }
+  void remember(System<Real>& system, Record& record) override {
+    record.keep_field(previous_, system.size());
+  }
 
  private:
   void start(const State<Real>& state) {

@@ -26,6 +26,8 @@ class BackwardEuler final : public Integrator<double> {
     });
   }
 
+  void remember(System<double>& system, Record& record) override { solver_->remember(system, record); }
+
  private:
   double dt_;
   std::unique_ptr<NonlinearSolver> solver_;

@@ -24,6 +24,10 @@ class BackwardEulerLinear final : public Integrator<double> {
                                 [&] { return step(system, state, work); });
   }
 
+  void remember(System<double>& system, Record& record) override {
+    remember_bounded(system, record, bounded_);
+  }
+
  private:
   Status step(System<double>& system, State<double>& state, Work& work) {
     if (rhs_.size() == 0)

@@ -12,6 +12,7 @@
 // motions more; so 0.9, near their common -0.05, is the default.
 // Chung and Hulbert, J. Appl. Mech. 60 (1993) 371; Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67; Hilber,
 // Hughes and Taylor, Earthq. Eng. Struct. Dyn. 5 (1977) 283.
+#include "core/base/record.hpp"
 #include "integrators/nonlinear/implicit_stage.hpp"
 
 namespace mss {
@@ -32,6 +33,10 @@ class GeneralizedAlpha final : public Integrator<double> {
   }
 
   void reset() override { acceleration_ = Field<double>(); }
+  void remember(System<double>& system, Record& record) override {
+    record.keep_field(acceleration_, system.size());
+    solver_->remember(system, record);
+  }
 
  private:
   Status step(System<double>& system, State<double>& state, Work& work) {

@@ -22,6 +22,8 @@ class TrBdf2 final : public Integrator<double> {
                                 [&] { return step(system, state, work); });
   }
 
+  void remember(System<double>& system, Record& record) override { solver_->remember(system, record); }
+
  private:
   Status step(System<double>& system, State<double>& state, Work& work) {
     const double g = 2 - std::sqrt(2.0), d = g * dt_ / 2;

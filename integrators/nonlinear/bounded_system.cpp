@@ -382,6 +382,13 @@ void BoundedSystem::end_step(const StepTaken& step, State<double>& state, Field<
   touched_.clear();
 }
 
+void remember_bounded(System<double>& system, Record& record, std::unique_ptr<BoundedSystem>& bounded) {
+  bool is_there = bounded != nullptr;
+  record.keep(is_there);
+  if (is_there && !bounded) bounded = std::make_unique<BoundedSystem>(system);
+  if (is_there) record.keep(*bounded);
+}
+
 namespace {
 
 /// Adds a block to the rows and columns of a particle's unknowns.

@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <vector>
 
+#include "core/base/record.hpp"
 #include "core/environment/plane_bounds.hpp"
 #include "core/system/plane_impulses.hpp"
 #include "core/system/system_wrapper.hpp"
@@ -82,6 +84,8 @@ class BoundedSystem final : public SystemWrapper<double> {
   double scale() const { return scale_; }
   /// See NonlinearSolver::end_step().
   void end_step(const StepTaken& step, State<double>& state, Field<double>* a);
+  /// The set, where the next stage begins.
+  void remember(Record& record) { record.keep(touches_, in_step_, touched_); }
 
   /// Particles that planes hold.
   std::size_t touching() const { return touches_.size(); }
@@ -99,6 +103,10 @@ class BoundedSystem final : public SystemWrapper<double> {
     int changes = 0;                                 ///< in this stage
     Eigen::Matrix3d held = Eigen::Matrix3d::Zero();  ///< projects onto directions in which it cannot move
     Eigen::Matrix3d slip = Eigen::Matrix3d::Zero();  ///< onto those in which it can
+
+    void remember(Record& record) {
+      record.keep(planes, sticks, direction, limit, pressure, expected, push, changes, held, slip);
+    }
   };
 
   class BoundedTangents final : public Tangents<double> {
@@ -144,5 +152,8 @@ class BoundedSystem final : public SystemWrapper<double> {
   bool in_step_ = false;                                  ///< after its first stage has begun
   std::map<std::ptrdiff_t, Planes> touched_;              ///< planes, in stages of this step
 };
+
+/// See Integrator::remember(): of a system with bounds, or of none if there has been no step yet.
+void remember_bounded(System<double>& system, Record& record, std::unique_ptr<BoundedSystem>& bounded);
 
 }  // namespace mss

@@ -2,6 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "core/base/record.hpp"
+
 namespace mss {
 
 void HeldDirections::forget_matrix() {
@@ -49,6 +51,17 @@ void HeldDirections::hold(const std::vector<HeldParticle>& particles) {
       schur(i, j) = sum;
     }
   if (size > 0) schur_.compute(schur);
+}
+
+void HeldDirections::remember(Record& record) {
+  record.keep(particles_, sites_);
+  const auto size = Eigen::Index(sites_.size());
+  for (Eigen::MatrixXd& columns : columns_) {
+    if (record.reads()) columns.resize(size, size);
+    for (Eigen::Index column = 0; column < size; ++column)
+      record.keep_values(std::span(columns.col(column).data(), std::size_t(size)));
+  }
+  if (size > 0 && unit_.size() == 0) unit_ = column_ = Field<double>(system_.size());
 }
 
 void HeldDirections::correct(const Field<double>& values, Field<double>& z) {

@@ -26,6 +26,9 @@ class HeldDirections {
   void hold(const std::vector<HeldParticle>& particles);
   /// As above; `values`, of size 0: zero.
   void correct(const Field<double>& values, Field<double>& z);
+  /// Keeps the columns: which half of S they fill depends on the order in which particles came. See
+  /// core/base/record.hpp.
+  void remember(Record& record);
 
  private:
   struct Direction {

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/record.hpp"
 #include "core/base/suggest.hpp"
 #include "core/springs/discrete_gradient.hpp"
 #include "integrators/nonlinear/bounded_system.hpp"
@@ -96,6 +97,8 @@ Newton::~Newton() = default;
 void Newton::end_step(const StepTaken& step, State<double>& state, Field<double>* a) {
   if (bounded_) bounded_->end_step(step, state, a);
 }
+
+void Newton::remember(System<double>& system, Record& record) { remember_bounded(system, record, bounded_); }
 
 /// Places x and prescribed coordinates for state.v, fills residual_ and returns its norm.
 double Newton::residual(System<double>& system, const ImplicitStage& stage, State<double>& state,
@@ -226,10 +229,8 @@ Status Newton::solve_stage(System<double>& plain, const ImplicitStage& stage, St
   tangents_of(plain);  // throws if there are none, even where nothing moves
   if (residual_.size() == 0)
     for (Field<double>* field : {&residual_, &step_, &v_before_}) *field = Field<double>(plain.size());
-  if (plain.bounds() && !bounded_) {
-    bounded_ = std::make_unique<BoundedSystem>(plain);
-    jump_ = impulse_ = expected_ = residual_;
-  }
+  if (plain.bounds() && !bounded_) bounded_ = std::make_unique<BoundedSystem>(plain);
+  if (bounded_ && jump_.size() == 0) jump_ = impulse_ = expected_ = residual_;
   System<double>& system = bounded_ ? *bounded_ : plain;
   if (bounded_) {
     bounded_->begin(stage);

@@ -76,6 +76,11 @@ class NonlinearSolver {
   virtual void end_step(const StepTaken& step, State<double>& state, Field<double>* a) {
     static_cast<void>(step), static_cast<void>(state), static_cast<void>(a);
   }
+
+  /// See Integrator::remember().
+  virtual void remember(System<double>& system, Record& record) {
+    static_cast<void>(system), static_cast<void>(record);
+  }
 };
 
 /// Facts about a nonlinear solver.
@@ -103,6 +108,7 @@ class Newton final : public NonlinearSolver {
   ~Newton() override;
   Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) override;
   void end_step(const StepTaken& step, State<double>& state, Field<double>* a) override;
+  void remember(System<double>& system, Record& record) override;
 
  private:
   Status solve_stage(System<double>& plain, const ImplicitStage& stage, State<double>& state, Work& work);

@@ -115,6 +115,7 @@ class QuasiNewton final : public NonlinearSolver {
   void end_step(const StepTaken& step, State<double>& state, Field<double>* a) override {
     if (bounded_) bounded_->end_step(step, state, a);
   }
+  void remember(System<double>& system, Record& record) override;
 
  private:
   using Sums = std::array<double, 2 * (most_pairs + 1) + 1>;
@@ -134,6 +135,7 @@ class QuasiNewton final : public NonlinearSolver {
   void leave_out_held(System<double>& system, const State<double>& state);
   bool take_step(System<double>& system, const ImplicitStage& stage, State<double>& state, bool settled,
                  Work& work);
+  void make_bounded(System<double>& system);
   void begin_contact(System<double>& system, const ImplicitStage& stage, State<double>& state);
   bool update_contact(System<double>& system, State<double>& state, double good);
 
@@ -377,12 +379,29 @@ bool QuasiNewton::take_step(System<double>& system, const ImplicitStage& stage, 
   return std::isfinite(norm_);
 }
 
-void QuasiNewton::begin_contact(System<double>& system, const ImplicitStage& stage, State<double>& state) {
-  if (!bounded_) {
-    bounded_ = std::make_unique<BoundedSystem>(system);
-    held_ = std::make_unique<HeldDirections>(system, *solver_);
-    jump_ = impulse_ = gradient_;
+void QuasiNewton::make_bounded(System<double>& system) {
+  bounded_ = std::make_unique<BoundedSystem>(system);
+  held_ = std::make_unique<HeldDirections>(system, *solver_);
+  jump_ = impulse_ = gradient_;
+}
+
+/// Pairs are of one stage; what lasts is the matrix, and what planes hold.
+void QuasiNewton::remember(System<double>& system, Record& record) {
+  bool has_matrix = solver_ != nullptr, has_bounds = bounded_ != nullptr;
+  record.keep(has_matrix, has_bounds);
+  if (!has_matrix) return;
+  record.keep(matrix_.mass, matrix_.cell_edge);
+  record.keep_values(std::span<double>(matrix_.spring));
+  if (record.reads()) {
+    begin(system);
+    solver_->prepare(matrix_);
+    if (has_bounds) make_bounded(system);
   }
+  if (has_bounds) record.keep(*bounded_, *held_);
+}
+
+void QuasiNewton::begin_contact(System<double>& system, const ImplicitStage& stage, State<double>& state) {
+  if (!bounded_) make_bounded(system);
   bounded_->begin(stage);
   held_->hold(bounded_->held());
   jumps_ = bounded_->jump(state.v, jump_);

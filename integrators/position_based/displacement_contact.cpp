@@ -192,6 +192,23 @@ void DisplacementContact<Real>::rebound(const FreeStep& step, State<Real>& state
     }
 }
 
+template <class Real>
+void DisplacementContact<Real>::remember(Record& record) {
+  std::vector<std::ptrdiff_t> pushed;
+  for (const std::vector<Near>& of_plane : near_)
+    for (const Near& near : of_plane)
+      if (is_pushed(near)) pushed.push_back(near.index);
+  record.keep(pushed);
+  if (!record.reads()) return;
+  for (std::vector<Near>& of_plane : near_) of_plane.clear();
+  std::fill(near_at_.begin(), near_at_.end(), nullptr);
+  for (const std::ptrdiff_t index : pushed) {  // until the next step begins
+    Near& near = near_.front().emplace_back();
+    near.index = index;
+    near.normal = {1};
+  }
+}
+
 template class DisplacementContact<float>;
 template class DisplacementContact<double>;
 

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/base/record.hpp"
 #include "core/base/state.hpp"
 #include "core/body/body.hpp"
 #include "core/environment/plane_bounds.hpp"
@@ -45,6 +46,8 @@ class DisplacementContact {
   void end_passes(double dt, const ConstStreams<Real>& x, const Streams<Real>& u);
   /// After velocities have followed from a step: what a plane has stopped leaves it as restitution says.
   void rebound(const FreeStep& step, State<Real>& state) const;
+  /// Which particles planes have pushed since the last step began. See core/base/record.hpp.
+  void remember(Record& record);
 
   /// A particle near a plane.
   struct Near {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/base/error.hpp"
+#include "core/base/record.hpp"
 #include "integrators/fixed_step.hpp"
 #include "integrators/position_based/coloured_particles.hpp"
 
@@ -44,9 +45,9 @@ class OuterAcceleration {
 };
 
 /// A method whose steps are passes over the particles of a lattice, in a layout of its own: `Passes` has
-/// begin_step(), iterate(), iterate_into_next_step() and particles(), see ColouredParticles, reset() if it
-/// keeps a history, and where the system has bounds end_passes() and rebound(), which keep particles in front
-/// of them.
+/// begin_step(), iterate(), iterate_into_next_step() and particles(), see ColouredParticles, remember(),
+/// reset() if it keeps a history, and where the system has bounds end_passes() and rebound(), which keep
+/// particles in front of them.
 template <class Real, class Passes>
 class PositionBasedIntegrator final : public Integrator<Real> {
  public:
@@ -63,6 +64,13 @@ class PositionBasedIntegrator final : public Integrator<Real> {
   void reset() override {
     if constexpr (requires { passes_->reset(); })
       if (passes_) passes_->reset();
+  }
+
+  void remember(System<Real>& system, Record& record) override {
+    bool has_begun = passes_ != nullptr;
+    record.keep(has_begun);
+    if (has_begun && !passes_) begin(system);
+    if (has_begun) record.keep(*passes_);
   }
 
   Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {

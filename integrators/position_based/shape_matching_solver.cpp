@@ -91,6 +91,12 @@ void ShapeMatching::reset() {
   turned_before_ = false;
 }
 
+void ShapeMatching::remember(Record& record) {
+  record.keep(turned_before_);
+  for (Array& rotation : rotation_) record.keep_values(std::span(rotation.data(), std::size_t(size_)));
+  if (contact_) record.keep(*contact_);
+}
+
 /// Calls part(first, last) for the rows of every plane that has particles.
 template <class Part>
 void ShapeMatching::for_each_plane(Part&& part) {

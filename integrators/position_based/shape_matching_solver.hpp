@@ -51,6 +51,8 @@ class ShapeMatching {
   void rebound(State<double>& state) const;
   /// Forgets how regions were turned, where the next search for rotations would begin.
   void reset();
+  /// See Integrator::remember().
+  void remember(Record& record);
 
  private:
   using Array = AlignedArray<double>;

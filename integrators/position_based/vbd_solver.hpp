@@ -57,6 +57,12 @@ class VbdSolver {
   void rebound(State<Real>& state) const;
   /// Forgets the step before.
   void reset() { has_step_before_ = false; }
+  /// See Integrator::remember().
+  void remember(Record& record) {
+    record.keep(has_step_before_);
+    record.keep_field(drift_, particles_.lattice().size());
+    if (near_) record.keep(*near_);
+  }
   /// One pass over all particles, and Chebyshev's semi-iteration if it is accelerated: u_k = w_k (u -
   /// u_{k-2})
   /// + u_{k-2}, u what the pass makes of u_{k-1}, w_1 = 1, w_2 = 2 / (2 - rho^2), w_k = 4 / (4 - rho^2

@@ -31,6 +31,10 @@ class XpbdSolver {
   /// Where the system has bounds: after the last pass of a step, and after velocities have followed from it.
   void end_passes();
   void rebound(State<Real>& state) const;
+  /// See Integrator::remember().
+  void remember(Record& record) {
+    if (contact_) record.keep(*contact_);
+  }
   /// One pass over all constraints.
   void iterate();
   /// The same; then ends the step and begins the next, with the same accelerations: plane by plane, while its

@@ -11,6 +11,7 @@
 // the next begins, so that friction holds what it can hold where it has come to.
 #include <limits>
 
+#include "core/base/record.hpp"
 #include "integrators/nonlinear/implicit_stage.hpp"
 
 namespace mss {
@@ -36,6 +37,12 @@ class StaticEquilibrium final : public Integrator<double> {
         by_newton_(options.nonlinear_solver == "newton"),
         enough_(options.tolerance * options.length_scale) {}
   void reset() override { settled_force_ = -1; }
+  void remember(System<double>& system, Record& record) override {
+    bool newton = by_newton_;
+    record.keep(newton, settled_force_);
+    if (newton && !by_newton_) take_newton();
+    solver_->remember(system, record);
+  }
 
   Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
     seconds_ = t_end - state.t;

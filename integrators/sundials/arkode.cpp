@@ -159,6 +159,7 @@ IntegratorInfo arkode_erk() {
           .summary = "ARKODE, explicit Runge-Kutta of Dormand and Prince, order 5: adaptive",
           .stepping = Stepping::adaptive,
           .collisions = Collisions::never,
+          .exact_restart = false,
           .make_double = [](const IntegratorOptions& o) { return std::make_unique<Arkode<Explicit>>(o); }};
 }
 IntegratorInfo arkode_dirk() {
@@ -169,6 +170,7 @@ IntegratorInfo arkode_dirk() {
           .stepping = Stepping::adaptive,
           .implicit = true,
           .collisions = Collisions::never,
+          .exact_restart = false,
           .make_double = [](const IntegratorOptions& o) {
             return std::make_unique<Arkode<DiagonallyImplicit>>(o);
           }};

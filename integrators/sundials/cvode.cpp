@@ -309,6 +309,7 @@ IntegratorInfo describe_cvode(Linear linear, const std::string& name, const std:
           .stepping = Stepping::adaptive,
           .implicit = linear != Linear::none,
           .collisions = Collisions::never,
+          .exact_restart = false,
           .make_double = [linear](const IntegratorOptions& o) { return std::make_unique<Cvode>(o, linear); }};
 }
 
