@@ -19,6 +19,7 @@
 #include "experiments/io/output.hpp"
 #include "experiments/simulation/diagnostics.hpp"
 #include "experiments/simulation/error_estimates.hpp"
+#include "experiments/simulation/restart.hpp"
 #include "experiments/simulation/result_files.hpp"
 #include "experiments/simulation/run_preview.hpp"
 #include "experiments/simulation/scene_check.hpp"
@@ -37,6 +38,7 @@ constexpr double rounding = 1e-9;  ///< of estimates, over their values
 struct RunChoice {
   std::string scene;
   std::string directory;
+  std::string from;  ///< directory of a run to go on from; empty: none
   std::vector<std::string> overrides;
   std::optional<long> vtk;
   bool only_preview = false;
@@ -164,6 +166,14 @@ class GrowingSeries {
   bool has_header_ = false;
 };
 
+/// Null of a run in one go.
+Json to_json(const std::vector<Continuation>& continued) {
+  if (continued.empty()) return {};
+  Json json = Json::array();
+  for (const Continuation& part : continued) json.push_back({{"from_time", part.t}, {"exact", part.exact}});
+  return json;
+}
+
 /// Null of a body in one process. What a rank sends to each neighbour before a force are positions and
 /// velocities of a plane of particles.
 Json sharing(const Scene& scene, const ConnectedCommunicator& ranks) {
@@ -187,6 +197,7 @@ std::vector<std::string> all_warnings(const Scene& scene, const SimulationResult
 Json summary(const Scene& scene, const SimulationResult& result, const Table& series,
              const std::optional<SceneEstimates>& estimates, int ranks, const Json& sharing) {
   return {{"status", to_string(result.status)},
+          {"continued", to_json(result.continued)},
           {"ranks", ranks},
           {"sharing", sharing},
           {"estimates", estimates ? to_json(*estimates) : Json()},
@@ -235,9 +246,27 @@ class EmptyDirectories {
   std::vector<fs::path> made_;  ///< from the innermost
 };
 
-void prepare(const Scene& scene, const fs::path& directory) {
+/// Frames of the run that goes on in its own directory stay.
+void prepare(const Scene& scene, const fs::path& directory, const std::string& from) {
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
-  remove_vtk_series(directory);
+  if (from.empty() || !fs::equivalent(from, directory)) remove_vtk_series(directory);
+}
+
+/// What a run that goes on begins with, if this one does. Throws InputError where it cannot.
+std::optional<Restart> restart_of(const Scene& scene, const RunChoice& choice) {
+  if (choice.from.empty()) return std::nullopt;
+  Restart restart = read_restart(choice.from);
+  check_restart(restart, scene, choice.from);
+  return restart;
+}
+
+/// A run goes on, and has its results, where nothing can be left to go on from.
+void keep_restart(const fs::path& directory, const Restart& restart) {
+  try {
+    write_restart(directory / restart_file, restart);
+  } catch (const InputError& error) {
+    fmt::print(stderr, "mss: warning: {}\n", error.what());
+  }
 }
 
 /// As simulate(), with rows written as soon as they are there.
@@ -248,6 +277,7 @@ SimulationResult simulate_in_ranks(const Scene& scene, Progress& progress, const
   if (ranks.is_lowest()) {
     fs::remove(directory / "summary.json");  // of an earlier run, whose rows are overwritten
     fs::remove(directory / "particles.csv");
+    fs::remove(directory / restart_file);
     rows.emplace(directory / "series.csv");
   }
   return simulate(scene, progress, vtk, {ranks, [&](const SeriesRow& row) {
@@ -268,6 +298,15 @@ std::string body_in_words(const SimulationResult& result) {
   return mss::body_in_words(extent.sizes(), mass, cells, result.particles.size());
 }
 
+void print(const Scene& scene, const Continuation& continued) {
+  const bool keeps = find_integrator(scene.solve.integrator).exact_restart;
+  fmt::print(
+      "{}: it went on from {:.10g} s; {}\n", scene.name, continued.t,
+      continued.exact ? "all is as in one run, bit for bit"
+      : keeps         ? "by another build, or on another machine, so it is as one run to rounding"
+              : scene.solve.integrator + " began anew there, so it is as one run to the method's tolerance");
+}
+
 void report(const Scene& scene, const SimulationResult& result, const fs::path& directory,
             const std::optional<SceneEstimates>& estimates) {
   if (launch().count == 1) fmt::print("{}: {}\n", scene.name, body_in_words(result));
@@ -277,6 +316,7 @@ void report(const Scene& scene, const SimulationResult& result, const fs::path& 
                         is_static(scene) ? "" : fmt::format("{:.4g} s simulated ", result.simulated_seconds);
   fmt::print("{}: {} after {} steps {}, {}in {:.3g} s; see {}\n", scene.name, to_string(result.status),
              result.work.steps, step, simulated, result.wall_seconds, directory.string());
+  if (!result.continued.empty()) print(scene, result.continued.back());
   if (is_refined(scene)) fmt::print("{}: {}\n", scene.name, description(result.levels));
   if (estimates) print(scene.name, *estimates);
   if (result.sleep) fmt::print("{}: {}\n", scene.name, description(*result.sleep, scene.solve.sleep.bound));
@@ -292,6 +332,13 @@ void check_run(const Scene& scene, const RunChoice& choice) {
   if (choice.vtk && *choice.vtk < 1)
     throw InputError(
         fmt::format("--vtk is {}; give the number of steps from frame to frame, 1 or more", *choice.vtk));
+  if (!choice.from.empty() && launch().count > 1)
+    throw InputError("--from goes on in one process; leave it out, or start mss without mpirun");
+  if (!choice.from.empty() && choice.vtk)
+    throw InputError(
+        "--vtk writes frames from the beginning on, and --from begins later; leave one of them out");
+  if (!choice.from.empty() && choice.only_preview)
+    throw InputError("--dry-run is of a whole run, and --from goes on with one; leave one of them out");
   if (choice.vtk && scene.mesh && launch().count > 1)
     throw InputError(
         "--vtk of a body given as a mesh is for one process; leave it out, or start mss without mpirun");
@@ -337,6 +384,7 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
   check_run(scene, choice);
   if (choice.only_preview) return print_preview(scene, exit_status);
+  const std::optional<Restart> from = restart_of(scene, choice);
   const fs::path directory =
       choice.directory.empty() ? fs::path("out") / scene.name : fs::path(choice.directory);
   const std::unique_ptr<ConnectedCommunicator> ranks =
@@ -346,15 +394,17 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   if (ranks->is_lowest()) {
     prepare_directory(directory);  // before hours of work, not after
     claim.emplace(directory);
-    prepare(scene, directory);
+    prepare(scene, directory, choice.from);
   }
   SimulationResult result;
   std::optional<SceneEstimates> estimates;
   {
     TerminalProgress progress(scene.name);
     const VtkChoice vtk{.every = choice.vtk.value_or(0), .directory = directory};
+    const RestartChoice restart{.from = from ? &*from : nullptr,
+                                .keep = [&](const Restart& left) { keep_restart(directory, left); }};
     result = ranks->are_several() ? simulate_in_ranks(scene, progress, vtk, *ranks)
-                                  : simulate(scene, progress, vtk);
+                                  : simulate(scene, progress, vtk, {}, restart);
     if (is_static(scene) && result.status == Status::ok)
       estimates = estimate_errors(scene, result.particles, progress);
   }
@@ -369,12 +419,16 @@ void run_scene(const RunChoice& choice, int& exit_status) {
 }
 
 void add(CLI::App& app, int& exit_status) {
-  CLI::App* command =
-      app.add_subcommand("run", "simulate a scene; writes series.csv, particles.csv, summary.json");
+  CLI::App* command = app.add_subcommand(
+      "run", "simulate a scene; writes series.csv, particles.csv, summary.json, restart.bin");
   const auto choice = std::make_shared<RunChoice>();
   command->add_option("scene", choice->scene, "Scene file (TOML), or a name from `mss list scenes`")
       ->required();
   command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>)");
+  command->add_option(
+      "--from", choice->from,
+      "Go on from where the run that wrote to this directory ended: one that was interrupted, or for a "
+      "longer solve.duration; the results are those of one run");
   add_settings(*command, choice->overrides);
   command->add_option(
       "--vtk", choice->vtk,

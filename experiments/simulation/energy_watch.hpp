@@ -13,6 +13,8 @@ struct EnergyGain {
   double t = 0;        ///< of the row where it was largest [s]
   double gained = 0;   ///< total energy above what the run began with and strikes added [J]
   double at_play = 0;  ///< until then, the largest sum of kinetic, stored and lost potential energy [J]
+
+  void remember(Record& record) { record.keep(t, gained, at_play); }
 };
 
 /// Watches the energy balance of a run at its rows. Gravity, loads and penalty planes are in the potential,
@@ -31,10 +33,13 @@ class EnergyWatch {
 
   /// Of all rows the largest gain above what is tolerated; empty: there was none.
   const std::optional<EnergyGain>& gain() const { return gain_; }
+  void remember(Record& record) { record.keep(start_, at_play_, gain_); }
 
  private:
   struct Start {
     double total, potential, struck, noise;
+
+    void remember(Record& record) { record.keep(total, potential, struck, noise); }
   };
   bool is_driven(double t) const;
   double centred_total(SceneRun<Real>& run, const Measures& row) const;

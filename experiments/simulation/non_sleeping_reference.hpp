@@ -22,6 +22,8 @@ struct Interval {
   bool asleep = false;  ///< all particles, throughout
   long steps = 0;
   double seconds = 0;
+
+  void remember(Record& record) { record.keep(asleep, steps, seconds); }
 };
 
 /// The same scene without sleep, run beside the one with it, row by row.
@@ -34,6 +36,9 @@ class NonSleepingReference {
   void advance_and_compare(const SceneRun<Real>& sleeping, double t_end, const Interval& interval);
 
   SleepReport report() const;
+  void remember(Record& record) {
+    record.keep(run_, report_.largest_deviation, report_.apart_at_end, shares_, intervals_, asleep_, awake_);
+  }
 
  private:
   SceneRun<Real> run_;

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/record.hpp"
 #include "core/mesh/embedded_surface.hpp"
 #include "core/scene/scene.hpp"
 #include "core/springs/solid_system.hpp"
@@ -38,6 +39,10 @@ class PlaneWatch {
   bool lifts() const;
   /// Of every plane that was passed.
   std::vector<Penetration> found() const;
+  void remember(Record& record) {
+    for (Watched& watched : watched_)
+      record.keep(watched.was_clear, watched.t, watched.depth, watched.ends_whole);
+  }
 
  private:
   struct Depths {

@@ -10,6 +10,7 @@
 #include "experiments/simulation/model.hpp"
 #include "integrators/analysis/error_scale.hpp"
 #include "integrators/analysis/stable_step.hpp"
+#include "integrators/fixed_step.hpp"
 
 namespace mss {
 
@@ -137,6 +138,7 @@ SureSteps SceneRun<Real>::sure_steps() const {
 template <class Real>
 void SceneRun<Real>::go_on_from(const State<Real>& state) {
   for (next_ = 0; next_ < strikes_.size() && strikes_[next_].at < state.t;) ++next_;
+  way_.reset();
   state_ = state;
   begin_means();
   disturb();
@@ -164,17 +166,45 @@ double SceneRun<Real>::end_of_steps(long steps, bool last, double t_end) const {
 }
 
 template <class Real>
+long SceneRun<Real>::steps_to(double t_end) const {
+  return std::lround((t_end - state_.t) / options_.dt);
+}
+
+template <class Real>
+void SceneRun<Real>::settle_time(double t_end) {
+  snap_to_end_time(state_.t, options_.dt, t_end);
+}
+
+template <class Real>
 Status SceneRun<Real>::advance_between_strikes(System<Real>& driven, double t_end, Work& work, Stops* stops) {
   const bool stopping = stops != nullptr && info_->stepping == Stepping::fixed;
-  long left = stopping ? std::lround((t_end - state_.t) / options_.dt) : 0;
-  if (left <= 0) return method_->advance(driven, state_, t_end, work);
-  while (left > 0) {
-    const long steps = std::min(left, stops->steps());
-    left -= steps;
-    const Status status = method_->advance(driven, state_, end_of_steps(steps, left == 0, t_end), work);
+  if (!stopping) return method_->advance(driven, state_, t_end, work);
+  double goal = goal_ ? std::max(t_end, *goal_) : t_end;
+  if (goal > t_end && next_ < strikes_.size()) goal = std::clamp(strikes_[next_].at, t_end, goal);
+  const Way way = way_ && way_->goal == goal ? *way_ : Way{goal, steps_to(goal)};
+  way_.reset();
+  return take_steps(driven, goal > t_end ? std::min(way.left, steps_to(t_end)) : way.left, way, t_end, work,
+                    *stops);
+}
+
+/// Of the way all if it ends at t_end; else they are its first ones, and t stays what they add up to.
+template <class Real>
+Status SceneRun<Real>::take_steps(System<Real>& driven, long steps, Way way, double t_end, Work& work,
+                                  Stops& stops) {
+  const bool whole = way.goal == t_end;
+  if (whole && steps <= 0) settle_time(t_end);
+  while (steps > 0) {
+    const long now = std::min(steps, stops.steps());
+    steps -= now;
+    way.left -= now;
+    const Status status =
+        method_->advance(driven, state_, end_of_steps(now, whole && steps == 0, t_end), work);
     if (status != Status::ok) return status;
-    if (!stops->reached(left == 0) && left > 0) return Status::interrupted;
+    if (stops.reached(steps == 0) || steps == 0) continue;
+    way_ = way;
+    return Status::interrupted;
   }
+  if (!whole) way_ = way;
   return Status::ok;
 }
 
@@ -182,8 +212,8 @@ template <class Real>
 Status SceneRun<Real>::advance(System<Real>& driven, double t_end, Work& work, Stops* stops) {
   for (; next_ < strikes_.size() && strikes_[next_].at <= t_end; ++next_) {
     const Strike& strike = strikes_[next_];
-    const Status status =
-        strike.at > state_.t ? advance_between_strikes(driven, strike.at, work, stops) : Status::ok;
+    const bool is_ahead = strike.at > state_.t || (way_ && way_->goal == strike.at);
+    const Status status = is_ahead ? advance_between_strikes(driven, strike.at, work, stops) : Status::ok;
     if (status != Status::ok) return status;
     const double before = kinetic_energy(*system_, state_.v);
     system_->give(strike, state_.v);
@@ -193,6 +223,24 @@ Status SceneRun<Real>::advance(System<Real>& driven, double t_end, Work& work, S
     system_->wake_moving(state_);
   }
   return advance_between_strikes(driven, t_end, work, stops);
+}
+
+template <class Real>
+Status SceneRun<Real>::advance_towards(double goal, double t_end, Work& work, Stops& stops) {
+  goal_ = goal;
+  const Status status = advance(t_end, work, &stops);
+  goal_.reset();
+  return status;
+}
+
+template <class Real>
+void SceneRun<Real>::remember(Record& record) {
+  std::uint64_t next = next_;
+  record.keep(next, struck_, way_, state_.t);
+  next_ = std::size_t(next);
+  for (Field<Real>* field : {&state_.x, &state_.v}) record.keep_field(*field, system_->size());
+  record.keep(*system_, gauge_);
+  method_->remember(driven(), record);
 }
 
 template <class Real>

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/base/record.hpp"
 #include "core/measures/measures.hpp"
 #include "core/measures/reactions.hpp"
 #include "core/refinement/refined_body.hpp"
@@ -69,6 +70,10 @@ class SceneRun {
 
   /// As Integrator::advance(), with the strikes on the way; drives `driven`, which stands for driven().
   Status advance(System<Real>& driven, double t_end, Work& work, Stops* stops = nullptr);
+  /// The same as the first part of an advance to `goal`: what goes on from there computes what that would.
+  /// With fixed steps only. settle_time() then ends it as any other.
+  Status advance_towards(double goal, double t_end, Work& work, Stops& stops);
+  void settle_time(double t_end);
   Status advance(double t_end, Work& work, Stops* stops = nullptr) {
     return advance(driven(), t_end, work, stops);
   }
@@ -83,18 +88,34 @@ class SceneRun {
 
   /// Continues from another state. Strikes before its time are past.
   void go_on_from(const State<Real>& state);
+  /// Keeps in a record, or takes from one, all that later advances depend on (core/base/record.hpp), also
+  /// where stops have interrupted one.
+  void remember(Record& record);
   /// Goes on with another method than the scene's.
   void use(std::unique_ptr<Integrator<Real>> method);
   /// To be called after anything that acts on the body has changed.
   void disturb();
 
  private:
+  /// Steps to a time as they were counted where the way to it began: counted again on it, half a step may
+  /// round to one more.
+  struct Way {
+    double goal = 0;  ///< [s]
+    long left = 0;
+
+    void remember(Record& record) { record.keep(goal, left); }
+  };
+
   Status advance_between_strikes(System<Real>& driven, double t_end, Work& work, Stops* stops);
+  Status take_steps(System<Real>& driven, long steps, Way way, double t_end, Work& work, Stops& stops);
+  long steps_to(double t_end) const;
   double end_of_steps(long steps, bool last, double t_end) const;
 
   std::vector<Strike> strikes_;  ///< by time
   std::size_t next_ = 0;         ///< strike
   double struck_ = 0;
+  std::optional<double> goal_;                  ///< of the advance, if that ends before it [s]
+  std::optional<Way> way_;                      ///< that an advance has not gone to its end
   std::unique_ptr<const RefinedBody> refined_;  ///< where the scene refines
   std::unique_ptr<SolidSystem<Real>> system_;
   IntegratorOptions options_;

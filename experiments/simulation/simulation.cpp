@@ -7,7 +7,9 @@
 #include <optional>
 
 #include "core/base/error.hpp"
+#include "core/scene/scene_writer.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/provenance.hpp"
 #include "experiments/simulation/non_sleeping_reference.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/vtk_series.hpp"
@@ -52,10 +54,11 @@ template <class Real>
 class Simulation final : public Stops {
  public:
   Simulation(const Scene& scene, const Body& body, const VtkChoice& vtk, const SharedRun& shared,
-             Progress& progress, SimulationResult& result)
+             const RestartChoice& restart, Progress& progress, SimulationResult& result)
       : scene_(scene),
         run_(scene, body),
         shared_(shared),
+        restart_(restart),
         progress_(progress),
         result_(result),
         frame_every_(vtk.every),
@@ -97,6 +100,12 @@ class Simulation final : public Stops {
     energy_.add(run_, measures, planes_.lifts());
     return true;
   }
+  void begin();
+  void go_on();
+  void compute_row(long rows);
+  void end_row(double t_end, long rows);
+  void remember(Record& record);
+  void keep(Status status);
   void advance(double t_end);
   long steps_before_last();
   void balance_last_step();
@@ -115,6 +124,9 @@ class Simulation final : public Stops {
   const Scene& scene_;
   SceneRun<Real> run_;
   const SharedRun& shared_;
+  const RestartChoice& restart_;
+  Stopwatch since_kept_;
+  bool is_kept_ = false;  ///< where the run has ended
   Progress& progress_;
   SimulationResult& result_;
   long frame_every_;  ///< n-th step, or row
@@ -122,6 +134,10 @@ class Simulation final : public Stops {
   Stopwatch stretch_begun_;
   long steps_begun_ = 0;
   double seconds_stopped_ = 0;  ///< in this advance
+  long row_ = 1;                ///< that is computed, or the next; that at the start is 0
+  bool is_in_row_ = false;      ///< the advance to it has begun
+  Interval row_begun_;          ///< what there was then
+  State<Real> last_;            ///< of the last row
   double row_end_ = 0;          ///< of the row that is computed [s]
   EnergyWatch<Real> energy_;
   PlaneWatch<Real> planes_;
@@ -139,8 +155,12 @@ template <class Real>
 void Simulation<Real>::advance(double t_end) {
   seconds_stopped_ = 0;
   row_end_ = t_end;
-  const double seconds = seconds_of(
-      [&] { result_.status = run_.advance(t_end, result_.work, in_fixed_steps() ? this : nullptr); });
+  const double seconds = seconds_of([&] {
+    const double scheduled = double(row_) * scene_.solve.every;
+    result_.status = in_fixed_steps() && t_end < scheduled
+                         ? run_.advance_towards(scheduled, t_end, result_.work, *this)
+                         : run_.advance(t_end, result_.work, in_fixed_steps() ? this : nullptr);
+  });
   result_.wall_seconds += seconds - seconds_stopped_;
   result_.simulated_seconds = run_.state().t;
 }
@@ -191,57 +211,159 @@ bool Simulation<Real>::reached(bool at_end) {
 }
 
 template <class Real>
-void Simulation<Real>::rows() {
+void Simulation<Real>::begin() {
   const State<Real>& state = run_.state();
-  State<Real> last = state;
+  last_ = state;
   if (!add_row(measure(run_.system(), state)))
     throw InputError(
         fmt::format("{}: a hold or a plane exerts a force that is not finite at the start; give a slower "
                     "motion, or a lighter or softer material",
                     scene_.file.string()));
   if (frames_) add_frame();
-  const auto rows = std::max(1L, std::lround(std::ceil(scene_.solve.duration / scene_.solve.every - 1e-9)));
-  constexpr long most_balanced = 16;
-  const long between_balanced = std::max(1L, rows / most_balanced);
-  for (long i = 1; i <= rows && result_.status == Status::ok; ++i) {
-    const double t_end = std::min(double(i) * scene_.solve.every, scene_.solve.duration);
-    balances_ = balance_ && (rows - i) % between_balanced == 0;
-    const Interval before{run_.system().all_asleep(), result_.work.steps, result_.wall_seconds};
-    advance(t_end);
-    const bool stopped = result_.status == Status::interrupted;
-    if (result_.status != Status::ok && !stopped) continue;
-    if (state.t == last.t) continue;  // a row every step if `every` is less
-    const std::optional<Measures> measures = run_.measure();
-    if (!measures || !add_row(*measures)) {
-      result_.status = Status::non_finite;
-      continue;
-    }
-    last = state;
-    if (stopped) continue;
-    balance_last_step();
-    if (reference_)
-      reference_->advance_and_compare(
-          run_, t_end,
-          {before.asleep && run_.system().all_asleep(), result_.work.steps - before.steps,
-           result_.wall_seconds - before.seconds});
-    if (frames_ && !in_fixed_steps() && i % frame_every_ == 0) add_frame();
-    report();
-    if (i < rows && !shared_.ranks.all(!progress_.stopped())) result_.status = Status::interrupted;
+}
+
+template <class Real>
+void Simulation<Real>::remember(Record& record) {
+  record.begin("rows");
+  record.keep(result_.continued, result_.series, result_.work, result_.simulated_seconds,
+              result_.wall_seconds, row_, is_in_row_, row_begun_);
+  if (is_in_row_) {
+    record.keep(last_.t);
+    for (Field<Real>* field : {&last_.x, &last_.v}) record.keep_field(*field, run_.system().size());
   }
+  record.begin("run");
+  record.keep(run_);
+  record.begin("watches");
+  record.keep(energy_, planes_);
+  if (balance_) record.keep(*balance_);
+  if (reference_) record.keep(*reference_);
+}
+
+/// Throws InputError where it would not be the same simulation.
+template <class Real>
+void Simulation<Real>::go_on() {
+  const Restart& from = *restart_.from;
+  const auto refuse = [&](const std::string& why) {
+    throw InputError(fmt::format("{}: {}", scene_.file.string(), why));
+  };
+  if (from.body != digest_of(run_.system().levels(), scene_))
+    refuse(
+        "its cells are not those of the run to go on from; give it the files that it had, or run it from "
+        "its beginning");
+  if (from.dt != run_.dt())
+    refuse(
+        fmt::format("its step is {} s, and that of the run to go on from was {} s; give solve.dt, and run "
+                    "it from its beginning",
+                    run_.dt(), from.dt));
+  Record record(from.record);
+  try {
+    remember(record);
+    if (!record.at_end()) throw InputError("more");
+  } catch (const InputError&) {
+    refuse(
+        fmt::format("the run to go on from is of mss {}, which kept other things; go on with that one, or "
+                    "run it from its beginning",
+                    from.version));
+  }
+  if (!is_in_row_) last_ = run_.state();
+  const bool is_same_program = from.kernel == result_.kernel && from.version == program_version();
+  result_.continued.push_back(
+      {run_.state().t, is_same_program && find_integrator(scene_.solve.integrator).exact_restart});
+}
+
+/// What goes on from there does what this run would have done; from a failed one nothing does.
+template <class Real>
+void Simulation<Real>::keep(Status status) {
+  if (!restart_.keep) return;
+  Record record;
+  const bool goes_on = status == Status::ok || status == Status::interrupted;
+  if (goes_on) remember(record);
+  restart_.keep({.status = status,
+                 .t = run_.state().t,
+                 .dt = run_.dt(),
+                 .kernel = result_.kernel,
+                 .version = program_version(),
+                 .body = digest_of(run_.system().levels(), scene_),
+                 .configuration = to_json(scene_),
+                 .record = record.bytes()});
+  since_kept_ = Stopwatch();
+}
+
+/// Advances to the end of a row. Where the run ends before that, in fixed steps what goes on from there has
+/// the rest of the way to go; methods that choose their steps, or look for an equilibrium, go it again.
+template <class Real>
+void Simulation<Real>::compute_row(long rows) {
+  const double scheduled = double(row_) * scene_.solve.every,
+               t_end = std::min(scheduled, scene_.solve.duration);
+  constexpr long most_balanced = 16;
+  balances_ = balance_ && (rows - row_) % std::max(1L, rows / most_balanced) == 0;
+  if (!is_in_row_) row_begun_ = {run_.system().all_asleep(), result_.work.steps, result_.wall_seconds};
+  const auto keep_here = [&](Status status) {
+    keep(status);
+    is_kept_ = true;
+  };
+  if (t_end < scheduled && !in_fixed_steps()) keep_here(Status::interrupted);
+  is_in_row_ = true;
+  advance(t_end);
+  const bool stopped = result_.status == Status::interrupted;
+  if (result_.status != Status::ok && !stopped) return;
+  if (in_fixed_steps() && (stopped || t_end < scheduled)) keep_here(result_.status);
+  if (!stopped) run_.settle_time(t_end);
+  end_row(t_end, rows);
+}
+
+template <class Real>
+void Simulation<Real>::end_row(double t_end, long rows) {
+  const State<Real>& state = run_.state();
+  is_in_row_ = false;
+  if (state.t == last_.t) return;  // a row every step if `every` is less
+  const std::optional<Measures> measures = run_.measure();
+  if (!measures || !add_row(*measures)) {
+    result_.status = Status::non_finite;
+    return;
+  }
+  last_ = state;
+  if (result_.status == Status::interrupted) return;
+  balance_last_step();
+  if (reference_)
+    reference_->advance_and_compare(
+        run_, t_end,
+        {row_begun_.asleep && run_.system().all_asleep(), result_.work.steps - row_begun_.steps,
+         result_.wall_seconds - row_begun_.seconds});
+  if (frames_ && !in_fixed_steps() && row_ % frame_every_ == 0) add_frame();
+  report();
+  if (row_ < rows && !shared_.ranks.all(!progress_.stopped())) result_.status = Status::interrupted;
+}
+
+template <class Real>
+void Simulation<Real>::rows() {
+  if (restart_.from)
+    go_on();
+  else
+    begin();
+  const auto rows = std::max(1L, std::lround(std::ceil(scene_.solve.duration / scene_.solve.every - 1e-9)));
+  while (row_ <= rows && result_.status == Status::ok) {
+    compute_row(rows);
+    ++row_;
+    if (row_ <= rows && result_.status == Status::ok && since_kept_.seconds() > restart_.seconds_between)
+      keep(Status::interrupted);
+  }
+  const bool failed = result_.status != Status::ok && result_.status != Status::interrupted;
+  if (!is_kept_ || failed) keep(result_.status);
   if (frames_) frames_->finish();
   if (reference_ && result_.series.size() > 1) result_.sleep = reference_->report();
   result_.gain = energy_.gain();
   result_.penetrations = planes_.found();
   if (balance_) result_.imbalance = balance_->imbalance();
   result_.threads_working = run_.driven().threads_working();
-  result_.particles = record_particles(run_.system(), last);
+  result_.particles = record_particles(run_.system(), last_);
 }
 
 template <class Real>
-void simulate_in(const Scene& scene, const VtkChoice& vtk, const SharedRun& shared, Progress& progress,
-                 SimulationResult& result) {
+void simulate_in(const Scene& scene, const VtkChoice& vtk, const SharedRun& shared,
+                 const RestartChoice& restart, Progress& progress, SimulationResult& result) {
   const Body body(scene.body, shared.ranks);
-  Simulation<Real>(scene, body, vtk, shared, progress, result).rows();
+  Simulation<Real>(scene, body, vtk, shared, restart, progress, result).rows();
 }
 
 }  // namespace
@@ -257,13 +379,13 @@ State<Real> stretched_state(const BodySystem<Real>& system, double factor) {
 }
 
 SimulationResult simulate(const Scene& scene, Progress& progress, const VtkChoice& vtk,
-                          const SharedRun& shared) {
+                          const SharedRun& shared, const RestartChoice& restart) {
   check_solve(scene);
   SimulationResult result;
   if (scene.solve.precision == Precision::single)
-    simulate_in<float>(scene, vtk, shared, progress, result);
+    simulate_in<float>(scene, vtk, shared, restart, progress, result);
   else
-    simulate_in<double>(scene, vtk, shared, progress, result);
+    simulate_in<double>(scene, vtk, shared, restart, progress, result);
   return result;
 }
 

@@ -14,6 +14,7 @@
 #include "experiments/simulation/energy_watch.hpp"
 #include "experiments/simulation/non_sleeping_reference.hpp"
 #include "experiments/simulation/plane_watch.hpp"
+#include "experiments/simulation/restart.hpp"
 #include "experiments/simulation/scene_run.hpp"
 #include "experiments/simulation/step_balance.hpp"
 #include "integrators/integrator.hpp"
@@ -36,6 +37,11 @@ struct LevelCount {
 /// A row of series.csv. Forces of planes that give impulses are means over the time since the row before.
 struct SeriesRow : Measures {
   Reactions reactions;
+
+  void remember(Record& record) {
+    Measures::remember(record);
+    record.keep(reactions);
+  }
 };
 
 /// Result of simulating a scene. A failed run has the rows it finished, and the particles of the last one.
@@ -60,6 +66,7 @@ struct SimulationResult {
   std::optional<double> rebounding_step;
   std::vector<SeriesRow> series;
   std::vector<ParticleRecord> particles;
+  std::vector<Continuation> continued;  ///< the times it went on from, if it did
 };
 
 /// Whether and where a series for ParaView is written.
@@ -79,9 +86,10 @@ struct SharedRun {
   std::function<void(const SeriesRow&)> on_row = [](const SeriesRow&) {};  ///< as soon as one is there
 };
 
-/// Simulates a scene from beginning to end, and writes the series if that is chosen. Throws as
-/// check_solve() in scene_check.hpp, and InputError if a file cannot be written.
+/// Simulates a scene from beginning to end, or from where another run ended, and writes the series if that is
+/// chosen. Throws as check_solve() in scene_check.hpp, and InputError if a file cannot be written. What a run
+/// that went on has counted and timed is that of all its parts. Ranks leave nothing to go on from.
 SimulationResult simulate(const Scene& scene, Progress& progress, const VtkChoice& vtk = {},
-                          const SharedRun& shared = {});
+                          const SharedRun& shared = {}, const RestartChoice& restart = {});
 
 }  // namespace mss

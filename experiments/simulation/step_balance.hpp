@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/record.hpp"
 #include "core/scene/scene.hpp"
 #include "core/springs/solid_system.hpp"
 #include "integrators/integrator.hpp"
@@ -43,6 +44,7 @@ class StepBalance {
 
   /// Of all steps added; nothing where there is no force.
   std::optional<Imbalance> imbalance() const;
+  void remember(Record& record) { record.keep(residual_, weight_, inertia_, reactions_); }
 
  private:
   static constexpr int functions = 10;

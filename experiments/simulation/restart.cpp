@@ -1,0 +1,209 @@
+#include "experiments/simulation/restart.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <ostream>
+
+#include "core/base/error.hpp"
+#include "core/scene/scene_writer.hpp"
+#include "experiments/harness/provenance.hpp"
+#include "experiments/io/output.hpp"
+
+namespace mss {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Of the file: a line with this, a line of JSON, and the record. To be counted up when any of them changes.
+constexpr const char* first_line = "mss restart 1";
+
+/// Fowler, Noll and Vo's hash, FNV-1a of 64 bits, of eight bytes at a time where there are so many.
+class Digest {
+ public:
+  void add(std::span<const std::byte> bytes) {
+    std::size_t i = 0;
+    for (; i + sizeof(std::uint64_t) <= bytes.size(); i += sizeof(std::uint64_t)) {
+      std::uint64_t word = 0;
+      std::copy_n(bytes.begin() + std::ptrdiff_t(i), sizeof word,
+                  std::as_writable_bytes(std::span(&word, 1)).begin());
+      mix(word);
+    }
+    for (; i < bytes.size(); ++i) mix(std::to_integer<std::uint64_t>(bytes[i]));
+  }
+  template <class Number>
+  void add(const Number& number) {
+    add(std::as_bytes(std::span(&number, 1)));
+  }
+  std::string text() const { return fmt::format("{:016x}", hash_); }
+
+ private:
+  void mix(std::uint64_t word) {
+    hash_ = (hash_ ^ word) * 0x100000001b3U;
+    hash_ ^= hash_ >> 32U;
+  }
+  std::uint64_t hash_ = 0xcbf29ce484222325U;
+};
+
+std::string digest_of(std::span<const std::byte> bytes) {
+  Digest digest;
+  digest.add(bytes);
+  return digest.text();
+}
+
+void add_body(const BodyConfig& body, Digest& digest) {
+  const auto [nx, ny, nz] = body.voxels.size();
+  for (const int count : {nx, ny, nz}) digest.add(count);
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j)
+      for (int i = 0; i < nx; ++i) digest.add(body.content_at(i, j, k));
+  for (const CellContent& content : body.contents) {
+    digest.add(content.size());
+    for (const PartFill& part : content) {
+      digest.add(part.part);
+      for (const float share : part.fill.octant) digest.add(share);
+      for (const float share : part.fill.corner) digest.add(share);
+    }
+  }
+}
+
+Json head_of(const Restart& restart) {
+  return {{"status", to_string(restart.status)},
+          {"t", restart.t},
+          {"dt", restart.dt},
+          {"kernel", restart.kernel},
+          {"version", restart.version},
+          {"body", restart.body},
+          {"configuration", restart.configuration},
+          {"bytes", restart.record.size()},
+          {"digest", digest_of(restart.record)}};
+}
+
+Status status_named(const std::string& name) {
+  for (const Status status :
+       {Status::ok, Status::interrupted, Status::non_finite, Status::newton_stalled,
+        Status::not_positive_definite, Status::linear_stalled, Status::step_limit, Status::tolerance_missed})
+    if (to_string(status) == name) return status;
+  throw InputError("unknown status");
+}
+
+/// Throws Json::exception or InputError for what head_of() has not written.
+Restart parsed(const std::string& line, std::istream& rest) {
+  const Json head = Json::parse(line);
+  Restart restart{.status = status_named(head.at("status")),
+                  .t = head.at("t"),
+                  .dt = head.at("dt"),
+                  .kernel = head.at("kernel"),
+                  .version = head.at("version"),
+                  .body = head.at("body"),
+                  .configuration = head.at("configuration")};
+  const std::string bytes((std::istreambuf_iterator<char>(rest)), std::istreambuf_iterator<char>());
+  const auto record = std::as_bytes(std::span(bytes));
+  if (head.at("bytes") != record.size() || head.at("digest") != digest_of(record))
+    throw InputError("the record is another");
+  restart.record.assign(record.begin(), record.end());
+  return restart;
+}
+
+/// What a scene may change when it goes on.
+Json that_matters(Json configuration) {
+  for (const char* key : {"name", "expect"}) configuration.erase(key);
+  for (const char* key : {"duration", "threads"}) configuration["solve"].erase(key);
+  return configuration;
+}
+
+std::string shown(const Json& value) { return value.is_null() ? "nothing" : value.dump(); }
+
+/// "solve.dt = 0.001, and the run had 0.002" for the first value that differs; empty: none does.
+std::string difference(const std::string& key, const Json& scene, const Json& run) {
+  if (scene == run) return {};
+  const auto inner = [&](const std::string& name) { return key.empty() ? name : key + "." + name; };
+  const auto at = [](const Json& json, const auto& name) {
+    return json.contains(name) ? json.at(name) : Json();
+  };
+  if (scene.is_object() && run.is_object()) {
+    Json both = scene;
+    both.update(run);
+    for (const auto& [name, value] : both.items())
+      if (std::string found = difference(inner(name), at(scene, name), at(run, name)); !found.empty())
+        return found;
+  }
+  if (scene.is_array() && run.is_array() && scene.size() == run.size())
+    for (std::size_t i = 0; i < scene.size(); ++i)
+      if (std::string found = difference(inner(std::to_string(i)), scene[i], run[i]); !found.empty())
+        return found;
+  return fmt::format("{} = {}, and the run had {}", key, shown(scene), shown(run));
+}
+
+}  // namespace
+
+void write_restart(const fs::path& file, const Restart& restart) {
+  write_atomically(file, [&](std::ostream& stream) {
+    stream << first_line << '\n' << head_of(restart).dump() << '\n';
+    const auto* bytes = reinterpret_cast<const char*>(restart.record.data());
+    stream.write(bytes, std::streamsize(restart.record.size()));
+  });
+}
+
+Restart read_restart(const fs::path& directory) {
+  const fs::path file = directory / restart_file;
+  if (!fs::is_directory(directory))
+    throw InputError(fmt::format("--from {}: there is no such folder; give the one that a run has written to",
+                                 directory.string()));
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream)
+    throw InputError(
+        fmt::format("--from {}: it has no {}, which a run in one process leaves; run the scene from its "
+                    "beginning",
+                    directory.string(), restart_file));
+  std::string kind, head;
+  std::getline(stream, kind);
+  if (kind != first_line)
+    throw InputError(fmt::format(
+        "{}: another version of mss has written it; go on with that one, or run the scene from its beginning",
+        file.string()));
+  std::getline(stream, head);
+  try {
+    return parsed(head, stream);
+  } catch (const std::exception&) {
+    throw InputError(
+        fmt::format("{}: it has been changed or cut short; run the scene from its beginning", file.string()));
+  }
+}
+
+void check_restart(const Restart& restart, const Scene& scene, const fs::path& directory) {
+  const std::string from = "--from " + directory.string();
+  if (restart.status != Status::ok && restart.status != Status::interrupted)
+    throw InputError(
+        fmt::format("{}: that run ended with {} at {:.4g} s, from where nothing goes on; change "
+                    "the scene, and run it from its beginning",
+                    from, to_string(restart.status), restart.t));
+  const std::string other = difference("", that_matters(Json::parse(Json(to_json(scene)).dump())),
+                                       that_matters(restart.configuration));
+  if (!other.empty())
+    throw InputError(fmt::format("{}: {}: {}; only solve.duration, solve.threads and [expect] may change",
+                                 from, scene.file.string(), other));
+  const bool fixed = find_integrator(scene.solve.integrator).stepping == Stepping::fixed;
+  const double left = scene.solve.duration - restart.t;
+  if (fixed ? std::lround(left / restart.dt) > 0 : left > 0) return;
+  throw InputError(
+      fmt::format("{}: that run is at {:.10g} s, and solve.duration = {:.10g} s asks for no more; give a "
+                  "longer one with --set solve.duration=",
+                  from, restart.t, scene.solve.duration));
+}
+
+std::string digest_of(const std::vector<Level>& levels, const Scene& scene) {
+  Digest digest;
+  for (const Level& level : levels) add_body(level.body.config(), digest);
+  if (scene.environment.contact_surface)
+    for (const Vec3& vertex : scene.environment.contact_surface->vertices)
+      for (const double coordinate : {vertex[0], vertex[1], vertex[2]}) digest.add(coordinate);
+  return digest.text();
+}
+
+}  // namespace mss
