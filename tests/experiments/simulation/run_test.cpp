@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -202,6 +203,76 @@ TEST_F(RunCommand, IsInterruptedWithinARow) {
     EXPECT_EQ(summary()["final"]["t"], summary()["simulated_seconds"]) << method;
     fs::remove_all(out());
   }
+}
+
+TEST_F(RunCommand, GoesOnFromAnother) {
+  const fs::path scene = write("cube.toml", cube);
+  const auto files = [&] { return read_file(out() / "series.csv") + read_file(out() / "particles.csv"); };
+  const auto kept = [&](const std::string& name) { return out().parent_path() / name; };
+  ASSERT_EQ(run(scene).exit_status, 0);
+  const std::string whole = files();
+  const Json work = summary()["work"];
+  EXPECT_TRUE(summary()["continued"].is_null());
+  ASSERT_EQ(run(scene, {"--set", "solve.duration=0.0223"}).exit_status, 0);
+  fs::copy(out(), kept("first"));
+  for (const fs::path& from : {out(), kept("first")}) {
+    const ProgramRun result = run(scene, {"--from", from.string()});
+    ASSERT_EQ(result.exit_status, 0) << result.output;
+    EXPECT_NE(result.output.find("it went on from 0.0223 s; all is as in one run, bit for bit"),
+              std::string::npos)
+        << result.output;
+    EXPECT_EQ(files(), whole);
+    EXPECT_EQ(summary()["work"], work);
+    EXPECT_EQ(summary()["continued"].size(), 1U);
+    EXPECT_EQ(summary()["continued"][0]["exact"], true);
+    fs::remove_all(out());
+  }
+}
+
+// Within a row, of which there is no other.
+TEST_F(RunCommand, GoesOnFromWhereItWasInterrupted) {
+  const fs::path scene = write("cube.toml", cube);
+  const auto interrupted =
+      run_program({interrupt_after, "1", MSS_PROGRAM, "run", scene.string(), "--out", out().string(), "--set",
+                   "solve.duration=1e6", "--set", "solve.every=1e6"});
+  ASSERT_EQ(interrupted.exit_status, 130) << interrupted.output;
+  const double t = summary()["simulated_seconds"];
+  const std::vector<std::string> longer{"--set", "solve.every=1e6", "--set",
+                                        "solve.duration=" + std::to_string(1.1 * t)};
+  std::vector<std::string> arguments = longer;
+  arguments.insert(arguments.end(), {"--from", out().string()});
+  const ProgramRun second = run(scene, arguments);
+  ASSERT_EQ(second.exit_status, 0) << second.output;
+  const std::string parts = read_file(out() / "series.csv") + read_file(out() / "particles.csv");
+  EXPECT_EQ(summary()["continued"][0]["from_time"], t);
+  ASSERT_EQ(run(scene, longer).exit_status, 0);
+  EXPECT_EQ(read_file(out() / "series.csv") + read_file(out() / "particles.csv"), parts);
+}
+
+TEST_F(RunCommand, GoesOnFromNothingElse) {
+  const fs::path scene = write("cube.toml", cube);
+  const fs::path first = out().parent_path() / "first";
+  const auto expect_refused = [&](std::vector<std::string> more, const std::string& words) {
+    more.insert(more.end(), {"--from", first.string()});
+    const ProgramRun result = run(scene, more);
+    EXPECT_EQ(result.exit_status, 2) << result.output;
+    EXPECT_EQ(std::count(result.output.begin(), result.output.end(), '\n'), 1) << result.output;
+    EXPECT_NE(result.output.find(words), std::string::npos) << result.output;
+    EXPECT_FALSE(fs::exists(out()));
+  };
+  expect_refused({}, "there is no such folder");
+  fs::create_directory(first);
+  expect_refused({}, "it has no restart.bin");
+  ASSERT_EQ(run(scene).exit_status, 0);
+  fs::remove(first);
+  fs::rename(out(), first);
+  expect_refused({}, "asks for no more");
+  expect_refused({"--set", "solve.duration=1", "--set", "solve.dt=2e-4"},
+                 "solve.dt = 0.0002, and the run had");
+  expect_refused({"--set", "solve.duration=1", "--vtk", "5"}, "--vtk writes frames from the beginning");
+  expect_refused({"--set", "solve.duration=1", "--dry-run"}, "--dry-run is of a whole run");
+  std::ofstream(first / "restart.bin", std::ios::app) << "more";
+  expect_refused({"--set", "solve.duration=1"}, "it has been changed or cut short");
 }
 
 /// Its top falls through its bottom, which is held.
