@@ -8,6 +8,7 @@
 #include <span>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "core/base/field.hpp"
@@ -25,7 +26,7 @@ class Record {
   explicit Record(std::vector<std::byte> bytes) : bytes_(std::move(bytes)), reads_(true) {}
 
   bool reads() const { return reads_; }
-  const std::vector<std::byte>& bytes() const { return bytes_; }
+  std::vector<std::byte> take_bytes() { return std::move(bytes_); }
   /// Whether all has been read.
   bool at_end() const { return next_ == bytes_.size(); }
 

@@ -384,7 +384,7 @@ void run_scene(const RunChoice& choice, int& exit_status) {
   const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
   check_run(scene, choice);
   if (choice.only_preview) return print_preview(scene, exit_status);
-  const std::optional<Restart> from = restart_of(scene, choice);
+  std::optional<Restart> from = restart_of(scene, choice);
   const fs::path directory =
       choice.directory.empty() ? fs::path("out") / scene.name : fs::path(choice.directory);
   const std::unique_ptr<ConnectedCommunicator> ranks =

@@ -52,7 +52,7 @@ struct Continuation {
 
 /// What a run goes on from, and what it leaves.
 struct RestartChoice {
-  const Restart* from = nullptr;                  ///< checked; nullptr: it begins
+  Restart* from = nullptr;  ///< checked; its record, which may be large, is taken. nullptr: the run begins
   std::function<void(const Restart&)> keep = {};  ///< empty: nothing is left
   double seconds_between = 300;                   ///< at rows of a run under way, of wall time
 };

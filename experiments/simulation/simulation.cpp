@@ -242,7 +242,7 @@ void Simulation<Real>::remember(Record& record) {
 /// Throws InputError where it would not be the same simulation.
 template <class Real>
 void Simulation<Real>::go_on() {
-  const Restart& from = *restart_.from;
+  Restart& from = *restart_.from;
   const auto refuse = [&](const std::string& why) {
     throw InputError(fmt::format("{}: {}", scene_.file.string(), why));
   };
@@ -255,7 +255,7 @@ void Simulation<Real>::go_on() {
         fmt::format("its step is {} s, and that of the run to go on from was {} s; give solve.dt, and run "
                     "it from its beginning",
                     run_.dt(), from.dt));
-  Record record(from.record);
+  Record record(std::move(from.record));
   try {
     remember(record);
     if (!record.at_end()) throw InputError("more");
@@ -285,7 +285,7 @@ void Simulation<Real>::keep(Status status) {
                  .version = program_version(),
                  .body = digest_of(run_.system().levels(), scene_),
                  .configuration = to_json(scene_),
-                 .record = record.bytes()});
+                 .record = record.take_bytes()});
   since_kept_ = Stopwatch();
 }
 

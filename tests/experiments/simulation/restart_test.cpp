@@ -95,7 +95,7 @@ struct Ended {
 };
 
 /// What is left goes through a file.
-Ended run(const Scene& scene, Progress&& progress = {}, const Restart* from = nullptr) {
+Ended run(const Scene& scene, Progress&& progress = {}, Restart* from = nullptr) {
   const testing::SceneFolder folder;
   Ended ended;
   if (from) check_restart(*from, scene, folder.path());
@@ -115,7 +115,9 @@ void expect_same(const SimulationResult& whole, const SimulationResult& parts) {
   EXPECT_EQ(whole.work.factorisations, parts.work.factorisations);
   EXPECT_EQ(whole.work.linear_solves, parts.work.linear_solves);
   ASSERT_EQ(whole.gain.has_value(), parts.gain.has_value());
-  if (whole.gain) EXPECT_EQ(whole.gain->gained, parts.gain->gained);
+  if (whole.gain) {
+    EXPECT_EQ(whole.gain->gained, parts.gain->gained);
+  }
   ASSERT_EQ(whole.penetrations.size(), parts.penetrations.size());
   for (std::size_t i = 0; i < whole.penetrations.size(); ++i)
     EXPECT_EQ(whole.penetrations[i].depth, parts.penetrations[i].depth);
@@ -127,9 +129,9 @@ void expect_goes_on(const Settings& settings, const std::string& text = beam) {
   const Ended whole = run(scene);
   for (const char* third : {"0.01", "0.0113"}) {
     SCOPED_TRACE(::testing::PrintToString(settings) + " from " + third);
-    const Ended first = run(parse_scene(text, with(settings, {std::string("solve.duration=") + third})));
+    Ended first = run(parse_scene(text, with(settings, {std::string("solve.duration=") + third})));
     ASSERT_EQ(first.result.status, Status::ok);
-    const Ended second = run(scene, {}, &first.left);
+    Ended second = run(scene, {}, &first.left);
     expect_same(whole.result, second.result);
     ASSERT_EQ(second.result.continued.size(), 1U);
     EXPECT_TRUE(second.result.continued[0].exact);
@@ -198,7 +200,7 @@ every = 0.00925  # 18.5 steps
   for (int steps = 1; steps < 37; ++steps) {
     SCOPED_TRACE(steps);
     const std::string duration = "solve.duration=" + std::to_string(steps * 5e-4);
-    const Ended first = run(parse_scene(cube, {duration}));
+    Ended first = run(parse_scene(cube, {duration}));
     expect_same(whole.result, run(parse_scene(cube), {}, &first.left).result);
   }
 }
@@ -228,7 +230,7 @@ every = 0.01
   EXPECT_TRUE(whole.result.gain);
   EXPECT_EQ(whole.result.penetrations.size(), 1U);
   for (const char* duration : {"0.02", "0.025", "0.04", "0.05"}) {
-    const Ended first = run(parse_scene(fall, {std::string("solve.duration=") + duration}));
+    Ended first = run(parse_scene(fall, {std::string("solve.duration=") + duration}));
     expect_same(whole.result, run(scene, {}, &first.left).result);
   }
 }
@@ -237,9 +239,9 @@ every = 0.01
 void expect_same_interrupted(const std::string& text, int reports) {
   const Scene scene = parse_scene(text);
   const Ended whole = run(scene);
-  const Ended first = run(scene, StopAfter(reports));
+  Ended first = run(scene, StopAfter(reports));
   ASSERT_EQ(first.result.status, Status::interrupted);
-  const Ended second = run(scene, {}, &first.left);
+  Ended second = run(scene, {}, &first.left);
   expect_same(whole.result, second.result);
   ASSERT_EQ(whole.result.sleep.has_value(), second.result.sleep.has_value());
   if (!whole.result.sleep) return;
@@ -278,7 +280,7 @@ sleep_after = 0.2
 }
 
 TEST(Restart, KeepsCellsOfSeveralSizes) {
-  const std::string beam = R"([body]
+  const std::string refined = R"([body]
 cells = [4, 2, 2]
 cell_size = 0.1
 [material]
@@ -299,7 +301,7 @@ every = 0.01
   for (const char* method :
        {"\nintegrator = \"verlet\"\nlocal_steps = true\n", "\nintegrator = \"damped_verlet\"\n",
         "\nintegrator = \"backward_euler\"\ndt = 1e-3\n"})
-    expect_same_interrupted(beam + method, 3);
+    expect_same_interrupted(refined + method, 3);
 }
 
 TEST(Restart, IsWithinToleranceForAdaptiveMethods) {
@@ -310,9 +312,9 @@ TEST(Restart, IsWithinToleranceForAdaptiveMethods) {
     EXPECT_EQ(method.stepping, Stepping::adaptive);
     const Scene scene = parse_scene(beam, settings_for(method));
     const Ended whole = run(scene);
-    const Ended first = run(parse_scene(beam, with(settings_for(method), {"solve.duration=0.0113"})));
+    Ended first = run(parse_scene(beam, with(settings_for(method), {"solve.duration=0.0113"})));
     EXPECT_NEAR(first.left.t, 0.01, 1e-12);  // the part of a row is computed again
-    const Ended second = run(scene, {}, &first.left);
+    Ended second = run(scene, {}, &first.left);
     EXPECT_FALSE(second.result.continued.at(0).exact);
     ASSERT_EQ(whole.result.series.size(), second.result.series.size());
     double apart = 0;
@@ -337,8 +339,8 @@ TEST(Restart, IsLeftWhileARunIsUnderWay) {
 
 TEST(Restart, CountsWhatItWentOnFrom) {
   const Scene scene = parse_scene(beam);
-  const Ended first = run(parse_scene(beam, {"solve.duration=0.005"}));
-  const Ended second = run(parse_scene(beam, {"solve.duration=0.01"}), {}, &first.left);
+  Ended first = run(parse_scene(beam, {"solve.duration=0.005"}));
+  Ended second = run(parse_scene(beam, {"solve.duration=0.01"}), {}, &first.left);
   const Ended third = run(scene, {}, &second.left);
   ASSERT_EQ(third.result.continued.size(), 2U);
   EXPECT_EQ(third.result.continued[0].t, 0.005);
@@ -394,7 +396,7 @@ poisson = 0.3
 duration = 0.02
 )");
   folder.write("cells.txt", "##\n#.\n");
-  const Ended first = run(load_scene(scene, {"solve.duration=0.01"}));
+  Ended first = run(load_scene(scene, {"solve.duration=0.01"}));
   folder.write("cells.txt", "##\n.#\n");
   expect_says(refusal([&] { run(load_scene(scene), {}, &first.left); }), "its cells are not those");
 }
