@@ -171,15 +171,10 @@ long SceneRun<Real>::steps_to(double t_end) const {
 }
 
 template <class Real>
-void SceneRun<Real>::settle_time(double t_end) {
-  snap_to_end_time(state_.t, options_.dt, t_end);
-}
-
-template <class Real>
 Status SceneRun<Real>::advance_between_strikes(System<Real>& driven, double t_end, Work& work, Stops* stops) {
   const bool stopping = stops != nullptr && info_->stepping == Stepping::fixed;
   if (!stopping) return method_->advance(driven, state_, t_end, work);
-  double goal = goal_ ? std::max(t_end, *goal_) : t_end;
+  double goal = journey_ ? std::max(t_end, journey_->goal) : t_end;
   if (goal > t_end && next_ < strikes_.size()) goal = std::clamp(strikes_[next_].at, t_end, goal);
   const Way way = way_ && way_->goal == goal ? *way_ : Way{goal, steps_to(goal)};
   way_.reset();
@@ -187,16 +182,24 @@ Status SceneRun<Real>::advance_between_strikes(System<Real>& driven, double t_en
                     *stops);
 }
 
-/// Of the way all if it ends at t_end; else they are its first ones, and t stays what they add up to.
+/// Of the way all if it ends at t_end; else its first ones.
 template <class Real>
 Status SceneRun<Real>::take_steps(System<Real>& driven, long steps, Way way, double t_end, Work& work,
                                   Stops& stops) {
   const bool whole = way.goal == t_end;
-  if (whole && steps <= 0) settle_time(t_end);
-  while (steps > 0) {
-    const long now = std::min(steps, stops.steps());
+  long to_last_group = whole ? -1 : std::max(0L, steps - steps % journey_->group);
+  while (steps > 0 || to_last_group == 0) {
+    if (to_last_group == 0) {
+      way_ = way;
+      journey_->at_last_group();
+      to_last_group = -1;
+      continue;
+    }
+    long now = std::min(steps, stops.steps());
+    if (to_last_group > 0) to_last_group -= now = std::min(now, to_last_group);
     steps -= now;
     way.left -= now;
+    way_.reset();
     const Status status =
         method_->advance(driven, state_, end_of_steps(now, whole && steps == 0, t_end), work);
     if (status != Status::ok) return status;
@@ -204,7 +207,8 @@ Status SceneRun<Real>::take_steps(System<Real>& driven, long steps, Way way, dou
     way_ = way;
     return Status::interrupted;
   }
-  if (!whole) way_ = way;
+  way_.reset();
+  snap_to_end_time(state_.t, options_.dt, t_end);
   return Status::ok;
 }
 
@@ -226,10 +230,10 @@ Status SceneRun<Real>::advance(System<Real>& driven, double t_end, Work& work, S
 }
 
 template <class Real>
-Status SceneRun<Real>::advance_towards(double goal, double t_end, Work& work, Stops& stops) {
-  goal_ = goal;
+Status SceneRun<Real>::advance_towards(const Journey& journey, double t_end, Work& work, Stops& stops) {
+  journey_ = &journey;
   const Status status = advance(t_end, work, &stops);
-  goal_.reset();
+  journey_ = nullptr;
   return status;
 }
 

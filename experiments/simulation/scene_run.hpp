@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -70,10 +71,14 @@ class SceneRun {
 
   /// As Integrator::advance(), with the strikes on the way; drives `driven`, which stands for driven().
   Status advance(System<Real>& driven, double t_end, Work& work, Stops* stops = nullptr);
-  /// The same as the first part of an advance to `goal`: what goes on from there computes what that would.
-  /// With fixed steps only. settle_time() then ends it as any other.
-  Status advance_towards(double goal, double t_end, Work& work, Stops& stops);
-  void settle_time(double t_end);
+  /// The way to `goal`, of which an advance goes the first part, and what is called on it.
+  struct Journey {
+    double goal = 0;                      ///< [s]
+    long group = 1;                       ///< steps that methods take at once, by which t is counted
+    std::function<void()> at_last_group;  ///< where what goes on from there computes what the whole way would
+  };
+  /// With fixed steps only.
+  Status advance_towards(const Journey& journey, double t_end, Work& work, Stops& stops);
   Status advance(double t_end, Work& work, Stops* stops = nullptr) {
     return advance(driven(), t_end, work, stops);
   }
@@ -114,7 +119,7 @@ class SceneRun {
   std::vector<Strike> strikes_;  ///< by time
   std::size_t next_ = 0;         ///< strike
   double struck_ = 0;
-  std::optional<double> goal_;                  ///< of the advance, if that ends before it [s]
+  const Journey* journey_ = nullptr;            ///< of the advance, if it ends before the goal
   std::optional<Way> way_;                      ///< that an advance has not gone to its end
   std::unique_ptr<const RefinedBody> refined_;  ///< where the scene refines
   std::unique_ptr<SolidSystem<Real>> system_;

@@ -69,7 +69,7 @@ class Simulation final : public Stops {
     result.rebounding_step = rebounding_step(scene, run_.system(), run_.dt());
     result.in_local_steps = run_.in_local_steps();
     const IntegratorInfo& method = find_integrator(scene.solve.integrator);
-    if (!method.implicit || method.springs_only) stretch_ = steps_between_checks;
+    if (!method.implicit || method.springs_only) stretch_ = group_ = steps_between_checks;
     result.threads = run_.system().threads();
     result.kernel = run_.system().kernel_name();
     result.levels = count_levels(run_.system());
@@ -106,6 +106,7 @@ class Simulation final : public Stops {
   void end_row(double t_end, long rows);
   void remember(Record& record);
   void keep(Status status);
+  void keep_here();
   void advance(double t_end);
   long steps_before_last();
   void balance_last_step();
@@ -131,6 +132,7 @@ class Simulation final : public Stops {
   SimulationResult& result_;
   long frame_every_;  ///< n-th step, or row
   long stretch_ = 1;  ///< steps between two questions whether to stop
+  long group_ = 1;    ///< steps that the method takes at once
   Stopwatch stretch_begun_;
   long steps_begun_ = 0;
   double seconds_stopped_ = 0;  ///< in this advance
@@ -155,14 +157,26 @@ template <class Real>
 void Simulation<Real>::advance(double t_end) {
   seconds_stopped_ = 0;
   row_end_ = t_end;
-  const double seconds = seconds_of([&] {
-    const double scheduled = double(row_) * scene_.solve.every;
-    result_.status = in_fixed_steps() && t_end < scheduled
-                         ? run_.advance_towards(scheduled, t_end, result_.work, *this)
-                         : run_.advance(t_end, result_.work, in_fixed_steps() ? this : nullptr);
-  });
-  result_.wall_seconds += seconds - seconds_stopped_;
+  const double scheduled = double(row_) * scene_.solve.every, seconds_before = result_.wall_seconds;
+  const Stopwatch begun;
+  const auto count_seconds = [&] {
+    result_.wall_seconds = seconds_before + begun.seconds() - seconds_stopped_;
+  };
+  const typename SceneRun<Real>::Journey journey{.goal = scheduled, .group = group_, .at_last_group = [&] {
+                                                   count_seconds();
+                                                   seconds_stopped_ += seconds_of([&] { keep_here(); });
+                                                 }};
+  result_.status = in_fixed_steps() && t_end < scheduled
+                       ? run_.advance_towards(journey, t_end, result_.work, *this)
+                       : run_.advance(t_end, result_.work, in_fixed_steps() ? this : nullptr);
+  count_seconds();
   result_.simulated_seconds = run_.state().t;
+}
+
+template <class Real>
+void Simulation<Real>::keep_here() {
+  keep(Status::interrupted);
+  is_kept_ = true;
 }
 
 /// Whether to stop is asked after stretches of steps, twice as many each time until they take a tenth of a
@@ -289,8 +303,8 @@ void Simulation<Real>::keep(Status status) {
   since_kept_ = Stopwatch();
 }
 
-/// Advances to the end of a row. Where the run ends before that, in fixed steps what goes on from there has
-/// the rest of the way to go; methods that choose their steps, or look for an equilibrium, go it again.
+/// Advances to the end of a row. Where the run ends before that, what goes on begins a few steps earlier;
+/// methods that choose their steps, or look for an equilibrium, begin the row again.
 template <class Real>
 void Simulation<Real>::compute_row(long rows) {
   const double scheduled = double(row_) * scene_.solve.every,
@@ -298,17 +312,12 @@ void Simulation<Real>::compute_row(long rows) {
   constexpr long most_balanced = 16;
   balances_ = balance_ && (rows - row_) % std::max(1L, rows / most_balanced) == 0;
   if (!is_in_row_) row_begun_ = {run_.system().all_asleep(), result_.work.steps, result_.wall_seconds};
-  const auto keep_here = [&](Status status) {
-    keep(status);
-    is_kept_ = true;
-  };
-  if (t_end < scheduled && !in_fixed_steps()) keep_here(Status::interrupted);
+  if (t_end < scheduled && !in_fixed_steps()) keep_here();
   is_in_row_ = true;
   advance(t_end);
   const bool stopped = result_.status == Status::interrupted;
   if (result_.status != Status::ok && !stopped) return;
-  if (in_fixed_steps() && (stopped || t_end < scheduled)) keep_here(result_.status);
-  if (!stopped) run_.settle_time(t_end);
+  if (stopped) keep_here();
   end_row(t_end, rows);
 }
 

@@ -111,7 +111,7 @@ class PositionBasedIntegrator final : public Integrator<Real> {
     particles.finish(options_.dt);
     particles.store_state(state);
     passes_->rebound(state);
-    state.t += double(steps) * options_.dt;
+    for (long n = 0; n < steps; ++n) state.t += options_.dt;  // the same bits however steps are taken
     system.constrain(state.t, state.x, state.v);
   }
 

@@ -205,6 +205,31 @@ every = 0.00925  # 18.5 steps
   }
 }
 
+// Of steps that are taken at once t is counted together: here in rows of 37 steps, whose ends are not set
+// right.
+TEST(Restart, IsExactWhereStepsAreTakenTogether) {
+  const std::string cube = testing::cube_text("0.1") + R"([start]
+angular_velocity = [0, 0, 5]
+[[hold]]
+box = [[0, 0, 0], [0, 0.2, 0.2]]
+velocity = [0.01, 0, 0]
+[solve]
+dt = 5.123456789e-4
+duration = 0.08
+every = 0.0191
+)";
+  for (const char* method : {"semi_implicit_euler", "velocity_verlet", "pefrl", "xpbd", "backward_euler"}) {
+    const Settings settings{"solve.integrator=\"" + std::string(method) + "\""};
+    const Ended whole = run(parse_scene(cube, settings));
+    for (int steps = 5; steps < 150; steps += 7) {
+      SCOPED_TRACE(::testing::Message() << method << " " << steps);
+      const std::string duration = "solve.duration=" + std::to_string(steps * 5.123456789e-4);
+      Ended first = run(parse_scene(cube, with(settings, {duration})));
+      expect_same(whole.result, run(parse_scene(cube, settings), {}, &first.left).result);
+    }
+  }
+}
+
 // A fall onto a soft plane by a method that is not stable, with a strike that supplies part of its energy.
 TEST(Restart, KeepsWhatARunWatches) {
   const std::string fall = testing::cube_text("0.1") + R"([environment]
