@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 
+#include "experiments/harness/json.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
@@ -16,7 +16,6 @@ namespace mss {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 /// A directory of this test's own, removed at its end.
 class RunCommand : public ::testing::Test {
