@@ -4,6 +4,9 @@ add_library(mss_options INTERFACE)
 target_include_directories(mss_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(mss_options INTERFACE -Wall -Wextra -Wpedantic -Wnon-virtual-dtor -Woverloaded-virtual
                                              -ffp-contract=off -fno-semantic-interposition)
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # half a gigabyte before it collects garbage: a tenth of the time to compile
+  target_compile_options(mss_options INTERFACE --param=ggc-min-heapsize=524288 --param=ggc-min-expand=1000)
+endif()
 if(NOT CMAKE_UNITY_BUILD)  # joint sources see each other's names,
   target_compile_options(mss_options INTERFACE -Wshadow)
 elseif(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # and are headers to the compiler

@@ -6,6 +6,7 @@
 namespace mss::testing {
 
 inline constexpr double gravity = 9.81;  ///< [m/s^2]
+inline constexpr double g = gravity;     ///< where formulas are long
 
 inline Vec3 centre_of_mass(const Body& body, const State<double>& state) {
   Vec3 sum = Vec3::Zero();

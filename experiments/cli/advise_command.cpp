@@ -173,7 +173,7 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
   say_how_it_ended(name, advice.stopped, advice.explanation, exit_status);
 }
 
-void add(CLI::App& app, int& exit_status) {
+void add_advise(CLI::App& app, int& exit_status) {
   CLI::App* command = app.add_subcommand(
       "advise", "the cheapest cells, springs, method and step for a scene with an error below a limit");
   const auto choice = std::make_shared<AdviseChoice>();
@@ -199,6 +199,6 @@ void add(CLI::App& app, int& exit_status) {
 
 }  // namespace
 
-Command advise_command() { return add; }
+Command advise_command() { return add_advise; }
 
 }  // namespace mss::cli

@@ -275,7 +275,7 @@ void run_check(CheckChoice choice, int& exit_status) {
     exit_status = exit_check_failed;
 }
 
-void add(CLI::App& app, int& exit_status) {
+void add_check(CLI::App& app, int& exit_status) {
   CLI::App* command =
       app.add_subcommand("check", "rerun the tables that have a baseline and list every row that moved");
   const auto choice = std::make_shared<CheckChoice>();
@@ -306,6 +306,6 @@ void add(CLI::App& app, int& exit_status) {
 
 }  // namespace
 
-Command check_command() { return add; }
+Command check_command() { return add_check; }
 
 }  // namespace mss::cli

@@ -18,14 +18,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Choice {
+struct CheckMeshChoice {
   std::string file;
   std::optional<double> cell_size, cells;
   double scale = 1;
   std::string directory = "out/check-mesh";
 };
 
-double cell_size(const Choice& choice, const TriangleMesh& mesh) {
+double cell_size(const CheckMeshChoice& choice, const TriangleMesh& mesh) {
   if (choice.cell_size && choice.cells)
     throw InputError("--cell-size conflicts with --cells; give one of the two");
   const Box box = bounding_box(mesh);
@@ -64,7 +64,7 @@ void print_notes(const MeshReport& report) {
   if (notes.empty()) print_line("note", "nothing is wrong with it");
 }
 
-void draw_slices(const Choice& choice, const TriangleMesh& mesh, const MeshFill& fill) {
+void draw_slices(const CheckMeshChoice& choice, const TriangleMesh& mesh, const MeshFill& fill) {
   if (gnuplot_version().empty()) {
     fmt::print(stderr, "mss: no picture, there is no gnuplot; install it\n");
     return;
@@ -75,7 +75,7 @@ void draw_slices(const Choice& choice, const TriangleMesh& mesh, const MeshFill&
   print_line("picture", stem.string() + ".svg, " + stem.string() + ".png");
 }
 
-void check_mesh(const Choice& choice, int& exit_status) {
+void check_mesh(const CheckMeshChoice& choice, int& exit_status) {
   if (!(choice.scale > 0))
     throw InputError(fmt::format("--scale is {}; give a positive number", choice.scale));
   MeshOfFile read = read_mesh(choice.file);
@@ -91,10 +91,10 @@ void check_mesh(const Choice& choice, int& exit_status) {
   if (!report.lost.empty()) exit_status = exit_check_failed;
 }
 
-void add(CLI::App& app, int& exit_status) {
+void add_check_mesh(CLI::App& app, int& exit_status) {
   CLI::App* command = app.add_subcommand(
       "check-mesh", "what is wrong with a mesh, what was repaired, and what cells would lose of it");
-  const auto choice = std::make_shared<Choice>();
+  const auto choice = std::make_shared<CheckMeshChoice>();
   command->add_option("file", choice->file, "An OBJ, STL or PLY file")->required();
   command->add_option("--cell-size", choice->cell_size, "Edge of a cell [m]");
   command->add_option("--cells", choice->cells, "Cells along the longest extent (default 20)");
@@ -106,6 +106,6 @@ void add(CLI::App& app, int& exit_status) {
 
 }  // namespace
 
-Command check_mesh_command() { return add; }
+Command check_mesh_command() { return add_check_mesh; }
 
 }  // namespace mss::cli

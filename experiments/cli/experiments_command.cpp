@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Options of one command, as given.
-struct Choice {
+struct StudyChoice {
   ExperimentOptions options;
   std::string cells;
   std::string directory;
@@ -37,7 +37,7 @@ struct Choice {
 constexpr int most_parallel = 1024;                            // threads or processes
 constexpr std::int64_t largest_seed = std::int64_t(1) << 53U;  // exact in meta.json
 
-void add_options(CLI::App& command, Choice& choice, const std::vector<std::string>& studies,
+void add_options(CLI::App& command, StudyChoice& choice, const std::vector<std::string>& studies,
                  const ExperimentAccepts& accepts) {
   command.add_flag("--quick", choice.options.quick,
                    "Smaller and fewer samples" + StudyClock(studies, true).comparison());
@@ -124,7 +124,7 @@ void warn_first() {
         "mss: gnuplot is not installed, so there will be rows but no chart; its package is gnuplot-nox\n");
 }
 
-void run_one(const ExperimentInfo& info, Choice choice, int& exit_status) {
+void run_one(const ExperimentInfo& info, StudyChoice choice, int& exit_status) {
   if (!choice.cells.empty())
     choice.options.cells = parse_number_list(choice.cells, "--cells", info.accepts.largest_cells);
   if (info.accepts.integrators) info.accepts.integrators(choice.options.integrators);  // throws
@@ -144,7 +144,7 @@ std::vector<std::string> study_names() {
   return names;
 }
 
-void run_all(const Choice& choice, int& exit_status) {
+void run_all(const StudyChoice& choice, int& exit_status) {
   const fs::path directory = choice.directory;
   prepare_directory(directory);
   warn_first();
@@ -175,7 +175,7 @@ void check_order(const CLI::App& command) {
 }
 
 void add_experiment(CLI::App& app, const ExperimentInfo& info, int& exit_status) {
-  const auto choice = std::make_shared<Choice>();
+  const auto choice = std::make_shared<StudyChoice>();
   choice->directory = "out/" + info.name;
   CLI::App& parent = info.under.empty() ? app : *app.get_subcommand(info.under);
   CLI::App* command = parent.add_subcommand(info.name, info.summary);
@@ -187,9 +187,9 @@ void add_experiment(CLI::App& app, const ExperimentInfo& info, int& exit_status)
   });
 }
 
-void add(CLI::App& app, int& exit_status) {
+void add_experiments(CLI::App& app, int& exit_status) {
   for (const ExperimentInfo& info : experiments()) add_experiment(app, info, exit_status);
-  const auto choice = std::make_shared<Choice>();
+  const auto choice = std::make_shared<StudyChoice>();
   choice->directory = "out/reproduce";
   choice->options.peers = true;
   CLI::App* command =
@@ -200,6 +200,6 @@ void add(CLI::App& app, int& exit_status) {
 
 }  // namespace
 
-Command experiments_command() { return add; }
+Command experiments_command() { return add_experiments; }
 
 }  // namespace mss::cli

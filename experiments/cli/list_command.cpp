@@ -76,7 +76,7 @@ void list(const std::string& kind) {
   }
 }
 
-void add(CLI::App& app, int&) {
+void add_list(CLI::App& app, int&) {
   CLI::App* command = app.add_subcommand("list",
                                          "names that the other commands take: integrators, solvers, models, "
                                          "scenes, experiments; keys of scenes");
@@ -89,6 +89,6 @@ void add(CLI::App& app, int&) {
 
 }  // namespace
 
-Command list_command() { return add; }
+Command list_command() { return add_list; }
 
 }  // namespace mss::cli

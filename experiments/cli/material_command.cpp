@@ -17,7 +17,7 @@ namespace mss::cli {
 
 namespace {
 
-struct Choice {
+struct MaterialChoice {
   std::optional<double> young, poisson, face_share;
   std::optional<double> edge, face, body, volume;
   std::optional<double> cell_size;
@@ -38,7 +38,7 @@ double spring_constant(const std::optional<double>& value, const char* option) {
   return k;
 }
 
-double cell_size(const Choice& choice) {
+double cell_size(const MaterialChoice& choice) {
   if (!choice.cell_size) throw InputError("--cell-size is missing; give the edge of a cell in metres");
   const double h = *choice.cell_size;
   if (!(h > 0) || !std::isfinite(h))
@@ -46,7 +46,7 @@ double cell_size(const Choice& choice) {
   return h;
 }
 
-SpringConstants given_springs(const Choice& choice) {
+SpringConstants given_springs(const MaterialChoice& choice) {
   const SpringConstants springs{.edge = spring_constant(choice.edge, "--edge"),
                                 .face = spring_constant(choice.face, "--face"),
                                 .body = spring_constant(choice.body, "--body"),
@@ -58,7 +58,7 @@ SpringConstants given_springs(const Choice& choice) {
   return springs;
 }
 
-SpringConstants derived_springs(const Choice& choice, double h) {
+SpringConstants derived_springs(const MaterialChoice& choice, double h) {
   const ElasticConstants material{.young = required(choice.young, "--young"),
                                   .poisson = required(choice.poisson, "--poisson")};
   return calibrate(material, h, choice.face_share.value_or(0.5));
@@ -128,7 +128,7 @@ std::string card(const SpringConstants& springs, double h, const std::string& gi
   return warnings.empty() ? out + "  none\n" : out;
 }
 
-void print_card(const Choice& choice) {
+void print_card(const MaterialChoice& choice) {
   const bool elastic = choice.young || choice.poisson || choice.face_share;
   const bool springs = choice.edge || choice.face || choice.body || choice.volume;
   if (elastic == springs)
@@ -145,9 +145,9 @@ void print_card(const Choice& choice) {
   }
 }
 
-void add(CLI::App& app, int&) {
+void add_material(CLI::App& app, int&) {
   CLI::App* command = app.add_subcommand("material", "the material card of springs, or springs for E and nu");
-  const auto choice = std::make_shared<Choice>();
+  const auto choice = std::make_shared<MaterialChoice>();
   command->add_option("--cell-size", choice->cell_size, "Edge of a cell [m]");
   command->add_option("--young", choice->young, "Young's modulus E [Pa]");
   command->add_option("--poisson", choice->poisson, "Poisson's ratio nu, in (-1, 0.5)");
@@ -162,6 +162,6 @@ void add(CLI::App& app, int&) {
 
 }  // namespace
 
-Command material_command() { return add; }
+Command material_command() { return add_material; }
 
 }  // namespace mss::cli

@@ -12,7 +12,7 @@ namespace mss::cli {
 
 namespace {
 
-void add(CLI::App& app, int& exit_status) {
+void add_merge(CLI::App& app, int& exit_status) {
   CLI::App* command =
       app.add_subcommand("merge", "the results of an experiment from the parts that runs with --part left");
   const auto directories = std::make_shared<std::vector<std::string>>();
@@ -27,6 +27,6 @@ void add(CLI::App& app, int& exit_status) {
 
 }  // namespace
 
-Command merge_command() { return add; }
+Command merge_command() { return add_merge; }
 
 }  // namespace mss::cli

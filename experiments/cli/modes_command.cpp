@@ -152,7 +152,7 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   fmt::print("see {}\n", directory.string());
 }
 
-void add(CLI::App& app, int& exit_status) {
+void add_modes(CLI::App& app, int& exit_status) {
   CLI::App* command =
       app.add_subcommand("modes", "vibrations of a scene about rest; writes modes.csv, summary.json");
   const auto choice = std::make_shared<ModesChoice>();
@@ -166,6 +166,6 @@ void add(CLI::App& app, int& exit_status) {
 
 }  // namespace
 
-Command modes_command() { return add; }
+Command modes_command() { return add_modes; }
 
 }  // namespace mss::cli

@@ -66,7 +66,7 @@ void redraw_studies(const fs::path& directory, int& exit_status) {
   fmt::print("wrote {}\n", (directory / "index.html").string());
 }
 
-void add(CLI::App& app, int& exit_status) {
+void add_redraw(CLI::App& app, int& exit_status) {
   CLI::App* command = app.add_subcommand("redraw", "draw the charts of results again from their tables");
   const auto directory = std::make_shared<std::string>();
   command
@@ -85,6 +85,6 @@ void add(CLI::App& app, int& exit_status) {
 
 }  // namespace
 
-Command redraw_command() { return add; }
+Command redraw_command() { return add_redraw; }
 
 }  // namespace mss::cli

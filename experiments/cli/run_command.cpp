@@ -418,7 +418,7 @@ void run_scene(const RunChoice& choice, int& exit_status) {
     exit_status = exit_simulation_failed;
 }
 
-void add(CLI::App& app, int& exit_status) {
+void add_run(CLI::App& app, int& exit_status) {
   CLI::App* command = app.add_subcommand(
       "run", "simulate a scene; writes series.csv, particles.csv, summary.json, restart.bin");
   const auto choice = std::make_shared<RunChoice>();
@@ -443,6 +443,6 @@ void add(CLI::App& app, int& exit_status) {
 
 }  // namespace
 
-Command run_command() { return add; }
+Command run_command() { return add_run; }
 
 }  // namespace mss::cli

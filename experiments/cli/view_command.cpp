@@ -55,7 +55,7 @@ void view_scene(ViewChoice& choice, int& exit_status) {
   exit_status = exit_simulation_failed;
 }
 
-void add(CLI::App& app, int& exit_status) {
+void add_view(CLI::App& app, int& exit_status) {
   CLI::App* command = app.add_subcommand("view", "show a scene live in a window, or make a picture of it");
   const auto choice = std::make_shared<ViewChoice>();
   command->add_option("scene", choice->scene, "Scene file (TOML), or a name from `mss list scenes`")
@@ -82,6 +82,6 @@ void add(CLI::App& app, int& exit_status) {
 
 }  // namespace
 
-Command view_command() { return add; }
+Command view_command() { return add_view; }
 
 }  // namespace mss::cli

@@ -146,11 +146,11 @@ TEST(StableStep, IsTheTightestOfAllModes) {
 }
 
 /// A damped, spinning body in free fall.
-struct Scenario {
+struct ConformanceScenario {
   Body body{testing::test_config(VoxelGrid::box(3, 2, 4))};
   SpringSystem<double> system{body, {.gravity = Vec3(0, 0, -9.81)}, {.threads = 2}};
   State<double> state = system.rest_state();
-  Scenario() { testing::randomise(body, state, 0.1, 0.5, 23); }
+  ConformanceScenario() { testing::randomise(body, state, 0.1, 0.5, 23); }
 };
 
 bool same_bits(const State<double>& a, const State<double>& b) {
@@ -160,7 +160,7 @@ bool same_bits(const State<double>& a, const State<double>& b) {
 }
 
 TEST_P(Method, RepeatsBitForBit) {
-  Scenario one, other;
+  ConformanceScenario one, other;
   Work work;
   const auto first = info().make<double>({.dt = 1e-4}), second = info().make<double>({.dt = 1e-4});
   EXPECT_EQ(first->advance(one.system, one.state, 0.05, work), Status::ok);
@@ -174,7 +174,7 @@ TEST_P(Method, RepeatsBitForBit) {
 }
 
 TEST_P(FixedStepMethod, DoesNotDependOnHowOftenItIsSampled) {
-  Scenario once, often;
+  ConformanceScenario once, often;
   Work work;
   const auto first = info().make<double>({.dt = 1e-4}), second = info().make<double>({.dt = 1e-4});
   first->advance(once.system, once.state, 0.02, work);
@@ -212,7 +212,7 @@ TEST_P(Method, LeavesSitesWithoutParticlesAlone) {
 }
 
 TEST_P(Method, ResetForgets) {
-  Scenario used, fresh;
+  ConformanceScenario used, fresh;
   Work work;
   const auto method = info().make<double>({.dt = 1e-4});
   method->advance(used.system, used.state, 0.01, work);
@@ -275,7 +275,7 @@ TEST_P(SinglePrecisionMethod, WorksInSinglePrecision) {
 }
 
 TEST_P(LimitedMethod, ReportsDivergence) {
-  Scenario s;
+  ConformanceScenario s;
   Work work;
   EXPECT_EQ(info().make<double>({.dt = 1})->advance(s.system, s.state, 1e5, work), Status::non_finite);
   EXPECT_LT(work.steps, 100000);
@@ -325,7 +325,7 @@ TEST(Registry, HasUniqueNamesAndSuggests) {
 
 /// Positions and velocities after a few steps of a method with these options.
 std::vector<Vec3> after_steps(std::string_view method, const IntegratorOptions& options) {
-  Scenario s;
+  ConformanceScenario s;
   Work work;
   EXPECT_EQ(find_integrator(method).make<double>(options)->advance(s.system, s.state, 10 * options.dt, work),
             Status::ok);
@@ -373,7 +373,7 @@ TEST(Variants, AreRefusedInWords) {
 }
 
 TEST(Verlet, IsSemiImplicitEulerInOtherVariables) {
-  Scenario one, other;
+  ConformanceScenario one, other;
   Work work;
   find_integrator("verlet").make<double>({.dt = 1e-4})->advance(one.system, one.state, 0.1, work);
   find_integrator("semi_implicit_euler")

@@ -16,7 +16,7 @@
 namespace mss {
 namespace {
 
-constexpr double g = testing::gravity;
+using testing::g;
 const Environment down{.gravity = Vec3(0, 0, -g)};
 
 Environment with(Environment environment, const Plane& plane) {
@@ -25,15 +25,15 @@ Environment with(Environment environment, const Plane& plane) {
 }
 
 /// A body in an environment with a method and its state.
-struct Trial {
+struct ContactTrial {
   Body body;
   SpringSystem<double> system;
   State<double> state;
   std::unique_ptr<Integrator<double>> method;
   Work work;
 
-  Trial(const std::string& name, double dt, const BodyConfig& config, const Environment& environment,
-        int threads = 1)
+  ContactTrial(const std::string& name, double dt, const BodyConfig& config, const Environment& environment,
+               int threads = 1)
       : body(config),
         system(body, environment, {.threads = threads}),
         state(system.rest_state()),
@@ -51,7 +51,7 @@ class FixedStepContact : public ::testing::TestWithParam<std::string> {};
 TEST_P(FixedStepContact, BouncesAsHighAsRestitutionSays) {
   constexpr double restitution = 0.7, dt = 1e-3;
   const Plane floor{.point = Vec3(0, 0, -1), .restitution = restitution};
-  Trial run(GetParam(), dt, free_particles(), with(down, floor));
+  ContactTrial run(GetParam(), dt, free_particles(), with(down, floor));
   double before = 1, highest = 0;
   bool rising = false;
   int bounces = 0;
@@ -74,7 +74,7 @@ TEST_P(FixedStepContact, SticksToASlopeOrSlidesDownIt) {
   const double angle = std::atan(0.5);
   for (const double friction : {0.51, 0.49}) {
     const Plane slope{.normal = Vec3(std::sin(angle), 0, std::cos(angle)), .friction = friction};
-    Trial run(GetParam(), 1e-3, free_particles(), with(down, slope));
+    ContactTrial run(GetParam(), 1e-3, free_particles(), with(down, slope));
     for (const std::ptrdiff_t site : run.body.sites()) {
       const Vec3 x = run.state.x.at(site);
       run.state.x.set(site, x - slope.gap(x) * slope.normal);
@@ -93,7 +93,7 @@ TEST_P(FixedStepContact, SticksToASlopeOrSlidesDownIt) {
 TEST_P(FixedStepContact, StopsWhereFrictionSays) {
   for (const double degrees : {0, 30, 45}) {
     const double angle = degrees * std::numbers::pi / 180;
-    Trial run(GetParam(), 1e-3, free_particles(), with(down, {.friction = 0.4}));
+    ContactTrial run(GetParam(), 1e-3, free_particles(), with(down, {.friction = 0.4}));
     for (const std::ptrdiff_t site : run.body.sites()) {
       Vec3 x = run.state.x.at(site);
       x[2] = 0;
@@ -112,8 +112,8 @@ TEST_P(FixedStepContact, StopsWhereFrictionSays) {
 
 TEST_P(FixedStepContact, DoesNotDependOnHowOftenItIsSampled) {
   const Plane floor{.point = Vec3(0, 0, -0.002)};
-  Trial once(GetParam(), 2e-4, rubber_block(), with(down, floor));
-  Trial often(GetParam(), 2e-4, rubber_block(), with(down, floor));
+  ContactTrial once(GetParam(), 2e-4, rubber_block(), with(down, floor));
+  ContactTrial often(GetParam(), 2e-4, rubber_block(), with(down, floor));
   once.advance(0.04);
   for (int look = 1; look <= 10; ++look) often.advance(look * 0.004);
   EXPECT_EQ((once.state.x.array() - often.state.x.array()).abs().maxCoeff(), 0);
@@ -127,27 +127,29 @@ auto methods(Stepping stepping) {
     if (info.stepping == stepping && info.has_modulus) names.push_back(info.name);
   return ::testing::ValuesIn(names);
 }
-const auto name = [](const auto& p) { return p.param; };
-INSTANTIATE_TEST_SUITE_P(Registry, FixedStepContact, methods(Stepping::fixed), name);
+const auto method_name = [](const auto& p) { return p.param; };
+INSTANTIATE_TEST_SUITE_P(Registry, FixedStepContact, methods(Stepping::fixed), method_name);
 
 /// A block at rest on inclined ground: on level ground, with inclined gravity.
-std::unique_ptr<Trial> block_on_slope(const std::string& method, double angle, double friction) {
+std::unique_ptr<ContactTrial> block_on_slope(const std::string& method, double angle, double friction) {
   const Environment leaning{.gravity = g * Vec3(std::sin(angle), 0, -std::cos(angle))};
-  Trial glued(method, 2e-4, rubber_block(), with(leaning, {.restitution = 0, .friction = 10}));
+  ContactTrial glued(method, 2e-4, rubber_block(), with(leaning, {.restitution = 0, .friction = 10}));
   glued.advance(0.6);
-  auto run = std::make_unique<Trial>(method, 2e-4, rubber_block(), with(leaning, {.friction = friction}));
+  auto run =
+      std::make_unique<ContactTrial>(method, 2e-4, rubber_block(), with(leaning, {.friction = friction}));
   run->state = glued.state;
   run->state.t = 0;
   return run;
 }
 
 class BlockContact : public ::testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Some, BlockContact, ::testing::Values("verlet", "velocity_verlet", "rk4"), name);
+INSTANTIATE_TEST_SUITE_P(Some, BlockContact, ::testing::Values("verlet", "velocity_verlet", "rk4"),
+                         method_name);
 
 TEST_P(BlockContact, StopsWhereFrictionSays) {
   for (const double degrees : {0, 30, 45}) {
     const double angle = degrees * std::numbers::pi / 180;
-    Trial run(GetParam(), 5e-4, rubber_block(), with(down, {.friction = 0.4}));
+    ContactTrial run(GetParam(), 5e-4, rubber_block(), with(down, {.friction = 0.4}));
     run.push(2 * Vec3(std::cos(angle), std::sin(angle), 0));
     const Vec3 start = run.centre();
     run.advance(0.8);
@@ -177,8 +179,8 @@ TEST(Block, SticksToASlopeOrSlidesDownIt) {
 }
 
 /// The thesis's cube, spinning, dropped on ground.
-std::unique_ptr<Trial> spinning_cube(const std::string& method, double dt, int threads = 1) {
-  auto run = std::make_unique<Trial>(method, dt, thesis_cube(), with(down, {}), threads);
+std::unique_ptr<ContactTrial> spinning_cube(const std::string& method, double dt, int threads = 1) {
+  auto run = std::make_unique<ContactTrial>(method, dt, thesis_cube(), with(down, {}), threads);
   const Vec3 centre = run->centre();
   for (const std::ptrdiff_t site : run->body.sites())
     run->state.v.set(site, Vec3(1, 0, 0) + Vec3(3, 2, 1).cross(run->state.x.at(site) - centre));
@@ -186,11 +188,11 @@ std::unique_ptr<Trial> spinning_cube(const std::string& method, double dt, int t
 }
 
 class CubeContact : public ::testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Some, CubeContact, ::testing::Values("verlet", "velocity_verlet"), name);
+INSTANTIATE_TEST_SUITE_P(Some, CubeContact, ::testing::Values("verlet", "velocity_verlet"), method_name);
 
 TEST_P(CubeContact, ComesToRestAndDoesNotSink) {
   const auto cube = spinning_cube(GetParam(), GetParam() == "verlet" ? 1e-3 : 5e-4);
-  Trial& run = *cube;
+  ContactTrial& run = *cube;
   double peak = 0, lowest = 0, before = std::numeric_limits<double>::infinity();
   int in_flight = 0;
   bool flew = false;
@@ -231,7 +233,7 @@ TEST(Corner, HoldsABlock) {
     corner.planes.push_back({.normal = normal.normalized(), .friction = 0.2});
   BodyConfig config = rubber_block();
   config.origin = Vec3(-0.15, 0.05, 0.2);
-  Trial run("verlet", 5e-4, config, corner);
+  ContactTrial run("verlet", 5e-4, config, corner);
   run.push(Vec3(0, -1, 0));
   run.advance(4);
   EXPECT_LT(measure(run.system, run.state).max_speed, 1e-6);
@@ -246,13 +248,13 @@ TEST(Corner, HoldsABlock) {
 class PenaltyContact : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Some, PenaltyContact,
                          ::testing::Values("velocity_verlet", "implicit_midpoint", "cvode_bdf", "arkode_erk"),
-                         name);
+                         method_name);
 
 TEST_P(PenaltyContact, StopsWhereFrictionSays) {
   const Plane floor{.contact = ContactLaw::penalty, .friction = 0.4};
   const bool adaptive = find_integrator(GetParam()).stepping == Stepping::adaptive;
   const bool limited = find_integrator(GetParam()).limit != nullptr;
-  Trial run(GetParam(), adaptive ? 0 : limited ? 1e-5 : 5e-4, rubber_block(), with(down, floor));
+  ContactTrial run(GetParam(), adaptive ? 0 : limited ? 1e-5 : 5e-4, rubber_block(), with(down, floor));
   run.push(Vec3(0.5, 0, 0));
   const Vec3 start = run.centre();
   run.advance(0.3);
@@ -266,7 +268,7 @@ TEST(StaticContact, CarriesAWeight) {
   Environment environment = with(down, floor);
   environment.holds = {{.box = {Vec3(0, 0, 0), Vec3(0, 1, 1)}, .axes = {true, false, false}},
                        {.box = {Vec3(0, 0, 0), Vec3(1, 0, 1)}, .axes = {false, true, false}}};
-  Trial run("static", 0, rubber_block(), environment);
+  ContactTrial run("static", 0, rubber_block(), environment);
   run.advance(1);
   Field<double> force(run.system.size());
   run.system.force(1, run.state.x, run.state.v, force);
@@ -308,12 +310,12 @@ class Recorder final : public SystemWrapper<double> {
 class CvodeContact : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(All, CvodeContact,
                          ::testing::Values("cvode_adams", "cvode_bdf", "cvode_bdf_klu", "cvode_bdf_gmres"),
-                         name);
+                         method_name);
 
 /// How near to the first touch of a falling particle a method evaluates an acceleration [s].
 double nearest_to_touch(const std::string& method, bool with_events) {
   const Plane floor{.point = Vec3(0, 0, -0.5), .contact = ContactLaw::penalty};
-  Trial run(method, 0, free_particles(), with(down, floor));
+  ContactTrial run(method, 0, free_particles(), with(down, floor));
   Recorder recorder(run.system, with_events);
   EXPECT_EQ(run.method->advance(recorder, run.state, 0.4, run.work), Status::ok);
   EXPECT_EQ(run.state.t, 0.4);

@@ -19,7 +19,7 @@
 namespace mss {
 namespace {
 
-constexpr double g = 9.81;
+using testing::g;
 
 BodyConfig block() {
   BodyConfig config{.voxels = VoxelGrid::box(4, 4, 4), .cell_size = 0.05};
@@ -46,7 +46,7 @@ double step_of(const IntegratorInfo& method, SolidSystem<Real>& system) {
 }
 
 template <class Real = double>
-struct Trial {
+struct ReactionTrial {
   Body body;
   SpringSystem<Real> system;
   ReactionGauge<Real> gauge;
@@ -54,8 +54,8 @@ struct Trial {
   std::unique_ptr<Integrator<Real>> method;
   Work work;
 
-  Trial(const std::string& name, const Environment& environment, const BodyConfig& config = block(),
-        const Execution& execution = {.threads = 1})
+  ReactionTrial(const std::string& name, const Environment& environment, const BodyConfig& config = block(),
+                const Execution& execution = {.threads = 1})
       : body(config),
         system(body, environment, execution),
         gauge(system, environment),
@@ -80,7 +80,7 @@ struct Trial {
 };
 
 /// Of all, from what the planes add to the forces.
-Vec3 penalty_force(Trial<double>& trial) {
+Vec3 penalty_force(ReactionTrial<double>& trial) {
   Environment without = trial.system.environment();
   without.planes.clear();
   SpringSystem<double> alone(trial.body, without, Execution{.threads = 1});
@@ -115,7 +115,7 @@ const auto name_of = [](const auto& info) {
 
 /// By how much mean forces of planes miss the change of momentum until t, over the weight.
 template <class Real>
-double missing(Trial<Real>& trial, double t) {
+double missing(ReactionTrial<Real>& trial, double t) {
   const Vec3 before = trial.momentum();
   const double begin = trial.state.t;
   const Vec3 force = sum_of(trial.mean_until(t).planes),
@@ -137,9 +137,9 @@ TEST_P(Reaction, CarriesABlockAtRest) {
   config.damping = {.law = Damping::Law::ratio, .zeta = 1};
   for (const double degrees : {0, 19}) {
     const Environment environment = slope(degrees, {.friction = 0.5});
-    Trial settling("backward_euler", environment, config);
+    ReactionTrial settling("backward_euler", environment, config);
     settling.advance(3);
-    Trial trial(GetParam(), environment, config);
+    ReactionTrial trial(GetParam(), environment, config);
     trial.state.x = settling.state.x;
     trial.advance(0.5);
     const Vec3 force = trial.mean_until(0.6).planes[0];
@@ -149,7 +149,7 @@ TEST_P(Reaction, CarriesABlockAtRest) {
 }
 
 TEST_P(Reaction, ChangesMomentum) {
-  Trial trial(GetParam(), slope(20, {.restitution = 0.4, .friction = 0.3}));
+  ReactionTrial trial(GetParam(), slope(20, {.restitution = 0.4, .friction = 0.3}));
   trial.move({0, 0, 0.05});
   trial.push({0.5, 0.2, 0});
   EXPECT_LT(missing(trial, 0.7), most_missing(GetParam()));
@@ -164,7 +164,7 @@ TEST_P(Reaction, OfAGrooveChangesMomentum) {
   Environment groove{.gravity = {-g / 2, 0, -g}};
   for (const Vec3& normal : {Vec3(1, 0, 0), Vec3(0, 0, 1)})
     groove.planes.push_back({.normal = normal, .friction = 0.2});
-  Trial trial(GetParam(), groove);
+  ReactionTrial trial(GetParam(), groove);
   trial.move({0.01, 0, 0.01});
   EXPECT_LT(missing(trial, 1), most_missing(GetParam()));
   const std::vector<Vec3> planes = trial.mean_until(1.5).planes;
@@ -174,7 +174,7 @@ TEST_P(Reaction, OfAGrooveChangesMomentum) {
 
 TEST_P(Reaction, IsZeroInFreeFall) {
   Environment far{.gravity = {0, 0, -g}, .planes = {{.point = {0, 0, -10}}}};
-  Trial trial(GetParam(), far);
+  ReactionTrial trial(GetParam(), far);
   const Vec3 centre = testing::centre_of_mass(trial.body, trial.state);
   for (const std::ptrdiff_t site : trial.body.sites())
     trial.state.v.set(site, Vec3(3, 2, 1).cross(trial.state.x.at(site) - centre));
@@ -183,7 +183,7 @@ TEST_P(Reaction, IsZeroInFreeFall) {
 
 TEST_P(Reaction, HasTheSameBitsForAnyThreads) {
   const auto force = [&](int threads) {
-    Trial trial(GetParam(), slope(10, {.friction = 0.1}), block(), {.threads = threads});
+    ReactionTrial trial(GetParam(), slope(10, {.friction = 0.1}), block(), {.threads = threads});
     trial.move({0, 0, 1e-4});
     return trial.mean_until(0.1).planes[0];
   };
@@ -196,7 +196,7 @@ TEST_P(Reaction, HasTheSameBitsForAnyThreads) {
 TEST(ReactionOfVbd, ConvergesWithPasses) {
   double before = 1;
   for (const char* method : {"vbd:20", "vbd:100", "vbd:500"}) {
-    Trial trial(method, slope(0, {.friction = 0.3}));
+    ReactionTrial trial(method, slope(0, {.friction = 0.3}));
     trial.move({0, 0, 0.05});
     const double now = missing(trial, 0.3);
     EXPECT_LT(now, 0.5 * before) << method;
@@ -211,7 +211,7 @@ TEST(Reactions, OfTheThesissLawChangesMomentum) {
                   {.normal = Vec3(-1, 0, 1).normalized(), .friction = 0.3}};
   for (const std::string method : {"verlet", "rk4", "velocity_verlet", "backward_euler", "tr_bdf2"}) {
     SCOPED_TRACE(method);
-    Trial trial(method, mixed);
+    ReactionTrial trial(method, mixed);
     trial.move({-0.1, 0, 0.15});
     EXPECT_LT(missing(trial, 0.25), 1e-9);
     EXPECT_GT(trial.gauge.read(trial.system, trial.state).planes[0].norm(), 0.1);
@@ -220,7 +220,7 @@ TEST(Reactions, OfTheThesissLawChangesMomentum) {
 }
 
 TEST(Reactions, InSinglePrecisionChangesMomentum) {
-  Trial<float> trial("verlet", slope(20, {.friction = 0.3}));
+  ReactionTrial<float> trial("verlet", slope(20, {.friction = 0.3}));
   trial.move({0, 0, 0.05});
   EXPECT_LT(missing(trial, 0.5), 1e-4);
 }
@@ -232,7 +232,7 @@ TEST(Reactions, OnASurfaceChangesMomentum) {
     for (const ContactLaw law : {ContactLaw::impulse, ContactLaw::penalty}) {
       SCOPED_TRACE(method);
       Environment environment = slope(20, {.point = {0, 0, -0.3}, .contact = law, .friction = 0.3});
-      Trial trial(method, testing::on_surface(environment, ball), config);
+      ReactionTrial trial(method, testing::on_surface(environment, ball), config);
       if (law == ContactLaw::impulse) {
         EXPECT_LT(missing(trial, 0.4), 1e-9);
         EXPECT_GT(trial.gauge.read(trial.system, trial.state).planes[0][2], 0);
@@ -271,8 +271,8 @@ TEST(Reactions, IsTheWeightWhileABodySleeps) {
   BodyConfig config = block();
   config.damping = {.law = Damping::Law::ratio, .zeta = 1};
   for (const std::string method : {"verlet", "velocity_verlet", "semi_implicit_euler"}) {
-    Trial trial(method, slope(0, {.friction = 0.5}), config,
-                {.threads = 1, .sleep = {.bound = 1e-3, .after = 0.2}});
+    ReactionTrial trial(method, slope(0, {.friction = 0.5}), config,
+                        {.threads = 1, .sleep = {.bound = 1e-3, .after = 0.2}});
     trial.advance(4);
     ASSERT_TRUE(trial.system.all_asleep()) << method;
     const Vec3 force = trial.mean_until(5).planes[0];
@@ -281,7 +281,7 @@ TEST(Reactions, IsTheWeightWhileABodySleeps) {
 }
 
 TEST(Reactions, IsTheWeightOfAPenaltyPlane) {
-  Trial trial("backward_euler", slope(0, {.contact = ContactLaw::penalty}));
+  ReactionTrial trial("backward_euler", slope(0, {.contact = ContactLaw::penalty}));
   trial.advance(8);
   EXPECT_LT((trial.gauge.read(trial.system, trial.state).planes[0] + trial.weight()).norm(),
             1e-6 * trial.weight().norm());
@@ -289,7 +289,7 @@ TEST(Reactions, IsTheWeightOfAPenaltyPlane) {
 
 TEST(Reactions, OfAHoldIsTheWeightAtRest) {
   Environment wall{.gravity = {0, 0, -g}, .holds = {{.box = {{0, 0, 0}, {0, 1, 1}}}}};
-  Trial trial("backward_euler", wall);
+  ReactionTrial trial("backward_euler", wall);
   trial.advance(10);
   EXPECT_LT((trial.gauge.read(trial.system, trial.state).holds[0] + trial.weight()).norm(),
             1e-9 * trial.weight().norm());
@@ -325,7 +325,7 @@ TEST(Reactions, OfAllAtRestCarryWeightAndLoads) {
 TEST(Reactions, OfATurnKeepsABodyOnItsCircle) {
   Hold all{.box = {{0, 0, 0}, {1, 1, 1}}};
   all.turn = {.axis = {0, 0, 2}, .centre = {-1, 0.1, 0}, .rate = 3, .until = 0.5};
-  Trial trial("backward_euler", {.holds = {all}});
+  ReactionTrial trial("backward_euler", {.holds = {all}});
   trial.advance(0.25);
   const Vec3 arm = testing::centre_of_mass(trial.body, trial.state) - Vec3(-1, 0.1, 0.1);
   EXPECT_LT((trial.gauge.read(trial.system, trial.state).holds[0] + trial.body.total_mass() * 9 * arm).norm(),

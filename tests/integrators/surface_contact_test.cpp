@@ -15,10 +15,10 @@
 namespace mss {
 namespace {
 
-constexpr double g = testing::gravity;
+using testing::g;
 
 /// A mesh that touches one plane with its surface, a method and a state.
-struct Trial {
+struct SurfaceTrial {
   Plane plane;
   Body body;
   SpringSystem<double> system;
@@ -26,8 +26,8 @@ struct Trial {
   std::unique_ptr<Integrator<double>> method;
   Work work;
 
-  Trial(const std::string& name, const IntegratorOptions& options, const TriangleMesh& mesh,
-        const BodyConfig& config, const Plane& floor, int threads = 1)
+  SurfaceTrial(const std::string& name, const IntegratorOptions& options, const TriangleMesh& mesh,
+               const BodyConfig& config, const Plane& floor, int threads = 1)
       : plane(floor),
         body(config),
         system(body, testing::on_surface({.gravity = Vec3(0, 0, -g), .planes = {floor}}, mesh),
@@ -62,8 +62,8 @@ INSTANTIATE_TEST_SUITE_P(Some, SurfaceDrop, ::testing::Values("verlet", "semi_im
 
 // A soft ball falls, bounces, and comes to rest; without friction it keeps its horizontal momentum.
 TEST_P(SurfaceDrop, DoesNotSinkAndComesToRest) {
-  Trial run(GetParam(), {.dt = 5e-4}, ball, damped(testing::mesh_config(ball, 0.1, 2e5), 0.2),
-            {.point = Vec3(0, 0, -0.4), .restitution = 0.5, .friction = 0});
+  SurfaceTrial run(GetParam(), {.dt = 5e-4}, ball, damped(testing::mesh_config(ball, 0.1, 2e5), 0.2),
+                   {.point = Vec3(0, 0, -0.4), .restitution = 0.5, .friction = 0});
   run.push(Vec3(0.1, 0.2, 0));
   const Measures start = run.measures();
   double lowest = 1, highest_after = -1, peak = 0;
@@ -107,7 +107,7 @@ TEST(SurfaceSlope, BallsSlideOrRoll) {
     const Plane plane = slope(angle, friction);
     TriangleMesh mesh = icosphere(radius, 12);
     place(mesh, {.translation = radius * plane.normal});
-    Trial run("verlet", {.dt = 2e-4}, mesh, damped(testing::mesh_config(mesh, 0.1, 1e6), 0.1), plane);
+    SurfaceTrial run("verlet", {.dt = 2e-4}, mesh, damped(testing::mesh_config(mesh, 0.1, 1e6), 0.1), plane);
     const Vec3 start = run.centre();
     const double mass = run.body.total_mass(), inertia = inertia_about_y(run.body, start);
     run.advance(time);
@@ -127,8 +127,8 @@ TEST(SurfaceSlope, BallsSlideOrRoll) {
 
 TEST(SurfaceSlope, ABlockStopsWhereFrictionSays) {
   const TriangleMesh block = box_mesh({0, 0, 0}, {0.4, 0.3, 0.2});
-  Trial run("verlet", {.dt = 2e-4}, block, damped(testing::mesh_config(block, 0.07, 1e6), 0.1),
-            {.friction = 0.4});
+  SurfaceTrial run("verlet", {.dt = 2e-4}, block, damped(testing::mesh_config(block, 0.07, 1e6), 0.1),
+                   {.friction = 0.4});
   run.push(Vec3(0.5, 0, 0));
   const Vec3 start = run.centre();
   run.advance(0.4);
@@ -144,7 +144,8 @@ TEST(SurfacePenalty, KeepsTheEnergyOfABounce) {
   double drift[2] = {0,
                      0};  // the largest on the way: what is left at an end depends on the phase of vibrations
   for (int i = 0; i < 2; ++i) {
-    Trial run("velocity_verlet", {.dt = i == 0 ? 4e-5 : 2e-5}, ball, testing::mesh_config(ball, 0.1), floor);
+    SurfaceTrial run("velocity_verlet", {.dt = i == 0 ? 4e-5 : 2e-5}, ball, testing::mesh_config(ball, 0.1),
+                     floor);
     const double before = run.measures().total(), fall = run.body.total_mass() * g * 0.05;
     double lowest = 1;
     for (int look = 1; look <= 30; ++look) {
@@ -166,11 +167,11 @@ TEST(SurfacePenalty, CarriesTheBallUnderEveryKindOfMethod) {
        {"verlet", "implicit_midpoint", "backward_euler", "cvode_bdf", "vbd", "xpbd"}) {
     const IntegratorInfo& info = find_integrator(name);
     const bool adaptive = info.stepping == Stepping::adaptive;
-    Trial run(name,
-              {.dt = adaptive     ? 0
-                     : info.limit ? 2e-5
-                                  : 5e-4},
-              ball, damped(testing::mesh_config(ball, 0.12), 0.3), floor);
+    SurfaceTrial run(name,
+                     {.dt = adaptive     ? 0
+                            : info.limit ? 2e-5
+                                         : 5e-4},
+                     ball, damped(testing::mesh_config(ball, 0.12), 0.3), floor);
     run.advance(0.2);
     if (centres.empty()) {
       EXPECT_LT(run.centre()[2], -0.02);
@@ -187,8 +188,8 @@ TEST(SurfacePenalty, IsInTheMatricesOfAllLinearSolvers) {
   const Plane floor{.point = Vec3(0, 0, -0.24), .contact = ContactLaw::penalty};
   std::vector<State<double>> ends;
   for (const std::string solver : {"cholmod", "matrix_free", "multigrid"}) {
-    Trial run("implicit_midpoint", {.dt = 1e-3, .linear_solver = solver}, ball,
-              damped(testing::mesh_config(ball, 0.06), 0.1), floor);
+    SurfaceTrial run("implicit_midpoint", {.dt = 1e-3, .linear_solver = solver}, ball,
+                     damped(testing::mesh_config(ball, 0.06), 0.1), floor);
     run.push(Vec3(0, 0, -0.5));
     run.advance(0.02);
     ends.push_back(run.state);
@@ -200,8 +201,8 @@ TEST(SurfaceContact, IsTheSameBitsForAnyThreads) {
   for (const ContactLaw law : {ContactLaw::impulse, ContactLaw::penalty}) {
     std::vector<State<double>> ends;
     for (const int threads : {1, 2, 3}) {
-      Trial run("verlet", {.dt = 5e-5}, ball, damped(testing::mesh_config(ball, 0.1), 0.1),
-                {.point = Vec3(0, 0, -0.26), .contact = law}, threads);
+      SurfaceTrial run("verlet", {.dt = 5e-5}, ball, damped(testing::mesh_config(ball, 0.1), 0.1),
+                       {.point = Vec3(0, 0, -0.26), .contact = law}, threads);
       run.push(Vec3(1, 0, -1));
       run.advance(0.05);
       ends.push_back(run.state);

@@ -95,14 +95,14 @@ struct Part {
   std::size_t springs = 0;
 };
 
-struct Case {
+struct RanksCase {
   BodyConfig body;
   Environment environment;
   std::string method;
 };
 
 template <class Real>
-Part simulate_part(const Case& c, const Communicator& ranks) {
+Part simulate_part(const RanksCase& c, const Communicator& ranks) {
   const Body body(c.body, ranks);
   SpringSystem<Real> system(body, c.environment, {.threads = 1 + ranks.rank() % 2});
   State<Real> state = system.rest_state();
@@ -129,7 +129,7 @@ Part simulate_part(const Case& c, const Communicator& ranks) {
 }
 
 template <class Real>
-std::vector<Part> simulate_in(int count, const Case& c) {
+std::vector<Part> simulate_in(int count, const RanksCase& c) {
   std::vector<Part> parts(static_cast<std::size_t>(count));
   Post post;
   std::vector<std::thread> threads;
@@ -144,7 +144,7 @@ std::vector<Part> simulate_in(int count, const Case& c) {
 
 /// Particles one after the other, from rank to rank.
 template <class Real>
-void expect_same_bits(const Case& c) {
+void expect_same_bits(const RanksCase& c) {
   const Part whole = simulate_part<Real>(c, Communicator::alone());
   for (int count = 2; count <= c.body.voxels.nz() + 1; count += 2) {
     std::size_t id = 0;
@@ -167,14 +167,14 @@ void expect_same_bits(const Case& c) {
   }
 }
 
-std::vector<Case> cases() {
+std::vector<RanksCase> cases() {
   const auto shapes = testing::test_shapes();
-  std::vector<Case> all;
+  std::vector<RanksCase> all;
   for (const ContactLaw law : {ContactLaw::impulse, ContactLaw::penalty})
     for (const std::size_t from_the_end : {1U, 2U, 6U}) {
-      Case c{testing::test_config(shapes[shapes.size() - from_the_end].voxels),
-             {.gravity = Vec3(0, 0.5, -9.81)},
-             law == ContactLaw::impulse ? "velocity_verlet" : "semi_implicit_euler"};
+      RanksCase c{testing::test_config(shapes[shapes.size() - from_the_end].voxels),
+                  {.gravity = Vec3(0, 0.5, -9.81)},
+                  law == ContactLaw::impulse ? "velocity_verlet" : "semi_implicit_euler"};
       const Vec3 low = c.body.origin;
       c.body.weights = {{{low, low + Vec3(0.3, 9, 9)}, 50}};
       c.environment.holds = {{.box = {low, low + Vec3(0, 9, 0.9)}, .velocity = Vec3(-0.2, 0, 0)}};
@@ -187,14 +187,14 @@ std::vector<Case> cases() {
 }
 
 TEST(Ranks, HaveTheBitsOfOneProcess) {
-  for (const Case& c : cases()) {
+  for (const RanksCase& c : cases()) {
     expect_same_bits<double>(c);
     expect_same_bits<float>(c);
   }
 }
 
 TEST(Ranks, OfPartsHaveTheBitsOfOneProcess) {
-  Case c = cases().front();
+  RanksCase c = cases().front();
   c.body.weights.clear();
   testing::add_parts(c.body);
   const VoxelGrid& voxels = c.body.voxels;
@@ -208,7 +208,7 @@ TEST(Ranks, OfPartsHaveTheBitsOfOneProcess) {
 TEST(Ranks, OfImplicitMethodsAgreeToRounding) {
   for (const std::string method :
        {"backward_euler", "backward_euler_linear", "generalized_alpha", "tr_bdf2"}) {
-    Case c = cases().back();
+    RanksCase c = cases().back();
     c.method = method;
     const Part whole = simulate_part<double>(c, Communicator::alone());
     for (const int count : {2, 3}) {

@@ -20,8 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class ThreadTeamOf : public testing::TestWithParam<int> {};
-INSTANTIATE_TEST_SUITE_P(Sizes, ThreadTeamOf, testing::Values(1, 2, 3, 8));
+class ThreadTeamOf : public ::testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Sizes, ThreadTeamOf, ::testing::Values(1, 2, 3, 8));
 
 TEST_P(ThreadTeamOf, CallsEveryTaskOnce) {
   ThreadTeam team(GetParam());
@@ -104,7 +104,7 @@ TEST(ThreadTeam, EndsWheneverItIsTold) {
     }
 }
 
-class Quota : public testing::Test {
+class Quota : public ::testing::Test {
  protected:
   Quota() { fs::create_directories(root_); }
   ~Quota() override { fs::remove_all(root_); }
@@ -116,8 +116,8 @@ class Quota : public testing::Test {
     std::istringstream text(membership);
     return processor_quota(text, root_);
   }
-  fs::path root_ = fs::path(testing::TempDir()) /
-                   ("quota_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+  fs::path root_ = fs::path(::testing::TempDir()) /
+                   ("quota_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
 };
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();

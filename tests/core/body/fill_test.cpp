@@ -125,8 +125,8 @@ TEST(LocalFill, ForcesAreTheGradientOfTheEnergy) {
   });
 }
 
-struct Scenario {
-  explicit Scenario(const BodyConfig& config, const std::string& kernel = {})
+struct FillScenario {
+  explicit FillScenario(const BodyConfig& config, const std::string& kernel = {})
       : body(config), system(body, {}, {2, kernel}), state(system.rest_state()) {
     testing::randomise(body, state, 0.4, 0.5, 5);
   }
@@ -145,7 +145,7 @@ TEST(LocalFill, TangentsAreTheDerivatives) {
   for_each_config([&](BodyConfig config, const std::string& name) {
     if (config.voxels.count() > 40) return;
     config.fold_guard = 5;
-    Scenario s(config);
+    FillScenario s(config);
     for (const bool of_positions : {true, false}) {
       const TangentCoefficients sum{
           .damping = of_positions ? 0.0 : 1.0, .stiffness = of_positions ? 1.0 : 0.0, .kind = Tangent::exact};
@@ -167,7 +167,7 @@ TEST(LocalFill, ProductsAndDiagonalsAreTheMatrixs) {
     config.fold_guard = 5;
     for (const auto& kernel : runnable_copies<SweepKernel<double>>())
       for (const auto kind : {Tangent::elastic, Tangent::projected}) {
-        Scenario s(config, kernel.name);
+        FillScenario s(config, kernel.name);
         const TangentCoefficients sum{.mass = 2, .damping = 0.3, .stiffness = 5, .kind = kind};
         const Dense matrix = s.tangent(sum);
         Field<double> product(s.system.size());
@@ -194,7 +194,7 @@ TEST(LocalFill, ProductsAndDiagonalsAreTheMatrixs) {
 TEST(LocalFill, KeepsLinearAndAngularMomentum) {
   for_each_config([](BodyConfig config, const std::string& name) {
     config.fold_guard = 10;
-    Scenario s(config);
+    FillScenario s(config);
     Field<double> force(s.system.size());
     s.system.force(0, s.state.x, s.state.v, force);
     Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
@@ -293,7 +293,7 @@ TEST(LocalFill, ABodyIsTheSumOfItsCells) {
   BodyConfig config = random_config(VoxelGrid::box(4, 3, 3), true, 2);
   config.damping = {};
   for (Part& part : config.parts) part.damping = {};
-  Scenario s(config);
+  FillScenario s(config);
   Field<double> force(s.system.size()), sum(s.system.size());
   s.system.force(0, s.state.x, s.state.v, force);
   s.body.for_each_cell([&](std::ptrdiff_t site) {

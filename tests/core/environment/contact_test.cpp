@@ -18,7 +18,7 @@ namespace mss {
 namespace {
 
 using Eigen::Matrix3d;
-constexpr double g = testing::gravity;
+using testing::g;
 
 /// Motion of a particle under a constant acceleration after a time.
 Motion flight(const Motion& start, const Vec3& a, double time) {

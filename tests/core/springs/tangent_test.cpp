@@ -17,11 +17,12 @@ using Dense = Eigen::MatrixXd;
 using testing::relative_difference;
 
 /// A body in a random state. Amplitudes beyond half a cell fold cells and invert some.
-struct Scenario {
+struct TangentScenario {
   Body body;
   SpringSystem<double> system;
   State<double> state;
-  Scenario(const BodyConfig& config, double amplitude, unsigned seed, const Environment& environment = {})
+  TangentScenario(const BodyConfig& config, double amplitude, unsigned seed,
+                  const Environment& environment = {})
       : body(config), system(body, environment), state(system.rest_state()) {
     testing::randomise(body, state, amplitude, 0.5, seed);
   }
@@ -53,7 +54,7 @@ std::vector<BodyConfig> small_configs() {
 
 TEST(Tangent, EqualsDifferencesOfTheForce) {
   for (const BodyConfig& config : small_configs()) {
-    Scenario s(config, config.fold_guard > 0 ? 0.5 : 0.3, 5);
+    TangentScenario s(config, config.fold_guard > 0 ? 0.5 : 0.3, 5);
     EXPECT_LT(relative_difference(s.tangent({.stiffness = 1, .kind = Tangent::exact}), s.differences(true)),
               1e-6);
     EXPECT_LT(relative_difference(s.tangent({.damping = 1, .kind = Tangent::exact}), s.differences(false)),
@@ -69,14 +70,14 @@ TEST(Tangent, LeavesOutWhatIsPrescribed) {
   environment.holds[0].box = {low, low + Vec3(0, 1, 1)};
   environment.holds[1].box = {low, low + Vec3(1, 1, 0)};
   environment.holds[1].axes = {false, true, false};
-  Scenario s(config, 0.3, 5, environment);
+  TangentScenario s(config, 0.3, 5, environment);
   EXPECT_EQ(s.system.tangents()->unknowns().size(), 3U * 18 - 3 * 6 - 4);
   EXPECT_LT(relative_difference(s.tangent({.stiffness = 1, .kind = Tangent::exact}), s.differences(true)),
             1e-6);
 }
 
 TEST(Tangent, IsTheRequestedSum) {
-  Scenario s(testing::test_config(VoxelGrid::box(2, 2, 1)), 0.3, 5);
+  TangentScenario s(testing::test_config(VoxelGrid::box(2, 2, 1)), 0.3, 5);
   const Dense m = s.tangent({.mass = 1}), c = s.tangent({.damping = 1}), k = s.tangent({.stiffness = 1});
   EXPECT_LT(
       relative_difference(s.tangent({.mass = 2, .damping = 0.3, .stiffness = 5}), 2 * m + 0.3 * c + 5 * k),
@@ -86,14 +87,14 @@ TEST(Tangent, IsTheRequestedSum) {
 }
 
 TEST(Tangent, IsSymmetricWhereThePhysicsIs) {
-  Scenario s(testing::test_config(VoxelGrid::box(2, 2, 2)), 0.3, 5);
+  TangentScenario s(testing::test_config(VoxelGrid::box(2, 2, 2)), 0.3, 5);
   const Dense elastic = s.tangent({.stiffness = 1, .kind = Tangent::elastic});
   EXPECT_LT((elastic - elastic.transpose()).norm(), 1e-14 * elastic.norm());
   const Dense exact = s.tangent({.stiffness = 1, .kind = Tangent::exact});
   EXPECT_GT((exact - exact.transpose()).norm(), 1e-3 * exact.norm());  // damped springs rotate
   BodyConfig undamped = s.body.config();
   undamped.damping.law = Damping::Law::none;
-  Scenario u(undamped, 0.3, 5);
+  TangentScenario u(undamped, 0.3, 5);
   EXPECT_EQ((u.tangent({.stiffness = 1, .kind = Tangent::exact}) - elastic).norm(), 0);
 }
 
@@ -103,7 +104,7 @@ TEST(Tangent, ProjectedIsPositiveSemidefiniteInAnyState) {
   for (unsigned seed = 0; seed < 1000; ++seed) {
     config.springs.volume = seed % 3 == 0 ? -50 : 700;
     config.fold_guard = seed % 2 == 0 ? 0 : 5;
-    Scenario s(config, 0.05 + 2.5 * seed / 1000, seed);
+    TangentScenario s(config, 0.05 + 2.5 * seed / 1000, seed);
     if (seed % 5 == 0)  // pressed flat, or squeezed to a tenth
       for (const auto site : s.body.sites())
         s.state.x.set(

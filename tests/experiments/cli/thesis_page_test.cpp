@@ -5,25 +5,20 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
-#include <regex>
 #include <sstream>
 
 #include "experiments/harness/experiment.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
 #include "experiments/simulation/scene_files.hpp"
+#include "tests/matches.hpp"
 
 namespace mss {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<std::string> matches(const std::string& text, const char* pattern) {
-  const std::regex regex(pattern);
-  std::vector<std::string> found;
-  for (std::sregex_iterator i(text.begin(), text.end(), regex), end; i != end; ++i) found.push_back((*i)[1]);
-  return found;
-}
+using testing::matches;
 
 /// What is wrong with a command line after `mss`; empty: nothing.
 std::string fault_of(const std::string& line) {

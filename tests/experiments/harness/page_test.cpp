@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <regex>
 #include <set>
 
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
+#include "tests/matches.hpp"
 
 namespace mss {
 namespace {
@@ -29,14 +29,7 @@ std::size_t count(const std::string& text, const std::string& part) {
   return found;
 }
 
-/// All texts that the first group of a pattern matches.
-std::vector<std::string> matches(const std::string& text, const char* pattern) {
-  const std::regex expression(pattern);
-  std::vector<std::string> all;
-  for (std::sregex_iterator i(text.begin(), text.end(), expression), end; i != end; ++i)
-    all.push_back((*i)[1]);
-  return all;
-}
+using testing::matches;
 
 /// A study with three charts, and one that was interrupted and has none.
 class PageOfTwo : public ::testing::Test {

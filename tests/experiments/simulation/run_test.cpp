@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 
+#include "experiments/harness/json.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
@@ -17,7 +17,6 @@ namespace mss {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 /// A directory of this test's own, removed at its end.
 class RunCommand : public ::testing::Test {

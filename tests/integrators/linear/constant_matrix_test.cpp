@@ -43,7 +43,7 @@ Field<double> solution_of(ConstantSolver& solver, System<double>& system, const 
 
 double largest(const Field<double>& field) { return field.array().abs().maxCoeff(); }
 
-struct Case {
+struct MatrixCase {
   std::string name;
   std::array<int, 3> cells;
   std::vector<std::pair<Face, std::array<bool, 3>>> faces;
@@ -52,7 +52,7 @@ struct Case {
 
 constexpr std::array<bool, 3> xyz{true, true, true};
 
-class Separable : public ::testing::TestWithParam<Case> {};
+class Separable : public ::testing::TestWithParam<MatrixCase> {};
 
 TEST_P(Separable, EqualsCholmod) {
   const auto [nx, ny, nz] = GetParam().cells;
@@ -78,13 +78,13 @@ TEST_P(Separable, EqualsCholmod) {
 INSTANTIATE_TEST_SUITE_P(
     Boxes, Separable,
     ::testing::Values(
-        Case{"cell", {1, 1, 1}, {}}, Case{"free", {3, 4, 5}, {}},
-        Case{"cube_held_below", {7, 7, 7}, {{z_low, xyz}}},
-        Case{"beam_between_walls", {26, 3, 4}, {{x_low, xyz}, {x_high, xyz}}},
-        Case{"plate", {9, 2, 50}, {{y_high, xyz}}},
-        Case{"rollers", {5, 6, 7}, {{x_low, {true, false, false}}, {z_high, {false, true, true}}}},
-        Case{"nothing_free", {4, 1, 4}, {{y_low, xyz}, {y_high, xyz}}},
-        Case{"without_faces", {8, 8, 8}, {{x_low, xyz}}, Topology::edges_body}),
+        MatrixCase{"cell", {1, 1, 1}, {}}, MatrixCase{"free", {3, 4, 5}, {}},
+        MatrixCase{"cube_held_below", {7, 7, 7}, {{z_low, xyz}}},
+        MatrixCase{"beam_between_walls", {26, 3, 4}, {{x_low, xyz}, {x_high, xyz}}},
+        MatrixCase{"plate", {9, 2, 50}, {{y_high, xyz}}},
+        MatrixCase{"rollers", {5, 6, 7}, {{x_low, {true, false, false}}, {z_high, {false, true, true}}}},
+        MatrixCase{"nothing_free", {4, 1, 4}, {{y_low, xyz}, {y_high, xyz}}},
+        MatrixCase{"without_faces", {8, 8, 8}, {{x_low, xyz}}, Topology::edges_body}),
     [](const auto& p) { return p.param.name; });
 
 // Otherwise projective steps without a search would diverge.

@@ -17,7 +17,8 @@
 namespace mss {
 namespace {
 
-constexpr double g = 9.81, frame = 1.0 / 60;
+using testing::g;
+constexpr double frame = 1.0 / 60;
 
 BodyConfig block(double young) {
   BodyConfig config{.voxels = VoxelGrid::box(4, 4, 4), .cell_size = 0.05};
@@ -33,15 +34,15 @@ Environment slope(double degrees, double friction) {
   return {.gravity = g * Vec3(std::sin(angle), 0, -std::cos(angle)), .planes = {{.friction = friction}}};
 }
 
-struct Trial {
+struct BoundsTrial {
   Body body;
   SpringSystem<double> system;
   State<double> state;
   std::unique_ptr<Integrator<double>> method;
   Work work;
 
-  Trial(const std::string& name, double young, const Environment& environment, int threads = 1,
-        double dt = frame, const std::string& linear_solver = "automatic")
+  BoundsTrial(const std::string& name, double young, const Environment& environment, int threads = 1,
+              double dt = frame, const std::string& linear_solver = "automatic")
       : body(block(young)),
         system(body, environment, {.threads = threads}),
         state(system.rest_state()),
@@ -69,7 +70,7 @@ struct Trial {
 };
 
 /// The impulse that a plane has given [N s].
-Vec3 given(const Trial& trial, std::size_t plane) {
+Vec3 given(const BoundsTrial& trial, std::size_t plane) {
   Vec3 sum = Vec3::Zero();
   for (const std::ptrdiff_t site : trial.body.sites()) sum += trial.system.plane_impulses()->at(plane, site);
   return sum;
@@ -79,23 +80,23 @@ TEST(Bounds, AreOfImpulsesOnParticles) {
   Environment thesis = slope(0, 0.5), penalty = thesis;
   thesis.planes[0].contact = ContactLaw::thesis;
   penalty.planes[0].contact = ContactLaw::penalty;
-  EXPECT_NE(Trial("backward_euler", 1e5, slope(0, 0.5)).system.bounds(), nullptr);
-  EXPECT_EQ(Trial("backward_euler", 1e5, thesis).system.bounds(), nullptr);
-  EXPECT_EQ(Trial("backward_euler", 1e5, penalty).system.bounds(), nullptr);
+  EXPECT_NE(BoundsTrial("backward_euler", 1e5, slope(0, 0.5)).system.bounds(), nullptr);
+  EXPECT_EQ(BoundsTrial("backward_euler", 1e5, thesis).system.bounds(), nullptr);
+  EXPECT_EQ(BoundsTrial("backward_euler", 1e5, penalty).system.bounds(), nullptr);
 }
 
-struct Case {
+struct BoundsCase {
   std::string method;
   double young;
 };
-std::string name_of(const ::testing::TestParamInfo<Case>& info) {
+std::string name_of(const ::testing::TestParamInfo<BoundsCase>& info) {
   std::string name = info.param.method + (info.param.young < 5e5 ? "_soft" : "_stiff");
   for (char& letter : name)
     if (letter == '/' || letter == ':') letter = '_';
   return name;
 }
-std::vector<Case> cases(const std::vector<std::string>& methods) {
-  std::vector<Case> all;
+std::vector<BoundsCase> cases(const std::vector<std::string>& methods) {
+  std::vector<BoundsCase> all;
   for (const std::string& method : methods)
     for (const double young : {1e5, 1e6}) all.push_back({method, young});
   return all;
@@ -107,7 +108,7 @@ std::vector<std::string> and_also(std::vector<std::string> methods, const std::v
   return methods;
 }
 
-class InSteps : public ::testing::TestWithParam<Case> {};
+class InSteps : public ::testing::TestWithParam<BoundsCase> {};
 INSTANTIATE_TEST_SUITE_P(Methods, InSteps,
                          ::testing::ValuesIn(cases(and_also(by_newton, {"backward_euler/lbfgs", "vbd:20"}))),
                          name_of);
@@ -118,14 +119,14 @@ double static_sag(double young) {
   held.holds = {{.box = {{0, 0, 0}, {0.2, 0.2, 0}}, .axes = {false, false, true}},
                 {.box = {{0.1, 0.1, 0}, {0.1, 0.1, 0}}},
                 {.box = {{0.2, 0.1, 0}, {0.2, 0.1, 0}}, .axes = {false, true, true}}};
-  Trial at_rest("static", young, held);
+  BoundsTrial at_rest("static", young, held);
   at_rest.advance(1);
   return 0.2 - at_rest.mean_at(0.2)[2];
 }
 
 /// Methods that keep what their steps do not resolve swing about it for long: their mean over time counts.
 TEST_P(InSteps, ABlockRestsAsHighAsItMust) {
-  Trial trial(GetParam().method, GetParam().young, slope(0, 0));
+  BoundsTrial trial(GetParam().method, GetParam().young, slope(0, 0));
   double sum = 0;
   int count = 0;
   for (int step = 1; step <= 720; ++step) {
@@ -138,7 +139,7 @@ TEST_P(InSteps, ABlockRestsAsHighAsItMust) {
 }
 
 TEST_P(InSteps, ABlockSticksToASlope) {
-  Trial trial(GetParam().method, GetParam().young, slope(19, 0.5));
+  BoundsTrial trial(GetParam().method, GetParam().young, slope(19, 0.5));
   trial.advance(8);
   const Vec3 before = trial.mean_at(0);
   trial.advance(9.5);
@@ -148,7 +149,7 @@ TEST_P(InSteps, ABlockSticksToASlope) {
 }
 
 TEST_P(InSteps, ABlockSlidesDownASlope) {
-  Trial trial(GetParam().method, GetParam().young, slope(30, 0.3));
+  BoundsTrial trial(GetParam().method, GetParam().young, slope(30, 0.3));
   trial.advance(0.5);
   const Vec3 before = trial.velocity();
   trial.advance(1.5);
@@ -158,7 +159,7 @@ TEST_P(InSteps, ABlockSlidesDownASlope) {
 }
 
 TEST_P(InSteps, ADropGainsNoEnergy) {
-  Trial trial(GetParam().method, GetParam().young, slope(0, 0.5));
+  BoundsTrial trial(GetParam().method, GetParam().young, slope(0, 0.5));
   trial.move({0, 0, 0.1});
   const double potential = measure(trial.system, trial.state).external_potential,
                start = trial.body.total_mass() * g * 0.1;
@@ -175,7 +176,7 @@ TEST_P(InSteps, ADropGainsNoEnergy) {
 // An impact without gravity has no other scale than momentum.
 TEST(Bounds, StopABlockWithoutGravity) {
   for (const std::string method : {"backward_euler_linear", "backward_euler", "implicit_midpoint"}) {
-    Trial trial(method, 1e6, {.planes = {{.friction = 0.4}}});
+    BoundsTrial trial(method, 1e6, {.planes = {{.friction = 0.4}}});
     trial.move({0, 0, 0.01});
     for (const std::ptrdiff_t site : trial.body.sites()) trial.state.v.set(site, {0.3, 0, -1});
     trial.advance(0.5);
@@ -187,11 +188,11 @@ TEST(Bounds, StopABlockWithoutGravity) {
 
 TEST(Bounds, StopWhatComesToRest) {
   for (const std::string method : {"static", "static/lbfgs"}) {
-    Trial on_ground(method, 1e6, slope(0, 0.5)), above(method, 1e6, slope(0, 0.5)),
+    BoundsTrial on_ground(method, 1e6, slope(0, 0.5)), above(method, 1e6, slope(0, 0.5)),
         sticking(method, 1e6, slope(19, 0.5));
     above.move({0, 0, 0.1});
     const double close = method == "static" ? 1e-6 : 5e-3;  // one moves until 1e-6 m are left
-    for (Trial* trial : {&on_ground, &above, &sticking}) {
+    for (BoundsTrial* trial : {&on_ground, &above, &sticking}) {
       trial->advance(1);
       const Vec3 weight = trial->body.total_mass() * trial->system.environment().gravity;
       EXPECT_LT((given(*trial, 0) + weight).norm(), close * weight.norm()) << method;  // in one second
@@ -199,7 +200,7 @@ TEST(Bounds, StopWhatComesToRest) {
     }
     EXPECT_NEAR(above.mean_at(0.2)[2], on_ground.mean_at(0.2)[2], 1e-7) << method;
     EXPECT_NEAR(0.2 - on_ground.mean_at(0.2)[2], 1.8e-4, 2e-6) << method;
-    Trial sliding(method, 1e6, slope(30, 0.3));
+    BoundsTrial sliding(method, 1e6, slope(30, 0.3));
     EXPECT_EQ(sliding.method->advance(sliding.system, sliding.state, 1, sliding.work),
               Status::newton_stalled);
   }
@@ -211,7 +212,7 @@ TEST(Bounds, AGrooveHoldsABlock) {
     Environment groove{.gravity = {-g / 2, 0, -g}};
     for (const Vec3& normal : {Vec3(1, 0, 0), Vec3(0, 0, 1)})
       groove.planes.push_back({.normal = normal, .friction = 0.2});
-    Trial trial(method, 1e5, groove);
+    BoundsTrial trial(method, 1e5, groove);
     trial.move({0.01, 0, 0.01});
     trial.advance(4);
     EXPECT_GT(trial.deepest(), -1e-12);
@@ -229,7 +230,7 @@ TEST(Bounds, LiftWhatStartsBehindThem) {
        {"verlet", "backward_euler", "backward_euler_linear", "tr_bdf2", "generalized_alpha",
         "energy_momentum", "backward_euler/lbfgs", "xpbd:20", "vbd:20"}) {
     SCOPED_TRACE(method);
-    Trial trial(method, 1e6, slope(0, 0.5), 1, method == "verlet" ? 2e-4 : frame);
+    BoundsTrial trial(method, 1e6, slope(0, 0.5), 1, method == "verlet" ? 2e-4 : frame);
     trial.move({0, 0, -0.01});
     const double start = measure(trial.system, trial.state).total();
     double fastest = 0, highest = start;
@@ -253,7 +254,7 @@ TEST(Bounds, HaveNoPreferredDirection) {
     Environment turned = level;
     turned.gravity = turn * level.gravity;
     turned.planes[0].normal = turn * level.planes[0].normal;
-    Trial one(method, 1e6, level), other(method, 1e6, turned);
+    BoundsTrial one(method, 1e6, level), other(method, 1e6, turned);
     for (const std::ptrdiff_t site : other.body.sites())
       other.state.x.set(site, turn * other.state.x.at(site));
     one.advance(0.5);
@@ -272,7 +273,7 @@ TEST(Bounds, OfAnyDirectionTakeEveryLinearSolver) {
   inclined.planes[0].normal = {-std::sin(angle), 0, std::cos(angle)};
   for (const LinearSolverInfo& solver : linear_solvers()) {
     SCOPED_TRACE(solver.name);
-    Trial trial("backward_euler", 1e6, inclined, 1, frame, solver.name);
+    BoundsTrial trial("backward_euler", 1e6, inclined, 1, frame, solver.name);
     trial.move({0.2, 0, 0});
     trial.move({0, 0, std::max(0.0, -trial.deepest() / std::cos(angle)) + 0.01});
     trial.advance(0.5);
@@ -287,7 +288,7 @@ TEST(Bounds, HoldOnPlanesOfAnyRoughness) {
        {"backward_euler", "backward_euler_linear", "tr_bdf2", "backward_euler/lbfgs", "vbd:20", "xpbd:20"})
     for (const double friction : {5.0, 1000.0}) {
       SCOPED_TRACE(method);
-      Trial trial(method, 1e6, slope(20, friction));
+      BoundsTrial trial(method, 1e6, slope(20, friction));
       const Vec3 bottom = trial.mean_at(0);
       trial.advance(0.5);
       EXPECT_GT(trial.deepest(), -1e-12);
@@ -308,7 +309,7 @@ TEST(Bounds, TakeBlocksThatTumble) {
     const Vec3 speed = any(2), spin = any(8);
     for (const std::string method : {"backward_euler", "generalized_alpha", "tr_bdf2"}) {
       SCOPED_TRACE(method + ", drop " + std::to_string(drop));
-      Trial trial(method, 1e6, slope(0, drop % 2 == 0 ? 0.4 : 0.8));
+      BoundsTrial trial(method, 1e6, slope(0, drop % 2 == 0 ? 0.4 : 0.8));
       trial.move({0, 0, 0.3});
       for (const std::ptrdiff_t site : trial.body.sites())
         trial.state.v.set(site, speed + spin.cross(trial.state.x.at(site) - Vec3(0.1, 0.1, 0.4)));
@@ -322,12 +323,12 @@ TEST(Bounds, AreAtMostSixtyFour) {
   Environment room = slope(0, 0.5);
   room.planes.assign(40, {.point = {0, 0, -9}, .friction = 0.5});
   room.planes[33] = {.friction = 0.5};
-  Trial trial("backward_euler", 1e6, room);
+  BoundsTrial trial("backward_euler", 1e6, room);
   trial.advance(0.2);
   EXPECT_GT(trial.deepest(), -1e-12);
   EXPECT_GT(given(trial, 33)[2], 0.9 * trial.body.total_mass() * g * 0.2);
   room.planes.resize(65, {.point = {0, 0, -9}});
-  Trial refused("backward_euler", 1e6, room);
+  BoundsTrial refused("backward_euler", 1e6, room);
   EXPECT_THROW(static_cast<void>(refused.method->advance(refused.system, refused.state, 0.1, refused.work)),
                InputError);
 }
@@ -340,7 +341,7 @@ TEST(Bounds, TakeParticlesHeldAlongAnAxis) {
   environment.holds = {{.box = {Vec3(0, 0, 0), Vec3(1, 1, 1)}, .axes = {true, false, false}}};
   for (const std::string method : {"verlet", "backward_euler", "vbd:5"}) {
     SCOPED_TRACE(method);
-    Trial trial(method, 1e5, environment, 1, method == "verlet" ? 2e-4 : frame);
+    BoundsTrial trial(method, 1e5, environment, 1, method == "verlet" ? 2e-4 : frame);
     trial.move({0, 0, 0.2});
     trial.advance(1);
     EXPECT_GT(trial.deepest(), -1e-9);
@@ -352,10 +353,10 @@ TEST(Bounds, AreTheSameBitsForAnyThreads) {
   for (const std::string method :
        {"backward_euler", "backward_euler/lbfgs", "vbd:5", "xpbd:5", "shape_matching"}) {
     const double dt = method == "shape_matching" ? 1e-3 : frame;
-    Trial one(method, 1e6, slope(10, 0.4), 1, dt);
+    BoundsTrial one(method, 1e6, slope(10, 0.4), 1, dt);
     one.advance(0.3);
     for (const int threads : {2, 3, 8}) {
-      Trial other(method, 1e6, slope(10, 0.4), threads, dt);
+      BoundsTrial other(method, 1e6, slope(10, 0.4), threads, dt);
       other.advance(0.3);
       EXPECT_EQ(std::memcmp(one.state.x.axis(0), other.state.x.axis(0),
                             std::size_t(one.state.x.size()) * sizeof(double)),
@@ -368,7 +369,7 @@ TEST(Bounds, AreTheSameBitsForAnyThreads) {
 TEST(Vbd, FallsFreelyAtAnyStiffness) {
   for (const double young : {1e4, 1e7})
     for (const char* method : {"vbd", "vbd:5", "vbd:20"}) {
-      Trial trial(method, young, {.gravity = {0, 0, -g}});
+      BoundsTrial trial(method, young, {.gravity = {0, 0, -g}});
       trial.advance(1);
       EXPECT_NEAR(trial.velocity()[2] / -g, 1, 1e-6) << method << " " << young;
     }

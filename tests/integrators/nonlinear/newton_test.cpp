@@ -7,7 +7,7 @@
 namespace mss {
 namespace {
 
-struct Scenario {
+struct NewtonScenario {
   Body body{testing::test_config(VoxelGrid::box(3, 3, 3))};
   SpringSystem<double> system{body, {.gravity = Vec3(0, 0, -9.81)}};
   State<double> state = system.rest_state();
@@ -21,7 +21,7 @@ struct Scenario {
 };
 
 /// Largest |M (v - v0) - dt f| of one stage, over the weight.
-double defect(Scenario& s, const State<double>& before, double dt) {
+double defect(NewtonScenario& s, const State<double>& before, double dt) {
   Field<double> f(s.system.size());
   s.system.force(s.state.t, s.state.x, s.state.v, f);
   double largest = 0;
@@ -33,7 +33,7 @@ double defect(Scenario& s, const State<double>& before, double dt) {
 
 TEST(Newton, SolvesStronglyDeformedStages) {
   for (const Tangent kind : {Tangent::elastic, Tangent::projected}) {
-    Scenario s;
+    NewtonScenario s;
     testing::randomise(s.body, s.state, 0.3, 0.5, 3);
     const State<double> before = s.state;
     ASSERT_EQ(s.run("backward_euler", 0.01, {.tangent = kind}), Status::ok);
@@ -43,7 +43,7 @@ TEST(Newton, SolvesStronglyDeformedStages) {
 }
 
 TEST(Newton, SolvesStagesWithACoefficientOfTheirOwnForPositions) {
-  Scenario s;
+  NewtonScenario s;
   testing::randomise(s.body, s.state, 0.1, 0.1, 3);
   const State<double> before = s.state;
   const ImplicitStage stage{.gamma = 0.02, .gamma_x = 0.005, .x_base = &before.x, .v_base = &before.v};
@@ -55,8 +55,8 @@ TEST(Newton, SolvesStagesWithACoefficientOfTheirOwnForPositions) {
 }
 
 TEST(Newton, ElasticTangentsNeedFewerIterations) {
-  Scenario elastic, projected;
-  for (Scenario* s : {&elastic, &projected}) testing::randomise(s->body, s->state, 0.1, 0.1, 3);
+  NewtonScenario elastic, projected;
+  for (NewtonScenario* s : {&elastic, &projected}) testing::randomise(s->body, s->state, 0.1, 0.1, 3);
   ASSERT_EQ(elastic.run("implicit_midpoint", 0.02, {.tangent = Tangent::elastic}, 5), Status::ok);
   ASSERT_EQ(projected.run("implicit_midpoint", 0.02, {.tangent = Tangent::projected}, 5), Status::ok);
   EXPECT_LT(elastic.work.factorisations, projected.work.factorisations);
@@ -65,7 +65,7 @@ TEST(Newton, ElasticTangentsNeedFewerIterations) {
 TEST(Newton, AllLinearSolversGiveTheSameStep) {
   std::vector<State<double>> ends;
   for (const char* solver : {"cholmod", "pcg", "matrix_free"}) {
-    Scenario s;
+    NewtonScenario s;
     testing::randomise(s.body, s.state, 0.1, 0.1, 3);
     ASSERT_EQ(s.run("tr_bdf2", 0.01, {.linear_solver = solver, .tangent = Tangent::projected}, 3),
               Status::ok);

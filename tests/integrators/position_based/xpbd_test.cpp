@@ -76,8 +76,8 @@ TEST(Xpbd, EqualsPlainLoopsWhereCellsAreMixed) {
 }
 
 /// A spinning, stretched, undamped body in free fall.
-struct Scenario {
-  explicit Scenario(int threads = 1)
+struct XpbdScenario {
+  explicit XpbdScenario(int threads = 1)
       : body([] {
           BodyConfig config = testing::test_config(VoxelGrid::box(5, 4, 6));
           config.damping = {};
@@ -104,9 +104,9 @@ struct Scenario {
 };
 
 TEST(Xpbd, IsTheSameForAnyNumberOfThreads) {
-  const State<double> one = Scenario(1).end({.dt = 1e-3, .iterations = 2});
+  const State<double> one = XpbdScenario(1).end({.dt = 1e-3, .iterations = 2});
   for (const int threads : {2, 3, 8}) {
-    const State<double> other = Scenario(threads).end({.dt = 1e-3, .iterations = 2});
+    const State<double> other = XpbdScenario(threads).end({.dt = 1e-3, .iterations = 2});
     EXPECT_EQ(std::memcmp(one.x.axis(0), other.x.axis(0), std::size_t(one.x.size()) * sizeof(double)), 0);
     EXPECT_EQ(std::memcmp(one.v.axis(0), other.v.axis(0), std::size_t(one.v.size()) * sizeof(double)), 0);
   }
@@ -115,7 +115,7 @@ TEST(Xpbd, IsTheSameForAnyNumberOfThreads) {
 TEST(Xpbd, KeepsLinearMomentum) {
   const double dt = 5e-3;
   for (const int passes : {1, 10}) {
-    Scenario s;
+    XpbdScenario s;
     const Field<double> x = s.state.x;
     Vec3 momentum = Vec3::Zero();
     double size = 0;
@@ -131,7 +131,7 @@ TEST(Xpbd, KeepsLinearMomentum) {
 }
 
 TEST(Xpbd, TendsToSemiImplicitEuler) {
-  Scenario s;
+  XpbdScenario s;
   const auto gap = [&](double dt) {
     return s.distance(s.end({.dt = dt}), s.end({.dt = dt}, "semi_implicit_euler"));
   };
@@ -141,7 +141,7 @@ TEST(Xpbd, TendsToSemiImplicitEuler) {
 }
 
 TEST(Xpbd, IsOfFirstOrder) {
-  Scenario s;
+  XpbdScenario s;
   const State<double> exact = s.end({.dt = 1e-5}, "rk4");
   for (const int passes : {1, 3}) {
     const double coarse = s.distance(s.end({.dt = 1e-4, .iterations = passes}), exact),
@@ -178,7 +178,7 @@ TEST(Xpbd, SinglePrecisionBearsTinySteps) {
 }
 
 TEST(Xpbd, IsStableAtAnyStep) {
-  Scenario s;
+  XpbdScenario s;
   for (const double dt : {0.01, 0.1, 1.0}) {
     const State<double> end = s.end({.dt = dt}, "xpbd", 50 * dt);
     Vec3 middle = Vec3::Zero();

@@ -11,12 +11,12 @@
 namespace mss {
 namespace {
 
-struct Scenario {
+struct AdaptiveScenario {
   Body body{testing::test_config(VoxelGrid::box(3, 3, 3))};
   SpringSystem<double> system{body, {.gravity = Vec3(0, 0, -9.81)}};
   State<double> state = system.rest_state();
   Work work;
-  Scenario() { testing::randomise(body, state, 0.1, 0.5, 3); }
+  AdaptiveScenario() { testing::randomise(body, state, 0.1, 0.5, 3); }
   Status run(const std::string& method, IntegratorOptions options, double t_end = 0.1) {
     options.dt = 0;
     options.length_scale = body.config().cell_size;
@@ -26,10 +26,10 @@ struct Scenario {
 };
 
 TEST(Bdf, EndsAlikeWithEveryLinearSolver) {
-  Scenario reference;
+  AdaptiveScenario reference;
   ASSERT_EQ(reference.run("cvode_adams", {.tolerance = 1e-10}), Status::ok);
   const auto check = [&](const std::string& method, const IntegratorOptions& options) {
-    Scenario s;
+    AdaptiveScenario s;
     ASSERT_EQ(s.run(method, options), Status::ok);
     EXPECT_LT((s.state.x.array() - reference.state.x.array()).abs().maxCoeff(), 1e-4 * 0.2);
     // A wrong Jacobian would need many more iterations.
@@ -47,7 +47,7 @@ TEST(Bdf, EndsAlikeWithEveryLinearSolver) {
 class Adaptive : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Adaptive, SaysWhenItsStepsDoNotSuffice) {
-  Scenario s;
+  AdaptiveScenario s;
   EXPECT_EQ(s.run(GetParam(), {.tolerance = 1e-8, .most_steps = 7}), Status::step_limit);
   EXPECT_EQ(s.work.steps, 7);
   EXPECT_GT(s.state.t, 0);
@@ -55,7 +55,7 @@ TEST_P(Adaptive, SaysWhenItsStepsDoNotSuffice) {
 }
 
 TEST_P(Adaptive, SaysWhenForcesAreNotFinite) {
-  Scenario s;
+  AdaptiveScenario s;
   s.state.x.axis(0)[s.body.sites()[5]] = std::numeric_limits<double>::infinity();
   EXPECT_EQ(s.run(GetParam(), {}), Status::non_finite);
 }
