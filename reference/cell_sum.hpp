@@ -17,6 +17,11 @@ inline Eigen::Matrix3d block_of(const CellMatrix& matrix, Eigen::Index c, Eigen:
   return matrix.block<3, 3>(3 * c, 3 * d);
 }
 
+/// -sum f x^T [J] of forces [N] on the corners of a cell, about the mean of these [m].
+inline Eigen::Matrix3d virial_about_middle(const CellCorners& forces, const CellCorners& corners) {
+  return -forces * (corners.colwise() - corners.rowwise().mean()).transpose();
+}
+
 /// Values of a field at the corners of the cell at a site.
 CellCorners corners_at(const Body& body, const Field<double>& field, std::ptrdiff_t site);
 

@@ -147,6 +147,16 @@ CellCorners MollemansSystem::cell_force(const CellCorners& x) const {
   return force;
 }
 
+std::optional<std::vector<Matrix3d>> MollemansSystem::cell_virials(const Field<double>& x,
+                                                                   const Field<double>& v) const {
+  std::optional<std::vector<Matrix3d>> virials = springs_.cell_virials(x, v);
+  for (std::size_t cell = 0; cell < cells_.cells().size(); ++cell) {
+    const CellCorners corners = corners_at(body(), x, cells_.cells()[cell]);
+    (*virials)[cell] += virial_about_middle(cell_force(corners), corners);
+  }
+  return virials;
+}
+
 void MollemansSystem::force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) {
   springs_.force(t, x, v, f);
   cells_.add(

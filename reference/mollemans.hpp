@@ -24,6 +24,9 @@ class MollemansSystem final : public BodySystem<double> {
 
   /// Of the springs: the volume force has no energy.
   StoredEnergy stored_energy(const Field<double>& x) const override { return springs_.stored_energy(x); }
+  /// About the middles of cells: the volume force's corner forces do not add up to zero.
+  std::optional<std::vector<Eigen::Matrix3d>> cell_virials(const Field<double>& x,
+                                                           const Field<double>& v) const override;
   const char* kernel_name() const override { return springs_.kernel_name(); }
 
   void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override;

@@ -26,6 +26,12 @@ inline double filled_at(const CellFill& fill, int a, int b) {
 /// A share with a floor: 0 keeps it, 1 replaces it by the mean.
 inline double blend(double share, double floor, double mean) { return share + floor * (mean - share); }
 
+/// Share of a full cell's part of a spring between two corners that a fill gives it; `floor` is
+/// BodyConfig::springs_floor().
+inline double spring_share(const CellFill& fill, int a, int b, double floor) {
+  return blend(filled_at(fill, a, b), floor, mean_of(fill.octant));
+}
+
 /// Share of a full corner's mass that a fill gives a corner; `floor` is BodyConfig::mass_floor().
 inline double corner_share(const CellFill& fill, int corner, double floor) {
   return blend(double(fill.corner[std::size_t(corner)]), floor, mean_of(fill.corner));

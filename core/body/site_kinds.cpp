@@ -146,20 +146,17 @@ double SiteKinds::interior_stiffness(std::size_t slot) const {
 }
 
 SiteKinds::Shares SiteKinds::shares_of(const CellsAround& cells, int part) const {
-  constexpr std::array<double, 3> cells_of_interior_spring{4, 2, 1};
   constexpr std::size_t own = 13;
   Shares shares;
   for (int cell = 0; cell < 27; ++cell) {
     if (cells[std::size_t(cell)] == 0) continue;
     for (const auto& [of_part, fill] : config_.content(cells[std::size_t(cell)])) {
       if (of_part != part) continue;
-      const double share = mean_of(fill.octant);
-      if (cell == own) shares.cell += share;
+      if (cell == own) shares.cell += mean_of(fill.octant);
       for (std::size_t s = 0; s < spring_slots.size(); ++s) {
         if (!is_in(cells_of_slot[s], cell)) continue;
-        const auto [a, b, kind] = spring_slots[s];
-        shares.spring[s] +=
-            blend(filled_at(fill, corner_in(cell, a), corner_in(cell, b)), springs_floor_, share);
+        shares.spring[s] += spring_share(fill, corner_in(cell, spring_slots[s].a),
+                                         corner_in(cell, spring_slots[s].b), springs_floor_);
       }
       for (std::size_t c = 0; c < 8; ++c)
         if (is_in(cells_of_corner[c], cell))
@@ -170,7 +167,7 @@ SiteKinds::Shares SiteKinds::shares_of(const CellsAround& cells, int part) const
     if (config_.sharing == Sharing::uniform)
       shares.spring[s] = shares.spring[s] == 0 ? 0 : 1;
     else
-      shares.spring[s] /= cells_of_interior_spring[static_cast<std::size_t>(spring_slots[s].kind)];
+      shares.spring[s] /= cells_at_interior(spring_slots[s].kind);
   }
   return shares;
 }

@@ -37,6 +37,12 @@ constexpr double length_over_edge(SpringSlot::Class kind) {
   return factors[static_cast<std::size_t>(kind)];
 }
 
+/// How many cells share an interior spring.
+constexpr int cells_at_interior(SpringSlot::Class kind) {
+  constexpr std::array<int, 3> cells{4, 2, 1};
+  return cells[static_cast<std::size_t>(kind)];
+}
+
 /// Springs of a site that the same cells share have equal weights: the three edges, the diagonals of the
 /// three faces, and the body diagonals. Of each group a slot.
 inline constexpr int spring_groups = 7;

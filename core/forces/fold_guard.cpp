@@ -105,6 +105,14 @@ double fold_guard_energy(double stiffness, double shortest, const std::array<Vec
   return energy;
 }
 
+Eigen::Matrix3d fold_guard_virial(double stiffness, double shortest, const std::array<Vec3, 8>& corners) {
+  Eigen::Matrix3d virial = Eigen::Matrix3d::Zero();
+  for_each_guarded(stiffness, shortest, corners, [&](int corner, const GuardedCorner& guarded) {
+    virial -= guarded.pull() * edges_at(corners, corner).transpose();
+  });
+  return virial;
+}
+
 void add_fold_guard_force(double stiffness, double shortest, const double (&corners)[8][3],
                           double (&force)[8][3]) {
   for_each_guarded(stiffness, shortest, corners,

@@ -51,6 +51,9 @@ class GuardedCorner {
 /// The energy of a cell's eight corners [J].
 double fold_guard_energy(double stiffness, double shortest, const std::array<Vec3, 8>& corners);
 
+/// The sum of its derivatives by the corners times these, dE/dx x^T [J]; symmetric.
+Eigen::Matrix3d fold_guard_virial(double stiffness, double shortest, const std::array<Vec3, 8>& corners);
+
 /// Second derivatives of that energy by the corners' positions.
 class FoldGuardTangent {
  public:

@@ -8,6 +8,7 @@
 #include "core/base/error.hpp"
 #include "core/base/record.hpp"
 #include "core/refinement/local_steps.hpp"
+#include "core/springs/cell_virials.hpp"
 
 namespace mss {
 
@@ -304,6 +305,14 @@ StoredEnergy RefinedSystem<Real>::stored_energy(const Field<Real>& x) const {
     sum.volume += energy.volume;
   });
   return sum;
+}
+
+template <class Real>
+std::optional<std::vector<Eigen::Matrix3d>> RefinedSystem<Real>::cell_virials(const Field<Real>& x,
+                                                                              const Field<Real>& v) const {
+  std::vector<Eigen::Matrix3d> virials;
+  for (const Level& level : levels()) append_virials(level, x, v, virials);
+  return virials;
 }
 
 template <class Real>

@@ -51,6 +51,8 @@ class RefinedSystem final : public SolidSystem<Real> {
 
   const std::vector<Level>& levels() const override { return body_.levels(); }
   StoredEnergy stored_energy(const Field<Real>& x) const override;
+  std::optional<std::vector<Eigen::Matrix3d>> cell_virials(const Field<Real>& x,
+                                                           const Field<Real>& v) const override;
   double outer_potential(double t, const Field<Real>& x) const override;
   void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const override;
   SpectralBound spectral_bound() const override { return bound_; }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/body/body.hpp"
@@ -36,6 +37,13 @@ class SolidSystem : public System<Real> {
 
   /// Energy stored at positions x; NaN or infinite where x is.
   virtual StoredEnergy stored_energy(const Field<Real>& x) const = 0;
+  /// Virials of cells at positions x [m] and velocities v [m/s], by level in the order of for_each_cell(): of
+  /// each -sum f x^T [J] of the forces f by which what is in it acts on its corners x. All cells' forces add
+  /// up to the solid's own. Nothing where a model's forces are not those of cells. Ghosts must be up to date.
+  virtual std::optional<std::vector<Eigen::Matrix3d>> cell_virials(const Field<Real>&,
+                                                                   const Field<Real>&) const {
+    return std::nullopt;
+  }
   /// Potential of gravity, from z = 0, of loads and of penalty planes at time t and positions x [J].
   virtual double outer_potential(double t, const Field<Real>& x) const = 0;
 

@@ -8,6 +8,7 @@
 #include "core/forces/cell_geometry.hpp"
 #include "core/forces/fold_guard.hpp"
 #include "core/forces/spring_law.hpp"
+#include "core/springs/cell_virials.hpp"
 #include "core/springs/element_tangents.hpp"
 #include "core/springs/sweep_pipeline.hpp"
 
@@ -88,6 +89,14 @@ void SpringSystem<Real>::add_energy_of_cells(const Field<Real>& x, StoredEnergy&
       energy.elastic += fold_guard_energy(guarded_corner_stiffness(guard, size), guarded_length(size),
                                           corners_of(this->body(), x, site));
   });
+}
+
+template <class Real>
+std::optional<std::vector<Eigen::Matrix3d>> SpringSystem<Real>::cell_virials(const Field<Real>& x,
+                                                                             const Field<Real>& v) const {
+  std::vector<Eigen::Matrix3d> virials;
+  for (const Level& level : this->levels()) append_virials(level, x, v, virials);
+  return virials;
 }
 
 template <class Real>

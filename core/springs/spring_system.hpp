@@ -37,6 +37,8 @@ class SpringSystem final : public BodySystem<Real> {
   ~SpringSystem() override;
 
   StoredEnergy stored_energy(const Field<Real>& x) const override;
+  std::optional<std::vector<Eigen::Matrix3d>> cell_virials(const Field<Real>& x,
+                                                           const Field<Real>& v) const override;
   const char* kernel_name() const override;
   /// The sweep that it computes with.
   const SweepKernel<Real>& kernel() const;

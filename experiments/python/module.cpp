@@ -172,6 +172,12 @@ methods. Slow, for experiments.)")
           R"(Forces on the particles (N, 3) [N] of springs or elements, gravity, loads, penalties and functions; not those that
 hold or stop particles.)")
       .def(
+          "cell_stress", &Simulation::cell_stress, py::arg("damping") = true,
+          R"(Cauchy stress of the cells (M, 3, 3) [Pa], in the order of `cells`, symmetric, positive in tension: the mean over each
+cell of the stress of its material, by the virial of the forces in it (springs and dampers, volume force, guard against
+folding; or finite elements) over its volume now, as far as it is filled. With damping=False of velocities zero: without
+dampers. von Mises' stress is sqrt(3/2) of the norm of the deviator. Raises InputError for models that do not know it.)")
+      .def(
           "measures", &measures,
           R"(The columns of series.csv at the present state: energies [J], volume ratios, momentum_x, y, z [kg m/s],
 angular_momentum_x, y, z [kg m^2/s], max_speed [m/s], max_stretch, min_jacobian, t [s], and the forces [N] that holds and planes exert: hold_0_x, y, z,

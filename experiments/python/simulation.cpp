@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 
 #include "core/base/error.hpp"
+#include "core/measures/cell_stress.hpp"
 #include "experiments/python/callbacks.hpp"
 #include "experiments/simulation/diagnostics.hpp"
 #include "experiments/simulation/scene_check.hpp"
@@ -61,6 +63,7 @@ class SimulationIn final : public Simulation {
     return vectors_of(run_.state().v, body_.sites());
   }
   Doubles forces() override;
+  Doubles cell_stress(bool damping) const override;
   py::dict measures() override;
   void advance(double until) override;
   void set_state(double t, const Doubles& x, const Doubles& v) override;
@@ -101,6 +104,26 @@ Doubles SimulationIn<Real>::forces() {
   }
   if (forced_) forced_->rethrow();
   return vectors_of(forces, body_.sites());
+}
+
+template <class Real>
+Doubles SimulationIn<Real>::cell_stress(bool damping) const {
+  const Use use(used_);
+  CellStress stress;
+  {
+    const py::gil_scoped_release free;
+    State<Real> state = run_.state();
+    if (!damping) state.v.array() = 0;
+    stress = mss::cell_stress(run_.system(), state);
+  }
+  if (!stress)
+    throw InputError(
+        fmt::format(R"({}: the model "{}" does not know the stress of its cells; choose "springs")",
+                    scene_.name, scene_.model));
+  Doubles array({py::ssize_t(stress->size()), py::ssize_t(3), py::ssize_t(3)});
+  double* out = array.mutable_data();
+  for (const Eigen::Matrix3d& of_cell : *stress) out = std::copy_n(of_cell.data(), 9, out);  // symmetric
+  return array;
 }
 
 template <class Real>

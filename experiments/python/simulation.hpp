@@ -36,6 +36,8 @@ class Simulation {
   virtual Doubles positions() const = 0;
   virtual Doubles velocities() const = 0;
   virtual Doubles forces() = 0;
+  /// (M, 3, 3) [Pa], with or without dampers' part. Throws InputError for models that do not know it.
+  virtual Doubles cell_stress(bool damping) const = 0;
   virtual pybind11::dict measures() = 0;
 
   /// Throws InputError for a time that is past, SimulationFailed, and what a Python function throws; the

@@ -116,9 +116,10 @@ class Simulation final : public Stops {
   }
   void add_frame() {
     run_.system().update_ghosts(run_.state());
-    frames_->add(run_.state().t, run_.state().x, run_.state().v,
-                 of_frames_->read(run_.driven(), run_.state()));
-    of_frames_->begin(run_.state().t);
+    const State<Real>& state = run_.state();
+    frames_->add(state.t, state.x, state.v, cell_stress(run_.system(), state),
+                 of_frames_->read(run_.driven(), state));
+    of_frames_->begin(state.t);
   }
   bool in_fixed_steps() const { return find_integrator(scene_.solve.integrator).stepping == Stepping::fixed; }
 

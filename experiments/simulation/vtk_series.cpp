@@ -13,6 +13,7 @@
 #include "core/base/error.hpp"
 #include "core/forces/cell_geometry.hpp"
 #include "core/forces/spring_law.hpp"
+#include "core/measures/cell_stress.hpp"
 #include "core/measures/measures.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
@@ -232,6 +233,17 @@ void write_cell_values(hid_t group, const std::vector<Level>& levels, const Fiel
   write_all(ranks, group, "jacobian", jacobian);
 }
 
+/// As ParaView numbers a symmetric tensor's components: xx, yy, zz, xy, yz, xz.
+void write_stress(const Communicator& ranks, hid_t group, const std::vector<Eigen::Matrix3d>& stress) {
+  std::vector<double> components, equivalent;
+  for (const Eigen::Matrix3d& s : stress) {
+    components.insert(components.end(), {s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(0, 2)});
+    equivalent.push_back(von_mises(s));
+  }
+  write_all(ranks, group, "stress", components, 6);
+  write_all(ranks, group, "von_mises", equivalent);
+}
+
 template <class Real>
 void write_spring_values(hid_t group, const std::vector<Level>& levels, const Field<Real>& x) {
   std::vector<double> stretch;
@@ -337,7 +349,8 @@ void VtkSeries::write_mesh(const std::optional<TriangleMesh>& surface) const {
 }
 
 template <class Real>
-void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v, const Reactions& reactions) {
+void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v, const CellStress& stress,
+                    const Reactions& reactions) {
   const std::size_t frame = times_.size();
   const fs::path mesh = "mesh.h5", cells = frame_file("cells", frame);
   write_file(ranks(), cells, [&](hid_t file) {
@@ -345,7 +358,9 @@ void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v, const 
     describe_grid(grid, "cells", mesh);
     write_all(ranks(), grid, "Points", by_point(levels_, x), 3);
     write_all(ranks(), new_group(grid, "PointData"), "velocity", by_point(levels_, v), 3);
-    write_cell_values(new_group(grid, "CellData"), levels_, x);
+    const Handle values = new_group(grid, "CellData");
+    write_cell_values(values, levels_, x);
+    if (stress) write_stress(ranks(), values, *stress);
     write_reactions(grid, reactions);
   });
   write_file(ranks(), frame_file("springs", frame), [&](hid_t file) {
@@ -380,7 +395,9 @@ void VtkSeries::finish() const {
   }
 }
 
-template void VtkSeries::add(double, const Field<float>&, const Field<float>&, const Reactions&);
-template void VtkSeries::add(double, const Field<double>&, const Field<double>&, const Reactions&);
+template void VtkSeries::add(double, const Field<float>&, const Field<float>&, const CellStress&,
+                             const Reactions&);
+template void VtkSeries::add(double, const Field<double>&, const Field<double>&, const CellStress&,
+                             const Reactions&);
 
 }  // namespace mss

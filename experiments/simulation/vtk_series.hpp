@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/body/body.hpp"
+#include "core/measures/cell_stress.hpp"
 #include "core/measures/reactions.hpp"
 #include "core/mesh/embedded_surface.hpp"
 
@@ -19,8 +20,9 @@ void remove_vtk_series(const std::filesystem::path& directory);
 /// `springs.vtkhdf.series` and, of a body given as a mesh, `surface.vtkhdf.series`, each of which lists its
 /// frames with their times; the frames in `vtk/`.
 ///
-/// Cells are hexahedra with their volume_ratio and their smallest corner's jacobian; their points are the
-/// particles, with velocity. A body with cells of several sizes has those of all its levels, one after the
+/// Cells are hexahedra with their volume_ratio, their smallest corner's jacobian and, where the model knows
+/// it, their stress (xx, yy, zz, xy, yz, xz) and its von_mises [Pa]; their points are the particles, with
+/// velocity. A body with cells of several sizes has those of all its levels, one after the
 /// other, and as points of a smaller cell the particles that follow those of larger ones too. Springs are
 /// lines between the same points, with their stretch and their class (0 edge, 1 face diagonal, 2 body
 /// diagonal). The surface is the mesh's triangles where the cells carry them, with the velocity of their
@@ -38,7 +40,8 @@ class VtkSeries {
 
   /// Writes a frame, whole or not at all; ghosts must be up to date. Throws InputError if that fails.
   template <class Real>
-  void add(double t, const Field<Real>& x, const Field<Real>& v, const Reactions& reactions);
+  void add(double t, const Field<Real>& x, const Field<Real>& v, const CellStress& stress,
+           const Reactions& reactions);
 
   /// Writes the lists of frames.
   void finish() const;

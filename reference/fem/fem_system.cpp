@@ -205,6 +205,12 @@ Value FemSystem::sum_over_parts(std::ptrdiff_t site, Value sum, OfPart&& of_part
   return sum;
 }
 
+CellCorners FemSystem::cell_force(const Field<double>& x, const Field<double>& v, std::ptrdiff_t site) const {
+  return sum_over_parts(site, CellCorners(CellCorners::Zero()), [&](const FemElement& element) {
+    return element.force(gather(x, site), gather(v, site));
+  });
+}
+
 CellMatrix FemSystem::tangent(const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                               std::ptrdiff_t site) const {
   return sum_over_parts(site, CellMatrix(CellMatrix::Zero()), [&](const FemElement& element) {
@@ -220,16 +226,18 @@ StoredEnergy FemSystem::stored_energy(const Field<double>& x) const {
   return {.elastic = energy, .volume = 0};
 }
 
+std::optional<std::vector<Matrix3d>> FemSystem::cell_virials(const Field<double>& x,
+                                                             const Field<double>& v) const {
+  std::vector<Matrix3d> virials;
+  for (const std::ptrdiff_t site : cells_.cells())
+    virials.push_back(virial_about_middle(cell_force(x, v, site), gather(x, site)));
+  return virials;
+}
+
 void FemSystem::force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) {
   f.array() = 0;
   cells_.add(
-      *this,
-      [&](std::ptrdiff_t site) {
-        return sum_over_parts(site, CellCorners(CellCorners::Zero()), [&](const FemElement& element) {
-          return element.force(gather(x, site), gather(v, site));
-        });
-      },
-      f);
+      *this, [&](std::ptrdiff_t site) { return cell_force(x, v, site); }, f);
   loads().add(t, 0, size(), std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
   add_gravity(f);
   add_penalty_force(x, v, f);

@@ -58,6 +58,8 @@ class FemSystem final : public BodySystem<double> {
   FemSystem(const Body& body, const Environment& environment, const SolidLaw& law, int threads = 0);
 
   StoredEnergy stored_energy(const Field<double>& x) const override;
+  std::optional<std::vector<Eigen::Matrix3d>> cell_virials(const Field<double>& x,
+                                                           const Field<double>& v) const override;
   const char* kernel_name() const override { return "finite elements"; }
 
   void force(double t, const Field<double>& x, const Field<double>& v, Field<double>& f) override;
@@ -85,6 +87,7 @@ class FemSystem final : public BodySystem<double> {
 
   template <class Value, class OfPart>
   Value sum_over_parts(std::ptrdiff_t site, Value sum, OfPart&& of_part) const;
+  CellCorners cell_force(const Field<double>& x, const Field<double>& v, std::ptrdiff_t site) const;
   CellMatrix tangent(const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                      std::ptrdiff_t site) const;
 

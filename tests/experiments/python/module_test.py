@@ -204,6 +204,22 @@ class Motion(unittest.TestCase):
         for axis in range(3):
             np.testing.assert_allclose(corners[:, 1 << axis] - corners[:, 0], np.tile(0.1 * np.eye(3)[axis], (12, 1)), atol=1e-15)
 
+    def test_stress_of_cells_is_hookes_and_kelvin_and_voigts(self):
+        lame = 1e5 * 0.3 / (1.3 * 0.4), 1e5 / 2.6
+        strain = 1e-6 * np.array([[1, 0.5, -0.2], [0.5, -0.7, 0.4], [-0.2, 0.4, 0.9]])
+        rate = np.array([[0.3, 0.4, 0], [0.4, -0.5, 0.5], [0, 0.5, 0.9]])
+        viscous = 2 * 40 * rate + 40 * np.trace(rate) * np.eye(3)
+        elastic = 2 * lame[1] * strain + lame[0] * np.trace(strain) * np.eye(3)
+        for model in ("springs", "corotational"):
+            simulation = mss.load(dict(BLOCK, damping={"viscosity": 40}), {"material.model": model})
+            np.testing.assert_allclose(simulation.cell_stress(), np.zeros((12, 3, 3)), atol=1e-9)
+            x = simulation.rest_positions
+            simulation.set_state(0, x + x @ strain, x @ rate)
+            for damping, expected in ((False, elastic), (True, elastic + viscous)):
+                stress = simulation.cell_stress(damping=damping)
+                np.testing.assert_allclose(stress, np.tile(expected, (12, 1, 1)), atol=1e-4 * np.linalg.norm(expected))
+                self.assertTrue(np.array_equal(stress, stress.transpose(0, 2, 1)))
+
     def test_a_failed_simulation_is_a_runtime_error_that_says_how(self):
         simulation = pushed(with_settings(solve_integrator="explicit_euler", solve_dt=0.1, solve_duration=1000))
         with self.assertRaisesRegex(RuntimeError, "scene: non_finite after [0-9]+ steps.*; no step of explicit_euler is sure"):

@@ -68,6 +68,22 @@ def check_cells(grid, particles, row):
     near(jacobian.GetRange()[0], row["min_jacobian"], "smallest Jacobian")
 
 
+def stresses(grid):
+    """Of each cell, by component as ParaView names them."""
+    data = grid.GetCellData()
+    stress, equivalent = data.GetArray("stress"), data.GetArray("von_mises")
+    assert stress.GetNumberOfComponents() == 6 and equivalent.GetNumberOfComponents() == 1
+    assert stress.GetNumberOfTuples() == equivalent.GetNumberOfTuples() == grid.GetNumberOfCells()
+    cells = []
+    for cell in range(grid.GetNumberOfCells()):
+        s = dict(zip(("XX", "YY", "ZZ", "XY", "YZ", "XZ"), stress.GetTuple(cell)))
+        squared = ((s["XX"] - s["YY"]) ** 2 + (s["YY"] - s["ZZ"]) ** 2 + (s["ZZ"] - s["XX"]) ** 2) / 2
+        squared += 3 * (s["XY"] ** 2 + s["YZ"] ** 2 + s["XZ"] ** 2)
+        near(equivalent.GetValue(cell), math.sqrt(squared), "stress of von Mises", 1e-9)
+        cells.append(s)
+    return cells
+
+
 def check_forces(grid, row):
     data = grid.GetFieldData()
     names = {data.GetArrayName(i) for i in range(data.GetNumberOfArrays())}
@@ -193,6 +209,46 @@ def check_forced(mss, directory):
         assert max(abs(row[name]) for row in series) > 1, name
 
 
+CARRYING = """
+[body]
+cells = [4, 2, 2]
+cell_size = 0.1
+[material]
+density = 1000
+young = 1e9
+poisson = 0.3
+model = "MODEL"
+[environment]
+gravity = [2, -5, -10]
+[[hold]]
+box = [[0, 0, 0], [0, 1, 1]]
+[solve]
+integrator = "static"
+duration = 1
+every = 1
+"""
+
+
+def check_stress(mss, directory, model):
+    """Sections of a beam carry the weight beyond them."""
+    directory.mkdir(exist_ok=True)
+    (directory / "beam.toml").write_text(CARRYING.replace("MODEL", model))
+    subprocess.run([mss, "run", str(directory / "beam.toml"), "--out", str(directory / "out"), "--vtk", "1"],
+                   check=True)
+    grid = frames(directory / "out", "cells")[-1][1]
+    particles = rows(directory / "out" / "particles.csv")
+    cells, largest = stresses(grid), max(abs(s["XX"]) for s in stresses(grid))
+    for layer in range(4):
+        middle = 0.1 * layer + 0.05
+        beyond = sum(particle["mass"] for particle in particles if particle["rest_x"] > middle)
+        section = [s for i, s in enumerate(cells)
+                   if abs(sum(grid.GetPoint(grid.GetCell(i).GetPointId(c))[0] for c in range(8)) / 8 - middle) < 0.01]
+        assert len(section) == 4
+        for component, gravity in (("XX", 2), ("XY", -5), ("XZ", -10)):
+            near(0.01 * sum(s[component] for s in section), beyond * gravity, f"force through a section, {component}", 1e-3)
+        assert abs(sum(s["YZ"] for s in section)) < 0.2 * largest
+
+
 def run(mss, directory, *more):
     settings = ["body.cells=[8,2,2]", "body.cell_size=0.25", "environment.gravity=[0,0,-981]",
                 "solve.dt=5e-4", "solve.duration=0.025", "solve.every=0.005"]
@@ -222,7 +278,11 @@ def main(mss, directory):
     check_points(cells[-1][1], springs[-1][1], particles)
 
     assert not (watched / "surface.vtkhdf.series").exists(), "a surface without a mesh"
+    assert all(value == 0 for s in stresses(cells[0][1]) for value in s.values()), "stress at rest"
+    assert max(abs(s["XX"]) for s in stresses(cells[-1][1])) > 1, "no stress"
     check_forced(mss, directory / "forced")
+    for model in ("springs", "corotational"):
+        check_stress(mss, directory / model, model)
 
     run(mss, watched)
     assert not (watched / "vtk").exists() and not (watched / "cells.vtkhdf.series").exists(), "an old series is left"
