@@ -171,7 +171,7 @@ CellMatrix MollemansSystem::MollemansTangents::cell(const Field<double>& x, std:
 }
 
 void MollemansSystem::MollemansTangents::add(const Field<double>& x, const Field<double>& v,
-                                             const TangentCoefficients& sum, BlockMatrix& blocks) const {
+                                             const TangentCoefficients& sum, BlockMatrix& blocks) {
   add_tangent(system_.bare_, x, v, sum, blocks);
   for (const std::ptrdiff_t site : system_.cells_.cells()) {
     const CellMatrix k = cell(x, site, sum);

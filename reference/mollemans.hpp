@@ -45,7 +45,7 @@ class MollemansSystem final : public BodySystem<double> {
 
    private:
     void add(const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
-             BlockMatrix& blocks) const override;
+             BlockMatrix& blocks) override;
     void add_diagonal(const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                       std::vector<Eigen::Matrix3d>& diagonal) override;
     void multiply(double t, const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,

@@ -29,17 +29,25 @@ Reader reader_of(const std::filesystem::path& file) {
   throw InputError("is no mesh file by its name; give one that ends in .obj, .stl or .ply");
 }
 
-std::string read_content(const std::filesystem::path& file) {
-  constexpr auto unreadable = "cannot be read; give the path of a mesh file";
+/// Where a path leads, which its relative form does not say.
+std::string unreadable(const std::filesystem::path& file) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error) || error) throw InputError(unreadable);
+  const std::filesystem::path place = std::filesystem::absolute(file, error).lexically_normal();
+  return error || place == file
+             ? "cannot be read; give the path of a mesh file"
+             : "cannot be read, looked for as " + place.string() + "; give the path of a mesh file";
+}
+
+std::string read_content(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error) || error) throw InputError(unreadable(file));
   const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (error) throw InputError(unreadable);
+  if (error) throw InputError(unreadable(file));
   if (size == 0) throw InputError("is empty; give a mesh file");
   if (size > most_bytes) throw InputError("is larger than 1 GiB; give a mesh of fewer triangles");
   std::string content(size, '\0');
   std::ifstream in(file, std::ios::binary);
-  if (!in.read(content.data(), std::streamsize(size))) throw InputError(unreadable);
+  if (!in.read(content.data(), std::streamsize(size))) throw InputError(unreadable(file));
   return content;
 }
 

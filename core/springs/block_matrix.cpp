@@ -67,6 +67,22 @@ void BlockMatrix::begin(double mass) {
   }
 }
 
+void BlockMatrix::add(const BlockMatrix& other) {
+  for (std::size_t i = 0; i < numbers_.size(); ++i) numbers_[i] += other.numbers_[i];
+}
+
+void BlockMatrix::multiply(System<double>& system, double mass, const Field<double>& p,
+                           Field<double>& out) const {
+  out.array() = 0;
+  for_each_particle(system, [&](std::ptrdiff_t site) {
+    const std::size_t row = particle(site);
+    Vec3 sum = mass * body_.mass(site) * p.at(site);
+    for (int b = block_start_[row]; b < block_start_[row + 1]; ++b)
+      sum += at(b) * p.at(body_.sites()[std::size_t(column_[std::size_t(b)])]);
+    out.set(site, sum);
+  });
+}
+
 void BlockMatrix::write(SparseMatrix& matrix) const {
   for (std::size_t i = 0; i < source_.size(); ++i) matrix.valuePtr()[i] = numbers_[std::size_t(source_[i])];
 }

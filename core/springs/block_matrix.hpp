@@ -34,6 +34,17 @@ class BlockMatrix {
     at(block_[particle(site) * neighbours + neighbours / 2]) += block;
   }
 
+  /// Adds another of the same body.
+  void add(const BlockMatrix& other);
+
+  /// The block of a particle and itself.
+  Eigen::Matrix3d diagonal(std::size_t particle) const {
+    return at(block_[particle * neighbours + neighbours / 2]);
+  }
+
+  /// out = (matrix + mass M) p for all coordinates, held ones included; overwritten. On the system's threads.
+  void multiply(System<double>& system, double mass, const Field<double>& p, Field<double>& out) const;
+
   /// Writes the sums into a matrix of that pattern.
   void write(SparseMatrix& matrix) const;
 
@@ -47,6 +58,9 @@ class BlockMatrix {
   }
   Eigen::Map<Eigen::Matrix3d> at(int block) {
     return Eigen::Map<Eigen::Matrix3d>(numbers_.data() + 9 * std::size_t(block));
+  }
+  Eigen::Map<const Eigen::Matrix3d> at(int block) const {
+    return Eigen::Map<const Eigen::Matrix3d>(numbers_.data() + 9 * std::size_t(block));
   }
   std::size_t particle(std::ptrdiff_t site) const { return std::size_t(body_.particle(site)); }
   void find_neighbours();

@@ -29,7 +29,7 @@ class BodyTangents : public Tangents<Real> {
 
   /// Adds the cells' tangent, without masses.
   virtual void add(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
-                   BlockMatrix& blocks) const = 0;
+                   BlockMatrix& blocks) = 0;
   /// Adds its blocks on the diagonal, one per particle.
   virtual void add_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                             std::vector<Eigen::Matrix3d>& diagonal) = 0;

@@ -127,7 +127,7 @@ void SpringSystem<Real>::stop_sleeping(Field<Real>& a) const {
 
 template <class Real>
 void SpringSystem<Real>::SpringTangents::add(const Field<Real>& x, const Field<Real>& v,
-                                             const TangentCoefficients& sum, BlockMatrix& blocks) const {
+                                             const TangentCoefficients& sum, BlockMatrix& blocks) {
   add_tangent(this->body(), x, v, sum, blocks);
 }
 

@@ -65,7 +65,7 @@ class SpringSystem final : public BodySystem<Real> {
 
    private:
     void add(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
-             BlockMatrix& blocks) const override;
+             BlockMatrix& blocks) override;
     void add_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                       std::vector<Eigen::Matrix3d>& diagonal) override;
     void multiply(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,

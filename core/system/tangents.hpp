@@ -21,6 +21,8 @@ struct TangentCoefficients {
   double damping = 0;    ///< b
   double stiffness = 0;  ///< c
   Tangent kind = Tangent::exact;
+
+  friend bool operator==(const TangentCoefficients&, const TangentCoefficients&) = default;
 };
 
 /// A coordinate that nothing prescribes.

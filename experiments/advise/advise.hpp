@@ -115,6 +115,8 @@ struct ElementCheck {
   std::string problem{};          ///< why not; empty where the scene is not of calibrated springs
   double error = no_value;        ///< of the candidate against the finer
   double uncertainty = no_value;  ///< a third of what halving the cells changes
+  double cost = no_value;         ///< of elements in the candidate's cells, in seconds as Trial::cost
+  double cost_of_finer = no_value;
 };
 
 /// What is advised, or why nothing is.

@@ -56,11 +56,17 @@ Table request_table(const SceneFamily& family, const AdviseRequest& request, con
 }
 
 Table element_table(const SceneFamily& family, const ElementCheck& check) {
-  Table table({{"cell_size", "m"}, {"error"}, {"uncertainty"}, {"status"}});
+  Table table({{"cell_size", "m"},
+               {"error"},
+               {"uncertainty"},
+               {"cost", "s"},
+               {"cost_in_advised_cells", "s"},
+               {"status"}});
   if (check.level > 0)
-    table.add({family.cell_size(check.level), check.error, check.uncertainty, std::string("ok")});
+    table.add({family.cell_size(check.level), check.error, check.uncertainty, check.cost_of_finer, check.cost,
+               std::string("ok")});
   else if (!check.problem.empty())
-    table.add({no_value, no_value, no_value, check.problem});
+    table.add({no_value, no_value, no_value, no_value, no_value, check.problem});
   return table;
 }
 
@@ -145,10 +151,11 @@ std::string summary(const SceneFamily& family, const AdviseRequest& request, con
     if (std::isfinite(advice.checked_error))
       text += fmt::format("; against a finer reference {:.3g} %", 100 * advice.checked_error);
     if (advice.elements.level > 0)
-      text +=
-          fmt::format("\nagainst finite elements of {:.4g} m: {:.3g} %, in themselves uncertain by {:.2g} %",
-                      family.cell_size(advice.elements.level), 100 * advice.elements.error,
-                      100 * advice.elements.uncertainty);
+      text += fmt::format(
+          "\nagainst finite elements of {:.4g} m: {:.3g} %, in themselves uncertain by {:.2g} %; "
+          "elements cost {:.3g} s for a simulated second, in cells of the advised size {:.3g} s",
+          family.cell_size(advice.elements.level), 100 * advice.elements.error,
+          100 * advice.elements.uncertainty, advice.elements.cost_of_finer, advice.elements.cost);
     if (!advice.elements.problem.empty())
       text += fmt::format("\nnot compared with finite elements: {}", advice.elements.problem);
     text += fmt::format("\ncost: {:.3g} ms for a frame of 1/60 s, {:.3g} s for a simulated second\n",

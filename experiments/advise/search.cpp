@@ -340,7 +340,7 @@ void Search::check() {
 
 /// The motion of corotational elements; nothing, and the problem is recorded, if they fail or take longer
 /// than a reference may.
-std::optional<Trajectory> Search::elements_at(int level) {
+std::optional<Search::Motion> Search::elements_at(int level) {
   std::string& problem = advice_.elements.problem;
   try {
     SceneEdit elements = family().candidate(level);
@@ -352,7 +352,7 @@ std::optional<Trajectory> Search::elements_at(int level) {
     SampledRun run = state_.sample(scene, [&](const SampledRun& so_far) {
       return so_far.cost() * scene.solve.duration < request().patience && !stopped();
     });
-    if (run.status == Status::ok && !run.ended_early) return std::move(run.trajectory);
+    if (run.status == Status::ok && !run.ended_early) return Motion{std::move(run.trajectory), run.cost()};
     problem = run.ended_early ? "they would take longer than --patience" : to_string(run.status);
   } catch (const InputError& error) {
     problem = error.what();
@@ -363,13 +363,15 @@ std::optional<Trajectory> Search::elements_at(int level) {
 void Search::check_with_elements() {
   if (!advice_.best || !family().takes_elements() || stopped()) return;
   const SceneEdit advised = trials()[*advice_.best].candidate;
-  const std::optional<Trajectory> coarse = elements_at(advised.level);
-  const std::optional<Trajectory> fine = coarse ? elements_at(2 * advised.level) : std::nullopt;
+  const std::optional<Motion> coarse = elements_at(advised.level);
+  const std::optional<Motion> fine = coarse ? elements_at(2 * advised.level) : std::nullopt;
   if (!fine) return;
-  const ErrorEstimator estimator(request().of, *fine);
+  const ErrorEstimator estimator(request().of, fine->trajectory);
   advice_.elements = {.level = 2 * advised.level,
                       .error = error_of(advised, estimator),
-                      .uncertainty = estimator.error_of(*coarse) / 3};
+                      .uncertainty = estimator.error_of(coarse->trajectory) / 3,
+                      .cost = coarse->cost,
+                      .cost_of_finer = fine->cost};
 }
 
 /// The nearest candidates on either side, where error and budget cannot be met together.

@@ -44,7 +44,11 @@ class Search {
   void remeasure_cheapest(double worth = cost_margin);
   void check();
   void check_with_elements();
-  std::optional<Trajectory> elements_at(int level);
+  struct Motion {
+    Trajectory trajectory;
+    double cost;  ///< seconds charged for stepping per simulated second
+  };
+  std::optional<Motion> elements_at(int level);
   void decide_undecided(const ErrorEstimator& estimator, double uncertainty);
   void explain_budget();
 

@@ -64,13 +64,13 @@ FemElement::FemElement(const Part& part, double size, const SolidLaw& law)
       size_(size),
       weight_(size * size * size / points) {
   const auto side = [](int corner, int axis) { return ((corner >> axis) & 1) != 0 ? 1.0 : -1.0; };
-  for (int g = 0; g < points; ++g)
+  for (std::size_t g = 0; g < points; ++g)
     for (int c = 0; c < 8; ++c)
       for (int axis = 0; axis < 3; ++axis) {
         double gradient = side(c, axis) / (4 * size);
         for (const int other : {(axis + 1) % 3, (axis + 2) % 3})
-          gradient *= 1 + side(c, other) * side(g, other) / std::sqrt(3);
-        gradients_[std::size_t(g)](c, axis) = gradient;
+          gradient *= 1 + side(c, other) * side(int(g), other) / std::sqrt(3);
+        gradients_[g](c, axis) = gradient;
       }
 }
 
@@ -85,7 +85,7 @@ Matrix9 FemElement::stress_change(const Matrix3d& f, const Matrix3d& rate,
                                   const TangentCoefficients& sum) const {
   Matrix9 d = Matrix9::Zero();
   if (sum.stiffness != 0) d += sum.stiffness * law_.stiffness(lame_, f, sum.kind == Tangent::projected);
-  if (viscosity_.mu == 0) return d;
+  if (viscosity_.mu == 0 || (sum.damping == 0 && sum.kind != Tangent::exact)) return d;
   for (int entry = 0; entry < 9; ++entry) {
     Matrix3d change = Matrix3d::Zero();
     change.data()[entry] = 1;
@@ -100,46 +100,55 @@ Matrix9 FemElement::stress_change(const Matrix3d& f, const Matrix3d& rate,
   return d;
 }
 
+PointMatrices FemElement::at_points(const Corners& x) const {
+  PointMatrices f;
+  for (std::size_t g = 0; g < points; ++g) f[g] = x * gradients_[g];
+  return f;
+}
+
 FemElement::Corners FemElement::force(const Corners& x, const Corners& v) const {
-  Corners force = Corners::Zero();
-  for (const auto& gradients : gradients_) {
-    const Matrix3d f = x * gradients;
-    Matrix3d stress = law_.stress(lame_, f);
-    if (viscosity_.mu != 0) stress += viscous_stress(f, v * gradients);
-    force -= weight_ * stress * gradients.transpose();
+  const PointMatrices f = at_points(x);
+  PointMatrices stress;
+  if (law_.stresses) {
+    law_.stresses(lame_, f, stress);
+  } else {
+    for (std::size_t g = 0; g < points; ++g) stress[g] = law_.stress(lame_, f[g]);
   }
+  if (viscosity_.mu != 0 && !(v.array() == 0).all())
+    for (std::size_t g = 0; g < points; ++g) stress[g] += viscous_stress(f[g], v * gradients_[g]);
+  Corners force = Corners::Zero();
+  for (std::size_t g = 0; g < points; ++g) force -= weight_ * stress[g] * gradients_[g].transpose();
   return force;
 }
 
-FemElement::Corners FemElement::product(const Corners& x, const Corners& v, const TangentCoefficients& sum,
-                                        const Corners& p) const {
-  Corners product = Corners::Zero();
-  for (const auto& gradients : gradients_) {
-    const Matrix3d change = p * gradients;
-    const Eigen::Matrix<double, 9, 1> stress =
-        stress_change(x * gradients, v * gradients, sum) * as_vector(change);
-    product += weight_ * Eigen::Map<const Matrix3d>(stress.data()) * gradients.transpose();
-  }
-  return product;
-}
-
+/// K_cd = sum over Gauss points of the weight times sum over axes a, b of g_c[a] D[a, b] g_d[b], with D[a, b]
+/// the change of P's column a with F's column b: first by the gradients of d, then by those of c.
 FemElement::Element FemElement::tangent(const Corners& x, const Corners& v,
                                         const TangentCoefficients& sum) const {
-  Element tangent = Element::Zero();
+  Element transposed = Element::Zero();
   for (const auto& gradients : gradients_) {
-    Eigen::Matrix<double, 9, 24> by_corner = Eigen::Matrix<double, 9, 24>::Zero();  // vec(F) = by_corner x
+    const Matrix9 d = weight_ * stress_change(x * gradients, v * gradients, sum);
+    Eigen::Matrix<double, 24, 9> by_stress;
+    for (Eigen::Index entry = 0; entry < 9; ++entry)
+      for (Eigen::Index c = 0; c < 8; ++c)
+        by_stress.block<3, 1>(3 * c, entry) =
+            (gradients(c, 0) * d.block<1, 3>(entry, 0) + gradients(c, 1) * d.block<1, 3>(entry, 3) +
+             gradients(c, 2) * d.block<1, 3>(entry, 6))
+                .transpose();
     for (Eigen::Index c = 0; c < 8; ++c)
-      for (Eigen::Index axis = 0; axis < 3; ++axis)
-        by_corner.block<3, 3>(3 * axis, 3 * c) = gradients(c, axis) * Matrix3d::Identity();
-    const Matrix9 d = stress_change(x * gradients, v * gradients, sum);
-    tangent += weight_ * by_corner.transpose() * (d * by_corner).eval();
+      for (Eigen::Index i = 0; i < 3; ++i)
+        transposed.col(3 * c + i) += gradients(c, 0) * by_stress.col(i) +
+                                     gradients(c, 1) * by_stress.col(3 + i) +
+                                     gradients(c, 2) * by_stress.col(6 + i);
   }
-  return tangent;
+  return transposed.transpose();
 }
 
 double FemElement::energy(const Corners& x) const {
+  const PointMatrices f = at_points(x);
+  if (law_.energies) return weight_ * law_.energies(lame_, f);
   double energy = 0;
-  for (const auto& gradients : gradients_) energy += weight_ * law_.energy(lame_, x * gradients);
+  for (const Matrix3d& at_point : f) energy += weight_ * law_.energy(lame_, at_point);
   return energy;
 }
 
@@ -243,39 +252,49 @@ void FemSystem::force(double t, const Field<double>& x, const Field<double>& v, 
   add_penalty_force(x, v, f);
 }
 
-void FemSystem::FemTangents::add(const Field<double>& x, const Field<double>& v,
-                                 const TangentCoefficients& sum, BlockMatrix& blocks) const {
-  for (const std::ptrdiff_t site : system_.cells_.cells()) {
-    const CellMatrix k = system_.tangent(x, v, sum, site);
-    for (int c = 0; c < 8; ++c)
-      for (int d = 0; d < 8; ++d) blocks.add(site, c, d, block_of(k, c, d));
+/// Element by element in order, so that sums are the same bits for any number of threads.
+const BlockMatrix& FemSystem::FemTangents::assembled(const Field<double>& x, const Field<double>& v,
+                                                     TangentCoefficients sum) {
+  sum.mass = 0;
+  const auto equal = [](const Field<double>& a, const Field<double>& b) {
+    return a.size() == b.size() && (a.array() == b.array()).all();
+  };
+  if (assembled_ && sum == sum_ && equal(x, x_) && equal(v, v_)) return *assembled_;
+  if (!assembled_) assembled_ = std::make_unique<BlockMatrix>(body(), system_.held());
+  assembled_->begin(0);
+  constexpr std::size_t together = 256;
+  const std::vector<std::ptrdiff_t>& cells = system_.cells_.cells();
+  std::vector<CellMatrix> matrices(std::min(together, cells.size()));
+  for (std::size_t first = 0; first < cells.size(); first += together) {
+    const std::size_t count = std::min(together, cells.size() - first);
+    system_.parallel(std::ptrdiff_t(count), [&](std::ptrdiff_t i) {
+      matrices[std::size_t(i)] = system_.tangent(x, v, sum, cells[first + std::size_t(i)]);
+    });
+    for (std::size_t i = 0; i < count; ++i)
+      for (int c = 0; c < 8; ++c)
+        for (int d = 0; d < 8; ++d) assembled_->add(cells[first + i], c, d, block_of(matrices[i], c, d));
   }
+  x_ = x;
+  v_ = v;
+  sum_ = sum;
+  return *assembled_;
+}
+
+void FemSystem::FemTangents::add(const Field<double>& x, const Field<double>& v,
+                                 const TangentCoefficients& sum, BlockMatrix& blocks) {
+  blocks.add(assembled(x, v, sum));
 }
 
 void FemSystem::FemTangents::multiply(double, const Field<double>& x, const Field<double>& v,
                                       const TangentCoefficients& sum, const Field<double>& p,
                                       Field<double>& out) {
-  out.array() = 0;
-  system_.cells_.add(
-      system_,
-      [&](std::ptrdiff_t site) {
-        return system_.sum_over_parts(site, CellCorners(CellCorners::Zero()), [&](const FemElement& element) {
-          return element.product(system_.gather(x, site), system_.gather(v, site), sum,
-                                 system_.gather(p, site));
-        });
-      },
-      out);
-  for (const std::ptrdiff_t site : system_.particles())
-    out.set(site, out.at(site) + sum.mass * system_.mass(site) * p.at(site));
+  assembled(x, v, sum).multiply(system_, sum.mass, p, out);
 }
 
 void FemSystem::FemTangents::add_diagonal(const Field<double>& x, const Field<double>& v,
                                           const TangentCoefficients& sum, std::vector<Matrix3d>& diagonal) {
-  for (const std::ptrdiff_t site : system_.cells_.cells()) {
-    const CellMatrix k = system_.tangent(x, v, sum, site);
-    for (int c = 0; c < 8; ++c)
-      diagonal[std::size_t(body().particle(site + body().lattice().corner(c)))] += block_of(k, c, c);
-  }
+  const BlockMatrix& blocks = assembled(x, v, sum);
+  for (std::size_t p = 0; p < diagonal.size(); ++p) diagonal[p] += blocks.diagonal(p);
 }
 
 }  // namespace mss

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <memory>
+#include <tuple>
 #include <vector>
 
 #include "core/springs/body_tangents.hpp"
@@ -20,8 +22,7 @@ class FemElement {
 
   double energy(const Corners& x) const;                    ///< [J]
   Corners force(const Corners& x, const Corners& v) const;  ///< on the corners [N]
-  /// (b C + c K) p of a sum, and the matrix.
-  Corners product(const Corners& x, const Corners& v, const TangentCoefficients& sum, const Corners& p) const;
+  /// b C + c K of a sum.
   Element tangent(const Corners& x, const Corners& v, const TangentCoefficients& sum) const;
 
   /// Largest eigenvalues of its matrices at rest.
@@ -32,7 +33,8 @@ class FemElement {
   Largest largest() const;
 
  private:
-  static constexpr int points = 8;
+  static constexpr std::size_t points = std::tuple_size_v<PointMatrices>;
+  PointMatrices at_points(const Corners& x) const;  ///< deformation gradients, or rates
   Eigen::Matrix3d viscous_stress(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate) const;
   Matrix9 stress_change(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate,
                         const TangentCoefficients& sum) const;
@@ -72,13 +74,19 @@ class FemSystem final : public BodySystem<double> {
 
    private:
     void add(const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
-             BlockMatrix& blocks) const override;
+             BlockMatrix& blocks) override;
     void add_diagonal(const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                       std::vector<Eigen::Matrix3d>& diagonal) override;
     void multiply(double t, const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                   const Field<double>& p, Field<double>& out) override;
 
+    /// The cells' tangent without masses; kept, as every product with it would cost as much as assembling it.
+    const BlockMatrix& assembled(const Field<double>& x, const Field<double>& v, TangentCoefficients sum);
+
     FemSystem& system_;
+    std::unique_ptr<BlockMatrix> assembled_;
+    Field<double> x_, v_;      ///< that it is assembled for
+    TangentCoefficients sum_;  ///< likewise
   };
 
   CellCorners gather(const Field<double>& field, std::ptrdiff_t site) const {

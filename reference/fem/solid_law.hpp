@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct Lame {
 };
 Lame lame_constants(const ElasticConstants& material);
 
+/// At the eight Gauss points of a cell.
+using PointMatrices = std::array<Eigen::Matrix3d, 8>;
+
 /// A material of finite elements: energy by the deformation gradient F (3 x 3, rest to deformed).
 struct SolidLaw {
   std::string name;
@@ -27,6 +31,10 @@ struct SolidLaw {
   double (*energy)(const Lame&, const Eigen::Matrix3d& f) = nullptr;
   /// First Piola-Kirchhoff stress P = d energy / dF [Pa].
   Eigen::Matrix3d (*stress)(const Lame&, const Eigen::Matrix3d& f) = nullptr;
+  /// The energies' sum and the stresses at a cell's Gauss points, where they are found faster together;
+  /// nullptr: one by one.
+  double (*energies)(const Lame&, const PointMatrices& f) = nullptr;
+  void (*stresses)(const Lame&, const PointMatrices& f, PointMatrices& stress) = nullptr;
   /// dP/dF [Pa], rows and columns the columns of F one below the other; `projected`: made positive
   /// semidefinite.
   Matrix9 (*stiffness)(const Lame&, const Eigen::Matrix3d& f, bool projected) = nullptr;

@@ -97,6 +97,42 @@ TEST_P(Law, ProjectedStiffnessIsNeverNegative) {
   }
 }
 
+TEST_P(Law, OfACellsPointsTogetherIsThatOfEach) {
+  if (!law().stresses) GTEST_SKIP() << "has no such form";
+  const std::vector<Matrix3d> all = gradients();
+  for (std::size_t first = 0; first + 8 <= all.size(); first += 8) {
+    PointMatrices f, together;
+    std::copy_n(all.begin() + std::ptrdiff_t(first), 8, f.begin());
+    law().stresses(lame, f, together);
+    double energy = 0;
+    for (std::size_t p = 0; p < f.size(); ++p) {
+      const Matrix3d alone = law().stress(lame, f[p]);
+      EXPECT_LT((together[p] - alone).norm(), 1e-12 * (lame.mu + alone.norm()));
+      energy += law().energy(lame, f[p]);
+    }
+    EXPECT_NEAR(law().energies(lame, f), energy, 1e-12 * energy);
+  }
+}
+
+TEST_P(Law, ProductsFollowAStateThatMoves) {
+  const Body body(fem_config(VoxelGrid::box(2, 2, 2), 0.2));
+  FemSystem system(body, {}, law());
+  State<double> state = system.rest_state();
+  Field<double> direction(system.size()), kept(system.size()), fresh(system.size());
+  for (const std::ptrdiff_t site : system.particles()) direction.set(site, Vec3(1, double(site), 2));
+  TangentCoefficients sum{.mass = 2, .damping = 0.1, .stiffness = 0.3, .kind = Tangent::elastic};
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    testing::randomise(body, state, 0.1, 0.1, seed);
+    for (const double stiffness : {0.3, 0.7}) {
+      sum.stiffness = stiffness;
+      system.tangents()->product(0, state.x, state.v, sum, direction, kept);
+      FemSystem other(body, {}, law());
+      other.tangents()->product(0, state.x, state.v, sum, direction, fresh);
+      EXPECT_TRUE((kept.array() == fresh.array()).all()) << "seed " << seed << ", stiffness " << stiffness;
+    }
+  }
+}
+
 TEST_P(Law, ForceIsTheSlopeOfTheStoredEnergy) {
   const Body body(fem_config(VoxelGrid::box(2, 2, 1)));
   FemSystem system(body, {}, law());

@@ -247,19 +247,25 @@ Chart precision_overview(const Table& rows) {
   return chart;
 }
 
+/// Whether some method has more than one point in the runs of a scene.
+bool has_curves(const Table& runs) {
+  const std::vector<std::string> all = families(runs);
+  return std::any_of(all.begin(), all.end(), [&](const std::string& family) {
+    std::size_t points = 0;
+    for (std::size_t r = 0; r < runs.size(); ++r)
+      if (family_of(runs.text(r, "integrator")) == family && runs.text(r, "status") == "ok") ++points;
+    return points > 1;
+  });
+}
+
 Drawings draw_precision(const std::vector<NamedTable>& tables) {
   const Table& rows = find_table(tables, "precision");
   const Table& references = find_table(tables, "precision_references");
   Drawings drawings;
   if (rows.size() == 0) return drawings;
   drawings.charts.push_back({"precision", precision_overview(rows)});
-  std::vector<std::string> drawn;
-  for (std::size_t r = 0; r < references.size(); ++r)
-    if (references.number(r, "particles") > double(precision_small))
-      drawn.push_back(references.text(r, "scene"));
-  if (drawn.empty()) drawn = rows.distinct("scene");
-  for (const std::string& scene : drawn)
-    if (rows.where("scene", scene).size() > 0)
+  for (const std::string& scene : rows.distinct("scene"))
+    if (has_curves(rows.where("scene", scene)))
       drawings.charts.push_back({"precision_" + scene, precision_chart(rows, references, scene)});
   for (NamedChart& chart : drawings.charts) add_model_to_subtitle(chart.chart, references.text(0, "model"));
   return drawings;

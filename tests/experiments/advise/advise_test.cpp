@@ -303,6 +303,8 @@ TEST(Advice, KeepsTheErrorAgainstAReferenceItDidNotUse) {
   EXPECT_EQ(advice.elements.level, 2 * best.candidate.level) << advice.elements.problem;
   EXPECT_LT(advice.elements.error, 2 * request.error);
   EXPECT_GT(advice.elements.uncertainty, 0);
+  EXPECT_GT(advice.elements.cost, 0);
+  EXPECT_GT(advice.elements.cost_of_finer, advice.elements.cost);
   for (const char* model : {"springs", "linear", "corotational", "st_venant_kirchhoff"})
     EXPECT_TRUE(std::any_of(advice.trials.begin(), advice.trials.end(), [&](const Trial& trial) {
       return trial.candidate.model == model;
