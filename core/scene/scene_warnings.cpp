@@ -268,6 +268,13 @@ void add_millimetres(const Scene& scene, std::vector<std::string>& warnings) {
         "the body is {:.3g} m long: scenes are in metres, kilograms and seconds; if it was meant in "
         "millimetres, give {} a thousandth of it",
         extent, scene.mesh ? "body.mesh_scale" : "body.cell_size"));
+  constexpr double heaviest = 1e6;  // [kg]
+  const double h = scene.body.cell_size, mass = double(cells.count()) * h * h * h * scene.body.density;
+  if (mass > heaviest && extent <= largest)
+    warnings.push_back(fmt::format(
+        "the body has {:.3g} kg: scenes are in metres, kilograms and seconds; if material.density "
+        "was meant in other units, give it in kg/m^3",
+        mass));
 }
 
 /// What is there and does nothing, or not what it is meant for.

@@ -370,6 +370,8 @@ void print_preview(const Scene& scene, int& exit_status) {
            ? fmt::format("{}: {:.4g} s in steps of its own choice", scene.solve.integrator, duration)
            : fmt::format("{}: {:.4g} s in {} steps of {:.4g} s", scene.solve.integrator, duration,
                          preview.steps, preview.dt));
+  for (const std::string& warning : warnings_of_step(scene, preview.dt))
+    fmt::print(stderr, "mss: warning: {}\n", warning);
   if (preview.status != Status::ok) {
     exit_status = exit_simulation_failed;
     return line(

@@ -4,7 +4,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <limits>
 
+#include "core/body/material.hpp"
 #include "experiments/simulation/scene_check.hpp"
 
 namespace mss {
@@ -85,6 +87,42 @@ std::string on_imbalance(const Scene& scene, const Imbalance& imbalance) {
       100 * imbalance.share, over, more_accurate(scene));
 }
 
+/// How long a wave of stretching takes from one end of the body's longest side to the other and back, in its
+/// softest material [s]: the period of its slowest stretching. It may bend more slowly.
+double stretching_period(const Scene& scene) {
+  const VoxelGrid& cells = scene.body.voxels;
+  Eigen::Index axis = 0;
+  const double length = scene.body.cell_size * Vec3(cells.nx(), cells.ny(), cells.nz()).maxCoeff(&axis);
+  double slowest = std::numeric_limits<double>::infinity();
+  for (const Part& part : scene.body.all_parts()) {
+    const double young = part.elastic
+                             ? part.elastic->young
+                             : cubic_stiffness(part.springs, scene.body.cell_size).young(Vec3::Unit(axis));
+    slowest = std::min(slowest, std::sqrt(young / part.density));
+  }
+  return 2 * length / slowest;
+}
+
+/// Of steps that are stable, and too long for the body's vibrations or for a body of the usual units.
+void add_step(const Scene& scene, double dt, std::vector<std::string>& diagnostics) {
+  constexpr double usual = 0.05;  // [s]
+  const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+  if (method.stepping != Stepping::fixed || !std::isfinite(dt)) return;
+  if (!scene.solve.dt && dt > usual && dt < scene.solve.duration)
+    diagnostics.push_back(
+        fmt::format("a step of {:.3g} s is safe, so the body is very large, soft or heavy: scenes are in "
+                    "metres, kilograms and pascals; was it meant in millimetres or megapascals?",
+                    dt));
+  const double period = stretching_period(scene);
+  constexpr double follows = 20;  // steps a period
+  if (method.has_modulus && !method.limit && std::isfinite(period) && dt > period / 2)
+    diagnostics.push_back(
+        fmt::format("a step of {:.3g} s is {:.2g} times the period of the body's slowest stretching, {:.2g} "
+                    "s: {} damps or shifts such vibrations and does not follow them; where they count give "
+                    "solve.dt = {:.1g} or less",
+                    dt, dt / period, period, method.name, period / follows));
+}
+
 /// Of planes whose restitution was chosen and does nothing.
 void add_lost_restitution(const Scene& scene, const SimulationResult& result,
                           std::vector<std::string>& diagnostics) {
@@ -147,6 +185,12 @@ std::string diagnosis_of_divergence(const Scene& scene, double dt, const SureSte
       dt, about);
 }
 
+std::vector<std::string> warnings_of_step(const Scene& scene, double dt) {
+  std::vector<std::string> warnings;
+  add_step(scene, dt, warnings);
+  return warnings;
+}
+
 std::vector<std::string> diagnostics_of(const Scene& scene, const SimulationResult& result) {
   std::vector<std::string> diagnostics;
   if (result.status == Status::non_finite && in_fixed_steps(scene))
@@ -167,6 +211,7 @@ std::vector<std::string> diagnostics_of(const Scene& scene, const SimulationResu
         "at rest (min_jacobian), and the largest stretch {:.3g}",
         result.series.back().min_jacobian, result.series.back().max_stretch));
   add_watched(scene, result, diagnostics);
+  if (result.status == Status::ok) add_step(scene, result.dt, diagnostics);
   if (in_fixed_steps(scene) && result.work.steps > 1 && result.dt > (1 + 1e-9) * scene.solve.every)
     diagnostics.push_back(
         fmt::format("solve.every = {:.4g} s is less than the step of {:.4g} s: there is a row a step",

@@ -533,6 +533,8 @@ TEST(Scene, WarnsOfAFallThatNothingStops) {
 TEST(Scene, WarnsOfMillimetres) {
   EXPECT_THAT(load_text(plain_scene, {"body.cell_size=250"}).warnings,
               ElementsAre(HasSubstr("metres, kilograms and seconds")));
+  EXPECT_THAT(load_text(plain_scene, {"material.density=1e9"}).warnings,
+              ElementsAre(HasSubstr("give it in kg/m^3")));
 }
 
 TEST(Scene, WarnsOfAStartBehindAPlane) {

@@ -209,5 +209,29 @@ TEST(Restitution, HasNoEffectInStepsThatDoNotResolveTheBody) {
   EXPECT_FALSE(run_block(after_steps).says("has no effect"));
 }
 
+TEST(Step, IsFarAboveWhatFollowsVibrations) {
+  const std::vector<std::string> in_frames{"solve.integrator=backward_euler", "solve.duration=0.1"};
+  EXPECT_FALSE(run_block(in_frames).says("slowest stretching"));  // .04 s
+  std::vector<std::string> stiff = in_frames;
+  stiff.emplace_back("material.young=1e7");
+  const Watched watched = run_block(stiff);
+  EXPECT_TRUE(watched.says("4.2 times the period of the body's slowest stretching, 0.004 s: backward_euler"))
+      << watched.diagnostics();
+  stiff.emplace_back("solve.dt=1e-3");
+  EXPECT_FALSE(run_block(stiff).says("slowest stretching"));
+}
+
+TEST(Step, ThatIsSafeSmellsOfOtherUnits) {
+  const auto warnings = [](std::vector<std::string> settings, double dt) {
+    settings.emplace_back("solve.dt=safe");
+    settings.emplace_back("solve.integrator=verlet");
+    return warnings_of_step(parse_scene(block, settings), dt);
+  };
+  const std::vector<std::string> soft = warnings({"material.young=0.1"}, 0.3);
+  ASSERT_EQ(soft.size(), 1U);
+  EXPECT_NE(soft[0].find("megapascals"), std::string::npos);
+  EXPECT_TRUE(warnings({}, 1e-3).empty());
+}
+
 }  // namespace
 }  // namespace mss
