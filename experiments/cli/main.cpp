@@ -1,3 +1,24 @@
 #include "experiments/cli/commands.hpp"
 
-int main(int argc, char** argv) { return mss::cli::run_command_line(argc, argv); }
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+namespace {
+
+/// Large matrices come and go in searches and steps. By default their pages go back to the system each time,
+/// and are cleared again when they return, which took a quarter of the time of `mss modes`.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  constexpr int gibibyte = 1 << 30;
+  mallopt(M_MMAP_THRESHOLD, gibibyte);
+  mallopt(M_TRIM_THRESHOLD, gibibyte);
+#endif
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  keep_freed_memory();
+  return mss::cli::run_command_line(argc, argv);
+}
