@@ -86,7 +86,7 @@ class ThreadCommunicator final : public Communicator {
 };
 
 /// What a rank has of the whole at the end.
-struct Part {
+struct RankPart {
   std::vector<Vec3> rest{}, x{}, v{};
   std::vector<double> mass{};
   Measures measures{};
@@ -102,7 +102,7 @@ struct RanksCase {
 };
 
 template <class Real>
-Part simulate_part(const RanksCase& c, const Communicator& ranks) {
+RankPart simulate_part(const RanksCase& c, const Communicator& ranks) {
   const Body body(c.body, ranks);
   SpringSystem<Real> system(body, c.environment, {.threads = 1 + ranks.rank() % 2});
   State<Real> state = system.rest_state();
@@ -115,10 +115,10 @@ Part simulate_part(const RanksCase& c, const Communicator& ranks) {
   Work work;
   const auto method = find_integrator(c.method).make<Real>({.dt = 2e-4, .linear_solver = "matrix_free"});
   EXPECT_EQ(method->advance(system, state, 0.02, work), Status::ok);
-  Part part{.measures = measure(system, state),
-            .bound = system.spectral_bound(),
-            .total_mass = body.total_mass(),
-            .springs = body.spring_count()};
+  RankPart part{.measures = measure(system, state),
+                .bound = system.spectral_bound(),
+                .total_mass = body.total_mass(),
+                .springs = body.spring_count()};
   for (const std::ptrdiff_t site : body.sites()) {
     part.rest.push_back(body.rest_position(site));
     part.x.push_back(state.x.at(site));
@@ -129,8 +129,8 @@ Part simulate_part(const RanksCase& c, const Communicator& ranks) {
 }
 
 template <class Real>
-std::vector<Part> simulate_in(int count, const RanksCase& c) {
-  std::vector<Part> parts(static_cast<std::size_t>(count));
+std::vector<RankPart> simulate_in(int count, const RanksCase& c) {
+  std::vector<RankPart> parts(static_cast<std::size_t>(count));
   Post post;
   std::vector<std::thread> threads;
   threads.reserve(std::size_t(count));
@@ -145,10 +145,10 @@ std::vector<Part> simulate_in(int count, const RanksCase& c) {
 /// Particles one after the other, from rank to rank.
 template <class Real>
 void expect_same_bits(const RanksCase& c) {
-  const Part whole = simulate_part<Real>(c, Communicator::alone());
+  const RankPart whole = simulate_part<Real>(c, Communicator::alone());
   for (int count = 2; count <= c.body.voxels.nz() + 1; count += 2) {
     std::size_t id = 0;
-    for (const Part& part : simulate_in<Real>(count, c)) {
+    for (const RankPart& part : simulate_in<Real>(count, c)) {
       for (std::size_t p = 0; p < part.x.size(); ++p, ++id) {
         ASSERT_LT(id, whole.x.size());
         ASSERT_EQ(part.rest[p], whole.rest[id]) << count << " ranks";
@@ -210,10 +210,10 @@ TEST(Ranks, OfImplicitMethodsAgreeToRounding) {
        {"backward_euler", "backward_euler_linear", "generalized_alpha", "tr_bdf2"}) {
     RanksCase c = cases().back();
     c.method = method;
-    const Part whole = simulate_part<double>(c, Communicator::alone());
+    const RankPart whole = simulate_part<double>(c, Communicator::alone());
     for (const int count : {2, 3}) {
       std::size_t id = 0;
-      for (const Part& part : simulate_in<double>(count, c))
+      for (const RankPart& part : simulate_in<double>(count, c))
         for (std::size_t p = 0; p < part.x.size(); ++p, ++id) {
           ASSERT_LT((part.x[p] - whole.x[id]).norm(), 1e-11) << method << ", " << count << " ranks";
           ASSERT_LT((part.v[p] - whole.v[id]).norm(), 1e-8) << method << ", " << count << " ranks";

@@ -143,11 +143,11 @@ TEST(SurfacePenalty, HasAnEventWhereTheLowestVertexTouches) {
 }
 
 /// The ball flies through the floor, deformed, with a velocity that differs from particle to particle.
-struct Crash {
+struct SurfaceCrash {
   Ball ball;
   State<double> before, after;
   double dt = 0.01;
-  explicit Crash(double speed) {
+  explicit SurfaceCrash(double speed) {
     const SpringSystem<double> system(ball.body, {});
     before = system.rest_state();
     testing::randomise(ball.body, before, 0.05, 0.5, 3);
@@ -171,7 +171,7 @@ struct Crash {
 
 // One vertex touches: it moves exactly as the law says, and the body takes its impulse.
 TEST(SurfaceImpulse, IsThatOfTheLaw) {
-  const Crash crash(3);
+  const SurfaceCrash crash(3);
   const Environment environment = crash.floor(1e-4, 0.6, 0.3);
   SpringSystem<double> system(crash.ball.body, environment);
   State<double> state = crash.after;
@@ -199,7 +199,7 @@ TEST(SurfaceImpulse, IsThatOfTheLaw) {
 }
 
 TEST(SurfaceImpulse, WithoutFrictionActsAlongTheNormalOnly) {
-  const Crash crash(3);
+  const SurfaceCrash crash(3);
   SpringSystem<double> system(crash.ball.body, crash.floor(0.02, 0.5, 0));
   State<double> state = crash.after;
   ASSERT_TRUE(system.events()->collide(crash.before, crash.dt, state));
@@ -212,7 +212,7 @@ TEST(SurfaceImpulse, WithoutFrictionActsAlongTheNormalOnly) {
 TEST(SurfaceImpulse, LeavesNoVertexBehindThePlaneAndAddsNoEnergy) {
   for (const double restitution : {0.0, 0.5, 1.0})
     for (const double friction : {0.0, 0.4}) {
-      const Crash crash(3);
+      const SurfaceCrash crash(3);
       const Environment environment = crash.floor(0.02, restitution, friction);
       SpringSystem<double> system(crash.ball.body, environment);
       State<double> state = crash.after;
@@ -230,7 +230,7 @@ TEST(SurfaceImpulse, LeavesNoVertexBehindThePlaneAndAddsNoEnergy) {
 }
 
 TEST(SurfaceImpulse, IsTheSameBitsForAnyThreads) {
-  const Crash crash(3);
+  const SurfaceCrash crash(3);
   std::vector<State<double>> results;
   for (const int threads : {1, 2, 3}) {
     SpringSystem<double> system(crash.ball.body, crash.floor(0.02, 0.5, 0.4), {.threads = threads});
@@ -243,7 +243,7 @@ TEST(SurfaceImpulse, IsTheSameBitsForAnyThreads) {
 }
 
 TEST(SurfaceImpulse, DoesNotMoveWhatIsHeld) {
-  const Crash crash(3);
+  const SurfaceCrash crash(3);
   Environment environment = crash.floor(0.02, 0.5, 0.4);
   const Box low{Vec3(-1, -1, -1), Vec3(1, 1, -0.16)};
   environment.holds = {{.box = low, .axes = {false, false, true}}};
@@ -264,7 +264,7 @@ TEST(SurfaceImpulse, DoesNotMoveWhatIsHeld) {
 
 // In single precision a vertex rests within rounding.
 TEST(SurfaceImpulse, ActsInSinglePrecisionToo) {
-  const Crash crash(3);
+  const SurfaceCrash crash(3);
   const Environment environment = crash.floor(0.02, 0.5, 0.4);
   SpringSystem<double> reference(crash.ball.body, environment);
   SpringSystem<float> system(crash.ball.body, environment);

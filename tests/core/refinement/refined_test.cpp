@@ -16,12 +16,12 @@
 namespace mss {
 namespace {
 
-constexpr ElasticConstants rubber{.young = 1e5, .poisson = 0.3};
+constexpr ElasticConstants refined_rubber{.young = 1e5, .poisson = 0.3};
 
 BodyConfig block(int nx, int ny, int nz, double cell_size, double face_share = 0.5) {
   BodyConfig config{
       .voxels = VoxelGrid::box(nx, ny, nz), .cell_size = cell_size, .origin = Vec3(0.1, -0.2, 0.3)};
-  config.fill(rubber, face_share);
+  config.fill(refined_rubber, face_share);
   return config;
 }
 
@@ -153,7 +153,7 @@ Patch patch(const BodyConfig& config, const RefinedBody& body) {
       continue;
     }
     inside = std::max(inside, force);
-    if (force > 1e-9 * config.cell_size * config.cell_size * rubber.young) ++count;
+    if (force > 1e-9 * config.cell_size * config.cell_size * refined_rubber.young) ++count;
   }
   return {inside / outside, count};
 }

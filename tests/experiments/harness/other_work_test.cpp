@@ -9,7 +9,7 @@
 namespace mss {
 namespace {
 
-constexpr const char* planted =
+constexpr const char* planted_ticks =
     "cpu  300 20 100 1500 60 4 6 10 200 0\n"
     "cpu0 100 0 50 800 50 0 0 0 0 0\n"
     "cpu1 200 20 50 700 10 4 6 10 200 0\n"
@@ -17,14 +17,14 @@ constexpr const char* planted =
     "ctxt 5\n";
 
 TEST(OtherWork, ReadsTheCoresThatCount) {
-  const auto one = core_ticks(planted, {1});
+  const auto one = core_ticks(planted_ticks, {1});
   ASSERT_TRUE(one);
   EXPECT_EQ(one->busy, 200 + 20 + 50 + 4 + 6);  // guests' 200 are in user's
   EXPECT_EQ(one->stolen, 10);
   EXPECT_EQ(one->total, 1000);
-  EXPECT_EQ(core_ticks(planted, {0, 1})->total, 2000);
-  EXPECT_EQ(core_ticks(planted, {})->busy, 430);
-  EXPECT_EQ(core_ticks(planted, {7})->busy, 430);  // a container may not show the core it runs on
+  EXPECT_EQ(core_ticks(planted_ticks, {0, 1})->total, 2000);
+  EXPECT_EQ(core_ticks(planted_ticks, {})->busy, 430);
+  EXPECT_EQ(core_ticks(planted_ticks, {7})->busy, 430);  // a container may not show the core it runs on
 }
 
 TEST(OtherWork, TakesKernelsThatCountLess) {

@@ -44,13 +44,15 @@ struct Watched {
   bool says(const std::string& words) const { return diagnostics().find(words) != std::string::npos; }
 };
 
-Watched run(const Scene& scene) {
+Watched run_watched(const Scene& scene) {
   Progress progress;
   return {scene, simulate(scene, progress)};
 }
-Watched run_block(const std::vector<std::string>& settings) { return run(parse_scene(block, settings)); }
+Watched run_block(const std::vector<std::string>& settings) {
+  return run_watched(parse_scene(block, settings));
+}
 Watched run_shipped(const std::string& name, const std::vector<std::string>& settings) {
-  return run(load_scene(MSS_SOURCE_DIR "/experiments/scenes/" + name + ".toml", settings));
+  return run_watched(load_scene(MSS_SOURCE_DIR "/experiments/scenes/" + name + ".toml", settings));
 }
 
 /// The largest total energy above the first, over the largest kinetic and stored one.

@@ -14,7 +14,7 @@
 namespace mss::view {
 namespace {
 
-Vec3 at(const std::array<float, 3>& p) { return {p[0], p[1], p[2]}; }
+Vec3 point_of(const std::array<float, 3>& p) { return {p[0], p[1], p[2]}; }
 
 /// Faces between a cell and no cell, counted otherwise.
 std::size_t boundary_faces(const VoxelGrid& voxels) {
@@ -75,7 +75,7 @@ TEST(SurfaceMesh, NormalsAreUnitAndOutward) {
   const Vec3 middle = body.config().origin + 0.2 * Vec3(1.5, 1, 1), half = 0.2 * Vec3(1.5, 1, 1);
   std::set<int> seen;
   for (const SurfaceVertex& vertex : mesh.vertices()) {
-    const Vec3 n = at(vertex.normal), from_middle = at(vertex.position) - middle;
+    const Vec3 n = point_of(vertex.normal), from_middle = point_of(vertex.position) - middle;
     Eigen::Index axis = 0;
     EXPECT_NEAR(n.cwiseAbs().maxCoeff(&axis), 1, 1e-6);
     EXPECT_NEAR(n.norm(), 1, 1e-6);
@@ -97,7 +97,7 @@ TEST(SurfaceMesh, CarriesValuesToCornersAndTheirMeanToCentres) {
   }
   mesh.update(x, values);
   for (const SurfaceVertex& vertex : mesh.vertices())
-    EXPECT_NEAR(vertex.value, at(vertex.position).sum(), 1e-5);
+    EXPECT_NEAR(vertex.value, point_of(vertex.position).sum(), 1e-5);
 }
 
 TEST(SurfaceMesh, MarksEdgesOfCells) {

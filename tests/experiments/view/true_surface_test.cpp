@@ -11,7 +11,7 @@
 namespace mss::view {
 namespace {
 
-Vec3 at(const std::array<float, 3>& p) { return {p[0], p[1], p[2]}; }
+Vec3 as_vector(const std::array<float, 3>& p) { return {p[0], p[1], p[2]}; }
 
 Body body_of(const TriangleMesh& mesh, double cell_size) {
   MeshFill fill = fill_mesh(mesh, {.cell_size = cell_size});
@@ -47,7 +47,7 @@ TEST(TrueSurface, EnclosesTheVolumeOfTheMeshAndMovesWithAffineMaps) {
   for (std::size_t i = 0; i < surface.triangles().size(); ++i) {
     const SurfaceVertex& vertex = surface.vertices()[surface.triangles()[i]];
     const Vec3 expected = map * ball.vertices[std::size_t(ball.triangles[i / 3][i % 3])];
-    EXPECT_LT((at(vertex.position) - expected).norm(), 1e-6);
+    EXPECT_LT((as_vector(vertex.position) - expected).norm(), 1e-6);
     EXPECT_NEAR(vertex.value, expected.sum(), 2e-6);
   }
 }
@@ -59,9 +59,9 @@ TEST(TrueSurface, NormalsAreThoseOfTheDeformedTriangles) {
   move(surface, body, Eigen::Affine3d(Eigen::Scaling(2.0, 1.0, 1.0)));
   double worst = 1;
   for (const SurfaceVertex& vertex : surface.vertices()) {
-    const Vec3 x = at(vertex.position), normal = Vec3(x[0] / 4, x[1], x[2]).normalized();
-    EXPECT_NEAR(at(vertex.normal).norm(), 1, 1e-6);
-    worst = std::min(worst, at(vertex.normal).dot(normal));
+    const Vec3 x = as_vector(vertex.position), normal = Vec3(x[0] / 4, x[1], x[2]).normalized();
+    EXPECT_NEAR(as_vector(vertex.normal).norm(), 1, 1e-6);
+    worst = std::min(worst, as_vector(vertex.normal).dot(normal));
   }
   EXPECT_GT(worst, 0.995);
   EXPECT_LT(worst, 0.999999);  // of flat triangles
@@ -72,7 +72,7 @@ TEST(TrueSurface, KeepsSharpEdgesSharp) {
   const TrueSurface surface(box, body_of(box, 0.25));
   EXPECT_EQ(surface.vertices().size(), 24U);
   for (const SurfaceVertex& vertex : surface.vertices())
-    EXPECT_NEAR(at(vertex.normal).cwiseAbs().maxCoeff(), 1, 1e-6);
+    EXPECT_NEAR(as_vector(vertex.normal).cwiseAbs().maxCoeff(), 1, 1e-6);
 }
 
 TEST(TrueSurface, IsHitWhereItIs) {
