@@ -2,6 +2,7 @@
 // with R the rotation of F. In principal stretches s: mu sum (s - 1)^2 + lambda/2 (sum s - 3)^2.
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -90,7 +91,10 @@ struct SideBySide {
       changes[p] = change;
     }
     double largest = 0;
-    for (const double change : changes) largest = change <= largest ? largest : change;
+    for (const double change : changes) {
+      if (std::isnan(change)) return change;
+      largest = std::max(largest, change);
+    }
     return largest;
   }
 };

@@ -97,21 +97,26 @@ TEST_P(Law, ProjectedStiffnessIsNeverNegative) {
   }
 }
 
-TEST_P(Law, OfACellsPointsTogetherIsThatOfEach) {
-  if (!law().stresses) GTEST_SKIP() << "has no such form";
-  const std::vector<Matrix3d> all = gradients();
-  for (std::size_t first = 0; first + 8 <= all.size(); first += 8) {
-    PointMatrices f, together;
-    std::copy_n(all.begin() + std::ptrdiff_t(first), 8, f.begin());
-    law().stresses(lame, f, together);
-    double energy = 0;
-    for (std::size_t p = 0; p < f.size(); ++p) {
-      const Matrix3d alone = law().stress(lame, f[p]);
-      EXPECT_LT((together[p] - alone).norm(), 1e-12 * (lame.mu + alone.norm()));
-      energy += law().energy(lame, f[p]);
+TEST(Laws, OfACellsPointsTogetherAreThoseOfEach) {
+  int tried = 0;
+  for (const SolidLaw& law : solid_laws()) {
+    if (!law.stresses) continue;
+    ++tried;
+    const std::vector<Matrix3d> all = gradients();
+    for (std::size_t first = 0; first + 8 <= all.size(); first += 4) {
+      PointMatrices f, together;
+      std::copy_n(all.begin() + std::ptrdiff_t(first), 8, f.begin());
+      law.stresses(lame, f, together);
+      double energy = 0;
+      for (std::size_t p = 0; p < f.size(); ++p) {
+        const Matrix3d alone = law.stress(lame, f[p]);
+        EXPECT_LT((together[p] - alone).norm(), 1e-12 * (lame.mu + alone.norm())) << law.name;
+        energy += law.energy(lame, f[p]);
+      }
+      EXPECT_NEAR(law.energies(lame, f), energy, 1e-12 * energy) << law.name;
     }
-    EXPECT_NEAR(law().energies(lame, f), energy, 1e-12 * energy);
   }
+  EXPECT_GT(tried, 0);
 }
 
 TEST_P(Law, ProductsFollowAStateThatMoves) {
