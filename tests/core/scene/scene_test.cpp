@@ -19,6 +19,7 @@ namespace mss::testing {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
@@ -506,6 +507,10 @@ TEST(Scene, WarnsOfWhatContradictsOrDoesNothing) {
               ElementsAre(AllOf(HasSubstr("hold.0 and hold.1"), HasSubstr("they obey hold.1"))));
   EXPECT_THAT(warnings(below + ",{box=[[0,0,0],[0,1,1]], path=[[0,0,0,0],[1,0,1,0]]}", none),
               ElementsAre(HasSubstr("hold.0 and hold.1")));
+  EXPECT_THAT(warnings(below + ",{box=[[0,0,0],[1,1,1]], velocity=[0,0,1]}", none),
+              ElementsAre(HasSubstr("hold.0 and hold.1")));
+  EXPECT_THAT(warnings(below + ",{box=[[0,0,0.5],[1,1,1]]},{box=[[1,0,0],[1,1,1]], velocity=[0,1,0]}", none),
+              Contains(HasSubstr("hold.0 and hold.2")));
   EXPECT_THAT(warnings(below + "," + below, none), ElementsAre());  // the same
   EXPECT_THAT(
       warnings("{box=[[0,0,0],[1,1,0]],axes='x'},{box=[[0,0,0],[1,1,0]],axes='y',velocity=[0,1,0]}", none),
@@ -513,6 +518,12 @@ TEST(Scene, WarnsOfWhatContradictsOrDoesNothing) {
   EXPECT_THAT(warnings(below + ",{box=[[0,0,1],[1,1,1]], velocity=[0,0,1]}", none), ElementsAre());
   EXPECT_THAT(warnings(below, "load=[{box=[[0,0,0],[1,1,0]], force=[1,0,0]}]"),
               ElementsAre(AllOf(HasSubstr("load.0"), HasSubstr("hold.0"))));
+  EXPECT_THAT(warnings(below, "load=[{box=[[0,0,0],[0,1,0]], force=[0,0,-1]}]"),
+              ElementsAre(AllOf(HasSubstr("load.0"), HasSubstr("hold.0"))));
+  EXPECT_THAT(warnings(below, "load=[{box=[[0,0,0],[1,1,0]], force=[1,0,0], history=[[0,0],[1,1]]}]"),
+              ElementsAre(HasSubstr("load.0")));
+  EXPECT_THAT(warnings("{box=[[0,0,0],[1,1,0]],axes='z'}", "load=[{box=[[0,0,0],[1,1,0]], force=[0,0,1]}]"),
+              ElementsAre(HasSubstr("load.0")));
   EXPECT_THAT(warnings("{box=[[0,0,0],[1,1,0]],axes='z'}", "load=[{box=[[0,0,0],[1,1,0]], force=[1,0,0]}]"),
               ElementsAre());
   EXPECT_THAT(warnings(below, "load=[{box=[[0,0,1],[1,1,1]], force=[1,0,0]}]"), ElementsAre());
@@ -527,12 +538,22 @@ TEST(Scene, WarnsOfAFallThatNothingStops) {
   EXPECT_THAT(warnings("[0,0,1]"), ElementsAre());
   EXPECT_THAT(warnings("[1,0,0.01]"), ElementsAre());
   EXPECT_THAT(warnings("[1,0,0]", "body.origin=[1,0,0]"), ElementsAre(HasSubstr("falls for ever")));
+  EXPECT_THAT(warnings("[0,0,-1]", "body.origin=[0,0,-3]"), ElementsAre(HasSubstr("falls for ever")));
+  EXPECT_THAT(warnings("[0,1,0]", "body.origin=[0,1,0]"), ElementsAre(HasSubstr("falls for ever")));
+  EXPECT_THAT(warnings("[0,0,1]", "environment.gravity=[0,0,9.81]"),
+              ElementsAre(HasSubstr("falls for ever")));
   EXPECT_THAT(warnings("[1,0,0]", "hold=[{box=[[0,0,0],[1,1,0]]}]"), ElementsAre());
 }
 
 TEST(Scene, WarnsOfMillimetres) {
   EXPECT_THAT(load_text(plain_scene, {"body.cell_size=250"}).warnings,
               ElementsAre(HasSubstr("metres, kilograms and seconds")));
+  EXPECT_THAT(load_text(plain_scene, {"body.cell_size=1", "body.cells=[1,60,1]"}).warnings,
+              ElementsAre(HasSubstr("metres, kilograms and seconds")));
+  EXPECT_THAT(load_text(plain_scene, {"body.cell_size=20", "body.cells=[3,3,3]"}).warnings,
+              ElementsAre(HasSubstr("give body.cell_size a thousandth")));
+  EXPECT_THAT(load_text(plain_scene, {"body.cell_size=20"}).warnings,  // 40 m, and 64,000 t
+              ElementsAre(HasSubstr("kg: scenes are in metres")));
   EXPECT_THAT(load_text(plain_scene, {"material.density=1e9"}).warnings,
               ElementsAre(HasSubstr("give it in kg/m^3")));
 }
