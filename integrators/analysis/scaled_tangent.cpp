@@ -25,6 +25,7 @@ void add_columns(double factor, const SparseMatrix& a, const MatrixXd& x, Index 
 
 void add_product(double factor, const SparseMatrix& a, const MatrixXd& x, MatrixXd& y) {
   Index first = 0;
+  for (; first + 8 <= x.cols(); first += 8) add_columns<8>(factor, a, x, first, y);
   for (; first + 4 <= x.cols(); first += 4) add_columns<4>(factor, a, x, first, y);
   for (; first < x.cols(); ++first) add_columns<1>(factor, a, x, first, y);
 }
