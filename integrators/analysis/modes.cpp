@@ -227,7 +227,7 @@ Eigenpairs<VectorXd, MatrixXd> largest_pair(ScaledTangent& tangent, double weigh
   };
   return lanczos(
       {rows, product},
-      {.wanted = 1, .space = std::min<Index>(20, rows), .most_restarts = most_restarts, .tolerance = 1e-8});
+      {.wanted = 1, .space = std::min<Index>(30, rows), .most_restarts = most_restarts, .tolerance = 1e-6});
 }
 
 }  // namespace
