@@ -63,7 +63,8 @@ TEST_P(Method, FollowsHoldsWhereNothingIsFree) {
   ASSERT_EQ(info().make<double>({.dt = 0.01})->advance(system, state, 0.1, work), Status::ok);
   EXPECT_NEAR(state.t, 0.1, 1e-12);
   for (const std::ptrdiff_t site : body.sites())
-    EXPECT_LT((state.x.at(site) - body.rest_position(site) - Vec3(0, 0, 0.1)).norm(), 1e-12);
+    EXPECT_LT((state.x.at(site) - body.rest_position(site) - Vec3(0, 0, 0.1)).norm(), 1e-12)
+        << info().name << ": what is held does not move as System::constrain() says";
 }
 
 TEST_P(AdaptiveMethod, ErrorFallsWithTheTolerance) {
@@ -77,8 +78,9 @@ TEST_P(AdaptiveMethod, ErrorFallsWithTheTolerance) {
     return std::abs(state.x.axis(0)[0] - system.exact(0.8, 0.5, 3));
   };
   for (const double tolerance : {1e-4, 1e-6, 1e-8}) {
-    EXPECT_LT(error(tolerance), 100 * tolerance);
-    EXPECT_GT(error(tolerance), 1e-3 * tolerance);  // and no more work than necessary
+    EXPECT_LT(error(tolerance), 100 * tolerance) << info().name << " errs by far more than its tolerance";
+    EXPECT_GT(error(tolerance), 1e-3 * tolerance)
+        << info().name << " errs by far less than its tolerance, and so takes more steps than it needs";
   }
 }
 
@@ -133,7 +135,10 @@ TEST_P(LimitedMethod, IsStableUpToThePredictedStep) {
 
 TEST_P(UnlimitedMethod, IsStableFarBeyondExplicitSteps) {
   const double omega = testing::Chain(chain_length, 0).largest_omega();
-  for (const double ratio : {0.0, 0.5}) EXPECT_TRUE(holds(info(), 2 * ratio / omega, 1000 * 2 / omega));
+  for (const double ratio : {0.0, 0.5})
+    EXPECT_TRUE(holds(info(), 2 * ratio / omega, 1000 * 2 / omega))
+        << info().name << " blows up at 1000 times an explicit step, at damping ratio " << ratio
+        << ": give it an IntegratorInfo::limit, or its step is wrong";
 }
 
 TEST(StableStep, IsTheTightestOfAllModes) {
@@ -165,12 +170,14 @@ TEST_P(Method, RepeatsBitForBit) {
   const auto first = info().make<double>({.dt = 1e-4}), second = info().make<double>({.dt = 1e-4});
   EXPECT_EQ(first->advance(one.system, one.state, 0.05, work), Status::ok);
   EXPECT_EQ(second->advance(other.system, other.state, 0.05, work), Status::ok);
-  EXPECT_TRUE(same_bits(one.state, other.state));
+  EXPECT_TRUE(same_bits(one.state, other.state))
+      << info().name << " computes something else the second time: it reads what it has not set";
   if (info().stepping == Stepping::adaptive)
     EXPECT_GT(work.steps, 10);
   else
-    EXPECT_EQ(work.steps, 1000);
-  EXPECT_GE(work.force_evaluations, work.steps);
+    EXPECT_EQ(work.steps, 1000) << info().name
+                                << " does not count its steps in Work, or takes others than dt";
+  EXPECT_GE(work.force_evaluations, work.steps) << info().name << " does not count its forces in Work";
 }
 
 TEST_P(FixedStepMethod, DoesNotDependOnHowOftenItIsSampled) {
@@ -180,7 +187,8 @@ TEST_P(FixedStepMethod, DoesNotDependOnHowOftenItIsSampled) {
   first->advance(once.system, once.state, 0.02, work);
   for (int sample = 1; sample <= 20; ++sample)
     second->advance(often.system, often.state, sample * 1e-3, work);
-  EXPECT_TRUE(same_bits(once.state, often.state));
+  EXPECT_TRUE(same_bits(once.state, often.state))
+      << info().name << " ends elsewhere where it is sampled: advance() must go on where the last one ended";
 }
 
 // Sites without a particle have numbers too. They must not grow: zero times infinity would reach particles.
@@ -205,8 +213,10 @@ TEST_P(Method, LeavesSitesWithoutParticlesAlone) {
   for (std::ptrdiff_t site = 0; site < body.lattice().size; ++site) {
     if (std::binary_search(sites.begin(), sites.end(), site)) continue;
     ++empty;
-    EXPECT_LT((state.x.at(site) - start.x.at(site)).norm(), 1e-12) << site;
-    EXPECT_LT(state.v.at(site).norm(), 1e-12) << site;
+    EXPECT_LT((state.x.at(site) - start.x.at(site)).norm(), 1e-12)
+        << info().name << " moves site " << site << ", which has no particle";
+    EXPECT_LT(state.v.at(site).norm(), 1e-12)
+        << info().name << " gives site " << site << ", which has no particle, a velocity";
   }
   EXPECT_GT(empty, 10);
 }
@@ -220,7 +230,8 @@ TEST_P(Method, ResetForgets) {
   method->reset();
   method->advance(used.system, used.state, 0.01, work);
   info().make<double>({.dt = 1e-4})->advance(fresh.system, fresh.state, 0.01, work);
-  EXPECT_TRUE(same_bits(used.state, fresh.state));
+  EXPECT_TRUE(same_bits(used.state, fresh.state))
+      << info().name << " goes on with what it had before reset(), which must discard all history";
 }
 
 TEST_P(Method, FollowsHolds) {
@@ -234,16 +245,17 @@ TEST_P(Method, FollowsHolds) {
   Work work;
   ASSERT_EQ(info().make<double>({.dt = 1e-4})->advance(system, state, 1, work), Status::ok);
   for (const std::ptrdiff_t site : body.select(fixed.box.lower, fixed.box.upper)) {
-    EXPECT_EQ(state.x.at(site), body.rest_position(site));
-    EXPECT_EQ(state.v.at(site), Vec3::Zero());
+    EXPECT_EQ(state.x.at(site), body.rest_position(site)) << info().name << " moves what is held";
+    EXPECT_EQ(state.v.at(site), Vec3::Zero()) << info().name << " moves what is held";
   }
   double contraction = 0;
   for (const std::ptrdiff_t site : body.select(pulled.box.lower, pulled.box.upper)) {
-    EXPECT_NEAR(state.x.at(site)[2], body.rest_position(site)[2] + 0.1, 1e-12);
+    EXPECT_NEAR(state.x.at(site)[2], body.rest_position(site)[2] + 0.1, 1e-12)
+        << info().name << ": what is pulled is not where System::constrain() has it at the end";
     contraction = std::max(contraction, std::abs(state.x.at(site)[0] - body.rest_position(site)[0]));
   }
   if (info().has_modulus) {
-    EXPECT_GT(contraction, 1e-4);  // the other coordinates are free
+    EXPECT_GT(contraction, 1e-4) << info().name << " holds coordinates that are free";
   }
 }
 
@@ -271,14 +283,17 @@ TEST_P(SinglePrecisionMethod, WorksInSinglePrecision) {
   // after N steps N^2 / 2 of them at worst. The others round a velocity of size 1 times dt instead.
   const double steps = 500, epsilon = std::numeric_limits<float>::epsilon();
   const double allowed = info().name == "verlet" ? epsilon / 2 * steps * steps / 2 : 2e-5;
-  for (const std::ptrdiff_t site : body.sites()) EXPECT_LT((a.x.at(site) - b.x.at(site)).norm(), allowed);
+  for (const std::ptrdiff_t site : body.sites())
+    EXPECT_LT((a.x.at(site) - b.x.at(site)).norm(), allowed)
+        << info().name << " rounds more in single precision than its arithmetic does";
 }
 
 TEST_P(LimitedMethod, ReportsDivergence) {
   ConformanceScenario s;
   Work work;
-  EXPECT_EQ(info().make<double>({.dt = 1})->advance(s.system, s.state, 1e5, work), Status::non_finite);
-  EXPECT_LT(work.steps, 100000);
+  EXPECT_EQ(info().make<double>({.dt = 1})->advance(s.system, s.state, 1e5, work), Status::non_finite)
+      << info().name << " goes on with numbers that are not finite, or calls that something else";
+  EXPECT_LT(work.steps, 100000) << info().name << " looks for numbers that are not finite too seldom";
 }
 
 /// Those methods of the registry to which a suite applies.
