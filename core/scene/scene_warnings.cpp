@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <tuple>
 
 #include "core/body/material.hpp"
@@ -258,8 +259,26 @@ void add_endless_fall(const Scene& scene, std::vector<std::string>& warnings) {
         "give a plane whose normal points against gravity");
 }
 
-/// Sizes that nobody simulates in metres, and many in millimetres.
-void add_millimetres(const Scene& scene, std::vector<std::string>& warnings) {
+/// Of the cells' parts, each as far as it fills them [kg].
+double full_mass(const BodyConfig& body) {
+  const std::vector<Part> parts = body.all_parts();
+  const VoxelGrid& cells = body.voxels;
+  double mass = 0;
+  for (int k = 0; k < cells.nz(); ++k)
+    for (int j = 0; j < cells.ny(); ++j)
+      for (int i = 0; i < cells.nx(); ++i) {
+        if (!cells.at(i, j, k)) continue;
+        if (body.content_of.empty())
+          mass += body.density;
+        else
+          for (const auto& [part, fill] : body.contents[body.content_of[cells.index(i, j, k)]])
+            mass += double(fill.share()) * parts[std::size_t(part)].density;
+      }
+  return mass * std::pow(body.cell_size, 3);
+}
+
+/// Sizes and masses that nobody simulates in metres and kilograms, and many in other units.
+void add_other_units(const Scene& scene, std::vector<std::string>& warnings) {
   constexpr double largest = 50;  // [m]
   const VoxelGrid& cells = scene.body.voxels;
   const double extent = scene.body.cell_size * std::max({cells.nx(), cells.ny(), cells.nz()});
@@ -269,10 +288,10 @@ void add_millimetres(const Scene& scene, std::vector<std::string>& warnings) {
         "millimetres, give {} a thousandth of it",
         extent, scene.mesh ? "body.mesh_scale" : "body.cell_size"));
   constexpr double heaviest = 1e6;  // [kg]
-  const double h = scene.body.cell_size, mass = double(cells.count()) * h * h * h * scene.body.density;
+  const double mass = full_mass(scene.body);
   if (mass > heaviest && extent <= largest)
     warnings.push_back(fmt::format(
-        "the body has {:.3g} kg: scenes are in metres, kilograms and seconds; if material.density "
+        "the body has some {:.3g} kg: scenes are in metres, kilograms and seconds; if material.density "
         "was meant in other units, give it in kg/m^3",
         mass));
 }
@@ -320,7 +339,7 @@ void add_springs(const Scene& scene, std::vector<std::string>& warnings) {
 std::vector<std::string> scene_warnings(const Scene& scene) {
   std::vector<std::string> warnings;
   add_meshes(scene, warnings);
-  add_millimetres(scene, warnings);
+  add_other_units(scene, warnings);
   add_without_effect(scene, warnings);
   if (has_springs(scene.model)) add_springs(scene, warnings);
   return warnings;

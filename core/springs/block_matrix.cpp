@@ -4,10 +4,12 @@
 
 namespace mss {
 
-BlockMatrix::BlockMatrix(const Body& body, const HeldSites& held) : body_(body) {
+BlockMatrix::BlockMatrix(const Body& body) : body_(body) {
   find_neighbours();
-  build_pattern(held);
+  numbers_.resize(9 * column_.size());
 }
+
+BlockMatrix::BlockMatrix(const Body& body, const HeldSites& held) : BlockMatrix(body) { build_pattern(held); }
 
 /// Particles are neighbours if they share a cell. Offsets ascend as sites do, so blocks of a row are sorted.
 void BlockMatrix::find_neighbours() {
@@ -56,7 +58,6 @@ void BlockMatrix::build_pattern(const HeldSites& held) {
   const std::vector<double> zeros(inner.size(), 0.0);
   pattern_ = Eigen::Map<const SparseMatrix>(size, size, Eigen::Index(inner.size()), start.data(),
                                             inner.data(), zeros.data());
-  numbers_.resize(9 * column_.size());
 }
 
 void BlockMatrix::begin(double mass) {

@@ -13,6 +13,8 @@ namespace mss {
 class BlockMatrix {
  public:
   BlockMatrix(const Body& body, const HeldSites& held);
+  /// Without unknowns and pattern, for sums, products and diagonal blocks alone.
+  explicit BlockMatrix(const Body& body);
 
   /// By particle, then axis.
   const std::vector<FreeDof>& unknowns() const { return unknowns_; }

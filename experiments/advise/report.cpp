@@ -59,8 +59,8 @@ Table element_table(const SceneFamily& family, const ElementCheck& check) {
   Table table({{"cell_size", "m"},
                {"error"},
                {"uncertainty"},
-               {"cost", "s"},
-               {"cost_in_advised_cells", "s"},
+               {"cost_of_finer", "s/s"},
+               {"cost_in_advised_cells", "s/s"},
                {"status"}});
   if (check.level > 0)
     table.add({family.cell_size(check.level), check.error, check.uncertainty, check.cost_of_finer, check.cost,

@@ -11,7 +11,8 @@ namespace {
 void keep_freed_memory() {
 #ifdef __GLIBC__
   constexpr int gibibyte = 1 << 30;
-  mallopt(M_MMAP_THRESHOLD, gibibyte);
+  constexpr int most_of_older = 32 << 20;  // what a glibc takes that refuses more
+  if (mallopt(M_MMAP_THRESHOLD, gibibyte) == 0) mallopt(M_MMAP_THRESHOLD, most_of_older);
   mallopt(M_TRIM_THRESHOLD, gibibyte);
 #endif
 }

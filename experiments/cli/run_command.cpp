@@ -249,7 +249,9 @@ class EmptyDirectories {
 /// Frames of the run that goes on in its own directory stay.
 void prepare(const Scene& scene, const fs::path& directory, const std::string& from) {
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
-  if (from.empty() || !fs::equivalent(from, directory)) remove_vtk_series(directory);
+  if (!from.empty() && fs::equivalent(from, directory)) return;
+  remove_vtk_series(directory);
+  fs::remove(directory / restart_file);  // of an older run
 }
 
 /// What a run that goes on begins with, if this one does. Throws InputError where it cannot.
@@ -298,12 +300,13 @@ std::string body_in_words(const SimulationResult& result) {
   return mss::body_in_words(extent.sizes(), mass, cells, result.particles.size());
 }
 
-void print(const Scene& scene, const Continuation& continued) {
+void print(const Scene& scene, const std::vector<Continuation>& continued) {
+  const bool exact = std::all_of(continued.begin(), continued.end(), [](const auto& c) { return c.exact; });
   const bool keeps = find_integrator(scene.solve.integrator).exact_restart;
   fmt::print(
-      "{}: it went on from {:.10g} s; {}\n", scene.name, continued.t,
-      continued.exact ? "all is as in one run, bit for bit"
-      : keeps         ? "by another build, or on another machine, so it is as one run to rounding"
+      "{}: it went on from {:.10g} s; {}\n", scene.name, continued.back().t,
+      exact   ? "all is as in one run, bit for bit"
+      : keeps ? "once by another build, or on another machine, so it is as one run to rounding"
               : scene.solve.integrator + " began anew there, so it is as one run to the method's tolerance");
 }
 
@@ -316,7 +319,7 @@ void report(const Scene& scene, const SimulationResult& result, const fs::path& 
                         is_static(scene) ? "" : fmt::format("{:.4g} s simulated ", result.simulated_seconds);
   fmt::print("{}: {} after {} steps {}, {}in {:.3g} s; see {}\n", scene.name, to_string(result.status),
              result.work.steps, step, simulated, result.wall_seconds, directory.string());
-  if (!result.continued.empty()) print(scene, result.continued.back());
+  if (!result.continued.empty()) print(scene, result.continued);
   if (is_refined(scene)) fmt::print("{}: {}\n", scene.name, description(result.levels));
   if (estimates) print(scene.name, *estimates);
   if (result.sleep) fmt::print("{}: {}\n", scene.name, description(*result.sleep, scene.solve.sleep.bound));

@@ -127,6 +127,13 @@ Json provenance() {
 
 std::string program_version() { return version_text(MSS_VERSION, MSS_COMMIT, MSS_MODIFIED != 0); }
 
+std::string build_description() {
+  return fmt::format("{}, {}, {}, {}, {}", program_version(), MSS_COMPILER, MSS_BUILD_TYPE, MSS_FLAGS,
+                     MSS_SWEEP_FLAGS);
+}
+
+std::string spring_law_name() { return SpringLaw::name; }
+
 std::string provenance_line(const Json& p) {
   return fmt::format("{}, {} cores, {} · {} · mss {} · {}", p.at("cpu").get<std::string>(),
                      p.at("cores_available").get<int>(), load_text(p), p.at("compiler").get<std::string>(),

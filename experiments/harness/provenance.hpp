@@ -14,6 +14,12 @@ Json provenance();
 /// "1.0.0 (commit 72ce471, modified)".
 std::string program_version();
 
+/// What of a build decides the bits of its results, but for the law of springs: version, commit, compiler and
+/// flags.
+std::string build_description();
+/// Of the law of springs that the program is built with.
+std::string spring_law_name();
+
 /// The line at the foot of a chart, from the provenance() of the run: processor, cores, compiler, commit,
 /// date, and how busy others kept the cores: their share of them during the run or, where that is not known,
 /// the load average at its start.

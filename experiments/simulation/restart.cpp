@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 /// Of the file: a line with this, a line of JSON, and the record. To be counted up when any of them changes.
 constexpr const char* first_line = "mss restart 1";
 
-/// Fowler, Noll and Vo's hash, FNV-1a of 64 bits, of eight bytes at a time where there are so many.
+/// A hash of 64 bits after Fowler, Noll and Vo's FNV-1a, of eight bytes at a time where there are so many.
 class Digest {
  public:
   void add(std::span<const std::byte> bytes) {
@@ -50,12 +50,6 @@ class Digest {
   std::uint64_t hash_ = 0xcbf29ce484222325U;
 };
 
-std::string digest_of(std::span<const std::byte> bytes) {
-  Digest digest;
-  digest.add(bytes);
-  return digest.text();
-}
-
 void add_body(const BodyConfig& body, Digest& digest) {
   const auto [nx, ny, nz] = body.voxels.size();
   for (const int count : {nx, ny, nz}) digest.add(count);
@@ -78,10 +72,19 @@ Json head_of(const Restart& restart) {
           {"dt", restart.dt},
           {"kernel", restart.kernel},
           {"version", restart.version},
+          {"build", restart.build},
+          {"spring_law", restart.spring_law},
           {"body", restart.body},
           {"configuration", restart.configuration},
-          {"bytes", restart.record.size()},
-          {"digest", digest_of(restart.record)}};
+          {"bytes", restart.record.size()}};
+}
+
+std::string digest_of(const Json& head, std::span<const std::byte> record) {
+  const std::string text = head.dump();
+  Digest digest;
+  digest.add(std::as_bytes(std::span(text)));
+  digest.add(record);
+  return digest.text();
 }
 
 Status status_named(const std::string& name) {
@@ -92,19 +95,23 @@ Status status_named(const std::string& name) {
   throw InputError("unknown status");
 }
 
-/// Throws Json::exception or InputError for what head_of() has not written.
+/// Throws an exception that nobody sees for what head_of() has not written.
 Restart parsed(const std::string& line, std::istream& rest) {
-  const Json head = Json::parse(line);
+  Json head = Json::parse(line);
+  const std::string digest = head.at("digest");
+  head.erase("digest");
   Restart restart{.status = status_named(head.at("status")),
                   .t = head.at("t"),
                   .dt = head.at("dt"),
                   .kernel = head.at("kernel"),
                   .version = head.at("version"),
+                  .build = head.at("build"),
+                  .spring_law = head.at("spring_law"),
                   .body = head.at("body"),
                   .configuration = head.at("configuration")};
   const std::string bytes((std::istreambuf_iterator<char>(rest)), std::istreambuf_iterator<char>());
   const auto record = std::as_bytes(std::span(bytes));
-  if (head.at("bytes") != record.size() || head.at("digest") != digest_of(record))
+  if (head.at("bytes") != record.size() || digest != digest_of(head, record))
     throw InputError("the record is another");
   restart.record.assign(record.begin(), record.end());
   return restart;
@@ -144,7 +151,9 @@ std::string difference(const std::string& key, const Json& scene, const Json& ru
 
 void write_restart(const fs::path& file, const Restart& restart) {
   write_atomically(file, [&](std::ostream& stream) {
-    stream << first_line << '\n' << head_of(restart).dump() << '\n';
+    Json head = head_of(restart);
+    head["digest"] = digest_of(head, restart.record);
+    stream << first_line << '\n' << head.dump() << '\n';
     const auto* bytes = reinterpret_cast<const char*>(restart.record.data());
     stream.write(bytes, std::streamsize(restart.record.size()));
   });
@@ -200,9 +209,12 @@ void check_restart(const Restart& restart, const Scene& scene, const fs::path& d
 std::string digest_of(const std::vector<Level>& levels, const Scene& scene) {
   Digest digest;
   for (const Level& level : levels) add_body(level.body.config(), digest);
-  if (scene.environment.contact_surface)
-    for (const Vec3& vertex : scene.environment.contact_surface->vertices)
+  if (const auto& surface = scene.environment.contact_surface) {
+    for (const Vec3& vertex : surface->vertices)
       for (const double coordinate : {vertex[0], vertex[1], vertex[2]}) digest.add(coordinate);
+    for (const auto& triangle : surface->triangles)
+      for (const auto corner : triangle) digest.add(corner);
+  }
   return digest.text();
 }
 

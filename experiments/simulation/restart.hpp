@@ -21,8 +21,10 @@ struct Restart {
   double dt = 0;               ///< the step, "safe" resolved; 0: the method's choice [s]
   std::string kernel{};        ///< instruction set of the sweep
   std::string version{};       ///< of the program
-  std::string body{};          ///< digest of cells and what they hold
-  Json configuration{};        ///< of the scene
+  std::string build{};         ///< build_description()
+  std::string spring_law{};
+  std::string body{};    ///< digest of cells and what they hold
+  Json configuration{};  ///< of the scene
   std::vector<std::byte> record{};
 };
 

@@ -173,7 +173,10 @@ long SceneRun<Real>::steps_to(double t_end) const {
 template <class Real>
 Status SceneRun<Real>::advance_between_strikes(System<Real>& driven, double t_end, Work& work, Stops* stops) {
   const bool stopping = stops != nullptr && info_->stepping == Stepping::fixed;
-  if (!stopping) return method_->advance(driven, state_, t_end, work);
+  if (!stopping) {
+    way_.reset();
+    return method_->advance(driven, state_, t_end, work);
+  }
   double goal = journey_ ? std::max(t_end, journey_->goal) : t_end;
   if (goal > t_end && next_ < strikes_.size()) goal = std::clamp(strikes_[next_].at, t_end, goal);
   const Way way = way_ && way_->goal == goal ? *way_ : Way{goal, steps_to(goal)};

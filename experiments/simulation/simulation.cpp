@@ -265,6 +265,11 @@ void Simulation<Real>::go_on() {
     refuse(
         "its cells are not those of the run to go on from; give it the files that it had, or run it from "
         "its beginning");
+  if (from.spring_law != spring_law_name())
+    refuse(fmt::format(
+        "this program's springs obey the law '{}', and those of the run to go on from '{}'; go on "
+        "with a program built for that",
+        spring_law_name(), from.spring_law));
   if (from.dt != run_.dt())
     refuse(
         fmt::format("its step is {} s, and that of the run to go on from was {} s; give solve.dt, and run "
@@ -274,14 +279,14 @@ void Simulation<Real>::go_on() {
   try {
     remember(record);
     if (!record.at_end()) throw InputError("more");
-  } catch (const InputError&) {
+  } catch (const std::exception&) {
     refuse(
         fmt::format("the run to go on from is of mss {}, which kept other things; go on with that one, or "
                     "run it from its beginning",
                     from.version));
   }
   if (!is_in_row_) last_ = run_.state();
-  const bool is_same_program = from.kernel == result_.kernel && from.version == program_version();
+  const bool is_same_program = from.kernel == result_.kernel && from.build == build_description();
   result_.continued.push_back(
       {run_.state().t, is_same_program && find_integrator(scene_.solve.integrator).exact_restart});
 }
@@ -298,6 +303,8 @@ void Simulation<Real>::keep(Status status) {
                  .dt = run_.dt(),
                  .kernel = result_.kernel,
                  .version = program_version(),
+                 .build = build_description(),
+                 .spring_law = spring_law_name(),
                  .body = digest_of(run_.system().levels(), scene_),
                  .configuration = to_json(scene_),
                  .record = record.take_bytes()});

@@ -260,7 +260,7 @@ const BlockMatrix& FemSystem::FemTangents::assembled(const Field<double>& x, con
     return a.size() == b.size() && (a.array() == b.array()).all();
   };
   if (assembled_ && sum == sum_ && equal(x, x_) && equal(v, v_)) return *assembled_;
-  if (!assembled_) assembled_ = std::make_unique<BlockMatrix>(body(), system_.held());
+  if (!assembled_) assembled_ = std::make_unique<BlockMatrix>(body());
   assembled_->begin(0);
   constexpr std::size_t together = 256;
   const std::vector<std::ptrdiff_t>& cells = system_.cells_.cells();

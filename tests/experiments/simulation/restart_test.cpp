@@ -445,6 +445,12 @@ TEST(Restart, RefusesWhatIsNotWhole) {
   std::string flipped = text;
   flipped[text.size() - 100] ^= 1;
   expect_refused(flipped, "changed or cut short");
+  const std::size_t t = text.find("\"t\":");
+  ASSERT_NE(t, std::string::npos);
+  std::string later = text;
+  const std::size_t digit = later.find_first_of("123456789", t);
+  later[digit] = later[digit] == '9' ? '8' : '9';
+  expect_refused(later, "changed or cut short");
   expect_refused("", "another version of mss");
   expect_refused(testing::replaced(text, "mss restart 1", "mss restart 2"), "another version of mss");
   Restart other = run(parse_scene(beam, {"solve.duration=0.01"})).left;
