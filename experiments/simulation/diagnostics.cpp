@@ -88,7 +88,8 @@ std::string on_imbalance(const Scene& scene, const Imbalance& imbalance) {
 }
 
 /// How long a wave of stretching takes from one end of the body's longest side to the other and back, in its
-/// softest material [s]: the period of its slowest stretching. It may bend more slowly.
+/// softest material [s]: the period of its slowest stretching. It may bend more slowly. 0 or not finite of
+/// springs that do not resist every deformation.
 double stretching_period(const Scene& scene) {
   const VoxelGrid& cells = scene.body.voxels;
   Eigen::Index axis = 0;
@@ -115,7 +116,7 @@ void add_step(const Scene& scene, double dt, std::vector<std::string>& diagnosti
                     dt));
   const double period = stretching_period(scene);
   constexpr double follows = 20;  // steps a period
-  if (method.has_modulus && !method.limit && std::isfinite(period) && dt > period / 2)
+  if (method.has_modulus && !method.limit && std::isnormal(period) && dt > period / 2)
     diagnostics.push_back(
         fmt::format("a step of {:.3g} s is {:.2g} times the period of the body's slowest stretching, {:.2g} "
                     "s: {} damps or shifts such vibrations and does not follow them; where they count give "
