@@ -12,6 +12,7 @@
 #include "core/body/cell_springs.hpp"
 #include "core/forces/cell_geometry.hpp"
 #include "core/refinement/refined_system.hpp"
+#include "experiments/simulation/uniform_stress.hpp"
 #include "integrators/integrator.hpp"
 #include "reference/fem/fem_system.hpp"
 #include "reference/large_strain.hpp"
@@ -411,14 +412,7 @@ TEST(CellStress, OfAFreeHangingBarCarriesTheWeightBelow) {
 
 /// On a cube of 1 m, uniform tractions that add up to a nominal stress.
 Environment pulled(const Matrix3d& nominal) {
-  Environment e{.gravity = Vec3::Zero()};
-  for (int axis = 0; axis < 3; ++axis)
-    for (const bool far : {false, true}) {
-      Box face{Vec3::Zero(), Vec3::Ones()};
-      face.lower[axis] = face.upper[axis] = far ? 1 : 0;
-      e.loads.push_back({.box = face, .force = (far ? 1 : -1) * nominal.col(axis)});
-    }
-  return e;
+  return {.gravity = Vec3::Zero(), .loads = uniform_stress(nominal).loads};
 }
 
 /// The lower faces stay in their planes.
