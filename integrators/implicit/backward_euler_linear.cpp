@@ -62,7 +62,7 @@ class BackwardEulerLinear final : public Integrator<double> {
                            TangentCoefficients sum, Work& work) {
     constexpr int most_rounds = 60;
     constexpr double tolerance = 1e-10;
-    if (!bounded_) bounded_ = std::make_unique<BoundedSystem>(system);
+    if (!bounded_) bounded_ = std::make_shared<BoundedSystem>(system);
     const ImplicitStage stage{
         .t = t, .gamma = dt_, .x_base = &state.x, .v_base = &state.v, .impulse_weight = 1};
     bounded_->begin(stage);
@@ -118,7 +118,7 @@ class BackwardEulerLinear final : public Integrator<double> {
   Tangent kind_;
   std::unique_ptr<LinearSolver> linear_;
   Field<double> rhs_, product_, change_;
-  std::unique_ptr<BoundedSystem> bounded_;  ///< the system where it has bounds
+  std::shared_ptr<BoundedSystem> bounded_;  ///< the system where it has bounds
   Field<double> x_before_, v_before_, velocity_, jump_, residual_;
 };
 

@@ -51,9 +51,6 @@ class ConstantSolver {
 /// the matrix.
 std::unique_ptr<ConstantSolver> separable_solver(const Body& body, System<double>& system);
 
-/// By CHOLMOD, for any body and any holds. One matrix serves all axes that hold the same particles.
-std::unique_ptr<ConstantSolver> cholesky_solver(const Body& body, System<double>& system);
-
 /// Why a body and its holds have no separable matrix, as the rest of a sentence after "separable"; empty:
 /// they have one. `mask`: 1 at unknowns, 0 elsewhere; shape 3 x sites.
 std::string why_not_separable(const Body& body, const Field<double>& mask);

@@ -176,9 +176,10 @@ double BoundedSystem::push() const {
   return std::sqrt(ranks().sum(squares));
 }
 
-std::vector<HeldParticle> BoundedSystem::held() const {
+std::vector<HeldParticle> BoundedSystem::held(const Field<double>& v) const {
   std::vector<HeldParticle> all;
-  for (const auto& [site, touch] : touches_) all.push_back({site, touch.held});
+  for (const auto& [site, touch] : touches_)
+    all.push_back({site, touch.held, friction_block(site, touch, v)});
   return all;
 }
 
@@ -382,10 +383,10 @@ void BoundedSystem::end_step(const StepTaken& step, State<double>& state, Field<
   touched_.clear();
 }
 
-void remember_bounded(System<double>& system, Record& record, std::unique_ptr<BoundedSystem>& bounded) {
+void remember_bounded(System<double>& system, Record& record, std::shared_ptr<BoundedSystem>& bounded) {
   bool is_there = bounded != nullptr;
   record.keep(is_there);
-  if (is_there && !bounded) bounded = std::make_unique<BoundedSystem>(system);
+  if (is_there && !bounded) bounded = std::make_shared<BoundedSystem>(system);
   if (is_there) record.keep(*bounded);
 }
 

@@ -9,18 +9,13 @@
 #include "core/environment/plane_bounds.hpp"
 #include "core/system/plane_impulses.hpp"
 #include "core/system/system_wrapper.hpp"
+#include "integrators/linear/rest_cycle.hpp"
 #include "integrators/nonlinear/implicit_stage.hpp"
 
 namespace mss {
 
 /// Of a residual, to the impulse of gravity, at which a stage with contact is solved.
 inline constexpr double contact_tolerance = 1e-8;
-
-/// Directions in which a plane keeps a particle from moving, as a projection onto them.
-struct HeldParticle {
-  std::ptrdiff_t site;
-  Eigen::Matrix3d directions;
-};
 
 /// Another system during an implicit stage, with contact inside: an active set of particles that planes hold.
 ///
@@ -74,7 +69,8 @@ class BoundedSystem final : public SystemWrapper<double> {
   double slowest(const Field<double>& v) const;
   /// How hard planes push by the last residual, the norm over particles [N s].
   double push() const;
-  std::vector<HeldParticle> held() const;
+  /// What is held, at velocities that say where friction points.
+  std::vector<HeldParticle> held(const Field<double>& v) const;
   /// Puts all particles in front of planes, where iterations end before the set has settled.
   void put_in_front(Field<double>& v);
   /// Ends a stage: keeps the impulses that hold particles, with `residual` as in update().
@@ -154,6 +150,6 @@ class BoundedSystem final : public SystemWrapper<double> {
 };
 
 /// See Integrator::remember(): of a system with bounds, or of none if there has been no step yet.
-void remember_bounded(System<double>& system, Record& record, std::unique_ptr<BoundedSystem>& bounded);
+void remember_bounded(System<double>& system, Record& record, std::shared_ptr<BoundedSystem>& bounded);
 
 }  // namespace mss

@@ -229,7 +229,7 @@ Status Newton::solve_stage(System<double>& plain, const ImplicitStage& stage, St
   tangents_of(plain);  // throws if there are none, even where nothing moves
   if (residual_.size() == 0)
     for (Field<double>* field : {&residual_, &step_, &v_before_}) *field = Field<double>(plain.size());
-  if (plain.bounds() && !bounded_) bounded_ = std::make_unique<BoundedSystem>(plain);
+  if (plain.bounds() && !bounded_) bounded_ = std::make_shared<BoundedSystem>(plain);
   if (bounded_ && jump_.size() == 0) jump_ = impulse_ = expected_ = residual_;
   System<double>& system = bounded_ ? *bounded_ : plain;
   if (bounded_) {

@@ -109,6 +109,12 @@ class Newton final : public NonlinearSolver {
   Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) override;
   void end_step(const StepTaken& step, State<double>& state, Field<double>* a) override;
   void remember(System<double>& system, Record& record) override;
+  /// Takes over, for one stage, from another solver with the system as it bounds it.
+  Status solve_for(const std::shared_ptr<BoundedSystem>& bounded, System<double>& system,
+                   const ImplicitStage& stage, State<double>& state, Work& work) {
+    bounded_ = bounded;
+    return solve(system, stage, state, work);
+  }
 
  private:
   Status solve_stage(System<double>& plain, const ImplicitStage& stage, State<double>& state, Work& work);
@@ -131,7 +137,7 @@ class Newton final : public NonlinearSolver {
   Field<double> step_;
   Field<double> v_before_;                  ///< the step
   Field<double> x_end_;                     ///< of a step that conserves energy
-  std::unique_ptr<BoundedSystem> bounded_;  ///< the system where it has bounds
+  std::shared_ptr<BoundedSystem> bounded_;  ///< the system where it has bounds
   Field<double> impulse_;                   ///< there, the residual with what holds particles
   Field<double> expected_;                  ///< the same after a step
   Field<double> jump_;                      ///< and the part of a step that takes them to their planes

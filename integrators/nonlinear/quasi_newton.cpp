@@ -1,16 +1,24 @@
-// Quasi-Newton methods for implicit stages. In place of the tangent they take a constant matrix A that bounds
-// it (constant_matrix.hpp). With the gradient g = M (v - v_base) - gamma f:
-//   projective  v' = v - A^-1 g: a local and a global step of projective dynamics in one. Liu, Bargteil,
-//               O'Brien and Kavan, ACM TOG 32 (2013) 214;
-//   lbfgs       v' = v - H g, with H the BFGS update of A^-1 by the last five steps s and changes y of g.
-//   Liu,
+// Quasi-Newton methods for implicit stages. In place of the tangent's inverse they take B, a V-cycle on the
+// springs' tangent at rest between the particles' rotations (rest_cycle.hpp). With the gradient
+// g = M (v - v_base) - gamma f:
+//   projective  v' = v - B g: a constant matrix for every stage, as projective dynamics has one. Liu,
+//               Bargteil, O'Brien and Kavan, ACM TOG 32 (2013) 214;
+//   lbfgs       v' = v - H g, with H the BFGS update of B by the last two steps s and changes y of g. Liu,
 //               Bouaziz and Kavan, ACM TOG 36 (2017) 23; Nocedal and Wright, Numerical Optimization, ch. 7.
-// An iteration costs a force evaluation and a solve with A. Rows of A add up to a particle's mass, so every
-// iteration keeps the linear momentum of the stage.
+//   nonlinear_cg  the same with one pair, of which only s is used: conjugate directions, v' = v - a p, p = B
+//   g -
+//               (y.B g / y.s) s (Hestenes and Stiefel's formula), with a second force where the first shows
+//               that a = 1 is far off. Wang et al., MAS-PNCG, 2024, took a multilevel additive Schwarz
+//               preconditioner;
+//   additive_cg   with B as such a one: the V-cycle's smoothers on all lattices side by side, without
+//   products
+//               between them (Bramble, Pasciak and Xu, Math. Comp. 55 (1990) 1).
+// An iteration costs a force evaluation and a V-cycle, and keeps the linear momentum of the stage. Iterations
+// begin where the body would be if gravity alone changed its velocity, along axes in which nothing holds it.
 //
-// H g is a sum of z = A^-1 g, the steps s and the changes u = A^-1 y of z; y itself is not stored. L-BFGS's
-// two loops run over coefficients, from products of s and u with the gradients g and g' about a step:
-//   s_i.y = s_i.g' - s_i.g,   y_i.A^-1 y = u_i.g' - u_i.g.
+// H g is a sum of z = B g, the steps s and the changes u = B y of z; y itself is not stored. L-BFGS's two
+// loops run over coefficients, from products of s and u with the gradients g and g' about a step:
+//   s_i.y = s_i.g' - s_i.g,   y_i.B y = u_i.g' - u_i.g.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -22,11 +30,10 @@
 
 #include "core/base/error.hpp"
 #include "core/springs/spring_system.hpp"
-#include "integrators/linear/constant_matrix.hpp"
+#include "integrators/linear/rest_cycle.hpp"
 #include "integrators/linear/unknowns.hpp"
 #include "integrators/linear/vector_kernels.hpp"
 #include "integrators/nonlinear/bounded_system.hpp"
-#include "integrators/nonlinear/held_directions.hpp"
 #include "integrators/nonlinear/implicit_stage.hpp"
 
 namespace mss {
@@ -39,6 +46,7 @@ constexpr double tolerance = 1e-10, rounding = 1e-15;
 constexpr int most_idle = 4;
 
 constexpr int most_iterations = 2000;
+constexpr int most_with_contact = 200;  ///< friction may turn in circles: then Newton's method takes over
 constexpr int most_halvings = 12;
 
 /// Of what is left to solve, to what planes push with: then that is known, and friction follows it.
@@ -47,13 +55,22 @@ constexpr double trusted = 0.3;
 /// Iterations in a stage that look for what planes hold, beside those given.
 constexpr int most_in_search = 200;
 
+/// After so many changes of what planes hold in a stage the rest is solved, to that share of what it was,
+/// before there is another one: then they cannot go round in circles.
+constexpr int most_hasty_changes = 12;
+constexpr double solved = 1e-3;
+
 /// Where friction acts, which has no energy, so that no step may seem short enough.
 constexpr int most_halvings_sliding = 6;
+
+/// Of conjugate directions: of the slope at the beginning of a step, what is left at its end; and by how much
+/// a step may become longer.
+constexpr double steep_enough = 0.2, longest_length = 4;
 
 /// Moves below this share of the coordinates are rounding.
 constexpr double negligible = 1e-14;
 
-constexpr int most_pairs = 5;
+constexpr int most_pairs = 2;
 
 /// A step is a pair if s.y exceeds this share of -s.g.
 constexpr double least_curvature = 1e-3;
@@ -64,7 +81,7 @@ using Products = Eigen::Matrix<double, most_pairs + 1, 1>;
 /// Steps s and changes u of z, oldest first. One place more than pairs: the newest is written before the
 /// oldest is given up.
 struct Pairs {
-  int count = 0;
+  int kept = most_pairs, count = 0;
   std::array<Field<double>, most_pairs + 1> s, u;
   Eigen::Matrix<double, most_pairs + 1, most_pairs + 1> sy, uy;  ///< (older, newer); (i, i) too
 
@@ -72,15 +89,17 @@ struct Pairs {
   void push(const Products& s_with_y, const Products& u_with_y);
   /// Coefficients of s and u in H g - z, from products with g.
   void expand(const Products& sg, const Products& ug, Products& of_s, Products& of_u) const;
+  /// The same of the conjugate direction to the last step.
+  void conjugate(const Products& ug, Products& of_s, Products& of_u) const;
 };
 
 void Pairs::push(const Products& s_with_y, const Products& u_with_y) {
   sy.col(count) = s_with_y;
   uy.col(count) = u_with_y;
-  if (++count <= most_pairs) return;
+  if (++count <= kept) return;
   --count;
-  std::rotate(s.begin(), s.begin() + 1, s.end());
-  std::rotate(u.begin(), u.begin() + 1, u.end());
+  std::rotate(s.begin(), s.begin() + 1, s.begin() + kept + 1);
+  std::rotate(u.begin(), u.begin() + 1, u.begin() + kept + 1);
   sy.topLeftCorner<most_pairs, most_pairs>() = sy.bottomRightCorner<most_pairs, most_pairs>().eval();
   uy.topLeftCorner<most_pairs, most_pairs>() = uy.bottomRightCorner<most_pairs, most_pairs>().eval();
 }
@@ -101,15 +120,32 @@ void Pairs::expand(const Products& sg, const Products& ug, Products& of_s, Produ
   }
 }
 
+void Pairs::conjugate(const Products& ug, Products& of_s, Products& of_u) const {
+  of_s.setZero();
+  of_u.setZero();
+  if (count > 0) of_s[count - 1] = -ug[count - 1] / sy(count - 1, count - 1);
+}
+
 /// Coordinates that one thread works on at a time: what it reads twice stays in the first-level cache. Sums
 /// over them do not depend on the number of threads.
 constexpr std::ptrdiff_t part_size = 1024;
 constexpr std::ptrdiff_t parts_together = 8;  ///< some 2 us
 
+/// What directions are made of.
+struct Directions {
+  int pairs = 0;
+  bool conjugate = false;  ///< of a pair only the step
+  bool additive = false;   ///< by lattices side by side
+};
+
 class QuasiNewton final : public NonlinearSolver {
  public:
-  QuasiNewton(const IntegratorOptions& options, std::string name, int pairs)
-      : name_(std::move(name)), pairs_kept_(pairs), iterations_(options.iterations) {}
+  QuasiNewton(const IntegratorOptions& options, std::string name, Directions directions)
+      : name_(std::move(name)),
+        directions_(directions),
+        pairs_kept_(directions.pairs),
+        iterations_(options.iterations),
+        newton_(std::make_unique<Newton>(options)) {}
 
   Status solve(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work) override;
   void end_step(const StepTaken& step, State<double>& state, Field<double>* a) override {
@@ -130,21 +166,23 @@ class QuasiNewton final : public NonlinearSolver {
   void choose_step(System<double>& system, Work& work);
   void take_products(System<double>& system);
   void forget(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
+  void improve_length(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
   bool search(System<double>& system, const ImplicitStage& stage, State<double>& state, Work& work);
   void measure_gradient(System<double>& system);
   void leave_out_held(System<double>& system, const State<double>& state);
   bool take_step(System<double>& system, const ImplicitStage& stage, State<double>& state, bool settled,
                  Work& work);
   void make_bounded(System<double>& system);
-  void begin_contact(System<double>& system, const ImplicitStage& stage, State<double>& state);
+  void guess(System<double>& system, const ImplicitStage& stage, State<double>& state);
+  void begin_contact(State<double>& state);
   bool update_contact(System<double>& system, State<double>& state, double good);
 
   std::string name_;
+  Directions directions_;
   int pairs_kept_;
   int iterations_;
-  const Body* body_ = nullptr;
-  std::unique_ptr<ConstantSolver> solver_;
-  ConstantMatrix matrix_;
+  std::unique_ptr<RestCycle> cycle_;
+  TangentCoefficients matrix_;
   Field<double> mass_;  ///< 0 where there is no unknown
   Field<double> gradient_, z_, z_before_;
   Field<double> x_end_;  ///< of a step that conserves energy
@@ -157,36 +195,28 @@ class QuasiNewton final : public NonlinearSolver {
   double norm_ = 0, slope_now_ = 0;  ///< |g| and p.g at the end of the step
   std::vector<Sums> sums_;
 
-  std::unique_ptr<BoundedSystem> bounded_;  ///< the system where it has bounds
-  std::unique_ptr<HeldDirections> held_;
-  Field<double> impulse_;  ///< there, minus the gradient with what holds particles
-  Field<double> jump_;     ///< and the part of a step that takes them to their planes
+  std::shared_ptr<BoundedSystem> bounded_;  ///< the system where it has bounds
+  std::unique_ptr<Newton> newton_;          ///< solves stages there whose contacts do not settle
+  Field<double> guess_;                     ///< with which they began
+  Field<double> impulse_;                   ///< there, minus the gradient with what holds particles
+  Field<double> jump_;                      ///< and the part of a step that takes them to their planes
   bool jumps_ = false;
   double norm_at_pressure_ = 0;  ///< |g| when friction followed the pressure last
   int since_pressure_ = 0;       ///< iterations
+  int changes_ = 0;              ///< of what planes hold, in this stage
+  double norm_at_change_ = 0;    ///< |g| after the last of them
 };
 
-/// The springs that a system drives.
-const SpringSystem<double>& springs_of(System<double>& system, const std::string& name) {
-  const SpringSystem<double>* springs = system.springs();
-  if (!springs)
-    throw InputError(fmt::format(
-        "nonlinear_solver \"{}\" needs the constant matrix of springs, which this model has not; \"newton\" "
-        "takes any model",
-        name));
-  if (springs->body().config().has_negative_volume_stiffness())
+void QuasiNewton::begin(System<double>& system) {
+  if (const SpringSystem<double>* springs = system.springs();
+      springs && springs->body().config().has_negative_volume_stiffness())
     throw InputError(fmt::format(
         "nonlinear_solver \"{}\" minimises an energy, which has no lower bound where the volume stiffness is "
         "negative, as Poisson's ratio below 1/4 makes it; take \"newton\"",
-        name));
-  return *springs;
-}
-
-void QuasiNewton::begin(System<double>& system) {
-  body_ = &springs_of(system, name_).body();
+        name_));
+  pairs_.kept = pairs_kept_;
+  cycle_ = std::make_unique<RestCycle>(system, name_, directions_.additive ? Cycle::additive : Cycle::v);
   const Field<double> mask = mask_of_unknowns(system);
-  solver_ = why_not_separable(*body_, mask).empty() ? separable_solver(*body_, system)
-                                                    : cholesky_solver(*body_, system);
   for (Field<double>* field : {&mass_, &gradient_, &z_, &z_before_}) *field = Field<double>(system.size());
   for (int i = 0; i <= pairs_kept_; ++i) {
     pairs_.s[std::size_t(i)] = Field<double>(system.size());
@@ -197,13 +227,12 @@ void QuasiNewton::begin(System<double>& system) {
 }
 
 Status QuasiNewton::prepare(const ImplicitStage& stage, Work& work) {
-  const ConstantMatrix matrix =
-      bounding_matrix(*body_, 1, stage.force_velocity ? 0 : stage.gamma, stage.gamma * stage.gamma_x);
+  const TangentCoefficients matrix{
+      .mass = 1, .damping = stage.force_velocity ? 0 : stage.gamma, .stiffness = stage.gamma * stage.gamma_x};
   if (matrix == matrix_) return Status::ok;
   matrix_ = matrix;
   ++work.factorisations;
-  if (held_) held_->forget_matrix();
-  return solver_->prepare(matrix_);
+  return cycle_->prepare(matrix_);
 }
 
 /// Adds up part(first, count, sums) of all coordinates, always in the same order.
@@ -274,15 +303,15 @@ void QuasiNewton::leave_out_held(System<double>& system, const State<double>& st
 /// step to pairs_.s[pairs_.count].
 void QuasiNewton::choose_step(System<double>& system, Work& work) {
   std::swap(z_, z_before_);
-  solver_->solve(system, gradient_, z_);
-  if (held_) {
-    if (jumps_) jump_.array() = -jump_.array();  // the step is -z
-    held_->correct(jumps_ ? jump_ : Field<double>(), z_);
-  }
+  if (jumps_) jump_.array() = -jump_.array();  // the step is -z
+  cycle_->solve(gradient_, jumps_ ? jump_ : Field<double>(), z_);
   ++work.linear_solves;
   take_products(system);
   Products of_s, of_u;
-  pairs_.expand(sg_, ug_, of_s, of_u);
+  if (directions_.conjugate)
+    pairs_.conjugate(ug_, of_s, of_u);
+  else
+    pairs_.expand(sg_, ug_, of_s, of_u);
   slope_ = -zg_ - of_s.dot(sg_) - of_u.dot(ug_);
   if (!(slope_ < 0)) {  // uphill, by rounding
     pairs_.count = 0;
@@ -354,10 +383,24 @@ bool QuasiNewton::search(System<double>& system, const ImplicitStage& stage, Sta
     move(system, stage, state, length - length_);
     length_ = length;
     evaluate(system, stage, state, work);
-    if (std::isfinite(norm_) && slope_now_ <= -slope_ / 2) return true;
+    if (std::isfinite(norm_) && slope_now_ <= -slope_ / 2) {
+      if (directions_.conjugate && halvings == 0) improve_length(system, stage, state, work);
+      return true;
+    }
     if (bounded_ && halvings == most_halvings_sliding) return std::isfinite(norm_);
   }
   return false;
+}
+
+/// Goes on to where the slope would be zero if it were linear.
+void QuasiNewton::improve_length(System<double>& system, const ImplicitStage& stage, State<double>& state,
+                                 Work& work) {
+  const double length = slope_ / (slope_ - slope_now_);
+  if (std::abs(slope_now_) <= steep_enough * std::abs(slope_) || !(length > 0)) return;
+  const double to = std::min(length, longest_length);
+  move(system, stage, state, to - length_);
+  length_ = to;
+  evaluate(system, stage, state, work);
 }
 
 /// Goes back to where the last step began, to go on from there without pairs.
@@ -380,39 +423,45 @@ bool QuasiNewton::take_step(System<double>& system, const ImplicitStage& stage, 
 }
 
 void QuasiNewton::make_bounded(System<double>& system) {
-  bounded_ = std::make_unique<BoundedSystem>(system);
-  held_ = std::make_unique<HeldDirections>(system, *solver_);
+  bounded_ = std::make_shared<BoundedSystem>(system);
   jump_ = impulse_ = gradient_;
 }
 
-/// Pairs are of one stage; what lasts is the matrix, and what planes hold.
+/// Pairs and rotations are of one stage; what lasts is what planes hold.
 void QuasiNewton::remember(System<double>& system, Record& record) {
-  bool has_matrix = solver_ != nullptr, has_bounds = bounded_ != nullptr;
-  record.keep(has_matrix, has_bounds);
-  if (!has_matrix) return;
-  record.keep(matrix_.mass, matrix_.cell_edge);
-  record.keep_values(std::span<double>(matrix_.spring));
+  bool has_bounds = bounded_ != nullptr;
+  record.keep(has_bounds);
+  if (!has_bounds) return;
   if (record.reads()) {
     begin(system);
-    solver_->prepare(matrix_);
-    if (has_bounds) make_bounded(system);
+    make_bounded(system);
   }
-  if (has_bounds) record.keep(*bounded_, *held_);
+  record.keep(*bounded_);
 }
 
-void QuasiNewton::begin_contact(System<double>& system, const ImplicitStage& stage, State<double>& state) {
-  if (!bounded_) make_bounded(system);
-  bounded_->begin(stage);
-  held_->hold(bounded_->held());
+/// What gravity makes of the velocity until the stage's time, where nothing holds the body: then iterations
+/// that are cut short keep its fall.
+void QuasiNewton::guess(System<double>& system, const ImplicitStage& stage, State<double>& state) {
+  cycle_->add_where_free((stage.t - state.t) * system.cells()->environment().gravity, state.v);
+}
+
+void QuasiNewton::begin_contact(State<double>& state) {
   jumps_ = bounded_->jump(state.v, jump_);
   norm_at_pressure_ = std::numeric_limits<double>::infinity();
   since_pressure_ = 0;
+  changes_ = 0;
 }
 
 /// Changes what planes hold after a step, and friction once the rest is solved for that of before: if it
-/// followed every iteration, sliding would diverge. True if neither changed.
+/// followed every iteration, sliding would diverge. True if the rest is a function that has not changed.
 bool QuasiNewton::update_contact(System<double>& system, State<double>& state, double good) {
-  const bool jumped = jumps_, changed = bounded_->update(impulse_, state.v, norm_);
+  const bool jumped = jumps_;
+  if (changes_ >= most_hasty_changes && norm_ > std::max(good, solved * norm_at_change_)) {
+    jumps_ = bounded_->jump(state.v, jump_);
+    if (jumps_) pairs_.count = 0;
+    return !jumped && !jumps_;
+  }
+  const bool changed = bounded_->update(impulse_, state.v, norm_);
   ++since_pressure_;
   double friction = 0;
   if (bounded_->slides() && (norm_ < trusted * std::min(norm_at_pressure_, bounded_->push()) ||
@@ -421,37 +470,54 @@ bool QuasiNewton::update_contact(System<double>& system, State<double>& state, d
     norm_at_pressure_ = std::max(norm_, friction);
     since_pressure_ = 0;
   }
-  if (changed) held_->hold(bounded_->held());
+  if (changed || friction > good) cycle_->hold(bounded_->held(state.v));
   jumps_ = bounded_->jump(state.v, jump_);
   if (!changed && !jumps_ && friction <= good) return !jumped;
-  if (changed || jumps_) pairs_.count = 0;
+  pairs_.count = 0;
   length_ = 0;
   leave_out_held(system, state);
+  ++changes_;
+  norm_at_change_ = norm_;
   return false;
 }
 
 Status QuasiNewton::solve(System<double>& system, const ImplicitStage& stage, State<double>& state,
                           Work& work) {
+  if (system.bounds()) guess_ = state.v;
   const Status status = solve_stage(system, stage, state, work);
-  if (status == Status::ok && bounded_) bounded_->end_stage(stage, impulse_);
-  return status;
+  if (!bounded_) return status;
+  if (status == Status::ok) {
+    bounded_->end_stage(stage, impulse_);
+    return status;
+  }
+  if (iterations_ > 0 || stage.force_velocity) return status;  // searches for an equilibrium begin anew
+  state.v = guess_;
+  bounded_->let_go();
+  return newton_->solve_for(bounded_, system, stage, state, work);
 }
 
 Status QuasiNewton::solve_stage(System<double>& plain, const ImplicitStage& stage, State<double>& state,
                                 Work& work) {
-  if (!solver_) begin(plain);
+  if (!cycle_) begin(plain);
   if (const Status status = prepare(stage, work); status != Status::ok) return status;
-  if (plain.bounds()) begin_contact(plain, stage, state);
+  if (plain.bounds() && !bounded_) make_bounded(plain);
   System<double>& system = bounded_ ? *bounded_ : plain;
+  if (bounded_) {
+    bounded_->begin(stage);
+    cycle_->hold(bounded_->held(state.v));
+  }
+  guess(plain, stage, state);
+  if (bounded_) begin_contact(state);
   pairs_.count = 0;
   length_ = 0;
   state.x.array() = stage.x_base->array() + stage.gamma_x * state.v.array();
   system.constrain(stage.t, state.x, state.v);
+  cycle_->place(state.x);
   evaluate(system, stage, state, work);
   if (!std::isfinite(norm_)) return Status::non_finite;
   const double good = std::max(tolerance * norm_, bounded_ ? contact_tolerance * bounded_->scale() : 0);
   const double target = iterations_ > 0 ? 0 : stage.conserve_from ? rounding * norm_ : good;
-  const int most = iterations_ > 0 ? iterations_ : most_iterations;
+  const int most = iterations_ > 0 ? iterations_ : bounded_ ? most_with_contact : most_iterations;
   const double coordinates = std::sqrt(3 * double(system.particles().size()));
   const double enough =
       coordinates * std::max(stage.enough, negligible * state.x.array().abs().maxCoeff()) / stage.gamma_x;
@@ -489,19 +555,38 @@ Status QuasiNewton::solve_stage(System<double>& plain, const ImplicitStage& stag
 }  // namespace
 
 NonlinearSolverInfo projective() {
-  return {
-      .name = "projective",
-      .summary = "projective dynamics: quasi-Newton with a constant matrix; springs, convergence linear",
-      .make = [](const IntegratorOptions& o) { return std::make_unique<QuasiNewton>(o, "projective", 0); }};
+  return {.name = "projective",
+          .summary =
+              "quasi-Newton with a V-cycle on the tangent at rest, turned with the body: convergence linear",
+          .make = [](const IntegratorOptions& o) {
+            return std::make_unique<QuasiNewton>(o, "projective", Directions{});
+          }};
 }
 
 NonlinearSolverInfo lbfgs() {
+  return {.name = "lbfgs",
+          .summary = "L-BFGS on that V-cycle, two pairs: a few iterations of some seven explicit steps each",
+          .make = [](const IntegratorOptions& o) {
+            return std::make_unique<QuasiNewton>(o, "lbfgs", Directions{.pairs = most_pairs});
+          }};
+}
+
+NonlinearSolverInfo nonlinear_cg() {
   return {
-      .name = "lbfgs",
-      .summary = "L-BFGS on that matrix, five pairs: a few iterations of a few explicit steps each; springs",
+      .name = "nonlinear_cg",
+      .summary = "nonlinear conjugate gradients with that V-cycle: as lbfgs, with one pair and a line search",
       .make = [](const IntegratorOptions& o) {
-        return std::make_unique<QuasiNewton>(o, "lbfgs", most_pairs);
+        return std::make_unique<QuasiNewton>(o, "nonlinear_cg", Directions{.pairs = 1, .conjugate = true});
       }};
+}
+
+NonlinearSolverInfo additive_cg() {
+  return {.name = "additive_cg",
+          .summary = "the same with an additive cycle, after MAS-PNCG: cheaper iterations, and many more",
+          .make = [](const IntegratorOptions& o) {
+            return std::make_unique<QuasiNewton>(o, "additive_cg",
+                                                 Directions{.pairs = 1, .conjugate = true, .additive = true});
+          }};
 }
 
 }  // namespace mss

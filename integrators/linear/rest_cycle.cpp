@@ -1,0 +1,255 @@
+#include "integrators/linear/rest_cycle.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/base/error.hpp"
+#include "integrators/linear/unknowns.hpp"
+
+namespace mss {
+
+namespace {
+
+const Body& body_of(System<double>& system, const std::string& user) {
+  const BodySystem<double>* cells = system.cells();
+  if (!cells)
+    throw InputError(fmt::format(
+        "nonlinear_solver \"{}\" needs a body of cells of one size, which this model is not; \"newton\" "
+        "takes any model",
+        user));
+  return cells->body();
+}
+
+/// Of the largest stiffness at a particle: what mass must be for rigid motions not to drown the rest in
+/// single precision. Searches for an equilibrium have less.
+constexpr double least_mass = 1e-6;
+
+}  // namespace
+
+RestCycle::RestCycle(System<double>& system, const std::string& user, Cycle kind)
+    : system_(system),
+      body_(body_of(system, user)),
+      parallel_([&system](std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
+        system.parallel(count, task);
+      }),
+      kind_(kind),
+      edges_(body_.lattice(), 9),
+      rotations_(body_.lattice(), 9),
+      turning_(body_.lattice(), 3) {
+  std::array<std::vector<char>, 3> unknown;
+  for (auto& axis : unknown) axis.assign(std::size_t(body_.lattice().sites), 0);
+  for (const auto [site, axis] : unknowns_of(system)) unknown[std::size_t(axis)][std::size_t(site)] = 1;
+  body_.for_each_cell([&](std::ptrdiff_t site) {
+    turning_[0][site] = 1;
+    for (int c = 0; c < 8; ++c) turning_[1][site + body_.lattice().corner(c)] += 1;
+  });
+  for (const std::ptrdiff_t site : body_.sites()) {
+    const bool is_free = std::all_of(unknown.begin(), unknown.end(),
+                                     [&](const auto& axis) { return axis[std::size_t(site)] != 0; });
+    turning_[1][site] = is_free ? 1 / turning_[1][site] : 0;  // prescribed axes do not turn
+    turning_[2][site] = 1;
+  }
+  find_pieces(unknown);
+  finest_ = std::make_unique<RestLevel>(body_, unknown);
+  set_rotations();
+}
+
+void RestCycle::find_pieces(const std::array<std::vector<char>, 3>& unknown) {
+  constexpr std::size_t portion = 1024;
+  std::vector<int> other(body_.particle_count());  // a particle of the same piece that comes no later
+  std::iota(other.begin(), other.end(), 0);
+  const auto first_of = [&](int p) {
+    while (other[std::size_t(p)] != p) p = other[std::size_t(p)] = other[std::size_t(other[std::size_t(p)])];
+    return p;
+  };
+  body_.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot&, double, double) {
+    const int one = first_of(body_.particle(a)), two = first_of(body_.particle(b));
+    other[std::size_t(std::max(one, two))] = std::min(one, two);
+  });
+  piece_of_.resize(other.size());
+  std::vector<std::vector<std::ptrdiff_t>> sites;
+  for (std::size_t p = 0; p < other.size(); ++p) {
+    const auto first = std::size_t(first_of(int(p)));
+    if (first == p) {
+      piece_of_[p] = int(pieces_.size());
+      pieces_.emplace_back();
+      sites.emplace_back();
+    }
+    const auto piece = std::size_t(piece_of_[p] = piece_of_[first]);
+    const std::ptrdiff_t site = body_.sites()[p];
+    sites[piece].push_back(site);
+    pieces_[piece].mass += body_.mass(site);
+    for (int axis = 0; axis < 3; ++axis)
+      if (unknown[std::size_t(axis)][std::size_t(site)] == 0) pieces_[piece].free[axis] = 0;
+  }
+  for (std::size_t piece = 0; piece < sites.size(); ++piece) {
+    const std::size_t end = sites_.size() + sites[piece].size();
+    for (std::size_t first = sites_.size(); first < end; first += portion)
+      portions_.push_back({piece, first, std::min(first + portion, end)});
+    sites_.insert(sites_.end(), sites[piece].begin(), sites[piece].end());
+  }
+  for (const std::ptrdiff_t site : sites_) masses_.push_back(body_.mass(site));
+}
+
+bool RestCycle::any_piece_keeps() const {
+  return std::any_of(pieces_.begin(), pieces_.end(),
+                     [](const Piece& piece) { return !piece.keeps(Vec3::Ones()).isZero(); });
+}
+
+RestCycle::~RestCycle() = default;
+
+Status RestCycle::prepare(const TangentCoefficients& sum) {
+  TangentCoefficients enough = sum;
+  double stiffest = 0;  // a particle in the middle of its springs, over its mass
+  for (const Part& part : body_.parts()) {
+    const SpringConstants& k = part.springs;
+    stiffest = std::max(stiffest,
+                        (2 * k.edge + 4 * k.face + 8.0 / 3 * k.body) / (part.density * body_.cell_volume()));
+  }
+  enough.mass = std::max(sum.mass, least_mass * sum.stiffness * stiffest);
+  return finest_->prepare(enough);
+}
+
+/// None: everything stands as at rest.
+void RestCycle::set_rotations() {
+  for (int i = 0; i < 9; ++i) std::fill_n(rotations_[i], body_.lattice().sites, 0.0F);
+  for (const int i : {0, 4, 8}) std::copy_n(turning_[2], body_.lattice().sites, rotations_[i]);
+}
+
+void RestCycle::place(const Field<double>& x) {
+  const RestKernels& kernels = fastest_copy<RestKernels>();
+  const Lattice& lattice = body_.lattice();
+  const double* const from[3] = {x.axis(0), x.axis(1), x.axis(2)};
+  float *edges[9], *rotations[9];
+  for (int i = 0; i < 9; ++i) {
+    edges[i] = edges_[i];
+    rotations[i] = rotations_[i];
+  }
+  const std::ptrdiff_t with_cells = lattice.plane * lattice.cells[2];  // the last plane has none
+  finest_->for_ranges(parallel_, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+    if (first < with_cells)
+      kernels.edges(finest_->stencil(), from, 1 / body_.config().cell_size, edges, first,
+                    std::min(last, with_cells));
+  });
+  finest_->for_ranges(parallel_, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+    kernels.rotations(finest_->stencil(), edges, turning_[0], turning_[1], turning_[2], rotations, first,
+                      last);
+  });
+  if (!held_.empty()) hold_in_lattice();
+}
+
+void RestCycle::hold(std::vector<HeldParticle> held) {
+  held_ = std::move(held);
+  for (Piece& piece : pieces_) piece.unheld = Eigen::Array3d::Ones();
+  for (const auto& [site, directions, friction] : held_) {
+    Piece& piece = pieces_[std::size_t(piece_of_[std::size_t(body_.particle(site))])];
+    piece.unheld = ((directions + friction).diagonal().array() > 0).select(0, piece.unheld);
+  }
+  hold_in_lattice();
+}
+
+/// Held directions as they lie in the body at rest.
+void RestCycle::hold_in_lattice() {
+  std::vector<SiteConstraint> constraints;
+  for (const auto& [site, directions, friction] : held_) {
+    Eigen::Matrix3f q;
+    for (int i = 0; i < 9; ++i) q(i / 3, i % 3) = rotations_[i][site];
+    constraints.push_back(
+        {site, q.transpose() * directions.cast<float>() * q, q.transpose() * friction.cast<float>() * q});
+  }
+  finest_->constrain(constraints);
+}
+
+/// Calls part(piece, site, mass) for every particle, on all threads.
+template <class Part>
+void RestCycle::for_each_of_pieces(Part&& part) const {
+  parallel_(std::ptrdiff_t(portions_.size()), [&](std::ptrdiff_t i) {
+    const auto& [piece, first, last] = portions_[std::size_t(i)];
+    for (std::size_t p = first; p < last; ++p) part(piece, sites_[p], masses_[p]);
+  });
+}
+
+/// The sum over a piece's particles of part(site, mass), over its mass, along what it keeps: the same for any
+/// number of threads.
+template <class Part>
+std::vector<Vec3> RestCycle::means(Part&& part) const {
+  std::vector<Vec3> sums(portions_.size()), of_pieces(pieces_.size(), Vec3::Zero());
+  parallel_(std::ptrdiff_t(portions_.size()), [&](std::ptrdiff_t i) {
+    const auto& [piece, first, last] = portions_[std::size_t(i)];
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t p = first; p < last; ++p) sum += part(sites_[p], masses_[p]);
+    sums[std::size_t(i)] = sum;
+  });
+  for (std::size_t i = 0; i < portions_.size(); ++i) of_pieces[portions_[i].piece] += sums[i];
+  for (std::size_t i = 0; i < pieces_.size(); ++i)
+    of_pieces[i] = pieces_[i].keeps(of_pieces[i] / pieces_[i].mass);
+  return of_pieces;
+}
+
+void RestCycle::add_where_free(const Vec3& change, Field<double>& v) {
+  if (change.isZero() || !any_piece_keeps()) return;
+  for_each_of_pieces([&](std::size_t piece, std::ptrdiff_t site, double) {
+    v.set(site, v.at(site) + pieces_[piece].keeps(change));
+  });
+}
+
+/// out = Q^T r / norm
+void RestCycle::turn_back(const Field<double>& r, double norm, PaddedArrays& out) {
+  const float* q[9];
+  for (int i = 0; i < 9; ++i) q[i] = rotations_[i];
+  const double* const from[3] = {r.axis(0), r.axis(1), r.axis(2)};
+  float* const to[3] = {out[0], out[1], out[2]};
+  finest_->for_ranges(parallel_, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+    fastest_copy<RestKernels>().turn_back(q, from, 1 / norm, to, first, last);
+  });
+}
+
+/// Takes from r what `values` makes of the rest.
+void RestCycle::give_way(const Field<double>& values, double norm) {
+  turn_back(values, norm, finest_->z());
+  finest_->subtract_product(parallel_);
+}
+
+void RestCycle::take_held(const Field<double>& values, Field<double>& z) const {
+  for (const auto& [site, directions, friction] : held_) {
+    const Vec3 value = z.at(site);
+    z.set(site, value - directions * value);
+  }
+  if (values.size() > 0) z.array() += values.array();
+}
+
+void RestCycle::solve(const Field<double>& r, const Field<double>& values, Field<double>& z) {
+  const bool keeps = any_piece_keeps();
+  std::vector<Vec3> momenta;
+  if (keeps) {
+    momenta = means([&](std::ptrdiff_t site, double) { return r.at(site); });
+    r_ = r;
+    for_each_of_pieces([&](std::size_t piece, std::ptrdiff_t site, double mass) {
+      r_.set(site, r.at(site) - mass * momenta[piece]);
+    });
+  }
+  double norm = std::max(r.array().abs().maxCoeff(), 1e-300);
+  if (values.size() > 0) norm = std::max(norm, values.array().abs().maxCoeff());
+  turn_back(keeps ? r_ : r, norm, finest_->r());
+  if (values.size() > 0) give_way(values, norm);
+  finest_->cycle(parallel_, kind_);
+  const float* q[9];
+  for (int i = 0; i < 9; ++i) q[i] = rotations_[i];
+  const float* const found[3] = {finest_->z()[0], finest_->z()[1], finest_->z()[2]};
+  double* const to[3] = {z.axis(0), z.axis(1), z.axis(2)};
+  finest_->for_ranges(parallel_, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+    fastest_copy<RestKernels>().turn(q, found, norm, to, first, last);
+  });
+  if (!held_.empty()) take_held(values, z);
+  if (!keeps) return;
+  std::vector<Vec3> changes =
+      means([&](std::ptrdiff_t site, double mass) { return Vec3(mass * z.at(site)); });
+  for (std::size_t i = 0; i < changes.size(); ++i) changes[i] = momenta[i] - changes[i];
+  for_each_of_pieces(
+      [&](std::size_t piece, std::ptrdiff_t site, double) { z.set(site, z.at(site) + changes[piece]); });
+}
+
+}  // namespace mss

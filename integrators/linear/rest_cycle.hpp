@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "core/springs/body_system.hpp"
+#include "integrators/integrator.hpp"
+#include "integrators/linear/rest_level.hpp"
+
+namespace mss {
+
+/// What a plane makes of a particle: directions in which it cannot move, as a projection onto them, and by
+/// how much friction changes with its velocity [kg], which counts among masses.
+struct HeldParticle {
+  std::ptrdiff_t site;
+  Eigen::Matrix3d directions, friction;
+};
+
+/// An approximate inverse of a M + b C + c K for quasi-Newton methods, symmetric and positive definite: one
+/// V-cycle (or an additive cycle) in single precision on the lattice of springs at rest (rest_level.hpp),
+/// with the particles' rotations Q on both sides,
+///   H = Q A_rest^-1 Q^T,
+/// as warping turns a linear body's stiffness (Mueller and Gross, Interactive virtual materials, Graphics
+/// Interface 2004). Nothing in it depends on strains, so it is prepared once a step size, and placed once a
+/// stage.
+///
+/// Along axes in which nothing of a piece is held it is P H P^T + 1 1^T / m, P what keeps the piece's centre
+/// of mass and m its mass: then a step of a quasi-Newton method changes linear momentum by what the residual
+/// says, to rounding, and pieces that hang together with nothing fall. Pieces are what springs connect.
+class RestCycle {
+ public:
+  /// For a body of cells, whose springs stand for whatever fills them. The system must outlive it, and its
+  /// holds must stay. Throws InputError if the system is no such body; `user` is who asks.
+  RestCycle(System<double>& system, const std::string& user, Cycle kind = Cycle::v);
+  ~RestCycle();
+
+  /// Prepares for a matrix. Status ok, or not_positive_definite.
+  Status prepare(const TangentCoefficients& sum);
+  /// Takes the rotations that particles at x have.
+  void place(const Field<double>& x);
+  /// Holds these from now on. place() keeps what is held.
+  void hold(std::vector<HeldParticle> held);
+
+  /// v += change, of every piece along the axes in which nothing of it is held or prescribed.
+  void add_where_free(const Vec3& change, Field<double>& v);
+
+  /// z = H r. Prescribed coordinates of r must be 0; those of z are, and so are its held directions, but for
+  /// those of `values`, to which the rest of z gives way: of size 0, none.
+  void solve(const Field<double>& r, const Field<double>& values, Field<double>& z);
+
+ private:
+  /// Particles that springs connect.
+  struct Piece {
+    double mass = 0;                                 ///< [kg]
+    Eigen::Array3d free = Eigen::Array3d::Ones();    ///< 1 along axes in which nothing is prescribed, else 0
+    Eigen::Array3d unheld = Eigen::Array3d::Ones();  ///< the same of what is held
+    Vec3 keeps(const Vec3& vector) const { return free * unheld * vector.array(); }
+  };
+  /// Some of a piece's particles, which one thread adds up.
+  struct Portion {
+    std::size_t piece, first, last;  ///< of sites_
+  };
+
+  void find_pieces(const std::array<std::vector<char>, 3>& unknown);
+  bool any_piece_keeps() const;
+  template <class Part>
+  std::vector<Vec3> means(Part&& part) const;
+  template <class Part>
+  void for_each_of_pieces(Part&& part) const;
+  void set_rotations();
+  void hold_in_lattice();
+  void turn_back(const Field<double>& r, double norm, PaddedArrays& out);
+  void give_way(const Field<double>& values, double norm);
+  void take_held(const Field<double>& values, Field<double>& z) const;
+
+  System<double>& system_;
+  const Body& body_;
+  Parallel parallel_;
+  Cycle kind_;
+  std::unique_ptr<RestLevel> finest_;
+  PaddedArrays edges_, rotations_;
+  PaddedArrays turning_;  ///< 1 for a cell; one over the cells around a particle that turns; 1 for a particle
+  std::vector<HeldParticle> held_;
+  std::vector<Piece> pieces_;
+  std::vector<int> piece_of_;          ///< by particle
+  std::vector<std::ptrdiff_t> sites_;  ///< piece by piece
+  std::vector<double> masses_;         ///< of them [kg]
+  std::vector<Portion> portions_;
+  Field<double> r_;
+};
+
+}  // namespace mss

@@ -1,0 +1,309 @@
+// The V-cycle at rest of quasi-Newton methods: its product is the tangent, it is symmetric and positive on
+// any body, it solves, keeps momentum, and goes around what is held.
+#include "integrators/linear/rest_cycle.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cstring>
+
+#include "core/base/error.hpp"
+#include "tests/random_bodies.hpp"
+
+namespace mss {
+namespace {
+
+constexpr TangentCoefficients long_step{
+    .mass = 1, .damping = 0.2, .stiffness = 0.04, .kind = Tangent::projected};
+
+Field<double> random_vectors(const System<double>& system, unsigned seed) {
+  Field<double> field(system.size());
+  std::mt19937 rng(seed);
+  std::uniform_real_distribution<> u(-1, 1);
+  for (const std::ptrdiff_t site : system.particles()) field.set(site, Vec3(u(rng), u(rng), u(rng)));
+  system.clear_prescribed(field);
+  return field;
+}
+
+double product_of(const Field<double>& a, const Field<double>& b) { return (a.array() * b.array()).sum(); }
+
+/// Ragged bodies of one material and of several with fills, nearly incompressible ones among them.
+std::vector<std::pair<std::string, BodyConfig>> bodies() {
+  std::vector<std::pair<std::string, BodyConfig>> all;
+  for (const auto& [name, voxels] : testing::test_shapes()) {
+    all.emplace_back(name, testing::test_config(voxels));
+    all.emplace_back(name + "_mixed", testing::mixed_config(voxels, 2));
+    all.emplace_back(name + "_incompressible", testing::test_config(voxels));
+    all.back().second.springs.volume = 2e4;
+  }
+  return all;
+}
+
+Hold lower_end(const BodyConfig& config, std::array<bool, 3> axes = {true, true, true}) {
+  return {.box = {config.origin, config.origin + Vec3(0, 100, 100)}, .axes = axes};
+}
+
+TEST(RestCycle, ItsProductIsTheTangentAtRest) {
+  for (const auto& [name, config] : bodies()) {
+    const Body body(config);
+    SpringSystem<double> system(body, {});
+    std::array<std::vector<char>, 3> unknown;
+    for (auto& axis : unknown) axis.assign(std::size_t(body.lattice().sites), 1);
+    RestLevel level(body, unknown);
+    ASSERT_EQ(level.prepare(long_step), Status::ok);
+    const Field<double> u = random_vectors(system, 3);
+    Field<double> expected(system.size());
+    const State<double> rest = system.rest_state();
+    system.tangents()->product(0, rest.x, rest.v, long_step, u, expected);
+    for (int axis = 0; axis < 3; ++axis)
+      for (const std::ptrdiff_t site : body.sites()) {
+        level.z()[axis][site] = float(u.axis(axis)[site]);
+        level.r()[axis][site] = 0;
+      }
+    level.subtract_product([](std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task) {
+      for (std::ptrdiff_t i = 0; i < count; ++i) task(i);
+    });
+    double error = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      for (const std::ptrdiff_t site : body.sites())
+        error = std::max(error, std::abs(double(level.r()[axis][site]) + expected.axis(axis)[site]));
+    EXPECT_LT(error, 2e-6 * expected.array().abs().maxCoeff()) << name;
+  }
+}
+
+TEST(RestCycle, IsSymmetricAndPositive) {
+  for (const auto& [name, config] : bodies())
+    for (const bool held : {false, true}) {
+      const Body body(config);
+      Environment environment;
+      if (held) environment.holds = {lower_end(config, {true, false, true})};
+      SpringSystem<double> system(body, environment);
+      State<double> state = system.rest_state();
+      testing::randomise(body, state, 0.3, 0, 4);
+      RestCycle cycle(system, "test");
+      ASSERT_EQ(cycle.prepare(long_step), Status::ok);
+      cycle.place(state.x);
+      const Field<double> r = random_vectors(system, 1), s = random_vectors(system, 2);
+      Field<double> hr(system.size()), hs(system.size());
+      cycle.solve(r, {}, hr);
+      cycle.solve(s, {}, hs);
+      const double size = std::sqrt(product_of(r, hr) * product_of(s, hs));
+      EXPECT_GT(product_of(r, hr), 0) << name;
+      EXPECT_NEAR(product_of(s, hr), product_of(r, hs), 1e-5 * size) << name;
+    }
+}
+
+/// By how much twenty corrections reduce a residual, in the directions that are free.
+double reduction(SpringSystem<double>& system, RestCycle& cycle, const Field<double>& x,
+                 const std::vector<HeldParticle>& held) {
+  const auto clear = [&](Field<double>& field) {
+    system.clear_prescribed(field);
+    for (const HeldParticle& particle : held) {
+      const Vec3 value = field.at(particle.site);
+      field.set(particle.site, value - particle.directions * value);
+    }
+  };
+  Field<double> r = random_vectors(system, 5), z(system.size()), image(system.size());
+  clear(r);
+  const double before = std::sqrt(product_of(r, r));
+  for (int i = 0; i < 20; ++i) {
+    cycle.solve(r, {}, z);
+    system.tangents()->product(0, x, x, long_step, z, image);
+    r.array() -= image.array();
+    clear(r);
+  }
+  return std::sqrt(product_of(r, r)) / before;
+}
+
+TEST(RestCycle, SolvesWithTheTangentOfTurnedBodies) {
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(2, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+  for (const auto& [name, config] : bodies()) {
+    if (name.find("random") != std::string::npos) continue;  // cells that hang by a corner
+    const Body body(config);
+    SpringSystem<double> system(body, {});
+    Field<double> x(system.size());
+    for (const std::ptrdiff_t site : body.sites()) x.set(site, turn * body.rest_position(site));
+    RestCycle cycle(system, "test");
+    ASSERT_EQ(cycle.prepare(long_step), Status::ok);
+    EXPECT_GT(reduction(system, cycle, x, {}), 0.05)
+        << name;  // a body that is not turned has another tangent
+    cycle.place(x);
+    EXPECT_LT(reduction(system, cycle, x, {}), name.find("incompr") == std::string::npos ? 1e-4 : 0.05)
+        << name;
+  }
+}
+
+TEST(RestCycle, GoesAroundWhatPlanesHold) {
+  const BodyConfig config = testing::test_config(VoxelGrid::box(12, 12, 12));
+  const Body body(config);
+  SpringSystem<double> system(body, {});
+  const State<double> rest = system.rest_state();
+  RestCycle cycle(system, "test");
+  ASSERT_EQ(cycle.prepare(long_step), Status::ok);
+  cycle.place(rest.x);
+  const Vec3 normal = Vec3(0.3, -0.4, 1).normalized();
+  std::vector<HeldParticle> held;
+  for (const std::ptrdiff_t site : body.select(config.origin, config.origin + Vec3(100, 100, 0))) {
+    const bool sticks = body.lattice().coordinates(site)[0] < 4;
+    held.push_back({site, sticks ? Eigen::Matrix3d::Identity() : Eigen::Matrix3d(normal * normal.transpose()),
+                    Eigen::Matrix3d::Zero()});
+  }
+  cycle.hold(held);
+  EXPECT_LT(reduction(system, cycle, rest.x, held), 1e-4);
+
+  // What is held takes the values it is given, and the rest gives way to them.
+  Field<double> values(system.size()), z(system.size()), image(system.size());
+  for (const HeldParticle& particle : held)
+    values.set(particle.site, particle.directions * Vec3(0.1, 0.2, -0.3));
+  cycle.solve(Field<double>(system.size()), values, z);
+  for (const HeldParticle& particle : held)
+    EXPECT_LT((particle.directions * z.at(particle.site) - values.at(particle.site)).norm(), 1e-7);
+  const auto forces = [&](const Field<double>& u) {
+    system.tangents()->product(0, rest.x, rest.x, long_step, u, image);
+    for (const HeldParticle& particle : held) image.set(particle.site, Vec3::Zero());
+    return std::sqrt(product_of(image, image));
+  };
+  EXPECT_LT(forces(z), 0.3 * forces(values));
+
+  cycle.hold({});
+  EXPECT_LT(reduction(system, cycle, rest.x, {}), 1e-4);
+}
+
+TEST(RestCycle, CountsFrictionAmongMasses) {
+  const BodyConfig config = testing::test_config(VoxelGrid::box(8, 8, 8));
+  const Body body(config);
+  SpringSystem<double> system(body, {});
+  const State<double> rest = system.rest_state();
+  RestCycle cycle(system, "test");
+  ASSERT_EQ(cycle.prepare(long_step), Status::ok);
+  std::vector<HeldParticle> held;
+  for (const std::ptrdiff_t site : body.select(config.origin, config.origin + Vec3(100, 100, 0)))
+    held.push_back({site, Vec3(0, 0, 1) * Vec3(0, 0, 1).transpose(),
+                    3000 * Eigen::Matrix3d(Vec3(0, 1, 0) * Vec3(0, 1, 0).transpose())});
+  const auto left = [&] {
+    Field<double> r = random_vectors(system, 5), z(system.size()), image(system.size());
+    for (const HeldParticle& particle : held)
+      r.set(particle.site, r.at(particle.site) - particle.directions * r.at(particle.site));
+    const double before = std::sqrt(product_of(r, r));
+    for (int i = 0; i < 20; ++i) {
+      cycle.solve(r, {}, z);
+      system.tangents()->product(0, rest.x, rest.v, long_step, z, image);
+      r.array() -= image.array();
+      for (const HeldParticle& particle : held) {
+        const Vec3 value = r.at(particle.site) - particle.friction * z.at(particle.site);
+        r.set(particle.site, value - particle.directions * value);
+      }
+    }
+    return std::sqrt(product_of(r, r)) / before;
+  };
+  cycle.hold(held);
+  EXPECT_LT(left(), 1e-4);
+}
+
+TEST(RestCycle, KeepsTheMomentumOfEveryPieceThatNothingHolds) {
+  VoxelGrid voxels(13, 5, 5);
+  for (int k = 0; k < 5; ++k)
+    for (int j = 0; j < 5; ++j)
+      for (int i = 0; i < 13; ++i) voxels.set(i, j, k, i < 6 || i > 6);
+  const BodyConfig config = testing::test_config(voxels);
+  const Body body(config);
+  SpringSystem<double> system(body, {.holds = {lower_end(config, {true, true, false})}});
+  State<double> state = system.rest_state();
+  testing::randomise(body, state, 0.2, 0, 4);
+  RestCycle cycle(system, "test");
+  ASSERT_EQ(cycle.prepare(long_step), Status::ok);
+  cycle.place(state.x);
+  const Field<double> r = random_vectors(system, 5);
+  Field<double> z(system.size()), v(system.size());
+  cycle.solve(r, {}, z);
+  std::array<Vec3, 2> momentum{Vec3::Zero(), Vec3::Zero()}, given = momentum;
+  for (const std::ptrdiff_t site : body.sites()) {
+    const std::size_t piece = body.lattice().coordinates(site)[0] > 6;
+    momentum[piece] += body.mass(site) * z.at(site);
+    given[piece] += r.at(site);
+  }
+  EXPECT_LT((momentum[1] - given[1]).norm(), 1e-13 * double(body.particle_count()));
+  EXPECT_NEAR(momentum[0][2], given[0][2], 1e-13 * double(body.particle_count()));  // it slides along z
+  cycle.add_where_free(Vec3(1, 2, 3), v);
+  for (const std::ptrdiff_t site : body.sites())
+    EXPECT_EQ(v.at(site), body.lattice().coordinates(site)[0] > 6 ? Vec3(1, 2, 3) : Vec3(0, 0, 3));
+}
+
+TEST(RestCycle, GivesTheSameBitsForAnyNumberOfThreads) {
+  const Body body(testing::mixed_config(VoxelGrid::box(11, 12, 13), 3));
+  const auto solve = [&](int threads) {
+    SpringSystem<double> system(body, {}, {.threads = threads});
+    State<double> state = system.rest_state();
+    testing::randomise(body, state, 0.2, 0, 4);
+    RestCycle cycle(system, "test");
+    EXPECT_EQ(cycle.prepare(long_step), Status::ok);
+    cycle.place(state.x);
+    Field<double> z(system.size());
+    cycle.solve(random_vectors(system, 3), {}, z);
+    return z;
+  };
+  const Field<double> one = solve(1);
+  for (const int threads : {2, 3, 5}) {
+    const Field<double> other = solve(threads);
+    EXPECT_EQ(std::memcmp(one.axis(0), other.axis(0), std::size_t(one.size()) * sizeof(double)), 0)
+        << threads;
+  }
+}
+
+// Rows of every length up to some more than two vectors: where a row's last vector ends beyond it.
+TEST(RestCycle, AllInstructionSetsAgree) {
+  for (int n = 6; n < 50; n += n < 20 ? 1 : 7) {
+    BodyConfig config = testing::test_config(VoxelGrid::box(n, 2 + n % 3, 3 + n % 2));
+    const Body fine(config), coarse(coarsened(config));
+    const Lattice &from = coarse.lattice(), &to = fine.lattice();
+    const RestTransfer transfer{{to.cells[0], to.cells[1], to.cells[2]},
+                                {from.cells[0], from.cells[1], from.cells[2]},
+                                to.row,
+                                to.plane,
+                                from.row,
+                                from.plane};
+    PaddedArrays u(from, 1), r(to, 1), scratch(to, 1);
+    std::mt19937 rng{unsigned(n)};
+    std::uniform_real_distribution<float> random(-1, 1);
+    for (const std::ptrdiff_t site : coarse.sites()) u[0][site] = random(rng);
+    for (const std::ptrdiff_t site : fine.sites()) r[0][site] = random(rng);
+    for (const RestKernels& kernels : runnable_copies<RestKernels>()) {
+      PaddedArrays d(to, 1), z(to, 1), restricted(from, 1);
+      for (int plane = 0; plane < to.planes(); ++plane)
+        kernels.interpolate_plane(transfer, u[0], d[0], z[0], plane, scratch[0]);
+      for (int plane = 0; plane < from.planes(); ++plane)
+        kernels.restrict_plane(transfer, r[0], restricted[0], plane, scratch[0]);
+      double up = 0, down = 0;
+      for (const std::ptrdiff_t site : fine.sites()) {
+        const std::array<int, 3> at = to.coordinates(site);
+        float expected = 0;
+        for (int c = 0; c < 8; ++c)
+          expected += 0.125F * u[0][from.site((at[0] + corner_bit(c, 0)) / 2, (at[1] + corner_bit(c, 1)) / 2,
+                                              (at[2] + corner_bit(c, 2)) / 2)];
+        EXPECT_NEAR(d[0][site], expected, 1e-6) << kernels.name << " " << n;
+        EXPECT_EQ(d[0][site], z[0][site]);
+        up += double(d[0][site]) * double(r[0][site]);
+      }
+      for (const std::ptrdiff_t site : coarse.sites())
+        down += double(u[0][site]) * double(restricted[0][site]);
+      EXPECT_NEAR(up, down, 1e-4) << kernels.name << " " << n;
+    }
+  }
+}
+
+TEST(RestCycle, NeedsABodyOfCells) {
+  class NoCells final : public System<double> {
+   public:
+    std::ptrdiff_t size() const override { return 1; }
+    const std::vector<std::ptrdiff_t>& particles() const override { return sites_; }
+    double mass(std::ptrdiff_t) const override { return 1; }
+    void force(double, const Field<double>&, const Field<double>&, Field<double>&) override {}
+
+   private:
+    std::vector<std::ptrdiff_t> sites_{0};
+  } system;
+  EXPECT_THROW(RestCycle(system, "lbfgs"), InputError);
+}
+
+}  // namespace
+}  // namespace mss
