@@ -49,6 +49,10 @@ constexpr int most_iterations = 2000;
 constexpr int most_with_contact = 200;  ///< friction may turn in circles: then Newton's method takes over
 constexpr int most_halvings = 12;
 
+/// The V-cycle turns with the body after so many iterations that have moved it by that share of a cell, rms.
+constexpr int turned_every = 8;
+constexpr double share_of_cell = 0.1;
+
 /// Of what is left to solve, to what planes push with: then that is known, and friction follows it.
 constexpr double trusted = 0.3;
 
@@ -174,6 +178,7 @@ class QuasiNewton final : public NonlinearSolver {
                  Work& work);
   void make_bounded(System<double>& system);
   void guess(System<double>& system, const ImplicitStage& stage, State<double>& state);
+  void turn_cycle(const State<double>& state);
   void begin_contact(State<double>& state);
   bool update_contact(System<double>& system, State<double>& state, double good);
 
@@ -192,6 +197,7 @@ class QuasiNewton final : public NonlinearSolver {
   double slope_ = 0;                 ///< p.g there; the step p is pairs_.s[pairs_.count]
   double size_ = 0;                  ///< |p|
   double length_ = 0;                ///< of the step taken, in p; 0: none yet
+  double travelled_ = 0;             ///< length_ |p| since the V-cycle turned
   double norm_ = 0, slope_now_ = 0;  ///< |g| and p.g at the end of the step
   std::vector<Sums> sums_;
 
@@ -445,6 +451,14 @@ void QuasiNewton::guess(System<double>& system, const ImplicitStage& stage, Stat
   cycle_->add_where_free((stage.t - state.t) * system.cells()->environment().gravity, state.v);
 }
 
+/// In long searches the body turns far from where they began.
+void QuasiNewton::turn_cycle(const State<double>& state) {
+  cycle_->place(state.x);
+  pairs_.count = 0;
+  length_ = 0;
+  travelled_ = 0;
+}
+
 void QuasiNewton::begin_contact(State<double>& state) {
   jumps_ = bounded_->jump(state.v, jump_);
   norm_at_pressure_ = std::numeric_limits<double>::infinity();
@@ -521,10 +535,17 @@ Status QuasiNewton::solve_stage(System<double>& plain, const ImplicitStage& stag
   const double coordinates = std::sqrt(3 * double(system.particles().size()));
   const double enough =
       coordinates * std::max(stage.enough, negligible * state.x.array().abs().maxCoeff()) / stage.gamma_x;
+  const double far = coordinates * share_of_cell * plain.cells()->body().config().cell_size;
+  int turned_at = 0;
+  travelled_ = 0;
   bool settled = !bounded_;
   int count = 0;  // of those that a given number of iterations means: after contacts and pressures are known
   for (int all = 0, idle = 0; count < most && all < most + most_in_search && (norm_ > target || !settled);
        ++all) {
+    if (all >= turned_at + turned_every && stage.gamma_x * travelled_ > far) {
+      turn_cycle(state);
+      turned_at = all;
+    }
     choose_step(system, work);
     const double before = norm_;
     const bool small = size_ <= enough;
@@ -539,6 +560,7 @@ Status QuasiNewton::solve_stage(System<double>& plain, const ImplicitStage& stag
       if (!settled) continue;
     }
     if (!bounded_ || bounded_->touching() == 0 || norm_ < trusted * bounded_->push()) ++count;
+    travelled_ += length_ * size_;
     idle = norm_ <= good && norm_ > before / 2 ? idle + 1 : 0;
     if (small || idle == most_idle) return Status::ok;
   }
