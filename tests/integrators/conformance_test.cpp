@@ -77,9 +77,12 @@ TEST_P(AdaptiveMethod, ErrorFallsWithTheTolerance) {
     EXPECT_EQ(state.t, 3);
     return std::abs(state.x.axis(0)[0] - system.exact(0.8, 0.5, 3));
   };
+  // A pair's estimate is of the less accurate of its two solutions; the other errs the less, the higher its
+  // order.
+  const double least = info().name == "arkode_fehlberg" ? 1e-4 : 1e-3;
   for (const double tolerance : {1e-4, 1e-6, 1e-8}) {
     EXPECT_LT(error(tolerance), 100 * tolerance) << info().name << " errs by far more than its tolerance";
-    EXPECT_GT(error(tolerance), 1e-3 * tolerance)
+    EXPECT_GT(error(tolerance), least * tolerance)
         << info().name << " errs by far less than its tolerance, and so takes more steps than it needs";
   }
 }
