@@ -35,19 +35,25 @@ double error_at(const IntegratorInfo& info, testing::Oscillator& system, double 
   return std::abs(state.x.axis(0)[0] - system.exact(0.8, 0.5, t_end));
 }
 
-double observed_order(const IntegratorInfo& info, double damping) {
+/// Small, yet errors of that order are well above rounding.
+double step_for(int order) {
+  if (order > 4) return 1.0 / 4;
+  return order > 2 ? 1.0 / 64 : 1.0 / 1024;
+}
+
+double observed_order(const IntegratorInfo& info, double damping, int declared) {
   testing::Oscillator system(2, damping);
-  const double dt = info.order_undamped > 2 ? 1.0 / 64 : 1.0 / 1024;  // small, yet errors well above rounding
+  const double dt = step_for(declared);
   const double coarse = error_at(info, system, dt, 1), fine = error_at(info, system, dt / 2, 1);
   return std::log2(coarse / fine);
 }
 
 TEST_P(OrderedMethod, HasItsDeclaredOrderUndamped) {
-  EXPECT_NEAR(observed_order(info(), 0), info().order_undamped, 0.05)
+  EXPECT_NEAR(observed_order(info(), 0, info().order_undamped), info().order_undamped, 0.05)
       << info().name << ": errors fall with another power of dt than IntegratorInfo::order_undamped says";
 }
 TEST_P(OrderedMethod, HasItsDeclaredOrderDamped) {
-  EXPECT_NEAR(observed_order(info(), 0.6), info().order_damped, 0.05)
+  EXPECT_NEAR(observed_order(info(), 0.6, info().order_damped), info().order_damped, 0.05)
       << info().name << ": errors fall with another power of dt than IntegratorInfo::order_damped says";
 }
 
@@ -118,6 +124,9 @@ double chain_limit(const IntegratorInfo& info, double beta) {
 
 TEST_P(LimitedMethod, IsStableUpToThePredictedStep) {
   const double omega = testing::Chain(chain_length, 0).largest_omega();
+  // Ranges of resonance are narrow, but motions grow in them at once; elsewhere they may grow slowly at
+  // first.
+  const double beyond = info().resonant_limit ? 1.0001 : 1.01;
   for (const double ratio : {0.0, 0.05, 0.5, 1.0, 3.0}) {  // of critical damping, for the fastest mode
     const double limit = chain_limit(info(), 2 * ratio / omega);
     if (limit == 0) {
@@ -129,11 +138,18 @@ TEST_P(LimitedMethod, IsStableUpToThePredictedStep) {
     EXPECT_TRUE(holds(info(), 2 * ratio / omega, 0.99 * limit))
         << info().name << " blows up at 0.99 of the step that IntegratorInfo::limit says, at damping ratio "
         << ratio << ": the limit is too large, or a step is wrong";
-    EXPECT_FALSE(holds(info(), 2 * ratio / omega, 1.01 * limit))
-        << info().name
-        << " stays bounded at 1.01 of the step that IntegratorInfo::limit says, at damping ratio " << ratio
-        << ": the limit is too small";
+    EXPECT_FALSE(holds(info(), 2 * ratio / omega, beyond * limit))
+        << info().name << " stays bounded beyond the step that IntegratorInfo::limit says, at damping ratio "
+        << ratio << ": the limit is too small";
   }
+}
+
+TEST_P(LimitedMethod, GrowsAtLongerStepsToo) {
+  const double omega = testing::Chain(chain_length, 0).largest_omega();
+  const bool grows = !holds(info(), 0, std::max(1.01 * chain_limit(info(), 0), 0.1 / omega));
+  EXPECT_EQ(grows, !info().resonant_limit)
+      << info().name << (grows ? " grows" : " does not grow")
+      << " without damping at a step a percent beyond its limit: see IntegratorInfo::resonant_limit";
 }
 
 TEST_P(UnlimitedMethod, IsStableFarBeyondExplicitSteps) {
