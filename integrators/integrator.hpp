@@ -178,6 +178,11 @@ struct IntegratorInfo {
   /// Of a method that splits a step into drifts and kicks, one after the other.
   std::vector<DriftKick> splitting = {};
 
+  /// Of a method that is another one of the registry but for how it is computed: that one's name, and what
+  /// differs. Counts of methods leave it out.
+  std::string variant_of = {};
+  std::string variation = {};
+
   std::string nonlinear_solver = {};  ///< of a variant that has its own
   /// Endings of its name that experiments try as methods of their own, see find_integrator().
   std::vector<std::string> variants = {};

@@ -2,7 +2,10 @@
 // and the same trajectory however often it is sampled.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <limits>
 
 #include "core/base/error.hpp"
@@ -369,6 +372,50 @@ std::vector<Vec3> after_steps(std::string_view method, const IntegratorOptions& 
     values.push_back(s.state.v.at(site));
   }
   return values;
+}
+
+/// Methods that move bodies, but for those that are another one: how many texts may say that there are.
+int distinct_methods(bool (*among)(const IntegratorInfo&)) {
+  return int(std::count_if(integrators().begin(), integrators().end(), [&](const IntegratorInfo& info) {
+    return info.stepping != Stepping::equilibrium && info.variant_of.empty() && among(info);
+  }));
+}
+
+TEST(Registry, VariantsAreOfOtherMethodsAndSayWhatDiffers) {
+  int variants = 0;
+  for (const IntegratorInfo& info : integrators()) {
+    EXPECT_EQ(info.variant_of.empty(), info.variation.empty()) << info.name;
+    if (info.variant_of.empty()) continue;
+    ++variants;
+    EXPECT_TRUE(find_integrator(info.variant_of).variant_of.empty()) << info.name;
+    EXPECT_NE(info.variant_of, info.name);
+  }
+  EXPECT_EQ(variants, 3);
+}
+
+/// "by N methods, N of its own and N of SUNDIALS, ... N more ... N names" of README.md are those of the
+/// registry.
+TEST(Registry, ReadmeCountsDistinctMethods) {
+  const auto of_sundials = [](const IntegratorInfo& info) {
+    return info.has_modulus && (info.name.starts_with("cvode_") || info.name.starts_with("arkode_"));
+  };
+  const int all = distinct_methods([](const IntegratorInfo& info) { return info.has_modulus; });
+  const int foreign = distinct_methods(of_sundials);
+  const auto variants = std::count_if(integrators().begin(), integrators().end(),
+                                      [](const IntegratorInfo& info) { return !info.variant_of.empty(); });
+  const auto equilibria =
+      std::count_if(integrators().begin(), integrators().end(),
+                    [](const IntegratorInfo& info) { return info.stepping == Stepping::equilibrium; });
+  std::ifstream file(MSS_SOURCE_DIR "/README.md");
+  const std::string readme((std::istreambuf_iterator<char>(file)), {});
+  const auto says = [&](const std::string& words) { return readme.find(words) != std::string::npos; };
+  EXPECT_TRUE(says("by " + std::to_string(all) + " methods, " + std::to_string(all - foreign) +
+                   " of its own and " + std::to_string(foreign) + " of SUNDIALS"))
+      << all << " methods move springs, " << foreign << " of them of SUNDIALS";
+  EXPECT_TRUE(says("they rest by " + std::to_string(equilibria) + " more")) << equilibria;
+  EXPECT_TRUE(says(std::to_string(variants) + " further names are variants")) << variants;
+  EXPECT_EQ(distinct_methods([](const IntegratorInfo& info) { return !info.has_modulus; }), 1)
+      << "README.md says that one method has no springs";
 }
 
 TEST(Variants, IterateAsTheirNamesSay) {
