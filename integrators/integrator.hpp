@@ -115,8 +115,8 @@ struct IntegratorOptions {
   long most_steps = 10000000;  ///< adaptive methods may take in one advance, or until its next event
 };
 
-/// Largest step [s] for which a method is stable on the test equation x'' = -omega^2 x - damping x'; 0 if
-/// none is. Sharp: the next larger step is unstable.
+/// Largest step [s] up to which a method is stable on the test equation x'' = -omega^2 x - damping x'; 0 if
+/// it is at none. Sharp: the next larger step is unstable.
 using StabilityLimit = double (*)(double omega, double damping);
 
 /// The limit of methods that are stable iff omega^2 dt^2 + 2 damping dt < 4.
@@ -126,6 +126,15 @@ double central_limit(double omega, double damping);
 /// step, R(z) = sum of coefficients[k] z^k: the largest step up to which |R| <= 1 for both roots lambda.
 /// Coefficients as IntegratorInfo::polynomial has them, those of Runge-Kutta methods in order of z.
 double polynomial_limit(const std::vector<double>& coefficients, double omega, double damping);
+
+/// Part of a step, in shares of it: x += drift dt v, then v += kick dt a.
+struct DriftKick {
+  double drift, kick;
+};
+
+/// The limit of methods whose steps are these parts, one after the other: the largest step up to which every
+/// shorter one leaves the test equation bounded.
+double splitting_limit(const std::vector<DriftKick>& parts, double omega, double damping);
 
 /// How a method advances time.
 enum class Stepping {
@@ -139,11 +148,6 @@ enum class LinearAlgebra {
   chosen,       ///< `linear_solver`
   own_factors,  ///< the method, by factors of a matrix
   own_products  ///< the method, by products with it
-};
-
-/// Part of a step, in shares of it: x += drift dt v, then v += kick dt a.
-struct DriftKick {
-  double drift, kick;
 };
 
 /// Facts about a method. Tests measure that they are true.
@@ -166,10 +170,18 @@ struct IntegratorInfo {
   /// tolerance, because it begins anew.
   bool exact_restart = true;
   StabilityLimit limit = nullptr;  ///< nullptr: stable for any step
+  /// Undamped motions grow just beyond the limit, where w dt is nearly pi, and no more at steps a percent
+  /// longer: no search through steps finds that, but a body has many frequencies, and some meet it.
+  bool resonant_limit = false;
   /// Of one-step methods that take x' = z x / dt to R(z) x: coefficients of R, ascending. Empty: others.
   std::vector<double> polynomial = {};
   /// Of a method that splits a step into drifts and kicks, one after the other.
   std::vector<DriftKick> splitting = {};
+
+  /// Of a method that is another one of the registry but for how it is computed: that one's name, and what
+  /// differs. Counts of methods leave it out.
+  std::string variant_of = {};
+  std::string variation = {};
 
   std::string nonlinear_solver = {};  ///< of a variant that has its own
   /// Endings of its name that experiments try as methods of their own, see find_integrator().

@@ -25,7 +25,11 @@ using Lines = std::vector<std::pair<std::string, std::string>>;
 
 Lines integrator_lines() {
   Lines lines;
-  for (const IntegratorInfo& info : integrators()) lines.emplace_back(info.name, info.summary);
+  for (const IntegratorInfo& info : integrators())
+    lines.emplace_back(info.name, info.variant_of.empty()
+                                      ? info.summary
+                                      : fmt::format("{} (a variant of {}: {})", info.summary, info.variant_of,
+                                                    info.variation));
   return lines;
 }
 

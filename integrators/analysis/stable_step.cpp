@@ -57,6 +57,68 @@ double polynomial_limit(const std::vector<double>& coefficients, double omega, d
   return low;
 }
 
+namespace {
+
+/// How far both eigenvalues of a step's matrix are inside the unit circle, with w dt and c dt given: negative
+/// if one is outside.
+double margin_at(const std::vector<DriftKick>& parts, double omega, double damping) {
+  double x[2] = {1, 0}, v[2] = {0, 1};  // of the two columns
+  for (const auto [drift, kick] : parts)
+    for (int i = 0; i < 2; ++i) {
+      x[i] += drift * v[i];
+      v[i] -= kick * (omega * omega * x[i] + damping * v[i]);
+    }
+  const double trace = x[0] + v[1], determinant = x[0] * v[1] - x[1] * v[0];
+  constexpr double rounding = 1e-12;
+  if (!(std::abs(determinant) <= 1 + rounding)) return -1;
+  return 1 + determinant + rounding - std::abs(trace);
+}
+
+/// Between two points, of a function with one minimum there, by golden sections: where it is negative, or
+/// lowest.
+template <class Function>
+double negative_or_lowest(double low, double high, Function&& value) {
+  constexpr double golden = 0.381966011250105;
+  while (high - low > 1e-9 * high) {
+    const double a = low + golden * (high - low), b = high - golden * (high - low);
+    const double at_a = value(a), at_b = value(b);
+    if (at_a < 0) return a;
+    if (at_b < 0) return b;
+    (at_a < at_b ? high : low) = at_a < at_b ? b : a;
+  }
+  return low;
+}
+
+}  // namespace
+
+// Looks for the first step that is not stable along a grid, and, since ranges of unstable steps can be far
+// narrower than that, wherever the eigenvalues come nearest to where they leave the circle.
+double splitting_limit(const std::vector<DriftKick>& parts, double omega, double damping) {
+  constexpr double fine = 0.02;
+  if (omega == 0 && damping == 0) return std::numeric_limits<double>::infinity();
+  const double unit = fine / std::max(omega, damping);
+  const auto margin = [&](double step) { return margin_at(parts, omega * step, damping * step); };
+  double low = 0, high = unit, at_low = 0, at_high = margin(high);
+  if (at_high < 0) return 0;
+  while (at_high >= 0) {
+    const double next = high + unit, at_next = margin(next);
+    double dip = next;
+    if (at_high <= at_low && at_high < at_next) dip = negative_or_lowest(low, next, margin);
+    if (margin(dip) < 0) {
+      low = dip > high ? high : low;
+      high = dip;
+      break;
+    }
+    low = high, at_low = at_high;
+    high = next, at_high = at_next;
+  }
+  while (high - low > 1e-12 * high) {
+    const double middle = (low + high) / 2;
+    (margin(middle) >= 0 ? low : high) = middle;
+  }
+  return low;
+}
+
 double guaranteed_step(const IntegratorInfo& method, const SpectralBound& bound) {
   if (!method.limit) return std::numeric_limits<double>::infinity();
   constexpr int parts = 16;  // no limit is worst far from a corner of the range
@@ -121,16 +183,12 @@ PredictedStep by_largest_quotient(const IntegratorInfo& method, SolidSystem<doub
 }
 
 /// The least limit among the motions that a step a little too long amplifies most; again from there until
-/// there is no lesser one.
+/// there is no lesser one. Begins at a step that is not shorter than it.
 PredictedStep by_amplification(const IntegratorInfo& method, SolidSystem<double>& system,
-                               const State<double>& state, Work& work) {
+                               const State<double>& state, double longest, Work& work) {
   constexpr int most_rounds = 60;
-  constexpr double settled = 1e-4, too_long = 1.01, far_too_long = 4;
-  ScaledTangent tangent(system, state);
-  const RayleighQuotients fastest = largest_quotient(tangent, system.spectral_bound(), 0, work);
-  if (fastest.status != Status::ok) return {.status = fastest.status};
-  if (is_rigid(fastest, system.spectral_bound().omega)) return {.dt = infinity};
-  PredictedStep found{.dt = far_too_long / std::sqrt(fastest.stiffness)};
+  constexpr double settled = 1e-4, too_long = 1.01;
+  PredictedStep found{.dt = longest};
   for (int round = 0; round < most_rounds; ++round) {
     const AmplifiedMotions amplified = most_amplified(system, state, method, too_long * found.dt, work);
     if (amplified.status != Status::ok) return {.status = amplified.status};
@@ -144,15 +202,33 @@ PredictedStep by_amplification(const IntegratorInfo& method, SolidSystem<double>
   return {.status = Status::linear_stalled};
 }
 
+/// A step that is not shorter than the limit: as long as the fastest motion may take, or longer.
+PredictedStep long_step(const IntegratorInfo& method, SolidSystem<double>& system, const State<double>& state,
+                        Work& work) {
+  constexpr double far_too_long = 4;
+  ScaledTangent tangent(system, state);
+  const RayleighQuotients fastest = largest_quotient(tangent, system.spectral_bound(), 0, work);
+  if (fastest.status != Status::ok) return {.status = fastest.status};
+  if (is_rigid(fastest, system.spectral_bound().omega)) return {.dt = infinity};
+  return {.dt = method.resonant_limit ? limit_of(method, fastest)
+                                      : far_too_long / std::sqrt(fastest.stiffness)};
+}
+
 }  // namespace
 
 PredictedStep predicted_step(const IntegratorInfo& method, SolidSystem<double>& system,
                              const State<double>& state, Work& work) {
   if (!method.limit) return {.dt = infinity};
-  if (!method.polynomial.empty()) return by_amplification(method, system, state, work);
+  const auto amplified_at = [&](const PredictedStep& begin) {
+    if (begin.status != Status::ok || begin.dt == infinity) return begin;
+    return by_amplification(method, system, state, begin.dt, work);
+  };
+  // A resonant limit jumps where damping closes a range of unstable steps: no quotient follows it.
+  if (!method.polynomial.empty() || method.resonant_limit)
+    return amplified_at(long_step(method, system, state, work));
   const PredictedStep quotient = by_largest_quotient(method, system, state, work);
   if (method.splitting.empty() || quotient.status != Status::ok) return quotient;
-  const PredictedStep amplified = by_amplification(method, system, state, work);
+  const PredictedStep amplified = amplified_at(long_step(method, system, state, work));
   return amplified.status != Status::ok || amplified.dt < quotient.dt ? amplified : quotient;
 }
 

@@ -7,7 +7,6 @@
 // that of `rk4` and .73 to .80 of that of Blanes and Moan's order 4 with six stages, at equally many forces,
 // and its largest step per force is 1.4 times the latter's. Comput. Phys. Commun. 146 (2002) 188; J. Comput.
 // Appl. Math. 142 (2002) 313.
-#include <cmath>
 #include <iterator>
 #include <vector>
 
@@ -62,43 +61,16 @@ class Pefrl final : public Integrator<Real> {
   Field<Real> a_;
 };
 
-/// Whether a step leaves x'' = -w^2 x - c x', with w dt and c dt given, bounded: both eigenvalues of its
-/// matrix lie in the unit circle.
-bool is_stable(double omega, double damping) {
-  double x[2] = {1, 0}, v[2] = {0, 1};  // of the two columns
-  for (int i = 0; i < 2; ++i) {
-    x[i] += xi * v[i];
-    for (const auto [kick, drift] : stages) {
-      v[i] -= kick * (omega * omega * x[i] + damping * v[i]);
-      x[i] += drift * v[i];
-    }
-  }
-  const double trace = x[0] + v[1], determinant = x[0] * v[1] - x[1] * v[0];
-  constexpr double rounding = 1e-13;
-  return std::abs(determinant) <= 1 + rounding && std::abs(trace) <= 1 + determinant + rounding;
-}
-
-/// The first step that is not stable, as small ones are: found on a grid, then by bisection.
-double pefrl_limit(double omega, double damping) {
-  constexpr double fine = 0.02;
-  const double unit = fine / std::max(omega, damping);
-  double low = unit, high = 2 * unit;
-  while (is_stable(omega * high, damping * high)) {
-    low = high;
-    high += unit;
-  }
-  while (high - low > 1e-12 * high) {
-    const double middle = (low + high) / 2;
-    (is_stable(omega * middle, damping * middle) ? low : high) = middle;
-  }
-  return low;
-}
-
 std::vector<DriftKick> splitting() {
   std::vector<DriftKick> all{{xi, stages[0].kick}};
   for (std::size_t i = 1; i < std::size(stages); ++i) all.push_back({stages[i - 1].drift, stages[i].kick});
   all.push_back({xi, 0});
   return all;
+}
+
+double pefrl_limit(double omega, double damping) {
+  static const std::vector<DriftKick> parts = splitting();
+  return splitting_limit(parts, omega, damping);
 }
 
 }  // namespace

@@ -56,12 +56,14 @@ class Verlet final : public Integrator<Real> {
 
 IntegratorInfo verlet() {
   return describe<Verlet>({.name = "verlet",
-                           .summary = "the thesis's Verlet (2-15, 2-21): symplectic Euler in other variables",
+                           .summary = "the thesis's Verlet (2-15, 2-21), first order, one force a step",
                            .order_undamped = 1,
                            .order_damped = 1,
                            .local_steps = true,
                            .symplectic = true,
-                           .limit = central_limit});
+                           .limit = central_limit,
+                           .variant_of = "semi_implicit_euler",
+                           .variation = "the same recursion, kept as positions instead of velocities"});
 }
 
 }  // namespace mss

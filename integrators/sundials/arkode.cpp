@@ -1,13 +1,18 @@
 // ARKODE's Runge-Kutta methods on y = (x, v), with adaptive steps: several stages where a multistep method
 // has one, but no history.
-// - Explicit: the pair of Dormand and Prince, orders 5 and 4. J. Comput. Appl. Math. 6 (1980) 19.
+// - Explicit: the pairs of Dormand and Prince, orders 5 and 4 (seven stages, the last of which is the next
+//   step's first), J. Comput. Appl. Math. 6 (1980) 19; of Verner, orders 6 and 5 (eight stages), SIAM J.
+//   Numer. Anal. 15 (1978) 772; of Fehlberg, orders 8 and 7 (thirteen stages), NASA TR R-287 (1968). Damping
+//   forces are part of y', so these orders are theirs with damping too.
 // - Diagonally implicit with an explicit first stage: ESDIRK4(3)7L[2]SA of Kennedy and Carpenter, orders 4
 // and
 //   3, stiffly accurate and L-stable. All its stages have the same matrix. Appl. Numer. Math. 146 (2019) 221.
 #include <arkode/arkode_arkstep.h>
 #include <arkode/arkode_erkstep.h>
 
+#include <algorithm>
 #include <stdexcept>
+#include <type_traits>
 
 #include "integrators/sundials/eliminated.hpp"
 
@@ -68,13 +73,40 @@ struct Problem {
   long steps = 0;  ///< counted so far
 };
 
+struct TableRelease {
+  void operator()(ARKodeButcherTable table) const { ARKodeButcherTable_Free(table); }
+};
+using Table = std::unique_ptr<std::remove_pointer_t<ARKodeButcherTable>, TableRelease>;
+
+/// A pair whose last stage is the solution. SUNDIALS 6.4 takes the rates of the last stage for those at the
+/// next step's begin wherever it lies at the step's end, also where it is no solution, as in the pairs of
+/// Verner and Fehlberg: steps then err more than is estimated. One stage more, without a weight, costs no
+/// rate more.
+Table with_solution_last(ARKODE_ERKTableID id) {
+  Table pair(ARKodeButcherTable_LoadERK(id));
+  const int stages = pair->stages;
+  if (std::equal(pair->b, pair->b + stages, pair->A[stages - 1])) return pair;
+  Table longer(ARKodeButcherTable_Alloc(stages + 1, SUNTRUE));
+  longer->q = pair->q;
+  longer->p = pair->p;
+  for (int i = 0; i < stages; ++i) {
+    longer->c[i] = pair->c[i];
+    longer->b[i] = longer->A[stages][i] = pair->b[i];
+    longer->d[i] = pair->d[i];
+    std::copy_n(pair->A[i], stages, longer->A[i]);
+  }
+  longer->c[stages] = 1;
+  return longer;
+}
+
+template <ARKODE_ERKTableID table>
 class Explicit {
  public:
   Explicit(System<double>& system, const State<double>& state, const IntegratorOptions& options)
       : problem_(system, state, options),
         erk_(ERKStepCreate(rate, state.t, problem_.form.y(), problem_.context.get())) {
     ERKStepSetErrFile(erk_.get(), nullptr);  // failures are statuses
-    ERKStepSetTableNum(erk_.get(), ARKODE_DORMAND_PRINCE_7_4_5);
+    ERKStepSetTable(erk_.get(), with_solution_last(table).get());
     ERKStepSVtolerances(erk_.get(), 0, problem_.tolerances.get());
     ERKStepSetUserData(erk_.get(), &problem_.form);
     ERKStepSetMaxNumSteps(erk_.get(), options.most_steps);
@@ -152,15 +184,27 @@ class Arkode final : public Integrator<double> {
   std::unique_ptr<Session> session_;
 };
 
+template <ARKODE_ERKTableID table>
+IntegratorInfo explicit_pair(const std::string& name, const std::string& summary) {
+  return {
+      .name = name,
+      .summary = "ARKODE, explicit Runge-Kutta of " + summary + ": adaptive",
+      .stepping = Stepping::adaptive,
+      .collisions = Collisions::never,
+      .exact_restart = false,
+      .make_double = [](const IntegratorOptions& o) { return std::make_unique<Arkode<Explicit<table>>>(o); }};
+}
+
 }  // namespace
 
 IntegratorInfo arkode_erk() {
-  return {.name = "arkode_erk",
-          .summary = "ARKODE, explicit Runge-Kutta of Dormand and Prince, order 5: adaptive",
-          .stepping = Stepping::adaptive,
-          .collisions = Collisions::never,
-          .exact_restart = false,
-          .make_double = [](const IntegratorOptions& o) { return std::make_unique<Arkode<Explicit>>(o); }};
+  return explicit_pair<ARKODE_DORMAND_PRINCE_7_4_5>("arkode_erk", "Dormand and Prince, order 5");
+}
+IntegratorInfo arkode_verner() {
+  return explicit_pair<ARKODE_VERNER_8_5_6>("arkode_verner", "Verner, order 6");
+}
+IntegratorInfo arkode_fehlberg() {
+  return explicit_pair<ARKODE_FEHLBERG_13_7_8>("arkode_fehlberg", "Fehlberg, order 8");
 }
 IntegratorInfo arkode_dirk() {
   return {.name = "arkode_dirk",

@@ -327,12 +327,16 @@ IntegratorInfo cvode_bdf_klu() {
   IntegratorInfo info =
       describe_cvode(Linear::klu, "cvode_bdf_klu", "CVODE BDF with KLU on the whole first-order system");
   info.linear_algebra = LinearAlgebra::own_factors;
+  info.variant_of = "cvode_bdf";
+  info.variation = "another linear solver, on twice the unknowns";
   return info;
 }
 IntegratorInfo cvode_bdf_gmres() {
   IntegratorInfo info =
       describe_cvode(Linear::gmres, "cvode_bdf_gmres", "CVODE BDF with GMRES, block-Jacobi preconditioned");
   info.linear_algebra = LinearAlgebra::own_products;
+  info.variant_of = "cvode_bdf";
+  info.variation = "another linear solver, on twice the unknowns";
   return info;
 }
 

@@ -134,6 +134,8 @@ void add_row(const StabilityConfig& config, const IntegratorInfo& method, Specim
   Work work;
   const PredictedStep predicted = predicted_step(method, specimen.system, specimen.equilibrium, work);
   if (predicted.status != Status::ok) return row(no_value, no_value, to_string(predicted.status));
+  if (method.resonant_limit && specimen.ratio == 0)
+    return row(predicted.dt, no_value, "grows in too few steps to be found");
   const MeasuredStep measured = measure_step(config, method, specimen);
   if (measured.stable == 0) return row(predicted.dt, no_value, "no step is stable");
   if (!std::isfinite(measured.unstable)) return row(predicted.dt, no_value, "every step is stable");

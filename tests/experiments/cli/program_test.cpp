@@ -625,6 +625,7 @@ TEST(List, NamesEverythingThereIs) {
             integrators().size());
   for (const IntegratorInfo& info : integrators())
     EXPECT_NE(methods.output.find(info.name), std::string::npos);
+  EXPECT_NE(methods.output.find("(a variant of semi_implicit_euler: "), std::string::npos);
   const ProgramRun scenes = mss({"list", "scenes"});
   int described = 0;
   for (const auto& entry : fs::directory_iterator(MSS_SOURCE_DIR "/experiments/scenes")) {

@@ -1,11 +1,14 @@
 // SUNDIALS' methods on a body: their work, and how they fail.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/body/spectral_bound.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
+#include "tests/oscillator.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss {
@@ -42,6 +45,24 @@ TEST(Bdf, EndsAlikeWithEveryLinearSolver) {
     check("cvode_bdf", {.linear_solver = linear.name, .tolerance = 1e-6});
   }
   check("cvode_bdf_klu", {.tolerance = 1e-6});
+}
+
+/// A hundredth of the tolerance takes the steps of the order of the estimate, one less than the method's,
+/// which it does not where a step begins with other rates than those of its state.
+TEST(ErkPair, NeedsAsManyForcesAsItsOrderSays) {
+  const auto run = [](const char* method, double tolerance) {
+    testing::Oscillator system(2, 0.6);
+    State<double> state = system.start(0.8, 0.5);
+    Work work;
+    EXPECT_EQ(find_integrator(method)
+                  .make<double>({.dt = 0, .tolerance = tolerance})
+                  ->advance(system, state, 30, work),
+              Status::ok);
+    return double(work.force_evaluations);
+  };
+  for (const auto& [method, order] :
+       {std::pair{"arkode_erk", 5}, {"arkode_verner", 6}, {"arkode_fehlberg", 8}})
+    EXPECT_LT(run(method, 1e-10) / run(method, 1e-6), 1.1 * std::pow(1e4, 1.0 / order)) << method;
 }
 
 class Adaptive : public ::testing::TestWithParam<std::string> {};
