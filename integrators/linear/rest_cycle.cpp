@@ -36,25 +36,36 @@ RestCycle::RestCycle(System<double>& system, const std::string& user, Cycle kind
         system.parallel(count, task);
       }),
       kind_(kind),
-      edges_(body_.lattice(), 9),
+      positions_(body_.lattice(), 3),
       rotations_(body_.lattice(), 9),
-      turning_(body_.lattice(), 3) {
+      turning_(body_.lattice(), 7) {
   std::array<std::vector<char>, 3> unknown;
   for (auto& axis : unknown) axis.assign(std::size_t(body_.lattice().sites), 0);
   for (const auto [site, axis] : unknowns_of(system)) unknown[std::size_t(axis)][std::size_t(site)] = 1;
+  find_edges(unknown);
+  find_pieces(unknown);
+  finest_ = std::make_unique<RestLevel>(body_, unknown);
+  set_rotations();
+}
+
+void RestCycle::find_edges(const std::array<std::vector<char>, 3>& unknown) {
+  const Lattice& lattice = body_.lattice();
   body_.for_each_cell([&](std::ptrdiff_t site) {
-    turning_[0][site] = 1;
-    for (int c = 0; c < 8; ++c) turning_[1][site + body_.lattice().corner(c)] += 1;
+    for (int c = 0; c < 8; ++c)
+      for (int axis = 0; axis < 3; ++axis)
+        turning_[2 * axis + corner_bit(c, axis)][site + lattice.corner(c)] = 1;
   });
   for (const std::ptrdiff_t site : body_.sites()) {
     const bool is_free = std::all_of(unknown.begin(), unknown.end(),
                                      [&](const auto& axis) { return axis[std::size_t(site)] != 0; });
-    turning_[1][site] = is_free ? 1 / turning_[1][site] : 0;  // prescribed axes do not turn
-    turning_[2][site] = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      float &ahead = turning_[2 * axis][site], &behind = turning_[2 * axis + 1][site];
+      const float share = is_free ? 1 / (ahead + behind) : 0;  // prescribed axes do not turn
+      ahead *= share;
+      behind *= share;
+    }
+    turning_[6][site] = 1;
   }
-  find_pieces(unknown);
-  finest_ = std::make_unique<RestLevel>(body_, unknown);
-  set_rotations();
 }
 
 void RestCycle::find_pieces(const std::array<std::vector<char>, 3>& unknown) {
@@ -116,27 +127,23 @@ Status RestCycle::prepare(const TangentCoefficients& sum) {
 /// None: everything stands as at rest.
 void RestCycle::set_rotations() {
   for (int i = 0; i < 9; ++i) std::fill_n(rotations_[i], body_.lattice().sites, 0.0F);
-  for (const int i : {0, 4, 8}) std::copy_n(turning_[2], body_.lattice().sites, rotations_[i]);
+  for (const int i : {0, 4, 8}) std::copy_n(turning_[6], body_.lattice().sites, rotations_[i]);
 }
 
 void RestCycle::place(const Field<double>& x) {
   const RestKernels& kernels = fastest_copy<RestKernels>();
-  const Lattice& lattice = body_.lattice();
   const double* const from[3] = {x.axis(0), x.axis(1), x.axis(2)};
-  float *edges[9], *rotations[9];
-  for (int i = 0; i < 9; ++i) {
-    edges[i] = edges_[i];
-    rotations[i] = rotations_[i];
-  }
-  const std::ptrdiff_t with_cells = lattice.plane * lattice.cells[2];  // the last plane has none
+  const Vec3 middle = x.at(body_.sites()[body_.sites().size() / 2]);
+  float* const positions[3] = {positions_[0], positions_[1], positions_[2]};
+  const float* shares[6];
+  float* rotations[9];
+  for (int i = 0; i < 6; ++i) shares[i] = turning_[i];
+  for (int i = 0; i < 9; ++i) rotations[i] = rotations_[i];
   finest_->for_ranges(parallel_, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-    if (first < with_cells)
-      kernels.edges(finest_->stencil(), from, 1 / body_.config().cell_size, edges, first,
-                    std::min(last, with_cells));
+    kernels.scale_positions(from, middle.data(), 1 / body_.config().cell_size, positions, first, last);
   });
   finest_->for_ranges(parallel_, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-    kernels.rotations(finest_->stencil(), edges, turning_[0], turning_[1], turning_[2], rotations, first,
-                      last);
+    kernels.rotations(finest_->stencil(), positions, shares, turning_[6], rotations, first, last);
   });
   if (!held_.empty()) hold_in_lattice();
 }
@@ -221,7 +228,7 @@ void RestCycle::take_held(const Field<double>& values, Field<double>& z) const {
   if (values.size() > 0) z.array() += values.array();
 }
 
-void RestCycle::solve(const Field<double>& r, const Field<double>& values, Field<double>& z) {
+void RestCycle::solve(const Field<double>& r, double norm, const Field<double>& values, Field<double>& z) {
   const bool keeps = any_piece_keeps();
   std::vector<Vec3> momenta;
   if (keeps) {
@@ -231,8 +238,8 @@ void RestCycle::solve(const Field<double>& r, const Field<double>& values, Field
       r_.set(site, r.at(site) - mass * momenta[piece]);
     });
   }
-  double norm = std::max(r.array().abs().maxCoeff(), 1e-300);
   if (values.size() > 0) norm = std::max(norm, values.array().abs().maxCoeff());
+  if (!(norm > 0)) norm = 1;
   turn_back(keeps ? r_ : r, norm, finest_->r());
   if (values.size() > 0) give_way(values, norm);
   finest_->cycle(parallel_, kind_);

@@ -47,7 +47,8 @@ class RestCycle {
 
   /// z = H r. Prescribed coordinates of r must be 0; those of z are, and so are its held directions, but for
   /// those of `values`, to which the rest of z gives way: of size 0, none.
-  void solve(const Field<double>& r, const Field<double>& values, Field<double>& z);
+  /// `norm`, of r, scales it to what single precision can hold.
+  void solve(const Field<double>& r, double norm, const Field<double>& values, Field<double>& z);
 
  private:
   /// Particles that springs connect.
@@ -62,6 +63,7 @@ class RestCycle {
     std::size_t piece, first, last;  ///< of sites_
   };
 
+  void find_edges(const std::array<std::vector<char>, 3>& unknown);
   void find_pieces(const std::array<std::vector<char>, 3>& unknown);
   bool any_piece_keeps() const;
   template <class Part>
@@ -79,8 +81,8 @@ class RestCycle {
   Parallel parallel_;
   Cycle kind_;
   std::unique_ptr<RestLevel> finest_;
-  PaddedArrays edges_, rotations_;
-  PaddedArrays turning_;  ///< 1 for a cell; one over the cells around a particle that turns; 1 for a particle
+  PaddedArrays positions_, rotations_;
+  PaddedArrays turning_;  ///< shares of edges ahead and behind by axis, and 1 for a particle
   std::vector<HeldParticle> held_;
   std::vector<Piece> pieces_;
   std::vector<int> piece_of_;          ///< by particle

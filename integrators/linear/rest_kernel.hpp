@@ -40,9 +40,6 @@ struct RestTransfer {
   std::ptrdiff_t fine_row, fine_plane, coarse_row, coarse_plane;
 };
 
-/// Edges of cells, means of the four along an axis: [3 axis + coordinate].
-using CellEdges = const float* const*;
-
 /// Loops of the V-cycle at rest (rest_level.hpp) over sites [first, last), multiples of 16.
 struct RestKernels {
   const char* name;
@@ -51,9 +48,9 @@ struct RestKernels {
   void (*pressure)(const RestStencil&, const float* const d[3], float* out, std::ptrdiff_t first,
                    std::ptrdiff_t last);
   void (*smooth)(const RestStencil&, const RestSmoothing&, std::ptrdiff_t first, std::ptrdiff_t last);
-  /// d = add D^-1 r, z = d
-  void (*start)(const RestStencil&, const float* const r[3], float add, float* const d[3], float* const z[3],
-                std::ptrdiff_t first, std::ptrdiff_t last);
+  /// d = add D^-1 r, z = d, or if it is `continued` z += d
+  void (*start)(const RestStencil&, const float* const r[3], float add, bool continued, float* const d[3],
+                float* const z[3], std::ptrdiff_t first, std::ptrdiff_t last);
   /// Of a plane of the coarse lattice: P^T r, with room for a fine plane and three numbers in `scratch`.
   void (*restrict_plane)(const RestTransfer&, const float* fine, float* coarse, int plane, float* scratch);
   /// Of a plane of the fine lattice: d = P z_c, z += d; the same room.
@@ -69,12 +66,13 @@ struct RestKernels {
   /// out = scale Q z
   void (*turn)(const float* const q[9], const float* const z[3], double scale, double* const out[3],
                std::ptrdiff_t first, std::ptrdiff_t last);
-  /// Means of the four edges along each axis over h, of all cells.
-  void (*edges)(const RestStencil&, const double* const x[3], double inverse_h, float* const out[9],
-                std::ptrdiff_t first, std::ptrdiff_t last);
-  /// Rotations next to the mean of the edges of the cells around a site: `share` is one over their number,
-  /// and 0 at sites that do not turn, whose Q is `unit` times the identity. `is_cell` is 1 or 0.
-  void (*rotations)(const RestStencil&, CellEdges edges, const float* is_cell, const float* share,
+  /// out = scale (x - middle)
+  void (*scale_positions)(const double* const x[3], const double middle[3], double scale, float* const out[3],
+                          std::ptrdiff_t first, std::ptrdiff_t last);
+  /// Rotations next to the mean of the edges that a particle has along each axis, from positions over the
+  /// cell size. `shares`: of the edges ahead and behind, axis by axis; 0 of particles that do not turn, whose
+  /// Q is `unit` times the identity.
+  void (*rotations)(const RestStencil&, const float* const x[3], const float* const shares[6],
                     const float* unit, float* const q[9], std::ptrdiff_t first, std::ptrdiff_t last);
 };
 

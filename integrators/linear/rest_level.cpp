@@ -11,7 +11,11 @@ namespace mss {
 namespace {
 
 /// Bodies of no more cells along their longest side are not coarsened.
-constexpr int coarsest_cells = 5;
+constexpr int coarsest_cells = 3;
+
+/// Lattices of no more are cheap: they are cycled more than once, nearly solved, because the coarsest ones
+/// know a ragged body badly.
+constexpr int small_cells = 5, cycles_of_small = 3;
 
 constexpr float smoothed_share = 0.25F;  ///< of the spectrum's top is left to the coarser lattices
 
@@ -440,17 +444,21 @@ void RestLevel::cycle(const Parallel& parallel, Cycle kind) {
   const float middle = (upper + lower) / 2, radius = (upper - lower) / 2, rho = radius / middle;
   const float next = 1 / (2 * middle / radius - rho), keep = next * rho, add = 2 * next / radius;
   const float* const r[3] = {r_[0], r_[1], r_[2]};
-  float* const d[3] = {d_[0], d_[1], d_[2]};
   float* const z[3] = {z_[0], z_[1], z_[2]};
-  for_ranges(parallel, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-    fastest_copy<RestKernels>().start(stencil_, r, 1 / middle, d, z, first, last);
-  });
-  if (kind == Cycle::additive) return correct(parallel, kind);
-  smooth(parallel, keep, add, true);
-  smooth(parallel, 0, 0, false);
-  correct(parallel, kind);
-  smooth(parallel, 0, 1 / middle, true);
-  smooth(parallel, keep, add, true);
+  const int cycles = kind == Cycle::v && longest(body_) <= small_cells ? cycles_of_small : 1;
+  for (int i = 0; i < cycles; ++i) {
+    if (i > 0) smooth(parallel, 0, 0, false);
+    float* const d[3] = {d_[0], d_[1], d_[2]};
+    for_ranges(parallel, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+      fastest_copy<RestKernels>().start(stencil_, r, 1 / middle, i > 0, d, z, first, last);
+    });
+    if (kind == Cycle::additive) return correct(parallel, kind);
+    smooth(parallel, keep, add, true);
+    smooth(parallel, 0, 0, false);
+    correct(parallel, kind);
+    smooth(parallel, 0, 1 / middle, true);
+    smooth(parallel, keep, add, true);
+  }
 }
 
 }  // namespace mss

@@ -122,7 +122,7 @@ inline void pressure(const RestStencil& a, const float* const d[3], float* out, 
                               four_edges(d[2] + s, plane, 1, row)));
 }
 
-inline void start(const RestStencil& a, const float* const r[3], float add, float* const d[3],
+inline void start(const RestStencil& a, const float* const r[3], float add, bool continued, float* const d[3],
                   float* const z[3], std::ptrdiff_t first, std::ptrdiff_t last) {
   for (std::ptrdiff_t s = first; s < last; s += width) {
     Floats value[3], change[3];
@@ -130,7 +130,8 @@ inline void start(const RestStencil& a, const float* const r[3], float add, floa
     precondition(a, s, value, change);
     for (int c = 0; c < 3; ++c) {
       store(d[c] + s, add * change[c]);
-      store(z[c] + s, add * change[c]);
+      const Floats before = continued ? load(z[c] + s) : Floats{};
+      store(z[c] + s, before + add * change[c]);
     }
   }
 }
@@ -263,26 +264,10 @@ inline void turn(const float* const q[9], const float* const z[3], double scale,
   }
 }
 
-typedef float NarrowFloats __attribute__((vector_size(vector_bytes / 2), aligned(4), may_alias));
-
-inline void edges(const RestStencil& a, const double* const x[3], double inverse_h, float* const out[9],
-                  std::ptrdiff_t first, std::ptrdiff_t last) {
-  constexpr std::ptrdiff_t step = lanes<double>;
-  const std::ptrdiff_t row = a.row, plane = a.plane;
-  const double scale = 0.25 * inverse_h;
-  const auto put = [&](float* to, Pack<double> value) {
-    *reinterpret_cast<NarrowFloats*>(to) = __builtin_convertvector(scale * value, NarrowFloats);
-  };
+inline void scale_positions(const double* const x[3], const double middle[3], double scale,
+                            float* const out[3], std::ptrdiff_t first, std::ptrdiff_t last) {
   for (int c = 0; c < 3; ++c)
-    for (std::ptrdiff_t s = first; s < last; s += step) {
-      const double *lower = x[c] + s, *upper = lower + plane;
-      const Pack<double> p0 = load(lower), p1 = load(lower + 1), p2 = load(lower + row),
-                         p3 = load(lower + row + 1), p4 = load(upper), p5 = load(upper + 1),
-                         p6 = load(upper + row), p7 = load(upper + row + 1);
-      put(out[c] + s, ((p1 - p0) + (p3 - p2)) + ((p5 - p4) + (p7 - p6)));
-      put(out[3 + c] + s, ((p2 - p0) + (p3 - p1)) + ((p6 - p4) + (p7 - p5)));
-      put(out[6 + c] + s, ((p4 - p0) + (p5 - p1)) + ((p6 - p2) + (p7 - p3)));
-    }
+    for (std::ptrdiff_t s = first; s < last; ++s) out[c][s] = float(scale * (x[c][s] - middle[c]));
 }
 
 /// Higham's iteration, F <- (F + F^-T) / 2. SIAM J. Sci. Stat. Comput. 7 (1986) 1160.
@@ -295,29 +280,28 @@ MSS_INLINE void halve_stretch(Floats f[9]) {
   for (int i = 0; i < 9; ++i) f[i] = 0.5F * f[i] + half * cofactor[i];
 }
 
-inline void rotations(const RestStencil& a, CellEdges edges, const float* is_cell, const float* share,
+inline void rotations(const RestStencil& a, const float* const x[3], const float* const shares[6],
                       const float* unit, float* const q[9], std::ptrdiff_t first, std::ptrdiff_t last) {
   constexpr int iterations = 4;
   constexpr float least = 0.05F;  // of the volume at rest: what is flatter does not turn
+  const std::ptrdiff_t offset[3] = {1, a.row, a.plane};
   for (std::ptrdiff_t s = first; s < last; s += width) {
-    Floats f[9]{};
-    for (int c = 0; c < 8; ++c) {
-      const std::ptrdiff_t at =
-          s - (corner_bit(c, 0) + a.row * corner_bit(c, 1) + a.plane * corner_bit(c, 2));
-      const Floats there = load(is_cell + at);
-      for (int axis = 0; axis < 3; ++axis)
-        for (int i = 0; i < 3; ++i) f[3 * i + axis] += there * load(edges[3 * axis + i] + at);
+    Floats f[9];
+    for (int axis = 0; axis < 3; ++axis) {
+      const Floats ahead = load(shares[2 * axis] + s), behind = load(shares[2 * axis + 1] + s);
+      for (int i = 0; i < 3; ++i) {
+        const float* at = x[i] + s;
+        f[3 * i + axis] =
+            ahead * (load(at + offset[axis]) - load(at)) + behind * (load(at) - load(at - offset[axis]));
+      }
     }
-    const Floats over = load(share + s), keep = load(unit + s);
-    for (Floats& value : f) value *= over;
     const Floats det = f[0] * (f[4] * f[8] - f[5] * f[7]) + f[1] * (f[5] * f[6] - f[3] * f[8]) +
                        f[2] * (f[3] * f[7] - f[4] * f[6]);
     const auto good = det > least;
-    const Floats one = constant<Floats>(1), zero{};
+    const Floats one = constant<Floats>(1), zero{}, keep = load(unit + s);
     for (int i = 0; i < 9; ++i) f[i] = good ? f[i] : (i % 4 == 0 ? one : zero);
     for (int i = 0; i < iterations; ++i) halve_stretch(f);
-    const auto turns = good & (over > 0.0F);
-    for (int i = 0; i < 9; ++i) store(q[i] + s, turns ? f[i] : (i % 4 == 0 ? keep : zero));
+    for (int i = 0; i < 9; ++i) store(q[i] + s, good ? f[i] : (i % 4 == 0 ? keep : zero));
   }
 }
 
@@ -331,7 +315,7 @@ inline RestKernels make_rest_kernels(const char* name) {
           .multiply = multiply,
           .turn_back = turn_back,
           .turn = turn,
-          .edges = edges,
+          .scale_positions = scale_positions,
           .rotations = rotations};
 }
 

@@ -310,7 +310,7 @@ void QuasiNewton::leave_out_held(System<double>& system, const State<double>& st
 void QuasiNewton::choose_step(System<double>& system, Work& work) {
   std::swap(z_, z_before_);
   if (jumps_) jump_.array() = -jump_.array();  // the step is -z
-  cycle_->solve(gradient_, jumps_ ? jump_ : Field<double>(), z_);
+  cycle_->solve(gradient_, norm_, jumps_ ? jump_ : Field<double>(), z_);
   ++work.linear_solves;
   take_products(system);
   Products of_s, of_u;

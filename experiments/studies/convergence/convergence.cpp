@@ -17,6 +17,7 @@
 #include "experiments/harness/settings.hpp"
 #include "experiments/harness/table.hpp"
 #include "integrators/linear/linear_solver.hpp"
+#include "integrators/nonlinear/implicit_stage.hpp"
 
 namespace mss::studies::convergence {
 
@@ -429,7 +430,8 @@ ConvergenceConfig convergence_config(const ExperimentOptions& options) {
   for (const LinearSolverInfo& linear : linear_solvers())  // separable refuses the start with weights
     if (linear.name != "automatic" && linear.name != "separable")
       config.solvers.push_back({"newton", linear.name});
-  for (const char* quasi_newton : {"projective", "lbfgs"}) config.solvers.push_back({quasi_newton});
+  for (const NonlinearSolverInfo& solver : nonlinear_solvers())
+    if (solver.name != "newton") config.solvers.push_back({solver.name});
   for (const char* method : {"xpbd", "vbd"}) config.solvers.push_back({.method = method});
   config.iterations = {1, 2, 3, 5, 10, 20, 50};
   if (options.quick) {

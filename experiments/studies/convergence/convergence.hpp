@@ -12,7 +12,7 @@ namespace mss::studies::convergence {
 /// the linear solver; or a method whose iterations are meant to lead there.
 struct SolverPair {
   std::string nonlinear = {};
-  std::string linear = {};  ///< empty: those with a constant matrix choose its solver themselves
+  std::string linear = {};  ///< empty: of those that need none
   std::string method = "backward_euler";
 
   std::string name() const {

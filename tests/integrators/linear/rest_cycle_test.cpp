@@ -85,8 +85,8 @@ TEST(RestCycle, IsSymmetricAndPositive) {
       cycle.place(state.x);
       const Field<double> r = random_vectors(system, 1), s = random_vectors(system, 2);
       Field<double> hr(system.size()), hs(system.size());
-      cycle.solve(r, {}, hr);
-      cycle.solve(s, {}, hs);
+      cycle.solve(r, 1, {}, hr);
+      cycle.solve(s, 1, {}, hs);
       const double size = std::sqrt(product_of(r, hr) * product_of(s, hs));
       EXPECT_GT(product_of(r, hr), 0) << name;
       EXPECT_NEAR(product_of(s, hr), product_of(r, hs), 1e-5 * size) << name;
@@ -107,7 +107,7 @@ double reduction(SpringSystem<double>& system, RestCycle& cycle, const Field<dou
   clear(r);
   const double before = std::sqrt(product_of(r, r));
   for (int i = 0; i < 20; ++i) {
-    cycle.solve(r, {}, z);
+    cycle.solve(r, 1, {}, z);
     system.tangents()->product(0, x, x, long_step, z, image);
     r.array() -= image.array();
     clear(r);
@@ -155,7 +155,7 @@ TEST(RestCycle, GoesAroundWhatPlanesHold) {
   Field<double> values(system.size()), z(system.size()), image(system.size());
   for (const HeldParticle& particle : held)
     values.set(particle.site, particle.directions * Vec3(0.1, 0.2, -0.3));
-  cycle.solve(Field<double>(system.size()), values, z);
+  cycle.solve(Field<double>(system.size()), 1, values, z);
   for (const HeldParticle& particle : held)
     EXPECT_LT((particle.directions * z.at(particle.site) - values.at(particle.site)).norm(), 1e-7);
   const auto forces = [&](const Field<double>& u) {
@@ -186,7 +186,7 @@ TEST(RestCycle, CountsFrictionAmongMasses) {
       r.set(particle.site, r.at(particle.site) - particle.directions * r.at(particle.site));
     const double before = std::sqrt(product_of(r, r));
     for (int i = 0; i < 20; ++i) {
-      cycle.solve(r, {}, z);
+      cycle.solve(r, 1, {}, z);
       system.tangents()->product(0, rest.x, rest.v, long_step, z, image);
       r.array() -= image.array();
       for (const HeldParticle& particle : held) {
@@ -215,7 +215,7 @@ TEST(RestCycle, KeepsTheMomentumOfEveryPieceThatNothingHolds) {
   cycle.place(state.x);
   const Field<double> r = random_vectors(system, 5);
   Field<double> z(system.size()), v(system.size());
-  cycle.solve(r, {}, z);
+  cycle.solve(r, 1, {}, z);
   std::array<Vec3, 2> momentum{Vec3::Zero(), Vec3::Zero()}, given = momentum;
   for (const std::ptrdiff_t site : body.sites()) {
     const std::size_t piece = body.lattice().coordinates(site)[0] > 6;
@@ -239,7 +239,7 @@ TEST(RestCycle, GivesTheSameBitsForAnyNumberOfThreads) {
     EXPECT_EQ(cycle.prepare(long_step), Status::ok);
     cycle.place(state.x);
     Field<double> z(system.size());
-    cycle.solve(random_vectors(system, 3), {}, z);
+    cycle.solve(random_vectors(system, 3), 1, {}, z);
     return z;
   };
   const Field<double> one = solve(1);
