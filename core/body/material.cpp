@@ -1,10 +1,12 @@
 #include "core/body/material.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 
 #include "core/base/error.hpp"
+#include "core/body/phonons.hpp"
 
 namespace mss {
 
@@ -26,6 +28,21 @@ Compliance invert(const CubicStiffness& c) {
 double cubic_invariant(const Eigen::Vector3d& direction) {
   const Eigen::Array3d squares = direction.normalized().array().square();
   return squares[0] * squares[1] + squares[1] * squares[2] + squares[2] * squares[0];
+}
+
+/// Strains that soft bodies reach: a stretch by half, either way.
+double within_reach(StrainPath::Kind kind) { return kind == StrainPath::Kind::compression ? 1.0 / 3 : 0.5; }
+
+/// Where the lattice is unstable at strains within reach, in words; where its energy has no lower bound, as a
+/// negative volume stiffness makes it, at any strain that was looked at. Empty: nowhere.
+std::string instabilities(const SpringConstants& springs, double cell_size) {
+  std::vector<std::string> all;
+  for (const PhononLimit& limit : least_phonon_limits(springs, cell_size, [&](StrainPath::Kind kind) {
+         return springs.volume < 0 ? farthest_strain : within_reach(kind);
+       }))
+    if (std::isfinite(limit.strain))
+      all.push_back(fmt::format("{:.3g} percent of {}", 100 * limit.strain, limit.path.name()));
+  return fmt::format("{}", fmt::join(all, ", "));
 }
 
 }  // namespace
@@ -87,7 +104,8 @@ std::vector<std::string> material_warnings(const SpringConstants& springs, doubl
   const CubicStiffness c = cubic_stiffness(springs, cell_size);
   std::vector<std::string> warnings;
   const double zener = c.zener_ratio();
-  if (!(c.c11 > c.c12 && c.c11 + 2 * c.c12 > 0 && c.c44 > 0))
+  const bool is_solid = c.c11 > c.c12 && c.c11 + 2 * c.c12 > 0 && c.c44 > 0;
+  if (!is_solid)
     warnings.push_back(
         fmt::format("these springs do not resist every deformation: C11 = {:.6g}, C12 = {:.6g}, "
                     "C44 = {:.6g} Pa",
@@ -95,11 +113,15 @@ std::vector<std::string> material_warnings(const SpringConstants& springs, doubl
   else if (std::abs(zener - 1) > 1e-6)
     warnings.push_back(fmt::format(
         "the material depends on direction: Zener ratio {:.4g}; it is 1 when edge = face + 8/3 body", zener));
-  if (springs.volume < 0)
-    warnings.push_back(
-        fmt::format("the volume stiffness is negative ({:.6g} Pa), as Poisson's ratio below 1/4 needs; "
-                    "large compression can become unstable",
-                    springs.volume));
+  const std::string unstable = is_solid ? instabilities(springs, cell_size) : "";
+  if (!unstable.empty())
+    warnings.push_back(fmt::format(
+        "{}the lattice is unstable beyond {}; its particles then leave uniform strain at any step",
+        springs.volume < 0 ? fmt::format("the volume stiffness is negative ({:.6g} Pa), as Poisson's ratio "
+                                         "below 1/4 needs: ",
+                                         springs.volume)
+                           : "",
+        unstable));
   if (springs.face == 0)
     warnings.emplace_back("without face diagonals a cell has modes no spring resists; choose face_share > 0");
   return warnings;

@@ -86,8 +86,8 @@ SpringConstants calibrate(const ElasticConstants& material, double cell_size, do
 /// calibrate()).
 CubicStiffness cubic_stiffness(const SpringConstants& springs, double cell_size);
 
-/// Warnings about these springs, as sentences for the user: anisotropy, negative volume stiffness,
-/// mechanisms.
+/// Warnings about these springs, as sentences for the user: anisotropy, strains at which the lattice is
+/// unstable (`phonons.hpp`), mechanisms.
 std::vector<std::string> material_warnings(const SpringConstants& springs, double cell_size);
 
 }  // namespace mss

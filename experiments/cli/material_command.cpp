@@ -11,6 +11,7 @@
 
 #include "core/base/error.hpp"
 #include "core/body/material.hpp"
+#include "core/body/phonons.hpp"
 #include "experiments/cli/commands.hpp"
 
 namespace mss::cli {
@@ -67,6 +68,11 @@ SpringConstants derived_springs(const MaterialChoice& choice, double h) {
 /// A number with six digits; what divides by zero is undefined.
 std::string shown(double value) { return std::isfinite(value) ? fmt::format("{:.6g}", value) : "undefined"; }
 
+std::string shown_limit(const PhononLimit& limit) {
+  return std::isfinite(limit.strain) ? fmt::format("{:.3f}", limit.strain)
+                                     : fmt::format("{:g} or more", farthest_strain);
+}
+
 /// Young's modulus by direction in the plane of two edges, as a curve about the origin drawn with characters;
 /// a circle is an isotropic material. Empty if some direction has none.
 std::string polar_plot(const CubicStiffness& c) {
@@ -122,6 +128,10 @@ std::string card(const SpringConstants& springs, double h, const std::string& gi
     out +=
         fmt::format("  {:<24} {:>22} {:>24}\n", name, shown(c.young(direction)), shown(c.poisson(direction)));
   if (const std::string plot = polar_plot(c); !plot.empty()) out += "\n" + plot;
+  section("Stable up to a strain of");
+  for (const StrainPath& path : strain_paths())
+    out += fmt::format("  {:<32} {:>12}\n", path.name(),
+                       shown_limit(phonon_limit(springs, h, path, farthest_strain)));
   section("Warnings");
   const std::vector<std::string> warnings = material_warnings(springs, h);
   for (const std::string& warning : warnings) out += fmt::format("  {}\n", warning);

@@ -79,12 +79,11 @@ Matrix3d FemElement::viscous_stress(const Matrix3d& f, const Matrix3d& rate) con
   return frame * linear_stress(viscosity_, symmetric(frame.transpose() * rate));
 }
 
-/// How b times viscous and c times elastic stress change with F and its rate: column by column for what is
-/// linear in a change.
-Matrix9 FemElement::stress_change(const Matrix3d& f, const Matrix3d& rate,
-                                  const TangentCoefficients& sum) const {
+/// How b times viscous stress and c times what c counts of it change with F and its rate: column by column,
+/// as it is linear in a change.
+Matrix9 FemElement::viscous_change(const Matrix3d& f, const Matrix3d& rate,
+                                   const TangentCoefficients& sum) const {
   Matrix9 d = Matrix9::Zero();
-  if (sum.stiffness != 0) d += sum.stiffness * law_.stiffness(lame_, f, sum.kind == Tangent::projected);
   if (viscosity_.mu == 0 || (sum.damping == 0 && sum.kind != Tangent::exact)) return d;
   for (int entry = 0; entry < 9; ++entry) {
     Matrix3d change = Matrix3d::Zero();
@@ -98,6 +97,15 @@ Matrix9 FemElement::stress_change(const Matrix3d& f, const Matrix3d& rate,
     d.col(entry) += as_vector(response);
   }
   return d;
+}
+
+CellStiffness FemElement::stiffness(const PointMatrices& f, bool projected) const {
+  CellStiffness stiffness;
+  if (law_.stiffnesses)
+    law_.stiffnesses(lame_, f, projected, stiffness);
+  else
+    for (std::size_t g = 0; g < points; ++g) stiffness.own[g] = law_.stiffness(lame_, f[g], projected);
+  return stiffness;
 }
 
 PointMatrices FemElement::at_points(const Corners& x) const {
@@ -122,12 +130,19 @@ FemElement::Corners FemElement::force(const Corners& x, const Corners& v) const 
 }
 
 /// K_cd = sum over Gauss points of the weight times sum over axes a, b of g_c[a] D[a, b] g_d[b], with D[a, b]
-/// the change of P's column a with F's column b: first by the gradients of d, then by those of c.
+/// the change of P's column a with F's column b: first by the gradients of d, then by those of c. What points
+/// share adds 8 weight shared s s^T, s_c the mean of R g_c over points.
 FemElement::Element FemElement::tangent(const Corners& x, const Corners& v,
                                         const TangentCoefficients& sum) const {
+  const PointMatrices f = at_points(x);
+  const bool has_elastic = sum.stiffness != 0;
+  const CellStiffness elastic = has_elastic ? stiffness(f, sum.kind == Tangent::projected) : CellStiffness{};
   Element transposed = Element::Zero();
-  for (const auto& gradients : gradients_) {
-    const Matrix9 d = weight_ * stress_change(x * gradients, v * gradients, sum);
+  for (std::size_t g = 0; g < points; ++g) {
+    const auto& gradients = gradients_[g];
+    Matrix9 d = viscous_change(f[g], v * gradients, sum);
+    if (has_elastic) d += sum.stiffness * elastic.own[g];
+    d *= weight_;
     Eigen::Matrix<double, 24, 9> by_stress;
     for (Eigen::Index entry = 0; entry < 9; ++entry)
       for (Eigen::Index c = 0; c < 8; ++c)
@@ -140,6 +155,13 @@ FemElement::Element FemElement::tangent(const Corners& x, const Corners& v,
         transposed.col(3 * c + i) += gradients(c, 0) * by_stress.col(i) +
                                      gradients(c, 1) * by_stress.col(3 + i) +
                                      gradients(c, 2) * by_stress.col(6 + i);
+  }
+  if (has_elastic && elastic.shared != 0) {
+    Corners mean = Corners::Zero();
+    for (std::size_t g = 0; g < points; ++g)
+      mean += elastic.axes[g] * gradients_[g].transpose() / double(points);
+    const Eigen::Map<const Eigen::Matrix<double, 24, 1>> shared(mean.data());
+    transposed += points * weight_ * sum.stiffness * elastic.shared * shared * shared.transpose();
   }
   return transposed.transpose();
 }

@@ -36,8 +36,9 @@ class FemElement {
   static constexpr std::size_t points = std::tuple_size_v<PointMatrices>;
   PointMatrices at_points(const Corners& x) const;  ///< deformation gradients, or rates
   Eigen::Matrix3d viscous_stress(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate) const;
-  Matrix9 stress_change(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate,
-                        const TangentCoefficients& sum) const;
+  Matrix9 viscous_change(const Eigen::Matrix3d& f, const Eigen::Matrix3d& rate,
+                         const TangentCoefficients& sum) const;
+  CellStiffness stiffness(const PointMatrices& f, bool projected) const;
 
   SolidLaw law_;
   Lame lame_;
@@ -53,7 +54,7 @@ class FemElement {
 /// Damping, where the body has it, is viscous (Kelvin-Voigt): the stress 2 eta e' + lambda' tr(e') I of the
 /// strain rate e', in the body's own frame. With a viscosity eta, lambda' = eta as calibrated springs have it
 /// (Damping); by the other laws both are those of a strain times the ratio c/k that an interior edge spring
-/// of the same material has.
+/// of the same material has. It is taken at every Gauss point by laws of a mean dilatation too.
 class FemSystem final : public BodySystem<double> {
  public:
   /// The body must outlive the system. Throws InputError if it has no elastic constants.

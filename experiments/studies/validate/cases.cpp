@@ -420,6 +420,7 @@ std::vector<ValidationModel> validation_models() {
                       [share](const ElasticConstants& m, double h) { return calibrate(m, h, share); }, true});
   const auto unused = [](const ElasticConstants& m, double h) { return calibrate(m, h, 0.5); };
   models.push_back({"elements, linear", "linear", unused});
+  models.push_back({"elements, mean dilatation", "linear_mean_dilatation", unused});
   models.push_back({"elements, corotational", "corotational", unused, false, true});
   models.push_back({"elements, St. V.-Kirchhoff", "st_venant_kirchhoff", unused, false, true, true});
   return models;

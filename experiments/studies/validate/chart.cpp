@@ -146,7 +146,8 @@ Chart cases_chart(const Table& rows, const Table& cases) {
 Chart large_strain_chart(const Table& strains) {
   Chart chart{.title = "Springs at large strain beside laws of elasticity",
               .subtitle =
-                  "a bar with free sides; the lattice is its Cauchy-Born limit; same E, nu = 0.3 but for the "
+                  "a bar with free sides, as far as its lattice is stable; same E; nu = 0.3 but where said "
+                  "and for the "
                   "thesis's springs",
               .x = {.label = "strain along the bar"},
               .y = {.label = "nominal stress / that of a neo-Hookean solid"}};

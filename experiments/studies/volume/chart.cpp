@@ -87,6 +87,29 @@ Chart twist_chart(const Table& rows) {
   return chart;
 }
 
+Chart tension_chart(const Table& rows) {
+  Chart chart{
+      .title = "Change of volume in large tension",
+      .subtitle = fmt::format("cube of 1 m, {} cells per edge, plates without friction; curves end where "
+                              "the cube has no stable equilibrium",
+                              rows.number(0, "cells")),
+      .x = {.label = "strain"},
+      .y = {.label = "change of volume / strain"}};
+  for (const std::string& model : rows.distinct("model")) {
+    ChartSeries series{.label = model};
+    bool ended = false;
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      if (rows.text(r, "model") != model) continue;
+      if (rows.text(r, "status") == "ok")
+        series.points.push_back({rows.number(r, "strain"), drift_over_strain(rows, r)});
+      else if (!std::exchange(ended, true))
+        series.label += fmt::format(" (no longer stable at {:g})", rows.number(r, "strain"));
+    }
+    chart.series.push_back(std::move(series));
+  }
+  return chart;
+}
+
 /// In terms of k_vol all isotropic materials have the same Poisson's ratio: k_vol = lambda - mu, so
 /// nu = (1 + r) / (4 + 2 r) with r = k_vol / mu.
 ChartSeries prediction(double low, double high) {
@@ -172,6 +195,8 @@ Drawings draw_volume(const std::vector<NamedTable>& tables) {
     drawings.charts.push_back({"volume", cells_chart(cells, models)});
   if (const Table twists = of(Study::twist); twists.size() > 0)
     drawings.charts.push_back({"volume_twist", twist_chart(twists)});
+  if (const Table tensions = of(Study::tension); tensions.size() > 0)
+    drawings.charts.push_back({"volume_tension", tension_chart(tensions)});
   if (const Table free = of(Study::free); free.size() > 0)
     drawings.charts.push_back({"volume_k_vol", volume_force_chart(free, models)});
   if (const Table bounces = of(Study::bounce); bounces.size() > 0)

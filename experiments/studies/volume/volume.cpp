@@ -17,6 +17,7 @@
 #include "experiments/harness/workers.hpp"
 #include "experiments/simulation/equilibrium.hpp"
 #include "experiments/simulation/model.hpp"
+#include "integrators/analysis/modes.hpp"
 #include "reference/calculix/calculix.hpp"
 
 namespace mss::studies::volume {
@@ -32,6 +33,8 @@ struct Loading {
   double strain = 0;
   double angle = 0;  ///< [degrees]
 };
+
+bool is_free(Study study) { return study == Study::free || study == Study::tension; }
 
 const Box lower_plate{{0, 0, 0}, {1, 1, 0}}, upper_plate{{0, 0, 1}, {1, 1, 1}};
 
@@ -61,7 +64,7 @@ Vec3 deformed(const Loading& load, const Vec3& rest) {
 
 /// Relative change of volume by elasticity, to first order; 0 where there is no prediction.
 double predicted(const VolumeModel& model, const Loading& load, const BodyConfig& body) {
-  if (load.study == Study::free) {
+  if (is_free(load.study)) {
     const CubicStiffness c = cubic_stiffness(body.springs, body.cell_size);
     const double poisson = model.poisson ? *model.poisson : c.c12 / (c.c11 + c.c12);  // along an edge
     return (1 - 2 * poisson) * load.strain;
@@ -73,10 +76,13 @@ double predicted(const VolumeModel& model, const Loading& load, const BodyConfig
 void add_equilibrium(Table& rows, const VolumeConfig& config, const VolumeModel& model, int n,
                      const Loading& load) {
   const Body body(volume_cube(model, n));
-  const Environment environment = load.study == Study::free ? free_stretch(load.strain) : clamped(load);
+  const Environment environment = is_free(load.study) ? free_stretch(load.strain) : clamped(load);
   const auto system = config.make(model.model, body, environment);
-  const auto [status, state] =
-      find_equilibrium(*system, [&](const Vec3& rest) { return deformed(load, rest); });
+  auto [status, state] = find_equilibrium(*system, [&](const Vec3& rest) { return deformed(load, rest); });
+  // Far from rest an equilibrium need not be one that a body keeps.
+  Work work;
+  if (status == Status::ok && load.study == Study::tension)
+    status = slowest_modes(*system, state, 1, work).status;
   const Measures m = measure(*system, state);
   add_row(rows, {.study = load.study,
                  .model = model.name,
@@ -120,11 +126,19 @@ VolumeModel elements(double poisson) {
           .poisson = poisson};
 }
 
+/// That do not lock where nu is near 1/2.
+VolumeModel mean_elements(double poisson) {
+  return {.name = fmt::format("elements, mean dilatation, nu = {:g}", poisson),
+          .filling = Filling::mean_elements,
+          .model = "corotational_mean_dilatation",
+          .poisson = poisson};
+}
+
 /// Every model once, in the order of first use.
 Table model_table(const VolumeConfig& config) {
   Table table({{"model"}, {"filling"}, {"law"}, {"poisson"}, {"status"}});
   std::vector<std::string> done;
-  for (const auto* models : {&config.models, &config.materials})
+  for (const auto* models : {&config.models, &config.materials, &config.stretched})
     for (const VolumeModel& m : *models) {
       if (std::find(done.begin(), done.end(), m.name) != done.end()) continue;
       done.push_back(m.name);
@@ -148,6 +162,8 @@ Json configuration(const VolumeConfig& c) {
           {"models", names(c.models)},
           {"free", names(c.materials)},
           {"tiny_strain", c.tiny_strain},
+          {"stretched", names(c.stretched)},
+          {"tensions", c.tensions},
           {"study_cells", c.study_cells},
           {"bounce", "the cube, damping ratio 0.05, falls tilted at 0.5 m/s; penalty contact, restitution 1"},
           {"integrators", c.integrators},
@@ -160,6 +176,8 @@ constexpr const char* caption =
     "or twisted, or free to contract. Volume changes in elasticity too; less change than it predicts is an "
     "error as well. Predictions: clamped, quadratic finite elements (CalculiX) to first order in the strain; "
     "free, 1 - 2 nu. The thesis's springs are scaled to be the same material as at five cells per edge. "
+    "Rows of the study `tension` are far stretched between plates without friction: below nu = 1/4 the sides "
+    "give way at some strain, beyond which there is no equilibrium, or none that is stable. "
     "Mollemans's force is eq. 1-1 with the sign that restores volume, calibrated like k_vol. Volumes are "
     "exact (trilinear cells); the thesis's estimate and the worst cell are in the table and in a chart. Rows "
     "of the study `bounce` have the largest change of volume during the motion, and its largest difference "
@@ -217,6 +235,8 @@ const char* to_string(Study study) {
       return "twist";
     case Study::free:
       return "free";
+    case Study::tension:
+      return "tension";
     case Study::bounce:
       return "bounce";
   }
@@ -233,6 +253,8 @@ const char* to_string(Filling filling) {
       return "springs and Mollemans's force";
     case Filling::elements:
       return "finite elements";
+    case Filling::mean_elements:
+      return "finite elements, mean dilatation";
   }
   return "";
 }
@@ -281,8 +303,11 @@ VolumeConfig volume_config(const ExperimentOptions& options) {
   config.strains = quick ? std::vector<double>{-0.2, 0.3}
                          : std::vector<double>{-0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5};
   config.angles = quick ? std::vector<double>{30} : std::vector<double>{10, 20, 30, 40, 50};
-  config.models = {thesis(0),       thesis(0.1),   springs(0.3),  springs(0.45),
-                   mollemans(0.45), elements(0.3), elements(0.45)};
+  config.models = {thesis(0),       thesis(0.1),   springs(0.3),   springs(0.45),
+                   mollemans(0.45), elements(0.3), elements(0.45), mean_elements(0.45)};
+  config.stretched = {springs(-0.2), springs(0), springs(0.1), springs(0.3)};
+  config.tensions = quick ? std::vector<double>{0.05, 0.3}
+                          : std::vector<double>{0.05, 0.08, 0.1, 0.15, 0.18, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5};
   config.materials = {thesis(0), thesis(0.1)};
   for (int half_decade = 0; half_decade <= 10; ++half_decade)
     config.materials.push_back(thesis(std::pow(10, half_decade / 2.0)));
@@ -356,6 +381,9 @@ std::vector<Rest> rests_of(const VolumeConfig& config) {
   for (const double angle : config.angles)
     for (const VolumeModel& m : config.models)
       all.push_back({m, config.study_cells, {.study = Study::twist, .angle = angle}});
+  for (const double strain : config.tensions)
+    for (const VolumeModel& m : config.stretched)
+      all.push_back({m, config.study_cells, {.study = Study::tension, .strain = strain}});
   for (const VolumeModel& m : config.materials)
     all.push_back({m, config.study_cells, {.study = Study::free, .strain = config.tiny_strain}});
   return all;

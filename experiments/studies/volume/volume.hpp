@@ -13,12 +13,12 @@ namespace mss::studies::volume {
 
 /// The parts of the study, in the order of the table: a cube between plates, clamped to both and stretched a
 /// little at several resolutions, stretched or compressed, or twisted; between plates without friction,
-/// stretched very little; and a cube that falls and bounces.
-enum class Study { cells, strain, twist, free, bounce };
+/// stretched far, and very little; and a cube that falls and bounces.
+enum class Study { cells, strain, twist, tension, free, bounce };
 const char* to_string(Study study);
 
 /// What carries the forces in the cube.
-enum class Filling { thesis_springs, springs, mollemans, elements };
+enum class Filling { thesis_springs, springs, mollemans, elements, mean_elements };
 const char* to_string(Filling filling);
 
 /// A filling with its material.
@@ -40,13 +40,15 @@ struct VolumeConfig {
   std::vector<int> cells;                ///< per edge, of Study::cells
   std::vector<double> strains;           ///< of Study::strain
   std::vector<double> angles;            ///< of Study::twist [degrees]
-  std::vector<VolumeModel> models;       ///< of all but Study::free
+  std::vector<VolumeModel> models;       ///< of all but Study::free and tension
   std::vector<VolumeModel> materials;    ///< of Study::free
+  std::vector<double> tensions;          ///< strains of Study::tension
+  std::vector<VolumeModel> stretched;    ///< of Study::tension
   std::vector<std::string> integrators;  ///< of Study::bounce
   std::vector<double> step_shares;       ///< of Study::bounce: steps over the limit of central differences
   double small_strain = 1e-3;            ///< of Study::cells
   double tiny_strain = 1e-5;             ///< of Study::free
-  int study_cells = 8;                   ///< per edge, of Study::strain, twist and free
+  int study_cells = 8;                   ///< per edge, of Study::strain, twist, tension and free
   /// make_system(), unless a test replaces it.
   std::function<std::unique_ptr<BodySystem<double>>(const std::string& model, const Body&,
                                                     const Environment&)>

@@ -40,12 +40,31 @@ TEST(Material, ThesisConstantsAreNotIsotropic) {
   EXPECT_NEAR(c.zener_ratio(), 5, 1e-12);
   EXPECT_NEAR(c.young(Vec3(1, 0, 0)), 1416.67, 0.005);
   EXPECT_NEAR(c.poisson(Vec3(1, 0, 0)), 0.4167, 5e-5);
-  ASSERT_EQ(material_warnings(springs, 0.2).size(), 1U);
-  EXPECT_NE(material_warnings(springs, 0.2)[0].find("Zener ratio 5"), std::string::npos);
+  const std::vector<std::string> warnings = material_warnings(springs, 0.2);
+  ASSERT_EQ(warnings.size(), 2U);
+  EXPECT_NE(warnings[0].find("Zener ratio 5"), std::string::npos);
+  EXPECT_NE(warnings[1].find("12.2 percent of compression along [111], 25.6 percent of shear"),
+            std::string::npos)
+      << warnings[1];
   // The volume force the thesis uses changes E by parts in a million.
   SpringConstants without = springs;
   without.volume = 0;
   EXPECT_NEAR(c.young(Vec3(1, 0, 0)) / cubic_stiffness(without, 0.2).young(Vec3(1, 0, 0)) - 1, 2e-6, 1e-6);
+}
+
+TEST(Material, WarnsOfStrainsAtWhichTheLatticeIsUnstable) {
+  const auto warnings = [](double poisson, double share) {
+    return material_warnings(calibrate({.young = 1e5, .poisson = poisson}, 0.1, share), 0.1);
+  };
+  EXPECT_TRUE(warnings(0.3, 0.5).empty());
+  EXPECT_TRUE(warnings(0.45, 1).empty());
+  ASSERT_EQ(warnings(0, 0.5).size(), 1U);
+  EXPECT_NE(warnings(0, 0.5)[0].find("below 1/4"), std::string::npos);
+  EXPECT_NE(warnings(0, 0.5)[0].find("19.4 percent of tension along"), std::string::npos)
+      << warnings(0, 0.5)[0];
+  ASSERT_EQ(warnings(0.3, 0.25).size(), 1U);
+  EXPECT_NE(warnings(0.3, 0.25)[0].find("29.8 percent of compression along [100]"), std::string::npos)
+      << warnings(0.3, 0.25)[0];
 }
 
 TEST(Material, RefusesWhatIsNoMaterial) {

@@ -473,9 +473,10 @@ TEST(Scene, ReadsItsModel) {
 TEST(Scene, WarnsAboutMaterials) {
   const std::string springs = "springs = { edge = 100, face = 100, body = 300 }\nvolume = 0.1";
   const std::string anisotropic = replaced(plain_scene, "young = 1e5\npoisson = 0.3", springs);
-  EXPECT_THAT(load_text(anisotropic).warnings, ElementsAre(HasSubstr("Zener ratio 5")));
+  EXPECT_THAT(load_text(anisotropic).warnings,
+              ElementsAre(HasSubstr("Zener ratio 5"), HasSubstr("percent of shear")));
   EXPECT_THAT(load_text(plain_scene, {"material.poisson=0.1"}).warnings,
-              ElementsAre(HasSubstr("volume stiffness is negative")));
+              ElementsAre(AllOf(HasSubstr("volume stiffness is negative"), HasSubstr("percent of tension"))));
   EXPECT_THAT(load_text(plain_scene, {"body.sharing=uniform"}).warnings,
               ElementsAre(HasSubstr("\"weighted\"")));
   EXPECT_THAT(load_text(plain_scene, {"body.topology=edges+body"}).warnings,

@@ -38,7 +38,8 @@ studies::volume::VolumeConfig small_volume_config() {
   std::erase_if(config.models, [](const studies::volume::VolumeModel& m) {
     return m.name != "thesis's, k_vol = 0" && m.name != "springs, nu = 0.45";
   });
-  config.materials = config.models;
+  config.materials = config.stretched = config.models;
+  config.tensions = {0.1};
   config.integrators = {"rk4"};
   config.step_shares = {0.4};
   return config;
@@ -94,7 +95,7 @@ TEST(Baselines, DetectASignFlippedInOneCornerOfEquation_3_7) {
     studies.insert(d.row.substr(0, d.row.find(',')));
   }
   EXPECT_EQ(studies, (std::set<std::string>{"study = cells", "study = strain", "study = twist",
-                                            "study = free", "study = bounce"}));
+                                            "study = tension", "study = free", "study = bounce"}));
 }
 
 TEST(Baselines, DetectAVolumeForceOfHalfTheStrength) {

@@ -568,6 +568,8 @@ TEST(Material, CardOfTheThesissConstants) {
   // 1/E[111] = (C11 + 2 C12 + C44) / (3 C44 (C11 + 2 C12)).
   EXPECT_NEAR(value_after(run.output, "[111]"), 3 * 2500 * 8500.3 / (8500.3 + 2500), 0.1);
   EXPECT_NE(run.output.find("depends on direction"), std::string::npos);
+  EXPECT_NEAR(value_after(run.output, "compression along [111]"), 0.122, 1e-3);
+  EXPECT_NEAR(value_after(run.output, "shear along [100] across [010]"), 0.256, 1e-3);
 }
 
 /// How far the polar plot reaches from its middle along the axis, and anywhere, in widths of a letter.

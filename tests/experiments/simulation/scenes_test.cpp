@@ -20,8 +20,8 @@ struct Allowed {
   std::vector<std::string> warnings;  ///< parts of them
 };
 
-/// The thesis's springs, whose material depends on direction.
-const Allowed of_the_thesis{.warnings = {"Zener ratio 5"}};
+/// The thesis's springs, whose material depends on direction and gives way to compression along some.
+const Allowed of_the_thesis{.warnings = {"Zener ratio 5", "12.2 percent of compression"}};
 
 const std::map<std::string, Allowed> exceptions{
     {"fig2_1_collapse",  // edges alone carry no shear, so it lies flat at the end
