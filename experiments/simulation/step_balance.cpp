@@ -90,11 +90,15 @@ void StepBalance::add(const State<double>& before, const State<double>& after) {
   reactions_ += squared_norm(reactions);
   inertia_ += squared_norm(inertia);
   weight_ += squared_weight(scene_, system_.total_mass());
+  ++steps_;
 }
 
 std::optional<Imbalance> StepBalance::imbalance() const {
+  // Forces that would move the body by a millionth of a millionth of its size in a step.
+  const double acceleration = 1e-12 * reach_ / (dt_ * dt_);
+  const double rounding = steps_ * system_.total_mass() * acceleration * acceleration;
   const auto over = [&](double whole, Imbalance::Over of) {
-    return whole > 0 ? std::optional(Imbalance{std::sqrt(residual_ / whole), of}) : std::nullopt;
+    return whole > rounding ? std::optional(Imbalance{std::sqrt(residual_ / whole), of}) : std::nullopt;
   };
   if (weight_ == 0 && reactions_ > inertia_) return over(reactions_, Imbalance::Over::reactions);
   if (inertia_ > weight_) return over(inertia_, Imbalance::Over::inertia);

@@ -42,9 +42,9 @@ class StepBalance {
   /// Adds the step of dt that led from one state to the other.
   void add(const State<double>& before, const State<double>& after);
 
-  /// Of all steps added; nothing where there is no force.
+  /// Of all steps added; nothing where there is no force but by rounding.
   std::optional<Imbalance> imbalance() const;
-  void remember(Record& record) { record.keep(residual_, weight_, inertia_, reactions_); }
+  void remember(Record& record) { record.keep(residual_, weight_, inertia_, reactions_, steps_); }
 
  private:
   static constexpr int functions = 10;
@@ -65,6 +65,7 @@ class StepBalance {
   Field<double> free_axes_;  ///< 1 where nothing prescribes a coordinate
   Field<double> velocity_, force_;
   double residual_ = 0, weight_ = 0, inertia_ = 0, reactions_ = 0;  ///< squared norms, summed over steps
+  double steps_ = 0;
 };
 
 }  // namespace mss

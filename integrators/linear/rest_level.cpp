@@ -95,6 +95,16 @@ std::array<std::vector<char>, 3> coarsened_unknown(const Body& fine,
   return unknown;
 }
 
+/// Calls task(plane) for all planes of a lattice, as many on a thread as are worth one.
+template <class Task>
+void for_planes(const Parallel& parallel, const Lattice& lattice, Task&& task) {
+  const std::ptrdiff_t planes = lattice.planes();
+  const std::ptrdiff_t group = std::max<std::ptrdiff_t>(1, RestLevel::range_size / lattice.plane);
+  parallel((planes + group - 1) / group, [&](std::ptrdiff_t i) {
+    for (std::ptrdiff_t plane = i * group; plane < std::min((i + 1) * group, planes); ++plane) task(plane);
+  });
+}
+
 }  // namespace
 
 PaddedArrays::PaddedArrays(const Lattice& lattice, int count) : count_(count) {
@@ -296,7 +306,7 @@ void RestLevel::solve_directly(const Parallel& parallel) {
   if (rows_.empty()) return;
   for (std::size_t i = 0; i < rows_.size(); ++i)
     rhs_[std::ptrdiff_t(i)] = r_[rows_[i].second][rows_[i].first];
-  constexpr std::ptrdiff_t rows = 128;
+  constexpr std::ptrdiff_t rows = 256;
   parallel((padded_rows_ + rows - 1) / rows, [&](std::ptrdiff_t i) {
     fastest_copy<RestKernels>().multiply(inverse_matrix_.data(), padded_rows_, rhs_.data(), solution_.data(),
                                          i * rows, std::min((i + 1) * rows, padded_rows_));
@@ -419,12 +429,12 @@ void RestLevel::correct(const Parallel& parallel, Cycle kind) {
     for (int c = 0; c < 3; ++c) r_[c][site] = left[c];
   }
   const std::ptrdiff_t room = lattice().plane;
-  parallel(coarse_->lattice().planes(), [&](std::ptrdiff_t plane) {
+  for_planes(parallel, coarse_->lattice(), [&](std::ptrdiff_t plane) {
     for (int c = 0; c < 3; ++c)
       kernels.restrict_plane(transfer_, r_[c], coarse_->r_[c], int(plane), scratch_.data() + room * plane);
   });
   coarse_->cycle(parallel, kind);
-  parallel(lattice().planes(), [&](std::ptrdiff_t plane) {
+  for_planes(parallel, lattice(), [&](std::ptrdiff_t plane) {
     for (int c = 0; c < 3; ++c)
       kernels.interpolate_plane(transfer_, coarse_->z_[c], d_[c], z_[c], int(plane),
                                 scratch_.data() + room * plane);
