@@ -106,13 +106,6 @@ BenchSetup loaded_block(int cells, double degrees) {
 BenchSetup block(int cells) { return loaded_block(cells, 0); }
 BenchSetup block_on_slope(int cells) { return loaded_block(cells, slope_degrees); }
 
-BenchSetup with_material(BenchSetup setup, const BenchMaterial& material) {
-  setup.body.density = density;
-  setup.body.damping = material.damping;
-  setup.body.fill({.young = material.young, .poisson = poisson}, face_share);
-  return setup;
-}
-
 /// Means over particles, weighted by mass, of positions.
 Vec3 centre_of(const Body& body, const Field<double>& x) {
   Vec3 sum = Vec3::Zero();
@@ -289,8 +282,16 @@ Damping viscosity_like_ratio(double ratio, double young, double cell_size) {
           .viscosity = 2 * ratio * cell_size * std::sqrt(density * shear / (2 * (2 - face_share)))};
 }
 
+BenchSetup bench_setup(const BenchScene& scene, int cells, const BenchMaterial& material) {
+  BenchSetup setup = scene.set_up(cells);
+  setup.body.density = density;
+  setup.body.damping = material.damping;
+  setup.body.fill({.young = material.young, .poisson = poisson}, face_share);
+  return setup;
+}
+
 BenchBody::BenchBody(const BenchScene& of, int cells, const BenchMaterial& material, int threads)
-    : BenchBody(of, with_material(of.set_up(cells), material), threads) {}
+    : BenchBody(of, bench_setup(of, cells, material), threads) {}
 
 BenchBody::BenchBody(const BenchScene& of, BenchSetup with, int threads)
     : MovingBody(with.body, with.environment, threads), scene(of), setup(std::move(with)) {

@@ -61,10 +61,13 @@ Damping damping_of_ratio(double ratio);
 /// cells of any size.
 Damping viscosity_like_ratio(double ratio, double young, double cell_size);
 
-/// A scene with its material in cells.
+/// A scene's body with its material, in cells.
+BenchSetup bench_setup(const BenchScene& scene, int cells, const BenchMaterial& material);
+
+/// The same as a system at its start.
 struct BenchBody : MovingBody {
   BenchBody(const BenchScene& of, int cells, const BenchMaterial& material, int threads = 1);
-  const BenchScene& scene;
+  BenchScene scene;
   BenchSetup setup;
 
  private:

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/simulation/outcome.hpp"
+
 namespace mss {
 
 MotionWatch::MotionWatch(const MovingBody& body, double velocity_lag)
@@ -13,16 +15,8 @@ MotionWatch::MotionWatch(const MovingBody& body, double velocity_lag)
   extremes_.min_jacobian = m.min_jacobian;
 }
 
-Measures MotionWatch::measured(const State<double>& state) const {
-  if (velocity_lag_ == 0) return measure(body_.system, state);
-  State<double> in_time = state;
-  body_.system.acceleration(state.t, state.x, state.v, in_time.v);
-  in_time.v.array() = state.v.array() + velocity_lag_ * in_time.v.array();
-  return measure(body_.system, in_time);
-}
-
 void MotionWatch::add(const State<double>& state) {
-  const Measures m = measured(state);
+  const Measures m = measure_in_time(body_.system, state, velocity_lag_);
   MotionExtremes& e = extremes_;
   // Not std::max, which passes over NaN.
   e.energy = m.mechanical() <= e.energy ? e.energy : m.mechanical();

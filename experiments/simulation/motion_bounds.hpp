@@ -26,8 +26,6 @@ class MotionWatch {
   const MotionExtremes& extremes() const { return extremes_; }
 
  private:
-  Measures measured(const State<double>& state) const;
-
   const MovingBody& body_;
   double velocity_lag_;
   double first_potential_ = 0;
