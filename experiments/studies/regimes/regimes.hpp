@@ -42,6 +42,8 @@ const std::vector<Demand>& demands();
 
 /// An error is only judged where the true motion is known so many times better.
 inline constexpr double certainty = 4;
+/// The status where it is not.
+inline constexpr const char* uncertain = "the reference is not that certain";
 
 /// Where a run stays within bounds, what its column says.
 inline constexpr const char* within_bounds = "within";
@@ -87,7 +89,7 @@ struct RegimeFamily {
   IntegratorOptions own{};      ///< linear solver and its tolerance, Chebyshev's radius
   std::string setting{};        ///< the same in words
   std::vector<int> iterations;  ///< 0: it has none
-  int untuned = -1;             ///< the number of iterations it was given before it was tuned; -1: none of these
+  int untuned = -1;  ///< the number of iterations it was given before it was tuned; -1: none of these
 };
 const std::vector<RegimeFamily>& regime_families();
 
@@ -120,10 +122,10 @@ Table cheapest_methods(const Table& runs);
 /// those that are not tuned.
 Table tuned_families(const Table& runs);
 
-/// For every scene, resolution and damping the modulus from which frames that only stay stable are cheaper by a
-/// method for any step. Predicted: where as many explicit steps as a frame needs of the safe one, at what one
-/// of them takes, cost as much as such a method's cheapest frame. Measured: between the neighbouring points
-/// of the map where the cheapest kind changes.
+/// For every scene, resolution and damping the modulus from which frames that only stay stable are cheaper by
+/// a method for any step. Predicted: where as many explicit steps as a frame needs of the safe one, at what
+/// one of them takes, cost as much as such a method's cheapest frame. Measured: between the neighbouring
+/// points of the map where the cheapest kind changes.
 Table boundaries(const Table& points, const Table& runs, const Table& cheapest);
 
 /// The largest of measured over predicted moduli and their inverses, over the rows where both are known; NaN

@@ -1,0 +1,2 @@
+// Total error against time.
+#include "experiments/studies/frames/frames.hpp"
