@@ -38,11 +38,14 @@ FramePositions planted_motion(const BenchBody& body, Map&& map) {
   return motion;
 }
 
-BenchBody small(const char* scene) { return {find_bench_scene(scene), 3, {1e6, damping_of_ratio(0.5)}}; }
+BenchBody small_bench(const char* scene) {
+  return {find_bench_scene(scene), 3, {1e6, damping_of_ratio(0.5)}};
+}
 
 TEST(BenchScenes, TellWhatWentWrong) {
   const auto stays = [](const Vec3& x, double) { return x; };
-  const BenchBody box = small("held_box"), ball = small("ball"), spin = small("spin"), slope = small("slope");
+  const BenchBody box = small_bench("held_box"), ball = small_bench("ball"), spin = small_bench("spin"),
+                  slope = small_bench("slope");
   EXPECT_EQ(bench_complaint(box, planted_motion(box, stays)), "the body has not sagged");
   EXPECT_EQ(bench_complaint(box, {}), "there is no motion");
   const auto falls = [](const Vec3& x, double t) -> Vec3 {
@@ -70,7 +73,7 @@ TEST(BenchScenes, TellWhatWentWrong) {
 
 /// Of a ball whose ground is too far away nothing can be said.
 TEST(BenchScenes, AFallWithoutGroundIsToldOfIt) {
-  const BenchBody ball = small("ball");
+  const BenchBody ball = small_bench("ball");
   FramePositions one{ball.start.x};  // after a frame
   for (const std::ptrdiff_t site : ball.body.sites())
     one.back().set(site, ball.start.x.at(site) - 0.005 * Vec3::UnitZ());
@@ -116,7 +119,7 @@ TEST(MotionBounds, StableMeansWithinWhatTheSceneSupplies) {
 
 /// Frames are looked at while no time is taken, and a motion's energy is that which its scene supplies.
 TEST(MotionBounds, OfAFreeFallAreInClosedForm) {
-  const BenchBody ball = small("ball");
+  const BenchBody ball = small_bench("ball");
   MotionWatch watch(ball);
   State<double> state = ball.start;
   constexpr double fallen = 0.3;
