@@ -212,7 +212,7 @@ const std::vector<BenchScene>& bench_scenes() {
        .description =
            "an L of 0.2 m, 0.1 m thick, held at its foot, released under gravity; cells a thickness",
        .task = BenchTask::sag,
-       .cells = 8,
+       .cells = 6,
        .quick_cells = 4,
        .frames = 10,
        .set_up = bracket},
@@ -252,7 +252,7 @@ const std::vector<BenchScene>& bench_scenes() {
        .quick_cells = 5,
        .frames = 12,
        .truth = "velocity_verlet",
-       .truth_share = 0.0625,
+       .truth_share = 0.03125,
        .set_up = block},
       {.name = "slope",
        .label = "block on a slope",
@@ -262,7 +262,7 @@ const std::vector<BenchScene>& bench_scenes() {
        .quick_cells = 5,
        .frames = 12,
        .truth = "velocity_verlet",
-       .truth_share = 0.0625,
+       .truth_share = 0.03125,
        .set_up = block_on_slope}};
   return all;
 }

@@ -127,7 +127,7 @@ constexpr const char* caption =
     "failures. The velocities of the thesis's Verlet and of semi-implicit Euler lag half a step behind the "
     "positions, "
     "which adds a larger but bounded error. Not varied: damping, step, body. The free spin: a soft undamped "
-    "cube turns at 10 rad/s and drifts at 0.3 m/s for 10,000 frames of 1/60 s (600 in quick runs); what is "
+    "cube turns at 10 rad/s and drifts at 0.03 m/s for 10,000 frames of 1/60 s (600 in quick runs); what is "
     "left "
     "of its energy, kinetic and stored, of its linear momentum, and of its angular momentum about the centre "
     "of mass, the latter two along their directions at the start. Methods with a stability limit take the "

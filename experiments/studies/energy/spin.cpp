@@ -178,12 +178,12 @@ std::vector<NamedTable> spin_files(const SpinConfig& config, const Table& rows) 
 }
 
 Chart spin_chart(const Table& summary, const Table& settings) {
-  constexpr double most_shown = 1.5;
+  constexpr double most_shown = 1.5, apart = 0.22;  // of markers in a row; rows are 1 apart
   Chart chart{
       .title = "What is left of a free spin",
-      .subtitle = fmt::format("undamped cube of {:g} cells an edge, 0.5 m, E = {:g} Pa, 10 rad/s; {:g} "
-                              "frames of 1/60 s, a step each; *: at its safe steps, **: at steps it chooses",
-                              setting_number(settings, "cells"), setting_number(settings, "young"),
+      .subtitle = fmt::format("undamped cube, {:g} cells an edge, {:g} MPa, 10 rad/s; {:g} frames of 1/60 s, "
+                              "a step each; *: its safe steps, **: steps it chooses",
+                              setting_number(settings, "cells"), setting_number(settings, "young") / 1e6,
                               setting_number(settings, "frames")),
       .x = {.label = "at the end, over that at the start", .low = -0.05, .high = most_shown + 0.05},
       .y = {.label = ""}};
@@ -198,7 +198,7 @@ Chart spin_chart(const Table& summary, const Table& settings) {
     for (std::size_t of = 0; of < left.size(); ++of) {
       constexpr std::array columns{"energy", "momentum", "angular_momentum"};
       const double x = summary.number(r, columns[of]);
-      if (x <= most_shown) left[of].points.push_back({std::max(x, 0.0), y});
+      if (x <= most_shown) left[of].points.push_back({std::max(x, 0.0), y + apart * (1 - double(of))});
       all = all && x <= most_shown;
     }
     if (!all) beyond.points.push_back({most_shown, y});

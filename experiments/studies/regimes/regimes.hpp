@@ -41,7 +41,7 @@ struct Demand {
 const std::vector<Demand>& demands();
 
 /// An error is only judged where the true motion is known so many times better.
-inline constexpr double certainty = 4;
+inline constexpr double certainty = 10;
 /// The status where it is not.
 inline constexpr const char* uncertain = "the reference is not that certain";
 
@@ -71,25 +71,33 @@ struct RegimesConfig {
   std::vector<RegimesGrid> grids;
   int frames = 0;  ///< 0: as the scene has them
   int repetitions = 3;
-  double most_seconds = 4;             ///< that a run may take
-  double most_over_best = 2;           ///< times the time of the quickest that meets the same
+  double most_seconds = 2;             ///< that a run may take
+  double most_over_best = 1.5;         ///< times the time of the quickest that meets the same
   double most_reference_seconds = 40;  ///< that the reference of a motion or a rest may take
   LoadedConfig loaded = {};
 };
 RegimesConfig regimes_config(const ExperimentOptions& options);
 
-/// Steps a frame, and iterations or passes a step, that are tried of every family. The rule by which all are
-/// tuned: of these, and of the settings that the family alone has, the cheapest that meets the demand.
+/// Steps a frame, iterations or passes a step, and tolerances of linear solvers, that are tried of every
+/// family that has them. The rule by which all are tuned: of these, and of the settings that the family alone
+/// has, the cheapest that meets the demand.
 inline constexpr std::array tried_steps{1, 2, 4, 8, 16, 32};
 inline constexpr std::array tried_iterations{1, 2, 5, 10, 20};
+inline constexpr std::array tried_tolerances{1e-2, 1e-4, 1e-6};
+
+/// How far a step is solved.
+struct Effort {
+  int iterations = 0;    ///< 0: as many as it takes
+  double tolerance = 0;  ///< of a linear solver; 0: it has none
+};
 
 /// A method for any step, with a choice of what it alone has.
 struct RegimeFamily {
-  std::string method;           ///< without its number of iterations
-  IntegratorOptions own{};      ///< linear solver and its tolerance, Chebyshev's radius
-  std::string setting{};        ///< the same in words
-  std::vector<int> iterations;  ///< 0: it has none
-  int untuned = -1;  ///< the number of iterations it was given before it was tuned; -1: none of these
+  std::string method;             ///< without its number of iterations
+  IntegratorOptions own{};        ///< linear solver, Chebyshev's radius
+  std::string setting{};          ///< the same in words
+  std::vector<Effort> efforts{};  ///< ascending
+  int untuned = -1;  ///< index of the effort that it was given before it was tuned; -1: none of these
 };
 const std::vector<RegimeFamily>& regime_families();
 

@@ -37,7 +37,7 @@ struct Run {
   double steps;  ///< a frame; of equilibria the tolerance
   std::string setting = {};
   bool untuned = false;
-  int iterations = 0;
+  std::size_t effort = 0;  ///< its place among those of the family
   std::vector<double> seconds = {};
   double error = no_value;
   double energy = no_value, displacement = no_value;  ///< largest, over what the scene supplies
@@ -266,29 +266,35 @@ void run_chain(std::vector<Run> chain, Race& race, std::vector<Run>& runs, Take&
   runs.insert(runs.end(), done.begin(), done.end());
 }
 
-Run run_of(const RegimeFamily& family, int steps, int iterations) {
-  Run run{.method = iterations > 0 ? fmt::format("{}:{}", family.method, iterations) : family.method,
+Run run_of(const RegimeFamily& family, int steps, std::size_t e) {
+  const Effort& effort = family.efforts[e];
+  Run run{.method =
+              effort.iterations > 0 ? fmt::format("{}:{}", family.method, effort.iterations) : family.method,
           .options = family.own,
           .steps = double(steps),
           .setting = family.setting,
-          .untuned = iterations == family.untuned,
-          .iterations = iterations};
+          .untuned = int(e) == family.untuned,
+          .effort = e};
   run.options.dt = frame / steps;
+  if (effort.tolerance > 0) {
+    run.options.linear_tolerance = effort.tolerance;
+    run.setting += fmt::format(", {:g}", effort.tolerance);
+  }
   return run;
 }
 
-/// How long a run will take at least, from those of its family with fewer steps or iterations, stopped or not
-/// [s].
+/// How long a run will take at least, from those of its family with fewer steps or less effort, stopped or
+/// not [s].
 double least_seconds(const std::vector<Run>& done, const Run& next) {
   double least = 0;
   for (const Run& run : done)
-    if (run.steps <= next.steps && run.iterations <= next.iterations)
+    if (run.steps <= next.steps && run.effort <= next.effort)
       least = std::max(least, run.seconds.front() * (run.steps < next.steps ? 1.5 : 1));
   return least;
 }
 
-/// Of a family, ascending, all steps, and for each all iterations, but for runs that would take too long, and
-/// iterations beyond those that still change the error. Those that are not tuned are always tried.
+/// Of a family, ascending, all steps, and for each all efforts, but for runs that would take too long, and
+/// efforts beyond those that still change the error. What it was given before it was tuned is always tried.
 template <class Take>
 void run_family(const RegimeFamily& family, Race& race, std::vector<Run>& runs, Take&& take) {
   constexpr double unchanged = 0.02;
@@ -296,8 +302,8 @@ void run_family(const RegimeFamily& family, Race& race, std::vector<Run>& runs, 
   for (const int steps : tried_steps) {
     double before = no_value;
     bool settled = false;
-    for (const int iterations : family.iterations) {
-      Run run = run_of(family, steps, iterations);
+    for (std::size_t e = 0; e < family.efforts.size(); ++e) {
+      Run run = run_of(family, steps, e);
       const bool is_first = steps == tried_steps.front() && run.untuned;
       const double most_seconds = race.most_seconds(done);
       if (!is_first && (settled || least_seconds(done, run) > most_seconds)) continue;
@@ -359,35 +365,41 @@ Json measured_rests(const RegimesConfig& config, const Problem& problem) {
   return repeated(config, race, std::move(runs), take);
 }
 
-RegimeFamily linear_family(const char* solver, double tolerance, bool untuned = false) {
+RegimeFamily linear_family(const char* solver, std::vector<Effort> efforts, int untuned = -1) {
   return {.method = "backward_euler_linear",
-          .own = {.linear_solver = solver,
-                  .linear_tolerance = tolerance > 0 ? tolerance : IntegratorOptions{}.linear_tolerance},
-          .setting = tolerance > 0 ? fmt::format("{}, {:g}", solver, tolerance) : solver,
-          .iterations = {0},
-          .untuned = untuned ? 0 : -1};
+          .own = {.linear_solver = solver},
+          .setting = solver,
+          .efforts = std::move(efforts),
+          .untuned = untuned};
 }
 
+/// `untuned`: a number of iterations, or -1.
 RegimeFamily iterating_family(const char* method, int untuned, double chebyshev_radius = 0) {
-  return {.method = method,
-          .own = {.chebyshev_radius = chebyshev_radius},
-          .setting = chebyshev_radius > 0 ? fmt::format("rho = {:g}", chebyshev_radius) : "",
-          .iterations = {tried_iterations.begin(), tried_iterations.end()},
-          .untuned = untuned};
+  RegimeFamily family{.method = method,
+                      .own = {.chebyshev_radius = chebyshev_radius},
+                      .setting = chebyshev_radius > 0 ? fmt::format("rho = {:g}", chebyshev_radius) : ""};
+  for (const int iterations : tried_iterations) {
+    if (iterations == untuned) family.untuned = int(family.efforts.size());
+    family.efforts.push_back({.iterations = iterations});
+  }
+  return family;
 }
 
 }  // namespace
 
 const std::vector<RegimeFamily>& regime_families() {
   static const std::vector<RegimeFamily> all = [] {
-    std::vector<RegimeFamily> families{linear_family("automatic", 1e-10, true), linear_family("cholmod", 0)};
+    std::vector<RegimeFamily> families{linear_family("automatic", {{.tolerance = 1e-10}}, 0),
+                                       linear_family("cholmod", {{}})};
+    std::vector<Effort> tolerances;
+    for (const double tolerance : tried_tolerances) tolerances.push_back({.tolerance = tolerance});
     for (const char* solver : {"matrix_free", "multigrid"})
-      for (const double tolerance : {1e-2, 1e-4, 1e-6}) families.push_back(linear_family(solver, tolerance));
+      families.push_back(linear_family(solver, tolerances));
     for (const char* method : {"backward_euler/lbfgs", "tr_bdf2/lbfgs", "generalized_alpha/lbfgs"})
       families.push_back(iterating_family(method, 5));
     families.push_back(iterating_family("xpbd", 1));
     families.push_back(iterating_family("vbd", 20));
-    for (const double radius : {0.9, 0.95, 0.99}) families.push_back(iterating_family("vbd", -1, radius));
+    for (const double radius : {0.9, 0.95}) families.push_back(iterating_family("vbd", -1, radius));
     return families;
   }();
   return all;

@@ -120,20 +120,26 @@ TEST(Regimes, TuningIsShownBesideWhatWasBefore) {
   EXPECT_DOUBLE_EQ(stable.number(0, "gain"), 1);
 }
 
-/// One rule for all: every family that iterates has the same numbers of iterations, and what it was given
-/// before is among what is tried.
+/// One rule for all: every family that iterates has the same numbers of iterations, every linear solver with
+/// a tolerance the same tolerances, and what each was given before is among what is tried.
 TEST(Regimes, FamiliesAreTunedAlike) {
   std::vector<std::string> tuned_from;
   for (const RegimeFamily& family : regime_families()) {
-    const bool iterates = family.iterations != std::vector<int>{0};
-    EXPECT_EQ(iterates, family.method != "backward_euler_linear") << family.method;
-    if (iterates) {
-      EXPECT_TRUE(std::equal(family.iterations.begin(), family.iterations.end(), tried_iterations.begin(),
-                             tried_iterations.end()));
+    std::vector<int> iterations;
+    std::vector<double> tolerances;
+    for (const Effort& effort : family.efforts) {
+      if (effort.iterations > 0) iterations.push_back(effort.iterations);
+      if (effort.tolerance > 0) tolerances.push_back(effort.tolerance);
+    }
+    const bool iterates =
+        find_integrator(family.method).iterates || family.method.find('/') != std::string::npos;
+    EXPECT_EQ(iterations.size(), iterates ? tried_iterations.size() : 0U) << family.method;
+    EXPECT_TRUE(std::equal(iterations.begin(), iterations.end(), tried_iterations.begin()));
+    if (tolerances.size() > 1) {
+      EXPECT_TRUE(std::equal(tolerances.begin(), tolerances.end(), tried_tolerances.begin()));
     }
     if (family.untuned < 0) continue;
-    EXPECT_NE(std::find(family.iterations.begin(), family.iterations.end(), family.untuned),
-              family.iterations.end());
+    EXPECT_LT(std::size_t(family.untuned), family.efforts.size());
     tuned_from.push_back(family.method);
   }
   EXPECT_EQ(tuned_from,
