@@ -181,8 +181,8 @@ Chart spin_chart(const Table& summary, const Table& settings) {
   constexpr double most_shown = 1.5, apart = 0.22;  // of markers in a row; rows are 1 apart
   Chart chart{
       .title = "What is left of a free spin",
-      .subtitle = fmt::format("undamped cube, {:g} cells an edge, {:g} MPa, 10 rad/s; {:g} frames of 1/60 s, "
-                              "a step each; *: its safe steps, **: steps it chooses",
+      .subtitle = fmt::format("undamped cube, {:g} cells an edge, {:g} MPa, 10 rad/s; {:g} frames of 1/60 s; "
+                              "*: at safe steps, **: at steps it chooses",
                               setting_number(settings, "cells"), setting_number(settings, "young") / 1e6,
                               setting_number(settings, "frames")),
       .x = {.label = "at the end, over that at the start", .low = -0.05, .high = most_shown + 0.05},

@@ -34,7 +34,10 @@ constexpr const char* caption =
     "displacement. "
     "Explicit methods at their safe step and at a quarter of it; linear systems to 1e-3. Horizontal lines "
     "are "
-    "the error of the cells alone. Families are tried with fewer choices than in `regimes`.";
+    "the error of the cells alone; errors of time below 1e-4 are drawn there, totals above 2 not. A total "
+    "below "
+    "both its parts is chance: errors of opposite sign. Families are tried with fewer choices than in "
+    "`regimes`.";
 
 std::vector<FrameScene> scenes(bool quick) {
   if (quick) return {{.name = "small", .cells = 4, .young = 1e5}};
