@@ -93,6 +93,12 @@ std::string panel_data(const MapChart& chart, int index, std::vector<std::string
     plots.push_back(
         fmt::format("${} using 1:2:3:4:5:6 with boxxyerror {} notitle", name, fills[std::size_t(kind)]));
   }
+  if (!panel.line.empty()) {
+    const std::string name = fmt::format("line{}", index);
+    out += line_data(name, panel.line);
+    plots.push_back(fmt::format("${} using 1:2 with lines lc 'white' lw 5 notitle", name));
+    plots.push_back(fmt::format("${} using 1:2 with lines lc 'black' lw 2.2 notitle", name));
+  }
   for (const bool dark : {false, true}) {
     const std::string name = fmt::format("text{}_{}", index, dark ? "dark" : "light");
     const std::string data = text_data(name, chart, panel, dark);
@@ -100,12 +106,6 @@ std::string panel_data(const MapChart& chart, int index, std::vector<std::string
     out += data;
     plots.push_back(
         fmt::format("${} using 1:2:3 with labels tc '{}' notitle", name, dark ? "white" : "black"));
-  }
-  if (!panel.line.empty()) {
-    const std::string name = fmt::format("line{}", index);
-    out += line_data(name, panel.line);
-    plots.push_back(fmt::format("${} using 1:2 with lines lc 'white' lw 5 notitle", name));
-    plots.push_back(fmt::format("${} using 1:2 with lines lc 'black' lw 2.2 notitle", name));
   }
   return out;
 }

@@ -110,7 +110,7 @@ MapChart map_of(const Table& cheapest, const Table& boundaries, bool at_rest) {
                  .x = {.label = "Young's modulus [Pa]"},
                  .y = y,
                  .kinds = kind_labels(),
-                 .line_label = at_rest ? "" : "explicit frames cost as much, predicted",
+                 .line_label = at_rest ? "" : "predicted crossing",
                  .panel_height = 170,
                  .columns = at_rest ? 2
                                     : int(std::count_if(demands().begin(), demands().end(),

@@ -298,7 +298,8 @@ RegimesConfig regimes_config(const ExperimentOptions& options) {
   config.loaded.moduli = {1e5, 1e6, 1e7, 1e8, 1e9, 1e10};
   if (options.quick) {
     config.repetitions = 2;
-    config.most_seconds = config.most_reference_seconds = 1;
+    config.most_seconds = 1;
+    config.most_reference_seconds = 4;
     config.loaded.moduli = {1e6, 1e7, 1e8, 1e9};
   }
   return config;
