@@ -298,8 +298,9 @@ Drawings draw_energy(const std::vector<NamedTable>& tables) {
                                  [](const NamedTable& table) { return table.name == "energy_spin_summary"; });
   if (const Table* summary = spins ? &find_table(tables, "energy_spin_summary") : nullptr;
       summary && summary->size() > 0)
-    drawings.charts.push_back(
-        {"energy_spin", spin_chart(*summary, find_table(tables, "energy_spin_settings"))});
+    drawings.charts.push_back({"energy_spin",
+                               spin_chart(*summary, find_table(tables, "energy_spin_settings")),
+                               "energy_spin_summary"});
   return drawings;
 }
 
