@@ -40,6 +40,8 @@ std::string to_string(const Trial& trial) {
       return "the cheapest that meets the error";
     case Verdict::inaccurate:
       return "error above the requested one";
+    case Verdict::folds:
+      return fmt::format("folds: min_jacobian {:.3g}, and the reference does not", trial.min_jacobian);
     case Verdict::undecided:
       return "too close to the requested error to decide";
     case Verdict::fails_check:

@@ -18,9 +18,6 @@
 
 namespace mss::advise {
 
-/// Budgets and costs are given per frame.
-inline constexpr double frames_per_second = 60;
-
 /// What the user of `mss advise` requests.
 struct AdviseRequest {
   double error = 0.01;  ///< largest that is allowed, relative to the scale of what it is of
@@ -79,6 +76,7 @@ enum class Verdict {
   advised,
   cheapest,           ///< of those that meet the error, but over budget
   inaccurate,         ///< its error is larger than requested
+  folds,              ///< a cell is inverted, and in the reference none is
   undecided,          ///< its error is too close to the requested one for the uncertainty of the reference
   fails_check,        ///< its error against the checking reference is larger than requested
   costly,             ///< it would take too much longer than the best so far
@@ -95,7 +93,8 @@ struct Trial {
   double error = no_value;  ///< largest until it ended
   double cost = no_value;   ///< seconds charged for stepping per simulated second
   double share = 0;         ///< of the duration that was simulated
-  bool meets = false;       ///< the error
+  double min_jacobian = no_value, max_stretch = no_value;  ///< extremes until it ended
+  bool meets = false;                                      ///< the error
   Verdict verdict = Verdict::reference;
   Status status = Status::ok;                                    ///< of a failed run
   std::string problem{};                                         ///< where it is impossible
@@ -125,6 +124,7 @@ struct Advice {
   std::optional<std::size_t> best;  ///< the cheapest that meets the error, whatever the budget
   bool within_budget = false;
   double uncertainty = 0;           ///< of the reference, as errors are measured
+  bool reference_folds = false;     ///< then candidates may
   int finest_level = 0;             ///< of the references
   double checked_error = no_value;  ///< of the best against a finer one
   ElementCheck elements{};          ///< of the best

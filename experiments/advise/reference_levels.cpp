@@ -39,7 +39,7 @@ SceneEdit ReferenceLevels::accurate(SceneEdit lattice) const {
   const double most = accurate_share * safe_step(accurate_method, search_.family.bound(lattice));
   lattice.integrator = accurate_method;
   lattice.precision = Precision::dbl;
-  lattice.dt = step_between_samples(std::min(most, search_.sampling.interval), search_.sampling);
+  lattice.dt = step_between_samples(most, search_.sampling);
   return lattice;
 }
 
@@ -77,7 +77,9 @@ std::optional<ReferenceLevels::Reference> ReferenceLevels::compute(int level) {
     SampledRun run =
         search_.sample(without_sleep(trial.candidate), [&](const SampledRun&) { return !search_.stopped(); });
     trial.cost = run.cost();
-    trial.share = run.simulated / search_.family.given().solve.duration;
+    trial.share = run.simulated / search_.sampling.duration();
+    trial.min_jacobian = run.trajectory.min_jacobian;
+    trial.max_stretch = run.trajectory.max_stretch;
     trial.status = run.status;
     if (run.status != Status::ok) trial.verdict = Verdict::failed;
     if (run.ended_early) trial.verdict = Verdict::interrupted;
@@ -174,9 +176,7 @@ double ReferenceLevels::seconds_at(int level) const {
   return finest().seconds * std::pow(double(level) / finest().level, 4);
 }
 
-double ReferenceLevels::cost_at(int level) const {
-  return seconds_at(level) / search_.family.given().solve.duration;
-}
+double ReferenceLevels::cost_at(int level) const { return seconds_at(level) / search_.sampling.duration(); }
 
 /// The level after the finest; 0 if there is none.
 int ReferenceLevels::next_level() const {
@@ -221,8 +221,9 @@ void ReferenceLevels::conclude() {
       continue;
     }
     trial.error = estimator_->error_of(reference.trajectory);
-    trial.meets = meets(trial.error);
-    trial.verdict = trial.meets ? Verdict::meets : Verdict::inaccurate;
+    const bool unfolds = trial.min_jacobian > 0 || folds();
+    trial.meets = unfolds && meets(trial.error);
+    trial.verdict = trial.meets ? Verdict::meets : unfolds ? Verdict::inaccurate : Verdict::folds;
   }
 }
 

@@ -102,6 +102,8 @@ class ReferenceLevels {
   bool extrapolated() const { return extrapolated_; }
   /// Of errors, from what the reference still changes by.
   double uncertainty() const { return uncertainty_; }
+  /// Whether cells of the finest are inverted at some time: then nothing keeps candidates from folding.
+  bool folds() const { return finest().trajectory.min_jacobian <= 0; }
   /// Whether the uncertainty is small enough to advise at all.
   bool is_accurate_enough() const;
 

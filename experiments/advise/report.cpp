@@ -34,6 +34,9 @@ Table trial_table(const SceneFamily& family, const Advice& advice) {
                {"error"},
                {"cost", "s/s"},
                {"share_run"},
+               {"steps_per_frame"},
+               {"min_jacobian"},
+               {"max_stretch"},
                {"status"}});
   for (const Trial& trial : advice.trials) {
     const SceneEdit& c = trial.candidate;
@@ -43,7 +46,9 @@ Table trial_table(const SceneFamily& family, const Advice& advice) {
                std::int64_t(c.volume_force && family.has_volume_force()), to_string(c.precision),
                c.integrator, method.implicit && !adaptive ? c.linear_solver : "",
                c.dt && !adaptive ? *c.dt : no_value, adaptive ? c.tolerance : no_value,
-               std::int64_t(c.threads), trial.error, trial.cost, trial.share, to_string(trial)});
+               std::int64_t(c.threads), trial.error, trial.cost, trial.share,
+               c.dt && !adaptive ? Cell(std::int64_t(steps_per_frame(*c.dt))) : Cell(no_value),
+               trial.min_jacobian, trial.max_stretch, to_string(trial)});
   }
   return table;
 }
@@ -90,6 +95,8 @@ Json meta(const SceneFamily& family, const AdviseRequest& request, const Advice&
                        {"error", best.error},
                        {"error_against_a_finer_reference", advice.checked_error},
                        {"error_against_finite_elements", advice.elements.error},
+                       {"min_jacobian", best.min_jacobian},
+                       {"max_stretch", best.max_stretch},
                        {"cost", best.cost},
                        {"within_budget", advice.within_budget}};
   }
@@ -158,6 +165,11 @@ std::string summary(const SceneFamily& family, const AdviseRequest& request, con
           100 * advice.elements.uncertainty, advice.elements.cost_of_finer, advice.elements.cost);
     if (!advice.elements.problem.empty())
       text += fmt::format("\nnot compared with finite elements: {}", advice.elements.problem);
+    text += fmt::format("\nsmallest min_jacobian {:.3g}, largest stretch {:.3g}{}", best.min_jacobian,
+                        best.max_stretch,
+                        advice.reference_folds ? "; the reference folds, so candidates may" : "");
+    if (const int steps = best.candidate.dt ? steps_per_frame(*best.candidate.dt) : 0; steps > 0)
+      text += fmt::format("\nsteps: {} a frame of 1/60 s", steps);
     text += fmt::format("\ncost: {:.3g} ms for a frame of 1/60 s, {:.3g} s for a simulated second\n",
                         best.cost * 1e3 / frames_per_second, best.cost);
   }

@@ -1,6 +1,7 @@
 // A scene in other cells: what stays the same, and the settings that `--set` takes for it.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/error.hpp"
@@ -106,6 +107,7 @@ std::vector<std::string> SceneFamily::settings(const SceneEdit& c) const {
     set("solve.dt", *c.dt);
   else
     set("solve.dt", "safe");  // of adaptive methods: their own
+  if (c.dt.value_or(0) > given_.solve.every) set("solve.every", *c.dt);
   set("solve.precision", to_string(c.precision));
   if (given_.solve.threads == 0) set("solve.threads", c.threads);
   if (method.implicit && method.stepping == Stepping::fixed) set("solve.linear_solver", c.linear_solver);
@@ -117,6 +119,7 @@ Scene SceneFamily::scene(const SceneEdit& candidate) const {
   Scene scene = edited(given_, candidate);
   if (fixes_iterations(candidate)) scene.solve.iterations = SolveConfig{}.iterations;
   if (fixes_solver(candidate)) scene.solve.nonlinear_solver = SolveConfig{}.nonlinear_solver;
+  scene.solve.every = std::max(scene.solve.every, candidate.dt.value_or(0));  // there is a row a step at most
   return scene;
 }
 

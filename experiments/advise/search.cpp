@@ -11,6 +11,7 @@
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/scene_check.hpp"
+#include "experiments/simulation/simulation.hpp"
 #include "integrators/linear/linear_solver.hpp"
 #include "reference/fem/solid_law.hpp"
 
@@ -70,6 +71,7 @@ Search::Result Search::simulate(const SceneEdit& candidate, const Limits& limits
     if (estimator.known_early())
       error = std::max(error, estimator.error_at(run.trajectory, run.trajectory.samples.size() - 1));
     if (error > limits.error) result = Result::inaccurate;
+    if (folds(run.trajectory)) result = Result::folds;
     const double times = run.total_seconds() > soon ? run.cost() / limits.cost : 0;
     if (times > (run.seconds.size() >= few_intervals ? 1 : far_too_costly)) result = Result::costly;
     return result == Result::meets && !stopped();
@@ -82,18 +84,24 @@ Search::Result Search::simulate(const SceneEdit& candidate, const Limits& limits
   const SampledRun run = state_.sample(scene, go_on, most_seconds);
   if (stopped()) return Result::impossible;
   if (run.ended_early && result == Result::meets) result = Result::costly;
-  Trial trial{.candidate = candidate, .cost = run.cost(), .share = run.simulated / scene.solve.duration};
+  Trial trial{.candidate = candidate,
+              .cost = run.cost(),
+              .share = run.simulated / state_.sampling.duration(),
+              .min_jacobian = run.trajectory.min_jacobian,
+              .max_stretch = run.trajectory.max_stretch};
   trial.status = run.status;
   if (run.status != Status::ok)
     result = Result::inaccurate;
   else
     trial.error = run.ended_early && estimator.known_early() ? error : estimator.error_of(run.trajectory);
+  if (result == Result::meets && folds(run.trajectory)) result = Result::folds;
   if (result == Result::meets && !references_.meets(trial.error)) result = Result::inaccurate;
   trial.meets = result == Result::meets;
   trial.estimated_cost = trial.cost;
   trial.best_before = best_cost();
   trial.verdict = trial.meets                             ? Verdict::meets
                   : result == Result::costly              ? Verdict::costly
+                  : result == Result::folds               ? Verdict::folds
                   : run.status != Status::ok              ? Verdict::failed
                   : references_.is_undecided(trial.error) ? Verdict::undecided
                                                           : Verdict::inaccurate;
@@ -118,7 +126,7 @@ double Search::best_cost() const {
 double Search::least_cost(const SceneEdit& candidate) const {
   if (references_.empty() || !find_integrator(candidate.integrator).implicit) return 0;
   const SceneEdit reference = references_.accurate(family().candidate(candidate.level));
-  const double steps = family().given().solve.duration / *reference.dt;
+  const double steps = state_.sampling.duration() / *reference.dt;
   const double force = references_.seconds_at(candidate.level) / steps;
   return force * least_forces(candidate) / candidate.dt.value_or(state_.sampling.interval);
 }
@@ -211,17 +219,17 @@ std::vector<SceneEdit> Search::find_lattices() {
   return found;
 }
 
-/// Methods for a lattice; within each, steps or tolerances from the longest on.
+/// Methods for a lattice; within each, steps or tolerances from the longest on. Steps are frames over whole
+/// numbers: at the end of a frame there is a picture.
 std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
   const SpectralBound bound = state_.family.bound(lattice);
-  // A row of series.csv is required that often, and without samples there is no error.
-  const double longest = std::min(family().given().solve.every, family().given().solve.duration);
   const double unit = safe_step("semi_implicit_euler", bound);
   std::vector<std::vector<SceneEdit>> all;
-  const auto steps = [&](SceneEdit c, double most, std::initializer_list<double> shares) {
+  const auto add = [&](SceneEdit c, double longest, double shortest) {
     std::vector<SceneEdit> chain;
-    for (const double share : shares) {
-      c.dt = step_between_samples(std::min(share * most, longest), state_.sampling);
+    for (double dt = std::min(longest, state_.sampling.duration()); dt >= shortest || chain.empty();
+         dt /= 2) {
+      c.dt = frame_step(dt, state_.sampling);
       if (chain.empty() || *c.dt < 0.99 * *chain.back().dt) chain.push_back(c);
     }
     all.push_back(chain);
@@ -244,16 +252,16 @@ std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
         }
         all.push_back(chain);
       } else if (!method.nonlinear_solver.empty()) {
-        steps(c, unit, {256, 128, 64, 32, 16, 8, 4});
+        add(c, frame, 4 * unit);
       } else if (method.implicit) {
         for (const char* solver : {"automatic", "matrix_free"}) {
           c.linear_solver = solver;
-          steps(c, unit, {256, 128, 64, 32, 16, 8, 4});
+          add(c, frame, 4 * unit);
         }
       } else if (!method.limit) {
-        steps(c, unit, {64, 32, 16, 8, 4, 2, 1, 0.5});
+        add(c, frame, unit / 2);
       } else if (const double safe = safe_step(method.name, bound); safe > 0) {
-        steps(c, safe, {1, 0.5, 0.25, 0.125});
+        add(c, safe, safe / 8);
       }
     }
   return all;
@@ -263,7 +271,8 @@ void Search::try_methods(const SceneEdit& lattice) {
   for (const std::vector<SceneEdit>& chain : methods(lattice))
     for (const SceneEdit& candidate : chain) {
       if (stopped()) return;
-      if (run(candidate, worth()) != Result::inaccurate) break;  // shorter steps only cost more
+      const Result result = run(candidate, worth());
+      if (result != Result::inaccurate && result != Result::folds) break;  // shorter steps only cost more
     }
 }
 
@@ -297,6 +306,20 @@ void Search::remeasure_cheapest(double worth) {
     if (!costs[i].empty()) trials()[close[i]].cost = quartiles(costs[i]).median;
 }
 
+bool Search::folds(const Trajectory& trajectory) const {
+  return trajectory.min_jacobian <= 0 && !references_.folds();
+}
+
+/// Whether a candidate's rows, as `mss run` writes them, show a fold that its samples missed.
+bool Search::folds_when_run(Trial& trial) {
+  const SimulationResult result = mss::simulate(family().scene(trial.candidate), state_.progress);
+  for (const SeriesRow& row : result.series) {
+    trial.min_jacobian = std::min(trial.min_jacobian, row.min_jacobian);
+    trial.max_stretch = std::max(trial.max_stretch, row.max_stretch);
+  }
+  return trial.min_jacobian <= 0 && !references_.folds();
+}
+
 double Search::error_of(const SceneEdit& candidate, const ErrorEstimator& estimator) {
   return estimator.error_of(state_.sample(family().scene(candidate), always).trajectory);
 }
@@ -314,24 +337,34 @@ void Search::decide_undecided(const ErrorEstimator& estimator, double uncertaint
   if (others) remeasure_cheapest();
 }
 
-/// Compares with a reference that was not used in the search: candidates whose error against it is too large
-/// are not advised.
-void Search::check() {
+/// From a reference that was not used in the search; nothing if one would take too long, or fails.
+std::optional<ErrorEstimator> Search::finer_estimator() {
   const int finest = references_.finest().level, level = references_.checking_level();
-  if (level == 0) return;
+  if (level == 0) return std::nullopt;
   const auto finer = references_.compute(level);
-  if (!finer) return;
+  if (!finer) return std::nullopt;
   trials()[finer->trial].verdict = Verdict::checking_reference;
   const double by = double(level) / finest;
-  const ErrorEstimator estimator(request().of,
-                                 references_.extrapolated()
-                                     ? extrapolate(references_.finest().trajectory, finer->trajectory, by)
-                                     : finer->trajectory);
-  decide_undecided(estimator, estimator.error_of(references_.estimator()->reference()) / (by * by - 1));
+  std::optional<ErrorEstimator> estimator(
+      std::in_place, request().of,
+      references_.extrapolated() ? extrapolate(references_.finest().trajectory, finer->trajectory, by)
+                                 : finer->trajectory);
+  decide_undecided(*estimator, estimator->error_of(references_.estimator()->reference()) / (by * by - 1));
+  return estimator;
+}
+
+/// Candidates are not advised whose error against a reference that was not used in the search is too large,
+/// or that fold as `mss run` runs them.
+void Search::check() {
+  const std::optional<ErrorEstimator> estimator = finer_estimator();
   while (const auto best = cheapest()) {
     if (stopped()) return;
     Trial& trial = trials()[*best];
-    trial.checked_error = advice_.checked_error = error_of(trial.candidate, estimator);
+    trial.meets = !folds_when_run(trial);
+    if (!trial.meets) trial.verdict = Verdict::folds;
+    if (!trial.meets || stopped()) continue;
+    if (!estimator) return;
+    trial.checked_error = advice_.checked_error = error_of(trial.candidate, *estimator);
     if (trial.checked_error <= request().error) return;
     trial.meets = false;
     trial.verdict = Verdict::fails_check;
@@ -383,8 +416,7 @@ void Search::explain_budget() {
     const int level = reference_levels[i];
     if (level >= best.candidate.level || stopped()) continue;
     coarser.level = level;
-    if (coarser.dt)
-      coarser.dt = step_between_samples(step_over_cell * family().cell_size(level), state_.sampling);
+    if (coarser.dt) coarser.dt = frame_step(step_over_cell * family().cell_size(level), state_.sampling);
     const std::size_t before = trials().size();
     run(coarser, {});
     if (trials().size() > before && trials().back().cost <= *request().budget) break;
@@ -407,7 +439,10 @@ Advice Search::result() {
   advice_.trials = std::move(state_.trials);
   advice_.stopped = state_.was_stopped;
   advice_.uncertainty = references_.uncertainty();
-  if (references_.estimator()) advice_.finest_level = references_.finest().level;
+  if (references_.estimator()) {
+    advice_.finest_level = references_.finest().level;
+    advice_.reference_folds = references_.folds();
+  }
   advice_.seconds = state_.watch.seconds();
   return std::move(advice_);
 }

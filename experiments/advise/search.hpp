@@ -27,7 +27,7 @@ class Search {
     double error = std::numeric_limits<double>::infinity();
     double cost = std::numeric_limits<double>::infinity();
   };
-  enum class Result { meets, inaccurate, costly, impossible };
+  enum class Result { meets, inaccurate, folds, costly, impossible };
 
   Result run(const SceneEdit& candidate, const Limits& limits);
   Result simulate(const SceneEdit& candidate, const Limits& limits);
@@ -43,6 +43,9 @@ class Search {
   void try_threads();
   void remeasure_cheapest(double worth = cost_margin);
   void check();
+  std::optional<ErrorEstimator> finer_estimator();
+  bool folds(const Trajectory& trajectory) const;
+  bool folds_when_run(Trial& trial);
   void check_with_elements();
   struct Motion {
     Trajectory trajectory;

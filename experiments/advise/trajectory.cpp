@@ -10,6 +10,7 @@
 #include <numeric>
 #include <random>
 
+#include "core/measures/distortion.hpp"
 #include "core/measures/measures.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/statistics.hpp"
@@ -235,11 +236,27 @@ Trajectory extrapolate(const Trajectory& coarse, const Trajectory& fine, double 
   return limit;
 }
 
+namespace {
+
+constexpr double rounding = 1e-9;
+
+/// Samples in a frame: 1 where they are further apart.
+int samples_per_frame(const Sampling& sampling) {
+  return std::max(1, int(std::lround(frame / sampling.interval)));
+}
+
+}  // namespace
+
 Sampling sampling_of(const Scene& scene, ErrorOf of) {
   constexpr std::size_t most_points = 300;
-  constexpr int count = 128;
+  constexpr double least_count = 128;
   const Body body(scene.body);
-  Sampling sampling{.points = {}, .interval = scene.solve.duration / count, .count = count, .of = of};
+  const double frames = scene.solve.duration / frame;
+  Sampling sampling;
+  sampling.of = of;
+  sampling.interval = frames < least_count ? frame / std::ceil(least_count / frames - rounding)
+                                           : frame * std::floor(frames / least_count + rounding);
+  sampling.count = int(std::floor(scene.solve.duration / sampling.interval + rounding * least_count));
   // At random, but always the same: even strides through a lattice stay in one of its planes.
   std::vector<std::ptrdiff_t> sites(body.sites().begin(), body.sites().end());
   std::mt19937 random(1);
@@ -262,11 +279,19 @@ double SampledRun::cost() const {
   return sum / simulated;
 }
 
+int steps_per_frame(double dt) { return int(std::lround(frame / dt)); }
+
 double step_between_samples(double most, const Sampling& sampling) {
-  if (most < sampling.interval) return sampling.interval / std::ceil(sampling.interval / most);
-  int meets = int(std::min(double(sampling.count), most / sampling.interval));
-  while (sampling.count % meets != 0) --meets;
-  return sampling.interval * meets;
+  const int samples = samples_per_frame(sampling);
+  const double steps = std::max(1.0, std::ceil(frame / samples / most - rounding));
+  return frame / (samples * steps);
+}
+
+double frame_step(double most, const Sampling& sampling) {
+  constexpr int many = 16;  // steps between samples, to which one more is little
+  const double steps = std::max(1.0, std::ceil(frame / most - rounding));
+  if (steps >= many * samples_per_frame(sampling)) return step_between_samples(most, sampling);
+  return frame / steps;
 }
 
 namespace {
@@ -340,6 +365,10 @@ SampledRun sample_in(const Scene& scene, const Sampling& sampling, const GoOn& g
     now.displacement = interpolator.displacements(state.x);
     if (sampling.of == ErrorOf::deformation)
       now.displacement = deformation(sampling.points, now.displacement);
+    Trajectory& trajectory = run.trajectory;
+    const std::vector<Level>& levels = scene_run.system().levels();
+    trajectory.min_jacobian = std::min(trajectory.min_jacobian, min_jacobian(levels, state.x));
+    trajectory.max_stretch = std::max(trajectory.max_stretch, max_stretch(levels, state.x));
     run.trajectory.samples.back() = std::move(now);
     if (sample > 0 && sample < sampling.count && !go_on(run)) {
       run.ended_early = true;
