@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "experiments/advise/search.hpp"
@@ -17,6 +18,10 @@ std::string times_the_best(double cost, double best) {
 }
 
 }  // namespace
+
+double judged_error(const Trial& trial) {
+  return std::isnan(trial.error_at_half_step) ? trial.error : std::max(trial.error, trial.error_at_half_step);
+}
 
 ErrorOf default_error_of(const Scene& scene) {
   return scene.environment.holds.empty() ? ErrorOf::deformation : ErrorOf::displacement;
@@ -34,6 +39,8 @@ std::string to_string(const Trial& trial) {
       return "meets the error";
     case Verdict::meets_but_costlier:
       return "meets the error and costs more";
+    case Verdict::ties:
+      return "meets the error and costs as much, within the noise";
     case Verdict::advised:
       return "advised";
     case Verdict::cheapest:
@@ -44,6 +51,10 @@ std::string to_string(const Trial& trial) {
       return fmt::format("folds: min_jacobian {:.3g}, and the reference does not", trial.min_jacobian);
     case Verdict::undecided:
       return "too close to the requested error to decide";
+    case Verdict::fluke:
+      return std::isfinite(trial.error_at_half_step)
+                 ? "a fluke: at half the step the error is " + percent(trial.error_at_half_step)
+                 : "a fluke: at half the step it fails";
     case Verdict::fails_check:
       return "error " + percent(trial.checked_error) + " against a finer reference";
     case Verdict::costly:

@@ -23,8 +23,8 @@ struct AdviseRequest {
   double error = 0.01;  ///< largest that is allowed, relative to the scale of what it is of
   ErrorOf of = ErrorOf::displacement;
   std::optional<double> budget{};  ///< most seconds that a simulated second may take
-  double patience = 60;            ///< most seconds that a reference may be charged
-  Charge charge = by_the_clock;    ///< that costs and patience are in
+  double patience = 60;            ///< most work that a reference may take, by_work() [s]
+  Charge charge = by_the_clock;    ///< that costs are in
 };
 
 /// Displacement, unless nothing holds the body: where it flies, its path says nothing about its deformation.
@@ -73,11 +73,13 @@ enum class Verdict {
   checking_reference,  ///< computed to check the advice with
   meets,               ///< meets the error
   meets_but_costlier,  ///< meets it, and something cheaper does too
+  ties,                ///< meets it at the cost of what is advised, within the noise
   advised,
   cheapest,           ///< of those that meet the error, but over budget
   inaccurate,         ///< its error is larger than requested
   folds,              ///< a cell is inverted, and in the reference none is
   undecided,          ///< its error is too close to the requested one for the uncertainty of the reference
+  fluke,              ///< at half its step the error is larger than requested
   fails_check,        ///< its error against the checking reference is larger than requested
   costly,             ///< it would take too much longer than the best so far
   too_costly_to_run,  ///< the same, from an estimate
@@ -90,9 +92,11 @@ enum class Verdict {
 /// A candidate and its result.
 struct Trial {
   SceneEdit candidate;
-  double error = no_value;  ///< largest until it ended
-  double cost = no_value;   ///< seconds charged for stepping per simulated second
-  double share = 0;         ///< of the duration that was simulated
+  double error = no_value;               ///< largest until it ended
+  double error_at_half_step = no_value;  ///< the same, or at a quarter of the tolerance
+  double cost = no_value;       ///< seconds charged for stepping per simulated second: the median of `costs`
+  std::vector<double> costs{};  ///< of runs in turn with those of rivals; empty: it was run once
+  double share = 0;             ///< of the duration that was simulated
   double min_jacobian = no_value, max_stretch = no_value;  ///< extremes until it ended
   bool meets = false;                                      ///< the error
   Verdict verdict = Verdict::reference;
@@ -102,6 +106,14 @@ struct Trial {
   double best_before = std::numeric_limits<double>::infinity();  ///< cost of the best then
   double checked_error = no_value;                               ///< against the checking reference
 };
+
+/// The error that a candidate is judged by: that at half its step where that is larger. What errs less by a
+/// longer step does so by luck.
+double judged_error(const Trial& trial);
+
+/// Costs that differ by less are as good as equal: by what they differ from run to run of the program, of
+/// work that is the same.
+inline constexpr double cost_noise = 0.1;
 
 /// The verdict in words, as tables have it.
 std::string to_string(const Trial& trial);
@@ -120,8 +132,10 @@ struct ElementCheck {
 
 /// What is advised, or why nothing is.
 struct Advice {
-  std::vector<Trial> trials;        ///< in the order they were run
-  std::optional<std::size_t> best;  ///< the cheapest that meets the error, whatever the budget
+  std::vector<Trial> trials;  ///< in the order they were run
+  std::optional<std::size_t>
+      best;  ///< of the cheapest that meet the error the most accurate, whatever the budget
+  std::vector<std::size_t> ties;  ///< that cost as much, within the noise
   bool within_budget = false;
   double uncertainty = 0;           ///< of the reference, as errors are measured
   bool reference_folds = false;     ///< then candidates may

@@ -12,22 +12,43 @@ namespace mss::advise {
 
 namespace {
 
-constexpr double to_frame = 1e3 / frames_per_second;  // [ms]
+/// What a chart tells apart: there are too many methods for a marker each.
+std::string family_in_chart(const Table& trials, std::size_t row) {
+  if (!has_springs(trials.text(row, "model"))) return "finite elements";
+  const IntegratorInfo& method = find_integrator(trials.text(row, "integrator"));
+  if (method.stepping == Stepping::adaptive) return "adaptive";
+  if (!method.nonlinear_solver.empty()) return "quasi-Newton";
+  if (method.implicit) return "implicit";
+  return method.limit ? "explicit" : family_of(method.name);
+}
 
-/// A series per method, of the rows that ran to their end.
+/// Whether a row ran to its end, but is no way to compute the scene.
+bool is_rejected(const Table& trials, std::size_t row) {
+  const std::string& status = trials.text(row, "status");
+  return status.starts_with("folds") || status.starts_with("a fluke");
+}
+
+bool is_drawn(const Table& trials, std::size_t row) {
+  return trials.number(row, "share_run") > 0.999 && trials.number(row, "error") > 0 &&
+         trials.number(row, "cost") > 0;
+}
+
+/// A series per family, of the rows that ran to their end.
 std::vector<ChartSeries> series_of(const Table& trials, double least) {
   std::vector<ChartSeries> all;
-  const auto& methods = integrators();
-  for (std::size_t i = 0; i < methods.size(); ++i) {
-    ChartSeries series{.label = methods[i].name, .style = int(i), .joined = false};
-    for (std::size_t row = 0; row < trials.size(); ++row) {
-      const double error = trials.number(row, "error"), cost = trials.number(row, "cost");
-      if (trials.text(row, "integrator") == methods[i].name && trials.number(row, "share_run") > 0.999 &&
-          error > 0 && cost > 0)
-        series.points.push_back({cost * to_frame, std::max(error, least)});
-    }
-    if (!series.points.empty()) all.push_back(series);
+  for (const char* family : {"explicit", "implicit", "quasi-Newton", "xpbd", "vbd", "adaptive",
+                             "finite elements", "folds, or by luck"}) {
+    ChartSeries series{.label = family, .style = int(all.size()), .joined = false};
+    const bool rejected = series.label.starts_with("folds");
+    series.lines = !rejected;
+    for (std::size_t row = 0; row < trials.size(); ++row)
+      if (is_drawn(trials, row) && is_rejected(trials, row) == rejected &&
+          (rejected || family_in_chart(trials, row) == family))
+        series.points.push_back(
+            {trials.number(row, "cost") * to_frame, std::max(trials.number(row, "error"), least)});
+    all.push_back(series);
   }
+  std::erase_if(all, [](const ChartSeries& series) { return series.points.empty(); });
   return all;
 }
 

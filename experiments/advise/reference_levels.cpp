@@ -85,7 +85,7 @@ std::optional<ReferenceLevels::Reference> ReferenceLevels::compute(int level) {
     if (run.ended_early) trial.verdict = Verdict::interrupted;
     search_.trials.push_back(trial);
     if (trial.verdict == Verdict::reference)
-      reference = Reference{level, std::move(run.trajectory), run.total_seconds(), search_.trials.size() - 1};
+      reference = Reference{level, std::move(run.trajectory), run.work, search_.trials.size() - 1};
   });
   return reference;
 }
@@ -176,7 +176,9 @@ double ReferenceLevels::seconds_at(int level) const {
   return finest().seconds * std::pow(double(level) / finest().level, 4);
 }
 
-double ReferenceLevels::cost_at(int level) const { return seconds_at(level) / search_.sampling.duration(); }
+double ReferenceLevels::cost_at(int level) const {
+  return search_.trials[finest().trial].cost * std::pow(double(level) / finest().level, 4);
+}
 
 /// The level after the finest; 0 if there is none.
 int ReferenceLevels::next_level() const {

@@ -38,7 +38,7 @@ struct SearchState {
   Progress& progress;
   Sampling sampling;
   Stopwatch watch{};
-  double charged = 0;  ///< for all samples so far [s]
+  double charged = 0;  ///< for all samples so far, by_work() [s]
   std::vector<Trial> trials{};
   bool was_stopped = false;
 
@@ -49,7 +49,7 @@ struct SearchState {
   SampledRun sample(const Scene& scene, const GoOn& go_on,
                     double most_seconds = std::numeric_limits<double>::infinity()) {
     SampledRun run = sample_scene(scene, sampling, go_on, request.charge, most_seconds);
-    charged += run.total_seconds();
+    charged += run.work;
     return run;
   }
 
@@ -77,7 +77,7 @@ class ReferenceLevels {
   struct Reference {
     int level;
     Trajectory trajectory;
-    double seconds;
+    double seconds;  ///< by_work()
     std::size_t trial;
   };
 
@@ -117,10 +117,10 @@ class ReferenceLevels {
 
   /// A lattice, computed with the method and step of references.
   SceneEdit accurate(SceneEdit lattice) const;
-  /// Seconds that a reference of a level will be charged: cells go with the cube of the level, steps with the
+  /// Work of a reference of a level, by_work() [s]: cells go with the cube of the level, steps with the
   /// level.
   double seconds_at(int level) const;
-  /// The same per simulated second.
+  /// What it costs by the same rule, as candidates do, per simulated second.
   double cost_at(int level) const;
   /// The level of the reference that checks the advice: beyond the finest, up to the next level as far as
   /// that takes no more than the search did. 0 if any would take too long.

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/scene/scene_writer.hpp"
 #include "experiments/advise/chart.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/results_folder.hpp"
+#include "experiments/harness/statistics.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/plot/gnuplot.hpp"
@@ -21,34 +23,35 @@ namespace fs = std::filesystem;
 const std::string& name_of(ErrorOf of) { return error_names()[std::size_t(of)]; }
 
 Table trial_table(const SceneFamily& family, const Advice& advice) {
-  Table table({{"cell_size", "m"},
-               {"model"},
-               {"face_share"},
-               {"volume_force"},
-               {"precision"},
-               {"integrator"},
-               {"linear_solver"},
-               {"dt", "s"},
-               {"tolerance"},
-               {"threads"},
-               {"error"},
-               {"cost", "s/s"},
-               {"share_run"},
-               {"steps_per_frame"},
-               {"min_jacobian"},
-               {"max_stretch"},
-               {"status"}});
+  Table table({{"cell_size", "m"},     {"model"},           {"face_share"},     {"volume_force"},
+               {"precision"},          {"integrator"},      {"linear_solver"},  {"dt", "s"},
+               {"tolerance"},          {"threads"},         {"error"},          {"cost", "s/s"},
+               {"share_run"},          {"steps_per_frame"}, {"min_jacobian"},   {"max_stretch"},
+               {"error_at_half_step"}, {"cost_q1", "s/s"},  {"cost_q3", "s/s"}, {"status"}});
   for (const Trial& trial : advice.trials) {
     const SceneEdit& c = trial.candidate;
     const IntegratorInfo& method = find_integrator(c.integrator);
     const bool adaptive = method.stepping == Stepping::adaptive;
-    table.add({family.cell_size(c.level), c.model, family.is_calibrated() ? c.face_share : no_value,
-               std::int64_t(c.volume_force && family.has_volume_force()), to_string(c.precision),
-               c.integrator, method.implicit && !adaptive ? c.linear_solver : "",
-               c.dt && !adaptive ? *c.dt : no_value, adaptive ? c.tolerance : no_value,
-               std::int64_t(c.threads), trial.error, trial.cost, trial.share,
+    table.add({family.cell_size(c.level),
+               c.model,
+               family.is_calibrated() ? c.face_share : no_value,
+               std::int64_t(c.volume_force && family.has_volume_force()),
+               to_string(c.precision),
+               c.integrator,
+               method.implicit && !adaptive ? c.linear_solver : "",
+               c.dt && !adaptive ? *c.dt : no_value,
+               adaptive ? c.tolerance : no_value,
+               std::int64_t(c.threads),
+               trial.error,
+               trial.cost,
+               trial.share,
                c.dt && !adaptive ? Cell(std::int64_t(steps_per_frame(*c.dt))) : Cell(no_value),
-               trial.min_jacobian, trial.max_stretch, to_string(trial)});
+               trial.min_jacobian,
+               trial.max_stretch,
+               trial.error_at_half_step,
+               quartiles(trial.costs).q1,
+               quartiles(trial.costs).q3,
+               to_string(trial)});
   }
   return table;
 }
@@ -91,6 +94,8 @@ Json meta(const SceneFamily& family, const AdviseRequest& request, const Advice&
       {"seconds", advice.seconds}};
   if (advice.best) {
     const Trial& best = advice.trials[*advice.best];
+    Json ties = Json::array();
+    for (const std::size_t tie : advice.ties) ties.push_back(family.settings(advice.trials[tie].candidate));
     json["advised"] = {{"settings", family.settings(best.candidate)},
                        {"error", best.error},
                        {"error_against_a_finer_reference", advice.checked_error},
@@ -98,6 +103,8 @@ Json meta(const SceneFamily& family, const AdviseRequest& request, const Advice&
                        {"min_jacobian", best.min_jacobian},
                        {"max_stretch", best.max_stretch},
                        {"cost", best.cost},
+                       {"cost_quartiles", {quartiles(best.costs).q1, quartiles(best.costs).q3}},
+                       {"ties", ties},
                        {"within_budget", advice.within_budget}};
   }
   json["configuration"] = to_json(family.given());
@@ -114,8 +121,37 @@ std::string advised_text(const SceneFamily& family, const AdviseRequest& request
              "frame "
              "of 1/60 s.\n",
              family.given().name, 100 * request.error, name_of(request.of), 100 * best.error,
-             best.cost * 1e3 / frames_per_second) +
+             best.cost * to_frame) +
          to_toml(family.scene(best.candidate), directory);
+}
+
+/// A candidate among ties.
+std::string short_name(const SceneFamily& family, const Trial& trial) {
+  const SceneEdit& c = trial.candidate;
+  std::string name = fmt::format("{} in {} precision, cells of {:.4g} m", c.integrator,
+                                 to_string(c.precision), family.cell_size(c.level));
+  if (c.model != spring_model) name += " of " + c.model;
+  if (c.dt) name += fmt::format(", {} steps a frame", steps_per_frame(*c.dt));
+  if (c.threads != 1) name += ", on all threads";
+  return name;
+}
+
+std::string cost_in_words(const SceneFamily& family, const Advice& advice) {
+  const Trial& best = advice.trials[*advice.best];
+  const auto [median, q1, q3] = quartiles(best.costs);
+  std::string text = fmt::format(
+      "cost: {:.3g} ms for a frame of 1/60 s{}, {:.3g} s for a simulated second\n", best.cost * to_frame,
+      best.costs.empty() ? std::string()
+                         : fmt::format(" (quartiles {:.3g} to {:.3g})", q1 * to_frame, q3 * to_frame),
+      best.cost);
+  constexpr std::size_t few = 4;
+  for (std::size_t i = 0; i < std::min(few, advice.ties.size()); ++i) {
+    const Trial& tie = advice.trials[advice.ties[i]];
+    text += fmt::format("as cheap, within the noise, and less accurate: {} ({:.3g} ms, error {:.3g} %)\n",
+                        short_name(family, tie), tie.cost * to_frame, 100 * judged_error(tie));
+  }
+  if (advice.ties.size() > few) text += fmt::format("and {} more\n", advice.ties.size() - few);
+  return text;
 }
 
 }  // namespace
@@ -170,8 +206,7 @@ std::string summary(const SceneFamily& family, const AdviseRequest& request, con
                         advice.reference_folds ? "; the reference folds, so candidates may" : "");
     if (const int steps = best.candidate.dt ? steps_per_frame(*best.candidate.dt) : 0; steps > 0)
       text += fmt::format("\nsteps: {} a frame of 1/60 s", steps);
-    text += fmt::format("\ncost: {:.3g} ms for a frame of 1/60 s, {:.3g} s for a simulated second\n",
-                        best.cost * 1e3 / frames_per_second, best.cost);
+    text += "\n" + cost_in_words(family, advice);
   }
   return text + fmt::format("{} candidate{} in {:.3g} s\n", advice.trials.size(),
                             advice.trials.size() == 1 ? "" : "s", advice.seconds);

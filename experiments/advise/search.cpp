@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <set>
 
 #include "experiments/advise/advise.hpp"
 #include "experiments/harness/experiment.hpp"
@@ -27,14 +29,16 @@ std::string description(const SceneFamily& family, const Trial& trial) {
   const SceneEdit& c = trial.candidate;
   return fmt::format("cells of {:.4g} m, {}, {}, {}: {} in {:.3g} ms a frame", family.cell_size(c.level),
                      c.model, c.integrator, to_string(c.precision), percent(trial.error),
-                     trial.cost * 1e3 / frames_per_second);
+                     trial.cost * to_frame);
 }
 
 /// How many evaluations of the force a step of an implicit method takes at least, in the smallest bodies.
 double least_forces(const SceneEdit& candidate) {
-  constexpr double factorisation = 30, general_factorisation = 300, iterations = 6;
+  constexpr double factorisation = 30, general_factorisation = 300, iterations = 6, per_iteration = 3;
   const IntegratorInfo& method = find_integrator(candidate.integrator);
   if (method.linear_algebra == LinearAlgebra::own_factors) return general_factorisation;
+  if (const std::size_t colon = method.name.find(':'); method.implicit && colon != std::string::npos)
+    return per_iteration * std::stod(method.name.substr(colon + 1));
   if (!method.nonlinear_solver.empty() || method.linear_algebra == LinearAlgebra::own_products)
     return iterations;
   return find_linear_solver(candidate.linear_solver).products_only ? iterations : factorisation;
@@ -43,6 +47,22 @@ double least_forces(const SceneEdit& candidate) {
 bool always(const SampledRun&) { return true; }
 
 }  // namespace
+
+/// Not `verlet`, which is semi-implicit Euler in other variables.
+std::vector<std::string> tried_methods() {
+  std::vector<std::string> names = moving_families({});
+  names.erase(std::remove(names.begin(), names.end(), "verlet"), names.end());
+  for (const char* name :
+       {"backward_euler/lbfgs:2", "backward_euler/lbfgs:3", "tr_bdf2/lbfgs:3", "tr_bdf2/lbfgs:5"})
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.emplace_back(name);
+  return names;
+}
+
+SceneEdit at_half_step(SceneEdit candidate) {
+  if (candidate.dt) *candidate.dt /= 2;
+  candidate.tolerance /= 4;
+  return candidate;
+}
 
 Search::Result Search::run(const SceneEdit& candidate, const Limits& limits) {
   Result result = Result::impossible;
@@ -235,7 +255,7 @@ std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
     all.push_back(chain);
   };
   for (const Precision precision : {Precision::single, Precision::dbl})
-    for (const std::string& name : moving_families({})) {
+    for (const std::string& name : tried_methods()) {
       const IntegratorInfo& method = find_integrator(name);
       SceneEdit c = lattice;
       c.precision = precision;
@@ -267,13 +287,20 @@ std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
   return all;
 }
 
+/// Double precision is not tried where single meets the error or costs too much already.
 void Search::try_methods(const SceneEdit& lattice) {
-  for (const std::vector<SceneEdit>& chain : methods(lattice))
+  std::set<std::string> settled;
+  for (const std::vector<SceneEdit>& chain : methods(lattice)) {
+    const bool is_double = chain.front().precision == Precision::dbl;
+    if (is_double && settled.contains(chain.front().integrator)) continue;
     for (const SceneEdit& candidate : chain) {
       if (stopped()) return;
       const Result result = run(candidate, worth());
-      if (result != Result::inaccurate && result != Result::folds) break;  // shorter steps only cost more
+      if (result == Result::inaccurate || result == Result::folds) continue;
+      if (!is_double && result != Result::impossible) settled.insert(candidate.integrator);
+      break;  // shorter steps only cost more
     }
+  }
 }
 
 /// More threads than one change no bit of a result and seldom save time: only the cheapest candidates are
@@ -295,15 +322,65 @@ void Search::try_threads() {
 
 /// Those that might be the cheapest once more, interleaved: single times of a busy machine mislead.
 void Search::remeasure_cheapest(double worth) {
-  constexpr int rounds = 5;
+  constexpr int rounds = 7;
   std::vector<std::size_t> close;
   for (std::size_t i = 0; i < trials().size(); ++i)
     if (trials()[i].meets && trials()[i].cost <= worth * best_cost()) close.push_back(i);
-  const auto costs = measure_interleaved(rounds, close.size(), state_.progress, [&](std::size_t i) {
+  auto costs = measure_interleaved(rounds, close.size(), state_.progress, [&](std::size_t i) {
     return state_.sample(family().scene(trials()[close[i]].candidate), always).cost();
   });
-  for (std::size_t i = 0; i < close.size(); ++i)
-    if (!costs[i].empty()) trials()[close[i]].cost = quartiles(costs[i]).median;
+  for (std::size_t i = 0; i < close.size(); ++i) {
+    if (costs[i].empty()) continue;
+    trials()[close[i]].cost = quartiles(costs[i]).median;
+    trials()[close[i]].costs = std::move(costs[i]);
+  }
+}
+
+/// Whether a trial may cost no more than the cheapest: by the lower quartile of rounds where both were run.
+bool Search::is_tied(std::size_t trial, std::size_t cheapest) const {
+  const std::vector<double>&a = trials()[trial].costs, &b = trials()[cheapest].costs;
+  const double ratio =
+      a.empty() || b.empty() ? trials()[trial].cost / trials()[cheapest].cost : quartiles_of_ratio(a, b).q1;
+  return ratio <= 1 + cost_noise;
+}
+
+/// Those that meet the error and cost as little as any, as far as the noise of times tells.
+std::vector<std::size_t> Search::as_cheap() const {
+  const auto least = cheapest();
+  std::vector<std::size_t> all;
+  for (std::size_t i = 0; least && i < trials().size(); ++i)
+    if (trials()[i].meets && (i == *least || is_tied(i, *least))) all.push_back(i);
+  return all;
+}
+
+/// Of these the most accurate.
+std::optional<std::size_t> Search::best() const {
+  const std::vector<std::size_t> all = as_cheap();
+  if (all.empty()) return std::nullopt;
+  return *std::min_element(all.begin(), all.end(), [&](std::size_t a, std::size_t b) {
+    return judged_error(trials()[a]) < judged_error(trials()[b]);
+  });
+}
+
+/// Shorter steps err less; where they err more, and too much, a candidate met the error by luck.
+void Search::judge_at_half_step(std::size_t trial) {
+  const SceneEdit half = at_half_step(trials()[trial].candidate);
+  const auto settings = family().settings(half);
+  const auto is_half = [&](const Trial& other) {
+    return other.share > 0.999 && family().settings(other.candidate) == settings;
+  };
+  auto found = std::find_if(trials().begin(), trials().end(), is_half);
+  if (found == trials().end()) {
+    run(half, {});
+    found = trials().end() - 1;
+  }
+  const bool fails = found->verdict == Verdict::failed || found->verdict == Verdict::folds ||
+                     found->verdict == Verdict::impossible || !std::isfinite(found->error);
+  Trial& judged = trials()[trial];
+  judged.error_at_half_step = fails ? std::numeric_limits<double>::infinity() : found->error;
+  if (stopped() || judged_error(judged) <= request().error) return;
+  judged.meets = false;
+  judged.verdict = Verdict::fluke;
 }
 
 bool Search::folds(const Trajectory& trajectory) const {
@@ -356,15 +433,23 @@ std::optional<ErrorEstimator> Search::finer_estimator() {
 /// Candidates are not advised whose error against a reference that was not used in the search is too large,
 /// or that fold as `mss run` runs them.
 void Search::check() {
-  const std::optional<ErrorEstimator> estimator = finer_estimator();
-  while (const auto best = cheapest()) {
+  checking_ = finer_estimator();
+  verify_best();
+}
+
+void Search::verify_best() {
+  while (const auto chosen = best()) {
     if (stopped()) return;
-    Trial& trial = trials()[*best];
+    if (std::isnan(trials()[*chosen].error_at_half_step)) {
+      judge_at_half_step(*chosen);
+      continue;
+    }
+    Trial& trial = trials()[*chosen];
     trial.meets = !folds_when_run(trial);
     if (!trial.meets) trial.verdict = Verdict::folds;
     if (!trial.meets || stopped()) continue;
-    if (!estimator) return;
-    trial.checked_error = advice_.checked_error = error_of(trial.candidate, *estimator);
+    if (!checking_) return;
+    trial.checked_error = advice_.checked_error = error_of(trial.candidate, *checking_);
     if (trial.checked_error <= request().error) return;
     trial.meets = false;
     trial.verdict = Verdict::fails_check;
@@ -409,29 +494,35 @@ void Search::check_with_elements() {
 
 /// The nearest candidates on either side, where error and budget cannot be met together.
 void Search::explain_budget() {
-  const Trial best = trials()[*advice_.best];
-  SceneEdit coarser = best.candidate;
+  const Trial nearest = trials()[*advice_.best];
+  SceneEdit coarser = nearest.candidate;
   const double step_over_cell = coarser.dt.value_or(0) / family().cell_size(coarser.level);
   for (std::size_t i = reference_levels.size(); i-- > 0;) {
     const int level = reference_levels[i];
-    if (level >= best.candidate.level || stopped()) continue;
+    if (level >= nearest.candidate.level || stopped()) continue;
     coarser.level = level;
     if (coarser.dt) coarser.dt = frame_step(step_over_cell * family().cell_size(level), state_.sampling);
     const std::size_t before = trials().size();
     run(coarser, {});
     if (trials().size() > before && trials().back().cost <= *request().budget) break;
   }
-  advice_.best = cheapest();
-  advice_.within_budget = best_cost() <= *request().budget;
+  verify_best();
+  if (state_.was_stopped) return;
+  advice_.best = best();
+  if (!advice_.best) {
+    advice_.explanation = nothing_meets;
+    return;
+  }
+  advice_.within_budget = trials()[*advice_.best].cost <= *request().budget;
   if (advice_.within_budget) return;
   const Trial* within = nullptr;
   for (const Trial& trial : trials())
     if (trial.share > 0.999 && trial.cost <= *request().budget && std::isfinite(trial.error) &&
-        (within == nullptr || trial.error < within->error))
+        trial.verdict != Verdict::folds && (within == nullptr || trial.error < within->error))
       within = &trial;
   advice_.explanation = fmt::format(
       "no way that was tried meets {} within {:.3g} ms a frame; nearest: {}; {}", percent(request().error),
-      *request().budget * 1e3 / frames_per_second, description(family(), best),
+      *request().budget * to_frame, description(family(), nearest),
       within == nullptr ? "nothing is that cheap" : "within the budget " + description(family(), *within));
 }
 
@@ -456,12 +547,17 @@ Advice Search::find() {
     try_threads();
     if (!stopped()) remeasure_cheapest();
     if (!stopped() && cheapest()) check();
-    if (!state_.was_stopped) advice_.best = cheapest();
+    if (!state_.was_stopped) advice_.best = best();
     if (!advice_.best && !state_.was_stopped) advice_.explanation = nothing_meets;
   }
   if (advice_.best) {
-    advice_.within_budget = !request().budget || best_cost() <= *request().budget;
+    advice_.within_budget = !request().budget || trials()[*advice_.best].cost <= *request().budget;
     if (!advice_.within_budget) explain_budget();
+  }
+  if (advice_.best) {
+    for (const std::size_t tie : as_cheap())
+      if (tie != *advice_.best) advice_.ties.push_back(tie);
+    for (const std::size_t tie : advice_.ties) trials()[tie].verdict = Verdict::ties;
     trials()[*advice_.best].verdict = advice_.within_budget ? Verdict::advised : Verdict::cheapest;
     check_with_elements();
   }

@@ -9,6 +9,11 @@
 
 namespace mss::advise {
 
+/// The methods that advice chooses among: all that move a material, and numbers of iterations that pay.
+std::vector<std::string> tried_methods();
+/// A candidate in half the step, or a quarter of the tolerance: for what it does so by luck it errs more.
+SceneEdit at_half_step(SceneEdit candidate);
+
 /// Candidates that would take so much longer than the cheapest so far are dropped.
 inline constexpr double cost_margin = 1.3;
 
@@ -43,6 +48,7 @@ class Search {
   void try_threads();
   void remeasure_cheapest(double worth = cost_margin);
   void check();
+  void verify_best();
   std::optional<ErrorEstimator> finer_estimator();
   bool folds(const Trajectory& trajectory) const;
   bool folds_when_run(Trial& trial);
@@ -56,6 +62,10 @@ class Search {
   void explain_budget();
 
   std::optional<std::size_t> cheapest() const;
+  bool is_tied(std::size_t trial, std::size_t cheapest) const;
+  std::vector<std::size_t> as_cheap() const;
+  std::optional<std::size_t> best() const;
+  void judge_at_half_step(std::size_t trial);
   double best_cost() const;
   double error_of(const SceneEdit& candidate, const ErrorEstimator& estimator);
   bool stopped() { return state_.stopped(); }
@@ -68,7 +78,8 @@ class Search {
 
   SearchState state_;
   ReferenceLevels references_;
-  Advice advice_;  ///< but for its trials
+  std::optional<ErrorEstimator> checking_;  ///< of a reference that the search did not use
+  Advice advice_;                           ///< but for its trials
 };
 
 }  // namespace mss::advise

@@ -13,6 +13,7 @@
 #include "core/measures/distortion.hpp"
 #include "core/measures/measures.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/processor_time.hpp"
 #include "experiments/harness/statistics.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/model.hpp"
@@ -268,6 +269,19 @@ Sampling sampling_of(const Scene& scene, ErrorOf of) {
   return sampling;
 }
 
+double by_work(const Effort& effort) {
+  constexpr double second = 2e-8;             // of a force on a particle, or a vertex and planes
+  constexpr double element = 12;              // force on a particle of elements over that of springs
+  constexpr double solve = 10, factor = 100;  // of a linear system in forces, and the least of factors,
+  constexpr double growth = 0.5;              // which takes a number of forces that grows with the body
+  const Work& w = effort.work;
+  const auto particles = double(effort.particles), per_force = effort.of_elements ? element : 1;
+  const double forces = double(w.steps) + per_force * double(w.force_evaluations + w.products) +
+                        solve * double(w.linear_solves) +
+                        std::max(factor, growth * particles) * double(w.factorisations);
+  return second * (particles * forces + double(effort.touched) * double(w.steps));
+}
+
 double SampledRun::total_seconds() const { return std::accumulate(seconds.begin(), seconds.end(), 0.0); }
 
 double SampledRun::cost() const {
@@ -326,16 +340,25 @@ SampledRun sample_in(const Scene& scene, const Sampling& sampling, const GoOn& g
   const Interpolator interpolator(body, sampling.points);
   SampledRun run;
   Work work;
+  const auto& surface = scene.environment.contact_surface;
+  const bool is_alone = scene_run.system().threads() == 1;
+  const auto effort = [&](double seconds) {
+    return Effort{.seconds = seconds,
+                  .work = work,
+                  .particles = body.sites().size(),
+                  .touched = surface ? surface->vertices.size() : 0,
+                  .of_elements = !has_springs(scene.model)};
+  };
   double before = 0;
-  double stepped = 0;  // by the clock [s]
+  double stepped = 0;  // [s]
   double charged = 0;  // until the last sample [s]
   int seen = 0;
   for (int sample = 0; sample <= sampling.count; ++sample) {
     const double t = sample * sampling.interval;
-    const Stopwatch watch;
-    const auto charged_since = [&] {
-      return charge({stepped + watch.seconds(), work, body.sites().size()}) - charged;
-    };
+    const Stopwatch by_clock;
+    const ProcessorStopwatch of_processor;
+    const auto seconds = [&] { return is_alone ? of_processor.seconds() : by_clock.seconds(); };
+    const auto charged_since = [&] { return charge(effort(stepped + seconds())) - charged; };
     for (int slice = slices - 1; sample > 0 && slice >= 0 && run.status == Status::ok; --slice) {
       run.status = scene_run.advance(t - slice * sampling.interval / slices, work);
       if (slice == 0 || !(charged_since() > most_seconds * (sample - seen))) continue;
@@ -343,7 +366,8 @@ SampledRun sample_in(const Scene& scene, const Sampling& sampling, const GoOn& g
       break;
     }
     const double waited = charged_since();
-    stepped += watch.seconds();
+    stepped += seconds();
+    run.work = by_work(effort(0));
     run.simulated = state.t;
     const bool over = run.ended_early || run.status != Status::ok;
     const bool passed = std::abs(state.t - t) > 1e-6 * sampling.interval;  // by a step that ends beyond it

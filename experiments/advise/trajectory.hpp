@@ -15,6 +15,8 @@ namespace mss::advise {
 /// Budgets, costs and steps are of frames.
 inline constexpr double frames_per_second = 60;
 inline constexpr double frame = 1 / frames_per_second;  ///< [s]
+/// Milliseconds a frame, of seconds a simulated second.
+inline constexpr double to_frame = 1e3 * frame;
 
 /// What two motions of one scene are compared by.
 enum class ErrorOf {
@@ -97,20 +99,26 @@ int steps_per_frame(double dt);
 
 /// What a computation took.
 struct Effort {
-  double seconds = 0;  ///< by the clock
+  double seconds = 0;  ///< of the processor on one thread, else by the clock
   Work work{};
   std::size_t particles = 0;
+  std::size_t touched = 0;   ///< vertices of a surface that planes touch
+  bool of_elements = false;  ///< that fill the cells in place of springs
 };
 /// What is charged for it [s]; no less for more of it.
 using Charge = std::function<double(const Effort&)>;
-/// What users wait for. Verdicts that must not depend on how busy the machine is charge for work instead.
+/// What users wait for.
 inline double by_the_clock(const Effort& effort) { return effort.seconds; }
+/// What its work takes one core of the machine that measured results/, within a factor of two: the same on
+/// every machine, however busy. A force on a particle is counted as 20 ns.
+double by_work(const Effort& effort);
 
 /// A sampled run and how it ended.
 struct SampledRun {
   Status status = Status::ok;
   Trajectory trajectory;
   std::vector<double> seconds{};  ///< charged for stepping, from one sample to the next
+  double work = 0;                ///< by_work(), all of it [s]
   double simulated = 0;           ///< [s]
   bool ended_early = false;
 
