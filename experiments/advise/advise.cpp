@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/advise/frame_search.hpp"
 #include "experiments/advise/search.hpp"
 
 namespace mss::advise {
@@ -54,7 +55,7 @@ std::string to_string(const Trial& trial) {
     case Verdict::fluke:
       return std::isfinite(trial.error_at_half_step)
                  ? "a fluke: at half the step the error is " + percent(trial.error_at_half_step)
-                 : "a fluke: at half the step it fails";
+                 : "a fluke: at half the step it folds or fails";
     case Verdict::fails_check:
       return "error " + percent(trial.checked_error) + " against a finer reference";
     case Verdict::costly:
@@ -65,6 +66,12 @@ std::string to_string(const Trial& trial) {
       return std::string(to_string(trial.status));
     case Verdict::interrupted:
       return "interrupted";
+    case Verdict::fits:
+      return "fits the budget and errs more, or costs more";
+    case Verdict::over_budget:
+      return "takes longer than the budget";
+    case Verdict::unclean:
+      return "as mss run has it: " + trial.problem;
     case Verdict::impossible:
       return "impossible: " + trial.problem;
     case Verdict::out_of_memory:
@@ -75,6 +82,10 @@ std::string to_string(const Trial& trial) {
 
 Advice advise(SceneFamily& family, const AdviseRequest& request, Progress& progress) {
   return Search(family, request, progress).find();
+}
+
+Advice advise_for_frames(SceneFamily& family, const AdviseRequest& request, Progress& progress) {
+  return FrameSearch(family, request, progress).find();
 }
 
 Advice try_all(SceneFamily& family, const AdviseRequest& request, int finest_level, int reference_level,

@@ -35,7 +35,7 @@ double safe_step(const std::string& method, const SpectralBound& bound) {
 
 std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
 
-SceneEdit ReferenceLevels::accurate(SceneEdit lattice) const {
+Candidate ReferenceLevels::accurate(Candidate lattice) const {
   const double most = accurate_share * safe_step(accurate_method, search_.family.bound(lattice));
   lattice.integrator = accurate_method;
   lattice.precision = Precision::dbl;
@@ -44,7 +44,7 @@ SceneEdit ReferenceLevels::accurate(SceneEdit lattice) const {
 }
 
 /// All threads pay in large bodies only: the first samples show where.
-int ReferenceLevels::quicker_threads(SceneEdit candidate) {
+int ReferenceLevels::quicker_threads(Candidate candidate) {
   constexpr std::size_t samples = 4;
   const int given = search_.family.given().solve.threads;
   if (given != 0) return given;
@@ -62,7 +62,7 @@ int ReferenceLevels::quicker_threads(SceneEdit candidate) {
   return quicker;
 }
 
-Scene ReferenceLevels::without_sleep(const SceneEdit& candidate) const {
+Scene ReferenceLevels::without_sleep(const Candidate& candidate) const {
   Scene scene = search_.family.scene(candidate);
   scene.solve.sleep = {};
   return scene;
@@ -172,6 +172,18 @@ bool ReferenceLevels::refine() {
   return is_accurate_enough();
 }
 
+void ReferenceLevels::refine_with_patience() {
+  for (const int level : reference_levels) {
+    if (search_.stopped()) return;
+    if (!all_.empty() && seconds_at(level) > search_.request.patience) break;
+    std::optional<Reference> reference = compute(level);
+    if (reference) all_.push_back(std::move(*reference));
+  }
+  if (all_.size() < 2) return;
+  estimate();
+  check_scale();
+}
+
 double ReferenceLevels::seconds_at(int level) const {
   return finest().seconds * std::pow(double(level) / finest().level, 4);
 }
@@ -227,6 +239,12 @@ void ReferenceLevels::conclude() {
     trial.meets = unfolds && meets(trial.error);
     trial.verdict = trial.meets ? Verdict::meets : unfolds ? Verdict::inaccurate : Verdict::folds;
   }
+}
+
+void ReferenceLevels::conclude_without_request() {
+  for (const Reference& reference : all_)
+    search_.trials[reference.trial].error = estimator_->error_of(reference.trajectory);
+  search_.trials[finest().trial].verdict = Verdict::finest_reference;
 }
 
 std::string ReferenceLevels::why_inaccurate() const {

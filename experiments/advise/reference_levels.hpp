@@ -56,7 +56,7 @@ struct SearchState {
   /// Calls act(). Where a scene cannot be computed like that, or there is not enough memory, adds a trial
   /// that records it, and returns false.
   template <class Act>
-  bool attempt(const SceneEdit& candidate, Act&& act) {
+  bool attempt(const Candidate& candidate, Act&& act) {
     try {
       act();
       return true;
@@ -87,6 +87,9 @@ class ReferenceLevels {
   /// that leaves time for the one that checks; to estimate errors at all, as long as there is time. False if
   /// none is. Throws InputError for a scene whose reference has no motion to compare with.
   bool refine();
+  /// Computes finer and finer references as long as one takes no more than `patience`, and estimates their
+  /// errors where there are two.
+  void refine_with_patience();
   /// Computes references of these levels. False if one cannot be computed.
   bool compute(const std::vector<int>& levels);
   /// One reference more, which is not added to these; nothing if it is impossible or fails, as its trial
@@ -115,8 +118,11 @@ class ReferenceLevels {
   /// Verdicts about the references themselves, which are candidates too.
   void conclude();
 
+  /// The same where no error is required.
+  void conclude_without_request();
+
   /// A lattice, computed with the method and step of references.
-  SceneEdit accurate(SceneEdit lattice) const;
+  Candidate accurate(Candidate lattice) const;
   /// Work of a reference of a level, by_work() [s]: cells go with the cube of the level, steps with the
   /// level.
   double seconds_at(int level) const;
@@ -132,8 +138,8 @@ class ReferenceLevels {
   std::string why_grid_fails() const;
 
  private:
-  Scene without_sleep(const SceneEdit& candidate) const;
-  int quicker_threads(SceneEdit candidate);
+  Scene without_sleep(const Candidate& candidate) const;
+  int quicker_threads(Candidate candidate);
   void estimate();
   bool decides() const;
   int next_level() const;

@@ -26,14 +26,14 @@ constexpr const char* nothing_meets =
 
 /// A candidate in a sentence.
 std::string description(const SceneFamily& family, const Trial& trial) {
-  const SceneEdit& c = trial.candidate;
+  const Candidate& c = trial.candidate;
   return fmt::format("cells of {:.4g} m, {}, {}, {}: {} in {:.3g} ms a frame", family.cell_size(c.level),
                      c.model, c.integrator, to_string(c.precision), percent(trial.error),
                      trial.cost * to_frame);
 }
 
 /// How many evaluations of the force a step of an implicit method takes at least, in the smallest bodies.
-double least_forces(const SceneEdit& candidate) {
+double least_forces(const Candidate& candidate) {
   constexpr double factorisation = 30, general_factorisation = 300, iterations = 6, per_iteration = 3;
   const IntegratorInfo& method = find_integrator(candidate.integrator);
   if (method.linear_algebra == LinearAlgebra::own_factors) return general_factorisation;
@@ -58,13 +58,13 @@ std::vector<std::string> tried_methods() {
   return names;
 }
 
-SceneEdit at_half_step(SceneEdit candidate) {
+Candidate at_half_step(Candidate candidate) {
   if (candidate.dt) *candidate.dt /= 2;
   candidate.tolerance /= 4;
   return candidate;
 }
 
-Search::Result Search::run(const SceneEdit& candidate, const Limits& limits) {
+Search::Result Search::run(const Candidate& candidate, const Limits& limits) {
   Result result = Result::impossible;
   const bool possible = state_.attempt(candidate, [&] {
     if (const double least = least_cost(candidate); least > limits.cost) {
@@ -80,7 +80,7 @@ Search::Result Search::run(const SceneEdit& candidate, const Limits& limits) {
   return result;
 }
 
-Search::Result Search::simulate(const SceneEdit& candidate, const Limits& limits) {
+Search::Result Search::simulate(const Candidate& candidate, const Limits& limits) {
   constexpr double soon = 0.005;            // [s]; shorter times are uncertain,
   constexpr std::size_t few_intervals = 4;  // and so are fewer intervals,
   constexpr double far_too_costly = 10;     // unless they are this many times the limit
@@ -143,9 +143,9 @@ double Search::best_cost() const {
 
 /// What a candidate costs at least, in seconds per second. A force takes what it took the finest reference,
 /// cell by cell. A method that chooses its steps still has to stop at every sample.
-double Search::least_cost(const SceneEdit& candidate) const {
+double Search::least_cost(const Candidate& candidate) const {
   if (references_.empty() || !find_integrator(candidate.integrator).implicit) return 0;
-  const SceneEdit reference = references_.accurate(family().candidate(candidate.level));
+  const Candidate reference = references_.accurate(family().candidate(candidate.level));
   const double steps = state_.sampling.duration() / *reference.dt;
   const double force = references_.seconds_at(candidate.level) / steps;
   return force * least_forces(candidate) / candidate.dt.value_or(state_.sampling.interval);
@@ -153,11 +153,11 @@ double Search::least_cost(const SceneEdit& candidate) const {
 
 /// What springs may be left out: of calibrated ones body diagonals, and the volume force where there is one.
 /// Finite elements of the same material may fill the cells instead.
-std::vector<SceneEdit> Search::fillings(int level) const {
-  std::vector<SceneEdit> all;
+std::vector<Candidate> Search::fillings(int level) const {
+  std::vector<Candidate> all;
   for (const bool volume_force : {true, false})
     for (const double face_share : {0.5, 1.0}) {
-      SceneEdit lattice = family().candidate(level);
+      Candidate lattice = family().candidate(level);
       if (face_share != 0.5 && !family().is_calibrated()) continue;
       if (!volume_force && !family().has_volume_force()) continue;
       if (family().is_calibrated()) lattice.face_share = face_share;
@@ -172,7 +172,7 @@ std::vector<SceneEdit> Search::fillings(int level) const {
   return all;
 }
 
-Search::Result Search::try_lattice(const SceneEdit& lattice) {
+Search::Result Search::try_lattice(const Candidate& lattice) {
   Result result = Result::impossible;
   state_.attempt(lattice, [&] {
     result =
@@ -212,13 +212,13 @@ int Search::coarsest_plain() {
 /// For every filling the coarsest lattice that meets the error. The error of a coarser one is that of its
 /// model, which no method reduces. Elements cost too much in cells where springs meet it, and may not in
 /// larger ones.
-std::vector<SceneEdit> Search::find_lattices() {
+std::vector<Candidate> Search::find_lattices() {
   const int start = coarsest_plain();
   if (start == 0) return {};
   const std::vector<int> levels = all_levels();
-  std::vector<SceneEdit> found;
+  std::vector<Candidate> found;
   bool plain = true;  // the first filling, which meets the error at the start
-  for (SceneEdit lattice : fillings(start)) {
+  for (Candidate lattice : fillings(start)) {
     const auto result_at = [&](int level) {
       lattice.level = level;
       return stopped() ? Result::impossible : try_lattice(lattice);
@@ -241,12 +241,12 @@ std::vector<SceneEdit> Search::find_lattices() {
 
 /// Methods for a lattice; within each, steps or tolerances from the longest on. Steps are frames over whole
 /// numbers: at the end of a frame there is a picture.
-std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
+std::vector<std::vector<Candidate>> Search::methods(const Candidate& lattice) {
   const SpectralBound bound = state_.family.bound(lattice);
   const double unit = safe_step("semi_implicit_euler", bound);
-  std::vector<std::vector<SceneEdit>> all;
-  const auto add = [&](SceneEdit c, double longest, double shortest) {
-    std::vector<SceneEdit> chain;
+  std::vector<std::vector<Candidate>> all;
+  const auto add = [&](Candidate c, double longest, double shortest) {
+    std::vector<Candidate> chain;
     for (double dt = std::min(longest, state_.sampling.duration()); dt >= shortest || chain.empty();
          dt /= 2) {
       c.dt = frame_step(dt, state_.sampling);
@@ -257,14 +257,14 @@ std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
   for (const Precision precision : {Precision::single, Precision::dbl})
     for (const std::string& name : tried_methods()) {
       const IntegratorInfo& method = find_integrator(name);
-      SceneEdit c = lattice;
+      Candidate c = lattice;
       c.precision = precision;
       c.integrator = name;
       if ((precision == Precision::single && (!method.make_single || lattice.model != spring_model)) ||
           (method.needs_springs() && lattice.model != spring_model))
         continue;
       if (method.stepping == Stepping::adaptive) {
-        std::vector<SceneEdit> chain;
+        std::vector<Candidate> chain;
         c.dt.reset();
         for (const double tolerance : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
           c.tolerance = tolerance;
@@ -288,12 +288,12 @@ std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
 }
 
 /// Double precision is not tried where single meets the error or costs too much already.
-void Search::try_methods(const SceneEdit& lattice) {
+void Search::try_methods(const Candidate& lattice) {
   std::set<std::string> settled;
-  for (const std::vector<SceneEdit>& chain : methods(lattice)) {
+  for (const std::vector<Candidate>& chain : methods(lattice)) {
     const bool is_double = chain.front().precision == Precision::dbl;
     if (is_double && settled.contains(chain.front().integrator)) continue;
-    for (const SceneEdit& candidate : chain) {
+    for (const Candidate& candidate : chain) {
       if (stopped()) return;
       const Result result = run(candidate, worth());
       if (result == Result::inaccurate || result == Result::folds) continue;
@@ -314,7 +314,7 @@ void Search::try_threads() {
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return trials()[a].cost < trials()[b].cost; });
   for (std::size_t i = 0; i < std::min(few, order.size()) && !stopped(); ++i) {
-    SceneEdit candidate = trials()[order[i]].candidate;
+    Candidate candidate = trials()[order[i]].candidate;
     candidate.threads = 0;
     run(candidate, worth());
   }
@@ -344,12 +344,18 @@ bool Search::is_tied(std::size_t trial, std::size_t cheapest) const {
   return ratio <= 1 + cost_noise;
 }
 
+/// Whether it takes more threads for no less than one takes.
+bool Search::wastes_threads(std::size_t trial, std::size_t cheapest) const {
+  return trials()[trial].candidate.threads != 1 && trials()[cheapest].candidate.threads == 1;
+}
+
 /// Those that meet the error and cost as little as any, as far as the noise of times tells.
 std::vector<std::size_t> Search::as_cheap() const {
   const auto least = cheapest();
   std::vector<std::size_t> all;
   for (std::size_t i = 0; least && i < trials().size(); ++i)
-    if (trials()[i].meets && (i == *least || is_tied(i, *least))) all.push_back(i);
+    if (trials()[i].meets && (i == *least || (is_tied(i, *least) && !wastes_threads(i, *least))))
+      all.push_back(i);
   return all;
 }
 
@@ -364,7 +370,7 @@ std::optional<std::size_t> Search::best() const {
 
 /// Shorter steps err less; where they err more, and too much, a candidate met the error by luck.
 void Search::judge_at_half_step(std::size_t trial) {
-  const SceneEdit half = at_half_step(trials()[trial].candidate);
+  const Candidate half = at_half_step(trials()[trial].candidate);
   const auto settings = family().settings(half);
   const auto is_half = [&](const Trial& other) {
     return other.share > 0.999 && family().settings(other.candidate) == settings;
@@ -387,17 +393,26 @@ bool Search::folds(const Trajectory& trajectory) const {
   return trajectory.min_jacobian <= 0 && !references_.folds();
 }
 
-/// Whether a candidate's rows, as `mss run` writes them, show a fold that its samples missed.
-bool Search::folds_when_run(Trial& trial) {
-  const SimulationResult result = mss::simulate(family().scene(trial.candidate), state_.progress);
+/// Whether a candidate runs as it should, as `mss run` runs it: its rows may show a fold that samples missed,
+/// and energy from nowhere, whatever it is of that errs little. The verdict says what is wrong.
+bool Search::runs_well(Trial& trial) {
+  const Scene scene = family().scene(trial.candidate);
+  const SimulationResult result = mss::simulate(scene, state_.progress);
   for (const SeriesRow& row : result.series) {
     trial.min_jacobian = std::min(trial.min_jacobian, row.min_jacobian);
     trial.max_stretch = std::max(trial.max_stretch, row.max_stretch);
   }
-  return trial.min_jacobian <= 0 && !references_.folds();
+  const bool folds = trial.min_jacobian <= 0 && !references_.folds();
+  trial.meets = !folds && !result.gain;
+  if (folds) trial.verdict = Verdict::folds;
+  if (folds || !result.gain) return trial.meets;
+  trial.verdict = Verdict::unclean;
+  trial.problem = fmt::format("energy came from nowhere, {:.3g} percent of that at play",
+                              100 * result.gain->gained / result.gain->at_play);
+  return false;
 }
 
-double Search::error_of(const SceneEdit& candidate, const ErrorEstimator& estimator) {
+double Search::error_of(const Candidate& candidate, const ErrorEstimator& estimator) {
   return estimator.error_of(state_.sample(family().scene(candidate), always).trajectory);
 }
 
@@ -431,10 +446,27 @@ std::optional<ErrorEstimator> Search::finer_estimator() {
 }
 
 /// Candidates are not advised whose error against a reference that was not used in the search is too large,
-/// or that fold as `mss run` runs them.
+/// or that fold or gain energy as `mss run` runs them.
 void Search::check() {
   checking_ = finer_estimator();
   verify_best();
+  if (stopped() || !reconsider()) return;
+  remeasure_cheapest();
+  verify_best();
+}
+
+/// Runs candidates again that were dropped for costing more than one that was rejected since. True if one
+/// meets the error.
+bool Search::reconsider() {
+  std::vector<Candidate> dropped;
+  for (const Trial& trial : trials())
+    if ((trial.verdict == Verdict::costly || trial.verdict == Verdict::too_costly_to_run) &&
+        trial.estimated_cost <= best_cost())
+      dropped.push_back(trial.candidate);
+  bool any = false;
+  for (const Candidate& candidate : dropped)
+    any = (!stopped() && run(candidate, worth()) == Result::meets) || any;
+  return any;
 }
 
 void Search::verify_best() {
@@ -445,9 +477,7 @@ void Search::verify_best() {
       continue;
     }
     Trial& trial = trials()[*chosen];
-    trial.meets = !folds_when_run(trial);
-    if (!trial.meets) trial.verdict = Verdict::folds;
-    if (!trial.meets || stopped()) continue;
+    if (!runs_well(trial) || stopped()) continue;
     if (!checking_) return;
     trial.checked_error = advice_.checked_error = error_of(trial.candidate, *checking_);
     if (trial.checked_error <= request().error) return;
@@ -461,7 +491,7 @@ void Search::verify_best() {
 std::optional<Search::Motion> Search::elements_at(int level) {
   std::string& problem = advice_.elements.problem;
   try {
-    SceneEdit elements = family().candidate(level);
+    Candidate elements = family().candidate(level);
     elements.model = "corotational";
     elements.threads = family().given().solve.threads;
     Scene scene = family().scene(references_.accurate(elements));
@@ -480,7 +510,7 @@ std::optional<Search::Motion> Search::elements_at(int level) {
 
 void Search::check_with_elements() {
   if (!advice_.best || !family().takes_elements() || stopped()) return;
-  const SceneEdit advised = trials()[*advice_.best].candidate;
+  const Candidate advised = trials()[*advice_.best].candidate;
   const std::optional<Motion> coarse = elements_at(advised.level);
   const std::optional<Motion> fine = coarse ? elements_at(2 * advised.level) : std::nullopt;
   if (!fine) return;
@@ -495,7 +525,7 @@ void Search::check_with_elements() {
 /// The nearest candidates on either side, where error and budget cannot be met together.
 void Search::explain_budget() {
   const Trial nearest = trials()[*advice_.best];
-  SceneEdit coarser = nearest.candidate;
+  Candidate coarser = nearest.candidate;
   const double step_over_cell = coarser.dt.value_or(0) / family().cell_size(coarser.level);
   for (std::size_t i = reference_levels.size(); i-- > 0;) {
     const int level = reference_levels[i];
@@ -543,7 +573,7 @@ Advice Search::find() {
   if (!accurate && !state_.was_stopped) advice_.explanation = references_.why_inaccurate();
   if (references_.estimator()) references_.conclude();
   if (accurate) {
-    for (const SceneEdit& lattice : find_lattices()) try_methods(lattice);
+    for (const Candidate& lattice : find_lattices()) try_methods(lattice);
     try_threads();
     if (!stopped()) remeasure_cheapest();
     if (!stopped() && cheapest()) check();
@@ -573,10 +603,10 @@ Advice Search::grid(int finest_level, int reference_level, bool pruned) {
   }
   for (const int level : all_levels()) {
     if (level > finest_level || stopped()) break;
-    for (const SceneEdit& filling : fillings(level))
+    for (const Candidate& filling : fillings(level))
       state_.attempt(filling, [&] {
-        for (const std::vector<SceneEdit>& chain : methods(filling))
-          for (const SceneEdit& candidate : chain)
+        for (const std::vector<Candidate>& chain : methods(filling))
+          for (const Candidate& candidate : chain)
             if (!stopped())
               run(candidate, pruned
                                  ? Limits{.error = 1,

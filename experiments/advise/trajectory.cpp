@@ -293,6 +293,11 @@ double SampledRun::cost() const {
   return sum / simulated;
 }
 
+double SampledRun::busiest() const {
+  constexpr double most = 0.9;
+  return seconds.empty() ? no_value : quantile(seconds, most) * double(seconds.size()) / simulated;
+}
+
 int steps_per_frame(double dt) { return int(std::lround(frame / dt)); }
 
 double step_between_samples(double most, const Sampling& sampling) {
