@@ -49,7 +49,8 @@ std::string to_string(const Trial& trial) {
     case Verdict::inaccurate:
       return "error above the requested one";
     case Verdict::folds:
-      return fmt::format("folds: min_jacobian {:.3g}, and the reference does not", trial.min_jacobian);
+      return fmt::format("{}: min_jacobian {:.3g}, and the reference does not",
+                         trial.min_jacobian > 0 ? "nearly folds" : "folds", trial.min_jacobian);
     case Verdict::undecided:
       return "too close to the requested error to decide";
     case Verdict::fluke:

@@ -25,7 +25,8 @@ std::string family_in_chart(const Table& trials, std::size_t row) {
 /// Whether a row ran to its end, but is no way to compute the scene.
 bool is_rejected(const Table& trials, std::size_t row) {
   const std::string& status = trials.text(row, "status");
-  return status.starts_with("folds") || status.starts_with("a fluke") || status.starts_with("as mss run");
+  return status.starts_with("folds") || status.starts_with("nearly folds") || status.starts_with("a fluke") ||
+         status.starts_with("as mss run");
 }
 
 bool is_drawn(const Table& trials, std::size_t row) {

@@ -121,7 +121,7 @@ bool FrameSearch::run(const Candidate& candidate) {
   constexpr double far_too_costly = 4, soon = 0.005;
   Verdict verdict = Verdict::meets;
   const auto go_on = [&](const SampledRun& so_far) {
-    if (so_far.trajectory.min_jacobian <= 0) verdict = Verdict::folds;
+    if (so_far.trajectory.min_jacobian <= least_jacobian()) verdict = Verdict::folds;
     if (so_far.seconds.size() >= few_intervals && so_far.total_seconds() > soon &&
         so_far.cost() > (1 + cost_noise) * budget())
       verdict = Verdict::over_budget;
@@ -135,7 +135,7 @@ bool FrameSearch::run(const Candidate& candidate) {
         state_.sample(family().scene(candidate), go_on,
                       far_too_costly * std::max(soon, budget() * state_.sampling.interval));
     if (stopped()) return;
-    if (run.trajectory.min_jacobian <= 0) verdict = Verdict::folds;
+    if (run.trajectory.min_jacobian <= least_jacobian()) verdict = Verdict::folds;
     if (verdict == Verdict::meets && (run.ended_early || std::max(run.cost(), run.busiest()) > budget()))
       verdict = Verdict::over_budget;
     if (run.status != Status::ok) verdict = Verdict::failed;
@@ -207,6 +207,14 @@ void FrameSearch::try_methods(Candidate lattice) {
   }
 }
 
+/// Where corners of cells keep less of their volume, another landing would fold them; but half as much as in
+/// the reference is enough.
+double FrameSearch::least_jacobian() const {
+  constexpr double nearly_folded = 0.1;
+  if (references_.empty()) return nearly_folded;
+  return std::clamp(references_.finest().trajectory.min_jacobian / 2, 0.0, nearly_folded);
+}
+
 /// Its error; where the reference is too uncertain to tell errors apart, the size of its cells in its place.
 double FrameSearch::judged(const Trial& trial) const {
   if (!can_rank()) return family().cell_size(trial.candidate.level);
@@ -236,7 +244,7 @@ void FrameSearch::judge_at_half_step(std::size_t trial) {
   bool unfolds = false;
   state_.attempt(half, [&] {
     const SampledRun run = state_.sample(family().scene(half), [&](const SampledRun&) { return !stopped(); });
-    unfolds = run.status == Status::ok && run.trajectory.min_jacobian > 0;
+    unfolds = run.status == Status::ok && run.trajectory.min_jacobian > least_jacobian();
     if (run.status == Status::ok && references_.estimator())
       error = references_.estimator()->error_of(run.trajectory);
   });
@@ -300,7 +308,8 @@ bool FrameSearch::lasts(std::size_t trial) {
         double spent = 0;
         for (std::size_t i = count - std::min(lately, count); i < count; ++i) spent += so_far.seconds[i];
         const double most = lately * budget() * so_far.simulated / double(count);
-        return spent <= (1 + cost_noise) * most && so_far.trajectory.min_jacobian > 0 && !stopped();
+        return spent <= (1 + cost_noise) * most && so_far.trajectory.min_jacobian > least_jacobian() &&
+               !stopped();
       },
       state_.request.charge);
   if (stopped()) return false;
@@ -311,7 +320,7 @@ bool FrameSearch::lasts(std::size_t trial) {
   tried.busiest =
       run.ended_early ? run.seconds.back() * double(run.seconds.size()) / run.simulated : run.busiest();
   tried.verdict = run.status != Status::ok                      ? Verdict::failed
-                  : tried.min_jacobian <= 0                     ? Verdict::folds
+                  : tried.min_jacobian <= least_jacobian()      ? Verdict::folds
                   : run.ended_early || tried.busiest > budget() ? Verdict::over_budget
                                                                 : Verdict::meets;
   return tried.meets = tried.verdict == Verdict::meets;
@@ -329,9 +338,9 @@ bool FrameSearch::runs_clean(std::size_t trial) {
     tried.max_stretch = std::max(tried.max_stretch, row.max_stretch);
   }
   const std::vector<std::string> warnings = diagnostics_of(scene, result);
-  tried.meets = tried.min_jacobian > 0 && warnings.empty();
+  tried.meets = tried.min_jacobian > least_jacobian() && warnings.empty();
   if (tried.meets) return true;
-  tried.verdict = tried.min_jacobian <= 0 ? Verdict::folds : Verdict::unclean;
+  tried.verdict = tried.min_jacobian <= least_jacobian() ? Verdict::folds : Verdict::unclean;
   if (!warnings.empty()) tried.problem = warnings.front();
   return false;
 }

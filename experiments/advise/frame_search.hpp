@@ -35,6 +35,7 @@ class FrameSearch {
   void verify_lattice();
   void verify();
   double judged(const Trial& trial) const;
+  double least_jacobian() const;
   bool can_rank() const;
   std::optional<std::size_t> best() const;
   std::vector<std::size_t> ranked() const;
