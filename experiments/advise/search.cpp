@@ -450,7 +450,10 @@ std::optional<ErrorEstimator> Search::finer_estimator() {
 void Search::check() {
   checking_ = finer_estimator();
   verify_best();
-  if (stopped() || !reconsider()) return;
+  if (stopped()) return;
+  const auto chosen = best();
+  const bool was_run_once = chosen && trials()[*chosen].costs.empty();
+  if (!reconsider() && !was_run_once) return;
   remeasure_cheapest();
   verify_best();
 }
