@@ -8,6 +8,7 @@
 #include "core/base/record.hpp"
 #include "core/forces/cell_geometry.hpp"
 #include "core/forces/spring_law.hpp"
+#include "core/measures/distortion.hpp"
 
 namespace mss {
 
@@ -51,35 +52,20 @@ void measure_motion(const SolidSystem<Real>& system, const State<Real>& state, M
   m.external_potential = system.outer_potential(state.t, state.x);
 }
 
+/// Volume over that at rest by the thesis's estimate.
 template <class Real>
-void measure_springs(const Level& level, const State<Real>& state, Measures& m) {
-  level.body.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double, double) {
-    const double length = (state.x.at(level.first + b) - state.x.at(level.first + a)).norm();
-    m.max_stretch =
-        std::max(m.max_stretch, std::abs(spring_strain(length, level.body.rest_length(slot.kind))));
-  });
-  m.max_stretch = level.body.ranks().largest(m.max_stretch);
-}
-
-template <class Real>
-void measure_cells(const std::vector<Level>& levels, const State<Real>& state, Measures& m) {
+double thesis_ratio(const std::vector<Level>& levels, const Field<Real>& x) {
   double thesis = 0, at_rest = 0;
-  m.min_jacobian = std::numeric_limits<double>::infinity();
   for (const Level& level : levels) {
-    double smallest = std::numeric_limits<double>::infinity();
     level.body.ranks().add_in_order(thesis, [&] {
       level.body.for_each_cell([&](std::ptrdiff_t site) {
-        const std::array<Vec3, 8> corners = corners_of(level.body, state.x, level.first + site);
-        thesis += level.body.weights_at(site).fill * thesis_volume(corners);
-        for (int c = 0; c < 8; ++c) smallest = std::min(smallest, corner_volume(corners, c));
+        thesis +=
+            level.body.weights_at(site).fill * thesis_volume(corners_of(level.body, x, level.first + site));
       });
     });
-    smallest = -level.body.ranks().largest(-smallest);
-    m.min_jacobian = std::min(m.min_jacobian, smallest / level.body.cell_volume());
     at_rest += level.body.volume();
   }
-  m.volume_ratio = volume_ratio(levels, state.x);
-  m.volume_ratio_thesis = thesis / at_rest;
+  return thesis / at_rest;
 }
 
 }  // namespace
@@ -99,6 +85,34 @@ double volume_ratio(const std::vector<Level>& levels, const Field<Real>& x) {
   return volume / at_rest;
 }
 
+template <class Real>
+double max_stretch(const std::vector<Level>& levels, const Field<Real>& x) {
+  double largest = 0;
+  for (const auto& [body, first] : levels) {
+    body.for_each_spring(
+        [&, first = first](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot& slot, double, double) {
+          const double length = (x.at(first + b) - x.at(first + a)).norm();
+          largest = std::max(largest, std::abs(spring_strain(length, body.rest_length(slot.kind))));
+        });
+    largest = body.ranks().largest(largest);
+  }
+  return largest;
+}
+
+template <class Real>
+double min_jacobian(const std::vector<Level>& levels, const Field<Real>& x) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& [body, first] : levels) {
+    double smallest = std::numeric_limits<double>::infinity();
+    body.for_each_cell([&, first = first](std::ptrdiff_t site) {
+      const std::array<Vec3, 8> corners = corners_of(body, x, first + site);
+      for (int c = 0; c < 8; ++c) smallest = std::min(smallest, corner_volume(corners, c));
+    });
+    least = std::min(least, -body.ranks().largest(-smallest) / body.cell_volume());
+  }
+  return least;
+}
+
 void Measures::remember(Record& record) {
   record.keep(t, kinetic, elastic, volume_energy, external_potential, volume_ratio, volume_ratio_thesis,
               momentum, angular_momentum, max_speed, max_stretch, min_jacobian);
@@ -113,13 +127,19 @@ Measures measure(const SolidSystem<Real>& system, const State<Real>& state) {
   m.elastic = energy.elastic;
   m.volume_energy = energy.volume;
   measure_motion(system, state, m);
-  for (const Level& level : system.levels()) measure_springs(level, state, m);
-  measure_cells(system.levels(), state, m);
+  m.max_stretch = max_stretch(system.levels(), state.x);
+  m.min_jacobian = min_jacobian(system.levels(), state.x);
+  m.volume_ratio = volume_ratio(system.levels(), state.x);
+  m.volume_ratio_thesis = thesis_ratio(system.levels(), state.x);
   return m;
 }
 
 template double volume_ratio(const std::vector<Level>&, const Field<float>&);
 template double volume_ratio(const std::vector<Level>&, const Field<double>&);
+template double max_stretch(const std::vector<Level>&, const Field<float>&);
+template double max_stretch(const std::vector<Level>&, const Field<double>&);
+template double min_jacobian(const std::vector<Level>&, const Field<float>&);
+template double min_jacobian(const std::vector<Level>&, const Field<double>&);
 template Measures measure(const SolidSystem<float>&, const State<float>&);
 template Measures measure(const SolidSystem<double>&, const State<double>&);
 

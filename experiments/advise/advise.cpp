@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "experiments/advise/frame_search.hpp"
 #include "experiments/advise/search.hpp"
 
 namespace mss::advise {
@@ -17,6 +19,10 @@ std::string times_the_best(double cost, double best) {
 }
 
 }  // namespace
+
+double judged_error(const Trial& trial) {
+  return std::isnan(trial.error_at_half_step) ? trial.error : std::max(trial.error, trial.error_at_half_step);
+}
 
 ErrorOf default_error_of(const Scene& scene) {
   return scene.environment.holds.empty() ? ErrorOf::deformation : ErrorOf::displacement;
@@ -34,14 +40,23 @@ std::string to_string(const Trial& trial) {
       return "meets the error";
     case Verdict::meets_but_costlier:
       return "meets the error and costs more";
+    case Verdict::ties:
+      return "meets the error and costs as much, within the noise";
     case Verdict::advised:
       return "advised";
     case Verdict::cheapest:
       return "the cheapest that meets the error";
     case Verdict::inaccurate:
       return "error above the requested one";
+    case Verdict::folds:
+      return fmt::format("{}: min_jacobian {:.3g}, and the reference does not",
+                         trial.min_jacobian > 0 ? "nearly folds" : "folds", trial.min_jacobian);
     case Verdict::undecided:
       return "too close to the requested error to decide";
+    case Verdict::fluke:
+      return std::isfinite(trial.error_at_half_step)
+                 ? "a fluke: at half the step the error is " + percent(trial.error_at_half_step)
+                 : "a fluke: at half the step it folds or fails";
     case Verdict::fails_check:
       return "error " + percent(trial.checked_error) + " against a finer reference";
     case Verdict::costly:
@@ -52,6 +67,12 @@ std::string to_string(const Trial& trial) {
       return std::string(to_string(trial.status));
     case Verdict::interrupted:
       return "interrupted";
+    case Verdict::fits:
+      return "fits the budget and errs more, or costs more";
+    case Verdict::over_budget:
+      return "takes longer than the budget";
+    case Verdict::unclean:
+      return "as mss run has it: " + trial.problem;
     case Verdict::impossible:
       return "impossible: " + trial.problem;
     case Verdict::out_of_memory:
@@ -62,6 +83,10 @@ std::string to_string(const Trial& trial) {
 
 Advice advise(SceneFamily& family, const AdviseRequest& request, Progress& progress) {
   return Search(family, request, progress).find();
+}
+
+Advice advise_for_frames(SceneFamily& family, const AdviseRequest& request, Progress& progress) {
+  return FrameSearch(family, request, progress).find();
 }
 
 Advice try_all(SceneFamily& family, const AdviseRequest& request, int finest_level, int reference_level,

@@ -12,23 +12,62 @@ namespace mss::advise {
 
 namespace {
 
-constexpr double to_frame = 1e3 / frames_per_second;  // [ms]
+/// What a chart tells apart: there are too many methods for a marker each.
+std::string family_in_chart(const Table& trials, std::size_t row) {
+  if (!has_springs(trials.text(row, "model"))) return "finite elements";
+  const IntegratorInfo& method = find_integrator(trials.text(row, "integrator"));
+  if (method.stepping == Stepping::adaptive) return "adaptive";
+  if (!method.nonlinear_solver.empty()) return "quasi-Newton";
+  if (method.implicit) return "implicit";
+  return method.limit ? "explicit" : family_of(method.name);
+}
 
-/// A series per method, of the rows that ran to their end.
+/// Whether a row ran to its end, but is no way to compute the scene.
+bool is_rejected(const Table& trials, std::size_t row) {
+  const std::string& status = trials.text(row, "status");
+  return status.starts_with("folds") || status.starts_with("nearly folds") || status.starts_with("a fluke") ||
+         status.starts_with("as mss run");
+}
+
+bool is_drawn(const Table& trials, std::size_t row) {
+  return trials.number(row, "share_run") > 0.999 && trials.number(row, "error") > 0 &&
+         trials.number(row, "cost") > 0;
+}
+
+/// A series per family, of the rows that ran to their end.
 std::vector<ChartSeries> series_of(const Table& trials, double least) {
   std::vector<ChartSeries> all;
-  const auto& methods = integrators();
-  for (std::size_t i = 0; i < methods.size(); ++i) {
-    ChartSeries series{.label = methods[i].name, .style = int(i), .joined = false};
-    for (std::size_t row = 0; row < trials.size(); ++row) {
-      const double error = trials.number(row, "error"), cost = trials.number(row, "cost");
-      if (trials.text(row, "integrator") == methods[i].name && trials.number(row, "share_run") > 0.999 &&
-          error > 0 && cost > 0)
-        series.points.push_back({cost * to_frame, std::max(error, least)});
-    }
-    if (!series.points.empty()) all.push_back(series);
+  for (const char* family : {"explicit", "implicit", "quasi-Newton", "xpbd", "vbd", "adaptive",
+                             "finite elements", "folds, gains energy, or by luck"}) {
+    ChartSeries series{.label = family, .style = int(all.size()), .joined = false};
+    const bool rejected = series.label.starts_with("folds");
+    series.lines = !rejected;
+    for (std::size_t row = 0; row < trials.size(); ++row)
+      if (is_drawn(trials, row) && is_rejected(trials, row) == rejected &&
+          (rejected || family_in_chart(trials, row) == family))
+        series.points.push_back(
+            {trials.number(row, "cost") * to_frame, std::max(trials.number(row, "error"), least)});
+    all.push_back(series);
   }
+  std::erase_if(all, [](const ChartSeries& series) { return series.points.empty(); });
   return all;
+}
+
+/// What is advised, in words.
+std::string chosen(const Table& trials, std::size_t row) {
+  const double dt = trials.number(row, "dt");
+  return fmt::format("{}{}, cells of {:.3g} m", trials.text(row, "integrator"),
+                     dt > 0 ? fmt::format(", {:.3g} steps a frame", frame / dt) : std::string(),
+                     trials.number(row, "cell_size"));
+}
+
+/// Marks it over the others, with its place in the legend and its name in the subtitle: beside the point a
+/// label would stand among others.
+void mark_chosen(const Table& trials, std::size_t row, double least, const std::string& label, Chart& chart) {
+  const ChartPoint point{trials.number(row, "cost") * to_frame, std::max(trials.number(row, "error"), least)};
+  chart.series.push_back({.label = label, .points = {point}, .lines = false});
+  chart.marks.push_back({.point = point, .label = ""});
+  chart.subtitle += fmt::format("; {}: {}", label, chosen(trials, row));
 }
 
 bool any_below(const Table& trials, double least) {
@@ -37,10 +76,10 @@ bool any_below(const Table& trials, double least) {
   return false;
 }
 
-/// Decades that contain all points and the requested error, with room for a label below and beside the
-/// cheapest.
+/// Decades that contain all points and the requested error.
 void set_ranges(Chart& chart, double requested) {
-  double lowest = requested, highest = requested, cheapest = std::numeric_limits<double>::infinity();
+  double lowest = requested > 0 ? requested : 1, highest = requested > 0 ? requested : 1e-9,
+         cheapest = std::numeric_limits<double>::infinity();
   for (const ChartSeries& series : chart.series)
     for (const ChartPoint& point : series.points) {
       lowest = std::min(lowest, point.y);
@@ -48,9 +87,9 @@ void set_ranges(Chart& chart, double requested) {
       cheapest = std::min(cheapest, point.x);
     }
   const auto decade = [](double value) { return std::pow(10, std::floor(std::log10(value))); };
-  chart.y.low = decade(lowest / 2);
+  chart.y.low = decade(lowest);
   chart.y.high = 10 * decade(highest);
-  if (std::isfinite(cheapest)) chart.x.low = decade(cheapest / 2);
+  if (std::isfinite(cheapest)) chart.x.low = decade(cheapest);
 }
 
 }  // namespace
@@ -59,23 +98,20 @@ Drawings draw(const std::vector<NamedTable>& tables) {
   const Table &trials = find_table(tables, "advise"), &request = find_table(tables, "advise_request");
   if (trials.size() == 0) return {};
   const double error = request.number(0, "error"), budget = request.number(0, "budget");
-  const double least = 1e-4 * error;  // smaller ones are drawn as that
+  const double least = 1e-4 * (error > 0 ? error : 1);  // smaller ones are drawn as that
   Chart chart{
       .title = "Error against cost: " + request.text(0, "scene"),
-      .subtitle = fmt::format("every candidate that ran to its end; error of {}", request.text(0, "of")),
+      .subtitle = fmt::format("candidates that ran to their end, by error of {}", request.text(0, "of")),
       .x = {.label = "cost of 1/60 s [ms], this machine", .logarithmic = true},
       .y = {.label = "error", .logarithmic = true},
       .series = series_of(trials, least)};
   if (any_below(trials, least)) chart.y.label = fmt::format("error ({:.2g}: that or less)", least);
   set_ranges(chart, error);
-  chart.lines.push_back({ReferenceLine::Direction::horizontal, error, "requested"});
+  if (error > 0) chart.lines.push_back({ReferenceLine::Direction::horizontal, error, "requested"});
   if (budget > 0) chart.lines.push_back({ReferenceLine::Direction::vertical, budget * to_frame, "budget"});
   if (const auto best = std::size_t(request.number(0, "best")); best > 0)
-    if (const double found = trials.number(best - 1, "error"); found > 0)
-      chart.marks.push_back(
-          {.point = {trials.number(best - 1, "cost") * to_frame, std::max(found, least)},
-           .label = request.number(0, "within_budget") > 0 ? "advised" : "cheapest that meets the error",
-           .left = true});
+    mark_chosen(trials, best - 1, least,
+                request.number(0, "within_budget") > 0 ? "advised" : "cheapest that meets it", chart);
   return {.charts = {{"advise", std::move(chart)}}};
 }
 

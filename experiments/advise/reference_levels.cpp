@@ -35,16 +35,16 @@ double safe_step(const std::string& method, const SpectralBound& bound) {
 
 std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
 
-SceneEdit ReferenceLevels::accurate(SceneEdit lattice) const {
+Candidate ReferenceLevels::accurate(Candidate lattice) const {
   const double most = accurate_share * safe_step(accurate_method, search_.family.bound(lattice));
   lattice.integrator = accurate_method;
   lattice.precision = Precision::dbl;
-  lattice.dt = step_between_samples(std::min(most, search_.sampling.interval), search_.sampling);
+  lattice.dt = step_between_samples(most, search_.sampling);
   return lattice;
 }
 
 /// All threads pay in large bodies only: the first samples show where.
-int ReferenceLevels::quicker_threads(SceneEdit candidate) {
+int ReferenceLevels::quicker_threads(Candidate candidate) {
   constexpr std::size_t samples = 4;
   const int given = search_.family.given().solve.threads;
   if (given != 0) return given;
@@ -62,7 +62,7 @@ int ReferenceLevels::quicker_threads(SceneEdit candidate) {
   return quicker;
 }
 
-Scene ReferenceLevels::without_sleep(const SceneEdit& candidate) const {
+Scene ReferenceLevels::without_sleep(const Candidate& candidate) const {
   Scene scene = search_.family.scene(candidate);
   scene.solve.sleep = {};
   return scene;
@@ -77,13 +77,15 @@ std::optional<ReferenceLevels::Reference> ReferenceLevels::compute(int level) {
     SampledRun run =
         search_.sample(without_sleep(trial.candidate), [&](const SampledRun&) { return !search_.stopped(); });
     trial.cost = run.cost();
-    trial.share = run.simulated / search_.family.given().solve.duration;
+    trial.share = run.simulated / search_.sampling.duration();
+    trial.min_jacobian = run.trajectory.min_jacobian;
+    trial.max_stretch = run.trajectory.max_stretch;
     trial.status = run.status;
     if (run.status != Status::ok) trial.verdict = Verdict::failed;
     if (run.ended_early) trial.verdict = Verdict::interrupted;
     search_.trials.push_back(trial);
     if (trial.verdict == Verdict::reference)
-      reference = Reference{level, std::move(run.trajectory), run.total_seconds(), search_.trials.size() - 1};
+      reference = Reference{level, std::move(run.trajectory), run.work, search_.trials.size() - 1};
   });
   return reference;
 }
@@ -170,12 +172,24 @@ bool ReferenceLevels::refine() {
   return is_accurate_enough();
 }
 
+void ReferenceLevels::refine_with_patience() {
+  for (const int level : reference_levels) {
+    if (search_.stopped()) return;
+    if (!all_.empty() && seconds_at(level) > search_.request.patience) break;
+    std::optional<Reference> reference = compute(level);
+    if (reference) all_.push_back(std::move(*reference));
+  }
+  if (all_.size() < 2) return;
+  estimate();
+  check_scale();
+}
+
 double ReferenceLevels::seconds_at(int level) const {
   return finest().seconds * std::pow(double(level) / finest().level, 4);
 }
 
 double ReferenceLevels::cost_at(int level) const {
-  return seconds_at(level) / search_.family.given().solve.duration;
+  return search_.trials[finest().trial].cost * std::pow(double(level) / finest().level, 4);
 }
 
 /// The level after the finest; 0 if there is none.
@@ -221,9 +235,16 @@ void ReferenceLevels::conclude() {
       continue;
     }
     trial.error = estimator_->error_of(reference.trajectory);
-    trial.meets = meets(trial.error);
-    trial.verdict = trial.meets ? Verdict::meets : Verdict::inaccurate;
+    const bool unfolds = trial.min_jacobian > 0 || folds();
+    trial.meets = unfolds && meets(trial.error);
+    trial.verdict = trial.meets ? Verdict::meets : unfolds ? Verdict::inaccurate : Verdict::folds;
   }
+}
+
+void ReferenceLevels::conclude_without_request() {
+  for (const Reference& reference : all_)
+    search_.trials[reference.trial].error = estimator_->error_of(reference.trajectory);
+  search_.trials[finest().trial].verdict = Verdict::finest_reference;
 }
 
 std::string ReferenceLevels::why_inaccurate() const {

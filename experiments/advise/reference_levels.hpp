@@ -38,7 +38,7 @@ struct SearchState {
   Progress& progress;
   Sampling sampling;
   Stopwatch watch{};
-  double charged = 0;  ///< for all samples so far [s]
+  double charged = 0;  ///< for all samples so far, by_work() [s]
   std::vector<Trial> trials{};
   bool was_stopped = false;
 
@@ -49,14 +49,14 @@ struct SearchState {
   SampledRun sample(const Scene& scene, const GoOn& go_on,
                     double most_seconds = std::numeric_limits<double>::infinity()) {
     SampledRun run = sample_scene(scene, sampling, go_on, request.charge, most_seconds);
-    charged += run.total_seconds();
+    charged += run.work;
     return run;
   }
 
   /// Calls act(). Where a scene cannot be computed like that, or there is not enough memory, adds a trial
   /// that records it, and returns false.
   template <class Act>
-  bool attempt(const SceneEdit& candidate, Act&& act) {
+  bool attempt(const Candidate& candidate, Act&& act) {
     try {
       act();
       return true;
@@ -77,7 +77,7 @@ class ReferenceLevels {
   struct Reference {
     int level;
     Trajectory trajectory;
-    double seconds;
+    double seconds;  ///< by_work()
     std::size_t trial;
   };
 
@@ -87,6 +87,9 @@ class ReferenceLevels {
   /// that leaves time for the one that checks; to estimate errors at all, as long as there is time. False if
   /// none is. Throws InputError for a scene whose reference has no motion to compare with.
   bool refine();
+  /// Computes finer and finer references as long as one takes no more than `patience`, and estimates their
+  /// errors where there are two.
+  void refine_with_patience();
   /// Computes references of these levels. False if one cannot be computed.
   bool compute(const std::vector<int>& levels);
   /// One reference more, which is not added to these; nothing if it is impossible or fails, as its trial
@@ -102,6 +105,8 @@ class ReferenceLevels {
   bool extrapolated() const { return extrapolated_; }
   /// Of errors, from what the reference still changes by.
   double uncertainty() const { return uncertainty_; }
+  /// Whether cells of the finest are inverted at some time: then nothing keeps candidates from folding.
+  bool folds() const { return finest().trajectory.min_jacobian <= 0; }
   /// Whether the uncertainty is small enough to advise at all.
   bool is_accurate_enough() const;
 
@@ -113,12 +118,15 @@ class ReferenceLevels {
   /// Verdicts about the references themselves, which are candidates too.
   void conclude();
 
+  /// The same where no error is required.
+  void conclude_without_request();
+
   /// A lattice, computed with the method and step of references.
-  SceneEdit accurate(SceneEdit lattice) const;
-  /// Seconds that a reference of a level will be charged: cells go with the cube of the level, steps with the
+  Candidate accurate(Candidate lattice) const;
+  /// Work of a reference of a level, by_work() [s]: cells go with the cube of the level, steps with the
   /// level.
   double seconds_at(int level) const;
-  /// The same per simulated second.
+  /// What it costs by the same rule, as candidates do, per simulated second.
   double cost_at(int level) const;
   /// The level of the reference that checks the advice: beyond the finest, up to the next level as far as
   /// that takes no more than the search did. 0 if any would take too long.
@@ -130,8 +138,8 @@ class ReferenceLevels {
   std::string why_grid_fails() const;
 
  private:
-  Scene without_sleep(const SceneEdit& candidate) const;
-  int quicker_threads(SceneEdit candidate);
+  Scene without_sleep(const Candidate& candidate) const;
+  int quicker_threads(Candidate candidate);
   void estimate();
   bool decides() const;
   int next_level() const;

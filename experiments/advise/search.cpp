@@ -6,11 +6,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <set>
 
 #include "experiments/advise/advise.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/scene_check.hpp"
+#include "experiments/simulation/simulation.hpp"
 #include "integrators/linear/linear_solver.hpp"
 #include "reference/fem/solid_law.hpp"
 
@@ -23,17 +26,19 @@ constexpr const char* nothing_meets =
 
 /// A candidate in a sentence.
 std::string description(const SceneFamily& family, const Trial& trial) {
-  const SceneEdit& c = trial.candidate;
+  const Candidate& c = trial.candidate;
   return fmt::format("cells of {:.4g} m, {}, {}, {}: {} in {:.3g} ms a frame", family.cell_size(c.level),
                      c.model, c.integrator, to_string(c.precision), percent(trial.error),
-                     trial.cost * 1e3 / frames_per_second);
+                     trial.cost * to_frame);
 }
 
 /// How many evaluations of the force a step of an implicit method takes at least, in the smallest bodies.
-double least_forces(const SceneEdit& candidate) {
-  constexpr double factorisation = 30, general_factorisation = 300, iterations = 6;
+double least_forces(const Candidate& candidate) {
+  constexpr double factorisation = 30, general_factorisation = 300, iterations = 6, per_iteration = 3;
   const IntegratorInfo& method = find_integrator(candidate.integrator);
   if (method.linear_algebra == LinearAlgebra::own_factors) return general_factorisation;
+  if (const std::size_t colon = method.name.find(':'); method.implicit && colon != std::string::npos)
+    return per_iteration * std::stod(method.name.substr(colon + 1));
   if (!method.nonlinear_solver.empty() || method.linear_algebra == LinearAlgebra::own_products)
     return iterations;
   return find_linear_solver(candidate.linear_solver).products_only ? iterations : factorisation;
@@ -43,7 +48,23 @@ bool always(const SampledRun&) { return true; }
 
 }  // namespace
 
-Search::Result Search::run(const SceneEdit& candidate, const Limits& limits) {
+/// Not `verlet`, which is semi-implicit Euler in other variables.
+std::vector<std::string> tried_methods() {
+  std::vector<std::string> names = moving_families({});
+  names.erase(std::remove(names.begin(), names.end(), "verlet"), names.end());
+  for (const char* name :
+       {"backward_euler/lbfgs:2", "backward_euler/lbfgs:3", "tr_bdf2/lbfgs:3", "tr_bdf2/lbfgs:5"})
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.emplace_back(name);
+  return names;
+}
+
+Candidate at_half_step(Candidate candidate) {
+  if (candidate.dt) *candidate.dt /= 2;
+  candidate.tolerance /= 4;
+  return candidate;
+}
+
+Search::Result Search::run(const Candidate& candidate, const Limits& limits) {
   Result result = Result::impossible;
   const bool possible = state_.attempt(candidate, [&] {
     if (const double least = least_cost(candidate); least > limits.cost) {
@@ -59,7 +80,7 @@ Search::Result Search::run(const SceneEdit& candidate, const Limits& limits) {
   return result;
 }
 
-Search::Result Search::simulate(const SceneEdit& candidate, const Limits& limits) {
+Search::Result Search::simulate(const Candidate& candidate, const Limits& limits) {
   constexpr double soon = 0.005;            // [s]; shorter times are uncertain,
   constexpr std::size_t few_intervals = 4;  // and so are fewer intervals,
   constexpr double far_too_costly = 10;     // unless they are this many times the limit
@@ -70,6 +91,7 @@ Search::Result Search::simulate(const SceneEdit& candidate, const Limits& limits
     if (estimator.known_early())
       error = std::max(error, estimator.error_at(run.trajectory, run.trajectory.samples.size() - 1));
     if (error > limits.error) result = Result::inaccurate;
+    if (folds(run.trajectory)) result = Result::folds;
     const double times = run.total_seconds() > soon ? run.cost() / limits.cost : 0;
     if (times > (run.seconds.size() >= few_intervals ? 1 : far_too_costly)) result = Result::costly;
     return result == Result::meets && !stopped();
@@ -82,18 +104,24 @@ Search::Result Search::simulate(const SceneEdit& candidate, const Limits& limits
   const SampledRun run = state_.sample(scene, go_on, most_seconds);
   if (stopped()) return Result::impossible;
   if (run.ended_early && result == Result::meets) result = Result::costly;
-  Trial trial{.candidate = candidate, .cost = run.cost(), .share = run.simulated / scene.solve.duration};
+  Trial trial{.candidate = candidate,
+              .cost = run.cost(),
+              .share = run.simulated / state_.sampling.duration(),
+              .min_jacobian = run.trajectory.min_jacobian,
+              .max_stretch = run.trajectory.max_stretch};
   trial.status = run.status;
   if (run.status != Status::ok)
     result = Result::inaccurate;
   else
     trial.error = run.ended_early && estimator.known_early() ? error : estimator.error_of(run.trajectory);
+  if (result == Result::meets && folds(run.trajectory)) result = Result::folds;
   if (result == Result::meets && !references_.meets(trial.error)) result = Result::inaccurate;
   trial.meets = result == Result::meets;
   trial.estimated_cost = trial.cost;
   trial.best_before = best_cost();
   trial.verdict = trial.meets                             ? Verdict::meets
                   : result == Result::costly              ? Verdict::costly
+                  : result == Result::folds               ? Verdict::folds
                   : run.status != Status::ok              ? Verdict::failed
                   : references_.is_undecided(trial.error) ? Verdict::undecided
                                                           : Verdict::inaccurate;
@@ -115,21 +143,21 @@ double Search::best_cost() const {
 
 /// What a candidate costs at least, in seconds per second. A force takes what it took the finest reference,
 /// cell by cell. A method that chooses its steps still has to stop at every sample.
-double Search::least_cost(const SceneEdit& candidate) const {
+double Search::least_cost(const Candidate& candidate) const {
   if (references_.empty() || !find_integrator(candidate.integrator).implicit) return 0;
-  const SceneEdit reference = references_.accurate(family().candidate(candidate.level));
-  const double steps = family().given().solve.duration / *reference.dt;
+  const Candidate reference = references_.accurate(family().candidate(candidate.level));
+  const double steps = state_.sampling.duration() / *reference.dt;
   const double force = references_.seconds_at(candidate.level) / steps;
   return force * least_forces(candidate) / candidate.dt.value_or(state_.sampling.interval);
 }
 
 /// What springs may be left out: of calibrated ones body diagonals, and the volume force where there is one.
 /// Finite elements of the same material may fill the cells instead.
-std::vector<SceneEdit> Search::fillings(int level) const {
-  std::vector<SceneEdit> all;
+std::vector<Candidate> Search::fillings(int level) const {
+  std::vector<Candidate> all;
   for (const bool volume_force : {true, false})
     for (const double face_share : {0.5, 1.0}) {
-      SceneEdit lattice = family().candidate(level);
+      Candidate lattice = family().candidate(level);
       if (face_share != 0.5 && !family().is_calibrated()) continue;
       if (!volume_force && !family().has_volume_force()) continue;
       if (family().is_calibrated()) lattice.face_share = face_share;
@@ -144,7 +172,7 @@ std::vector<SceneEdit> Search::fillings(int level) const {
   return all;
 }
 
-Search::Result Search::try_lattice(const SceneEdit& lattice) {
+Search::Result Search::try_lattice(const Candidate& lattice) {
   Result result = Result::impossible;
   state_.attempt(lattice, [&] {
     result =
@@ -184,13 +212,13 @@ int Search::coarsest_plain() {
 /// For every filling the coarsest lattice that meets the error. The error of a coarser one is that of its
 /// model, which no method reduces. Elements cost too much in cells where springs meet it, and may not in
 /// larger ones.
-std::vector<SceneEdit> Search::find_lattices() {
+std::vector<Candidate> Search::find_lattices() {
   const int start = coarsest_plain();
   if (start == 0) return {};
   const std::vector<int> levels = all_levels();
-  std::vector<SceneEdit> found;
+  std::vector<Candidate> found;
   bool plain = true;  // the first filling, which meets the error at the start
-  for (SceneEdit lattice : fillings(start)) {
+  for (Candidate lattice : fillings(start)) {
     const auto result_at = [&](int level) {
       lattice.level = level;
       return stopped() ? Result::impossible : try_lattice(lattice);
@@ -211,32 +239,32 @@ std::vector<SceneEdit> Search::find_lattices() {
   return found;
 }
 
-/// Methods for a lattice; within each, steps or tolerances from the longest on.
-std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
+/// Methods for a lattice; within each, steps or tolerances from the longest on. Steps are frames over whole
+/// numbers: at the end of a frame there is a picture.
+std::vector<std::vector<Candidate>> Search::methods(const Candidate& lattice) {
   const SpectralBound bound = state_.family.bound(lattice);
-  // A row of series.csv is required that often, and without samples there is no error.
-  const double longest = std::min(family().given().solve.every, family().given().solve.duration);
   const double unit = safe_step("semi_implicit_euler", bound);
-  std::vector<std::vector<SceneEdit>> all;
-  const auto steps = [&](SceneEdit c, double most, std::initializer_list<double> shares) {
-    std::vector<SceneEdit> chain;
-    for (const double share : shares) {
-      c.dt = step_between_samples(std::min(share * most, longest), state_.sampling);
+  std::vector<std::vector<Candidate>> all;
+  const auto add = [&](Candidate c, double longest, double shortest) {
+    std::vector<Candidate> chain;
+    for (double dt = std::min(longest, state_.sampling.duration()); dt >= shortest || chain.empty();
+         dt /= 2) {
+      c.dt = frame_step(dt, state_.sampling);
       if (chain.empty() || *c.dt < 0.99 * *chain.back().dt) chain.push_back(c);
     }
     all.push_back(chain);
   };
   for (const Precision precision : {Precision::single, Precision::dbl})
-    for (const std::string& name : moving_families({})) {
+    for (const std::string& name : tried_methods()) {
       const IntegratorInfo& method = find_integrator(name);
-      SceneEdit c = lattice;
+      Candidate c = lattice;
       c.precision = precision;
       c.integrator = name;
       if ((precision == Precision::single && (!method.make_single || lattice.model != spring_model)) ||
           (method.needs_springs() && lattice.model != spring_model))
         continue;
       if (method.stepping == Stepping::adaptive) {
-        std::vector<SceneEdit> chain;
+        std::vector<Candidate> chain;
         c.dt.reset();
         for (const double tolerance : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
           c.tolerance = tolerance;
@@ -244,27 +272,35 @@ std::vector<std::vector<SceneEdit>> Search::methods(const SceneEdit& lattice) {
         }
         all.push_back(chain);
       } else if (!method.nonlinear_solver.empty()) {
-        steps(c, unit, {256, 128, 64, 32, 16, 8, 4});
+        add(c, frame, 4 * unit);
       } else if (method.implicit) {
         for (const char* solver : {"automatic", "matrix_free"}) {
           c.linear_solver = solver;
-          steps(c, unit, {256, 128, 64, 32, 16, 8, 4});
+          add(c, frame, 4 * unit);
         }
       } else if (!method.limit) {
-        steps(c, unit, {64, 32, 16, 8, 4, 2, 1, 0.5});
+        add(c, frame, unit / 2);
       } else if (const double safe = safe_step(method.name, bound); safe > 0) {
-        steps(c, safe, {1, 0.5, 0.25, 0.125});
+        add(c, safe, safe / 8);
       }
     }
   return all;
 }
 
-void Search::try_methods(const SceneEdit& lattice) {
-  for (const std::vector<SceneEdit>& chain : methods(lattice))
-    for (const SceneEdit& candidate : chain) {
+/// Double precision is not tried where single meets the error or costs too much already.
+void Search::try_methods(const Candidate& lattice) {
+  std::set<std::string> settled;
+  for (const std::vector<Candidate>& chain : methods(lattice)) {
+    const bool is_double = chain.front().precision == Precision::dbl;
+    if (is_double && settled.contains(chain.front().integrator)) continue;
+    for (const Candidate& candidate : chain) {
       if (stopped()) return;
-      if (run(candidate, worth()) != Result::inaccurate) break;  // shorter steps only cost more
+      const Result result = run(candidate, worth());
+      if (result == Result::inaccurate || result == Result::folds) continue;
+      if (!is_double && result != Result::impossible) settled.insert(candidate.integrator);
+      break;  // shorter steps only cost more
     }
+  }
 }
 
 /// More threads than one change no bit of a result and seldom save time: only the cheapest candidates are
@@ -278,7 +314,7 @@ void Search::try_threads() {
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return trials()[a].cost < trials()[b].cost; });
   for (std::size_t i = 0; i < std::min(few, order.size()) && !stopped(); ++i) {
-    SceneEdit candidate = trials()[order[i]].candidate;
+    Candidate candidate = trials()[order[i]].candidate;
     candidate.threads = 0;
     run(candidate, worth());
   }
@@ -286,18 +322,97 @@ void Search::try_threads() {
 
 /// Those that might be the cheapest once more, interleaved: single times of a busy machine mislead.
 void Search::remeasure_cheapest(double worth) {
-  constexpr int rounds = 5;
+  constexpr int rounds = 7;
   std::vector<std::size_t> close;
   for (std::size_t i = 0; i < trials().size(); ++i)
     if (trials()[i].meets && trials()[i].cost <= worth * best_cost()) close.push_back(i);
-  const auto costs = measure_interleaved(rounds, close.size(), state_.progress, [&](std::size_t i) {
+  auto costs = measure_interleaved(rounds, close.size(), state_.progress, [&](std::size_t i) {
     return state_.sample(family().scene(trials()[close[i]].candidate), always).cost();
   });
-  for (std::size_t i = 0; i < close.size(); ++i)
-    if (!costs[i].empty()) trials()[close[i]].cost = quartiles(costs[i]).median;
+  for (std::size_t i = 0; i < close.size(); ++i) {
+    if (costs[i].empty()) continue;
+    trials()[close[i]].cost = quartiles(costs[i]).median;
+    trials()[close[i]].costs = std::move(costs[i]);
+  }
 }
 
-double Search::error_of(const SceneEdit& candidate, const ErrorEstimator& estimator) {
+/// Whether a trial may cost no more than the cheapest: by the lower quartile of rounds where both were run.
+bool Search::is_tied(std::size_t trial, std::size_t cheapest) const {
+  const std::vector<double>&a = trials()[trial].costs, &b = trials()[cheapest].costs;
+  const double ratio =
+      a.empty() || b.empty() ? trials()[trial].cost / trials()[cheapest].cost : quartiles_of_ratio(a, b).q1;
+  return ratio <= 1 + cost_noise;
+}
+
+/// Whether it takes more threads for no less than one takes.
+bool Search::wastes_threads(std::size_t trial, std::size_t cheapest) const {
+  return trials()[trial].candidate.threads != 1 && trials()[cheapest].candidate.threads == 1;
+}
+
+/// Those that meet the error and cost as little as any, as far as the noise of times tells.
+std::vector<std::size_t> Search::as_cheap() const {
+  const auto least = cheapest();
+  std::vector<std::size_t> all;
+  for (std::size_t i = 0; least && i < trials().size(); ++i)
+    if (trials()[i].meets && (i == *least || (is_tied(i, *least) && !wastes_threads(i, *least))))
+      all.push_back(i);
+  return all;
+}
+
+/// Of these the most accurate.
+std::optional<std::size_t> Search::best() const {
+  const std::vector<std::size_t> all = as_cheap();
+  if (all.empty()) return std::nullopt;
+  return *std::min_element(all.begin(), all.end(), [&](std::size_t a, std::size_t b) {
+    return judged_error(trials()[a]) < judged_error(trials()[b]);
+  });
+}
+
+/// Shorter steps err less; where they err more, and too much, a candidate met the error by luck.
+void Search::judge_at_half_step(std::size_t trial) {
+  const Candidate half = at_half_step(trials()[trial].candidate);
+  const auto settings = family().settings(half);
+  const auto is_half = [&](const Trial& other) {
+    return other.share > 0.999 && family().settings(other.candidate) == settings;
+  };
+  auto found = std::find_if(trials().begin(), trials().end(), is_half);
+  if (found == trials().end()) {
+    run(half, {});
+    found = trials().end() - 1;
+  }
+  const bool fails = found->verdict == Verdict::failed || found->verdict == Verdict::folds ||
+                     found->verdict == Verdict::impossible || !std::isfinite(found->error);
+  Trial& judged = trials()[trial];
+  judged.error_at_half_step = fails ? std::numeric_limits<double>::infinity() : found->error;
+  if (stopped() || judged_error(judged) <= request().error) return;
+  judged.meets = false;
+  judged.verdict = Verdict::fluke;
+}
+
+bool Search::folds(const Trajectory& trajectory) const {
+  return trajectory.min_jacobian <= 0 && !references_.folds();
+}
+
+/// Whether a candidate runs as it should, as `mss run` runs it: its rows may show a fold that samples missed,
+/// and energy from nowhere, whatever it is of that errs little. The verdict says what is wrong.
+bool Search::runs_well(Trial& trial) {
+  const Scene scene = family().scene(trial.candidate);
+  const SimulationResult result = mss::simulate(scene, state_.progress);
+  for (const SeriesRow& row : result.series) {
+    trial.min_jacobian = std::min(trial.min_jacobian, row.min_jacobian);
+    trial.max_stretch = std::max(trial.max_stretch, row.max_stretch);
+  }
+  const bool folds = trial.min_jacobian <= 0 && !references_.folds();
+  trial.meets = !folds && !result.gain;
+  if (folds) trial.verdict = Verdict::folds;
+  if (folds || !result.gain) return trial.meets;
+  trial.verdict = Verdict::unclean;
+  trial.problem = fmt::format("energy came from nowhere, {:.3g} percent of that at play",
+                              100 * result.gain->gained / result.gain->at_play);
+  return false;
+}
+
+double Search::error_of(const Candidate& candidate, const ErrorEstimator& estimator) {
   return estimator.error_of(state_.sample(family().scene(candidate), always).trajectory);
 }
 
@@ -314,24 +429,60 @@ void Search::decide_undecided(const ErrorEstimator& estimator, double uncertaint
   if (others) remeasure_cheapest();
 }
 
-/// Compares with a reference that was not used in the search: candidates whose error against it is too large
-/// are not advised.
-void Search::check() {
+/// From a reference that was not used in the search; nothing if one would take too long, or fails.
+std::optional<ErrorEstimator> Search::finer_estimator() {
   const int finest = references_.finest().level, level = references_.checking_level();
-  if (level == 0) return;
+  if (level == 0) return std::nullopt;
   const auto finer = references_.compute(level);
-  if (!finer) return;
+  if (!finer) return std::nullopt;
   trials()[finer->trial].verdict = Verdict::checking_reference;
   const double by = double(level) / finest;
-  const ErrorEstimator estimator(request().of,
-                                 references_.extrapolated()
-                                     ? extrapolate(references_.finest().trajectory, finer->trajectory, by)
-                                     : finer->trajectory);
-  decide_undecided(estimator, estimator.error_of(references_.estimator()->reference()) / (by * by - 1));
-  while (const auto best = cheapest()) {
+  std::optional<ErrorEstimator> estimator(
+      std::in_place, request().of,
+      references_.extrapolated() ? extrapolate(references_.finest().trajectory, finer->trajectory, by)
+                                 : finer->trajectory);
+  decide_undecided(*estimator, estimator->error_of(references_.estimator()->reference()) / (by * by - 1));
+  return estimator;
+}
+
+/// Candidates are not advised whose error against a reference that was not used in the search is too large,
+/// or that fold or gain energy as `mss run` runs them.
+void Search::check() {
+  checking_ = finer_estimator();
+  verify_best();
+  if (stopped()) return;
+  const auto chosen = best();
+  const bool was_run_once = chosen && trials()[*chosen].costs.empty();
+  if (!reconsider() && !was_run_once) return;
+  remeasure_cheapest();
+  verify_best();
+}
+
+/// Runs candidates again that were dropped for costing more than one that was rejected since. True if one
+/// meets the error.
+bool Search::reconsider() {
+  std::vector<Candidate> dropped;
+  for (const Trial& trial : trials())
+    if ((trial.verdict == Verdict::costly || trial.verdict == Verdict::too_costly_to_run) &&
+        trial.estimated_cost <= best_cost())
+      dropped.push_back(trial.candidate);
+  bool any = false;
+  for (const Candidate& candidate : dropped)
+    any = (!stopped() && run(candidate, worth()) == Result::meets) || any;
+  return any;
+}
+
+void Search::verify_best() {
+  while (const auto chosen = best()) {
     if (stopped()) return;
-    Trial& trial = trials()[*best];
-    trial.checked_error = advice_.checked_error = error_of(trial.candidate, estimator);
+    if (std::isnan(trials()[*chosen].error_at_half_step)) {
+      judge_at_half_step(*chosen);
+      continue;
+    }
+    Trial& trial = trials()[*chosen];
+    if (!runs_well(trial) || stopped()) continue;
+    if (!checking_) return;
+    trial.checked_error = advice_.checked_error = error_of(trial.candidate, *checking_);
     if (trial.checked_error <= request().error) return;
     trial.meets = false;
     trial.verdict = Verdict::fails_check;
@@ -343,7 +494,7 @@ void Search::check() {
 std::optional<Search::Motion> Search::elements_at(int level) {
   std::string& problem = advice_.elements.problem;
   try {
-    SceneEdit elements = family().candidate(level);
+    Candidate elements = family().candidate(level);
     elements.model = "corotational";
     elements.threads = family().given().solve.threads;
     Scene scene = family().scene(references_.accurate(elements));
@@ -362,7 +513,7 @@ std::optional<Search::Motion> Search::elements_at(int level) {
 
 void Search::check_with_elements() {
   if (!advice_.best || !family().takes_elements() || stopped()) return;
-  const SceneEdit advised = trials()[*advice_.best].candidate;
+  const Candidate advised = trials()[*advice_.best].candidate;
   const std::optional<Motion> coarse = elements_at(advised.level);
   const std::optional<Motion> fine = coarse ? elements_at(2 * advised.level) : std::nullopt;
   if (!fine) return;
@@ -376,30 +527,35 @@ void Search::check_with_elements() {
 
 /// The nearest candidates on either side, where error and budget cannot be met together.
 void Search::explain_budget() {
-  const Trial best = trials()[*advice_.best];
-  SceneEdit coarser = best.candidate;
+  const Trial nearest = trials()[*advice_.best];
+  Candidate coarser = nearest.candidate;
   const double step_over_cell = coarser.dt.value_or(0) / family().cell_size(coarser.level);
   for (std::size_t i = reference_levels.size(); i-- > 0;) {
     const int level = reference_levels[i];
-    if (level >= best.candidate.level || stopped()) continue;
+    if (level >= nearest.candidate.level || stopped()) continue;
     coarser.level = level;
-    if (coarser.dt)
-      coarser.dt = step_between_samples(step_over_cell * family().cell_size(level), state_.sampling);
+    if (coarser.dt) coarser.dt = frame_step(step_over_cell * family().cell_size(level), state_.sampling);
     const std::size_t before = trials().size();
     run(coarser, {});
     if (trials().size() > before && trials().back().cost <= *request().budget) break;
   }
-  advice_.best = cheapest();
-  advice_.within_budget = best_cost() <= *request().budget;
+  verify_best();
+  if (state_.was_stopped) return;
+  advice_.best = best();
+  if (!advice_.best) {
+    advice_.explanation = nothing_meets;
+    return;
+  }
+  advice_.within_budget = trials()[*advice_.best].cost <= *request().budget;
   if (advice_.within_budget) return;
   const Trial* within = nullptr;
   for (const Trial& trial : trials())
     if (trial.share > 0.999 && trial.cost <= *request().budget && std::isfinite(trial.error) &&
-        (within == nullptr || trial.error < within->error))
+        trial.verdict != Verdict::folds && (within == nullptr || trial.error < within->error))
       within = &trial;
   advice_.explanation = fmt::format(
       "no way that was tried meets {} within {:.3g} ms a frame; nearest: {}; {}", percent(request().error),
-      *request().budget * 1e3 / frames_per_second, description(family(), best),
+      *request().budget * to_frame, description(family(), nearest),
       within == nullptr ? "nothing is that cheap" : "within the budget " + description(family(), *within));
 }
 
@@ -407,7 +563,10 @@ Advice Search::result() {
   advice_.trials = std::move(state_.trials);
   advice_.stopped = state_.was_stopped;
   advice_.uncertainty = references_.uncertainty();
-  if (references_.estimator()) advice_.finest_level = references_.finest().level;
+  if (references_.estimator()) {
+    advice_.finest_level = references_.finest().level;
+    advice_.reference_folds = references_.folds();
+  }
   advice_.seconds = state_.watch.seconds();
   return std::move(advice_);
 }
@@ -417,16 +576,21 @@ Advice Search::find() {
   if (!accurate && !state_.was_stopped) advice_.explanation = references_.why_inaccurate();
   if (references_.estimator()) references_.conclude();
   if (accurate) {
-    for (const SceneEdit& lattice : find_lattices()) try_methods(lattice);
+    for (const Candidate& lattice : find_lattices()) try_methods(lattice);
     try_threads();
     if (!stopped()) remeasure_cheapest();
     if (!stopped() && cheapest()) check();
-    if (!state_.was_stopped) advice_.best = cheapest();
+    if (!state_.was_stopped) advice_.best = best();
     if (!advice_.best && !state_.was_stopped) advice_.explanation = nothing_meets;
   }
   if (advice_.best) {
-    advice_.within_budget = !request().budget || best_cost() <= *request().budget;
+    advice_.within_budget = !request().budget || trials()[*advice_.best].cost <= *request().budget;
     if (!advice_.within_budget) explain_budget();
+  }
+  if (advice_.best) {
+    for (const std::size_t tie : as_cheap())
+      if (tie != *advice_.best) advice_.ties.push_back(tie);
+    for (const std::size_t tie : advice_.ties) trials()[tie].verdict = Verdict::ties;
     trials()[*advice_.best].verdict = advice_.within_budget ? Verdict::advised : Verdict::cheapest;
     check_with_elements();
   }
@@ -442,10 +606,10 @@ Advice Search::grid(int finest_level, int reference_level, bool pruned) {
   }
   for (const int level : all_levels()) {
     if (level > finest_level || stopped()) break;
-    for (const SceneEdit& filling : fillings(level))
+    for (const Candidate& filling : fillings(level))
       state_.attempt(filling, [&] {
-        for (const std::vector<SceneEdit>& chain : methods(filling))
-          for (const SceneEdit& candidate : chain)
+        for (const std::vector<Candidate>& chain : methods(filling))
+          for (const Candidate& candidate : chain)
             if (!stopped())
               run(candidate, pruned
                                  ? Limits{.error = 1,

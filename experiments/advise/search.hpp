@@ -9,6 +9,11 @@
 
 namespace mss::advise {
 
+/// The methods that advice chooses among: all that move a material, and numbers of iterations that pay.
+std::vector<std::string> tried_methods();
+/// A candidate in half the step, or a quarter of the tolerance: for what it does so by luck it errs more.
+Candidate at_half_step(Candidate candidate);
+
 /// Candidates that would take so much longer than the cheapest so far are dropped.
 inline constexpr double cost_margin = 1.3;
 
@@ -27,22 +32,27 @@ class Search {
     double error = std::numeric_limits<double>::infinity();
     double cost = std::numeric_limits<double>::infinity();
   };
-  enum class Result { meets, inaccurate, costly, impossible };
+  enum class Result { meets, inaccurate, folds, costly, impossible };
 
-  Result run(const SceneEdit& candidate, const Limits& limits);
-  Result simulate(const SceneEdit& candidate, const Limits& limits);
-  Result try_lattice(const SceneEdit& lattice);
+  Result run(const Candidate& candidate, const Limits& limits);
+  Result simulate(const Candidate& candidate, const Limits& limits);
+  Result try_lattice(const Candidate& lattice);
   Limits worth() const { return {request().error + references_.uncertainty(), cost_margin * best_cost()}; }
-  double least_cost(const SceneEdit& candidate) const;
+  double least_cost(const Candidate& candidate) const;
 
-  std::vector<SceneEdit> fillings(int level) const;
-  std::vector<SceneEdit> find_lattices();
+  std::vector<Candidate> fillings(int level) const;
+  std::vector<Candidate> find_lattices();
   int coarsest_plain();
-  std::vector<std::vector<SceneEdit>> methods(const SceneEdit& lattice);
-  void try_methods(const SceneEdit& lattice);
+  std::vector<std::vector<Candidate>> methods(const Candidate& lattice);
+  void try_methods(const Candidate& lattice);
   void try_threads();
   void remeasure_cheapest(double worth = cost_margin);
   void check();
+  void verify_best();
+  bool reconsider();
+  std::optional<ErrorEstimator> finer_estimator();
+  bool folds(const Trajectory& trajectory) const;
+  bool runs_well(Trial& trial);
   void check_with_elements();
   struct Motion {
     Trajectory trajectory;
@@ -53,8 +63,13 @@ class Search {
   void explain_budget();
 
   std::optional<std::size_t> cheapest() const;
+  bool is_tied(std::size_t trial, std::size_t cheapest) const;
+  bool wastes_threads(std::size_t trial, std::size_t cheapest) const;
+  std::vector<std::size_t> as_cheap() const;
+  std::optional<std::size_t> best() const;
+  void judge_at_half_step(std::size_t trial);
   double best_cost() const;
-  double error_of(const SceneEdit& candidate, const ErrorEstimator& estimator);
+  double error_of(const Candidate& candidate, const ErrorEstimator& estimator);
   bool stopped() { return state_.stopped(); }
   Advice result();
 
@@ -65,7 +80,8 @@ class Search {
 
   SearchState state_;
   ReferenceLevels references_;
-  Advice advice_;  ///< but for its trials
+  std::optional<ErrorEstimator> checking_;  ///< of a reference that the search did not use
+  Advice advice_;                           ///< but for its trials
 };
 
 }  // namespace mss::advise

@@ -199,7 +199,9 @@ StaticAdvice advise_at_rest(const Scene& scene, const AdviseRequest& request, Pr
     advice.stopped = progress.stopped();
     if (advice.stopped) break;
     const SizeTried& last = advice.sizes.back();
-    expected = growth * request.charge({last.seconds, last.work, last.particles});
+    expected =
+        growth *
+        by_work({.work = last.work, .particles = last.particles, .of_elements = !has_springs(scene.model)});
   }
   if (advice.stopped) return advice;
   conclude(request, advice);

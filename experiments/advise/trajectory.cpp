@@ -10,8 +10,10 @@
 #include <numeric>
 #include <random>
 
+#include "core/measures/distortion.hpp"
 #include "core/measures/measures.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/processor_time.hpp"
 #include "experiments/harness/statistics.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/simulation/model.hpp"
@@ -235,11 +237,27 @@ Trajectory extrapolate(const Trajectory& coarse, const Trajectory& fine, double 
   return limit;
 }
 
+namespace {
+
+constexpr double rounding = 1e-9;
+
+/// Samples in a frame: 1 where they are further apart.
+int samples_per_frame(const Sampling& sampling) {
+  return std::max(1, int(std::lround(frame / sampling.interval)));
+}
+
+}  // namespace
+
 Sampling sampling_of(const Scene& scene, ErrorOf of) {
   constexpr std::size_t most_points = 300;
-  constexpr int count = 128;
+  constexpr double least_count = 128;
   const Body body(scene.body);
-  Sampling sampling{.points = {}, .interval = scene.solve.duration / count, .count = count, .of = of};
+  const double frames = scene.solve.duration / frame;
+  Sampling sampling;
+  sampling.of = of;
+  sampling.interval = frames < least_count ? frame / std::ceil(least_count / frames - rounding)
+                                           : frame * std::floor(frames / least_count + rounding);
+  sampling.count = int(std::floor(scene.solve.duration / sampling.interval + rounding * least_count));
   // At random, but always the same: even strides through a lattice stay in one of its planes.
   std::vector<std::ptrdiff_t> sites(body.sites().begin(), body.sites().end());
   std::mt19937 random(1);
@@ -249,6 +267,19 @@ Sampling sampling_of(const Scene& scene, ErrorOf of) {
     sampling.points.push_back(body.rest_position(sites[i]));
   }
   return sampling;
+}
+
+double by_work(const Effort& effort) {
+  constexpr double second = 2e-8;             // of a force on a particle, or a vertex and planes
+  constexpr double element = 12;              // force on a particle of elements over that of springs
+  constexpr double solve = 10, factor = 100;  // of a linear system in forces, and the least of factors,
+  constexpr double growth = 0.5;              // which takes a number of forces that grows with the body
+  const Work& w = effort.work;
+  const auto particles = double(effort.particles), per_force = effort.of_elements ? element : 1;
+  const double forces = double(w.steps) + per_force * double(w.force_evaluations + w.products) +
+                        solve * double(w.linear_solves) +
+                        std::max(factor, growth * particles) * double(w.factorisations);
+  return second * (particles * forces + double(effort.touched) * double(w.steps));
 }
 
 double SampledRun::total_seconds() const { return std::accumulate(seconds.begin(), seconds.end(), 0.0); }
@@ -262,11 +293,24 @@ double SampledRun::cost() const {
   return sum / simulated;
 }
 
+double SampledRun::busiest() const {
+  constexpr double most = 0.9;
+  return seconds.empty() ? no_value : quantile(seconds, most) * double(seconds.size()) / simulated;
+}
+
+int steps_per_frame(double dt) { return int(std::lround(frame / dt)); }
+
 double step_between_samples(double most, const Sampling& sampling) {
-  if (most < sampling.interval) return sampling.interval / std::ceil(sampling.interval / most);
-  int meets = int(std::min(double(sampling.count), most / sampling.interval));
-  while (sampling.count % meets != 0) --meets;
-  return sampling.interval * meets;
+  const int samples = samples_per_frame(sampling);
+  const double steps = std::max(1.0, std::ceil(frame / samples / most - rounding));
+  return frame / (samples * steps);
+}
+
+double frame_step(double most, const Sampling& sampling) {
+  constexpr int many = 16;  // steps between samples, to which one more is little
+  const double steps = std::max(1.0, std::ceil(frame / most - rounding));
+  if (steps >= many * samples_per_frame(sampling)) return step_between_samples(most, sampling);
+  return frame / steps;
 }
 
 namespace {
@@ -301,16 +345,25 @@ SampledRun sample_in(const Scene& scene, const Sampling& sampling, const GoOn& g
   const Interpolator interpolator(body, sampling.points);
   SampledRun run;
   Work work;
+  const auto& surface = scene.environment.contact_surface;
+  const bool is_alone = scene_run.system().threads() == 1;
+  const auto effort = [&](double seconds) {
+    return Effort{.seconds = seconds,
+                  .work = work,
+                  .particles = body.sites().size(),
+                  .touched = surface ? surface->vertices.size() : 0,
+                  .of_elements = !has_springs(scene.model)};
+  };
   double before = 0;
-  double stepped = 0;  // by the clock [s]
+  double stepped = 0;  // [s]
   double charged = 0;  // until the last sample [s]
   int seen = 0;
   for (int sample = 0; sample <= sampling.count; ++sample) {
     const double t = sample * sampling.interval;
-    const Stopwatch watch;
-    const auto charged_since = [&] {
-      return charge({stepped + watch.seconds(), work, body.sites().size()}) - charged;
-    };
+    const Stopwatch by_clock;
+    const ProcessorStopwatch of_processor;
+    const auto seconds = [&] { return is_alone ? of_processor.seconds() : by_clock.seconds(); };
+    const auto charged_since = [&] { return charge(effort(stepped + seconds())) - charged; };
     for (int slice = slices - 1; sample > 0 && slice >= 0 && run.status == Status::ok; --slice) {
       run.status = scene_run.advance(t - slice * sampling.interval / slices, work);
       if (slice == 0 || !(charged_since() > most_seconds * (sample - seen))) continue;
@@ -318,7 +371,8 @@ SampledRun sample_in(const Scene& scene, const Sampling& sampling, const GoOn& g
       break;
     }
     const double waited = charged_since();
-    stepped += watch.seconds();
+    stepped += seconds();
+    run.work = by_work(effort(0));
     run.simulated = state.t;
     const bool over = run.ended_early || run.status != Status::ok;
     const bool passed = std::abs(state.t - t) > 1e-6 * sampling.interval;  // by a step that ends beyond it
@@ -340,6 +394,10 @@ SampledRun sample_in(const Scene& scene, const Sampling& sampling, const GoOn& g
     now.displacement = interpolator.displacements(state.x);
     if (sampling.of == ErrorOf::deformation)
       now.displacement = deformation(sampling.points, now.displacement);
+    Trajectory& trajectory = run.trajectory;
+    const std::vector<Level>& levels = scene_run.system().levels();
+    trajectory.min_jacobian = std::min(trajectory.min_jacobian, min_jacobian(levels, state.x));
+    trajectory.max_stretch = std::max(trajectory.max_stretch, max_stretch(levels, state.x));
     run.trajectory.samples.back() = std::move(now);
     if (sample > 0 && sample < sampling.count && !go_on(run)) {
       run.ended_early = true;

@@ -12,6 +12,12 @@
 
 namespace mss::advise {
 
+/// Budgets, costs and steps are of frames.
+inline constexpr double frames_per_second = 60;
+inline constexpr double frame = 1 / frames_per_second;  ///< [s]
+/// Milliseconds a frame, of seconds a simulated second.
+inline constexpr double to_frame = 1e3 * frame;
+
 /// What two motions of one scene are compared by.
 enum class ErrorOf {
   displacement,  ///< of points, root mean square over them, over the largest of the reference
@@ -34,6 +40,8 @@ struct Trajectory {
     double exchanged = 0;  ///< kinetic and elastic, the scale of errors of energy [J]
   };
   std::vector<Sample> samples;
+  double min_jacobian = 1;  ///< smallest of all samples: 0 or less where the body folds
+  double max_stretch = 0;   ///< largest of all samples
 };
 
 /// What is left of displacements of points, given at rest, without the rigid motion that fits them best
@@ -71,32 +79,46 @@ Trajectory extrapolate(const Trajectory& coarse, const Trajectory& fine, double 
 /// Where and when a run is sampled.
 struct Sampling {
   std::vector<Vec3> points;  ///< at rest [m]
-  double interval = 0;       ///< [s]
+  double interval = 0;       ///< [s]; so many frames, or a frame over a whole number
   int count = 0;             ///< after the start
   ErrorOf of{};              ///< what to sample: volume and energy only if the error is of them
+
+  /// Of all intervals [s]: the scene's, but for a rest that is shorter than one.
+  double duration() const { return count * interval; }
 };
-/// At most 300 of the scene's particles, 128 times.
+/// At most 300 of the scene's particles, 128 to 256 times.
 Sampling sampling_of(const Scene& scene, ErrorOf of);
 
-/// The longest step up to `most` of which whole multiples end at samples, the last of them too [s].
+/// The longest of the steps frame / k, k whole, up to `most` [s]; where k is large, of those that end at
+/// every sample.
+double frame_step(double most, const Sampling& sampling);
+/// The longest step frame / k up to `most` that ends at every sample [s].
 double step_between_samples(double most, const Sampling& sampling);
+/// k of a step frame / k.
+int steps_per_frame(double dt);
 
 /// What a computation took.
 struct Effort {
-  double seconds = 0;  ///< by the clock
+  double seconds = 0;  ///< of the processor on one thread, else by the clock
   Work work{};
   std::size_t particles = 0;
+  std::size_t touched = 0;   ///< vertices of a surface that planes touch
+  bool of_elements = false;  ///< that fill the cells in place of springs
 };
 /// What is charged for it [s]; no less for more of it.
 using Charge = std::function<double(const Effort&)>;
-/// What users wait for. Verdicts that must not depend on how busy the machine is charge for work instead.
+/// What users wait for.
 inline double by_the_clock(const Effort& effort) { return effort.seconds; }
+/// What its work takes one core of the machine that measured results/, within a factor of two: the same on
+/// every machine, however busy. A force on a particle is counted as 20 ns.
+double by_work(const Effort& effort);
 
 /// A sampled run and how it ended.
 struct SampledRun {
   Status status = Status::ok;
   Trajectory trajectory;
   std::vector<double> seconds{};  ///< charged for stepping, from one sample to the next
+  double work = 0;                ///< by_work(), all of it [s]
   double simulated = 0;           ///< [s]
   bool ended_early = false;
 
@@ -105,6 +127,8 @@ struct SampledRun {
   /// Seconds of stepping per simulated second. Intervals that took three times as long as the upper quartile
   /// are counted as that: the processor was busy with something else.
   double cost() const;
+  /// The same of the busiest intervals: nine of ten took less.
+  double busiest() const;
 };
 /// Whether to go on after a sample.
 using GoOn = std::function<bool(const SampledRun&)>;

@@ -16,6 +16,7 @@
 #include "experiments/advise/static_advice.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/settings.hpp"
+#include "experiments/harness/other_work.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/simulation/scene_check.hpp"
@@ -32,11 +33,11 @@ namespace fs = std::filesystem;
 struct AdviseChoice {
   std::string scene;
   std::vector<std::string> overrides;
-  std::string error = "1%";
+  std::string error;
   std::string of;
   std::string budget;
   std::string directory;
-  double patience = 60;
+  std::optional<double> patience;
   std::optional<int> grid;
   bool unpruned = false;
 };
@@ -48,6 +49,11 @@ std::optional<std::pair<double, std::string>> number_and_rest(const std::string&
   if (problem != std::errc() || !std::isfinite(value)) return {};
   return std::pair(value, std::string(end, text.data() + text.size()));
 }
+
+constexpr const char* default_error = "1%";
+constexpr const char* of_stability = "stability";
+/// References say how accurate candidates are where an error is required, and else rank them.
+constexpr double usual_patience = 60, patience_of_stability = 8;
 
 double read_error(const std::string& text) {
   const auto read = number_and_rest(text);
@@ -77,7 +83,8 @@ double read_budget(const std::string& text) {
 }
 
 ErrorOf read_error_of(const std::string& text) {
-  const auto& names = error_names();
+  std::vector<std::string> names = error_names();
+  names.emplace_back(of_stability);
   const auto found = std::find(names.begin(), names.end(), text);
   if (found == names.end())
     throw InputError(fmt::format("--of {} is unknown; {}give one of {}", text, question(text, names),
@@ -85,14 +92,29 @@ ErrorOf read_error_of(const std::string& text) {
   return ErrorOf(found - names.begin());
 }
 
+void check_stability(const AdviseChoice& choice) {
+  if (choice.budget.empty())
+    throw InputError("--of stability finds what fits a budget; give one, as in --budget 4ms/frame");
+  if (!choice.error.empty())
+    throw InputError(fmt::format(
+        "--error {} is not required by --of stability, which says the error; leave it out", choice.error));
+  if (choice.grid)
+    throw InputError("--grid is about errors, and --of stability about a budget; leave one out");
+}
+
 AdviseRequest read_request(const AdviseChoice& choice) {
-  AdviseRequest request{.error = read_error(choice.error), .patience = choice.patience};
-  if (!choice.of.empty()) request.of = read_error_of(choice.of);
+  AdviseRequest request{.error = read_error(choice.error.empty() ? default_error : choice.error)};
+  request.of_stability = choice.of == of_stability;
+  request.patience = choice.patience.value_or(request.of_stability ? patience_of_stability : usual_patience);
+  if (request.of_stability)
+    check_stability(choice);
+  else if (!choice.of.empty())
+    request.of = read_error_of(choice.of);
   if (choice.unpruned && !choice.grid)
     throw InputError("--unpruned is about --grid, which is not given; give both, or neither");
   if (!choice.budget.empty()) request.budget = read_budget(choice.budget);
   if (!(request.patience > 0))
-    throw InputError(fmt::format("--patience is {}; give a positive number of seconds", choice.patience));
+    throw InputError(fmt::format("--patience is {}; give a positive number of seconds", request.patience));
   constexpr int finest_grid = 96;
   if (choice.grid && (*choice.grid < 1 || *choice.grid > finest_grid))
     throw InputError(fmt::format("--grid is {}; give a number from 1 to {}", *choice.grid, finest_grid));
@@ -110,8 +132,23 @@ void warn_about_sharing(const Scene& scene) {
 /// Where no terminal shows the progress.
 void say_that_it_takes_time(const std::string& scene, const AdviseRequest& request) {
   if (isatty(STDERR_FILENO) == 1) return;
-  fmt::print(stderr, "mss: advice for {} may take minutes: up to {:g} s a reference (--patience)\n", scene,
-             request.patience);
+  fmt::print(
+      stderr,
+      "mss: advice for {} may take minutes: a reference up to the work of {:g} s of one core (--patience)\n",
+      scene, request.patience);
+}
+
+/// Of work beside the advisor's. One thread's costs are of its own processor time, so that what is left are
+/// shared caches and clock rates.
+void say_what_disturbed(const std::string& scene, const OtherWorkWatch& others) {
+  const std::optional<OtherWork> other = others.so_far();
+  if (!other || other->share < disturbing_share) return;
+  fmt::print(
+      stderr,
+      "mss: {}: other work took {:.0f} percent of the cores meanwhile: costs are of processor time where one "
+      "thread works, but may be too high, those of more threads most; errors and --patience are not "
+      "affected\n",
+      scene, 100 * other->share);
 }
 
 fs::path directory_of(const AdviseChoice& choice, const Scene& scene) {
@@ -131,6 +168,10 @@ void say_how_it_ended(const std::string& scene, bool stopped, const std::string&
 
 void advise_static_scene(const Scene& scene, const AdviseChoice& choice, const AdviseRequest& request,
                          const fs::path& directory, int& exit_status) {
+  if (request.of_stability)
+    throw InputError(
+        fmt::format("--of stability is about motion, and {} is at rest (solve.integrator = \"{}\")",
+                    scene.name, scene.solve.integrator));
   if (request.budget || choice.grid)
     throw InputError(fmt::format("--{} is about motion, and {} is at rest (solve.integrator = \"{}\")",
                                  choice.grid ? "grid" : "budget", scene.name, scene.solve.integrator));
@@ -154,7 +195,7 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
   if (const Scene scene = load_scene(scene_file(choice.scene), choice.overrides); is_static(scene))
     return advise_static_scene(scene, choice, request, directory_of(choice, scene), exit_status);
   SceneFamily family(scene_file(choice.scene), choice.overrides);
-  if (choice.of.empty()) request.of = default_error_of(family.given());
+  if (choice.of.empty() && !request.of_stability) request.of = default_error_of(family.given());
   const std::string& name = family.given().name;
   const fs::path directory = directory_of(choice, family.given());
   prepare_directory(directory);
@@ -162,13 +203,16 @@ void run_advise(const AdviseChoice& choice, int& exit_status) {
   const Json origin = provenance();
   say_that_it_takes_time(name, request);
   Advice advice;
+  const OtherWorkWatch others;
   {
     TerminalProgress progress(name);
-    advice = choice.grid ? try_all(family, request, *choice.grid, std::max(4, 2 * *choice.grid),
-                                   !choice.unpruned, progress)
-                         : advise::advise(family, request, progress);
+    advice = request.of_stability ? advise_for_frames(family, request, progress)
+             : choice.grid        ? try_all(family, request, *choice.grid, std::max(4, 2 * *choice.grid),
+                                            !choice.unpruned, progress)
+                                  : advise::advise(family, request, progress);
   }
   write_advice(family, request, advice, origin, directory);
+  say_what_disturbed(name, others);
   fmt::print("{}see {}\n", summary(family, request, advice), directory.string());
   say_how_it_ended(name, advice.stopped, advice.explanation, exit_status);
 }
@@ -179,15 +223,20 @@ void add_advise(CLI::App& app, int& exit_status) {
   const auto choice = std::make_shared<AdviseChoice>();
   command->add_option("scene", choice->scene, "Scene file (TOML), or a name from `mss list scenes`")
       ->required();
-  command->add_option("--error", choice->error, "Largest error allowed, as in 1%")->capture_default_str();
+  command->add_option("--error", choice->error,
+                      fmt::format("Largest error allowed, as in {0} (default {0})", default_error));
   command->add_option(
       "--of", choice->of,
       "Quantity whose error is meant: displacement (the default where anything is held), "
-      "deformation (else), volume, frequency or energy; of a scene at rest displacement or energy");
+      "deformation (else), volume, frequency or energy; of a scene at rest displacement or energy. Or "
+      "stability: of what fits --budget, stable and unfolded, the most accurate");
   command->add_option("--budget", choice->budget,
                       "Most time that a frame of 1/60 s may take, as in 16.7ms/frame");
-  command->add_option("--patience", choice->patience, "Most seconds that one reference may take")
-      ->capture_default_str();
+  command->add_option(
+      "--patience", choice->patience,
+      fmt::format("Most work that one reference may take, counted in seconds of one core, however "
+                  "busy it is (default {:g}, with --of stability {:g})",
+                  usual_patience, patience_of_stability));
   command->add_option("--grid", choice->grid,
                       "Instead of searching, try everything in cells split up to N times the coarsest");
   command->add_flag("--unpruned", choice->unpruned,

@@ -63,13 +63,16 @@ std::string cell_data(const std::string& name, const MapPanel& panel, int kind) 
   return out + "END\n";
 }
 
-/// What cells say, those of the dark kind or the others.
-std::string text_data(const std::string& name, const MapPanel& panel, bool dark) {
+/// What cells say, those of the dark kind or the others, in their middle as it is seen.
+std::string text_data(const std::string& name, const MapChart& chart, const MapPanel& panel, bool dark) {
+  const auto middle = [](const ChartAxis& axis, double low, double high) {
+    return axis.logarithmic ? std::sqrt(low * high) : (low + high) / 2;
+  };
   std::string out = fmt::format("${} << END\n", name);
   for (const MapCell& c : panel.cells)
     if (!c.text.empty() && (c.kind == dark_kind) == dark)
-      out +=
-          fmt::format("{} {} \"{{/*0.8 {}}}\"\n", (c.x_low + c.x_high) / 2, (c.y_low + c.y_high) / 2, c.text);
+      out += fmt::format("{} {} \"{{/*0.8 {}}}\"\n", middle(panel.x.value_or(chart.x), c.x_low, c.x_high),
+                         middle(chart.y, c.y_low, c.y_high), c.text);
   return out + "END\n";
 }
 
@@ -90,19 +93,19 @@ std::string panel_data(const MapChart& chart, int index, std::vector<std::string
     plots.push_back(
         fmt::format("${} using 1:2:3:4:5:6 with boxxyerror {} notitle", name, fills[std::size_t(kind)]));
   }
-  for (const bool dark : {false, true}) {
-    const std::string name = fmt::format("text{}_{}", index, dark ? "dark" : "light");
-    const std::string data = text_data(name, panel, dark);
-    if (data.find('"') == std::string::npos) continue;
-    out += data;
-    plots.push_back(
-        fmt::format("${} using 1:2:3 with labels tc '{}' notitle", name, dark ? "white" : "black"));
-  }
   if (!panel.line.empty()) {
     const std::string name = fmt::format("line{}", index);
     out += line_data(name, panel.line);
     plots.push_back(fmt::format("${} using 1:2 with lines lc 'white' lw 5 notitle", name));
     plots.push_back(fmt::format("${} using 1:2 with lines lc 'black' lw 2.2 notitle", name));
+  }
+  for (const bool dark : {false, true}) {
+    const std::string name = fmt::format("text{}_{}", index, dark ? "dark" : "light");
+    const std::string data = text_data(name, chart, panel, dark);
+    if (data.find('"') == std::string::npos) continue;
+    out += data;
+    plots.push_back(
+        fmt::format("${} using 1:2:3 with labels tc '{}' notitle", name, dark ? "white" : "black"));
   }
   return out;
 }

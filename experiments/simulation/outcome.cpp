@@ -60,17 +60,17 @@ double velocity_lag(const IntegratorInfo& method, double dt) {
   return method.symplectic && method.order_undamped == 1 ? dt / 2 : 0;
 }
 
+Measures measure_in_time(SolidSystem<double>& system, const State<double>& state, double velocity_lag) {
+  if (velocity_lag == 0) return measure(system, state);
+  State<double> in_time = state;
+  system.acceleration(state.t, state.x, state.v, in_time.v);
+  in_time.v.array() = state.v.array() + velocity_lag * in_time.v.array();
+  return measure(system, in_time);
+}
+
 SampledRun::SampledRun(SolidSystem<double>& system, State<double>& state, double velocity_lag)
     : system_(system), state_(state), velocity_lag_(velocity_lag) {
   extremes_.initial_energy = extremes_.max_energy = measure(system, state).mechanical();
-}
-
-Measures SampledRun::measure_now() {
-  if (velocity_lag_ == 0) return measure(system_, state_);
-  State<double> in_time = state_;
-  system_.acceleration(state_.t, state_.x, state_.v, in_time.v);
-  in_time.v.array() = state_.v.array() + velocity_lag_ * in_time.v.array();
-  return measure(system_, in_time);
 }
 
 Outcome SampledRun::run(long samples, const std::function<Status(long)>& advance,
@@ -85,7 +85,7 @@ Outcome SampledRun::run(long samples, const std::function<Status(long)>& advance
       return Outcome::refused;
     }
     if (status != Status::ok) return outcome_of(status);
-    const Measures m = measure_now();
+    const Measures m = measure_in_time(system_, state_, velocity_lag_);
     if (!(m.mechanical() <= blown_up * extremes_.initial_energy)) return Outcome::blows_up;
     sum += m.mechanical();
     extremes_.max_energy = std::max(extremes_.max_energy, m.mechanical());

@@ -48,6 +48,9 @@ struct RunExtremes {
 /// together their positions and velocities have an energy that oscillates, even where the motion is exact.
 double velocity_lag(const IntegratorInfo& method, double dt);
 
+/// Measures with velocities advanced by so much [s], to the time of the positions.
+Measures measure_in_time(SolidSystem<double>& system, const State<double>& state, double velocity_lag);
+
 /// The run of a body that nothing supplies with energy: resting holds, planes, no loads and no gravity. Its
 /// kinetic and stored energy can only fall, and is compared with the initial one.
 class SampledRun {
@@ -56,7 +59,7 @@ class SampledRun {
   /// supplies it. Between two windows of a run, energy that has grown so much is growing on.
   static constexpr double tolerated_growth = 0.05;
 
-  /// `velocity_lag` [s]: see velocity_lag(). Energies are taken with velocities advanced by it.
+  /// `velocity_lag` [s]: see velocity_lag().
   SampledRun(SolidSystem<double>& system, State<double>& state, double velocity_lag = 0);
 
   /// Advances the state through a window of so many samples: `advance` takes it to the sample of that number,
@@ -71,8 +74,6 @@ class SampledRun {
   double mean_energy() const { return mean_energy_; }
 
  private:
-  Measures measure_now();
-
   SolidSystem<double>& system_;
   State<double>& state_;
   double velocity_lag_;

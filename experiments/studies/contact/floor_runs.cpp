@@ -125,15 +125,7 @@ class MovedBody {
     if (work_.steps <= costed_steps || cost_.work.steps == 0) cost_ = {work_, seconds_};
     return status;
   }
-  /// Velocities that lag behind positions are advanced.
-  Measures measured() {
-    const double lag = velocity_lag(info_, dt_);
-    if (lag == 0) return measure(system_, state_);
-    State<double> in_time = state_;
-    system_.acceleration(state_.t, state_.x, state_.v, in_time.v);
-    in_time.v.array() = state_.v.array() + lag * in_time.v.array();
-    return measure(system_, in_time);
-  }
+  Measures measured() { return measure_in_time(system_, state_, velocity_lag(info_, dt_)); }
   /// Kinetic energy, that of gravity, and what springs store, which methods of no material do not know [J].
   double energy_of(const Measures& m) const {
     return info_.has_modulus ? m.total() : m.kinetic + m.external_potential;

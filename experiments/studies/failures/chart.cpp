@@ -18,8 +18,8 @@ Table rows_of(const Table& rows, Variant variant) {
 /// Adds a bar of the outcomes in the rows, in the order of the legend from the foot.
 void add_bar(const Table& rows, double left, double right, MapPanel& panel) {
   double low = 0;
-  for (int kind = 0; kind < int(outcome_labels().size()); ++kind) {
-    const double high = low + double(rows.where("status", to_string(Outcome(kind))).size());
+  for (int kind = 0; kind < int(failure_statuses().size()); ++kind) {
+    const double high = low + double(rows.where("status", failure_statuses()[std::size_t(kind)].name).size());
     if (high > low) panel.cells.push_back({left, right, low, high, kind});
     low = high;
   }
@@ -46,19 +46,30 @@ MapPanel panel_of(const Table& rows, const std::string& label) {
   return panel;
 }
 
+/// The rows of methods that are counted.
+Table counted(const Table& rows) {
+  Table some(rows.columns());
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    if (replicated_method(rows.text(r, "integrator")).empty()) some.add(rows.rows()[r]);
+  return some;
+}
+
 }  // namespace
 
 Drawings draw_failures(const std::vector<NamedTable>& tables) {
-  const Table &rows = find_table(tables, "failures"), &scenes = find_table(tables, "failures_scenes");
+  const Table rows = counted(find_table(tables, "failures"));
+  const Table& scenes = find_table(tables, "failures_scenes");
   const double methods = double(rows.distinct("integrator").size());
+  std::vector<std::string> labels;
+  for (const FailureStatus& status : failure_statuses()) labels.push_back(status.label);
   MapChart chart{.title = "Outcomes of stress cases",
                  .subtitle = fmt::format(
-                     "{} methods at their safe steps; three bars: no fold guard; none, at the guarded "
-                     "body's step; with fold guard",
+                     "{} methods and variants; without a limit, at ten explicit steps; bars: no fold guard; "
+                     "none, at the guarded body's step; with it",
                      methods),
                  .x = {.label = ""},
                  .y = {.label = "methods", .low = 0, .high = methods},
-                 .kinds = outcome_labels(),
+                 .kinds = labels,
                  .panel_height = 300};
   for (std::size_t s = 0; s < scenes.size(); ++s)
     if (const Table of_scene = rows.where("scene", scenes.text(s, "scene")); of_scene.size() > 0)

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -54,15 +55,36 @@ struct FailureConfig {
 };
 FailureConfig failure_config(const ExperimentOptions& options);
 
+/// Of a cell: what is less far behind a plane is there by rounding.
+inline constexpr double behind_a_plane = 1e-6;
+
+/// What stands in the column `status`: the outcome, but `behind_plane` where it would be `stable` and a
+/// particle was behind a plane, or the centre of mass.
 struct FailureRun {
   Outcome outcome = Outcome::stable;
+  bool behind_plane = false;
   double dt = 0;           ///< [s]
   double seconds = 0;      ///< simulated [s]
   std::int64_t steps = 0;  ///< taken
   /// 1 where planes gave the body impulses, 0 where there are planes and they did not.
   double touched = no_value;
+  double depth = 0;  ///< of the deepest particle behind a plane, of all samples [m]
+  /// Of the lowest centre of mass of all samples above a plane [m]; infinite without planes.
+  double height = std::numeric_limits<double>::infinity();
   RunExtremes extremes{};
+
+  std::string status() const { return behind_plane ? "behind_plane" : std::string(to_string(outcome)); }
 };
+
+/// Statuses and how legends show them, in the order of bars.
+struct FailureStatus {
+  std::string name, label;
+};
+const std::vector<FailureStatus>& failure_statuses();
+
+/// The method whose steps are those of this one, in other variables or by another linear solver: its runs
+/// have a row, but are not counted. Empty: none. Tests measure it.
+std::string replicated_method(const std::string& integrator);
 
 /// Runs a case for twenty times as long as sound takes through the cube and back. Methods with a guaranteed
 /// step take the safe one (guarded, that of guarded_spectral_bound()); explicit Euler, which has none, takes
@@ -99,7 +121,7 @@ FailureTables measure_failures(const FailureConfig& config, int processes, Journ
 /// The tables as they are written, by the names of their files.
 std::vector<NamedTable> failure_files(FailureTables tables);
 
-/// How many methods have which outcome: bars of a severity's variants, a panel per scene.
+/// How many methods, each counted once, have which outcome: bars of a severity's variants, a panel per scene.
 Drawings draw_failures(const std::vector<NamedTable>& tables);
 
 }  // namespace mss::studies::failures

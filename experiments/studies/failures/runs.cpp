@@ -95,6 +95,21 @@ double touched(const BodySystem<double>& system) {
   return 0;
 }
 
+/// Where a body is beside its planes; holds may put particles behind them.
+void look_behind_planes(const BodySystem<double>& system, const State<double>& state, FailureRun& run) {
+  for (const Plane& plane : system.environment().planes) {
+    double height = 0;
+    for (const std::ptrdiff_t site : system.particles()) {
+      const double gap = plane.gap(state.x.at(site));
+      const bool is_held =
+          system.held().holds(site, 0) || system.held().holds(site, 1) || system.held().holds(site, 2);
+      if (!is_held) run.depth = std::max(run.depth, -gap);
+      height += system.mass(site) * gap / system.body().total_mass();
+    }
+    run.height = std::min(run.height, height);
+  }
+}
+
 /// Runs for a time, every other step shorter by `step_ratio`.
 FailureRun run(BodySystem<double>& system, const IntegratorInfo& method, State<double> state, double dt,
                double step_ratio, double seconds) {
@@ -119,18 +134,24 @@ FailureRun run(BodySystem<double>& system, const IntegratorInfo& method, State<d
   };
   FailureRun result{.dt = dt};
   SampledRun sampled(system, state, velocity_lag(method, dt / step_ratio));
-  result.outcome = sampled.run(steps / stride, [&](long sample) {
-    if (step_ratio == 1) return long_steps->advance(system, state, double(sample * stride) * dt, work);
-    Status status = Status::ok;
-    for (long i = 0; i < stride && status == Status::ok; ++i) status = one_pair();
-    return status;
-  });
+  result.outcome = sampled.run(
+      steps / stride,
+      [&](long sample) {
+        if (step_ratio == 1) return long_steps->advance(system, state, double(sample * stride) * dt, work);
+        Status status = Status::ok;
+        for (long i = 0; i < stride && status == Status::ok; ++i) status = one_pair();
+        return status;
+      },
+      [&](const Measures&) { look_behind_planes(system, state, result); });
   result.extremes = sampled.extremes();
   result.seconds = state.t;
   result.steps = work.steps;
   result.touched = touched(system);
   if (result.outcome == Outcome::stable && result.extremes.final_jacobian <= 0)
     result.outcome = Outcome::folds;
+  result.behind_plane =
+      result.outcome == Outcome::stable &&
+      (result.depth > behind_a_plane * system.body().config().cell_size || result.height < 0);
   return result;
 }
 
@@ -191,6 +212,26 @@ const std::vector<FailureScene>& failure_scenes() {
          stretch(c, 1.3);
        }}};
   return all;
+}
+
+const std::vector<FailureStatus>& failure_statuses() {
+  static const std::vector<FailureStatus> all = [] {
+    const std::vector<std::string> labels = outcome_labels();
+    std::vector<FailureStatus> statuses;
+    for (int kind = 0; kind < int(labels.size()); ++kind)
+      if (const auto outcome = Outcome(kind); outcome == Outcome::loses_energy)  // which is not looked for
+        statuses.push_back({"behind_plane", "behind the plane"});
+      else
+        statuses.push_back({std::string(to_string(outcome)), labels[std::size_t(kind)]});
+    return statuses;
+  }();
+  return all;
+}
+
+std::string replicated_method(const std::string& integrator) {
+  if (integrator == "verlet") return "semi_implicit_euler";  // whose velocities it takes from its positions
+  if (integrator == "cvode_bdf_klu" || integrator == "cvode_bdf_gmres") return "cvode_bdf";
+  return {};
 }
 
 FailureRun try_scene(const StressCase& stress_case, const IntegratorInfo& method, Variant variant) {

@@ -7,6 +7,7 @@
 
 #include "experiments/harness/table.hpp"
 #include "experiments/studies/frames/frames.hpp"
+#include "experiments/studies/frames/total.hpp"
 
 namespace mss::studies::frames {
 
@@ -213,6 +214,11 @@ Drawings draw_frames(const std::vector<NamedTable>& tables) {
     const std::string largest = rest.text(rest.size() - 1, "scene");
     drawings.charts.push_back({"frames_rest_" + largest, rest_chart(rest.where("scene", largest))});
   }
+  if (const auto totals = std::find_if(tables.begin(), tables.end(),
+                                       [](const NamedTable& table) { return table.name == "frames_total"; });
+      totals != tables.end())
+    for (NamedChart& chart : total_charts(totals->table, find_table(tables, "frames_total_cells")))
+      drawings.charts.push_back(std::move(chart));
   std::erase_if(drawings.charts, [](const NamedChart& chart) { return !has_points(chart.chart); });
   return drawings;
 }

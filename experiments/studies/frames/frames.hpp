@@ -76,7 +76,7 @@ RestConfig rest_config(const ExperimentOptions& options);
 /// distance from there, over the displacement, root mean squares. Stops early if stopped.
 Table measure_rest(const RestConfig& config, Progress& progress);
 
-/// Four charts: all scenes, a motion, iterations, and a rest.
+/// All scenes, a motion, iterations, a rest, and total errors.
 Drawings draw_frames(const std::vector<NamedTable>& tables);
 
 }  // namespace mss::studies::frames

@@ -1,10 +1,11 @@
 // The maps of `mss regimes`: the cheapest kind of method over Young's modulus and damping, a row of panels
-// per resolution and a column per demand.
+// per scene and a column per demand.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "experiments/simulation/bench_scenes.hpp"
 #include "experiments/studies/regimes/regimes.hpp"
 
 namespace mss::studies::regimes {
@@ -25,64 +26,101 @@ double edge(const std::vector<double>& values, std::size_t i, bool above) {
   return values[i] / step(i > 0 ? i - 1 : 0);
 }
 
-/// A row of the map, damping y: cells that meet halfway, in two halves where two kinds tie.
-void add_cells(const Table& row, double y, MapPanel& panel) {
+/// An error in percent, of at most three digits; empty if there is none.
+std::string percent(double error) {
+  if (!std::isfinite(error)) return "";
+  return error < 0.095 ? short_number(std::round(1e3 * error) / 10) : fmt::format("{:.0f}", 100 * error);
+}
+
+/// A row of the map, damping y: cells that meet halfway, in two halves where two kinds tie. Where any error
+/// is allowed it is said.
+void add_cells(const Table& row, double y, bool says_error, MapPanel& panel) {
   constexpr double gap = 0.03;
   const std::vector<double> moduli = row.distinct_numbers("young");
   for (std::size_t i = 0; i < moduli.size(); ++i) {
     const Table point = row.where("young", moduli[i]);
-    if (point.text(0, "status") == "no reference") continue;
+    if (const std::string& status = point.text(0, "status"); status == "no reference" || status == uncertain)
+      continue;  // not asked
     const double low = edge(moduli, i, false), high = edge(moduli, i, true);
     const bool tie = point.number(0, "tie") != 0;
-    panel.cells.push_back(
-        {low, high, tie ? y : y - 0.5 + gap, y + 0.5 - gap, index_of(point.text(0, "kind"))});
+    panel.cells.push_back({low, high, tie ? y : y - 0.5 + gap, y + 0.5 - gap, index_of(point.text(0, "kind")),
+                           says_error ? percent(point.number(0, "error")) : ""});
     if (tie) panel.cells.push_back({low, high, y - 0.5 + gap, y, index_of(point.text(0, "runner_up_kind"))});
   }
 }
 
-/// Young's moduli, ticks at every second power of ten between two of them.
+/// Young's moduli; where there are many, ticks at every second power of ten.
 ChartAxis modulus_axis(double low, double high) {
-  ChartAxis axis{.label = "Young's modulus [Pa]", .logarithmic = true, .low = low / 3, .high = high * 3};
+  ChartAxis axis{.label = "", .logarithmic = true, .low = low / 3, .high = high * 3};
   const int first = int(std::ceil(std::log10(low) - 1e-9)), last = int(std::floor(std::log10(high) + 1e-9));
-  for (int exponent = first; exponent <= last; exponent += 2) {
+  for (int exponent = first; exponent <= last; exponent += last - first > 3 ? 2 : 1) {
     axis.ticks.push_back(std::pow(10, exponent));
     axis.names.push_back(fmt::format("1e{}", exponent));
   }
   return axis;
 }
 
-MapChart map_of(const Table& cheapest, const Table& boundaries) {
-  const std::vector<double> ratios = cheapest.distinct_numbers("damping_ratio"),
-                            moduli = cheapest.distinct_numbers("young");
+/// The rows of one scene in one resolution.
+struct SceneRows {
+  std::string scene;
+  double cells;
+  Table cheapest, boundaries;
+};
+std::vector<SceneRows> scenes_of(const Table& cheapest, const Table& boundaries) {
+  std::vector<SceneRows> all;
+  for (const std::string& scene : cheapest.distinct("scene"))
+    for (const double cells : cheapest.where("scene", scene).distinct_numbers("cells"))
+      all.push_back({scene, cells, cheapest.where("scene", scene).where("cells", cells),
+                     boundaries.where("scene", scene).where("cells", cells)});
+  return all;
+}
+
+MapPanel panel_of(const SceneRows& of, const Demand& demand, const std::vector<double>& ratios) {
+  const bool only_stable = std::isinf(demand.error);
+  MapPanel panel{.title =
+                     fmt::format("{} ({:g})\n{}", find_bench_scene(of.scene).label, of.cells, demand.label)};
+  const std::vector<double> moduli = of.cheapest.distinct_numbers("young");
+  const auto [least, most] = std::minmax_element(moduli.begin(), moduli.end());
+  panel.x = modulus_axis(*least, *most);
+  const Table rows = of.cheapest.where("demand", demand.name);
+  for (std::size_t i = 0; i < ratios.size(); ++i) {
+    add_cells(rows.where("damping_ratio", ratios[i]), double(i), only_stable, panel);
+    const Table b = of.boundaries.where("damping_ratio", ratios[i]);
+    if (!only_stable || b.size() == 0) continue;
+    const double predicted = b.number(0, "predicted");
+    const bool inside = predicted > panel.x->low && predicted < panel.x->high;
+    for (const double end : {-0.5, 0.5})
+      panel.line.push_back({inside ? predicted : no_value, double(i) + end});
+  }
+  return panel;
+}
+
+/// Panels of the demands on motions, or of those on rests, of scenes that have them.
+MapChart map_of(const Table& cheapest, const Table& boundaries, bool at_rest) {
+  const std::vector<double> ratios = cheapest.distinct_numbers("damping_ratio");
   ChartAxis y{.label = "damping ratio", .low = -0.5, .high = double(ratios.size()) - 0.5};
   for (std::size_t i = 0; i < ratios.size(); ++i) {
     y.ticks.push_back(double(i));
     y.names.push_back(short_number(ratios[i]));
   }
-  const auto [least, most] = std::minmax_element(moduli.begin(), moduli.end());
-  MapChart chart{.title = "Which method is cheapest where",
-                 .subtitle =
-                     "held cube of n cells an edge under gravity, 60 frames a second; two halves: a tie; "
-                     "line: explicit frames cost as much as any other",
-                 .x = modulus_axis(*least, *most),
+  MapChart chart{.title = at_rest ? "Which method finds rest most cheaply" : "Which method is cheapest where",
+                 .subtitle = at_rest ? "scenes (cells across); two halves: a tie"
+                                     : "scenes (cells across), 60 frames a second, all families tuned alike; "
+                                       "numbers: error [%]; two halves: a tie",
+                 .x = {.label = "Young's modulus [Pa]"},
                  .y = y,
                  .kinds = kind_labels(),
-                 .line_label = "predicted",
-                 .panel_height = 190,
-                 .columns = int(demands().size())};
-  for (const double cells : cheapest.distinct_numbers("cells"))
-    for (const Demand& demand : demands()) {
-      MapPanel panel{.title = fmt::format("n = {:g}: {}", cells, demand.label)};
-      const Table rows = cheapest.where("cells", cells).where("demand", demand.name);
-      for (std::size_t i = 0; i < ratios.size(); ++i) {
-        add_cells(rows.where("damping_ratio", ratios[i]), double(i), panel);
-        const Table b = boundaries.where("cells", cells).where("damping_ratio", ratios[i]);
-        if (demand.name != "stable" || b.size() == 0) continue;
-        for (const double end : {-0.5, 0.5})
-          panel.line.push_back({b.number(0, "predicted"), double(i) + end});
-      }
-      chart.panels.push_back(std::move(panel));
-    }
+                 .line_label = at_rest ? "" : "predicted crossing",
+                 .panel_height = 170,
+                 .columns = at_rest ? 2
+                                    : int(std::count_if(demands().begin(), demands().end(),
+                                                        [](const Demand& d) { return !d.at_rest; }))};
+  for (const SceneRows& of : scenes_of(cheapest, boundaries))
+    for (const Demand& demand : demands())
+      if (demand.at_rest == at_rest && of.cheapest.where("demand", demand.name).size() > 0)
+        chart.panels.push_back(panel_of(of, demand, ratios));
+  const std::size_t lowest = chart.panels.size() - std::min(chart.panels.size(), std::size_t(chart.columns));
+  for (std::size_t i = lowest; i < chart.panels.size(); ++i) chart.panels[i].x->label = chart.x.label;
   return chart;
 }
 
@@ -91,7 +129,10 @@ MapChart map_of(const Table& cheapest, const Table& boundaries) {
 Drawings draw_regimes(const std::vector<NamedTable>& tables) {
   const Table& cheapest = find_table(tables, "regimes");
   if (cheapest.size() == 0) return {};
-  Drawings drawings{.maps = {{"regimes", map_of(cheapest, find_table(tables, "regimes_boundaries"))}}};
+  const Table& crossings = find_table(tables, "regimes_boundaries");
+  Drawings drawings{.maps = {{"regimes", map_of(cheapest, crossings, false)}}};
+  if (MapChart rests = map_of(cheapest, crossings, true); has_cells(rests))
+    drawings.maps.push_back({"regimes_rest", std::move(rests), "regimes"});
   if (const Table& loaded = find_table(tables, "regimes_loaded"); loaded.size() > 0)
     drawings.charts.push_back(
         {"regimes_loaded", loaded_chart(loaded, find_table(tables, "regimes_crossings"))});

@@ -448,6 +448,11 @@ TEST(Advise, RefusesImpossibleRequests) {
     expect_refused({"advise", "free_cube", "--budget", budget}, "--budget " + budget);
   expect_refused({"advise", "free_cube", "--of", "volumes"}, "did you mean 'volume'");
   expect_refused({"advise", "free_cube", "--patience", "0"}, "--patience");
+  expect_refused({"advise", "free_cube", "--of", "stability"}, "give one, as in --budget 4ms/frame");
+  expect_refused({"advise", "free_cube", "--of", "stability", "--budget", "4ms/frame", "--error", "5%"},
+                 "--error 5% is not required by --of stability");
+  expect_refused({"advise", "free_cube", "--of", "stability", "--budget", "4ms/frame", "--grid", "2"},
+                 "--grid is about errors");
   expect_refused({"advise", "free_cube", "--grid", "0"}, "--grid is 0");
 }
 

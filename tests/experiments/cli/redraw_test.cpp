@@ -106,7 +106,7 @@ TEST_F(Redraw, MakesThePageOfSeveralStudiesAgain) {
   EXPECT_TRUE(fs::exists(directory() / "energy.png"));
   const std::string page = read_file(root / "index.html");
   for (const std::string part :
-       {"1 study with 1 chart,", "mss energy --quick --integrators explicit_euler,verlet --out energy",
+       {"1 study with 2 charts,", "mss energy --quick --integrators explicit_euler,verlet --out energy",
         "href=\"energy/energy.csv\">Data: energy.csv", "What it printed"})
     EXPECT_NE(page.find(part), std::string::npos) << part;
   EXPECT_EQ(page.find(root.string()), std::string::npos);

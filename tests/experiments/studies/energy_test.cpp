@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "experiments/studies/energy/spin.hpp"
 #include "tests/experiments/stop_after.hpp"
 #include "tests/read_back.hpp"
 
@@ -100,6 +101,89 @@ TEST(EnergySummary, DistinguishesDriftsFromPlateaus) {
   EXPECT_EQ(energy_summary(planted(0.5), 1000).text(0, "energy"), "drifts");
   EXPECT_EQ(energy_summary(planted(1), 1000).text(0, "energy"), "drifts");
   EXPECT_EQ(energy_summary(planted(1.5), 1000).text(0, "energy"), "lost");
+}
+
+Table spins(const SpinConfig& config) {
+  Progress progress;
+  Journal journal;
+  const SpinTables tables = measure_spin(config, 1, journal, progress);
+  EXPECT_EQ(tables.status, Status::ok);
+  return spin_summary(tables.rows);
+}
+
+double left_of_spin(const Table& left, const char* method, const char* column) {
+  return left.where("integrator", method).number(0, column);
+}
+
+/// By methods whose facts say what they keep: to rounding, or what their solver leaves.
+TEST(EnergySpin, IsKeptByMethodsThatSayTheyDo) {
+  SpinConfig config = spin_config({.integrators = {"verlet", "velocity_verlet", "implicit_midpoint",
+                                                   "energy_momentum", "backward_euler", "explicit_euler"}});
+  config.frames = early_frame;
+  config.cells = 2;
+  const Table left = spins(config);
+  for (const char* method : {"verlet", "velocity_verlet", "implicit_midpoint", "energy_momentum"}) {
+    const bool solves = find_integrator(method).implicit;
+    EXPECT_NEAR(left_of_spin(left, method, "angular_momentum"), 1, solves ? 1e-4 : 1e-9) << method;
+    EXPECT_NEAR(left_of_spin(left, method, "momentum"), 1, 1e-10) << method;
+    EXPECT_NEAR(left_of_spin(left, method, "energy"), 1, 0.01) << method;
+    EXPECT_EQ(left_of_spin(left, method, "early_angular_momentum"),
+              left_of_spin(left, method, "angular_momentum"))
+        << method;
+  }
+  EXPECT_EQ(left_of_spin(left, "energy_momentum", "dt"), 1.0 / 60);
+  EXPECT_LT(left_of_spin(left, "verlet", "dt"), 1.0 / 60);
+  EXPECT_NEAR(left_of_spin(left, "backward_euler", "momentum"), 1, 1e-10);
+  EXPECT_EQ(left.where("integrator", "explicit_euler").text(0, "status"), "no safe step");
+}
+
+/// A step of backward Euler turns a rigid body to where x + dt v points: with a the angle of the step before,
+/// 2 - exp(-i a) of x; velocities are chords, sin a of them about the centre. The first starts along a
+/// tangent.
+TEST(EnergySpin, OfARigidBodyByBackwardEulerIsTheClosedForm) {
+  SpinConfig config = spin_config({.integrators = {"backward_euler"}});
+  config.frames = early_frame;
+  config.cells = 1;
+  config.young = 1e9;
+  constexpr double turned = 10.0 / 60;
+  double angle = std::atan(turned);
+  for (long i = 1; i < early_frame; ++i) angle = std::atan(std::sin(angle) / (2 - std::cos(angle)));
+  const double left = left_of_spin(spins(config), "backward_euler", "angular_momentum");
+  EXPECT_NEAR(left / (std::sin(angle) / turned), 1, 1e-3);
+  EXPECT_LT(left, 0.5);
+}
+
+/// Failures are rows: a run that is too short for two seconds says so, one that diverges has no numbers.
+TEST(EnergySpin, FailuresAreRows) {
+  SpinConfig config = spin_config({.integrators = {"backward_euler"}});
+  config.frames = 3;
+  config.cells = 1;
+  EXPECT_EQ(spins(config).text(0, "status"), "shorter than two seconds");
+  Table rows({{"integrator"}, {"dt"}, {"frame"}, {"energy"}, {"momentum"}, {"angular_momentum"}, {"status"}});
+  rows.add({std::string("a"), 0.1, early_frame, 1.0, 1.0, 0.9, std::string("ok")});
+  rows.add({std::string("a"), 0.1, 1000, no_value, no_value, no_value, std::string("blows_up")});
+  const Table summary = spin_summary(rows);
+  ASSERT_EQ(summary.size(), 1U);
+  EXPECT_EQ(summary.text(0, "status"), "blows_up");
+  EXPECT_EQ(summary.number(0, "early_angular_momentum"), 0.9);
+}
+
+TEST(EnergySpin, DrawsFromItsFiles) {
+  SpinConfig config = spin_config({.integrators = {"verlet", "vbd:5", "explicit_euler"}});
+  config.frames = 200;
+  config.cells = 2;
+  EnergyConfig energy = energy_config({.integrators = {"verlet"}});
+  energy.steps = 300;
+  Progress progress;
+  Journal journal;
+  std::vector<NamedTable> files = energy_files(energy, measure_energy(energy, 1, journal, progress).rows);
+  for (NamedTable& table : spin_files(config, measure_spin(config, 1, journal, progress).rows))
+    files.push_back(std::move(table));
+  expect_same_drawings(find_experiment("energy"), files);
+  const Drawings drawn = find_experiment("energy").draw(files);
+  ASSERT_EQ(drawn.charts.size(), 2U);
+  EXPECT_EQ(drawn.charts[1].name, "energy_spin");
+  EXPECT_EQ(drawn.charts[1].chart.y.names.size(), 3U);
 }
 
 }  // namespace

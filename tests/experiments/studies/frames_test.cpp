@@ -8,6 +8,7 @@
 #include "experiments/simulation/cubes.hpp"
 #include "experiments/simulation/explicit_steps.hpp"
 #include "experiments/simulation/model.hpp"
+#include "experiments/studies/frames/total.hpp"
 #include "tests/read_back.hpp"
 
 namespace mss::studies::frames {
@@ -115,6 +116,77 @@ TEST(Frames, FindRestToTheirTolerance) {
   }
   const std::vector<NamedTable> tables{{"frames", measure_frames(small_config(), progress).rows},
                                        {"frames_rest", rows}};
+  expect_same_drawings(find_experiment("frames"), tables);
+}
+
+TotalConfig small_totals() {
+  TotalConfig config = total_config({.quick = true});
+  config.problems = {{"held_box", 1e6, 0.1, {2, 4}, 8}};
+  config.families = {{.integrator = "backward_euler", .nonlinear = "lbfgs", .iterations = {5}},
+                     {.integrator = "xpbd", .iterations = {1}, .steps = {1, 16}}};
+  config.most_seconds = 3600;
+  return config;
+}
+
+/// Errors of space and time are sides of a triangle of motions; a motion that is accurate in time has the
+/// error of its cells, and that falls as these do.
+TEST(FrameTotals, AreOfSpaceAndTimeTogether) {
+  Progress progress;
+  const TotalTables tables = measure_totals(small_totals(), progress);
+  ASSERT_EQ(tables.cells.size(), 3U);
+  EXPECT_EQ(tables.cells.number(0, "places"), 27);  // the particles of the coarsest
+  EXPECT_EQ(tables.cells.number(2, "error_space"), 0);
+  const double coarse = tables.cells.number(0, "error_space"), fine = tables.cells.number(1, "error_space");
+  EXPECT_GT(coarse, 2 * fine);
+  int accurate = 0;
+  for (std::size_t r = 0; r < tables.rows.size(); ++r) {
+    ASSERT_EQ(tables.rows.text(r, "status"), "ok");
+    const double space = tables.rows.number(r, "cells") == 2 ? coarse : fine,
+                 time = tables.rows.number(r, "error_time"), total = tables.rows.number(r, "error_total");
+    EXPECT_LE(total, space + time + 1e-12);
+    EXPECT_GE(total, std::abs(space - time) - 1e-12);
+    if (time > 0.1 * space) continue;
+    ++accurate;
+    EXPECT_NEAR(total / space, 1, 0.1);
+  }
+  EXPECT_GT(accurate, 2);
+}
+
+/// A scene that does not do what it is meant to has rows that say so, and no runs.
+TEST(FrameTotals, WithoutAReferenceSayWhy) {
+  TotalConfig config = small_totals();
+  config.problems = {{"ball", 1e6, 0.1, {4}, 8}};
+  config.frames = 1;  // it has hardly come to the ground
+  Progress progress;
+  const TotalTables tables = measure_totals(config, progress);
+  EXPECT_EQ(tables.rows.size(), 0U);
+  ASSERT_EQ(tables.cells.size(), 2U);
+  EXPECT_EQ(tables.cells.text(0, "status"), "the body has not touched the ground");
+}
+
+TEST(FrameTotals, ShowTheBestOfAllCells) {
+  Table rows({{"seconds"}, {"error_total"}, {"status"}});
+  rows.add({3.0, 0.1, std::string("ok")});
+  rows.add({1.0, 0.5, std::string("ok")});
+  rows.add({2.0, 0.6, std::string("ok")});    // slower and worse
+  rows.add({4.0, 0.099, std::string("ok")});  // hardly better
+  rows.add({0.5, no_value, std::string("non_finite")});
+  EXPECT_EQ(best_totals(rows), (std::vector<std::size_t>{1, 0}));
+}
+
+TEST(FrameTotals, AreDrawnFromTheirFiles) {
+  Progress progress;
+  const TotalTables totals = measure_totals(small_totals(), progress);
+  const std::vector<NamedChart> charts = total_charts(totals.rows, totals.cells);
+  ASSERT_EQ(charts.size(), 1U);
+  EXPECT_EQ(charts[0].name, "frames_total_held_box_1e06");
+  EXPECT_EQ(charts[0].chart.lines.size(), 2U);  // what cells of either size leave
+  EXPECT_EQ(charts[0].chart.series.size(), 2 * totals.rows.distinct("method").size());
+  RestConfig rest = rest_config({.quick = true});
+  rest.scenes = {{.name = "cube_2", .cells = 2}};
+  std::vector<NamedTable> tables{{"frames", measure_frames(small_config(), progress).rows},
+                                 {"frames_rest", measure_rest(rest, progress)}};
+  for (NamedTable& table : total_files(totals)) tables.push_back(std::move(table));
   expect_same_drawings(find_experiment("frames"), tables);
 }
 
