@@ -433,16 +433,18 @@ void QuasiNewton::make_bounded(System<double>& system) {
   jump_ = impulse_ = gradient_;
 }
 
-/// Pairs and rotations are of one stage; what lasts is what planes hold.
+/// Pairs and rotations are of one stage; what lasts is the matrix, and what planes hold.
 void QuasiNewton::remember(System<double>& system, Record& record) {
-  bool has_bounds = bounded_ != nullptr;
-  record.keep(has_bounds);
-  if (!has_bounds) return;
+  bool has_matrix = cycle_ != nullptr, has_bounds = bounded_ != nullptr;
+  record.keep(has_matrix, has_bounds);
+  if (!has_matrix) return;
+  record.keep(matrix_.mass, matrix_.damping, matrix_.stiffness);
   if (record.reads()) {
     begin(system);
-    make_bounded(system);
+    cycle_->prepare(matrix_);
+    if (has_bounds) make_bounded(system);
   }
-  record.keep(*bounded_);
+  if (has_bounds) record.keep(*bounded_);
 }
 
 /// What gravity makes of the velocity until the stage's time, where nothing holds the body: then iterations
