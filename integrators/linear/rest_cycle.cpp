@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <numeric>
 
@@ -147,6 +150,34 @@ void RestCycle::place(const Field<double>& x) {
   if (!held_.empty()) hold_in_lattice();
 }
 
+void RestCycle::place_stiffly(const Field<double>& x) {
+  std::vector<Vec3> at(pieces_.size(), Vec3::Zero()), at_rest = at;
+  std::vector<Eigen::Matrix3d> turned(pieces_.size(), Eigen::Matrix3d::Zero());
+  for (const auto& [piece, first, last] : portions_)
+    for (std::size_t p = first; p < last; ++p) {
+      at[piece] += masses_[p] / pieces_[piece].mass * x.at(sites_[p]);
+      at_rest[piece] += masses_[p] / pieces_[piece].mass * body_.rest_position(sites_[p]);
+    }
+  for (const auto& [piece, first, last] : portions_)
+    for (std::size_t p = first; p < last; ++p)
+      turned[piece] += masses_[p] * (x.at(sites_[p]) - at[piece]) *
+                       (body_.rest_position(sites_[p]) - at_rest[piece]).transpose();
+  for (Eigen::Matrix3d& matrix : turned) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Matrix3d u = svd.matrixU();
+    if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);
+    matrix = u * svd.matrixV().transpose();
+  }
+  set_rotations();
+  for (const auto& [piece, first, last] : portions_)
+    for (std::size_t p = first; p < last; ++p) {
+      const std::ptrdiff_t site = sites_[p];
+      if (turning_[0][site] + turning_[1][site] == 0) continue;
+      for (int i = 0; i < 9; ++i) rotations_[i][site] = float(turned[piece](i / 3, i % 3));
+    }
+  if (!held_.empty()) hold_in_lattice();
+}
+
 void RestCycle::hold(std::vector<HeldParticle> held) {
   held_ = std::move(held);
   for (Piece& piece : pieces_) piece.unheld = Eigen::Array3d::Ones();
@@ -199,6 +230,47 @@ void RestCycle::add_where_free(const Vec3& change, Field<double>& v) {
   if (change.isZero() || !any_piece_keeps()) return;
   for_each_of_pieces([&](std::size_t piece, std::ptrdiff_t site, double) {
     v.set(site, v.at(site) + pieces_[piece].keeps(change));
+  });
+}
+
+void RestCycle::bend_paths(const Field<double>& x, double seconds, Field<double>& v) {
+  const auto is_free = [](const Piece& piece) { return piece.keeps(Vec3::Ones()) == Vec3::Ones(); };
+  if (std::none_of(pieces_.begin(), pieces_.end(), is_free)) return;
+  const std::vector<Vec3> centres = means(
+                              [&](std::ptrdiff_t site, double mass) { return Vec3(mass * x.at(site)); }),
+                          velocities = means(
+                              [&](std::ptrdiff_t site, double mass) { return Vec3(mass * v.at(site)); });
+  struct Spin {
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+    Vec3 momentum = Vec3::Zero();
+  };
+  std::vector<Spin> of_portions(portions_.size()), spins(pieces_.size());
+  parallel_(std::ptrdiff_t(portions_.size()), [&](std::ptrdiff_t i) {
+    const auto& [piece, first, last] = portions_[std::size_t(i)];
+    Spin& spin = of_portions[std::size_t(i)];
+    for (std::size_t p = first; p < last; ++p) {
+      const Vec3 arm = x.at(sites_[p]) - centres[piece];
+      spin.inertia += masses_[p] * (arm.squaredNorm() * Eigen::Matrix3d::Identity() - arm * arm.transpose());
+      spin.momentum += masses_[p] * arm.cross(v.at(sites_[p]) - velocities[piece]);
+    }
+  });
+  for (std::size_t i = 0; i < portions_.size(); ++i) {
+    spins[portions_[i].piece].inertia += of_portions[i].inertia;
+    spins[portions_[i].piece].momentum += of_portions[i].momentum;
+  }
+  std::vector<Eigen::Matrix3d> bends(pieces_.size(), Eigen::Matrix3d::Zero());
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    if (!is_free(pieces_[i])) continue;
+    const Vec3 turn = seconds * spins[i].inertia.completeOrthogonalDecomposition().solve(spins[i].momentum);
+    const double angle = turn.norm();
+    if (!(angle > 0)) continue;
+    const Eigen::Matrix3d end = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+    Eigen::Matrix3d straight;
+    straight << 1, -turn[2], turn[1], turn[2], 1, -turn[0], -turn[1], turn[0], 1;
+    bends[i] = (end - straight) / seconds;
+  }
+  for_each_of_pieces([&](std::size_t piece, std::ptrdiff_t site, double) {
+    v.set(site, v.at(site) + bends[piece] * (x.at(site) - centres[piece]));
   });
 }
 

@@ -39,11 +39,19 @@ class RestCycle {
   Status prepare(const TangentCoefficients& sum);
   /// Takes the rotations that particles at x have.
   void place(const Field<double>& x);
+  /// Takes one rotation for every piece, next to that of all its particles. Where those of neighbours differ
+  /// much, fields that only turn with them strain the body, and place() takes them for rigid motions: too
+  /// soft by far at long steps.
+  void place_stiffly(const Field<double>& x);
   /// Holds these from now on. place() keeps what is held.
   void hold(std::vector<HeldParticle> held);
 
   /// v += change, of every piece along the axes in which nothing of it is held or prescribed.
   void add_where_free(const Vec3& change, Field<double>& v);
+
+  /// Bends the paths of pieces that nothing holds, from x to x + seconds v, by what turning at their angular
+  /// velocity does: on straight ones a body that spins would grow.
+  void bend_paths(const Field<double>& x, double seconds, Field<double>& v);
 
   /// z = H r. Prescribed coordinates of r must be 0; those of z are, and so are its held directions, but for
   /// those of `values`, to which the rest of z gives way: of size 0, none.

@@ -52,6 +52,7 @@ constexpr int most_halvings = 12;
 /// The V-cycle turns with the body after so many iterations that have moved it by that share of a cell, rms.
 constexpr int turned_every = 8;
 constexpr double share_of_cell = 0.1;
+constexpr double shortest_trusted = 0.2;  ///< of steps: after shorter ones pieces turn as wholes
 
 /// Of what is left to solve, to what planes push with: then that is known, and friction follows it.
 constexpr double trusted = 0.3;
@@ -179,6 +180,7 @@ class QuasiNewton final : public NonlinearSolver {
   void make_bounded(System<double>& system);
   void guess(System<double>& system, const ImplicitStage& stage, State<double>& state);
   void turn_cycle(const State<double>& state);
+  void turn_stiffly(const State<double>& state);
   void begin_contact(State<double>& state);
   bool update_contact(System<double>& system, State<double>& state, double good);
 
@@ -197,6 +199,7 @@ class QuasiNewton final : public NonlinearSolver {
   double slope_ = 0;                 ///< p.g there; the step p is pairs_.s[pairs_.count]
   double size_ = 0;                  ///< |p|
   double length_ = 0;                ///< of the step taken, in p; 0: none yet
+  bool stiff_ = false;               ///< whether pieces turn as wholes in this stage
   double travelled_ = 0;             ///< length_ |p| since the V-cycle turned
   double norm_ = 0, slope_now_ = 0;  ///< |g| and p.g at the end of the step
   std::vector<Sums> sums_;
@@ -451,6 +454,7 @@ void QuasiNewton::remember(System<double>& system, Record& record) {
 /// that are cut short keep its fall.
 void QuasiNewton::guess(System<double>& system, const ImplicitStage& stage, State<double>& state) {
   cycle_->add_where_free((stage.t - state.t) * system.cells()->environment().gravity, state.v);
+  cycle_->bend_paths(*stage.x_base, stage.gamma_x, state.v);
 }
 
 /// In long searches the body turns far from where they began.
@@ -459,6 +463,14 @@ void QuasiNewton::turn_cycle(const State<double>& state) {
   pairs_.count = 0;
   length_ = 0;
   travelled_ = 0;
+}
+
+/// Where particles' rotations differ too much for such long steps.
+void QuasiNewton::turn_stiffly(const State<double>& state) {
+  cycle_->place_stiffly(state.x);
+  pairs_.count = 0;
+  length_ = 0;
+  stiff_ = true;
 }
 
 void QuasiNewton::begin_contact(State<double>& state) {
@@ -540,11 +552,12 @@ Status QuasiNewton::solve_stage(System<double>& plain, const ImplicitStage& stag
   const double far = coordinates * share_of_cell * plain.cells()->body().config().cell_size;
   int turned_at = 0;
   travelled_ = 0;
+  stiff_ = false;
   bool settled = !bounded_;
   int count = 0;  // of those that a given number of iterations means: after contacts and pressures are known
   for (int all = 0, idle = 0; count < most && all < most + most_in_search && (norm_ > target || !settled);
        ++all) {
-    if (all >= turned_at + turned_every && stage.gamma_x * travelled_ > far) {
+    if (!stiff_ && all >= turned_at + turned_every && stage.gamma_x * travelled_ > far) {
       turn_cycle(state);
       turned_at = all;
     }
@@ -553,10 +566,13 @@ Status QuasiNewton::solve_stage(System<double>& plain, const ImplicitStage& stag
     const bool small = size_ <= enough;
     if (!take_step(system, stage, state, settled, work)) {
       if (settled && (small || before <= good)) return Status::ok;
-      if (pairs_.count == 0) return Status::newton_stalled;
+      const bool had_pairs = pairs_.count > 0;
+      if (!had_pairs && stiff_) return Status::newton_stalled;
       forget(system, stage, state, work);
+      if (!had_pairs) turn_stiffly(state);
       continue;
     }
+    if (!stiff_ && length_ > 0 && length_ < shortest_trusted) turn_stiffly(state);
     if (bounded_) {
       settled = update_contact(system, state, good);
       if (!settled) continue;

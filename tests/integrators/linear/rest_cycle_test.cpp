@@ -228,6 +228,44 @@ TEST(RestCycle, KeepsTheMomentumOfEveryPieceThatNothingHolds) {
     EXPECT_EQ(v.at(site), body.lattice().coordinates(site)[0] > 6 ? Vec3(1, 2, 3) : Vec3(0, 0, 3));
 }
 
+// Half a turn in one go: straight paths would leave a plane.
+TEST(RestCycle, BendsPathsOfWhatSpins) {
+  const Body body(testing::test_config(VoxelGrid::box(5, 4, 3)));
+  SpringSystem<double> free(body, {}),
+      held(body, {.holds = {lower_end(body.config(), {true, false, false})}});
+  const State<double> rest = free.rest_state();
+  const Vec3 travel(1, -2, 0.5), turn = 3 * Vec3(1, 2, 2).normalized();
+  Vec3 centre = Vec3::Zero();
+  for (const std::ptrdiff_t site : body.sites())
+    centre += body.mass(site) / body.total_mass() * rest.x.at(site);
+  Field<double> v(free.size());
+  for (const std::ptrdiff_t site : body.sites()) v.set(site, travel + turn.cross(rest.x.at(site) - centre));
+  const Field<double> straight = v;
+  const double seconds = 0.5;
+  RestCycle(held, "test").bend_paths(rest.x, seconds, v);
+  EXPECT_EQ(std::memcmp(v.axis(0), straight.axis(0), std::size_t(v.size()) * sizeof(double)), 0);
+  RestCycle(free, "test").bend_paths(rest.x, seconds, v);
+  const Eigen::AngleAxisd turned(seconds * turn.norm(), turn.normalized());
+  for (const std::ptrdiff_t site : body.sites())
+    EXPECT_LT((rest.x.at(site) + seconds * v.at(site) - centre - seconds * travel -
+               turned * (rest.x.at(site) - centre))
+                  .norm(),
+              1e-12);
+}
+
+TEST(RestCycle, TurnsPiecesAsWholesWhereAsked) {
+  const BodyConfig config = testing::test_config(VoxelGrid::box(4, 4, 12));
+  const Body body(config);
+  SpringSystem<double> system(body, {});
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(2, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+  Field<double> x(system.size());
+  for (const std::ptrdiff_t site : body.sites()) x.set(site, turn * body.rest_position(site));
+  RestCycle cycle(system, "test");
+  ASSERT_EQ(cycle.prepare(long_step), Status::ok);
+  cycle.place_stiffly(x);
+  EXPECT_LT(reduction(system, cycle, x, {}), 1e-4);
+}
+
 TEST(RestCycle, GivesTheSameBitsForAnyNumberOfThreads) {
   const Body body(testing::mixed_config(VoxelGrid::box(11, 12, 13), 3));
   const auto solve = [&](int threads) {

@@ -164,6 +164,41 @@ TEST(QuasiNewton, TakesWhatPullsAtABody) {
   EXPECT_LT(distance(state, newton), 1e-8 * distance(start, newton));
 }
 
+// A step of three hundred times the shortest period over 2 pi, in which a twisted body would turn by radians.
+TEST(QuasiNewton, SolvesVeryLongStepsOfWhatSpins) {
+  const Body body(testing::test_config(VoxelGrid::box(6, 6, 6)));
+  SpringSystem<double> system(body, {});
+  State<double> start = system.rest_state();
+  for (const std::ptrdiff_t site : body.sites()) {
+    const Vec3 x = body.rest_position(site) - body.config().origin;
+    const double angle = x[2];
+    start.x.set(site, body.config().origin + Vec3(std::cos(angle) * x[0] - std::sin(angle) * x[1],
+                                                  std::sin(angle) * x[0] + std::cos(angle) * x[1], x[2]));
+  }
+  const double dt = 300 / system.spectral_bound().omega;
+  for (const std::ptrdiff_t site : body.sites())
+    start.v.set(site, 2 / dt * Vec3(0.3, 1, 0.2).cross(start.x.at(site)));
+  // What a step of backward Euler minimises.
+  const auto objective = [&](const Field<double>& x) {
+    const StoredEnergy energy = system.stored_energy(x);
+    double sum = dt * dt * (energy.elastic + energy.volume);
+    for (const std::ptrdiff_t site : body.sites())
+      sum += body.mass(site) / 2 * (x.at(site) - start.x.at(site) - dt * start.v.at(site)).squaredNorm();
+    return sum;
+  };
+  Work work;
+  State<double> newton = start, state = start;
+  ASSERT_EQ(run(system, newton, "backward_euler", {.dt = dt, .linear_solver = "cholmod"}, 1, work),
+            Status::ok);
+  ASSERT_EQ(
+      run(system, state, "backward_euler", {.dt = dt, .nonlinear_solver = "lbfgs", .iterations = 5}, 1, work),
+      Status::ok);
+  const double lowest = objective(newton.x);
+  Field<double> inertial = start.x;
+  inertial.array() += dt * start.v.array();
+  EXPECT_LT(objective(state.x) - lowest, 0.01 * (objective(inertial) - lowest));
+}
+
 // As Newton's method does: overdamped and spinning fast, where dampers' forces turn with springs.
 TEST(QuasiNewton, SaysWhenItStalls) {
   BodyConfig config = testing::test_config(VoxelGrid::box(3, 3, 3));
