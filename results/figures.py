@@ -4,7 +4,7 @@
     results/figures.py [TEXT ...]           names those that are not, with exit status 1
     results/figures.py --write [TEXT ...]   writes them again from their tables, with as many digits
 
-TEXT is README.md, results/README.md and reference/THESIS.md if left out. A figure is a link to a table with a title that says
+TEXT is README.md, results/README.md, results/conclusions.md and reference/THESIS.md if left out. A figure is a link to a table with a title that says
 from where, as in
 
     [7.6 and 2.2](refine/refine.csv "abs 100 raw_error where problem=beam; cells=4|8")
@@ -23,7 +23,7 @@ import statistics
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-TEXTS = "README.md", "results/README.md", "reference/THESIS.md"
+TEXTS = "README.md", "results/README.md", "results/conclusions.md", "reference/THESIS.md"
 FIGURE = re.compile(r'\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^() ]+\.csv)(\s+)"([^"]*)"\)')
 CONDITION = re.compile(r"(\w+)(!=|>=|<=|=|>|<)(.*)")
 TERM = re.compile(r"(?:(min|max|median|sum) of )?(.*?)(?: where (.*))?")

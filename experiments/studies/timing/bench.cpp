@@ -17,6 +17,7 @@
 #include "integrators/linear/cholmod.hpp"
 #include "integrators/linear/constant_matrix.hpp"
 #include "integrators/linear/linear_solver.hpp"
+#include "integrators/linear/rest_cycle.hpp"
 #include "reference/algorithm1.hpp"
 #include "reference/plain_loop.hpp"
 
@@ -95,7 +96,18 @@ void lbfgs_step(benchmark::State& bench) {
   bench.counters["forces"] = double(work.force_evaluations) / double(work.steps);
 }
 
-/// The constant matrix of quasi-Newton methods: three right-hand sides.
+/// The cycle at rest of quasi-Newton methods.
+void rest_cycle(benchmark::State& bench) {
+  ImplicitCase c(cells(bench), threads(bench));
+  RestCycle cycle(c.system, "bench");
+  Field<double> rhs(c.system.size()), solution(c.system.size());
+  c.system.force(0, c.state.x, c.state.v, rhs);
+  cycle.prepare(ImplicitCase::sum);
+  cycle.place(c.state.x);
+  while (bench.KeepRunning()) cycle.solve(rhs, 1, {}, solution);
+}
+
+/// The constant matrix of `separable`: three right-hand sides.
 void separable_solve(benchmark::State& bench) {
   ImplicitCase c(cells(bench), threads(bench));
   const auto solver = separable_solver(c.body, c.system);
@@ -179,6 +191,7 @@ int main(int argc, char** argv) {
   add("plain_loop", plain_loop, {1});
   add("implicit/step", implicit_step, {1}, {7, 10, 20});
   add("implicit/lbfgs_step", lbfgs_step, thread_counts, {7, 10, 20});
+  add("implicit/rest_cycle", rest_cycle, thread_counts, {7, 10, 20});
   add("implicit/separable_solve", separable_solve, thread_counts, {7, 10, 20});
   add("implicit/factor_and_solve", factor_and_solve, {1}, {7, 10, 15});
   add("implicit/pcg", conjugate_gradients<false>, {1}, {7, 10, 20});
