@@ -1,4 +1,5 @@
-// What is asked of the advisor and its verdicts in words; search.cpp is how it finds an answer.
+// What is asked of the advisor and its verdicts in words; search.cpp is how it finds an answer,
+// search_check.cpp how it doubts it.
 #include "experiments/advise/advise.hpp"
 
 #include <fmt/format.h>
@@ -59,6 +60,8 @@ std::string to_string(const Trial& trial) {
                  : "a fluke: at half the step it folds or fails";
     case Verdict::fails_check:
       return "error " + percent(trial.checked_error) + " against a finer reference";
+    case Verdict::refuted:
+      return "judged by references that a finer one refuted";
     case Verdict::costly:
       return "would take " + times_the_best(trial.estimated_cost, trial.best_before);
     case Verdict::too_costly_to_run:

@@ -43,6 +43,12 @@ struct Candidate : SceneEdit {
   std::size_t contact = 0;  ///< of SceneFamily::contacts()
 };
 
+/// What of a candidate is not its method: model, level, face share, volume force, contact.
+using Lattice = std::tuple<std::string, int, double, bool, std::size_t>;
+inline Lattice lattice_of(const Candidate& c) {
+  return {c.model, c.level, c.face_share, c.volume_force, c.contact};
+}
+
 /// A scene's body in other cells, of springs that stand for the same material: moduli, and the viscosity that
 /// its springs' damping amounts to, stay as they are. A candidate is an edit of the scene.
 class SceneFamily {
@@ -80,7 +86,7 @@ class SceneFamily {
   std::array<int, 3> base_{};  ///< coarsest cells along each axis
   double coarsest_ = 1;        ///< [m]
   int given_level_ = 1;
-  std::map<std::tuple<std::string, int, double, bool, std::size_t>, SpectralBound> bounds_;
+  std::map<Lattice, SpectralBound> bounds_;
 };
 
 /// What is concluded about a trial.
@@ -98,6 +104,7 @@ enum class Verdict {
   undecided,          ///< its error is too close to the requested one for the uncertainty of the reference
   fluke,              ///< at half its step the error is larger than requested
   fails_check,        ///< its error against the checking reference is larger than requested
+  refuted,            ///< was judged by references that a finer one refuted
   costly,             ///< it would take too much longer than the best so far
   too_costly_to_run,  ///< the same, from an estimate
   failed,             ///< see its status

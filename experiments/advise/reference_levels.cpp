@@ -94,10 +94,8 @@ bool ReferenceLevels::compute(const std::vector<int>& levels) {
   for (const int level : levels) {
     std::optional<Reference> reference = compute(level);
     if (!reference) return false;
-    all_.push_back(std::move(*reference));
+    add(std::move(*reference));
   }
-  estimate();
-  check_scale();
   return true;
 }
 
@@ -156,20 +154,26 @@ bool ReferenceLevels::refine() {
   constexpr double left_for_check = 5;
   constexpr double guessed = 4;  // the coarsest take longer than in proportion to their cells
   const double patience = search_.request.patience;
+  if (decides()) return true;
   for (const int level : reference_levels) {
     if (search_.stopped()) return false;
+    if (!all_.empty() && level <= finest().level) continue;
     const double predicted = all_.empty() ? 0 : seconds_at(level);
     if (predicted > (all_.size() < 2 ? guessed : 1) * patience) break;
     if (all_.size() >= 2 && is_accurate_enough() && left_for_check * predicted > patience) break;
     std::optional<Reference> reference = compute(level);
     if (!reference) continue;
-    all_.push_back(std::move(*reference));
-    if (all_.size() < 2) continue;
-    estimate();
-    check_scale();
+    add(std::move(*reference));
     if (decides()) return true;
   }
   return is_accurate_enough();
+}
+
+void ReferenceLevels::add(Reference reference) {
+  all_.push_back(std::move(reference));
+  if (all_.size() < 2) return;
+  estimate();
+  check_scale();
 }
 
 void ReferenceLevels::refine_with_patience() {
@@ -177,11 +181,8 @@ void ReferenceLevels::refine_with_patience() {
     if (search_.stopped()) return;
     if (!all_.empty() && seconds_at(level) > search_.request.patience) break;
     std::optional<Reference> reference = compute(level);
-    if (reference) all_.push_back(std::move(*reference));
+    if (reference) add(std::move(*reference));
   }
-  if (all_.size() < 2) return;
-  estimate();
-  check_scale();
 }
 
 double ReferenceLevels::seconds_at(int level) const {
@@ -209,8 +210,10 @@ int ReferenceLevels::checking_level() const {
   return checking;
 }
 
+double ReferenceLevels::allowed_uncertainty() const { return allowed_share * search_.request.error; }
+
 bool ReferenceLevels::is_accurate_enough() const {
-  return all_.size() >= 3 && uncertainty_ <= allowed_share * search_.request.error;
+  return all_.size() >= 3 && uncertainty_ <= allowed_uncertainty();
 }
 
 bool ReferenceLevels::meets(double error) const {

@@ -85,13 +85,16 @@ class ReferenceLevels {
 
   /// Computes finer and finer references until one is accurate enough: to decide among lattices, as long as
   /// that leaves time for the one that checks; to estimate errors at all, as long as there is time. False if
-  /// none is. Throws InputError for a scene whose reference has no motion to compare with.
+  /// none is. Goes on from where it was, and from what was added. Throws InputError for a scene whose
+  /// reference has no motion to compare with.
   bool refine();
   /// Computes finer and finer references as long as one takes no more than `patience`, and estimates their
   /// errors where there are two.
   void refine_with_patience();
   /// Computes references of these levels. False if one cannot be computed.
   bool compute(const std::vector<int>& levels);
+  /// A finer one.
+  void add(Reference reference);
   /// One reference more, which is not added to these; nothing if it is impossible or fails, as its trial
   /// records.
   std::optional<Reference> compute(int level);
@@ -107,6 +110,8 @@ class ReferenceLevels {
   double uncertainty() const { return uncertainty_; }
   /// Whether cells of the finest are inverted at some time: then nothing keeps candidates from folding.
   bool folds() const { return finest().trajectory.min_jacobian <= 0; }
+  /// How large it may be.
+  double allowed_uncertainty() const;
   /// Whether the uncertainty is small enough to advise at all.
   bool is_accurate_enough() const;
 

@@ -148,7 +148,7 @@ Scene SceneFamily::scene(const Candidate& candidate) const {
 }
 
 SpectralBound SceneFamily::bound(const Candidate& c) {
-  const std::tuple key(c.model, c.level, c.face_share, c.volume_force, c.contact);
+  const Lattice key = lattice_of(c);
   if (const auto known = bounds_.find(key); known != bounds_.end()) return known->second;
   const Scene scene = this->scene(c);
   const Body body(scene.body);

@@ -44,8 +44,6 @@ double least_forces(const Candidate& candidate) {
   return find_linear_solver(candidate.linear_solver).products_only ? iterations : factorisation;
 }
 
-bool always(const SampledRun&) { return true; }
-
 }  // namespace
 
 /// Not `verlet`, which is semi-implicit Euler in other variables.
@@ -327,7 +325,7 @@ void Search::remeasure_cheapest(double worth) {
   for (std::size_t i = 0; i < trials().size(); ++i)
     if (trials()[i].meets && trials()[i].cost <= worth * best_cost()) close.push_back(i);
   auto costs = measure_interleaved(rounds, close.size(), state_.progress, [&](std::size_t i) {
-    return state_.sample(family().scene(trials()[close[i]].candidate), always).cost();
+    return state_.sample(family().scene(trials()[close[i]].candidate), to_its_end).cost();
   });
   for (std::size_t i = 0; i < close.size(); ++i) {
     if (costs[i].empty()) continue;
@@ -368,161 +366,8 @@ std::optional<std::size_t> Search::best() const {
   });
 }
 
-/// Shorter steps err less; where they err more, and too much, a candidate met the error by luck.
-void Search::judge_at_half_step(std::size_t trial) {
-  const Candidate half = at_half_step(trials()[trial].candidate);
-  const auto settings = family().settings(half);
-  const auto is_half = [&](const Trial& other) {
-    return other.share > 0.999 && family().settings(other.candidate) == settings;
-  };
-  auto found = std::find_if(trials().begin(), trials().end(), is_half);
-  if (found == trials().end()) {
-    run(half, {});
-    found = trials().end() - 1;
-  }
-  const bool fails = found->verdict == Verdict::failed || found->verdict == Verdict::folds ||
-                     found->verdict == Verdict::impossible || !std::isfinite(found->error);
-  Trial& judged = trials()[trial];
-  judged.error_at_half_step = fails ? std::numeric_limits<double>::infinity() : found->error;
-  if (stopped() || judged_error(judged) <= request().error) return;
-  judged.meets = false;
-  judged.verdict = Verdict::fluke;
-}
-
 bool Search::folds(const Trajectory& trajectory) const {
   return trajectory.min_jacobian <= 0 && !references_.folds();
-}
-
-/// Whether a candidate runs as it should, as `mss run` runs it: its rows may show a fold that samples missed,
-/// and energy from nowhere, whatever it is of that errs little. The verdict says what is wrong.
-bool Search::runs_well(Trial& trial) {
-  const Scene scene = family().scene(trial.candidate);
-  const SimulationResult result = mss::simulate(scene, state_.progress);
-  for (const SeriesRow& row : result.series) {
-    trial.min_jacobian = std::min(trial.min_jacobian, row.min_jacobian);
-    trial.max_stretch = std::max(trial.max_stretch, row.max_stretch);
-  }
-  const bool folds = trial.min_jacobian <= 0 && !references_.folds();
-  trial.meets = !folds && !result.gain;
-  if (folds) trial.verdict = Verdict::folds;
-  if (folds || !result.gain) return trial.meets;
-  trial.verdict = Verdict::unclean;
-  trial.problem = fmt::format("energy came from nowhere, {:.3g} percent of that at play",
-                              100 * result.gain->gained / result.gain->at_play);
-  return false;
-}
-
-double Search::error_of(const Candidate& candidate, const ErrorEstimator& estimator) {
-  return estimator.error_of(state_.sample(family().scene(candidate), always).trajectory);
-}
-
-/// Trials that were too close to the requested error, if they are cheaper than the best.
-void Search::decide_undecided(const ErrorEstimator& estimator, double uncertainty) {
-  const double before = best_cost();
-  bool others = false;
-  for (Trial& trial : trials())
-    if (!stopped() && trial.verdict == Verdict::undecided && trial.share == 1 && trial.cost < before &&
-        error_of(trial.candidate, estimator) + uncertainty / 2 <= request().error) {
-      trial.meets = others = true;
-      trial.verdict = Verdict::meets;
-    }
-  if (others) remeasure_cheapest();
-}
-
-/// From a reference that was not used in the search; nothing if one would take too long, or fails.
-std::optional<ErrorEstimator> Search::finer_estimator() {
-  const int finest = references_.finest().level, level = references_.checking_level();
-  if (level == 0) return std::nullopt;
-  const auto finer = references_.compute(level);
-  if (!finer) return std::nullopt;
-  trials()[finer->trial].verdict = Verdict::checking_reference;
-  const double by = double(level) / finest;
-  std::optional<ErrorEstimator> estimator(
-      std::in_place, request().of,
-      references_.extrapolated() ? extrapolate(references_.finest().trajectory, finer->trajectory, by)
-                                 : finer->trajectory);
-  decide_undecided(*estimator, estimator->error_of(references_.estimator()->reference()) / (by * by - 1));
-  return estimator;
-}
-
-/// Candidates are not advised whose error against a reference that was not used in the search is too large,
-/// or that fold or gain energy as `mss run` runs them.
-void Search::check() {
-  checking_ = finer_estimator();
-  verify_best();
-  if (stopped()) return;
-  const auto chosen = best();
-  const bool was_run_once = chosen && trials()[*chosen].costs.empty();
-  if (!reconsider() && !was_run_once) return;
-  remeasure_cheapest();
-  verify_best();
-}
-
-/// Runs candidates again that were dropped for costing more than one that was rejected since. True if one
-/// meets the error.
-bool Search::reconsider() {
-  std::vector<Candidate> dropped;
-  for (const Trial& trial : trials())
-    if ((trial.verdict == Verdict::costly || trial.verdict == Verdict::too_costly_to_run) &&
-        trial.estimated_cost <= best_cost())
-      dropped.push_back(trial.candidate);
-  bool any = false;
-  for (const Candidate& candidate : dropped)
-    any = (!stopped() && run(candidate, worth()) == Result::meets) || any;
-  return any;
-}
-
-void Search::verify_best() {
-  while (const auto chosen = best()) {
-    if (stopped()) return;
-    if (std::isnan(trials()[*chosen].error_at_half_step)) {
-      judge_at_half_step(*chosen);
-      continue;
-    }
-    Trial& trial = trials()[*chosen];
-    if (!runs_well(trial) || stopped()) continue;
-    if (!checking_) return;
-    trial.checked_error = advice_.checked_error = error_of(trial.candidate, *checking_);
-    if (trial.checked_error <= request().error) return;
-    trial.meets = false;
-    trial.verdict = Verdict::fails_check;
-  }
-}
-
-/// The motion of corotational elements; nothing, and the problem is recorded, if they fail or take longer
-/// than a reference may.
-std::optional<Search::Motion> Search::elements_at(int level) {
-  std::string& problem = advice_.elements.problem;
-  try {
-    Candidate elements = family().candidate(level);
-    elements.model = "corotational";
-    elements.threads = family().given().solve.threads;
-    Scene scene = family().scene(references_.accurate(elements));
-    scene.solve.sleep = {};
-    state_.progress.report(0.9, fmt::format("finite elements of {:.4g} m", family().cell_size(level)));
-    SampledRun run = state_.sample(scene, [&](const SampledRun& so_far) {
-      return so_far.cost() * scene.solve.duration < request().patience && !stopped();
-    });
-    if (run.status == Status::ok && !run.ended_early) return Motion{std::move(run.trajectory), run.cost()};
-    problem = run.ended_early ? "they would take longer than --patience" : to_string(run.status);
-  } catch (const InputError& error) {
-    problem = error.what();
-  }
-  return std::nullopt;
-}
-
-void Search::check_with_elements() {
-  if (!advice_.best || !family().takes_elements() || stopped()) return;
-  const Candidate advised = trials()[*advice_.best].candidate;
-  const std::optional<Motion> coarse = elements_at(advised.level);
-  const std::optional<Motion> fine = coarse ? elements_at(2 * advised.level) : std::nullopt;
-  if (!fine) return;
-  const ErrorEstimator estimator(request().of, fine->trajectory);
-  advice_.elements = {.level = 2 * advised.level,
-                      .error = error_of(advised, estimator),
-                      .uncertainty = estimator.error_of(coarse->trajectory) / 3,
-                      .cost = coarse->cost,
-                      .cost_of_finer = fine->cost};
 }
 
 /// The nearest candidates on either side, where error and budget cannot be met together.
@@ -571,15 +416,25 @@ Advice Search::result() {
   return std::move(advice_);
 }
 
+/// By the references so far. False if a finer one refutes them.
+bool Search::search() {
+  for (const Candidate& lattice : find_lattices()) try_methods(lattice);
+  try_threads();
+  if (!stopped()) remeasure_cheapest();
+  if (stopped() || !cheapest()) return true;
+  if (!compute_checking_reference()) return false;
+  check();
+  return true;
+}
+
 Advice Search::find() {
-  const bool accurate = references_.refine();
+  bool accurate = false;
+  do {
+    accurate = references_.refine();
+    if (references_.estimator()) references_.conclude();
+  } while (accurate && !search());
   if (!accurate && !state_.was_stopped) advice_.explanation = references_.why_inaccurate();
-  if (references_.estimator()) references_.conclude();
   if (accurate) {
-    for (const Candidate& lattice : find_lattices()) try_methods(lattice);
-    try_threads();
-    if (!stopped()) remeasure_cheapest();
-    if (!stopped() && cheapest()) check();
     if (!state_.was_stopped) advice_.best = best();
     if (!advice_.best && !state_.was_stopped) advice_.explanation = nothing_meets;
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,9 @@ namespace mss::advise {
 std::vector<std::string> tried_methods();
 /// A candidate in half the step, or a quarter of the tolerance: for what it does so by luck it errs more.
 Candidate at_half_step(Candidate candidate);
+
+/// For a run that nothing ends early.
+inline bool to_its_end(const SampledRun&) { return true; }
 
 /// Candidates that would take so much longer than the cheapest so far are dropped.
 inline constexpr double cost_margin = 1.3;
@@ -47,10 +51,13 @@ class Search {
   void try_methods(const Candidate& lattice);
   void try_threads();
   void remeasure_cheapest(double worth = cost_margin);
+  bool search();
   void check();
+  bool passes_check(const Candidate& candidate);
   void verify_best();
   bool reconsider();
-  std::optional<ErrorEstimator> finer_estimator();
+  bool compute_checking_reference();
+  void refute_trials();
   bool folds(const Trajectory& trajectory) const;
   bool runs_well(Trial& trial);
   void check_with_elements();
@@ -80,8 +87,9 @@ class Search {
 
   SearchState state_;
   ReferenceLevels references_;
-  std::optional<ErrorEstimator> checking_;  ///< of a reference that the search did not use
-  Advice advice_;                           ///< but for its trials
+  std::optional<ErrorEstimator> checking_;      ///< of a reference that the search did not use
+  std::map<Lattice, double> checked_lattices_;  ///< their errors by it
+  Advice advice_;                               ///< but for its trials
 };
 
 }  // namespace mss::advise

@@ -11,6 +11,7 @@
 
 #include "core/base/error.hpp"
 #include "experiments/advise/chart.hpp"
+#include "experiments/advise/reference_levels.hpp"
 #include "experiments/advise/report.hpp"
 #include "experiments/advise/static_advice.hpp"
 #include "experiments/io/output.hpp"
@@ -370,6 +371,35 @@ TEST(Advice, KeepsTheErrorAgainstAReferenceItDidNotUse) {
     return gnuplot_script(draw(all).charts[0].chart, "a.svg", "a.png");
   };
   EXPECT_EQ(script(read), script(tables));
+}
+
+/// Where a finer reference refutes those of a search, it is added to them, and they go on from there.
+TEST(ReferenceLevels, GoOnFromWhatWasAdded) {
+  SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
+  const AdviseRequest request{.error = 0.01, .patience = 1, .charge = by_work};
+  Progress progress;
+  SearchState state(cube, request, progress);
+  ReferenceLevels references(state);
+  references.refine();
+  ASSERT_GE(references.all().size(), 3U);
+  const int finest = references.finest().level;
+  const double before = references.uncertainty();
+  auto finer = references.compute(finest + 1);
+  ASSERT_TRUE(finer.has_value());
+  EXPECT_EQ(references.finest().level, finest);
+  references.add(std::move(*finer));
+  EXPECT_EQ(references.finest().level, finest + 1);
+  EXPECT_NE(references.uncertainty(), before);
+  const std::size_t computed = state.trials.size();
+  references.refine();
+  for (std::size_t i = computed; i < state.trials.size(); ++i)
+    EXPECT_GT(state.trials[i].candidate.level, finest + 1);
+  EXPECT_EQ(references.is_accurate_enough(), references.uncertainty() <= references.allowed_uncertainty());
+  references.conclude();
+  for (const auto& reference : references.all())
+    if (reference.level < references.finest().level) {
+      EXPECT_GT(state.trials[reference.trial].error, 0);
+    }
 }
 
 // Vertex block descent in frame-sized steps folds this soft creature, and is the cheapest within 5 percent.
