@@ -1,9 +1,9 @@
 # mss_kernel_copies(TARGET NAME [PRECISIONS float double]): compiles NAME_isa.cpp into a target once per instruction set
 # of x86-64, and per precision if any are named; core/kernels/dispatch.hpp chooses among the copies at run time. On other
 # processors all are the first.
-set(mss_flags_of_baseline -ffp-contract=fast)
-set(mss_flags_of_v3 -ffp-contract=fast)
-set(mss_flags_of_v4 -ffp-contract=fast)
+set(mss_flags_of_baseline -ffp-contract=fast -fno-math-errno)
+set(mss_flags_of_v3 -ffp-contract=fast -fno-math-errno)
+set(mss_flags_of_v4 -ffp-contract=fast -fno-math-errno)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   list(PREPEND mss_flags_of_v3 -march=x86-64-v3)
   list(PREPEND mss_flags_of_v4 -march=x86-64-v4 -mprefer-vector-width=512)

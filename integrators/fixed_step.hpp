@@ -14,8 +14,8 @@ inline void snap_to_end_time(double& t, double dt, double t_end) {
   if (std::abs(t - t_end) < 1e-6 * dt) t = t_end;
 }
 
-/// Applies a system's step events, collisions and sleep, around a method's steps; does nothing where there
-/// are none.
+/// Applies a system's step events, collisions and sleep, around a method's steps, and tells its memory where
+/// these end; does nothing where there are none.
 template <class Real>
 class BetweenSteps {
  public:
@@ -23,13 +23,14 @@ class BetweenSteps {
       : method_(method),
         events_(system.events()),
         impulses_(system.plane_impulses()),
+        memory_(system.memory()),
         dt_(dt),
         collides_(events_ && events_->collides() &&
                   !(method.collisions() == Collisions::inside_steps && system.bounds())),
         sleeps_(may_sleep && events_ && events_->sleeps()) {}
 
   /// Whether steps must be taken one at a time.
-  bool active() const { return collides_ || sleeps_; }
+  bool active() const { return collides_ || sleeps_ || memory_; }
   /// Whether a step would change the time only.
   bool all_asleep() const { return sleeps_ && events_->all_asleep(); }
 
@@ -38,12 +39,17 @@ class BetweenSteps {
     if (impulses_) impulses_->end_step(dt_);
   }
 
+  /// To be called once, before the first step.
+  void begin(const State<Real>& state) {
+    if (memory_) memory_->come_to(state);
+  }
   void step_begins(const State<Real>& state) {
     if (collides_) before_ = state;
   }
   void step_ends(State<Real>& state) {
     const bool collided = collides_ && events_->collide(before_, dt_, state);
     const bool settled = sleeps_ && events_->settle(state);
+    if (memory_) memory_->come_to(state);
     if (collided || settled) method_.reset();
   }
 
@@ -51,6 +57,7 @@ class BetweenSteps {
   Integrator<Real>& method_;
   StepEvents<Real>* events_;  ///< nullptr: nothing happens between steps
   PlaneImpulses* impulses_;   ///< nullptr: no plane acts by impulses
+  StepMemory<Real>* memory_;  ///< nullptr: nothing relaxes
   double dt_;
   bool collides_, sleeps_;
   State<Real> before_;
@@ -66,6 +73,7 @@ template <class Real, class Take>
 Status advance_fixed(Integrator<Real>& method, System<Real>& system, State<Real>& state, double dt,
                      double t_end, Work& work, Take&& take) {
   BetweenSteps<Real> between(method, system, dt, true);
+  between.begin(state);
   const auto step_alone = [&] {
     if (between.all_asleep()) {
       between.sleeps_on();
@@ -94,6 +102,7 @@ template <class Real, class Take>
 Status advance_step_by_step(Integrator<Real>& method, System<Real>& system, State<Real>& state, double dt,
                             double t_end, Work& work, Take&& take) {
   BetweenSteps<Real> between(method, system, dt, false);
+  between.begin(state);
   for (long left = std::lround((t_end - state.t) / dt); left > 0; --left) {
     between.step_begins(state);
     if (const Status status = take(); status != Status::ok) return status;

@@ -8,6 +8,19 @@
 
 namespace mss {
 
+namespace {
+
+std::string no_relaxation(const IntegratorInfo& method) {
+  return fmt::format(
+      "{} {}, and material.relaxation needs forces that do; leave it out, or give damped_verlet or tr_bdf2",
+      method.name,
+      method.needs_springs() || !method.has_modulus
+          ? "moves springs in its own way, which does not relax"
+          : "has stages that no relaxation of second order follows");
+}
+
+}  // namespace
+
 template <class Real>
 std::unique_ptr<Integrator<Real>> IntegratorInfo::make(const IntegratorOptions& options) const {
   std::unique_ptr<Integrator<Real>> method;
@@ -22,6 +35,7 @@ std::unique_ptr<Integrator<Real>> IntegratorInfo::make(const IntegratorOptions& 
   method->collisions_ = collisions;
   method->check_ = [facts = *this, dt = options.dt](System<Real>& system) {
     check_collisions(facts, system, dt);
+    if (system.memory() && !facts.relaxes) throw InputError(no_relaxation(facts));
     if (system.in_local_steps() && !facts.local_steps)
       throw InputError(
           fmt::format("{} has more than one force a step, and local steps take the place of one; "

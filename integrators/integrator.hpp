@@ -160,6 +160,9 @@ struct IntegratorInfo {
   bool implicit = false;
   Collisions collisions = Collisions::after_steps;
   LinearAlgebra linear_algebra = LinearAlgebra::chosen;
+  /// Asks for forces of materials that relax within its steps alone, and tells where these end (StepMemory);
+  /// at most of second order, as forces then are.
+  bool relaxes = false;
   bool local_steps = false;   ///< has one force a step, v += dt a, x += dt v: LocalSteps can take its place
   bool iterates = false;      ///< as often as `iterations` says
   bool symplectic = false;    ///< without damping

@@ -115,7 +115,8 @@ Algorithm1::Algorithm1(const BodyConfig& config, const Vec3& gravity, int thread
       has_volume_force_(config.has_volume_force()),
       is_guarded_(config.fold_guard > 0),
       cell_size_(config.cell_size),
-      cell_volume_(config.cell_size * config.cell_size * config.cell_size) {
+      cell_volume_(config.cell_size * config.cell_size * config.cell_size),
+      relaxation_(config.relaxation) {
   connect(config);
 }
 
@@ -149,6 +150,7 @@ void Algorithm1::connect(const BodyConfig& config) {
     cells_.push_back(cell);
   });
   add_dampers(connections);
+  for (Spring& s : springs_) s.branch = relaxation_.ratio * s.stiffness;
   for (const Weight& weight : config.weights) add_weight(weight, 1e-9 * config.cell_size);
 }
 
@@ -261,6 +263,35 @@ void Algorithm1::add_springs() {
   }
 }
 
+/// The spring of a Maxwell branch is as long as its spring, less what its damper has given way.
+void Algorithm1::add_branches() {
+  if (relaxation_.ratio == 0) return;
+  for (const Spring& s : springs_) {
+    const double length = length_of(s);
+    if (length == 0) continue;
+    const Vec3 force =
+        s.branch * (length - s.rest_length - s.dashpot) / length * (particles_[s.p2].x - particles_[s.p1].x);
+    particles_[s.p1].f += force;
+    particles_[s.p2].f -= force;
+  }
+}
+
+/// The damper's ODE d' = (L - L0 - d) / time while the length L changes at a constant rate, by many steps of
+/// Runge's and Kutta's method.
+void Algorithm1::give_way(Spring& spring, double length_before, double dt) const {
+  constexpr int steps = 8;
+  const double change = length_of(spring) - length_before, h = dt / steps;
+  for (int n = 0; n < steps; ++n) {
+    const auto rate = [&](double share, double dashpot) {
+      const double length = length_before + change * (n + share) / steps;
+      return (length - spring.rest_length - dashpot) / relaxation_.time;
+    };
+    const double d = spring.dashpot, k1 = rate(0, d), k2 = rate(0.5, d + h / 2 * k1),
+                 k3 = rate(0.5, d + h / 2 * k2), k4 = rate(1, d + h * k3);
+    spring.dashpot += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+  }
+}
+
 void Algorithm1::add_volume_forces() {
   if (!has_volume_force_) return;
   const auto count = std::ptrdiff_t(cells_.size());
@@ -315,12 +346,16 @@ void Algorithm1::compute_forces() {
     p.f = p.mass * gravity_;
   }
   add_springs();
+  add_branches();
   add_volume_forces();
   add_guard_forces();
 }
 
 void Algorithm1::step(double dt) {
   compute_forces();
+  std::vector<double> lengths;
+  for (std::size_t i = 0; relaxation_.ratio > 0 && i < springs_.size(); ++i)
+    lengths.push_back(length_of(springs_[i]));
   const auto count = std::ptrdiff_t(particles_.size());
 #pragma omp parallel for num_threads(threads_) schedule(static)
   for (std::ptrdiff_t i = 0; i < count; ++i) {
@@ -328,6 +363,7 @@ void Algorithm1::step(double dt) {
     p.v += dt / p.mass * p.f;
     p.x += dt * p.v;
   }
+  for (std::size_t i = 0; i < lengths.size(); ++i) give_way(springs_[i], lengths[i], dt);
 }
 
 double Algorithm1::potential_energy() const {

@@ -30,6 +30,8 @@ class Algorithm1 {
     double stiffness;
     double rest_length;
     double damping;
+    double branch = 0;   ///< stiffness of its Maxwell branch [N/m]
+    double dashpot = 0;  ///< how far that branch's damper has given way [m]
   };
   struct Cell {
     std::array<std::size_t, 8> p;  ///< p[0] is the thesis's p_1
@@ -53,7 +55,7 @@ class Algorithm1 {
   /// Lines 1 to 14, the volume force and the guard against folding: total forces of all particles [N].
   void compute_forces();
 
-  /// One update of all particles with semi-implicit Euler (2-12).
+  /// One update of all particles with semi-implicit Euler (2-12), then of dampers in Maxwell branches.
   void step(double dt);
 
   /// Atomic additions of numbers that an update makes: 12 a spring (lines 7, 8, 12 and 13) and, of a body
@@ -85,6 +87,11 @@ class Algorithm1 {
   void add_dampers(const Connections& connections);
   void add_weight(const Weight& weight, double slack);
   void add_springs();
+  void add_branches();
+  double length_of(const Spring& spring) const {
+    return (particles_[spring.p2].x - particles_[spring.p1].x).norm();
+  }
+  void give_way(Spring& spring, double length_before, double dt) const;
   void add_volume_forces();
   void add_guard_forces();
   double guard_energy() const;
@@ -95,6 +102,7 @@ class Algorithm1 {
   bool is_guarded_;
   double cell_size_;
   double cell_volume_;
+  Relaxation relaxation_;
   std::vector<Particle> particles_;
   std::vector<Spring> springs_;
   std::vector<Cell> cells_;

@@ -170,7 +170,7 @@ CellMatrix MollemansSystem::MollemansTangents::cell(const Field<double>& x, std:
          cell_tangent(system_.kappa_, body().cell_volume(), corners_at(body(), x, site), sum.kind);
 }
 
-void MollemansSystem::MollemansTangents::add(const Field<double>& x, const Field<double>& v,
+void MollemansSystem::MollemansTangents::add(double, const Field<double>& x, const Field<double>& v,
                                              const TangentCoefficients& sum, BlockMatrix& blocks) {
   add_tangent(system_.bare_, x, v, sum, blocks);
   for (const std::ptrdiff_t site : system_.cells_.cells()) {
@@ -197,7 +197,7 @@ void MollemansSystem::MollemansTangents::multiply(double t, const Field<double>&
       out);
 }
 
-void MollemansSystem::MollemansTangents::add_diagonal(const Field<double>& x, const Field<double>& v,
+void MollemansSystem::MollemansTangents::add_diagonal(double, const Field<double>& x, const Field<double>& v,
                                                       const TangentCoefficients& sum,
                                                       std::vector<Matrix3d>& diagonal) {
   std::vector<Matrix3d> springs;

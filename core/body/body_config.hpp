@@ -9,6 +9,7 @@
 #include "core/base/field.hpp"
 #include "core/body/cell_fill.hpp"
 #include "core/body/material.hpp"
+#include "core/body/relaxation.hpp"
 #include "core/body/spring_slots.hpp"
 #include "core/body/voxels.hpp"
 
@@ -58,6 +59,7 @@ struct BodyConfig {
   SpringConstants springs{};                  ///< of interior springs
   std::optional<ElasticConstants> elastic{};  ///< the material they model, if any
   Damping damping{};
+  Relaxation relaxation{};    ///< of all parts' springs
   double fold_guard = 0;      ///< k_g over a part's shear modulus; 0: no guard against folding
   std::vector<Part> parts{};  ///< 1, 2, ...
 

@@ -31,14 +31,14 @@ struct Blocks {
 /// this one as its cell's corner c.
 Blocks blocks_at(const Body& body, const Neighbourhood& kinds, bool guarding) {
   Blocks blocks;
-  const double h = body.config().cell_size;
+  const double h = body.config().cell_size, at_once = 1 + body.config().relaxation.ratio;
   for (int corner = 0; corner < 8; ++corner) {
     const SiteElements e = body.kinds().elements(kinds[std::size_t(corner)]);
     for (std::size_t s = 0; s < spring_slots.size(); ++s) {
       const auto [a, b, kind] = spring_slots[s];
       if (a != corner && b != corner) continue;
       const Vec3 u = (corner_vector(b) - corner_vector(a)).normalized();
-      blocks.stiffness += 2 * e.stiffness[s] * u * u.transpose();
+      blocks.stiffness += 2 * at_once * e.stiffness[s] * u * u.transpose();
       blocks.damping += 2 * e.damping[s] * u * u.transpose();
     }
     const Vec3 gradient = h * h / 4 * (2 * corner_vector(corner) - Vec3::Ones());

@@ -14,9 +14,9 @@ struct SpectralBound {
   double damping = 0;  ///< [1/s]
 };
 
-/// Block Gershgorin bound. For a spring with direction u, (u.(x_j - x_i))^2 <= 2 (u.x_i)^2 + 2 (u.x_j)^2,
-/// and for a cell's volume there are eight such terms, so K is below the block-diagonal matrix of 2 sum k u
-/// u^T
+/// Block Gershgorin bound; of springs that relax it is of their stiffness at once. For a spring with
+/// direction u, (u.(x_j - x_i))^2 <= 2 (u.x_i)^2 + 2 (u.x_j)^2, and for a cell's volume there are eight such
+/// terms, so K is below the block-diagonal matrix of 2 sum k u u^T
 /// + 8 k_vol/V0 g g^T with g the volume's gradient, and omega^2 is below the largest eigenvalue of a block
 /// over its mass. For the `uniform` cube that is the corner's sqrt(16 (k_e + 2 k_f + k_c) / (rho h^3)).
 SpectralBound spectral_bound(const Body& body);

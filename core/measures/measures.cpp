@@ -115,7 +115,7 @@ double min_jacobian(const std::vector<Level>& levels, const Field<Real>& x) {
 
 void Measures::remember(Record& record) {
   record.keep(t, kinetic, elastic, volume_energy, external_potential, volume_ratio, volume_ratio_thesis,
-              momentum, angular_momentum, max_speed, max_stretch, min_jacobian);
+              momentum, angular_momentum, max_speed, max_stretch, min_jacobian, relaxes, relaxing, relaxed);
 }
 
 template <class Real>
@@ -126,6 +126,9 @@ Measures measure(const SolidSystem<Real>& system, const State<Real>& state) {
   const StoredEnergy energy = system.stored_energy(state.x);
   m.elastic = energy.elastic;
   m.volume_energy = energy.volume;
+  m.relaxes = system.levels().front().body.config().relaxation.acts();
+  m.relaxing = energy.relaxing;
+  m.relaxed = system.dissipated_by_relaxation();
   measure_motion(system, state, m);
   m.max_stretch = max_stretch(system.levels(), state.x);
   m.min_jacobian = min_jacobian(system.levels(), state.x);

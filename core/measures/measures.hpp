@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <string_view>
 
 #include "core/springs/solid_system.hpp"
@@ -13,6 +14,9 @@ struct Measures {
   double kinetic = 0;              ///< [J]
   double elastic = 0;              ///< of springs and the guard against folding, or of finite elements [J]
   double volume_energy = 0;        ///< eq. 3-1 summed over cells [J]
+  bool relaxes = false;            ///< whether there are Maxwell branches: the next two are of them
+  double relaxing = 0;             ///< energy stored in them [J]
+  double relaxed = 0;              ///< what their dampers have dissipated [J]
   double external_potential = 0;   ///< potential of gravity, from z = 0, of loads and of penalty planes [J]
   double volume_ratio = 1;         ///< exact volume of what is filled over that at rest
   double volume_ratio_thesis = 1;  ///< the same with eq. 3-5, 3-6
@@ -23,8 +27,8 @@ struct Measures {
   double min_jacobian = 1;               ///< smallest signed volume of a cell corner's three edges, over h^3
 
   /// Kinetic and stored energy of the body itself [J].
-  double mechanical() const { return kinetic + elastic + volume_energy; }
-  double total() const { return kinetic + elastic + volume_energy + external_potential; }
+  double mechanical() const { return kinetic + elastic + volume_energy + relaxing; }
+  double total() const { return mechanical() + external_potential; }
 
   /// See core/base/record.hpp.
   void remember(Record& record);
@@ -36,7 +40,7 @@ struct MeasureColumn {
   std::string_view unit;  ///< empty: a ratio
   double (*value)(const Measures&);
 };
-inline constexpr std::array<MeasureColumn, 17> measure_columns{{
+inline constexpr std::array<MeasureColumn, 19> measure_columns{{
     {"t", "s", [](const Measures& m) { return m.t; }},
     {"kinetic", "J", [](const Measures& m) { return m.kinetic; }},
     {"elastic", "J", [](const Measures& m) { return m.elastic; }},
@@ -54,7 +58,13 @@ inline constexpr std::array<MeasureColumn, 17> measure_columns{{
     {"max_speed", "m/s", [](const Measures& m) { return m.max_speed; }},
     {"max_stretch", "", [](const Measures& m) { return m.max_stretch; }},
     {"min_jacobian", "", [](const Measures& m) { return m.min_jacobian; }},
+    {"relaxing_energy", "J", [](const Measures& m) { return m.relaxing; }},
+    {"relaxed_energy", "J", [](const Measures& m) { return m.relaxed; }},
 }};
+/// Those that files of a body have: the last two only where it relaxes.
+inline std::span<const MeasureColumn> columns_of(const Measures& m) {
+  return std::span(measure_columns).first(measure_columns.size() - (m.relaxes ? 0 : 2));
+}
 
 /// What a column was called before: in older files, scripts and scenes.
 struct RenamedColumn {

@@ -32,6 +32,12 @@ inline constexpr Quantity spring{"a spring constant", "a number of N/m that is n
 inline constexpr Quantity volume{"a volume stiffness", "a finite number of pascals", any};
 inline constexpr Quantity guard{"a stiffness of the fold guard",
                                 "a number of shear moduli that is not negative", not_negative};
+inline constexpr Quantity relaxation_ratio{
+    "a ratio of stiffnesses",
+    "a number that is not negative: stiffness at once over that at rest, "
+    "less one",
+    not_negative};
+inline constexpr Quantity relaxation_time{"a time", "a positive number of seconds", positive};
 inline constexpr Quantity damping_ratio{"a damping ratio", "a number that is not negative, or thesis = true",
                                         not_negative};
 inline constexpr Quantity viscosity{"a viscosity", "a number of Pa s that is not negative", not_negative};

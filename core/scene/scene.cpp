@@ -172,6 +172,20 @@ double read_fold_guard(const TomlTable& material, const BodyConfig& config) {
   return stiffness;
 }
 
+Relaxation read_relaxation(const TomlTable& material, const Scene& scene) {
+  constexpr auto key = "relaxation";
+  if (!material.has(key)) return {};
+  if (scene.model != spring_model)
+    material.reject(key,
+                    fmt::format("is of springs, and material.model is \"{}\"; leave it out", scene.model));
+  const TomlTable table = material.table(key);
+  const Relaxation relaxation{.ratio = table.number("ratio", relaxation_ratio),
+                              .time = table.number("time", relaxation_time)};
+  if (!std::isnormal(1 / relaxation.time))
+    table.reject("time", "is too short to compute with; leave relaxation out, or give more seconds");
+  return relaxation;
+}
+
 /// Rejects what makes particles too light to compute with; `other` is the key that might be changed instead.
 void check_mass(const TomlTable& table, const char* key, double of_cell, const char* other) {
   if (!std::isnormal(of_cell / 8))
@@ -217,6 +231,7 @@ void read_body(const TomlTable& root, Scene& scene) {
              config.density * std::pow(config.cell_size, 3), "material.density");
   config.springs = read_springs(material, scene);
   config.fold_guard = read_fold_guard(material, config);
+  config.relaxation = read_relaxation(material, scene);
   config.damping = read_damping(root.table("damping"), config.shear_modulus());
   for (const TomlTable& table : root.tables("part")) config.parts.push_back(read_part(table, scene));
   for (const TomlTable& table : root.tables("weight"))
@@ -280,6 +295,9 @@ void check_splittable(const TomlTable& table, std::string_view key, const Scene&
     table.reject(key,
                  "splits cells, and a mesh may fill these unevenly; give body.voxels or "
                  "body.cells, or a smaller body.cell_size");
+  if (scene.body.relaxation.acts())
+    table.reject(key,
+                 "splits cells, and material.relaxation is for cells of one size; leave one of them out");
   if (scene.model != spring_model)
     table.reject(key, fmt::format("is for model \"{}\", and material.model is \"{}\"; leave it out",
                                   spring_model, scene.model));
@@ -423,13 +441,13 @@ Scene scene_of(const TomlFile& toml) {
   Scene scene;
   scene.file = toml.file();
   scene.name = toml.file().stem().string();
+  if (const TomlTable material = root.table("material"); material.has("model"))
+    scene.model = material.text("model", "a model", "its name, such as \"springs\"");
   read_body(root, scene);
   const double cell_size = scene.body.cell_size;
   const std::shared_ptr<const TriangleMesh> surface =
       scene.mesh ? std::make_shared<TriangleMesh>(scene.mesh->surface()) : nullptr;
   scene.environment = read_environment(root, surface, cell_size);
-  if (const TomlTable material = root.table("material"); material.has("model"))
-    scene.model = material.text("model", "a model", "its name, such as \"springs\"");
   read_keys(start_keys(), root.table("start"), scene);
   read_keys(solve_keys(), root.table("solve"), scene.solve);
   read_contact_surface(root, surface, scene);

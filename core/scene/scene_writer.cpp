@@ -67,6 +67,8 @@ Json material_to_json(const Scene& scene) {
   json["springs"] = {{"edge", body.springs.edge}, {"face", body.springs.face}, {"body", body.springs.body}};
   json["volume"] = body.springs.volume;
   json["fold_guard"] = body.fold_guard;
+  if (body.relaxation.acts())
+    json["relaxation"] = {{"ratio", body.relaxation.ratio}, {"time", body.relaxation.time}};
   return json;
 }
 

@@ -15,11 +15,11 @@ const std::vector<FreeDof>& BodyTangents<Real>::unknowns() {
 }
 
 template <class Real>
-void BodyTangents<Real>::values(double, const Field<Real>& x, const Field<Real>& v,
+void BodyTangents<Real>::values(double t, const Field<Real>& x, const Field<Real>& v,
                                 const TangentCoefficients& sum, SparseMatrix& matrix) {
   BlockMatrix& m = blocks();
   m.begin(sum.mass);
-  add(x, v, sum, m);
+  add(t, x, v, sum, m);
   if (system_.contact().has_penalties()) add_penalties(x, v, sum, m);
   m.write(matrix);
 }
@@ -66,13 +66,13 @@ void BodyTangents<Real>::add_penalties(const Field<Real>& x, const Field<Real>& 
 }
 
 template <class Real>
-void BodyTangents<Real>::diagonal(double, const Field<Real>& x, const Field<Real>& v,
+void BodyTangents<Real>::diagonal(double t, const Field<Real>& x, const Field<Real>& v,
                                   const TangentCoefficients& sum, std::vector<Eigen::Matrix3d>& diagonal) {
   const std::vector<std::ptrdiff_t>& sites = body().sites();
   diagonal.resize(sites.size());
   for (std::size_t p = 0; p < sites.size(); ++p)
     diagonal[p] = sum.mass * body().mass(sites[p]) * Eigen::Matrix3d::Identity();
-  add_diagonal(x, v, sum, diagonal);
+  add_diagonal(t, x, v, sum, diagonal);
   if (system_.contact().has_penalties()) add_penalties(x, v, sum, diagonal);
 }
 

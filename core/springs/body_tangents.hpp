@@ -28,11 +28,11 @@ class BodyTangents : public Tangents<Real> {
   const Body& body() const { return system_.body(); }
 
   /// Adds the cells' tangent, without masses.
-  virtual void add(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
+  virtual void add(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                    BlockMatrix& blocks) = 0;
   /// Adds its blocks on the diagonal, one per particle.
-  virtual void add_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
-                            std::vector<Eigen::Matrix3d>& diagonal) = 0;
+  virtual void add_diagonal(double t, const Field<Real>& x, const Field<Real>& v,
+                            const TangentCoefficients& sum, std::vector<Eigen::Matrix3d>& diagonal) = 0;
   /// The product of the cells' tangent and of masses with p; overwritten.
   virtual void multiply(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                         const Field<Real>& p, Field<Real>& out) = 0;

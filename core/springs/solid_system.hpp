@@ -16,8 +16,9 @@ class Record;
 
 /// Energy stored in a deformed body [J].
 struct StoredEnergy {
-  double elastic = 0;  ///< of springs and the guard against folding, or of finite elements
-  double volume = 0;   ///< eq. 3-1 summed over cells
+  double elastic = 0;   ///< of springs and the guard against folding, or of finite elements
+  double volume = 0;    ///< eq. 3-1 summed over cells
+  double relaxing = 0;  ///< of Maxwell branches, which their dampers dissipate
 };
 
 /// A deformable solid in its environment: what a simulation measures, writes and draws. BodySystem is one of
@@ -38,6 +39,8 @@ class SolidSystem : public System<Real> {
 
   /// Energy stored at positions x; NaN or infinite where x is.
   virtual StoredEnergy stored_energy(const Field<Real>& x) const = 0;
+  /// What dampers of Maxwell branches have dissipated until the last step's end [J].
+  virtual double dissipated_by_relaxation() const { return 0; }
   /// Virials of cells at positions x [m] and velocities v [m/s], by level in the order of for_each_cell(): of
   /// each -sum f x^T [J] of the forces f by which what is in it acts on its corners x. All cells' forces add
   /// up to the solid's own. Nothing where a model's forces are not those of cells. Ghosts must be up to date.

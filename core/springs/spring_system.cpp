@@ -10,6 +10,7 @@
 #include "core/forces/spring_law.hpp"
 #include "core/springs/cell_virials.hpp"
 #include "core/springs/element_tangents.hpp"
+#include "core/springs/maxwell_branches.hpp"
 #include "core/springs/sweep_pipeline.hpp"
 
 namespace mss {
@@ -53,7 +54,13 @@ SpringSystem<Real>::SpringSystem(const Body& body, const Environment& environmen
                        execution.sleep),
       tangents_(*this),
       discrete_gradient_(body),
-      pipeline_(std::make_unique<SweepPipeline<Real>>(*this, this->team(), this->sleep_tracker(), kernel)) {}
+      pipeline_(std::make_unique<SweepPipeline<Real>>(*this, this->team(), this->sleep_tracker(), kernel)),
+      branches_(body.config().relaxation.acts() ? std::make_unique<MaxwellBranches<Real>>(*this, body)
+                                                : nullptr) {
+  if (branches_ && execution.sleep.bound > 0)
+    throw InputError(
+        "material.relaxation goes on in a body at rest, so nothing falls asleep; leave solve.sleep out");
+}
 
 template <class Real>
 SpringSystem<Real>::~SpringSystem() = default;
@@ -64,7 +71,24 @@ StoredEnergy SpringSystem<Real>::stored_energy(const Field<Real>& x) const {
   const Communicator& ranks = this->body().ranks();
   ranks.add_in_order(energy, [&] { add_energy_of_springs(x, energy); });
   ranks.add_in_order(energy, [&] { add_energy_of_cells(x, energy); });
+  if (branches_) energy.relaxing = branches_->energy(x);
   return energy;
+}
+
+template <class Real>
+double SpringSystem<Real>::dissipated_by_relaxation() const {
+  return branches_ ? branches_->dissipated() : 0;
+}
+
+template <class Real>
+StepMemory<Real>* SpringSystem<Real>::memory() {
+  return branches_.get();
+}
+
+template <class Real>
+void SpringSystem<Real>::remember(Record& record) {
+  BodySystem<Real>::remember(record);
+  if (branches_) branches_->remember(record);
 }
 
 template <class Real>
@@ -102,6 +126,7 @@ std::optional<std::vector<Eigen::Matrix3d>> SpringSystem<Real>::cell_virials(con
 template <class Real>
 void SpringSystem<Real>::force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) {
   pipeline_->run({.finish = Pass::force, .t = t, .dt = 0, .x = &x, .v = &v, .out = &f}, 1);
+  if (branches_) branches_->add_force(t, x, f);
   this->add_gravity(f);
   this->add_penalty_force(x, v, f);
 }
@@ -110,6 +135,7 @@ template <class Real>
 void SpringSystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   pipeline_->run({.finish = Pass::acceleration, .t = t, .dt = 0, .x = &x, .v = &v, .out = &a}, 1);
   stop_sleeping(a);
+  if (branches_) branches_->add_acceleration(t, x, a);
   this->add_penalty_acceleration(x, v, a);
   this->stop_sticking(x, v, a);
   this->held().clear(a);
@@ -126,13 +152,14 @@ void SpringSystem<Real>::stop_sleeping(Field<Real>& a) const {
 }
 
 template <class Real>
-void SpringSystem<Real>::SpringTangents::add(const Field<Real>& x, const Field<Real>& v,
+void SpringSystem<Real>::SpringTangents::add(double t, const Field<Real>& x, const Field<Real>& v,
                                              const TangentCoefficients& sum, BlockMatrix& blocks) {
   add_tangent(this->body(), x, v, sum, blocks);
+  if (system_.branches_) system_.branches_->add_tangent(t, x, sum, blocks);
 }
 
 template <class Real>
-void SpringSystem<Real>::SpringTangents::add_diagonal(const Field<Real>& x, const Field<Real>&,
+void SpringSystem<Real>::SpringTangents::add_diagonal(double t, const Field<Real>& x, const Field<Real>&,
                                                       const TangentCoefficients& sum,
                                                       std::vector<Eigen::Matrix3d>& diagonal) {
   if (straight_.size() == 0) straight_ = mixed_ = Field<Real>(system_.size());
@@ -147,6 +174,7 @@ void SpringSystem<Real>::SpringTangents::add_diagonal(const Field<Real>& x, cons
       diagonal[p](c, b) += mixed[a];
     }
   }
+  if (system_.branches_) system_.branches_->add_diagonal(t, x, sum, diagonal);
 }
 
 template <class Real>
@@ -155,6 +183,7 @@ void SpringSystem<Real>::SpringTangents::multiply(double t, const Field<Real>& x
                                                   Field<Real>& out) {
   system_.pipeline_->run(
       {.finish = Pass::product, .t = t, .dt = 0, .x = &x, .v = &p, .out = &out, .sum = sum}, 1);
+  if (system_.branches_) system_.branches_->add_product(t, x, sum, p, out);
 }
 
 template <class Real>
@@ -172,7 +201,7 @@ void SpringSystem<Real>::diagonal_blocks(const Field<Real>& x, const TangentCoef
 
 template <class Real>
 void SpringSystem<Real>::kick_drift(const KickDrift& update, double dt, long steps, State<Real>& state) {
-  if (this->contact().has_penalties()) return System<Real>::kick_drift(update, dt, steps, state);
+  if (this->contact().has_penalties() || branches_) return System<Real>::kick_drift(update, dt, steps, state);
   pipeline_->run({.finish = Pass::kick_drift,
                   .t = state.t,
                   .dt = dt,

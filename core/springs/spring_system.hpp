@@ -16,6 +16,8 @@ template <class Real>
 struct SweepPass;
 template <class Real>
 class SweepPipeline;
+template <class Real>
+class MaxwellBranches;
 
 /// How a SpringSystem computes. The kernel changes results by rounding, the number of threads not at all, and
 /// sleep within the rule's bound.
@@ -37,6 +39,9 @@ class SpringSystem final : public BodySystem<Real> {
   ~SpringSystem() override;
 
   StoredEnergy stored_energy(const Field<Real>& x) const override;
+  double dissipated_by_relaxation() const override;
+  StepMemory<Real>* memory() override;
+  void remember(Record& record) override;
   std::optional<std::vector<Eigen::Matrix3d>> cell_virials(const Field<Real>& x,
                                                            const Field<Real>& v) const override;
   const char* kernel_name() const override;
@@ -64,9 +69,9 @@ class SpringSystem final : public BodySystem<Real> {
     explicit SpringTangents(SpringSystem& system) : BodyTangents<Real>(system), system_(system) {}
 
    private:
-    void add(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
+    void add(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
              BlockMatrix& blocks) override;
-    void add_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
+    void add_diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                       std::vector<Eigen::Matrix3d>& diagonal) override;
     void multiply(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                   const Field<Real>& p, Field<Real>& out) override;
@@ -83,6 +88,7 @@ class SpringSystem final : public BodySystem<Real> {
   SpringTangents tangents_;
   SpringDiscreteGradient<Real> discrete_gradient_;
   std::unique_ptr<SweepPipeline<Real>> pipeline_;
+  std::unique_ptr<MaxwellBranches<Real>> branches_;  ///< nullptr: nothing relaxes
 };
 
 }  // namespace mss

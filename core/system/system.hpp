@@ -9,6 +9,7 @@
 #include "core/base/field.hpp"
 #include "core/base/state.hpp"
 #include "core/system/step_events.hpp"
+#include "core/system/step_memory.hpp"
 #include "core/system/tangents.hpp"
 
 namespace mss {
@@ -84,6 +85,9 @@ class System {
 
   /// Contact and sleep; nullptr if nothing happens between steps.
   virtual StepEvents<Real>* events() { return nullptr; }
+
+  /// What forces depend on beside the moment's positions and velocities; nullptr where there is nothing.
+  virtual StepMemory<Real>* memory() { return nullptr; }
 
   /// Planes as bounds, for methods that keep contact inside their steps; nullptr where there are none, or
   /// where planes touch a surface instead of particles.

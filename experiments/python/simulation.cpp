@@ -138,7 +138,7 @@ py::dict SimulationIn<Real>::measures() {
   }
   if (forced_) forced_->rethrow();
   py::dict named;
-  for (const MeasureColumn& column : measure_columns)
+  for (const MeasureColumn& column : columns_of(measures))
     named[py::str(std::string(column.name))] = column.value(measures);
   for_each_component(reactions, [&](const std::string& name, double force) { named[py::str(name)] = force; });
   return named;

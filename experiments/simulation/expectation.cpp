@@ -19,7 +19,7 @@ using Row = std::map<std::string, double>;
 
 Row row_of(const SeriesRow& m) {
   Row row;
-  for (const MeasureColumn& column : measure_columns) row[std::string(column.name)] = column.value(m);
+  for (const MeasureColumn& column : columns_of(m)) row[std::string(column.name)] = column.value(m);
   for_each_component(m.reactions, [&](const std::string& name, double force) { row[name] = force; });
   return row;
 }

@@ -13,8 +13,9 @@ namespace mss {
 
 Table series_table(const std::vector<SeriesRow>& series) {
   std::vector<Column> columns;
-  columns.reserve(std::size(measure_columns));
-  for (const MeasureColumn& column : measure_columns)
+  const std::span<const MeasureColumn> measured = columns_of(series.front());
+  columns.reserve(measured.size());
+  for (const MeasureColumn& column : measured)
     columns.push_back({std::string(column.name), std::string(column.unit)});
   for_each_component(series.front().reactions, [&](const std::string& name, double) {
     columns.push_back({name, "N"});
@@ -23,7 +24,7 @@ Table series_table(const std::vector<SeriesRow>& series) {
   for (const SeriesRow& m : series) {
     std::vector<Cell> row;
     row.reserve(table.columns().size());
-    for (const MeasureColumn& column : measure_columns) row.emplace_back(column.value(m));
+    for (const MeasureColumn& column : measured) row.emplace_back(column.value(m));
     for_each_component(m.reactions, [&](const std::string&, double force) { row.emplace_back(force); });
     table.add(std::move(row));
   }

@@ -68,6 +68,7 @@ IntegratorInfo damped_verlet() {
        .summary = "velocity Verlet, second order with damping too, one force a step",
        .order_undamped = 2,
        .order_damped = 2,
+       .relaxes = true,
        .symplectic = true,
        .limit = damped_verlet_limit});
 }

@@ -38,6 +38,7 @@ IntegratorInfo explicit_euler() {
                                   .summary = "forward Euler (2-11): first order, unstable without damping",
                                   .order_undamped = 1,
                                   .order_damped = 1,
+                                  .relaxes = true,
                                   .limit = explicit_euler_limit,
                                   .polynomial = {1, 1}});
 }

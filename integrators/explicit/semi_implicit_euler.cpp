@@ -31,6 +31,7 @@ IntegratorInfo semi_implicit_euler() {
                                       .summary = "symplectic Euler (2-12): first order, one force a step",
                                       .order_undamped = 1,
                                       .order_damped = 1,
+                                      .relaxes = true,
                                       .local_steps = true,
                                       .symplectic = true,
                                       .limit = central_limit});

@@ -57,6 +57,7 @@ IntegratorInfo velocity_verlet() {
                                    .summary = "kick-drift-kick: second order undamped, one force a step",
                                    .order_undamped = 2,
                                    .order_damped = 1,
+                                   .relaxes = true,
                                    .local_steps = true,
                                    .symplectic = true,
                                    .limit = central_limit});

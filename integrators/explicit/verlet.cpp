@@ -59,6 +59,7 @@ IntegratorInfo verlet() {
                            .summary = "the thesis's Verlet (2-15, 2-21), first order, one force a step",
                            .order_undamped = 1,
                            .order_damped = 1,
+                           .relaxes = true,
                            .local_steps = true,
                            .symplectic = true,
                            .limit = central_limit,

@@ -44,6 +44,7 @@ IntegratorInfo backward_euler() {
        .order_damped = 1,
        .implicit = true,
        .collisions = Collisions::inside_steps,
+       .relaxes = true,
        .iterates = true,
        .variants = {"/lbfgs:5"}});
 }

@@ -132,7 +132,8 @@ IntegratorInfo backward_euler_linear() {
        .order_undamped = 1,
        .order_damped = 1,
        .implicit = true,
-       .collisions = Collisions::inside_steps});
+       .collisions = Collisions::inside_steps,
+       .relaxes = true});
 }
 
 }  // namespace mss

@@ -103,6 +103,7 @@ IntegratorInfo generalized_alpha() {
        .order_damped = 2,
        .implicit = true,
        .collisions = Collisions::inside_steps,
+       .relaxes = true,
        .iterates = true});
 }
 

@@ -56,6 +56,7 @@ IntegratorInfo implicit_midpoint() {
        .order_damped = 2,
        .implicit = true,
        .collisions = Collisions::inside_steps,
+       .relaxes = true,
        .iterates = true,
        .symplectic = true});
 }

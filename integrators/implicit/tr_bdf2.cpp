@@ -74,6 +74,7 @@ IntegratorInfo tr_bdf2() {
        .order_damped = 2,
        .implicit = true,
        .collisions = Collisions::inside_steps,
+       .relaxes = true,
        .iterates = true});
 }
 

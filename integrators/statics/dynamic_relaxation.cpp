@@ -27,6 +27,7 @@ class DynamicRelaxation final : public Integrator<double> {
         enough_(options.tolerance * options.length_scale) {}
 
   Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+    if (system.memory()) system.memory()->forget();
     state.t = t_end;
     if (rest_.size() == 0)
       for (Field<double>* field : {&rest_, &acceleration_}) *field = Field<double>(system.size());
@@ -96,6 +97,7 @@ IntegratorInfo dynamic_relaxation() {
                                                         "its kinetic energy",
                                              .stepping = Stepping::equilibrium,
                                              .collisions = Collisions::never,
+                                             .relaxes = true,
                                              .limit = [](double omega, double) { return 2 / omega; }});
 }
 

@@ -45,6 +45,7 @@ class StaticEquilibrium final : public Integrator<double> {
   }
 
   Status do_advance(System<double>& system, State<double>& state, double t_end, Work& work) override {
+    if (system.memory()) system.memory()->forget();
     seconds_ = t_end - state.t;
     state.t = t_end;
     rest_ = Field<double>(system.size());
@@ -181,6 +182,7 @@ IntegratorInfo static_equilibrium() {
        .stepping = Stepping::equilibrium,
        .implicit = true,
        .collisions = Collisions::inside_steps,
+       .relaxes = true,
        .iterates = true});
 }
 

@@ -302,7 +302,7 @@ const BlockMatrix& FemSystem::FemTangents::assembled(const Field<double>& x, con
   return *assembled_;
 }
 
-void FemSystem::FemTangents::add(const Field<double>& x, const Field<double>& v,
+void FemSystem::FemTangents::add(double, const Field<double>& x, const Field<double>& v,
                                  const TangentCoefficients& sum, BlockMatrix& blocks) {
   blocks.add(assembled(x, v, sum));
 }
@@ -313,7 +313,7 @@ void FemSystem::FemTangents::multiply(double, const Field<double>& x, const Fiel
   assembled(x, v, sum).multiply(system_, sum.mass, p, out);
 }
 
-void FemSystem::FemTangents::add_diagonal(const Field<double>& x, const Field<double>& v,
+void FemSystem::FemTangents::add_diagonal(double, const Field<double>& x, const Field<double>& v,
                                           const TangentCoefficients& sum, std::vector<Matrix3d>& diagonal) {
   const BlockMatrix& blocks = assembled(x, v, sum);
   for (std::size_t p = 0; p < diagonal.size(); ++p) diagonal[p] += blocks.diagonal(p);

@@ -74,10 +74,10 @@ class FemSystem final : public BodySystem<double> {
     explicit FemTangents(FemSystem& system) : BodyTangents<double>(system), system_(system) {}
 
    private:
-    void add(const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
+    void add(double t, const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
              BlockMatrix& blocks) override;
-    void add_diagonal(const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
-                      std::vector<Eigen::Matrix3d>& diagonal) override;
+    void add_diagonal(double t, const Field<double>& x, const Field<double>& v,
+                      const TangentCoefficients& sum, std::vector<Eigen::Matrix3d>& diagonal) override;
     void multiply(double t, const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                   const Field<double>& p, Field<double>& out) override;
 
