@@ -29,7 +29,7 @@
 #include <vector>
 
 #include "core/base/error.hpp"
-#include "core/springs/spring_system.hpp"
+#include "core/springs/solid_system.hpp"
 #include "integrators/linear/rest_cycle.hpp"
 #include "integrators/linear/unknowns.hpp"
 #include "integrators/linear/vector_kernels.hpp"
@@ -216,9 +216,15 @@ class QuasiNewton final : public NonlinearSolver {
   double norm_at_change_ = 0;    ///< |g| after the last of them
 };
 
+/// Whether the energy of its springs has no lower bound.
+bool is_unbounded(const System<double>& system) {
+  const SolidSystem<double>* solid = system.solid();
+  return solid && (system.springs() || solid->refined_body()) &&
+         solid->levels().front().body.config().has_negative_volume_stiffness();
+}
+
 void QuasiNewton::begin(System<double>& system) {
-  if (const SpringSystem<double>* springs = system.springs();
-      springs && springs->body().config().has_negative_volume_stiffness())
+  if (is_unbounded(system))
     throw InputError(fmt::format(
         "nonlinear_solver \"{}\" minimises an energy, which has no lower bound where the volume stiffness is "
         "negative, as Poisson's ratio below 1/4 makes it; take \"newton\"",
@@ -453,7 +459,7 @@ void QuasiNewton::remember(System<double>& system, Record& record) {
 /// What gravity makes of the velocity until the stage's time, where nothing holds the body: then iterations
 /// that are cut short keep its fall.
 void QuasiNewton::guess(System<double>& system, const ImplicitStage& stage, State<double>& state) {
-  cycle_->add_where_free((stage.t - state.t) * system.cells()->environment().gravity, state.v);
+  cycle_->add_where_free((stage.t - state.t) * system.solid()->gravity(), state.v);
   cycle_->bend_paths(*stage.x_base, stage.gamma_x, state.v);
 }
 
@@ -549,7 +555,7 @@ Status QuasiNewton::solve_stage(System<double>& plain, const ImplicitStage& stag
   const double coordinates = std::sqrt(3 * double(system.particles().size()));
   const double enough =
       coordinates * std::max(stage.enough, negligible * state.x.array().abs().maxCoeff()) / stage.gamma_x;
-  const double far = coordinates * share_of_cell * plain.cells()->body().config().cell_size;
+  const double far = coordinates * share_of_cell * plain.solid()->cell_size();
   int turned_at = 0;
   travelled_ = 0;
   stiff_ = false;
