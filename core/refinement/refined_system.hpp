@@ -50,6 +50,8 @@ class RefinedSystem final : public SolidSystem<Real> {
   PlaneImpulses* plane_impulses() const override { return impulses_.get(); }
 
   const std::vector<Level>& levels() const override { return body_.levels(); }
+  const RefinedBody* refined_body() const override { return &body_; }
+  Vec3 gravity() const override { return of_level_.gravity; }
   StoredEnergy stored_energy(const Field<Real>& x) const override;
   std::optional<std::vector<Eigen::Matrix3d>> cell_virials(const Field<Real>& x,
                                                            const Field<Real>& v) const override;

@@ -27,6 +27,7 @@ class BodySystem : public SolidSystem<Real> {
   const Body& body() const { return body_; }
   const std::vector<Level>& levels() const override { return levels_; }
   const Environment& environment() const { return environment_; }
+  Vec3 gravity() const override { return environment_.gravity; }
   const HeldSites& held() const { return held_; }
   const LoadedSites& loads() const { return loads_; }
   const PlaneContact& contact() const { return contact_; }

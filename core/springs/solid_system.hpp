@@ -13,6 +13,7 @@
 namespace mss {
 
 class Record;
+class RefinedBody;
 
 /// Energy stored in a deformed body [J].
 struct StoredEnergy {
@@ -29,7 +30,12 @@ class SolidSystem : public System<Real> {
   /// Its lattices, one after the other in fields; at least one. Where there are several, some of their
   /// particles follow others: these are not among particles(), and constrain() puts them where they belong.
   virtual const std::vector<Level>& levels() const = 0;
+  /// How they hang together; nullptr: all cells have one size.
+  virtual const RefinedBody* refined_body() const { return nullptr; }
+  /// [m/s^2]
+  virtual Vec3 gravity() const = 0;
 
+  const SolidSystem* solid() const override { return this; }
   const Communicator& ranks() const override { return levels().front().body.ranks(); }
 
   /// The solid while nothing acts on it: boundary conditions have not moved anything.

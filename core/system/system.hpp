@@ -21,6 +21,8 @@ class DiscreteGradient;
 class PlaneBounds;
 class PlaneImpulses;
 template <class Real>
+class SolidSystem;
+template <class Real>
 class SpringSystem;
 
 /// The linear update that every one-stage explicit method makes from an acceleration a:
@@ -74,7 +76,9 @@ class System {
   /// The body of cells that the system moves, but for forces that a wrapper adds, for solvers that work on
   /// larger cells; nullptr if there is none.
   virtual const BodySystem<Real>* cells() const { return nullptr; }
-  /// The same if its cells are of springs, for methods that step these one by one.
+  /// The same of cells of one size or of several.
+  virtual const SolidSystem<Real>* solid() const { return nullptr; }
+  /// The same as cells() if they are of springs, for methods that step these one by one.
   virtual const SpringSystem<Real>* springs() const { return nullptr; }
 
   /// What an energy-conserving method needs beside the force; nullptr if the model has none.

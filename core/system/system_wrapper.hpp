@@ -21,6 +21,7 @@ class SystemWrapper : public System<Real> {
   void clear_prescribed(Field<Real>& field) const override { other_.clear_prescribed(field); }
   Tangents<Real>* tangents() override { return other_.tangents(); }
   const BodySystem<Real>* cells() const final { return other_.cells(); }
+  const SolidSystem<Real>* solid() const final { return other_.solid(); }
   const SpringSystem<Real>* springs() const final { return other_.springs(); }
   DiscreteGradient<Real>* discrete_gradient() override { return other_.discrete_gradient(); }
   StepEvents<Real>* events() override { return other_.events(); }

@@ -96,11 +96,6 @@ void check_refined(const Scene& scene, const IntegratorInfo& method) {
   };
   if (method.needs_springs()) refuse("integrator", method.name, "another one");
   const SolveConfig& solve = scene.solve;
-  if (solve.nonlinear_solver != SolveConfig{}.nonlinear_solver || method.name.find('/') != std::string::npos)
-    refuse("nonlinear solver",
-           method.name.find('/') != std::string::npos ? method.name.substr(method.name.find('/') + 1)
-                                                      : solve.nonlinear_solver,
-           "\"newton\"");
   if (find_linear_solver(solve.linear_solver).one_lattice)
     refuse("linear solver", solve.linear_solver, "\"cholmod\" or \"matrix_free\"");
   if (solve.sleep.bound > 0)

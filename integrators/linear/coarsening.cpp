@@ -8,9 +8,6 @@
 
 namespace mss {
 
-namespace {
-
-/// Adds an eighth of what a cell holds, spread evenly.
 void add_eighth(const CellContent& fine, CellContent& coarse) {
   for (const PartFill& of_part : fine) {
     const CellFill& fill = of_part.fill;
@@ -25,7 +22,6 @@ void add_eighth(const CellContent& fine, CellContent& coarse) {
   }
 }
 
-/// Gives a body a table of the distinct contents of its cells.
 void set_contents(BodyConfig& body, const std::vector<CellContent>& cells) {
   std::map<std::vector<std::array<float, 3>>, std::uint32_t> known;
   body.contents.clear();
@@ -42,8 +38,6 @@ void set_contents(BodyConfig& body, const std::vector<CellContent>& cells) {
     body.content_of.push_back(entry->second);
   }
 }
-
-}  // namespace
 
 BodyConfig coarsened(const BodyConfig& fine) {
   const VoxelGrid& cells = fine.voxels;

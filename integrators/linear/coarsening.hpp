@@ -12,6 +12,11 @@ namespace mss {
 /// stiffness, viscosity and mass.
 BodyConfig coarsened(const BodyConfig& fine);
 
+/// Adds to what a cell holds an eighth of what another one does, spread evenly.
+void add_eighth(const CellContent& fine, CellContent& coarse);
+/// Gives a body a table of the distinct contents of its cells, by VoxelGrid::index(), all filled evenly.
+void set_contents(BodyConfig& body, const std::vector<CellContent>& cells);
+
 /// Runs task(0) ... task(count - 1), as System::parallel does.
 using Parallel = std::function<void(std::ptrdiff_t count, const std::function<void(std::ptrdiff_t)>& task)>;
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/springs/body_system.hpp"
+#include "core/springs/solid_system.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/rest_level.hpp"
 
@@ -23,11 +23,13 @@ struct HeldParticle {
 ///   H = Q A_rest^-1 Q^T,
 /// as warping turns a linear body's stiffness (Mueller and Gross, Interactive virtual materials, Graphics
 /// Interface 2004). Nothing in it depends on strains, so it is prepared once a step size, and placed once a
-/// stage.
+/// stage. Where cells have several sizes there is a lattice for each (rest_level.hpp), and particles that
+/// hang on others follow them.
 ///
 /// Along axes in which nothing of a piece is held it is P H P^T + 1 1^T / m, P what keeps the piece's centre
 /// of mass and m its mass: then a step of a quasi-Newton method changes linear momentum by what the residual
-/// says, to rounding, and pieces that hang together with nothing fall. Pieces are what springs connect.
+/// says, to rounding, and pieces that hang together with nothing fall. Pieces are what springs connect, and
+/// what hangs on their particles.
 class RestCycle {
  public:
   /// For a body of cells, whose springs stand for whatever fills them. The system must outlive it, and its
@@ -71,30 +73,56 @@ class RestCycle {
     std::size_t piece, first, last;  ///< of sites_
   };
 
-  void find_edges(const std::array<std::vector<char>, 3>& unknown);
-  void find_pieces(const std::array<std::vector<char>, 3>& unknown);
+  /// One of the body's lattices: its particles, where they lie in the cycle's lattice for cells of their
+  /// size, and how they have turned.
+  struct TurnedLattice {
+    TurnedLattice(const Level& of_body, RestLevel& of_cycle, std::size_t depth,
+                  const std::array<int, 3>& corner);
+
+    /// Of a particle at a site of it.
+    Eigen::Matrix3d rotation(std::ptrdiff_t site) const;
+
+    const Body& body;
+    std::ptrdiff_t first;   ///< of its sites in fields
+    RestLevel& level;       ///< of the cycle
+    std::size_t depth = 0;  ///< how many of the cycle's have smaller cells
+    LatticeWindow window;
+    PaddedArrays positions, rotations;
+    PaddedArrays turning;  ///< shares of edges ahead and behind by axis, and 1 for a particle that moves
+    PaddedArrays vectors;  ///< where the lattices differ
+  };
+
+  void build(const Field<double>& unknown);
+  void build_refined(const RefinedBody& body, const Field<double>& unknown);
+  void find_edges(TurnedLattice& lattice, const Field<double>& unknown) const;
+  void find_pieces(const Field<double>& unknown);
   bool any_piece_keeps() const;
   template <class Part>
   std::vector<Vec3> means(Part&& part) const;
   template <class Part>
   void for_each_of_pieces(Part&& part) const;
+  TurnedLattice& lattice_of(std::ptrdiff_t site_in_field);
   void set_rotations();
   void hold_in_lattice();
-  void turn_back(const Field<double>& r, double norm, PaddedArrays& out);
-  void give_way(const Field<double>& values, double norm);
+  void turn_back(const TurnedLattice& lattice, const Field<double>& r, double norm, PaddedArrays& out) const;
+  void turn_back(const Field<double>& r, double norm);
+  void turn(double norm, Field<double>& z);
+  void subtract_forces_of(const Field<double>& values, Field<double>& r);
   void take_held(const Field<double>& values, Field<double>& z) const;
 
   System<double>& system_;
-  const Body& body_;
+  const SolidSystem<double>& solid_;
   Parallel parallel_;
   Cycle kind_;
+  TangentCoefficients sum_;
+  std::vector<std::unique_ptr<const Body>> merged_;  ///< with smaller cells merged, the largest cells first
   std::unique_ptr<RestLevel> finest_;
-  PaddedArrays positions_, rotations_;
-  PaddedArrays turning_;  ///< shares of edges ahead and behind by axis, and 1 for a particle
+  std::vector<TurnedLattice> lattices_;    ///< as the solid's levels
+  std::vector<RestLevel*> partly_filled_;  ///< where the body has fewer particles than the cycle
   std::vector<HeldParticle> held_;
   std::vector<Piece> pieces_;
-  std::vector<int> piece_of_;          ///< by particle
-  std::vector<std::ptrdiff_t> sites_;  ///< piece by piece
+  std::vector<int> piece_of_;          ///< by site in fields
+  std::vector<std::ptrdiff_t> sites_;  ///< in fields, piece by piece
   std::vector<double> masses_;         ///< of them [kg]
   std::vector<Portion> portions_;
   Field<double> r_;

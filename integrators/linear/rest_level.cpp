@@ -60,49 +60,24 @@ int longest(const Body& body) {
   return *std::max_element(size.begin(), size.end());
 }
 
-/// The coarse particles that the fine one at a site is interpolated from, with their weights.
+/// Calls visit(parent, weight) with the coarse particles that the fine one at a site is interpolated from.
+/// `corner`: of the fine lattice in the coarse one [coarse cells].
 template <class Visit>
-void for_each_parent(const Lattice& fine, const Lattice& coarse, std::ptrdiff_t site, Visit&& visit) {
+void for_each_parent_of(const Lattice& fine, const Lattice& coarse, const std::array<int, 3>& corner,
+                        std::ptrdiff_t site, Visit&& visit) {
   const std::array<int, 3> at = fine.coordinates(site);
   for (int c = 0; c < 8; ++c) {
     float weight = 1;
-    std::array<int, 3> parent{};
+    std::array<int, 3> parent = corner;
     bool same = true;
     for (int axis = 0; axis < 3; ++axis) {
       const int i = at[std::size_t(axis)], bit = corner_bit(c, axis);
       if (i % 2 == 0 && bit == 1) same = false;
       if (i % 2 == 1) weight /= 2;
-      parent[std::size_t(axis)] = (i + bit) / 2;
+      parent[std::size_t(axis)] += (i + bit) / 2;
     }
     if (same) visit(coarse.site(parent[0], parent[1], parent[2]), weight);
   }
-}
-
-/// A coarse coordinate is prescribed if that of any fine particle in the support of its interpolation is:
-/// then no correction pulls at a hold.
-std::array<std::vector<char>, 3> coarsened_unknown(const Body& fine,
-                                                   const std::array<std::vector<char>, 3>& fine_unknown,
-                                                   const Body& coarse) {
-  std::array<std::vector<char>, 3> unknown;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    unknown[axis].assign(std::size_t(coarse.lattice().sites), 0);
-    for (const std::ptrdiff_t site : coarse.sites()) unknown[axis][std::size_t(site)] = 1;
-    for (const std::ptrdiff_t site : fine.sites())
-      if (fine_unknown[axis][std::size_t(site)] == 0)
-        for_each_parent(fine.lattice(), coarse.lattice(), site,
-                        [&](std::ptrdiff_t parent, float) { unknown[axis][std::size_t(parent)] = 0; });
-  }
-  return unknown;
-}
-
-/// Calls task(plane) for all planes of a lattice, as many on a thread as are worth one.
-template <class Task>
-void for_planes(const Parallel& parallel, const Lattice& lattice, Task&& task) {
-  const std::ptrdiff_t planes = lattice.planes();
-  const std::ptrdiff_t group = std::max<std::ptrdiff_t>(1, RestLevel::range_size / lattice.plane);
-  parallel((planes + group - 1) / group, [&](std::ptrdiff_t i) {
-    for (std::ptrdiff_t plane = i * group; plane < std::min((i + 1) * group, planes); ++plane) task(plane);
-  });
 }
 
 }  // namespace
@@ -117,9 +92,28 @@ PaddedArrays::PaddedArrays(const Lattice& lattice, int count) : count_(count) {
   data_ = AlignedArray<float>(count * stride_);
 }
 
-RestLevel::RestLevel(const Body& body, const std::array<std::vector<char>, 3>& unknown)
+RestParticles coarsened(const Body& fine, const RestParticles& of_fine, const Body& coarse,
+                        const std::array<int, 3>& corner) {
+  RestParticles particles;
+  particles.own.assign(std::size_t(coarse.lattice().sites), 0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::vector<char>& unknown = particles.unknown[axis];
+    unknown.assign(std::size_t(coarse.lattice().sites), 0);
+    for (const std::ptrdiff_t site : coarse.sites()) unknown[std::size_t(site)] = 1;
+    for (const std::ptrdiff_t site : fine.sites()) {
+      const bool follows = !of_fine.follows.empty() && of_fine.follows[std::size_t(site)] != 0;
+      if (!follows && of_fine.unknown[axis][std::size_t(site)] == 0)
+        for_each_parent_of(fine.lattice(), coarse.lattice(), corner, site,
+                           [&](std::ptrdiff_t parent, float) { unknown[std::size_t(parent)] = 0; });
+    }
+  }
+  return particles;
+}
+
+RestLevel::RestLevel(const Body& body, RestParticles particles, std::unique_ptr<RestLevel> coarse,
+                     const std::array<int, 3>& corner)
     : body_(body),
-      unknown_(unknown),
+      particles_(std::move(particles)),
       weights_(body.lattice(), weight_rows),
       inverse_(body.lattice(), 6),
       blocks_(body.lattice(), 6),
@@ -127,7 +121,9 @@ RestLevel::RestLevel(const Body& body, const std::array<std::vector<char>, 3>& u
       z_(body.lattice(), 3),
       d_(body.lattice(), 3),
       d_next_(body.lattice(), 3),
-      pressure_(body.lattice(), 1) {
+      pressure_(body.lattice(), 1),
+      coarse_(std::move(coarse)),
+      corner_(corner) {
   const Lattice& lattice = body.lattice();
   stencil_.row = lattice.row;
   stencil_.plane = lattice.plane;
@@ -138,24 +134,54 @@ RestLevel::RestLevel(const Body& body, const std::array<std::vector<char>, 3>& u
   stencil_.cell = weights_[cell_row];
   stencil_.mass = weights_[mass_row];
   for (int i = 0; i < 6; ++i) stencil_.inverse[i] = inverse_[i];
+  if (coarse_) {
+    connect_to_larger();
+    return;
+  }
   if (longest(body) <= coarsest_cells) {
     for (int axis = 0; axis < 3; ++axis)
       for (const std::ptrdiff_t site : body.sites())
-        if (unknown_[std::size_t(axis)][std::size_t(site)] != 0) rows_.emplace_back(site, axis);
+        if (particles_.unknown[std::size_t(axis)][std::size_t(site)] != 0) rows_.emplace_back(site, axis);
     return;
   }
   coarse_body_ = std::make_unique<Body>(coarsened(body.config()));
-  const Lattice& coarse = coarse_body_->lattice();
-  coarse_ = std::make_unique<RestLevel>(*coarse_body_, coarsened_unknown(body, unknown, *coarse_body_));
+  coarse_ = std::make_unique<RestLevel>(*coarse_body_, coarsened(body, particles_, *coarse_body_, corner_));
+  connect(coarse_->lattice());
+}
+
+/// Lattices that are refined end where cells of the coarse one do.
+void RestLevel::connect_to_larger() {
+  const auto [nx, ny, nz] = lattice().cells;
+  const Lattice larger(nx / 2, ny / 2, nz / 2);
+  to_larger_.emplace(ToLarger{{larger, coarse_->lattice(), corner_}, {larger, 3}, {}});
+  connect(larger);
+  for (const std::ptrdiff_t site : body_.sites())
+    for (int axis = 0; axis < 3; ++axis) {
+      if (follows(site) || particles_.unknown[std::size_t(axis)][std::size_t(site)] != 0) continue;
+      bool moved = false;
+      for_each_parent(site, [&](std::ptrdiff_t parent, float) {
+        moved = moved || coarse_->particles_.unknown[std::size_t(axis)][std::size_t(parent)] != 0 ||
+                coarse_->follows(parent);
+      });
+      if (moved) to_larger_->pinned.emplace_back(site, axis);
+    }
+}
+
+void RestLevel::connect(const Lattice& coarse) {
   for (std::size_t i = 0; i < 3; ++i) {
-    transfer_.fine_cells[i] = lattice.cells[i];
+    transfer_.fine_cells[i] = lattice().cells[i];
     transfer_.coarse_cells[i] = coarse.cells[i];
   }
-  transfer_.fine_row = lattice.row;
-  transfer_.fine_plane = lattice.plane;
+  transfer_.fine_row = lattice().row;
+  transfer_.fine_plane = lattice().plane;
   transfer_.coarse_row = coarse.row;
   transfer_.coarse_plane = coarse.plane;
-  scratch_.resize(std::size_t(lattice.sites));
+  scratch_.resize(std::size_t(lattice().sites));
+}
+
+template <class Visit>
+void RestLevel::for_each_parent(std::ptrdiff_t site, Visit&& visit) const {
+  for_each_parent_of(lattice(), coarse_->lattice(), corner_, site, visit);
 }
 
 RestLevel::~RestLevel() = default;
@@ -220,11 +246,16 @@ void RestLevel::set_blocks() {
   }
 }
 
+/// 1 along axes that nothing prescribes, else 0.
+Eigen::Vector3f RestLevel::unknown_axes(std::ptrdiff_t site) const {
+  const auto& [x, y, z] = particles_.unknown;
+  return {float(x[std::size_t(site)]), float(y[std::size_t(site)]), float(z[std::size_t(site)])};
+}
+
 /// The inverse of a block within the directions that nothing holds or prescribes.
 Eigen::Matrix3f RestLevel::inverse_block(const SiteConstraint& constraint) const {
   const std::ptrdiff_t site = constraint.site;
-  Eigen::Vector3f unknown;
-  for (int axis = 0; axis < 3; ++axis) unknown[axis] = float(unknown_[std::size_t(axis)][std::size_t(site)]);
+  const Eigen::Vector3f unknown = unknown_axes(site);
   const Eigen::Matrix3f free = Eigen::Matrix3f::Identity() - constraint.held,
                         p = unknown.asDiagonal() * free * unknown.asDiagonal(),
                         block = block_at(blocks_, site) + constraint.added;
@@ -320,7 +351,8 @@ void RestLevel::solve_directly(const Parallel& parallel) {
     z_[rows_[i].second][rows_[i].first] = solution_[std::ptrdiff_t(i)];
 }
 
-void RestLevel::constrain(const std::vector<SiteConstraint>& constraints) {
+void RestLevel::constrain(const std::vector<SiteConstraint>& constraints,
+                          std::span<const std::vector<SiteConstraint>> of_coarser) {
   for (const SiteConstraint& old : constraints_)
     set_block(inverse_, old.site, inverse_block(without_constraint(old.site)));
   constraints_ = constraints;
@@ -329,22 +361,29 @@ void RestLevel::constrain(const std::vector<SiteConstraint>& constraints) {
   if (!coarse_) return factor_constraints();
   std::map<std::ptrdiff_t, SiteConstraint> around;
   for (const auto& [site, held, added] : constraints_)
-    for_each_parent(lattice(), coarse_->lattice(), site, [&](std::ptrdiff_t parent, float weight) {
+    for_each_parent(site, [&](std::ptrdiff_t parent, float weight) {
       SiteConstraint& sum = around.try_emplace(parent, without_constraint(parent)).first->second;
       sum.held += weight * held;
       sum.added += weight * added;
     });
+  for (auto& [site, sum] : around)
+    sum.held =
+        coarse_->is_own(site) ? Eigen::Matrix3f::Zero().eval() : coarse_->leading_directions(site, sum.held);
+  const std::vector<SiteConstraint> none;
+  for (const auto& [site, held, added] : of_coarser.empty() ? none : of_coarser.front()) {
+    SiteConstraint& sum = around.try_emplace(site, without_constraint(site)).first->second;
+    sum.held = held;
+    sum.added += added;
+  }
   std::vector<SiteConstraint> coarse;
-  for (const auto& [site, sum] : around)
-    coarse.push_back({site, coarse_->leading_directions(site, sum.held), sum.added});
-  coarse_->constrain(coarse);
+  for (const auto& [site, sum] : around) coarse.push_back(sum);
+  coarse_->constrain(coarse, of_coarser.empty() ? of_coarser : of_coarser.subspan(1));
 }
 
 /// The projection onto eigenvectors whose eigenvalues are not small beside the largest, of what nothing
 /// prescribes.
 Eigen::Matrix3f RestLevel::leading_directions(std::ptrdiff_t site, const Eigen::Matrix3f& sum) const {
-  Eigen::Vector3f unknown;
-  for (int axis = 0; axis < 3; ++axis) unknown[axis] = float(unknown_[std::size_t(axis)][std::size_t(site)]);
+  const Eigen::Vector3f unknown = unknown_axes(site);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> eigen(unknown.asDiagonal() * sum *
                                                              unknown.asDiagonal());
   Eigen::Matrix3f directions = Eigen::Matrix3f::Zero();
@@ -394,7 +433,7 @@ void RestLevel::factor_constraints() {
 void RestLevel::smooth(const Parallel& parallel, float keep, float add, bool update) {
   const RestKernels& kernels = fastest_copy<RestKernels>();
   const float* const d[3] = {d_[0], d_[1], d_[2]};
-  for_ranges(parallel, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+  for_ranges(parallel, lattice(), [&](std::ptrdiff_t first, std::ptrdiff_t last) {
     kernels.pressure(stencil_, d, pressure_[0], first, last);
   });
   for (const auto& [site, held, added] : constraints_) {
@@ -410,7 +449,7 @@ void RestLevel::smooth(const Parallel& parallel, float keep, float add, bool upd
                      .add = add};
   if (update)
     for (int c = 0; c < 3; ++c) step.direction[c] = d_next_[c];
-  for_ranges(parallel,
+  for_ranges(parallel, lattice(),
              [&](std::ptrdiff_t first, std::ptrdiff_t last) { kernels.smooth(stencil_, step, first, last); });
   if (update) std::swap(d_, d_next_);
 }
@@ -421,23 +460,53 @@ void RestLevel::subtract_product(const Parallel& parallel) {
   std::swap(d_, z_);
 }
 
-/// The coarser lattice's correction, d, is added to z.
-void RestLevel::correct(const Parallel& parallel, Cycle kind) {
+/// What is left to the coarser lattice.
+void RestLevel::restrict_residual(const Parallel& parallel) {
   const RestKernels& kernels = fastest_copy<RestKernels>();
   for (const auto& [site, held, added] : constraints_) {
     const Eigen::Vector3f r(r_[0][site], r_[1][site], r_[2][site]), left = r - held * r;
     for (int c = 0; c < 3; ++c) r_[c][site] = left[c];
   }
-  const std::ptrdiff_t room = lattice().plane;
-  for_planes(parallel, coarse_->lattice(), [&](std::ptrdiff_t plane) {
-    for (int c = 0; c < 3; ++c)
-      kernels.restrict_plane(transfer_, r_[c], coarse_->r_[c], int(plane), scratch_.data() + room * plane);
+  const auto restrict_plane = [&](PaddedArrays& to, int c, std::ptrdiff_t plane) {
+    kernels.restrict_plane(transfer_, r_[c], to[c], int(plane), scratch_.data() + lattice().plane * plane);
+  };
+  if (!to_larger_) {
+    for_planes(parallel, coarse_->lattice(), [&](std::ptrdiff_t plane) {
+      for (int c = 0; c < 3; ++c) restrict_plane(coarse_->r_, c, plane);
+    });
+    return;
+  }
+  auto& [window, values, pinned] = *to_larger_;
+  for (const auto& [site, axis] : pinned) r_[axis][site] = 0;
+  for_planes(parallel, window.small(), [&](std::ptrdiff_t plane) {
+    for (int c = 0; c < 3; ++c) {
+      restrict_plane(values, c, plane);
+      window.for_each_row(plane, [&](std::ptrdiff_t first, std::ptrdiff_t in_coarse) {
+        const float* from = values[c] + first;
+        float* to = coarse_->r_[c] + in_coarse;
+        for (std::ptrdiff_t i = 0; i < window.small().row; ++i) to[i] += from[i];
+      });
+    }
   });
-  coarse_->cycle(parallel, kind);
+}
+
+/// Its correction, d, is added to z.
+void RestLevel::interpolate_correction(const Parallel& parallel) {
+  const PaddedArrays* correction = &coarse_->z_;
+  if (to_larger_) {
+    auto& [window, values, pinned] = *to_larger_;
+    for_planes(parallel, window.small(), [&](std::ptrdiff_t plane) {
+      for (int c = 0; c < 3; ++c)
+        window.for_each_row(plane, [&](std::ptrdiff_t first, std::ptrdiff_t in_coarse) {
+          std::copy_n(coarse_->z_[c] + in_coarse, window.small().row, values[c] + first);
+        });
+    });
+    correction = &values;
+  }
   for_planes(parallel, lattice(), [&](std::ptrdiff_t plane) {
     for (int c = 0; c < 3; ++c)
-      kernels.interpolate_plane(transfer_, coarse_->z_[c], d_[c], z_[c], int(plane),
-                                scratch_.data() + room * plane);
+      fastest_copy<RestKernels>().interpolate_plane(transfer_, (*correction)[c], d_[c], z_[c], int(plane),
+                                                    scratch_.data() + lattice().plane * plane);
   });
   for (const auto& [site, held, added] : constraints_) {
     const Eigen::Vector3f d(d_[0][site], d_[1][site], d_[2][site]), gone = held * d;
@@ -446,6 +515,18 @@ void RestLevel::correct(const Parallel& parallel, Cycle kind) {
       z_[c][site] -= gone[c];
     }
   }
+  if (!to_larger_) return;
+  for (const auto& [site, axis] : to_larger_->pinned) {
+    z_[axis][site] -= d_[axis][site];
+    d_[axis][site] = 0;
+  }
+}
+
+/// The coarser lattice's correction, d, is added to z.
+void RestLevel::correct(const Parallel& parallel, Cycle kind) {
+  restrict_residual(parallel);
+  coarse_->cycle(parallel, kind);
+  interpolate_correction(parallel);
 }
 
 void RestLevel::cycle(const Parallel& parallel, Cycle kind) {
@@ -455,11 +536,12 @@ void RestLevel::cycle(const Parallel& parallel, Cycle kind) {
   const float next = 1 / (2 * middle / radius - rho), keep = next * rho, add = 2 * next / radius;
   const float* const r[3] = {r_[0], r_[1], r_[2]};
   float* const z[3] = {z_[0], z_[1], z_[2]};
-  const int cycles = kind == Cycle::v && longest(body_) <= small_cells ? cycles_of_small : 1;
+  const bool is_small = longest(body_) <= small_cells && !to_larger_;  // otherwise r is not all that is left
+  const int cycles = kind == Cycle::v && is_small ? cycles_of_small : 1;
   for (int i = 0; i < cycles; ++i) {
     if (i > 0) smooth(parallel, 0, 0, false);
     float* const d[3] = {d_[0], d_[1], d_[2]};
-    for_ranges(parallel, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+    for_ranges(parallel, lattice(), [&](std::ptrdiff_t first, std::ptrdiff_t last) {
       fastest_copy<RestKernels>().start(stencil_, r, 1 / middle, i > 0, d, z, first, last);
     });
     if (kind == Cycle::additive) return correct(parallel, kind);

@@ -3,12 +3,15 @@
 #include <Eigen/Cholesky>
 #include <array>
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "core/body/body.hpp"
 #include "core/system/tangents.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/coarsening.hpp"
+#include "integrators/linear/merged_cells.hpp"
 #include "integrators/linear/rest_kernel.hpp"
 
 namespace mss {
@@ -43,6 +46,38 @@ struct SiteConstraint {
   Eigen::Matrix3f held, added;
 };
 
+/// What a lattice's particles are to the body.
+struct RestParticles {
+  std::array<std::vector<char>, 3> unknown{};  ///< whether nothing prescribes a coordinate, by axis and site
+  std::vector<char> own{};  ///< whether a particle is the body's, and not of merged cells, by site
+  std::vector<char>
+      follows{};  ///< whether it hangs on particles of the next coarser lattice; empty: none does
+};
+
+/// Those of a coarser lattice that are not the body's. A coordinate is prescribed if that of any fine
+/// particle in the support of its interpolation is: then no correction pulls at a hold. `corner`: of the fine
+/// lattice in the coarse one [coarse cells].
+RestParticles coarsened(const Body& fine, const RestParticles& of_fine, const Body& coarse,
+                        const std::array<int, 3>& corner);
+
+/// Calls task(first, last) for ranges of sites.
+template <class Task>
+void for_ranges(const Parallel& parallel, const Lattice& lattice, Task&& task) {
+  constexpr std::ptrdiff_t range = 2048;
+  parallel((lattice.sites + range - 1) / range,
+           [&](std::ptrdiff_t i) { task(i * range, std::min((i + 1) * range, lattice.sites)); });
+}
+
+/// Calls task(plane) for all planes of a lattice, as many on a thread as are worth one.
+template <class Task>
+void for_planes(const Parallel& parallel, const Lattice& lattice, Task&& task) {
+  const std::ptrdiff_t planes = lattice.planes();
+  const std::ptrdiff_t group = std::max<std::ptrdiff_t>(1, 2048 / lattice.plane);
+  parallel((planes + group - 1) / group, [&](std::ptrdiff_t i) {
+    for (std::ptrdiff_t plane = i * group; plane < std::min((i + 1) * group, planes); ++plane) task(plane);
+  });
+}
+
 /// One lattice of a multigrid hierarchy for a M + b C + c K of a body of springs at rest (rest_kernel.hpp):
 /// its smoother, and the next coarser lattice, if there is one. Coarser lattices are bodies of the same
 /// materials in larger cells (coarsening.hpp).
@@ -51,10 +86,19 @@ struct SiteConstraint {
 /// and Tuminaro, J. Comput. Phys. 188 (2003) 593). lmax is a bound and not an estimate, so that the cycle is
 /// positive definite: an element of m particles is at most m times its own blocks on the diagonal, a spring 2
 /// and a cell 8, so lmax <= 2 + 6 max lambda(D^-1 D_cells).
+///
+/// Of a body with cells of several sizes there is a lattice for each size, with smaller cells merged
+/// (merged_cells.hpp). Each smooths the particles that its own size or a smaller one gives the body, with
+/// what hangs on larger cells at rest; what pulls at that goes to its masters, which interpolation from the
+/// larger cells' lattice moves it with: a multigrid method with local smoothing (Brandt, Math. Comp. 31
+/// (1977) 333; Bramble, Pasciak, Wang and Xu, Math. Comp. 57 (1991) 23), symmetric and positive like the
+/// others.
 class RestLevel {
  public:
-  /// `unknown`: whether nothing prescribes a coordinate, 3 axes of sites. The body must outlive it.
-  RestLevel(const Body& body, const std::array<std::vector<char>, 3>& unknown);
+  /// With a coarser lattice where the body has larger cells too, in which its own begins at `corner` [coarse
+  /// cells]; nullptr: with those of ever larger cells. The body must outlive it.
+  RestLevel(const Body& body, RestParticles particles, std::unique_ptr<RestLevel> coarse = nullptr,
+            const std::array<int, 3>& corner = {});
   ~RestLevel();
   RestLevel(const RestLevel&) = delete;
   RestLevel& operator=(const RestLevel&) = delete;
@@ -62,7 +106,8 @@ class RestLevel {
   /// Status ok, or not_positive_definite: of the coarsest lattice.
   Status prepare(const TangentCoefficients& sum);
 
-  /// z() = one cycle for A z = r() from z = 0; r(), 0 where there is no unknown, is overwritten. Calls
+  /// z() = one cycle for A z = r() from z = 0; r(), 0 where there is no unknown, is overwritten. So are those
+  /// of coarser lattices; where these have particles of the body, their r() is what pulls at them. Calls
   /// parallel(count, task) as System::parallel.
   void cycle(const Parallel& parallel, Cycle kind = Cycle::v);
   /// r() -= A d for d in z(), which is overwritten.
@@ -72,22 +117,33 @@ class RestLevel {
   PaddedArrays& z() { return z_; }
   const RestStencil& stencil() const { return stencil_; }
   const Lattice& lattice() const { return body_.lattice(); }
+  /// nullptr: it is the coarsest.
+  RestLevel* coarser() { return coarse_.get(); }
 
   /// Constrains particles from now on, beside prescribed coordinates: the cycle then is one in what is left.
-  /// Constraints of before are gone.
-  void constrain(const std::vector<SiteConstraint>& constraints);
-
-  /// Calls task(first, last) for ranges of sites.
-  template <class Task>
-  void for_ranges(const Parallel& parallel, Task&& task) const {
-    const std::ptrdiff_t sites = lattice().sites;
-    parallel((sites + range_size - 1) / range_size,
-             [&](std::ptrdiff_t i) { task(i * range_size, std::min((i + 1) * range_size, sites)); });
-  }
-  static constexpr std::ptrdiff_t range_size = 2048;
+  /// Constraints of before are gone. `of_coarser`: of particles of the body in coarser lattices.
+  void constrain(const std::vector<SiteConstraint>& constraints,
+                 std::span<const std::vector<SiteConstraint>> of_coarser = {});
 
  private:
-  Status prepare_own(const TangentCoefficients& sum);
+  /// Between the body's smaller and larger cells.
+  struct ToLarger {
+    LatticeWindow window;  ///< the lattice in cells twice as large, in the coarser one
+    PaddedArrays values;   ///< there
+    std::vector<std::pair<std::ptrdiff_t, int>> pinned;  ///< prescribed coordinates whose parents are not
+  };
+
+  void connect(const Lattice& coarse);
+  void connect_to_larger();
+  bool is_own(std::ptrdiff_t site) const { return particles_.own[std::size_t(site)] != 0; }
+  bool follows(std::ptrdiff_t site) const {
+    return !particles_.follows.empty() && particles_.follows[std::size_t(site)] != 0;
+  }
+  Eigen::Vector3f unknown_axes(std::ptrdiff_t site) const;
+  template <class Visit>
+  void for_each_parent(std::ptrdiff_t site, Visit&& visit) const;
+  void restrict_residual(const Parallel& parallel);
+  void interpolate_correction(const Parallel& parallel);
   void set_weights(const TangentCoefficients& sum);
   void set_blocks();
   float largest_cell_share() const;
@@ -100,7 +156,7 @@ class RestLevel {
   void solve_directly(const Parallel& parallel);
 
   const Body& body_;
-  std::array<std::vector<char>, 3> unknown_;
+  RestParticles particles_;
   PaddedArrays weights_;  ///< thirteen springs, cell, mass
   PaddedArrays inverse_;
   PaddedArrays blocks_;  ///< xx, yy, zz, yz, zx, xy
@@ -111,7 +167,9 @@ class RestLevel {
 
   std::unique_ptr<Body> coarse_body_;
   std::unique_ptr<RestLevel> coarse_;
+  std::array<int, 3> corner_{};  ///< of the lattice in the coarser one [coarse cells]
   RestTransfer transfer_{};
+  std::optional<ToLarger> to_larger_;
   std::vector<float> scratch_;  ///< of every plane
 
   // Of the coarsest lattice.

@@ -23,7 +23,7 @@
 #include <utility>
 
 #include "core/base/error.hpp"
-#include "core/springs/spring_system.hpp"
+#include "core/springs/solid_system.hpp"
 #include "integrators/linear/unknowns.hpp"
 #include "integrators/nonlinear/bounded_system.hpp"
 
@@ -63,9 +63,15 @@ QuasiNewton::QuasiNewton(const IntegratorOptions& options, std::string name, Dir
 
 QuasiNewton::~QuasiNewton() = default;
 
+/// Whether the energy of its springs has no lower bound.
+bool is_unbounded(const System<double>& system) {
+  const SolidSystem<double>* solid = system.solid();
+  return solid && (system.springs() || solid->refined_body()) &&
+         solid->levels().front().body.config().has_negative_volume_stiffness();
+}
+
 void QuasiNewton::begin(System<double>& system) {
-  if (const SpringSystem<double>* springs = system.springs();
-      springs && springs->body().config().has_negative_volume_stiffness())
+  if (is_unbounded(system))
     throw InputError(fmt::format(
         "nonlinear_solver \"{}\" minimises an energy, which has no lower bound where the volume stiffness is "
         "negative, as Poisson's ratio below 1/4 makes it; take \"newton\"",
@@ -107,7 +113,7 @@ void QuasiNewton::remember(System<double>& system, Record& record) {
 /// What gravity makes of the velocity until the stage's time, where nothing holds the body: then iterations
 /// that are cut short keep its fall.
 void QuasiNewton::guess(System<double>& system, const ImplicitStage& stage, State<double>& state) {
-  cycle_->add_where_free((stage.t - state.t) * system.cells()->environment().gravity, state.v);
+  cycle_->add_where_free((stage.t - state.t) * system.solid()->gravity(), state.v);
   cycle_->bend_paths(*stage.x_base, stage.gamma_x, state.v);
 }
 
@@ -191,7 +197,7 @@ QuasiNewton::Goal QuasiNewton::goal_of(const System<double>& system, const Impli
 
 Status QuasiNewton::iterate(System<double>& system, const ImplicitStage& stage, State<double>& state,
                             const Goal& goal, Work& work) {
-  const double far = norm_to_rms(system) * share_of_cell * system.cells()->body().config().cell_size;
+  const double far = norm_to_rms(system) * share_of_cell * system.solid()->cell_size();
   int counted = 0;  // of the iterations given: those after contacts and pressures are known
   for (int all = 0, turned_at = 0, idle = 0;
        counted < goal.most && all < goal.most + most_in_search && (norm_ > goal.target || !settled_); ++all) {

@@ -325,7 +325,8 @@ every = 0.01
 )";
   for (const char* method :
        {"\nintegrator = \"verlet\"\nlocal_steps = true\n", "\nintegrator = \"damped_verlet\"\n",
-        "\nintegrator = \"backward_euler\"\ndt = 1e-3\n"})
+        "\nintegrator = \"backward_euler\"\ndt = 1e-3\n",
+        "\nintegrator = \"backward_euler/lbfgs:2\"\ndt = 1e-3\n"})
     expect_same_interrupted(refined + method, 3);
 }
 

@@ -8,7 +8,9 @@
 #include <cstring>
 
 #include "core/base/error.hpp"
+#include "core/refinement/refined_system.hpp"
 #include "tests/random_bodies.hpp"
+#include "tests/refined_bodies.hpp"
 
 namespace mss {
 namespace {
@@ -47,9 +49,8 @@ TEST(RestCycle, ItsProductIsTheTangentAtRest) {
   for (const auto& [name, config] : bodies()) {
     const Body body(config);
     SpringSystem<double> system(body, {});
-    std::array<std::vector<char>, 3> unknown;
-    for (auto& axis : unknown) axis.assign(std::size_t(body.lattice().sites), 1);
-    RestLevel level(body, unknown);
+    const std::vector<char> all(std::size_t(body.lattice().sites), 1);
+    RestLevel level(body, {.unknown = {all, all, all}, .own = all});
     ASSERT_EQ(level.prepare(long_step), Status::ok);
     const Field<double> u = random_vectors(system, 3);
     Field<double> expected(system.size());
@@ -94,7 +95,7 @@ TEST(RestCycle, IsSymmetricAndPositive) {
 }
 
 /// By how much twenty corrections reduce a residual, in the directions that are free.
-double reduction(SpringSystem<double>& system, RestCycle& cycle, const Field<double>& x,
+double reduction(System<double>& system, RestCycle& cycle, const Field<double>& x,
                  const std::vector<HeldParticle>& held) {
   const auto clear = [&](Field<double>& field) {
     system.clear_prescribed(field);
@@ -229,6 +230,118 @@ TEST(RestCycle, KeepsTheMomentumOfEveryPieceThatNothingHolds) {
 }
 
 // Half a turn in one go: straight paths would leave a plane.
+TEST(MergedCells, AreAsHeavyStiffAndViscousAsWhatTheyReplace) {
+  for (const testing::RefinedCase& of : testing::refined_cases()) {
+    const RefinedBody body = of.make();
+    EXPECT_NEAR(Body(merged_cells(body, 0).config).total_mass(), body.total_mass(), 1e-6 * body.total_mass())
+        << of.name;
+    // All cells split once more are those of a body with such cells, merged.
+    const RefinedBody split(of.config,
+                            refinement_of(of.config, {{{Vec3::Constant(-100), Vec3::Constant(100)}, 1}}));
+    ASSERT_EQ(split.levels().size(), 1U);
+    const Body merged(merged_cells(split, 0).config), expected(coarsened(split.levels()[0].body.config()));
+    for (const std::ptrdiff_t site : expected.sites()) {
+      EXPECT_NEAR(merged.mass(site), expected.mass(site), 1e-6 * expected.mass(site));
+      const SiteElements a = merged.elements_at(site), b = expected.elements_at(site);
+      EXPECT_NEAR(a.volume, b.volume, 1e-6 * std::abs(b.volume));
+      for (std::size_t s = 0; s < spring_slots.size(); ++s) {
+        EXPECT_NEAR(a.stiffness[s], b.stiffness[s], 1e-6 * b.stiffness[s]) << of.name;
+        EXPECT_NEAR(a.damping[s], b.damping[s], 1e-6 * b.damping[s]) << of.name;
+      }
+    }
+  }
+}
+
+// Where cells of two sizes meet, holds end beside them and bodies have turned.
+TEST(RestCycle, IsSymmetricAndPositiveOnCellsOfSeveralSizes) {
+  for (const testing::RefinedCase& of : testing::refined_cases())
+    for (const bool held : {false, true})
+      for (const Cycle kind : {Cycle::v, Cycle::additive}) {
+        const RefinedBody body = of.make();
+        const Vec3 low = of.config.origin;
+        Environment environment;
+        if (held)
+          environment.holds = {{.box = {low, low + Vec3(0, 0.3, 0.3)}, .axes = {true, false, true}},
+                               {.box = {low + Vec3(0.3, 0.1, 0.1), low + Vec3(0.3, 0.1, 0.1)}}};
+        RefinedSystem<double> system(body, environment);
+        State<double> state = system.rest_state();
+        std::mt19937 rng(4);
+        std::uniform_real_distribution<> move(-0.03, 0.03);
+        for (const std::ptrdiff_t site : system.particles())
+          state.x.set(site, state.x.at(site) + Vec3(move(rng), move(rng), move(rng)));
+        system.constrain(0, state.x, state.v);
+        RestCycle cycle(system, "test", kind);
+        ASSERT_EQ(cycle.prepare(long_step), Status::ok);
+        cycle.place(state.x);
+        const Field<double> r = random_vectors(system, 1), s = random_vectors(system, 2);
+        Field<double> hr(system.size()), hs(system.size());
+        cycle.solve(r, 1, {}, hr);
+        cycle.solve(s, 1, {}, hs);
+        const double size = std::sqrt(product_of(r, hr) * product_of(s, hs));
+        EXPECT_GT(product_of(r, hr), 0) << of.name;
+        EXPECT_NEAR(product_of(s, hr), product_of(r, hs), 1e-5 * size) << of.name;
+        Field<double> cleared = hr;
+        system.clear_prescribed(cleared);
+        EXPECT_EQ(product_of(cleared, cleared), product_of(hr, hr)) << of.name;
+        for (const std::ptrdiff_t site : system.particles())  // every unknown moves
+          EXPECT_TRUE((hr.at(site).array() != 0 || r.at(site).array() == 0).all()) << of.name;
+      }
+}
+
+TEST(RestCycle, SolvesWithTheTangentOfCellsOfSeveralSizes) {
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(2, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+  for (const testing::RefinedCase& of : testing::refined_cases()) {
+    const RefinedBody body = of.make();
+    RefinedSystem<double> system(body, {});
+    State<double> state = system.rest_state();
+    for (const std::ptrdiff_t site : system.particles()) state.x.set(site, turn * state.x.at(site));
+    system.constrain(0, state.x, state.v);
+    RestCycle cycle(system, "test");
+    ASSERT_EQ(cycle.prepare(long_step), Status::ok);
+    cycle.place(state.x);
+    EXPECT_LT(reduction(system, cycle, state.x, {}), 1e-4) << of.name;
+    cycle.place_stiffly(state.x);
+    EXPECT_LT(reduction(system, cycle, state.x, {}), 1e-4) << of.name;
+  }
+}
+
+// In small cells, in large ones and where they meet.
+TEST(RestCycle, GoesAroundWhatPlanesHoldOfCellsOfSeveralSizes) {
+  for (const testing::RefinedCase& of : testing::refined_cases()) {
+    const RefinedBody body = of.make();
+    RefinedSystem<double> system(body, {});
+    const State<double> rest = system.rest_state();
+    RestCycle cycle(system, "test");
+    ASSERT_EQ(cycle.prepare(long_step), Status::ok);
+    cycle.place(rest.x);
+    const Vec3 normal = Vec3(0.3, -0.4, 1).normalized();
+    std::vector<HeldParticle> held;
+    for (const std::ptrdiff_t site : system.particles()) {
+      if (rest.x.at(site)[2] > of.config.origin[2] + 1e-9) continue;
+      const bool sticks = rest.x.at(site)[1] < of.config.origin[1] + 0.31;
+      held.push_back({site,
+                      sticks ? Eigen::Matrix3d::Identity() : Eigen::Matrix3d(normal * normal.transpose()),
+                      Eigen::Matrix3d::Zero()});
+    }
+    cycle.hold(held);
+    EXPECT_LT(reduction(system, cycle, rest.x, held), 1e-4) << of.name;
+    Field<double> values(system.size()), z(system.size()), image(system.size());
+    for (const HeldParticle& particle : held)
+      values.set(particle.site, particle.directions * Vec3(0.1, 0.2, -0.3));
+    cycle.solve(Field<double>(system.size()), 1, values, z);
+    for (const HeldParticle& particle : held)
+      EXPECT_LT((particle.directions * z.at(particle.site) - values.at(particle.site)).norm(), 1e-7);
+    const auto forces = [&](const Field<double>& u) {
+      system.tangents()->product(0, rest.x, rest.v, long_step, u, image);
+      for (const HeldParticle& particle : held) image.set(particle.site, Vec3::Zero());
+      return std::sqrt(product_of(image, image));
+    };
+    EXPECT_LT(forces(z), 0.3 * forces(values)) << of.name;
+    cycle.hold({});
+    EXPECT_LT(reduction(system, cycle, rest.x, {}), 1e-4) << of.name;
+  }
+}
+
 TEST(RestCycle, BendsPathsOfWhatSpins) {
   const Body body(testing::test_config(VoxelGrid::box(5, 4, 3)));
   SpringSystem<double> free(body, {}),

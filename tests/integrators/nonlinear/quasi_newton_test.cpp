@@ -6,9 +6,11 @@
 
 #include "core/base/error.hpp"
 #include "core/environment/tethered_system.hpp"
+#include "core/refinement/refined_system.hpp"
 #include "integrators/nonlinear/implicit_stage.hpp"
 #include "tests/chain.hpp"
 #include "tests/random_bodies.hpp"
+#include "tests/refined_bodies.hpp"
 
 namespace mss {
 namespace {
@@ -133,6 +135,152 @@ TEST(QuasiNewton, GivesTheSameBitsForAnyNumberOfThreads) {
   }
 }
 
+/// A metre of rubber in cells of three sizes.
+RefinedBody refined_rubber_block() {
+  BodyConfig config{.voxels = VoxelGrid::box(5, 5, 5), .cell_size = 0.2};
+  config.fill({.young = 1e7, .poisson = 0.3}, 0.5);
+  config.damping = {.law = Damping::Law::viscosity, .viscosity = 1000};
+  return {config, refinement_of(config, {testing::box_of_cells(config, {0, 0, 0}, {2, 2, 2}, 1),
+                                         testing::box_of_cells(config, {0, 0, 0}, {1, 1, 1}, 2)})};
+}
+
+/// Stretched, sheared and moving.
+State<double> deformed(SolidSystem<double>& system) {
+  State<double> state = system.rest_state();
+  for (const std::ptrdiff_t site : system.particles()) {
+    const Vec3 x = system.rest_position(site);
+    state.x.set(site, Vec3(1.03 * x[0] + 0.02 * x[1] * x[2], x[1] + 0.03 * x[0] * x[2], 0.98 * x[2]));
+    state.v.set(site, 0.3 * Vec3(std::sin(3 * x[1]), x[0] - x[2], 2 * std::cos(2 * x[0])));
+  }
+  system.constrain(0, state.x, state.v);
+  return state;
+}
+
+TEST(QuasiNewton, SolvesTheStagesOfCellsOfSeveralSizes) {
+  const RefinedBody body = refined_rubber_block();
+  const Hold face{.box = {Vec3(0, 0, 0), Vec3(0, 1, 1)}, .velocity = Vec3(0.1, 0, 0)},
+      edge{.box = {Vec3(0, 0, 0), Vec3(0, 0, 1)}, .axes = {true, false, true}};
+  for (const std::vector<Hold>& holds : {std::vector<Hold>{}, {face}, {edge}}) {
+    RefinedSystem<double> system(body, {.gravity = Vec3(0, 0, -9.81), .holds = holds});
+    const State<double> start = deformed(system);
+    for (const std::string method : {"backward_euler", "implicit_midpoint", "tr_bdf2", "generalized_alpha"}) {
+      State<double> expected = start;
+      Work work;
+      ASSERT_EQ(run(system, expected, method, {.dt = 1.0 / 60}, 3, work), Status::ok);
+      for (const std::string& solver : quasi_newton) {
+        State<double> state = start;
+        ASSERT_EQ(run(system, state, method, {.dt = 1.0 / 60, .nonlinear_solver = solver}, 3, work),
+                  Status::ok)
+            << method << " " << solver;
+        EXPECT_LT(distance(state, expected), 1e-8 * distance(expected, start)) << method << " " << solver;
+      }
+    }
+  }
+}
+
+/// Of two iterations of a held block, the third step from rest: what is left of the step, in the mean over
+/// the body and over the corner of it that is held, where its smallest cells are.
+std::array<double, 2> left_after_two_iterations(const RefinedBody& body) {
+  RefinedSystem<double> system(
+      body, {.gravity = Vec3(0, 0, -9.81), .holds = {{.box = {Vec3(0, 0, 0), Vec3(0, 1, 1)}}}});
+  const auto advance = [&](State<double> state, int iterations, int steps) {
+    Work work;
+    const IntegratorOptions options{.dt = 1.0 / 60, .nonlinear_solver = "lbfgs", .iterations = iterations};
+    EXPECT_EQ(run(system, state, "backward_euler", options, steps, work), Status::ok);
+    return state;
+  };
+  const State<double> start = advance(system.rest_state(), 0, 2), exact = advance(start, 0, 1),
+                      state = advance(start, 2, 1);
+  std::array<double, 2> left{};
+  for (const double size : {1.0, 0.2}) {
+    double error = 0, step = 0;
+    for (const std::ptrdiff_t site : system.particles()) {
+      if (system.rest_position(site).maxCoeff() > size + 1e-9) continue;
+      error += system.mass(site) * (state.x.at(site) - exact.x.at(site)).squaredNorm();
+      step += system.mass(site) * (start.x.at(site) - exact.x.at(site)).squaredNorm();
+    }
+    left[size < 1] = std::sqrt(error / step);
+  }
+  return left;
+}
+
+// The corner hardly moves.
+TEST(QuasiNewton, FindsTheStepOfCellsOfSeveralSizesAsFastAsOfTheSmallestEverywhere) {
+  BodyConfig config = refined_rubber_block().config();
+  const std::array<double, 2> several = left_after_two_iterations(refined_rubber_block()),
+                              smallest = left_after_two_iterations(
+                                  {config, refinement_of(config, {{{Vec3(0, 0, 0), Vec3(1, 1, 1)}, 2}})});
+  EXPECT_LT(several[0], 0.01);
+  EXPECT_LT(several[0], 1.1 * smallest[0]);
+  EXPECT_LT(several[1], 1.1 * smallest[1]);
+}
+
+TEST(QuasiNewton, KeepsTheMomentumOfCellsOfSeveralSizesInEveryIteration) {
+  const RefinedBody body = refined_rubber_block();
+  RefinedSystem<double> system(body, {});
+  const auto momentum = [&](const State<double>& state) {
+    Vec3 sum = Vec3::Zero();
+    for (const std::ptrdiff_t site : system.particles()) sum += system.mass(site) * state.v.at(site);
+    return sum;
+  };
+  for (const std::string& solver : quasi_newton)
+    for (const int iterations : {1, 2, 7}) {
+      State<double> state = deformed(system);
+      const Vec3 before = momentum(state);
+      Work work;
+      ASSERT_EQ(run(system, state, "backward_euler",
+                    {.dt = 1.0 / 60, .nonlinear_solver = solver, .iterations = iterations}, 10, work),
+                Status::ok);
+      EXPECT_LT((momentum(state) - before).norm(), 1e-12 * body.total_mass()) << solver << " " << iterations;
+    }
+}
+
+TEST(QuasiNewton, GivesTheSameBitsOfCellsOfSeveralSizesForAnyNumberOfThreads) {
+  BodyConfig config = testing::test_config(VoxelGrid::box(9, 10, 11));
+  const RefinedBody body(config,
+                         refinement_of(config, {testing::box_of_cells(config, {1, 0, 0}, {6, 7, 8}, 1),
+                                                testing::box_of_cells(config, {2, 2, 2}, {5, 5, 5}, 2)}));
+  const auto end = [&](int threads) {
+    RefinedSystem<double> system(body, {.gravity = Vec3(0, 0, -9.81)}, {.threads = threads});
+    State<double> state = deformed(system);
+    Work work;
+    EXPECT_EQ(
+        run(system, state, "tr_bdf2", {.dt = 0.05, .nonlinear_solver = "lbfgs", .iterations = 8}, 2, work),
+        Status::ok);
+    return state.x;
+  };
+  const Field<double> one = end(1);
+  for (const int threads : {2, 5}) {
+    const Field<double> other = end(threads);
+    EXPECT_EQ(std::memcmp(one.axis(0), other.axis(0), std::size_t(one.size()) * sizeof(double)), 0)
+        << threads;
+  }
+}
+
+// It lands on its smallest cells, on an edge of the larger ones, and slides.
+TEST(QuasiNewton, KeepsContactOfCellsOfSeveralSizesInsideSteps) {
+  const RefinedBody body = refined_rubber_block();
+  const Plane ground{.point = Vec3(0, 0, -0.05), .normal = Vec3(0.1, 0.05, 1).normalized(), .friction = 0.3};
+  RefinedSystem<double> system(body, {.gravity = Vec3(0, 0, -9.81), .planes = {ground}});
+  State<double> start = system.rest_state();
+  for (const std::ptrdiff_t site : system.particles()) start.v.set(site, Vec3(1, 0, -1));
+  system.constrain(0, start.x, start.v);
+  for (const std::string solver : {"projective", "lbfgs"}) {
+    State<double> newton = start, state = start;
+    const auto one = find_integrator("backward_euler").make<double>({.dt = 1.0 / 60}),
+               other = find_integrator("backward_euler/" + solver).make<double>({.dt = 1.0 / 60});
+    for (int step = 1; step <= 20; ++step) {
+      Work work;
+      ASSERT_EQ(one->advance(system, newton, step / 60.0, work), Status::ok);
+      ASSERT_EQ(other->advance(system, state, step / 60.0, work), Status::ok);
+      EXPECT_LT(distance(state, newton), 1e-6) << solver << " " << step;
+      for (const Level& level : body.levels())
+        for (const std::ptrdiff_t site : level.body.sites())
+          EXPECT_GT(ground.gap(state.x.at(level.first + site)), -1e-9);
+    }
+  }
+}
+
 TEST(QuasiNewton, SolvesFoldedBodiesWithTheirGuard) {
   BodyConfig config = testing::test_config(VoxelGrid::box(3, 3, 3));
   config.fold_guard = 0.5;
@@ -233,13 +381,17 @@ TEST(QuasiNewton, RefusesInWordsWhatItCannotDo) {
     });
   };
   testing::Chain chain(3, 0);
-  EXPECT_NE(refused(chain, {0, Field<double>(3), Field<double>(3)}).find("a body of cells of one size"),
+  EXPECT_NE(refused(chain, {0, Field<double>(3), Field<double>(3)}).find("a body of cells"),
             std::string::npos);
   BodyConfig config = testing::test_config(VoxelGrid::box(2, 2, 2));
   config.springs.volume = -1;
   const Body body(config);
   SpringSystem<double> system(body, {});
   EXPECT_NE(refused(system, system.rest_state()).find("no lower bound"), std::string::npos);
+  const RefinedBody refined(config,
+                            refinement_of(config, {testing::box_of_cells(config, {0, 0, 0}, {1, 1, 1}, 1)}));
+  RefinedSystem<double> of_several(refined, {});
+  EXPECT_NE(refused(of_several, of_several.rest_state()).find("no lower bound"), std::string::npos);
   EXPECT_NE(refusal([] { find_nonlinear_solver("lbgfs"); }).find("'lbfgs'"), std::string::npos);
 }
 
