@@ -476,6 +476,19 @@ std::string TomlTable::text(std::string_view key, std::string_view noun, std::st
   return value->get();
 }
 
+std::vector<std::string> TomlTable::texts(std::string_view key, std::string_view noun,
+                                          std::string_view allowed) const {
+  const toml::array* array = need(key, allowed).as_array();
+  if (array == nullptr || array->empty()) refuse(key, noun, allowed);
+  std::vector<std::string> texts;
+  for (const toml::node& node : *array) {
+    const auto* value = node.as_string();
+    if (value == nullptr || value->get().empty()) refuse(key, noun, allowed);
+    texts.push_back(value->get());
+  }
+  return texts;
+}
+
 std::size_t TomlTable::choose(std::string_view key, std::string_view noun,
                               const std::vector<std::string>& known) const {
   const auto* value = find(key)->as_string();

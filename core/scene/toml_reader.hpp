@@ -100,6 +100,8 @@ class TomlTable {
   bool boolean(std::string_view key, bool fallback) const;
   /// A text that is not empty; `noun` and `allowed` as in Quantity.
   std::string text(std::string_view key, std::string_view noun, std::string_view allowed) const;
+  /// At least one such text.
+  std::vector<std::string> texts(std::string_view key, std::string_view noun, std::string_view allowed) const;
 
   /// One of a few names, given as (name, value) pairs.
   template <class Value>

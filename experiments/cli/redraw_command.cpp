@@ -9,6 +9,7 @@
 #include "experiments/advise/chart.hpp"
 #include "experiments/advise/static_advice.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/fit/chart.hpp"
 #include "experiments/harness/page.hpp"
 #include "experiments/harness/results_folder.hpp"
 
@@ -23,6 +24,7 @@ using Draw = std::function<Drawings(const std::vector<NamedTable>&)>;
 /// What draws the charts of a folder's experiment.
 Draw draw_of(const ResultsFolder& folder) {
   if (folder.experiment == "advise") return advise::draw;
+  if (folder.experiment == "fit") return fit::draw;
   if (folder.experiment == "static_advice") return advise::draw_at_rest;
   try {
     return find_experiment(folder.experiment).draw;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "experiments/harness/table.hpp"
 
@@ -24,6 +25,29 @@ Quartiles quartiles_of_ratio(const std::vector<double>& a, const std::vector<dou
   std::vector<double> ratios;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) ratios.push_back(a[i] / b[i]);
   return quartiles(ratios);
+}
+
+namespace {
+
+/// The share of Student's distribution between -t and t, t = sqrt(n) tan(angle): the finite sums of
+/// Abramowitz, Stegun, Handbook of Mathematical Functions, 26.7.3 and 26.7.4.
+double share_within(double angle, int n) {
+  const double square = std::pow(std::cos(angle), 2);
+  double term = n % 2 == 0 ? 1 : std::cos(angle), sum = n == 1 ? 0 : term;
+  for (int k = n % 2 == 0 ? 2 : 3; k <= n - 2; k += 2) sum += term *= square * (k - 1) / k;
+  return n % 2 == 0 ? std::sin(angle) * sum : 2 / std::numbers::pi * (angle + std::sin(angle) * sum);
+}
+
+}  // namespace
+
+double student_t(double share, int degrees_of_freedom) {
+  const int n = std::min(degrees_of_freedom, 100000);  // then it is normal to six digits
+  double low = 0, high = std::numbers::pi / 2;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2;
+    (share_within(middle, n) < share ? low : high) = middle;
+  }
+  return std::sqrt(double(n)) * std::tan(low);
 }
 
 double PowerLaw::at(double x) const { return coefficient * std::pow(x, exponent); }

@@ -16,6 +16,9 @@ Quartiles quartiles(const std::vector<double>& sample);
 /// Of a[i] / b[i], samples taken in the same round, as far as both go: what disturbed one disturbed both.
 Quartiles quartiles_of_ratio(const std::vector<double>& a, const std::vector<double>& b);
 
+/// The t of Student's distribution within which, on either side of 0, `share` of it lies, 0 < share < 1.
+double student_t(double share, int degrees_of_freedom);
+
 /// y = coefficient x^exponent.
 struct PowerLaw {
   double coefficient = 0;

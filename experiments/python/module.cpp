@@ -56,6 +56,54 @@ py::dict run_scene_with(const py::object& scene, const py::dict& settings) {
   return with_scene(scene, settings, run_scene);
 }
 
+/// What loads a scene without the interpreter.
+fit::SceneSource source_of(const py::object& scene) {
+  if (!py::isinstance<py::dict>(scene))
+    return fit::source_of(scene_file(scene.cast<std::filesystem::path>().string()));
+  const std::string text = toml_text(scene.cast<py::dict>());
+  return {"", [text](const std::vector<std::string>& settings) { return parse_scene(text, settings); }};
+}
+
+/// KEY and KEY=LOW..HIGH, from such texts or from a dict of bounds, None where there are none.
+std::vector<std::string> parameter_texts(const py::object& parameters) {
+  if (!py::isinstance<py::dict>(parameters)) return parameters.cast<std::vector<std::string>>();
+  std::vector<std::string> texts;
+  for (const auto& [key, bounds] : parameters.cast<py::dict>()) {
+    texts.push_back(key.cast<std::string>());
+    if (bounds.is_none()) continue;
+    const auto [low, high] = bounds.cast<std::pair<py::object, py::object>>();
+    texts.back() += "=" + (low.is_none() ? "" : py::repr(low).cast<std::string>()) + ".." +
+                    (high.is_none() ? "" : py::repr(high).cast<std::string>());
+  }
+  return texts;
+}
+
+fit::Observations observations_of(const py::object& data, const fit::SceneSource& source,
+                                  const std::vector<std::string>& overrides) {
+  if (py::isinstance<py::list>(data)) {
+    py::dict tables;
+    tables["observation"] = data;
+    return fit::read_observations_text(toml_text(tables), source, overrides);
+  }
+  return fit::read_observations(data.cast<std::filesystem::path>(), source, overrides);
+}
+
+py::dict fit_with(const py::object& scene, const py::object& data, const py::object& parameters,
+                  const py::dict& settings, double evaluations) {
+  const std::vector<std::string> overrides = toml_overrides(settings);
+  if (!(evaluations >= 1)) throw InputError("evaluations is too small; give a number of 1 or more");
+  try {
+    const fit::SceneSource source = source_of(scene);
+    fit::FitProblem problem = fit::read_problem(source, overrides, parameter_texts(parameters));
+    problem.data = observations_of(data, source, overrides);
+    problem.most_evaluations = evaluations;
+    fit::check_problem(problem);
+    return fit_scene(problem);
+  } catch (const InputError& error) {
+    throw InputError(naming_the_setting(error.what(), overrides));
+  }
+}
+
 /// A dict that has its values also by the names that columns had before.
 py::dict by_old_names_too(const py::dict& columns) {
   return py::module_::import("mss").attr("_Columns")(columns);
@@ -220,6 +268,14 @@ relative paths begin at the working directory. `settings` change values, as in {
       "run_scene", &run_scene_with, py::arg("scene"), py::arg("settings") = py::dict(),
       R"(Simulates a scene to its end, as `mss run` does, and returns what that writes: {"series": {column: array}, "particles":
 {column: array}, "warnings": sentences}. Scene and settings are those of load(). Raises SimulationFailed.)");
+  module.def(
+      "fit", &fit_with, py::arg("scene"), py::arg("data"), py::arg("parameters"),
+      py::arg("settings") = py::dict(), py::arg("evaluations") = 30,
+      R"(Finds the numbers of a scene that make its runs fit what was measured, as `mss fit` does. `data`: a file (TOML or CSV), or
+a list of dicts with the keys of [[observation]] (experiments/fit/README.md). `parameters`: texts "KEY" or "KEY=LOW..HIGH",
+or a dict {key: (low, high) or None}. Returns {"status": "converged" or why not, "values": {key: number}, "fit", "fit_data",
+"fit_correlation", "fit_steps": {column: array}, "chi2", "degrees_of_freedom", "evaluations", "scene": the scene with the
+values as a TOML text, "warnings": sentences}.)");
   constexpr const char* of_a_study =
       R"(Runs a study, as `mss STUDY` does, and returns its tables: {table: {column: array}}; numbers that do not exist are NaN,
 and the column "status" says why. Options are those of the command: quick, cells, integrators, threads, model, seed,

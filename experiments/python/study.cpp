@@ -11,6 +11,7 @@
 #include <map>
 
 #include "core/base/error.hpp"
+#include "experiments/fit/report.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/python/simulation.hpp"
 #include "experiments/simulation/diagnostics.hpp"
@@ -185,6 +186,29 @@ py::dict run_scene(const Scene& scene) {
   found["series"] = columns_of(series_table(result.series));
   found["particles"] = columns_of(particle_table(result.particles));
   found["warnings"] = warnings;
+  return found;
+}
+
+py::dict fit_scene(const fit::FitProblem& problem) {
+  PythonProgress progress;
+  fit::FitResult result;
+  {
+    const py::gil_scoped_release free;
+    result = fit::fit(problem, progress);
+  }
+  progress.rethrow();
+  py::dict found, values;
+  for (std::size_t k = 0; k < result.parameters.size(); ++k)
+    values[py::str(problem.parameters[k].key)] = result.parameters[k].value;
+  found["status"] = fit::to_string(result.ended);
+  found["values"] = values;
+  for (const NamedTable& table : fit::fit_tables(problem, result))
+    found[py::str(table.name)] = columns_of(table.table);
+  found["chi2"] = result.chi2;
+  found["degrees_of_freedom"] = result.degrees_of_freedom;
+  found["evaluations"] = result.evaluations;
+  found["scene"] = fit::fitted_scene(problem, result, "");
+  found["warnings"] = fit::warnings_of(problem, result);
   return found;
 }
 

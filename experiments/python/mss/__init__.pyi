@@ -25,6 +25,19 @@ class SceneResult(TypedDict):
     particles: dict[str, NDArray[Any]]
     warnings: list[str]
 
+class FitResult(TypedDict):
+    status: str
+    values: dict[str, float]
+    fit: dict[str, NDArray[Any]]
+    fit_data: dict[str, NDArray[Any]]
+    fit_correlation: dict[str, NDArray[Any]]
+    fit_steps: dict[str, NDArray[Any]]
+    chi2: float
+    degrees_of_freedom: int
+    evaluations: float
+    scene: str
+    warnings: list[str]
+
 class Simulation:
     @property
     def name(self) -> str: ...
@@ -64,6 +77,13 @@ def load(
 def run_scene(
     scene: str | PathLike[str] | Mapping[str, Any], settings: Mapping[str, Any] = ...
 ) -> SceneResult: ...
+def fit(
+    scene: str | PathLike[str] | Mapping[str, Any],
+    data: str | PathLike[str] | list[Mapping[str, Any]],
+    parameters: Sequence[str] | Mapping[str, tuple[float | None, float | None] | None],
+    settings: Mapping[str, Any] = ...,
+    evaluations: float = ...,
+) -> FitResult: ...
 def run_study(study: str, options: Mapping[str, Any] = ...) -> dict[str, dict[str, NDArray[Any]]]: ...
 def run(study: str, options: Mapping[str, Any] = ...) -> dict[str, dict[str, NDArray[Any]]]: ...  # before run_study
 def scenes() -> dict[str, str]: ...

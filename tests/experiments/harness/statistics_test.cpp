@@ -29,5 +29,13 @@ TEST(Statistics, PowerLawIsRecovered) {
   EXPECT_NEAR(fit_power_law(x, noisy).exponent - 2.97, -0.0724, 1e-3);
 }
 
+TEST(Statistics, StudentsTIsThatOfTables) {
+  EXPECT_NEAR(student_t(0.95, 1), 12.7062, 1e-4);
+  EXPECT_NEAR(student_t(0.95, 2), 4.3027, 1e-4);
+  EXPECT_NEAR(student_t(0.95, 5), 2.5706, 1e-4);
+  EXPECT_NEAR(student_t(0.99, 10), 3.1693, 1e-4);
+  EXPECT_NEAR(student_t(0.95, 1000000), 1.9600, 1e-4);
+}
+
 }  // namespace
 }  // namespace mss
