@@ -63,12 +63,16 @@ QuasiNewton::QuasiNewton(const IntegratorOptions& options, std::string name, Dir
 
 QuasiNewton::~QuasiNewton() = default;
 
+namespace {
+
 /// Whether the energy of its springs has no lower bound.
 bool is_unbounded(const System<double>& system) {
   const SolidSystem<double>* solid = system.solid();
   return solid && (system.springs() || solid->refined_body()) &&
          solid->levels().front().body.config().has_negative_volume_stiffness();
 }
+
+}  // namespace
 
 void QuasiNewton::begin(System<double>& system) {
   if (is_unbounded(system))
