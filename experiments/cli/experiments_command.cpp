@@ -11,6 +11,7 @@
 #include "experiments/cli/conclude.hpp"
 #include "experiments/cli/limits.hpp"
 #include "experiments/cli/number_list.hpp"
+#include "experiments/cli/settings.hpp"
 #include "experiments/harness/other_work.hpp"
 #include "experiments/harness/page.hpp"
 #include "experiments/harness/parts.hpp"
@@ -71,6 +72,7 @@ void add_options(CLI::App& command, StudyChoice& choice, const std::vector<std::
     command.add_option("--seed", choice.options.seed, "Seed of the random numbers")
         ->check(whole_number(0, largest_seed))
         ->capture_default_str();
+  if (accepts.settings) add_settings(command, choice.options.settings);
   if (accepts.processes)
     command
         .add_option("--processes", choice.options.processes,

@@ -1,4 +1,5 @@
-// `mss material`: the material card of a set of spring constants, given or derived from E and nu.
+// `mss material`: the material card of a set of spring constants, given or derived from E and nu; with
+// --like, constants of published materials.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -13,6 +14,7 @@
 #include "core/body/material.hpp"
 #include "core/body/phonons.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/published_material.hpp"
 
 namespace mss::cli {
 
@@ -22,6 +24,7 @@ struct MaterialChoice {
   std::optional<double> young, poisson, face_share;
   std::optional<double> edge, face, body, volume;
   std::optional<double> cell_size;
+  std::string like;  ///< with --like; empty: all
 };
 
 constexpr const char* usage =
@@ -155,8 +158,17 @@ void print_card(const MaterialChoice& choice) {
   }
 }
 
+void print_published(const MaterialChoice& choice) {
+  if (choice.young || choice.poisson || choice.face_share || choice.edge || choice.face || choice.body ||
+      choice.volume || choice.cell_size)
+    throw InputError("--like stands beside other options; give it alone, then E and nu that it prints");
+  fmt::print("{}", choice.like.empty() ? published_material_list()
+                                       : published_material_card(find_published_material(choice.like)));
+}
+
 void add_material(CLI::App& app, int&) {
-  CLI::App* command = app.add_subcommand("material", "the material card of springs, or springs for E and nu");
+  CLI::App* command = app.add_subcommand(
+      "material", "the material card of springs, or springs for E and nu; constants of published materials");
   const auto choice = std::make_shared<MaterialChoice>();
   command->add_option("--cell-size", choice->cell_size, "Edge of a cell [m]");
   command->add_option("--young", choice->young, "Young's modulus E [Pa]");
@@ -167,7 +179,19 @@ void add_material(CLI::App& app, int&) {
   command->add_option("--face", choice->face, "Stiffness of face diagonals [N/m]");
   command->add_option("--body", choice->body, "Stiffness of body diagonals [N/m]");
   command->add_option("--volume", choice->volume, "Volume stiffness k_vol [Pa]; may be negative");
-  command->callback([choice] { print_card(*choice); });
+  const CLI::Option* like =
+      command
+          ->add_option(
+              "--like", choice->like,
+              "A published rubber, foam, gel or tissue: its constants, sources, and tables for a scene; "
+              "all if no name follows")
+          ->expected(0, 1);
+  command->callback([choice, like] {
+    if (like->count() > 0)
+      print_published(*choice);
+    else
+      print_card(*choice);
+  });
 }
 
 }  // namespace

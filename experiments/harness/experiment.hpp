@@ -28,6 +28,7 @@ struct ExperimentOptions {
   int threads = 0;                            ///< most threads of the core; 0: all cores
   std::string model = spring_model;           ///< of the bodies' material
   std::uint64_t seed = 1;
+  std::vector<std::string> settings = {};  ///< "table.key=value", of the scenes that it computes
   bool peers = false;                  ///< other programs too, where they are installed
   int processes = 0;                   ///< over which cases are split; 0: all cores
   CasePart part = {};                  ///< of the cases, those that are computed
@@ -43,6 +44,7 @@ struct ExperimentAccepts {
   bool model = false;
   bool threads = false;
   bool seed = false;
+  bool settings = false;
   bool peers = false;
   bool processes = false;  ///< and keeps a journal, so that an interrupted run can be continued
 };

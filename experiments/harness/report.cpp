@@ -82,6 +82,7 @@ std::string command_line(const ExperimentInfo& info, const ExperimentOptions& op
   if (accepts.seed && options.seed != defaults.seed) line += fmt::format(" --seed {}", options.seed);
   if (accepts.processes && options.processes != defaults.processes)
     line += fmt::format(" --processes {}", options.processes);
+  for (const std::string& setting : options.settings) line += fmt::format(" --set '{}'", setting);
   return line;
 }
 

@@ -23,6 +23,7 @@ struct ChartSeries {
   int style = -1;      ///< index into the chart styles; -1: the series' place in the chart
   bool lines = true;   ///< false: black markers (crosses, then open shapes) without a line, for what failed
   bool joined = true;  ///< false: its markers alone
+  bool marked = true;  ///< false: its line alone, as of curves that are densely sampled
 };
 
 /// A straight line across the chart with its name on it.

@@ -92,6 +92,11 @@ std::string series_commands(const Chart& chart, std::vector<std::string>& plots)
                                   gnuplot_text(series.label)));
       continue;
     }
+    if (!series.marked) {
+      plots.push_back(fmt::format("{} with lines lc '{}' lw 2.2 dt {} title {}", data, style.colour,
+                                  style.dash, gnuplot_text(series.label)));
+      continue;
+    }
     const std::string look = series.joined
                                  ? fmt::format("linespoints lc '{}' lw 2.2 dt {}", style.colour, style.dash)
                                  : fmt::format("points lc '{}' lw 1.6", style.colour);

@@ -92,6 +92,10 @@ Setters setters(const ExperimentInfo& info, ExperimentOptions& o) {
     all["seed"] = [&](const py::handle& v) { o.seed = cast<std::uint64_t>(v, "seed", "a whole number"); };
   if (accepts.peers)
     all["peers"] = [&](const py::handle& v) { o.peers = cast<bool>(v, "peers", "True or False"); };
+  if (accepts.settings)
+    all["settings"] = [&](const py::handle& v) {
+      o.settings = cast<std::vector<std::string>>(v, "settings", "a list of texts, \"table.key=value\"");
+    };
   return all;
 }
 

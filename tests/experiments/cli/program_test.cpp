@@ -554,6 +554,17 @@ TEST(Material, RefusesWhatIsNoMaterial) {
   expect_refused(with_edge("0"), "all 0");
 }
 
+TEST(Material, PrintsPublishedOnes) {
+  const ProgramRun all = mss({"material", "--like"}), one = mss({"material", "--like", "Dragon Skin 10"});
+  EXPECT_EQ(all.exit_status, 0) << all.output;
+  EXPECT_NE(all.output.find("\ncartilage "), std::string::npos) << all.output;
+  EXPECT_EQ(one.exit_status, 0) << one.output;
+  for (const char* text : {"263.8 kPa", "[material]", "young = 263824", "viscosity = ", "arXiv 2201.12560"})
+    EXPECT_NE(one.output.find(text), std::string::npos) << text << one.output;
+  expect_refused({"material", "--like", "liwer"}, "did you mean 'liver'? ");
+  expect_refused({"material", "--like", "--young", "1"}, "--like stands beside other options");
+}
+
 /// The number after `name` on its line.
 double value_after(const std::string& text, const std::string& name) {
   const std::size_t at = text.find(name);

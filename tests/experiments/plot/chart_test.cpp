@@ -122,6 +122,15 @@ TEST(MapChart, WritesShortNumbers) {
   EXPECT_EQ(short_number(1500), "1500");
 }
 
+TEST(ChartScript, DrawsCurvesWithoutMarkersWhereTheyAreDense) {
+  Chart chart = small_chart();
+  chart.marks.clear();
+  chart.series = {{.label = "dense", .points = {{1, 1}, {2, 2}}, .marked = false}};
+  const std::string script = gnuplot_script(chart, "a", "b");
+  EXPECT_NE(script.find("with lines lc"), std::string::npos) << script;
+  EXPECT_EQ(script.find(" pt "), std::string::npos) << script;
+}
+
 /// What gnuplot draws a series per integrator with, from `from` to " ps ".
 std::vector<std::string> looks_of_integrators(bool joined, const std::string& from) {
   Chart chart = small_chart();

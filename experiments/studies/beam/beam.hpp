@@ -1,0 +1,70 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/scene/scene.hpp"
+#include "experiments/harness/experiment.hpp"
+#include "experiments/harness/ring_down.hpp"
+
+namespace mss::studies::beam {
+
+/// A weight at the beam's end: its name in reference/beam and the scene that has it.
+struct BeamLoad {
+  std::string name;   ///< "none", "52 g", "102 g"
+  std::string scene;  ///< one that comes with the program
+};
+const std::vector<BeamLoad>& beam_loads();
+
+/// The silicone, as the scenes have it but for these settings.
+struct BeamMaterial {
+  std::string name;
+  std::vector<std::string> settings{};  ///< "table.key=value"
+};
+
+struct BeamConfig {
+  std::vector<BeamMaterial> materials;
+  std::vector<int> cells;             ///< across, of equilibria: multiples of three, for the cells are cubes
+  std::vector<int> ringing_cells;     ///< of ring-downs
+  std::vector<BeamLoad> ringing;      ///< loads that ring
+  std::vector<std::string> settings;  ///< of all scenes, by the user
+};
+BeamConfig beam_config(const ExperimentOptions& options);
+
+/// A load's scene with other cells: `cells` across. Throws InputError as load_scene() does.
+Scene beam_scene(const BeamConfig& config, const BeamMaterial& material, const BeamLoad& load, int cells);
+
+/// How far points of the beam have sunk at rest, in the order of the markers [m].
+struct BeamRest {
+  Status status = Status::ok;
+  std::vector<double> drops{};         ///< of the points of the beam
+  std::vector<double> centre_drops{};  ///< of the markers' centres, which turn with the free end
+};
+BeamRest beam_at_rest(const Scene& scene);
+
+/// The height of marker 1 about its rest, sampled while the beam rings down.
+struct BeamMotion {
+  std::string status = "ok";
+  std::vector<double> times{};    ///< [s] since it had moved as far as where measured times begin
+  std::vector<double> heights{};  ///< [m]
+};
+/// Stopped: its status is that of an interrupted run.
+BeamMotion beam_motion(const Scene& scene, double rest_drop, const Progress& progress);
+
+struct BeamTables {
+  Table drops;      ///< of markers at rest, computed beside measured
+  Table comsol;     ///< where COMSOL's are known, of the finest cells beside
+  Table ring_down;  ///< frequency and damping
+  Table turns;      ///< turning points
+  Table motion;     ///< computed
+  Status status = Status::ok;
+};
+BeamTables measure_beam(const BeamConfig& config, Progress& progress);
+
+/// Frequency and damping of a measured run, by the function that a computed motion goes through.
+RingDown measured_ring_down(const std::string& run);
+
+std::vector<NamedTable> beam_files(BeamTables tables);
+Drawings draw_beam(const std::vector<NamedTable>& tables);
+
+}  // namespace mss::studies::beam
