@@ -222,8 +222,8 @@ relative paths begin at the working directory. `settings` change values, as in {
 {column: array}, "warnings": sentences}. Scene and settings are those of load(). Raises SimulationFailed.)");
   constexpr const char* of_a_study =
       R"(Runs a study, as `mss STUDY` does, and returns its tables: {table: {column: array}}; numbers that do not exist are NaN,
-and the column "status" says why. Options are those of the command: quick, cells, integrators, threads, model, seed,
-processes, peers; each study takes some of them. Units are those of its CSV files (results/README.md).)";
+and the column "status" says why. Options are those of the command: quick, cells, integrators, scenes, threads, model,
+seed, processes, peers; each study takes some of them. Units are those of its CSV files (results/README.md).)";
   module.def("run_study", &run_study, py::arg("study"), py::arg("options") = py::dict(), of_a_study);
   module.def("run", &run_study, py::arg("study"), py::arg("options") = py::dict(),
              "What run_study() was called before; new scripts call that.");
