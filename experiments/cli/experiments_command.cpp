@@ -1,5 +1,6 @@
 // `mss timing` and the like: one command per registered experiment; `mss reproduce` runs all of them.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
@@ -53,6 +54,11 @@ void add_options(CLI::App& command, StudyChoice& choice, const std::vector<std::
                     "Names from `mss list integrators`, as in rk4,cvode_bdf,vbd:5 (five iterations a step); "
                     "all if left "
                     "out")
+        ->delimiter(',');
+  if (accepts.scenes)
+    command
+        .add_option("--scenes", choice.options.scenes,
+                    fmt::format("Some of {}", fmt::join(accepts.scenes(), ", ")))
         ->delimiter(',');
   if (accepts.model)
     command
@@ -130,6 +136,7 @@ void run_one(const ExperimentInfo& info, StudyChoice choice, int& exit_status) {
   if (!choice.cells.empty())
     choice.options.cells = parse_number_list(choice.cells, "--cells", info.accepts.largest_cells);
   if (info.accepts.integrators) info.accepts.integrators(choice.options.integrators);  // throws
+  if (info.accepts.scenes) check_scenes(choice.options.scenes, info.accepts.scenes());
   check_model_name(choice.options.model);
   if (!choice.part.empty()) choice.options.part = parse_part(choice.part);
   prepare_directory(choice.directory);

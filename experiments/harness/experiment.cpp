@@ -87,6 +87,16 @@ std::vector<std::string> limited_integrators(const std::vector<std::string>& nam
   return limited;
 }
 
+void check_scenes(const std::vector<std::string>& named, const std::vector<std::string>& known) {
+  for (const std::string& name : named) {
+    if (std::count(named.begin(), named.end(), name) > 1)
+      throw InputError(fmt::format("scene '{}' is named twice in --scenes; name it once", name));
+    if (std::count(known.begin(), known.end(), name) == 0)
+      throw InputError(
+          fmt::format("--scenes: there is no scene '{}'; {}--help lists them", name, question(name, known)));
+  }
+}
+
 Journal open_journal(const ExperimentOptions& options, const Json& configuration) {
   if (options.journal.empty()) return {};
   Journal journal(options.journal, configuration, options.part);

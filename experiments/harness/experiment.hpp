@@ -25,6 +25,7 @@ struct ExperimentOptions {
   bool quick = false;
   std::vector<int> cells = {};                ///< cells per edge; empty: the experiment's own
   std::vector<std::string> integrators = {};  ///< names; empty: all
+  std::vector<std::string> scenes = {};       ///< names; empty: the experiment's own choice
   int threads = 0;                            ///< most threads of the core; 0: all cores
   std::string model = spring_model;           ///< of the bodies' material
   std::uint64_t seed = 1;
@@ -41,6 +42,8 @@ struct ExperimentAccepts {
   int largest_cells = 0;  ///< of any item of --cells
   /// Which integrators of those named, all if none is; throws InputError for others.
   std::vector<std::string> (*integrators)(const std::vector<std::string>& named) = nullptr;
+  /// The names of all scenes that it knows.
+  std::vector<std::string> (*scenes)() = nullptr;
   bool model = false;
   bool threads = false;
   bool seed = false;
@@ -119,6 +122,10 @@ std::vector<std::string> moving_families(const std::vector<std::string>& named, 
 /// Of moving_integrators(), those with a largest stable step. Throws InputError if one that is named has
 /// none.
 std::vector<std::string> limited_integrators(const std::vector<std::string>& named);
+
+/// Throws InputError if one of the scenes that options name is not among those that an experiment knows, or
+/// is named twice.
+void check_scenes(const std::vector<std::string>& named, const std::vector<std::string>& known);
 
 /// The journal that the options name, or one in memory. Throws as Journal() does.
 Journal open_journal(const ExperimentOptions& options, const Json& configuration);

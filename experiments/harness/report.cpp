@@ -75,6 +75,8 @@ std::string command_line(const ExperimentInfo& info, const ExperimentOptions& op
     line += fmt::format(" --cells {}", fmt::join(options.cells, ","));
   if (accepts.integrators && !options.integrators.empty())
     line += fmt::format(" --integrators {}", fmt::join(options.integrators, ","));
+  if (accepts.scenes && !options.scenes.empty())
+    line += fmt::format(" --scenes {}", fmt::join(options.scenes, ","));
   if (accepts.model && options.model != defaults.model) line += " --model " + options.model;
   if (accepts.threads && options.threads != defaults.threads)
     line += fmt::format(" --threads {}", options.threads);

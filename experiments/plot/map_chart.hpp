@@ -32,7 +32,8 @@ struct MapChart {
   ChartAxis x;
   ChartAxis y;
   std::vector<std::string> kinds;
-  std::string line_label = {};  ///< of the panels' lines; empty: there are none
+  std::string line_label = {};   ///< of the panels' lines; empty: there are none
+  std::string blank_label = {};  ///< what places without a cell mean; empty: nothing
   std::vector<MapPanel> panels = {};
   double panel_height = 240;  ///< [px]; widths share the page
   int columns = 0;            ///< panels in a row; 0: up to four, fewer where there are few

@@ -117,28 +117,51 @@ bool is_used(const MapChart& chart, int kind) {
   return false;
 }
 
-std::string legend_commands(const MapChart& chart, const Grid& grid) {
-  constexpr double box_width = 34, box_height = 18, space = 12, letter = 8.6, from_foot = 52;
-  const double height = grid.page_height();
-  std::string out;
-  double x = 18;
-  const auto put = [&](const std::string& label, const std::string& swatch) {
-    out += swatch;
-    out += fmt::format("set label {} at screen {}, screen {} left front\n", scaled_text(label, 0.85),
-                       (x + box_width + space / 2) / map_width, from_foot / height);
-    x += box_width + 2 * space + letter * double(label.size());
-  };
-  const auto corner = [&](double right, double up) {
-    return fmt::format("screen {}, screen {}", (x + right) / map_width, (from_foot + up) / height);
-  };
+/// What the legend shows: a name, and what fills or crosses its box.
+struct LegendEntry {
+  std::string label;
+  std::string fill;  ///< empty: a line
+};
+
+std::vector<LegendEntry> legend_of(const MapChart& chart) {
+  std::vector<LegendEntry> entries;
   for (std::size_t kind = 0; kind < chart.kinds.size(); ++kind)
-    if (is_used(chart, int(kind)))
-      put(chart.kinds[kind],
-          fmt::format("set object rectangle from {} to {} {}\n", corner(0, -box_height / 2),
-                      corner(box_width, box_height / 2), fills[kind]));
-  if (!chart.line_label.empty())
-    put(chart.line_label, fmt::format("set arrow from {} to {} nohead lc 'black' lw 2.2\n", corner(0, 0),
-                                      corner(box_width, 0)));
+    if (is_used(chart, int(kind))) entries.push_back({chart.kinds[kind], fills[kind]});
+  if (!chart.blank_label.empty())
+    entries.push_back({chart.blank_label, "fc 'white' fs solid 1 border lc '#808080'"});
+  if (!chart.line_label.empty()) entries.push_back({chart.line_label, ""});
+  return entries;
+}
+
+/// In as many rows as it needs, the last of them above the foot.
+std::string legend_commands(const MapChart& chart, const Grid& grid) {
+  constexpr double box_width = 34, box_height = 18, space = 12, letter = 8.6, from_foot = 52, pitch = 26,
+                   left = 18;
+  const double height = grid.page_height();
+  const std::vector<LegendEntry> entries = legend_of(chart);
+  std::vector<ChartPoint> places;  // in the first row, which is moved up by those that follow
+  double x = left, down = 0;
+  for (const LegendEntry& entry : entries) {
+    const double width = box_width + 2 * space + letter * double(entry.label.size());
+    if (x > left && x + width > map_width) x = left, down += pitch;
+    places.push_back({x, -down});
+    x += width;
+  }
+  std::string out;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const double y = places[i].y + down + from_foot;
+    const auto corner = [&](double right, double up) {
+      return fmt::format("screen {}, screen {}", (places[i].x + right) / map_width, (y + up) / height);
+    };
+    if (entries[i].fill.empty())
+      out += fmt::format("set arrow from {} to {} nohead lc 'black' lw 2.2\n", corner(0, 0),
+                         corner(box_width, 0));
+    else
+      out += fmt::format("set object rectangle from {} to {} {}\n", corner(0, -box_height / 2),
+                         corner(box_width, box_height / 2), entries[i].fill);
+    out += fmt::format("set label {} at {} left front\n", scaled_text(entries[i].label, 0.85),
+                       corner(box_width + space / 2, 0));
+  }
   return out;
 }
 

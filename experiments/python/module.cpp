@@ -278,8 +278,8 @@ or a dict {key: (low, high) or None}. Returns {"status": "converged" or why not,
 values as a TOML text, "warnings": sentences}.)");
   constexpr const char* of_a_study =
       R"(Runs a study, as `mss STUDY` does, and returns its tables: {table: {column: array}}; numbers that do not exist are NaN,
-and the column "status" says why. Options are those of the command: quick, cells, integrators, threads, model, seed,
-processes, peers; each study takes some of them. Units are those of its CSV files (results/README.md).)";
+and the column "status" says why. Options are those of the command: quick, cells, integrators, scenes, threads, model,
+seed, processes, peers; each study takes some of them. Units are those of its CSV files (results/README.md).)";
   module.def("run_study", &run_study, py::arg("study"), py::arg("options") = py::dict(), of_a_study);
   module.def("run", &run_study, py::arg("study"), py::arg("options") = py::dict(),
              "What run_study() was called before; new scripts call that.");

@@ -81,6 +81,11 @@ Setters setters(const ExperimentInfo& info, ExperimentOptions& o) {
       o.integrators = cast<std::vector<std::string>>(v, "integrators", "a list of names");
       info.accepts.integrators(o.integrators);  // throws
     };
+  if (accepts.scenes != nullptr)
+    all["scenes"] = [&](const py::handle& v) {
+      o.scenes = cast<std::vector<std::string>>(v, "scenes", "a list of names");
+      check_scenes(o.scenes, info.accepts.scenes());
+    };
   if (accepts.model)
     all["model"] = [&](const py::handle& v) {
       o.model = cast<std::string>(v, "model", "a name");

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -256,7 +257,9 @@ const std::vector<BenchScene>& bench_scenes() {
        .set_up = block},
       {.name = "slope",
        .label = "block on a slope",
-       .description = "the same on a slope of 19 degrees, friction 0.5, on which it stays; cells an edge",
+       .description =
+           "a cube of 0.4 m on a slope of 19 degrees, friction 0.5, on which it stays when as much weight is "
+           "put on it; cells an edge",
        .task = BenchTask::stick,
        .cells = 8,
        .quick_cells = 5,
@@ -271,6 +274,42 @@ const BenchScene& find_bench_scene(const std::string& name) {
   for (const BenchScene& scene : bench_scenes())
     if (scene.name == name) return scene;
   throw std::logic_error("no bench scene " + name);
+}
+
+std::string BenchCase::name() const {
+  constexpr std::array words{"soft", "medium", "stiff"};
+  std::string all = scene;
+  for (std::size_t i = 0; i < bench_moduli.size(); ++i)
+    if (young == bench_moduli[i]) all += fmt::format("_{}", words[i]);
+  return ratio == bench_ratios.back() ? all + "_damped" : all;
+}
+
+std::string BenchCase::description(int cells) const {
+  return fmt::format("{}: {}; E = {:g} kPa, damping ratio {}", find_bench_scene(scene).description, cells,
+                     young / 1e3, ratio);
+}
+
+const std::vector<BenchCase>& bench_cases() {
+  static const std::vector<BenchCase> all = [] {
+    std::vector<BenchCase> cases;
+    for (const BenchScene& scene : bench_scenes())
+      for (const double young : bench_moduli)
+        for (const double ratio : bench_ratios) cases.push_back({scene.name, young, ratio});
+    return cases;
+  }();
+  return all;
+}
+
+std::vector<std::string> bench_case_names() {
+  std::vector<std::string> names;
+  for (const BenchCase& c : bench_cases()) names.push_back(c.name());
+  return names;
+}
+
+const BenchCase& find_bench_case(const std::string& name) {
+  for (const BenchCase& c : bench_cases())
+    if (c.name() == name) return c;
+  throw std::logic_error("no bench case " + name);
 }
 
 Damping damping_of_ratio(double ratio) { return {.law = Damping::Law::ratio, .zeta = ratio}; }

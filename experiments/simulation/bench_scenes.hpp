@@ -61,6 +61,23 @@ Damping damping_of_ratio(double ratio);
 /// cells of any size.
 Damping viscosity_like_ratio(double ratio, double young, double cell_size);
 
+/// A scene in a material, under the name that options have for it.
+struct BenchCase {
+  std::string scene;
+  double young = 1e6;   ///< [Pa]
+  double ratio = 0.01;  ///< of damping to critical, of every spring
+
+  /// As in "ball_medium", "ball_stiff_damped".
+  std::string name() const;
+  /// The scene in so many cells, and the material.
+  std::string description(int cells) const;
+};
+/// Every scene, soft, medium and stiff, hardly and strongly damped.
+const std::vector<BenchCase>& bench_cases();
+std::vector<std::string> bench_case_names();
+/// Throws std::logic_error for another name.
+const BenchCase& find_bench_case(const std::string& name);
+
 /// A scene's body with its material, in cells.
 BenchSetup bench_setup(const BenchScene& scene, int cells, const BenchMaterial& material);
 

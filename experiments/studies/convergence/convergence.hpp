@@ -31,6 +31,11 @@ struct ConvergenceConfig {
   int threads = 1;
 };
 ConvergenceConfig convergence_config(const ExperimentOptions& options);
+/// Every nonlinear solver, Newton's method with every linear solver, and methods that are meant to lead
+/// there.
+std::vector<SolverPair> all_solvers();
+/// The names that --scenes takes: of starts, bodies and scenes.
+std::vector<std::string> convergence_scene_names();
 
 struct ConvergenceTables {
   Table rows;
@@ -48,7 +53,12 @@ ConvergenceTables measure_convergence(const ConvergenceConfig& config, Progress&
 /// For every start, step and solver: the iterations and the time to a gap of 1 percent.
 Table convergence_summary(const Table& rows);
 
-/// All tables of the experiment: the rows, their summary, and the settings that the charts mention.
+/// Time to within 1 percent, one row of the chart for each of the tables, whose rows are solvers; right of a
+/// line, side by side, what does not come so near.
+Chart time_to_percent(const std::vector<std::string>& names, const std::vector<Table>& tables,
+                      const std::vector<std::string>& solvers);
+
+/// The tables of single hard steps: the rows, their summary, and the settings that the charts mention.
 std::vector<NamedTable> convergence_files(const ConvergenceConfig& config, const Table& rows);
 
 }  // namespace mss::studies::convergence

@@ -118,6 +118,13 @@ std::vector<std::string> competitive_families(const Table& runs) {
   return ordered;
 }
 
+/// The smallest error that the reference of a scene is certain enough to judge; 0 if nothing is known of it.
+double judged_from(const Table& references, const std::string& scene) {
+  const Table reference = references.where("scene", scene);
+  if (reference.size() == 0 || reference.text(0, "status") != "ok") return 0;
+  return precision_certainty * reference.number(0, "uncertainty");
+}
+
 double power_of_ten(double value, bool up) {
   const double exponent = std::log10(value);
   return std::pow(10, up ? std::ceil(exponent + 1e-9) : std::floor(exponent - 1e-9));
@@ -127,7 +134,7 @@ double power_of_ten(double value, bool up) {
 /// infinity if there is no reference.
 double add_uncertainty(Chart& chart, const Table& reference) {
   if (reference.size() == 0 || reference.text(0, "status") != "ok") return infinity;
-  const double floor = 10 * reference.number(0, "uncertainty");
+  const double floor = precision_certainty * reference.number(0, "uncertainty");
   chart.lines.push_back(
       {ReferenceLine::Direction::horizontal, floor, "ten times the uncertainty of the reference"});
   return floor;
@@ -157,7 +164,7 @@ void add_failures(Chart& chart, const Table& runs, const std::vector<std::string
 
 }  // namespace
 
-Table precision_summary(const Table& rows) {
+Table precision_summary(const Table& rows, const Table& references) {
   Table summary({{"scene"},
                  {"error"},
                  {"integrator"},
@@ -170,10 +177,14 @@ Table precision_summary(const Table& rows) {
                  {"status"}});
   for (const std::string& scene : rows.distinct("scene"))
     for (const double error : {1e-2, 1e-3, 1e-6}) {
-      const std::vector<Cheapest> all = ranking(rows.where("scene", scene), error);
+      const bool certain = error >= judged_from(references, scene);
+      const std::vector<Cheapest> all =
+          certain ? ranking(rows.where("scene", scene), error) : std::vector<Cheapest>();
       if (all.empty()) {
         summary.add({scene, error, std::string("none"), no_value, no_value, std::string(), no_value, 0,
-                     std::string("no method reached it in the time allowed"), std::string("not reached")});
+                     std::string(certain ? "no method reached it in the time allowed"
+                                         : "the reference is not ten times as certain"),
+                     std::string(certain ? "not reached" : "not certain")});
         continue;
       }
       const bool alone = all.size() == 1;
@@ -216,7 +227,7 @@ Chart precision_chart(const Table& rows, const Table& references, const std::str
   return chart;
 }
 
-Chart precision_overview(const Table& rows) {
+Chart precision_overview(const Table& rows, const Table& references) {
   Chart chart{.title = "When is an implicit method worth its cost?",
               .subtitle =
                   "time of the cheapest method without a stability limit over that of the cheapest explicit "
@@ -231,6 +242,7 @@ Chart precision_overview(const Table& rows) {
     const Table runs = rows.where("scene", scene);
     ChartSeries series{.label = scene};
     for (const double error : compared_errors()) {
+      if (error < judged_from(references, scene)) continue;
       double of_explicit = infinity, of_others = infinity;
       for (const Cheapest& c : ranking(runs, error)) {
         double& least = is_explicit(c.integrator) ? of_explicit : of_others;
@@ -263,7 +275,7 @@ Drawings draw_precision(const std::vector<NamedTable>& tables) {
   const Table& references = find_table(tables, "precision_references");
   Drawings drawings;
   if (rows.size() == 0) return drawings;
-  drawings.charts.push_back({"precision", precision_overview(rows)});
+  drawings.charts.push_back({"precision", precision_overview(rows, references)});
   for (const std::string& scene : rows.distinct("scene"))
     if (has_curves(rows.where("scene", scene)))
       drawings.charts.push_back({"precision_" + scene, precision_chart(rows, references, scene)});

@@ -5,10 +5,12 @@
 
 #include "core/springs/spring_system.hpp"
 #include "experiments/harness/experiment.hpp"
+#include "experiments/simulation/bench_scenes.hpp"
 
 namespace mss::studies::precision {
 
-/// An initial value problem: a body that starts at rest from a given deformation.
+/// An initial value problem: a body that starts at rest from a given deformation, or as one of the scenes
+/// that studies share.
 struct PrecisionScene {
   std::string name;
   std::string description;
@@ -16,7 +18,13 @@ struct PrecisionScene {
   Environment environment{};
   Vec3 (*start)(const Vec3& rest) = nullptr;  ///< initial position [m]; nullptr: the rest position
   double duration = 1;                        ///< [s]
+  const BenchCase* bench = nullptr;           ///< if it is one of them,
+  int cells = 0;                              ///< in so many, as it counts them
 };
+/// A scene that studies share, in so many cells.
+PrecisionScene bench_precision(const BenchCase& which, int cells);
+/// The names that --scenes takes.
+std::vector<std::string> precision_scene_names();
 
 /// What `mss precision` computes.
 struct PrecisionConfig {
@@ -27,7 +35,7 @@ struct PrecisionConfig {
   double seconds_to_agree = 1;    ///< or, in small bodies that do not agree with the reference yet, this long
   int repetitions = 5;            ///< of every run,
   double seconds_per_row = 0.15;  ///< until it has taken that long
-  double reference_tolerance = 1e-12;  ///< of both reference methods
+  double reference_tolerance = 1e-12;  ///< of both reference methods where no planes are
   int finest_halving = 22;             ///< most runs with steps of duration / 8, / 16, / 32 ...
   int threads = 1;
 };
@@ -56,9 +64,13 @@ struct PrecisionTables {
 };
 PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progress);
 
+/// Errors are significant down to so many uncertainties of the reference.
+inline constexpr double precision_certainty = 10;
+
 /// For each scene and several accuracies: the cheapest method, and what the next one, of another family,
-/// costs beside it; a tie if their quartiles overlap or their medians differ by less than a tenth.
-Table precision_summary(const Table& rows);
+/// costs beside it; a tie if their quartiles overlap or their medians differ by less than a tenth. Nothing
+/// where the reference is not that certain.
+Table precision_summary(const Table& rows, const Table& references);
 
 /// All tables under the names of their files.
 std::vector<NamedTable> precision_files(PrecisionTables tables);
@@ -68,8 +80,8 @@ std::vector<NamedTable> precision_files(PrecisionTables tables);
 Chart precision_chart(const Table& rows, const Table& references, const std::string& scene);
 
 /// For each scene: the time of the cheapest method for any step over that of the cheapest explicit one,
-/// against the error asked for.
-Chart precision_overview(const Table& rows);
+/// against the error asked for, as far as the reference is certain.
+Chart precision_overview(const Table& rows, const Table& references);
 
 /// The overview and a chart for each of the larger bodies, or for each body if there are only small ones.
 Drawings draw_precision(const std::vector<NamedTable>& tables);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/base/error.hpp"
 #include "core/measures/measures.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/table.hpp"
@@ -23,18 +24,26 @@ struct Problem {
         owned(make_system<double>(config.model, body, s.environment, config.threads)),
         system(*owned),
         start(system.rest_state()) {
+    if (scene.bench) {
+      const BenchCase& of = *scene.bench;
+      bench = std::make_unique<BenchBody>(find_bench_scene(of.scene), scene.cells,
+                                          BenchMaterial{of.young, damping_of_ratio(of.ratio)});
+      start = bench->start;
+    }
     if (scene.start)
       for (const std::ptrdiff_t site : body.sites()) start.x.set(site, scene.start(start.x.at(site)));
     system.constrain(0, start.x, start.v);
     scale_errors(options, system);
     if (!small()) options.linear_solver = "matrix_free";
   }
+  bool on_planes() const { return !scene.environment.planes.empty(); }
   bool small() const { return body.particle_count() <= precision_small; }
   const PrecisionScene& scene;
   Body body;
   std::unique_ptr<BodySystem<double>> owned;
   BodySystem<double>& system;
   State<double> start;
+  std::unique_ptr<BenchBody> bench;  ///< the same of springs, if it is one
   IntegratorOptions options;
 };
 
@@ -47,32 +56,66 @@ double distance(const Body& body, const Field<double>& a, const Field<double>& b
 
 struct Reference {
   Status status = Status::ok;  ///< of both methods; if not ok, the rest is undefined
+  std::string complaint = {};  ///< what the body did that its scene is not meant to do
   Field<double> x{};           ///< at the end time
   double displacement = 0;     ///< largest root mean square from the start until then [m]
   Measures measures;
   double uncertainty = 0;  ///< relative to the displacement
   double energy = 0;       ///< largest of the elastic and kinetic energies [J]
+
+  bool is_known() const { return status == Status::ok && complaint.empty(); }
+  std::string outcome() const {
+    return status != Status::ok ? std::string(to_string(status)) : complaint.empty() ? "ok" : complaint;
+  }
+  /// Whether it is known well enough to say who agrees with it.
+  bool is_sharp() const { return precision_certainty * uncertainty <= precision_agreed; }
 };
 
+/// Two methods that find a motion, one to be compared with the other.
+struct ReferenceMethods {
+  const IntegratorInfo *first, *second;
+  IntegratorOptions of_first, of_second;
+};
+
+/// Where planes act in fixed steps, at the scene's share of the safe step and at twice that, else at a
+/// tolerance.
+ReferenceMethods reference_methods(Problem& p, double tolerance) {
+  if (!p.on_planes()) {
+    IntegratorOptions options = p.options;
+    options.dt = 0;
+    options.tolerance = tolerance;
+    return {&find_integrator("cvode_adams"), &find_integrator("arkode_erk"), options, options};
+  }
+  const BenchScene& scene = p.bench->scene;
+  const IntegratorInfo& info = find_integrator(scene.truth);
+  const auto options_at = [&](double share) {
+    IntegratorOptions options = p.options;
+    options.dt = explicit_steps(info, p.system.spectral_bound(), frame, share).dt;
+    return options;
+  };
+  return {&info, &info, options_at(scene.truth_share), options_at(2 * scene.truth_share)};
+}
+
 Reference find_reference(Problem& p, double tolerance) {
-  IntegratorOptions options = p.options;
-  options.dt = 0;
-  options.tolerance = tolerance;
+  const ReferenceMethods methods = reference_methods(p, tolerance);
   Work work;
   State<double> state = p.start, other = p.start;
   Reference r{.measures = measure(p.system, p.start)};
-  r.energy = r.measures.elastic;
-  const auto adams = find_integrator("cvode_adams").make<double>(options);
-  constexpr int samples = 32;
+  r.energy = std::max(r.measures.elastic, r.measures.kinetic);
+  const auto first = methods.first->make<double>(methods.of_first);
+  const int samples = p.bench ? p.bench->scene.frames : 32;
+  FramePositions motion;
   for (int i = 1; i <= samples; ++i) {
-    r.status = adams->advance(p.system, state, p.scene.duration * i / samples, work);
+    r.status = first->advance(p.system, state, p.scene.duration * i / samples, work);
     if (r.status != Status::ok) return r;
     r.measures = measure(p.system, state);
     r.displacement = std::max(r.displacement, distance(p.body, state.x, p.start.x));
     r.energy = std::max({r.energy, r.measures.elastic, r.measures.kinetic});
+    motion.push_back(state.x);
   }
+  if (p.bench) r.complaint = bench_complaint(*p.bench, motion);
   r.status =
-      find_integrator("arkode_erk").make<double>(options)->advance(p.system, other, p.scene.duration, work);
+      methods.second->make<double>(methods.of_second)->advance(p.system, other, p.scene.duration, work);
   r.uncertainty = distance(p.body, state.x, other.x) / r.displacement;
   r.x = std::move(state.x);
   return r;
@@ -157,6 +200,7 @@ Field<double> extrapolate(std::vector<Field<double>> runs, int order) {
 
 /// How close a method's runs come to the reference: the finest one, and the extrapolation of the last four.
 struct Agreement {
+  bool is_judged;  ///< whether the reference is that certain
   std::vector<Field<double>> runs = {};
   double tightest = no_value, extrapolated = no_value;
 
@@ -172,6 +216,7 @@ struct Agreement {
   bool reached() const { return std::min(tightest, extrapolated) < precision_agreed; }
   std::string status() const {
     return runs.empty()                      ? "no run finished"
+           : !is_judged                      ? "the reference is not that certain"
            : tightest < precision_agreed     ? "ok"
            : extrapolated < precision_agreed ? "ok when extrapolated"
                                              : "above 1e-6";
@@ -184,7 +229,7 @@ struct Agreement {
 bool refine(Problem& p, const Reference& reference, const IntegratorInfo& info, const PrecisionConfig& config,
             std::vector<Run>& runs, Table& agreements, const Progress& progress) {
   const bool adaptive = info.stepping == Stepping::adaptive;
-  Agreement agreement;
+  Agreement agreement{reference.is_sharp()};
   const int most_runs = adaptive ? 11 : config.finest_halving;
   double before = 0;
   for (int i = 0; i < most_runs; ++i) {
@@ -196,11 +241,11 @@ bool refine(Problem& p, const Reference& reference, const IntegratorInfo& info, 
     compare(p, reference, run);
     agreement.add(p, reference, info, run);
     const double seconds = run.seconds.front();
-    const bool insignificant = run.error < 10 * reference.uncertainty;
+    const bool insignificant = run.error < precision_certainty * reference.uncertainty;
     runs.push_back(std::move(run));
     runs.back().end = {};
     const double growth = before > 0 ? std::clamp(seconds / before, 1.0, 4.0) : 2.0;
-    const bool enough = agreement.reached() || !p.small();
+    const bool enough = agreement.reached() || !agreement.is_judged || !p.small();
     if (insignificant || seconds * growth > (enough ? config.seconds_per_run : config.seconds_to_agree))
       break;
     before = seconds;
@@ -236,6 +281,18 @@ Table empty_agreement() {
   return Table({{"scene"}, {"integrator"}, {"tightest_error"}, {"extrapolated_error"}, {"status"}});
 }
 
+/// Whether a method can move the body of a scene.
+bool serves(Problem& p, const IntegratorInfo& info) {
+  IntegratorOptions options = p.options;
+  options.dt = frame;
+  try {
+    info.make<double>(options)->check(p.system);
+  } catch (const InputError&) {
+    return false;
+  }
+  return true;
+}
+
 /// All methods on one scene, the runs repeated in turn; false if stopped, with what is finished.
 bool measure_scene(Problem& p, const Reference& reference, double step_seconds, const PrecisionConfig& config,
                    PrecisionTables& tables, Progress& progress, double done) {
@@ -244,8 +301,11 @@ bool measure_scene(Problem& p, const Reference& reference, double step_seconds, 
   for (std::size_t m = 0; m < config.integrators.size() && finished; ++m) {
     progress.report(done + double(m) / double(config.integrators.size() * config.scenes.size()),
                     p.scene.name + ": " + config.integrators[m]);
-    finished = refine(p, reference, find_integrator(config.integrators[m]), config, runs, tables.agreement,
-                      progress);
+    const IntegratorInfo& info = find_integrator(config.integrators[m]);
+    if (!serves(p, info))
+      tables.agreement.add({p.scene.name, info.name, no_value, no_value, std::string("refused")});
+    else
+      finished = refine(p, reference, info, config, runs, tables.agreement, progress);
   }
   finished = finished && interleave(config.repetitions - 1, runs.size(), progress, [&](std::size_t i) {
                if (runs[i].status == Status::ok && runs[i].spent() < config.seconds_per_row) take(p, runs[i]);
@@ -264,13 +324,12 @@ PrecisionTables measure_precision(const PrecisionConfig& config, Progress& progr
     progress.report(done, config.scenes[i].name + ": reference");
     const Reference reference = find_reference(problem, config.reference_tolerance);
     const double step_seconds = explicit_step_seconds(problem.system);
-    const bool known = reference.status == Status::ok;
+    const bool known = reference.is_known();
     tables.references.add({problem.scene.name, problem.scene.description, config.model,
                            std::int64_t(problem.body.particle_count()),
                            std::int64_t(problem.body.spring_count()), problem.options.linear_solver,
                            step_seconds, problem.scene.duration, known ? reference.displacement : no_value,
-                           known ? reference.uncertainty : no_value,
-                           std::string(to_string(reference.status))});
+                           known ? reference.uncertainty : no_value, reference.outcome()});
     if (!known) continue;  // nothing to compare with
     if (!measure_scene(problem, reference, step_seconds, config, tables, progress, done)) {
       tables.status = Status::interrupted;

@@ -32,6 +32,12 @@ std::string percent(double error) {
   return error < 0.095 ? short_number(std::round(1e3 * error) / 10) : fmt::format("{:.0f}", 100 * error);
 }
 
+/// Whether a row's demand was not made: what would answer it is not known that well.
+bool is_not_asked(const Table& cheapest, std::size_t r) {
+  const std::string& status = cheapest.text(r, "status");
+  return status == "no reference" || status == uncertain;
+}
+
 /// A row of the map, damping y: cells that meet halfway, in two halves where two kinds tie. Where any error
 /// is allowed it is said.
 void add_cells(const Table& row, double y, bool says_error, MapPanel& panel) {
@@ -39,8 +45,7 @@ void add_cells(const Table& row, double y, bool says_error, MapPanel& panel) {
   const std::vector<double> moduli = row.distinct_numbers("young");
   for (std::size_t i = 0; i < moduli.size(); ++i) {
     const Table point = row.where("young", moduli[i]);
-    if (const std::string& status = point.text(0, "status"); status == "no reference" || status == uncertain)
-      continue;  // not asked
+    if (is_not_asked(point, 0)) continue;
     const double low = edge(moduli, i, false), high = edge(moduli, i, true);
     const bool tie = point.number(0, "tie") != 0;
     panel.cells.push_back({low, high, tie ? y : y - 0.5 + gap, y + 0.5 - gap, index_of(point.text(0, "kind")),
@@ -95,6 +100,19 @@ MapPanel panel_of(const SceneRows& of, const Demand& demand, const std::vector<d
   return panel;
 }
 
+/// Kinds as the legend has them.
+std::vector<std::string> kinds_shown() {
+  std::vector<std::string> kinds = kind_labels();
+  kinds.back() = "nothing tried met it";
+  return kinds;
+}
+
+bool leaves_blanks(const Table& cheapest) {
+  for (std::size_t r = 0; r < cheapest.size(); ++r)
+    if (is_not_asked(cheapest, r)) return true;
+  return false;
+}
+
 /// Panels of the demands on motions, or of those on rests, of scenes that have them.
 MapChart map_of(const Table& cheapest, const Table& boundaries, bool at_rest) {
   const std::vector<double> ratios = cheapest.distinct_numbers("damping_ratio");
@@ -109,7 +127,7 @@ MapChart map_of(const Table& cheapest, const Table& boundaries, bool at_rest) {
                                        "numbers: error [%]; two halves: a tie",
                  .x = {.label = "Young's modulus [Pa]"},
                  .y = y,
-                 .kinds = kind_labels(),
+                 .kinds = kinds_shown(),
                  .line_label = at_rest ? "" : "predicted crossing",
                  .panel_height = 170,
                  .columns = at_rest ? 2
@@ -117,8 +135,11 @@ MapChart map_of(const Table& cheapest, const Table& boundaries, bool at_rest) {
                                                         [](const Demand& d) { return !d.at_rest; }))};
   for (const SceneRows& of : scenes_of(cheapest, boundaries))
     for (const Demand& demand : demands())
-      if (demand.at_rest == at_rest && of.cheapest.where("demand", demand.name).size() > 0)
+      if (const Table asked = of.cheapest.where("demand", demand.name);
+          demand.at_rest == at_rest && asked.size() > 0) {
         chart.panels.push_back(panel_of(of, demand, ratios));
+        if (leaves_blanks(asked)) chart.blank_label = "not judged: its true motion is too uncertain";
+      }
   const std::size_t lowest = chart.panels.size() - std::min(chart.panels.size(), std::size_t(chart.columns));
   for (std::size_t i = lowest; i < chart.panels.size(); ++i) chart.panels[i].x->label = chart.x.label;
   return chart;

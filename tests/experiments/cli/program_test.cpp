@@ -87,6 +87,11 @@ TEST(Program, RefusesBadUsageInOneSentence) {
     expect_refused({experiment, "--out", out, "--integrators", "rk4,rk4"}, "'rk4' is named twice");
   }
   expect_refused({"stiffness", "--out", out, "--cells", "0"}, "from 1 to 30");
+  for (const char* experiment : {"precision", "convergence"}) {
+    expect_refused({experiment, "--out", out, "--scenes", "bal_soft"}, "did you mean 'ball_soft'?");
+    expect_refused({experiment, "--out", out, "--scenes", "ball_soft,ball_soft"}, "is named twice");
+  }
+  expect_refused({"timing", "--out", out, "--scenes", "ball_soft"}, "'--scenes' is unknown");
   for (const char* experiment : {"precision", "energy", "stiffness"})
     expect_refused({experiment, "--out", out, "--model", "corotated"}, "did you mean 'corotational'?");
   expect_refused({"timing", "--out", out, "--model", "linear"}, "'--model' is unknown");

@@ -111,6 +111,30 @@ TEST(MapChart, ShowsItsPanelsAndTheKindsThatAreThere) {
   EXPECT_FALSE(has_cells(chart));
 }
 
+/// A long legend takes a second row, and says what places without a cell mean.
+TEST(MapChart, SaysWhatABlankPlaceMeans) {
+  MapChart chart{.title = "maps",
+                 .subtitle = "",
+                 .x = {.label = "x"},
+                 .y = named_rows({"row"}),
+                 .kinds = {"holds"},
+                 .panels = {{.title = "one", .cells = {{0, 1, 0.5, 1.5, 0}}}}};
+  const auto height_of = [](const std::string& script, const std::string& label) {
+    const std::size_t line = script.rfind("set label", script.find(label));
+    const std::size_t second = script.find("screen", script.find("screen", line) + 1);
+    return std::stod(script.substr(second + 7));
+  };
+  const std::string without = gnuplot_script(chart, "a.svg", "a.png");
+  EXPECT_EQ(without.find("not judged"), std::string::npos);
+  chart.blank_label = "not judged" + std::string(100, '.');
+  chart.line_label = "a crossing" + std::string(100, '.');
+  const std::string with = gnuplot_script(chart, "a.svg", "a.png");
+  ASSERT_NE(with.find("not judged"), std::string::npos);
+  EXPECT_NE(with.find("fc 'white'"), std::string::npos);
+  EXPECT_GT(height_of(with, "holds"), height_of(with, "a crossing"));
+  EXPECT_EQ(height_of(with, "holds"), height_of(with, "not judged"));
+}
+
 TEST(MapChart, WritesShortNumbers) {
   EXPECT_EQ(short_number(0.25), ".25");
   EXPECT_EQ(short_number(-0.2), "-.2");

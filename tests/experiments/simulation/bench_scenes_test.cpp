@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <set>
+#include <stdexcept>
 
 namespace mss {
 namespace {
@@ -36,6 +38,17 @@ FramePositions planted_motion(const BenchBody& body, Map&& map) {
       motion.back().set(site, map(body.start.x.at(site), i * frame));
   }
   return motion;
+}
+
+TEST(BenchScenes, HaveANameForEveryMaterial) {
+  const std::vector<std::string> names = bench_case_names();
+  EXPECT_EQ(names.size(), bench_scenes().size() * bench_moduli.size() * bench_ratios.size());
+  EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size());
+  const BenchCase& which = find_bench_case("slope_stiff_damped");
+  EXPECT_EQ(which.scene, "slope");
+  EXPECT_EQ(which.young, 1e7);
+  EXPECT_EQ(which.ratio, 0.5);
+  EXPECT_THROW(find_bench_case("slope"), std::logic_error);
 }
 
 BenchBody small_bench(const char* scene) {

@@ -113,6 +113,8 @@ Table planted(const std::vector<std::tuple<std::string, double, double>>& runs) 
   return rows;
 }
 
+Table no_references() { return Table({{"scene"}, {"description"}, {"uncertainty"}, {"status"}}); }
+
 TEST(Precision, TimesHaveQuartilesAndAreCountedInExplicitSteps) {
   PrecisionConfig config = small_config();
   config.integrators = {"velocity_verlet", "backward_euler_linear"};
@@ -133,10 +135,11 @@ TEST(Precision, TimesHaveQuartilesAndAreCountedInExplicitSteps) {
 }
 
 TEST(PrecisionSummary, OverlappingQuartilesAreATie) {
-  const Table summary = precision_summary(planted({{"a", 5e-3, 1.0}, {"b", 1e-2, 1.015}, {"b", 1e-7, 8.0}}));
+  const Table summary =
+      precision_summary(planted({{"a", 5e-3, 1.0}, {"b", 1e-2, 1.015}, {"b", 1e-7, 8.0}}), no_references());
   EXPECT_EQ(summary.number(0, "tie"), 1);
   EXPECT_EQ(summary.text(0, "comparison"), "tie with b");
-  const Table clear = precision_summary(planted({{"a", 5e-3, 1.0}, {"b", 1e-2, 1.2}}));
+  const Table clear = precision_summary(planted({{"a", 5e-3, 1.0}, {"b", 1e-2, 1.2}}), no_references());
   EXPECT_EQ(clear.number(0, "tie"), 0);
 }
 
@@ -145,7 +148,8 @@ TEST(PrecisionChart, ComparesTheCheapestOfBothKinds) {
                                                   {"rk4", 1e-5, 4.0},
                                                   {"backward_euler", 1e-2, 1.0},
                                                   {"tr_bdf2", 1e-2, 0.5},
-                                                  {"tr_bdf2", 1e-4, 8.0}}));
+                                                  {"tr_bdf2", 1e-4, 8.0}}),
+                                         no_references());
   ASSERT_EQ(chart.series.size(), 1U);
   for (const ChartPoint& point : chart.series[0].points) {
     EXPECT_GE(point.x, 0.99e-4);
@@ -155,9 +159,9 @@ TEST(PrecisionChart, ComparesTheCheapestOfBothKinds) {
 }
 
 TEST(PrecisionChart, LeavesOutWhatIsNeverWithinTenTimesTheLeastTime) {
-  const Table references({{"scene"}, {"description"}, {"uncertainty"}, {"status"}});
-  const Chart chart = precision_chart(
-      planted({{"verlet", 1e-2, 1.0}, {"rk4", 1e-5, 9.0}, {"backward_euler", 1e-2, 11.0}}), references, "s");
+  const Chart chart =
+      precision_chart(planted({{"verlet", 1e-2, 1.0}, {"rk4", 1e-5, 9.0}, {"backward_euler", 1e-2, 11.0}}),
+                      no_references(), "s");
   ASSERT_EQ(chart.series.size(), 2U);
   EXPECT_EQ(chart.series[0].label, "verlet");
   EXPECT_EQ(chart.series[1].label, "rk4");
@@ -165,7 +169,8 @@ TEST(PrecisionChart, LeavesOutWhatIsNeverWithinTenTimesTheLeastTime) {
 
 TEST(PrecisionSummary, NamesTheCheapestAndTheNext) {
   const Table summary = precision_summary(
-      planted({{"a", 5e-3, 1.0}, {"a", 5e-4, 10.0}, {"b", 1e-2, 3.0}, {"b", 1e-7, 8.0}, {"c", 0.5, 0.1}}));
+      planted({{"a", 5e-3, 1.0}, {"a", 5e-4, 10.0}, {"b", 1e-2, 3.0}, {"b", 1e-7, 8.0}, {"c", 0.5, 0.1}}),
+      no_references());
   ASSERT_EQ(summary.size(), 3U);
   EXPECT_EQ(summary.text(0, "integrator"), "a");  // 1 %
   EXPECT_EQ(summary.text(0, "runner_up"), "b");
@@ -177,20 +182,20 @@ TEST(PrecisionSummary, NamesTheCheapestAndTheNext) {
 }
 
 TEST(PrecisionSummary, TheNextIsOfAnotherFamily) {
-  const Table summary = precision_summary(planted({{"a:5", 5e-3, 1.0}, {"a", 5e-3, 1.5}, {"b", 1e-2, 3.0}}));
+  const Table summary =
+      precision_summary(planted({{"a:5", 5e-3, 1.0}, {"a", 5e-3, 1.5}, {"b", 1e-2, 3.0}}), no_references());
   EXPECT_EQ(summary.text(0, "integrator"), "a:5");
   EXPECT_EQ(summary.text(0, "runner_up"), "b");
   EXPECT_DOUBLE_EQ(summary.number(0, "cost_ratio"), 3);
 }
 
 TEST(PrecisionChart, DrawsAFamilyAsItsEnvelope) {
-  const Table references({{"scene"}, {"description"}, {"uncertainty"}, {"status"}});
   const Chart chart = precision_chart(planted({{"vbd", 1e-1, 1.0},
                                                {"vbd", 1e-2, 4.0},
                                                {"vbd:5", 2e-2, 2.0},
                                                {"vbd:5", 1.5e-2, 5.0},
                                                {"b", 1e-2, 3.0}}),
-                                      references, "s");
+                                      no_references(), "s");
   ASSERT_EQ(chart.series.size(), 2U);
   EXPECT_EQ(chart.series[0].label, "vbd, best of 1, 5");
   ASSERT_EQ(chart.series[0].points.size(), 3U);  // without the one at 5 s
@@ -198,8 +203,83 @@ TEST(PrecisionChart, DrawsAFamilyAsItsEnvelope) {
   EXPECT_EQ(chart.series[1].label, "b");
 }
 
+TEST(PrecisionSummary, IsSilentWhereTheReferenceIsNotCertain) {
+  Table references = no_references();
+  references.add({std::string("s"), std::string(), 2e-4, std::string("ok")});
+  const Table runs = planted({{"verlet", 1e-3, 1.0}, {"backward_euler", 1e-3, 3.0}});
+  const Table summary = precision_summary(runs, references);
+  EXPECT_EQ(summary.text(0, "integrator"), "verlet");  // 1 %
+  for (const std::size_t r : {1, 2}) {
+    EXPECT_EQ(summary.text(r, "integrator"), "none");
+    EXPECT_EQ(summary.text(r, "status"), "not certain");
+  }
+  const Chart chart = precision_overview(runs, references);
+  ASSERT_FALSE(chart.series.at(0).points.empty());
+  for (const ChartPoint& point : chart.series[0].points) EXPECT_GE(point.x, 2e-3);
+}
+
+/// A ball that comes to the ground: what has no fixed steps is refused and says so, all others come near a
+/// reference whose certainty is measured, and near each other.
+TEST(PrecisionBench, FollowsScenesThatComeToAPlane) {
+  PrecisionConfig config = small_config();
+  config.scenes = {bench_precision(find_bench_case("ball_medium"), 4)};
+  config.integrators = {"semi_implicit_euler", "backward_euler/lbfgs:5", "cvode_adams"};
+  config.finest_halving = 9;
+  Progress progress;
+  const PrecisionTables tables = measure_precision(config, progress);
+  ASSERT_EQ(tables.references.size(), 1U);
+  EXPECT_EQ(tables.references.text(0, "status"), "ok");
+  EXPECT_GT(tables.references.number(0, "uncertainty"), 0);
+  EXPECT_LT(tables.references.number(0, "uncertainty"), 0.01);
+  ASSERT_EQ(tables.agreement.size(), 3U);
+  EXPECT_EQ(tables.agreement.text(0, "status"), "the reference is not that certain");
+  EXPECT_EQ(tables.agreement.text(2, "status"), "refused");
+  EXPECT_LT(errors_of(tables.rows, "semi_implicit_euler").back(), 0.02);
+  const auto implicit = errors_of(tables.rows, "backward_euler/lbfgs:5");  // of first order
+  ASSERT_GE(implicit.size(), 2U);
+  EXPECT_LT(implicit.back(), 0.1);
+  EXPECT_LT(implicit.back(), 0.65 * implicit[implicit.size() - 2]);
+  EXPECT_TRUE(errors_of(tables.rows, "cvode_adams").empty());
+}
+
+/// A free body that turns: smooth, so the references are those of the study's own scenes.
+TEST(PrecisionBench, TakesSmoothScenesToTheTightReference) {
+  PrecisionConfig config = small_config();
+  config.scenes = {bench_precision(find_bench_case("spin_soft"), 2)};
+  config.integrators = {"rk4"};
+  Progress progress;
+  const PrecisionTables tables = measure_precision(config, progress);
+  EXPECT_LT(tables.references.number(0, "uncertainty"), 1e-9);
+  const auto errors = errors_of(tables.rows, "rk4");
+  ASSERT_GE(errors.size(), 3U);
+  EXPECT_NEAR(std::log2(errors[errors.size() - 2] / errors.back()), 4, 0.2);
+}
+
+/// A scene that does not do what it is meant to has no rows, and says why.
+TEST(PrecisionBench, SaysWhatASceneDidNotDo) {
+  PrecisionConfig config = small_config();
+  config.scenes = {bench_precision(find_bench_case("ball_medium"), 4)};
+  config.scenes[0].environment.planes.clear();
+  config.integrators = {"semi_implicit_euler"};
+  Progress progress;
+  const PrecisionTables tables = measure_precision(config, progress);
+  EXPECT_EQ(tables.rows.size(), 0U);
+  EXPECT_EQ(tables.references.text(0, "status"), "the body is behind a plane");
+}
+
+TEST(PrecisionConfigTest, TakesTheScenesThatAreNamed) {
+  const PrecisionConfig named =
+      precision_config({.quick = true, .scenes = {"slope_stiff_damped", "beam_16_damped"}});
+  ASSERT_EQ(named.scenes.size(), 2U);
+  EXPECT_EQ(named.scenes[0].name, "slope_stiff_damped");
+  EXPECT_EQ(named.scenes[0].body.damping.zeta, 0.5);
+  EXPECT_EQ(named.scenes[1].bench, nullptr);
+  EXPECT_THROW(precision_config({.scenes = {"ball"}}), InputError);
+  EXPECT_THROW(precision_config({.scenes = {"ball_soft", "ball_soft"}}), InputError);
+}
+
 TEST(PrecisionSummary, NamesUnreachedErrors) {
-  const Table summary = precision_summary(planted({{"a", 5e-3, 1.0}}));
+  const Table summary = precision_summary(planted({{"a", 5e-3, 1.0}}), no_references());
   EXPECT_EQ(summary.text(2, "status"), "not reached");
   EXPECT_EQ(summary.text(2, "integrator"), "none");
 }
@@ -212,7 +292,7 @@ TEST(PrecisionConfigTest, TakesEveryMethodOfTheRegistry) {
         << info.name;
   EXPECT_THROW(precision_config({.integrators = {"static"}}), InputError);
   EXPECT_EQ(precision_config({.integrators = {"rk4"}}).integrators, std::vector<std::string>{"rk4"});
-  EXPECT_EQ(precision_config({}).scenes.size(), 7U);
+  EXPECT_EQ(precision_config({}).scenes.size(), 11U);
   EXPECT_EQ(small_scenes(precision_config({}).scenes).size(), 3U);
 }
 

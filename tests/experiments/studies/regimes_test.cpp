@@ -367,6 +367,10 @@ TEST(Regimes, MeasuresAndDrawsFromItsFiles) {
   expect_same_drawings(find_experiment("regimes"), files);
   const Drawings drawn = draw_regimes(files);
   ASSERT_EQ(drawn.maps.size(), 2U);
+  bool certain = true;  // of every motion that is asked for
+  const Table& cheapest = find_table(files, "regimes");
+  for (std::size_t r = 0; r < cheapest.size(); ++r) certain &= cheapest.text(r, "status") != uncertain;
+  EXPECT_EQ(drawn.maps[0].chart.blank_label.empty(), certain);
   EXPECT_EQ(drawn.maps[0].chart.panels.size(), 2 * (demands().size() - 1));
   EXPECT_EQ(drawn.maps[0].chart.columns, int(demands().size() - 1));
   EXPECT_EQ(drawn.maps[1].chart.panels.size(), 1U);  // of what is held
