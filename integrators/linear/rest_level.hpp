@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -46,12 +47,11 @@ struct SiteConstraint {
   Eigen::Matrix3f held, added;
 };
 
-/// What a lattice's particles are to the body.
+/// What a lattice's particles are to the body, by site.
 struct RestParticles {
-  std::array<std::vector<char>, 3> unknown{};  ///< whether nothing prescribes a coordinate, by axis and site
-  std::vector<char> own{};  ///< whether a particle is the body's, and not of merged cells, by site
-  std::vector<char>
-      follows{};  ///< whether it hangs on particles of the next coarser lattice; empty: none does
+  std::array<std::vector<char>, 3> unknown{};  ///< by axis: whether nothing prescribes a coordinate
+  std::vector<char> own{};                     ///< whether it is the body's, and not of merged cells
+  std::vector<char> follows{};                 ///< whether it hangs on larger cells; empty: none does
 };
 
 /// Those of a coarser lattice that are not the body's. A coordinate is prescribed if that of any fine
@@ -60,19 +60,21 @@ struct RestParticles {
 RestParticles coarsened(const Body& fine, const RestParticles& of_fine, const Body& coarse,
                         const std::array<int, 3>& corner);
 
+inline constexpr std::ptrdiff_t sites_together = 2048;  ///< that one thread works on
+
 /// Calls task(first, last) for ranges of sites.
 template <class Task>
 void for_ranges(const Parallel& parallel, const Lattice& lattice, Task&& task) {
-  constexpr std::ptrdiff_t range = 2048;
-  parallel((lattice.sites + range - 1) / range,
-           [&](std::ptrdiff_t i) { task(i * range, std::min((i + 1) * range, lattice.sites)); });
+  parallel((lattice.sites + sites_together - 1) / sites_together, [&](std::ptrdiff_t i) {
+    task(i * sites_together, std::min((i + 1) * sites_together, lattice.sites));
+  });
 }
 
 /// Calls task(plane) for all planes of a lattice, as many on a thread as are worth one.
 template <class Task>
 void for_planes(const Parallel& parallel, const Lattice& lattice, Task&& task) {
   const std::ptrdiff_t planes = lattice.planes();
-  const std::ptrdiff_t group = std::max<std::ptrdiff_t>(1, 2048 / lattice.plane);
+  const std::ptrdiff_t group = std::max<std::ptrdiff_t>(1, sites_together / lattice.plane);
   parallel((planes + group - 1) / group, [&](std::ptrdiff_t i) {
     for (std::ptrdiff_t plane = i * group; plane < std::min((i + 1) * group, planes); ++plane) task(plane);
   });
@@ -88,11 +90,10 @@ void for_planes(const Parallel& parallel, const Lattice& lattice, Task&& task) {
 /// and a cell 8, so lmax <= 2 + 6 max lambda(D^-1 D_cells).
 ///
 /// Of a body with cells of several sizes there is a lattice for each size, with smaller cells merged
-/// (merged_cells.hpp). Each smooths the particles that its own size or a smaller one gives the body, with
-/// what hangs on larger cells at rest; what pulls at that goes to its masters, which interpolation from the
-/// larger cells' lattice moves it with: a multigrid method with local smoothing (Brandt, Math. Comp. 31
-/// (1977) 333; Bramble, Pasciak, Wang and Xu, Math. Comp. 57 (1991) 23), symmetric and positive like the
-/// others.
+/// (merged_cells.hpp). What hangs on larger cells is at rest while the others are smoothed, and what pulls at
+/// it goes to its masters; interpolation from the larger cells' lattice, where these are smoothed, takes it
+/// with them. That is a multigrid method with local smoothing (Brandt, Math. Comp. 31 (1977) 333; Bramble,
+/// Pasciak, Wang and Xu, Math. Comp. 57 (1991) 23), symmetric and positive as the others are.
 class RestLevel {
  public:
   /// With a coarser lattice where the body has larger cells too, in which its own begins at `corner` [coarse
@@ -110,15 +111,12 @@ class RestLevel {
   /// of coarser lattices; where these have particles of the body, their r() is what pulls at them. Calls
   /// parallel(count, task) as System::parallel.
   void cycle(const Parallel& parallel, Cycle kind = Cycle::v);
-  /// r() -= A d for d in z(), which is overwritten.
+  /// r() -= A d for d in z(), which is overwritten; of this lattice alone.
   void subtract_product(const Parallel& parallel);
 
   PaddedArrays& r() { return r_; }
   PaddedArrays& z() { return z_; }
-  const RestStencil& stencil() const { return stencil_; }
   const Lattice& lattice() const { return body_.lattice(); }
-  /// nullptr: it is the coarsest.
-  RestLevel* coarser() { return coarse_.get(); }
 
   /// Constrains particles from now on, beside prescribed coordinates: the cycle then is one in what is left.
   /// Constraints of before are gone. `of_coarser`: of particles of the body in coarser lattices.

@@ -2,7 +2,9 @@
 // refusals in words.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
+#include <random>
 
 #include "core/base/error.hpp"
 #include "core/environment/tethered_system.hpp"
@@ -176,6 +178,58 @@ TEST(QuasiNewton, SolvesTheStagesOfCellsOfSeveralSizes) {
       }
     }
   }
+}
+
+/// A box of up to two cells' edge somewhere in a body.
+Box box_somewhere(const BodyConfig& config, std::mt19937& rng) {
+  std::uniform_real_distribution<> share(0, 1);
+  Box box;
+  for (int axis = 0; axis < 3; ++axis) {
+    box.lower[axis] = config.cell_size * config.voxels.size()[std::size_t(axis)] * share(rng);
+    box.upper[axis] = box.lower[axis] + 2 * config.cell_size * share(rng);
+  }
+  return box;
+}
+
+// Cells, sizes and holds as they come; where a hold would tear what hangs from its masters there is none.
+TEST(QuasiNewton, SolvesTheStagesOfBodiesRefinedAtRandom) {
+  std::mt19937 rng(5);
+  int solved = 0;
+  for (int trial = 0; trial < 40; ++trial) {
+    BodyConfig config{.voxels = VoxelGrid(2 + int(rng() % 5), 1 + int(rng() % 5), 1 + int(rng() % 4)),
+                      .cell_size = 0.2};
+    config.fill({.young = 1e6, .poisson = trial % 3 == 0 ? 0.45 : 0.3}, 0.5);
+    config.damping = {.law = Damping::Law::ratio, .zeta = 0.3};
+    for (int k = 0; k < config.voxels.nz(); ++k)
+      for (int j = 0; j < config.voxels.ny(); ++j)
+        for (int i = 0; i < config.voxels.nx(); ++i)
+          config.voxels.set(i, j, k, i + j + k == 0 || trial % 2 == 0 || rng() % 3 > 0);
+    std::vector<RefinedBox> boxes;
+    for (std::size_t n = 1 + rng() % 3; n-- > 0;)
+      boxes.push_back({box_somewhere(config, rng), 1 + int(rng() % 2)});
+    const RefinedBody body(config, refinement_of(config, boxes));
+    Environment environment{.gravity = Vec3(0, 0, -9.81)};
+    if (trial % 4 != 0)
+      environment.holds = {{.box = box_somewhere(config, rng), .axes = {true, false, true}}};
+    try {
+      check_holds(body, HeldSites(body.levels(), environment.holds));
+    } catch (const InputError&) {
+      environment.holds.clear();
+    }
+    RefinedSystem<double> system(body, environment);
+    State<double> start = system.rest_state();
+    std::uniform_real_distribution<> move(-0.002, 0.002);
+    for (const std::ptrdiff_t site : system.particles())
+      start.x.set(site, start.x.at(site) + Vec3(move(rng), move(rng), move(rng)));
+    system.constrain(0, start.x, start.v);
+    State<double> expected = start, state = start;
+    Work work;
+    ASSERT_EQ(run(system, expected, "backward_euler", {.dt = 1.0 / 60}, 2, work), Status::ok) << trial;
+    ASSERT_EQ(run(system, state, "backward_euler/lbfgs", {.dt = 1.0 / 60}, 2, work), Status::ok) << trial;
+    EXPECT_LT(distance(state, expected), 1e-6 * distance(expected, start)) << trial;
+    solved += body.levels().size() > 1;
+  }
+  EXPECT_GT(solved, 20);
 }
 
 /// Of two iterations of a held block, the third step from rest: what is left of the step, in the mean over
