@@ -28,8 +28,8 @@ Chart chart_of_values(const Table& data, const std::string& subtitle) {
                                 data.text(row, "unit")));
     residuals.push_back(-data.number(row, "residual") / data.number(row, "uncertainty"));
   }
-  Chart chart{.title = "Fit beside what was measured",
-              .subtitle = subtitle,
+  Chart chart{.title = "Fit beside single values that were measured",
+              .subtitle = subtitle + "; dotted: what was measured, and one uncertainty to either side",
               .x = {.label = "fitted less measured, over the uncertainty"},
               .y = named_rows(names)};
   ChartSeries series{.joined = false};
@@ -42,7 +42,7 @@ Chart chart_of_values(const Table& data, const std::string& subtitle) {
   chart.x.high = widest;
   chart.series = {series};
   for (const double at : {-1.0, 0.0, 1.0})
-    chart.lines.push_back({ReferenceLine::Direction::vertical, at, at == 0 ? "measured" : ""});
+    chart.lines.push_back({ReferenceLine::Direction::vertical, at, ""});
   return chart;
 }
 

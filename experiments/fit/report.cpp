@@ -117,6 +117,22 @@ std::string interval_in_words(const FittedParameter& p) {
   return std::isfinite(p.low) ? fmt::format("95 %: {:.5g} to {:.5g}", p.low, p.high) : p.status;
 }
 
+std::string in_words(const Observation& o, const std::vector<double>& fitted) {
+  std::string text = "  " + o.name;
+  if (o.kind != Kind::series && o.measured[0] != 0) {
+    text += fmt::format(": {:.5g} measured, {:.5g} fitted ({:+.2f} %)", o.measured[0], fitted[0],
+                        100 * (fitted[0] / o.measured[0] - 1));
+  } else {
+    double square = 0;
+    for (std::size_t i = 0; i < fitted.size(); ++i) square += std::pow(fitted[i] - o.measured[i], 2);
+    const std::string unit = unit_of(o).empty() ? "" : " " + unit_of(o);
+    text += fmt::format(": {} number{}, off by {:.3g}{} in the root mean square", fitted.size(),
+                        fitted.size() == 1 ? "" : "s", std::sqrt(square / double(fitted.size())), unit);
+  }
+  if (o.apart > 0) text += fmt::format("; the particle is {:.2g} m from the point", o.apart);
+  return text + "\n";
+}
+
 }  // namespace
 
 std::string to_string(Ended ended) {
@@ -199,12 +215,8 @@ std::string summary(const FitProblem& problem, const FitResult& result) {
       if (std::isfinite(result.correlation(i, j)))
         text += fmt::format("  correlation of {} and {}: {:.3f}\n", problem.parameters[std::size_t(i)].key,
                             problem.parameters[std::size_t(j)].key, result.correlation(i, j));
-  for (std::size_t k = 0; k < result.fitted.size(); ++k) {
-    const Observation& o = problem.data.observations[k];
-    if (o.kind == Kind::series) continue;
-    text += fmt::format("  {}: {:.5g} measured, {:.5g} fitted ({:+.2f} %)\n", o.name, o.measured[0],
-                        result.fitted[k][0], 100 * (result.fitted[k][0] / o.measured[0] - 1));
-  }
+  for (std::size_t k = 0; k < result.fitted.size(); ++k)
+    text += in_words(problem.data.observations[k], result.fitted[k]);
   if (!result.parameters.empty())
     text +=
         fmt::format("  chi2 {:.4g}, {} degree{} of freedom{}\n", result.chi2, result.degrees_of_freedom,

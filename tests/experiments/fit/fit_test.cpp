@@ -169,6 +169,20 @@ TEST_F(Fitting, FindsTheModulusOfAFrequencyInOneStep) {
   EXPECT_NE(summary(problem_, found).find("nothing says how certain"), std::string::npos);
 }
 
+// Numbers that are not positive are fitted as they are.
+TEST_F(Fitting, FindsGravityOfTheForceOfTheHold) {
+  const double mass = 1000 * 0.1 * 0.1 * 0.3;
+  const FitResult found = fit_data(
+      fmt::format(
+          "[[observation]]\nkind = \"static\"\nset = [\"solve.integrator=static\"]\ncolumn = \"hold_0_z\"\n"
+          "value = {}\n",
+          mass * 11),
+      {"environment.gravity.2=-20..0"});
+  EXPECT_EQ(found.ended, Ended::converged);
+  EXPECT_NEAR(found.parameters[0].value, -11, 1e-4);
+  EXPECT_LE(found.evaluations, 5);
+}
+
 TEST_F(Fitting, IntervalsAreStudents) {
   // Two drops, a percent above and below the truth's: in logarithms of E the mean, s sqrt(1/2) t(95 %, 1).
   const double drop = truth({.point = Vec3(0.05, 0.05, 0), .column = "z"}, {"solve.integrator=static"})[0];

@@ -382,6 +382,28 @@ class Scenes(unittest.TestCase):
 
 
 class Surface(unittest.TestCase):
+    def test_a_fit_finds_the_modulus_of_a_frequency(self):
+        omega = mss.load(BLOCK, {"material.young": 2e5}).modes(7)["omega"][6]
+        data = [{"kind": "frequency", "mode": 7, "value": omega / (2 * np.pi), "uncertainty": 0.01}]
+        found = mss.fit(BLOCK, data, {"material.young": (1e4, 1e6)})
+        self.assertEqual(found["status"], "converged")
+        self.assertAlmostEqual(found["values"]["material.young"] / 2e5, 1, places=5)
+        self.assertEqual(list(found["fit"]["parameter"]), ["material.young"])
+        self.assertAlmostEqual(found["fit_data"]["fitted"][0], omega / (2 * np.pi), places=3)
+        self.assertIn("[material]", found["scene"])
+        self.assertEqual(found["degrees_of_freedom"], 0)
+
+    def test_data_and_parameters_of_a_fit_that_cannot_be_are_refused(self):
+        frequency = {"kind": "frequency", "mode": 7, "value": 10.0}
+        with self.assertRaisesRegex(mss.InputError, "cannot determine 2 parameters"):
+            mss.fit(BLOCK, [frequency], ["material.young", "material.density"])
+        with self.assertRaisesRegex(mss.InputError, "did you mean 'material.young'"):
+            mss.fit(BLOCK, [frequency], ["material.yung"])
+        with self.assertRaisesRegex(mss.InputError, "is not a known key"):
+            mss.fit(BLOCK, [dict(frequency, valu=1)], ["material.young"])
+        with self.assertRaisesRegex(mss.InputError, r'settings\["material.density"\]'):
+            mss.fit(BLOCK, [frequency], ["material.young"], {"material.density": -5})
+
     def test_stubs_and_docstrings_are_of_what_there_is(self):
         stubs = ast.parse((Path(mss.__file__).parent / "__init__.pyi").read_text())
         functions = {node.name for node in stubs.body if isinstance(node, ast.FunctionDef)}
