@@ -25,6 +25,19 @@ const Body& body_of(System<double>& system, const std::string& user) {
   return cells->body();
 }
 
+/// Where the first `count` arrays begin.
+template <std::size_t count>
+std::array<float*, count> beginnings(PaddedArrays& arrays) {
+  std::array<float*, count> all;
+  for (std::size_t i = 0; i < count; ++i) all[i] = arrays[int(i)];
+  return all;
+}
+
+/// Where the coordinates of a field begin.
+std::array<const double*, 3> axes_of(const Field<double>& field) {
+  return {field.axis(0), field.axis(1), field.axis(2)};
+}
+
 /// Of the largest stiffness at a particle: what mass must be for rigid motions not to drown the rest in
 /// single precision. Searches for an equilibrium have less.
 constexpr double least_mass = 1e-6;
@@ -134,18 +147,18 @@ void RestCycle::set_rotations() {
 
 void RestCycle::place(const Field<double>& x) {
   const RestKernels& kernels = fastest_copy<RestKernels>();
-  const double* const from[3] = {x.axis(0), x.axis(1), x.axis(2)};
   const Vec3 middle = x.at(body_.sites()[body_.sites().size() / 2]);
-  float* const positions[3] = {positions_[0], positions_[1], positions_[2]};
-  const float* shares[6];
-  float* rotations[9];
-  for (int i = 0; i < 6; ++i) shares[i] = turning_[i];
-  for (int i = 0; i < 9; ++i) rotations[i] = rotations_[i];
+  const auto from = axes_of(x);
+  const auto positions = beginnings<3>(positions_);
+  const auto shares = beginnings<6>(turning_);
+  const auto rotations = beginnings<9>(rotations_);
   finest_->for_ranges(parallel_, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-    kernels.scale_positions(from, middle.data(), 1 / body_.config().cell_size, positions, first, last);
+    kernels.scale_positions(from.data(), middle.data(), 1 / body_.config().cell_size, positions.data(), first,
+                            last);
   });
   finest_->for_ranges(parallel_, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-    kernels.rotations(finest_->stencil(), positions, shares, turning_[6], rotations, first, last);
+    kernels.rotations(finest_->stencil(), positions.data(), shares.data(), turning_[6], rotations.data(),
+                      first, last);
   });
   if (!held_.empty()) hold_in_lattice();
 }
@@ -276,12 +289,11 @@ void RestCycle::bend_paths(const Field<double>& x, double seconds, Field<double>
 
 /// out = Q^T r / norm
 void RestCycle::turn_back(const Field<double>& r, double norm, PaddedArrays& out) {
-  const float* q[9];
-  for (int i = 0; i < 9; ++i) q[i] = rotations_[i];
-  const double* const from[3] = {r.axis(0), r.axis(1), r.axis(2)};
-  float* const to[3] = {out[0], out[1], out[2]};
+  const auto q = beginnings<9>(rotations_);
+  const auto from = axes_of(r);
+  const auto to = beginnings<3>(out);
   finest_->for_ranges(parallel_, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-    fastest_copy<RestKernels>().turn_back(q, from, 1 / norm, to, first, last);
+    fastest_copy<RestKernels>().turn_back(q.data(), from.data(), 1 / norm, to.data(), first, last);
   });
 }
 
@@ -314,12 +326,11 @@ void RestCycle::solve(const Field<double>& r, double norm, const Field<double>& 
   turn_back(keeps ? r_ : r, norm, finest_->r());
   if (values.size() > 0) give_way(values, norm);
   finest_->cycle(parallel_, kind_);
-  const float* q[9];
-  for (int i = 0; i < 9; ++i) q[i] = rotations_[i];
-  const float* const found[3] = {finest_->z()[0], finest_->z()[1], finest_->z()[2]};
+  const auto q = beginnings<9>(rotations_);
+  const auto found = beginnings<3>(finest_->z());
   double* const to[3] = {z.axis(0), z.axis(1), z.axis(2)};
   finest_->for_ranges(parallel_, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-    fastest_copy<RestKernels>().turn(q, found, norm, to, first, last);
+    fastest_copy<RestKernels>().turn(q.data(), found.data(), norm, to, first, last);
   });
   if (!held_.empty()) take_held(values, z);
   if (!keeps) return;
