@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <array>
 #include <cmath>
+#include <map>
+#include <mutex>
 
 #include "core/base/error.hpp"
 #include "core/body/phonons.hpp"
@@ -33,16 +36,32 @@ double cubic_invariant(const Eigen::Vector3d& direction) {
 /// Strains that soft bodies reach: a stretch by half, either way.
 double within_reach(StrainPath::Kind kind) { return kind == StrainPath::Kind::compression ? 1.0 / 3 : 0.5; }
 
-/// Where the lattice is unstable at strains within reach, in words; where its energy has no lower bound, as a
-/// negative volume stiffness makes it, at any strain that was looked at. Empty: nowhere.
-std::string instabilities(const SpringConstants& springs, double cell_size) {
+/// Where the lattice in cells of 1 m is unstable at strains within reach, in words; where its energy has no
+/// lower bound, as a negative volume stiffness makes it, at any strain that was looked at. Empty: nowhere.
+std::string instabilities_of(const SpringConstants& springs) {
   std::vector<std::string> all;
-  for (const PhononLimit& limit : least_phonon_limits(springs, cell_size, [&](StrainPath::Kind kind) {
+  for (const PhononLimit& limit : least_phonon_limits(springs, 1, [&](StrainPath::Kind kind) {
          return springs.volume < 0 ? farthest_strain : within_reach(kind);
        }))
     if (std::isfinite(limit.strain))
       all.push_back(fmt::format("{:.3g} percent of {}", 100 * limit.strain, limit.path.name()));
   return fmt::format("{}", fmt::join(all, ", "));
+}
+
+/// The same of cells of any size. Strains have no units: they are those of the ratios of the springs, which
+/// the scenes of a program share, in cells of whatever size, and which take milliseconds once.
+std::string instabilities(const SpringConstants& springs, double cell_size) {
+  static std::mutex mutex;
+  static std::map<std::array<float, 4>, std::string> known;
+  const double unit = springs.edge + springs.face + springs.body;
+  const std::array ratios{float(springs.edge / unit), float(springs.face / unit), float(springs.body / unit),
+                          float(springs.volume * cell_size / unit)};
+  const std::scoped_lock lock(mutex);
+  const auto [at, is_new] = known.try_emplace(ratios);
+  if (is_new)
+    at->second =
+        instabilities_of({.edge = ratios[0], .face = ratios[1], .body = ratios[2], .volume = ratios[3]});
+  return at->second;
 }
 
 }  // namespace

@@ -285,8 +285,8 @@ float RestLevel::largest_cell_share() const {
 /// The coarsest matrix's inverse.
 Status RestLevel::invert() {
   const auto n = Eigen::Index(rows_.size());
-  if (n == 0) return Status::ok;
   for (auto& rows : row_of_) rows.assign(std::size_t(lattice().sites), -1);
+  if (n == 0) return Status::ok;
   for (Eigen::Index row = 0; row < n; ++row) {
     const auto [site, axis] = rows_[std::size_t(row)];
     row_of_[std::size_t(axis)][std::size_t(site)] = row;

@@ -64,7 +64,7 @@ bool QuasiNewton::update_contact(System<double>& system, State<double>& state, d
   const bool jumped = jumps_;
   if (changes_ >= most_hasty_changes && norm_ > std::max(good, solved * norm_at_change_)) {
     jumps_ = bounded_->jump(state.v, jump_);
-    if (jumps_) pairs_.count = 0;
+    if (jumps_) forget_steps();
     return !jumped && !jumps_;
   }
   const bool changed = bounded_->update(impulse_, state.v, norm_);

@@ -12,8 +12,6 @@ namespace {
 
 using Eigen::Matrix3d;
 
-double bulk_modulus(const Lame& m) { return m.lambda + 2 * m.mu / 3; }
-
 double mean_dilatation(const PointMatrices& f, const PointMatrices& rotations) {
   double sum = 0;
   for (std::size_t p = 0; p < f.size(); ++p) sum += dilatation(f[p], rotations[p]);
@@ -22,7 +20,7 @@ double mean_dilatation(const PointMatrices& f, const PointMatrices& rotations) {
 
 /// Of a point where the cell's mean dilatation is given.
 CorotatedStress corotated(const Lame& m, double mean) {
-  return {.mu = m.mu, .constant = bulk_modulus(m) * mean, .slope = -2 * m.mu / 3};
+  return {.mu = m.mu, .constant = m.bulk_modulus() * mean, .slope = -2 * m.mu / 3};
 }
 
 double energies(const Lame& m, const PointMatrices& f) {
@@ -32,7 +30,7 @@ double energies(const Lame& m, const PointMatrices& f) {
   for (std::size_t p = 0; p < f.size(); ++p) {
     const double theta = dilatation(f[p], rotations[p]);
     sum +=
-        m.mu * ((f[p] - rotations[p]).squaredNorm() - theta * theta / 3) + bulk_modulus(m) / 2 * mean * mean;
+        m.mu * ((f[p] - rotations[p]).squaredNorm() - theta * theta / 3) + m.bulk_modulus() / 2 * mean * mean;
   }
   return sum;
 }
@@ -45,38 +43,21 @@ void stresses(const Lame& m, const PointMatrices& f, PointMatrices& stress) {
 
 void stiffnesses(const Lame& m, const PointMatrices& f, bool projected, CellStiffness& stiffness) {
   stiffness.axes = rotations_of(f);
-  stiffness.shared = bulk_modulus(m);
+  stiffness.shared = m.bulk_modulus();
   const CorotatedStress law = corotated(m, mean_dilatation(f, stiffness.axes));
   for (std::size_t p = 0; p < f.size(); ++p) stiffness.own[p] = law.stiffness(f[p], projected);
-}
-
-// Of a cell that deforms alike everywhere: then all is as if each point had a dilatation of its own.
-
-double energy(const Lame& m, const Matrix3d& f) {
-  const Matrix3d r = rotation_of(f);
-  const double theta = dilatation(f, r);
-  return m.mu * (f - r).squaredNorm() + m.lambda / 2 * theta * theta;
-}
-
-CorotatedStress corotated(const Lame& m) { return {.mu = m.mu, .slope = m.lambda}; }
-
-Matrix3d stress(const Lame& m, const Matrix3d& f) { return corotated(m).at(f, rotation_of(f)); }
-
-Matrix9 stiffness(const Lame& m, const Matrix3d& f, bool projected) {
-  return corotated(m).stiffness(f, projected);
 }
 
 }  // namespace
 
 SolidLaw corotational_mean_dilatation() {
-  return {.name = "corotational_mean_dilatation",
-          .summary = "as corotational, the change of volume averaged over each cell: does not lock",
-          .energy = energy,
-          .stress = stress,
-          .energies = energies,
-          .stresses = stresses,
-          .stiffness = stiffness,
-          .stiffnesses = stiffnesses};
+  SolidLaw law = corotational();
+  law.name = "corotational_mean_dilatation";
+  law.summary = "as corotational, the change of volume averaged over each cell: does not lock";
+  law.energies = energies;
+  law.stresses = stresses;
+  law.stiffnesses = stiffnesses;
+  return law;
 }
 
 }  // namespace mss

@@ -15,6 +15,7 @@ using Matrix9 = Eigen::Matrix<double, 9, 9>;
 struct Lame {
   double mu = 0;
   double lambda = 0;
+  double bulk_modulus() const { return lambda + 2 * mu / 3; }
 };
 Lame lame_constants(const ElasticConstants& material);
 
@@ -55,5 +56,9 @@ struct SolidLaw {
 
 /// All laws, in the order of reference/CMakeLists.txt.
 const std::vector<SolidLaw>& solid_laws();
+
+// Those that are what others are in a cell that deforms alike everywhere.
+SolidLaw linear();
+SolidLaw corotational();
 
 }  // namespace mss

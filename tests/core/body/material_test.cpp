@@ -65,6 +65,12 @@ TEST(Material, WarnsOfStrainsAtWhichTheLatticeIsUnstable) {
   ASSERT_EQ(warnings(0.3, 0.25).size(), 1U);
   EXPECT_NE(warnings(0.3, 0.25)[0].find("29.8 percent of compression along [100]"), std::string::npos)
       << warnings(0.3, 0.25)[0];
+  // They have no unit, and springs whose ratios are others have others.
+  const auto of_springs = [](double unit, double share) {
+    return material_warnings(calibrate({.young = 1e5 * unit, .poisson = 0.3}, 0.7 * unit, share), 0.7 * unit);
+  };
+  EXPECT_EQ(of_springs(1, 0.25), of_springs(0.3, 0.25));
+  EXPECT_NE(of_springs(1, 0.25), of_springs(1, 0.2));
 }
 
 TEST(Material, RefusesWhatIsNoMaterial) {

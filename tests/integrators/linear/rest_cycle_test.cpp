@@ -200,6 +200,29 @@ TEST(RestCycle, CountsFrictionAmongMasses) {
   EXPECT_LT(left(), 1e-4);
 }
 
+// In cells twice as large there is no unknown, and none that friction could act on.
+TEST(RestCycle, TakesFrictionWhereCoarserCellsArePrescribed) {
+  const BodyConfig config = testing::test_config(VoxelGrid::box(4, 2, 2));
+  const Body body(config);
+  const double h = config.cell_size;
+  const Hold middle{.box = {config.origin + Vec3(h, 0, 0), config.origin + Vec3(3 * h, 100, 100)}};
+  SpringSystem<double> system(body, {.holds = {middle}});
+  RestCycle cycle(system, "test");
+  ASSERT_EQ(cycle.prepare(long_step), Status::ok);
+  cycle.place(system.rest_state().x);
+  const Field<double> r = random_vectors(system, 5);
+  Field<double> free(system.size()), rubbed(system.size());
+  cycle.solve(r, 1, {}, free);
+  std::vector<HeldParticle> held;
+  for (const std::ptrdiff_t site : body.select(config.origin, config.origin + Vec3(0, 100, 100)))
+    held.push_back({site, Eigen::Matrix3d::Zero(), 3000 * Eigen::Matrix3d::Identity()});
+  ASSERT_EQ(held.size(), 9U);
+  cycle.hold(held);
+  cycle.solve(r, 1, {}, rubbed);
+  EXPECT_GT(product_of(r, rubbed), 0);
+  EXPECT_LT(product_of(r, rubbed), product_of(r, free));
+}
+
 TEST(RestCycle, KeepsTheMomentumOfEveryPieceThatNothingHolds) {
   VoxelGrid voxels(13, 5, 5);
   for (int k = 0; k < 5; ++k)
