@@ -26,6 +26,7 @@ Chart modulus_chart(const Table& all) {
   for (const char* part : {"storage", "loss"}) {
     chart.series.push_back(column(rows, "frequency", fmt::format("{}_exact", part).c_str(),
                                   fmt::format("{}, closed form", part)));
+    chart.series.back().marked = false;
     chart.series.push_back(column(rows, "frequency", part, fmt::format("{}, measured", part)));
     chart.series.back().joined = false;
   }
