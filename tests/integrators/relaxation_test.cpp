@@ -1,5 +1,6 @@
 // Materials that relax: against an oracle that integrates every damper, closed forms of a bar, energy, order
 // and limits of methods.
+#include "core/base/record.hpp"
 #include "core/body/relaxation.hpp"
 
 #include <gmock/gmock.h>
