@@ -30,10 +30,10 @@ struct ExperimentOptions {
   std::string model = spring_model;           ///< of the bodies' material
   std::uint64_t seed = 1;
   std::vector<std::string> settings = {};  ///< "table.key=value", of the scenes that it computes
-  bool peers = false;                  ///< other programs too, where they are installed
-  int processes = 0;                   ///< over which cases are split; 0: all cores
-  CasePart part = {};                  ///< of the cases, those that are computed
-  std::filesystem::path journal = {};  ///< file for results of finished cases; empty: none
+  bool peers = false;                      ///< other programs too, where they are installed
+  int processes = 0;                       ///< over which cases are split; 0: all cores
+  CasePart part = {};                      ///< of the cases, those that are computed
+  std::filesystem::path journal = {};      ///< file for results of finished cases; empty: none
 };
 
 /// Which of these apply to an experiment; the others are usage errors. All take --quick and --out.

@@ -98,7 +98,6 @@ ExperimentResult run_beam(const ExperimentOptions& options, Progress& progress) 
 Table beam_baseline(const BaselineOptions& options, Progress& progress) {
   BeamConfig config = beam_config({.quick = true});
   config.cells = options.quick ? std::vector<int>{3} : std::vector<int>{3, 6};
-  if (!options.quick) config.ringing = beam_loads();
   const BeamTables tables = measure_beam(config, progress);
   Table rows({{"material"}, {"load"}, {"quantity"}, {"cells"}, {"value"}, {"status"}});
   for (std::size_t r = 0; r < tables.drops.size(); ++r)
@@ -124,7 +123,6 @@ BeamConfig beam_config(const ExperimentOptions& options) {
       .ringing_cells = options.quick ? std::vector<int>{3} : std::vector<int>{3, 6, 12},
       .ringing = beam_loads(),
       .settings = options.settings};
-  if (options.quick) config.ringing.resize(1);
   if (!options.cells.empty()) config.cells = config.ringing_cells = options.cells;
   for (const int n : config.cells)
     if (n % 3 != 0)

@@ -20,6 +20,7 @@ namespace {
 BeamConfig small_beam(std::vector<std::string> settings = {}) {
   BeamConfig config = beam_config({.quick = true});
   config.cells = config.ringing_cells = {3};
+  config.ringing.resize(1);
   config.settings = std::move(settings);
   return config;
 }
