@@ -10,6 +10,7 @@
 #include <cmath>
 #include <exception>
 #include <thread>
+#include <tuple>
 
 #include "core/base/error.hpp"
 #include "core/base/thread_team.hpp"
@@ -290,8 +291,11 @@ void add_intervals(const FitProblem& problem, const LeastSquaresResult& found, F
     const double u = found.u[free[a]], error = std::sqrt(covariance(i, i));
     const Parameter& parameter = problem.parameters[std::size_t(free[a])];
     FittedParameter& p = result.parameters[std::size_t(free[a])];
-    p.low = parameter.unbounded(u - t * error);
-    p.high = parameter.unbounded(u + t * error);
+    const double low = parameter.unbounded(u - t * error), high = parameter.unbounded(u + t * error);
+    if (std::isfinite(low) && std::isfinite(high))
+      std::tie(p.low, p.high) = std::pair(low, high);
+    else
+      p.status = "not determined by the data";
     for (std::size_t b = 0; b < free.size(); ++b) {
       const auto j = Eigen::Index(b);
       result.correlation(free[a], free[b]) =
@@ -311,7 +315,7 @@ std::vector<double> values_of(const FitProblem& problem, const VectorXd& u) {
 
 std::vector<std::string> settings_of(const FitProblem& problem, const std::vector<double>& values) {
   std::vector<std::string> settings;
-  for (std::size_t k = 0; k < problem.parameters.size(); ++k)
+  for (std::size_t k = 0; k < values.size(); ++k)
     settings.push_back(problem.parameters[k].setting(values[k]));
   return settings;
 }

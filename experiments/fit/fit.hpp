@@ -53,10 +53,10 @@ void check_problem(FitProblem& problem);
 /// the values that the fit starts from, and names parameters that the data do not determine.
 FitResult fit(const FitProblem& problem, Progress& progress);
 
-/// A parameter of a coordinate by its number, of a step.
+/// The parameters' values at coordinates.
 std::vector<double> values_of(const FitProblem& problem, const Eigen::VectorXd& u);
 
-/// The overrides that give a scene these values.
+/// The overrides that give a scene these values, in the order of the parameters; none of none.
 std::vector<std::string> settings_of(const FitProblem& problem, const std::vector<double>& values);
 
 }  // namespace mss::fit

@@ -189,7 +189,7 @@ class Solver {
     const VectorXd error = a.rows() > a.cols() && undetermined_coordinates(a).empty()
                                ? VectorXd(covariance_of(a, result_.chi2).diagonal().cwiseSqrt())
                                : VectorXd::Zero(size());
-    return (d.cwiseAbs().array() <= (0.01 * error).array().max(problem_.least_step)).all();
+    return (d.cwiseAbs().array() <= (problem_.least_share * error).array().max(problem_.least_step)).all();
   }
 
   void step() {

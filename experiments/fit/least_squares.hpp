@@ -37,7 +37,8 @@ struct LeastSquaresProblem {
   std::function<std::vector<Evaluation>(const std::vector<Trial>&)> evaluate{};
   std::function<bool()> stopped = [] { return false; };
   double most_evaluations = 30;  ///< of all targets
-  double least_step = 1e-4;      ///< of a coordinate, below which the problem is solved
+  /// Solved where every coordinate's next step is below this, or this share of its standard error.
+  double least_step = 1e-4, least_share = 0.1;
 };
 
 enum class Ended { converged, too_many_evaluations, stalled, undetermined, failed_at_start, interrupted };

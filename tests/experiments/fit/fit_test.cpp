@@ -12,9 +12,11 @@
 #include "experiments/fit/observed_run.hpp"
 #include "experiments/fit/report.hpp"
 #include "experiments/harness/json.hpp"
+#include "experiments/harness/provenance.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/io/process.hpp"
+#include "tests/experiments/stop_after.hpp"
 
 namespace mss::fit {
 namespace {
@@ -167,6 +169,62 @@ TEST_F(Fitting, FindsTheModulusOfAFrequencyInOneStep) {
   EXPECT_TRUE(std::isnan(found.parameters[0].low));
   EXPECT_EQ(found.parameters[0].status, "no degrees of freedom");
   EXPECT_NE(summary(problem_, found).find("nothing says how certain"), std::string::npos);
+}
+
+// A file of samples and one of their maxima and minima are the same ring-down: 5 Hz, swings that halve.
+TEST_F(Fitting, MeasuredRingDownsAreOfSamplesOrOfExtrema) {
+  std::string samples = "time,z\n", extrema = "time,z\n";
+  for (int i = 0; i < 300; ++i) {
+    const double t = 0.002 * i;
+    samples += fmt::format("{},{}\n", t, 1e-3 * std::exp2(-10 * t) * std::cos(31.41592653589793 * t));
+  }
+  for (int i = 0; i < 6; ++i)
+    extrema += fmt::format("{},{}\n", 0.1 * i, (i % 2 == 0 ? 1e-3 : -1e-3) * std::exp2(-i));
+  write("samples.csv", samples);
+  write("extrema.csv", extrema);
+  const SceneSource source = source_of(*this / "bar.toml");
+  const auto measured = [&](const std::string& kind, const std::string& file) {
+    const std::string data =
+        "[[observation]]\nkind = \"" + kind + "\"\n" + of_the_end + "file = " + file + "\n";
+    return read_observations(write("data.toml", data), source, {}).observations.at(0).measured.at(0);
+  };
+  const double decrement = std::log(2), zeta = decrement / std::hypot(decrement, 3.141592653589793);
+  EXPECT_NEAR(measured("frequency", "\"extrema.csv\"\nextrema = true"), 5, 1e-9);
+  EXPECT_NEAR(measured("damping", "\"extrema.csv\"\nextrema = true"), zeta, 1e-9);
+  EXPECT_NEAR(measured("frequency", "\"samples.csv\""), 5, 0.01);
+  EXPECT_NEAR(measured("damping", "\"samples.csv\""), zeta, 0.01 * zeta);
+  expect_fit_refused(
+      "[[observation]]\nkind = \"frequency\"\n" + of_the_end + "file = \"samples.csv\"\nuntil = 0.1\n",
+      "a ring-down needs 3");
+}
+
+TEST_F(Fitting, ACsvFileAloneIsASeriesOfTheScene) {
+  Observation o{.kind = Kind::series, .column = "elastic"};
+  for (int i = 1; i < 20; ++i) o.times.push_back(0.005 * i);
+  const std::vector<double> elastic = truth(o);
+  std::string text = "time,elastic\n";
+  for (std::size_t i = 0; i < elastic.size(); ++i) text += fmt::format("{},{}\n", o.times[i], elastic[i]);
+  write("energy.csv", text);
+  const ProgramRun run = run_fit("energy.csv", {"--parameters", "material.young", "damping.viscosity"});
+  EXPECT_EQ(run.exit_status, 0) << run.output;
+  const Table found = Table::read(read_file(*this / "out" / "fit.csv"), "fit.csv");
+  EXPECT_NEAR(found.number(0, "fitted") / true_young, 1, 1e-3);
+  EXPECT_NEAR(found.number(1, "fitted") / true_viscosity, 1, 1e-2);
+}
+
+TEST_F(Fitting, AnInterruptedFitHasWhatItFound) {
+  fit_data(at_rest + "value = -0.01\n", {"material.young"});
+  for (const int reports : {1, 10, 30}) {
+    StopAfter progress(reports);
+    const FitResult found = fit(problem_, progress);
+    if (found.ended == Ended::converged) continue;
+    EXPECT_EQ(found.ended, Ended::interrupted);
+    write_fit(problem_, found, provenance(), *this / "stopped");
+    EXPECT_EQ(Table::read(read_file(*this / "stopped" / "fit.csv"), "fit.csv").size(),
+              found.parameters.size());
+  }
+  StopAfter at_once(1);
+  EXPECT_EQ(fit(problem_, at_once).ended, Ended::interrupted);
 }
 
 // Numbers that are not positive are fitted as they are.
