@@ -121,6 +121,7 @@ struct Trial {
   Candidate candidate;
   double error = no_value;               ///< largest until it ended
   double error_at_half_step = no_value;  ///< the same, or at a quarter of the tolerance
+  bool ran_at_half_step = false;         ///< whether that was tried: without a reference it has no error
   double busiest = no_value;             ///< cost of the busiest frames of a long run: nine of ten take less
   double cost = no_value;       ///< seconds charged for stepping per simulated second: the median of `costs`
   std::vector<double> costs{};  ///< of runs in turn with those of rivals; empty: it was run once

@@ -240,20 +240,20 @@ std::vector<std::size_t> FrameSearch::ranked() const {
 /// it stays unfolded by luck.
 void FrameSearch::judge_at_half_step(std::size_t trial) {
   const Candidate half = at_half_step(trials()[trial].candidate);
-  double error = std::numeric_limits<double>::infinity();
-  bool unfolds = false;
+  double error = no_value;
+  bool is_sound = false;
   state_.attempt(half, [&] {
     const SampledRun run = state_.sample(family().scene(half), [&](const SampledRun&) { return !stopped(); });
-    unfolds = run.status == Status::ok && run.trajectory.min_jacobian > least_jacobian();
+    is_sound = run.status == Status::ok && run.trajectory.min_jacobian > least_jacobian();
     if (run.status == Status::ok && references_.estimator())
       error = references_.estimator()->error_of(run.trajectory);
   });
-  trials()[trial].error_at_half_step = unfolds && !references_.estimator() ? 0 : error;
-  if (!unfolds) {
-    trials()[trial].error_at_half_step = std::numeric_limits<double>::infinity();
-    trials()[trial].meets = false;
-    trials()[trial].verdict = Verdict::fluke;
-  }
+  Trial& judged = trials()[trial];
+  judged.ran_at_half_step = true;
+  judged.error_at_half_step = is_sound ? error : std::numeric_limits<double>::infinity();
+  if (is_sound) return;
+  judged.meets = false;
+  judged.verdict = Verdict::fluke;
 }
 
 /// Of those that err as little as any, the cheapest first.
@@ -361,7 +361,7 @@ void FrameSearch::verify() {
       lasts(*chosen);
     else if (trials()[*chosen].costs.empty())
       remeasure();
-    else if (std::isnan(trials()[*chosen].error_at_half_step))
+    else if (!trials()[*chosen].ran_at_half_step)
       judge_at_half_step(*chosen);
     else if (runs_clean(*chosen))
       clean.insert(*chosen);

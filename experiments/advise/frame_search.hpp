@@ -8,8 +8,8 @@
 
 namespace mss::advise {
 
-/// The search for the most accurate candidate that fits into a frame's budget, stays stable and unfolds
-/// nothing, as engines ask: its error is said, not required. For every method it finds the smallest cells
+/// The search for the most accurate candidate that fits into a frame's budget, stays stable and folds no
+/// cell, as engines ask: its error is said, not required. For every method it finds the smallest cells
 /// that fit, then runs the best of them for long as `mss run` would.
 class FrameSearch {
  public:

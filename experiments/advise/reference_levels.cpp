@@ -238,9 +238,9 @@ void ReferenceLevels::conclude() {
       continue;
     }
     trial.error = estimator_->error_of(reference.trajectory);
-    const bool unfolds = trial.min_jacobian > 0 || folds();
-    trial.meets = unfolds && meets(trial.error);
-    trial.verdict = trial.meets ? Verdict::meets : unfolds ? Verdict::inaccurate : Verdict::folds;
+    const bool unfolded = trial.min_jacobian > 0 || folds();
+    trial.meets = unfolded && meets(trial.error);
+    trial.verdict = trial.meets ? Verdict::meets : unfolded ? Verdict::inaccurate : Verdict::folds;
   }
 }
 

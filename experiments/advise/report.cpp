@@ -113,7 +113,7 @@ Json meta(const SceneFamily& family, const AdviseRequest& request, const Advice&
       {"explanation", advice.explanation},
       {"reference",
        {{"cell_size", advice.finest_level > 0 ? Json(family.cell_size(advice.finest_level)) : Json(nullptr)},
-        {"uncertainty", advice.uncertainty}}},
+        {"uncertainty", advice.finest_level > 0 ? Json(advice.uncertainty) : Json(nullptr)}}},
       {"seconds", advice.seconds}};
   if (advice.best) {
     const Trial& best = advice.trials[*advice.best];
@@ -136,6 +136,12 @@ Json meta(const SceneFamily& family, const AdviseRequest& request, const Advice&
   return json;
 }
 
+/// An error that nothing may have been there to measure by.
+std::string error_or_unknown(const Trial& trial) {
+  const double error = judged_error(trial);
+  return std::isfinite(error) ? fmt::format("{:.3g} %", 100 * error) : "not known";
+}
+
 /// The advised scene as a file of its own.
 std::string advised_text(const SceneFamily& family, const AdviseRequest& request, const Trial& best,
                          const fs::path& directory) {
@@ -143,9 +149,8 @@ std::string advised_text(const SceneFamily& family, const AdviseRequest& request
       request.of_stability ? fmt::format("--of stability --budget {:.4g}ms/frame", *request.budget * to_frame)
                            : fmt::format("--error {:.4g}% --of {}", 100 * request.error, name_of(request.of));
   return fmt::format(
-             "# {} as `mss advise {}` computes it: error of {} {:.3g} %, {:.3g} ms for a frame of 1/60 s.\n",
-             family.given().name, asked, name_of(request.of), 100 * judged_error(best),
-             best.cost * to_frame) +
+             "# {} as `mss advise {}` computes it: error of {} {}, {:.3g} ms for a frame of 1/60 s.\n",
+             family.given().name, asked, name_of(request.of), error_or_unknown(best), best.cost * to_frame) +
          to_toml(family.scene(best.candidate), directory);
 }
 
@@ -163,6 +168,11 @@ std::string short_name(const SceneFamily& family, const Trial& trial) {
 }
 
 std::string error_in_words(const SceneFamily& family, const AdviseRequest& request, const Advice& advice) {
+  if (advice.finest_level == 0)
+    return fmt::format(
+        "error of {}: not known, as a reference takes more than --patience; the size of cells ranked "
+        "candidates\n",
+        name_of(request.of));
   const Trial& best = advice.trials[*advice.best];
   std::string text = fmt::format("error of {}: {:.3g} %, ", name_of(request.of), 100 * best.error);
   text +=
@@ -199,9 +209,9 @@ std::string cost_in_words(const SceneFamily& family, const AdviseRequest& reques
   for (std::size_t i = 0; i < std::min(few, advice.ties.size()); ++i) {
     const Trial& tie = advice.trials[advice.ties[i]];
     text += fmt::format(
-        "as {}: {} ({:.3g} ms, error {:.3g} %)\n",
+        "as {}: {} ({:.3g} ms, error {})\n",
         request.of_stability ? "good, within the noise" : "cheap, within the noise, and less accurate",
-        short_name(family, tie), tie.cost * to_frame, 100 * judged_error(tie));
+        short_name(family, tie), tie.cost * to_frame, error_or_unknown(tie));
   }
   if (advice.ties.size() > few) text += fmt::format("and {} more\n", advice.ties.size() - few);
   return text;
@@ -243,7 +253,7 @@ std::string summary(const SceneFamily& family, const AdviseRequest& request, con
                         advice.within_budget ? "advised" : "the cheapest that meets the error");
     for (const std::string& setting : family.settings(best.candidate)) text += fmt::format("  {}\n", setting);
     text += error_in_words(family, request, advice);
-    if (!advice.errors_rank)
+    if (!advice.errors_rank && advice.finest_level > 0)
       text += "that is too uncertain to tell candidates apart: the size of cells ranked them\n";
     if (request.of_stability)
       text += fmt::format("run for {:g} s without a warning: stable and unfolded\n",

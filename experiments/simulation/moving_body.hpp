@@ -47,6 +47,9 @@ double squared_distance(const MovingBody& body, const FramePositions& a, const F
 /// The same of a motion from where the body begins.
 double squared_displacement(const MovingBody& body, const FramePositions& motion);
 
+/// In tables, the status of a run that was stopped.
+inline constexpr const char* too_slow = "stopped, took too long";
+
 /// What a method makes of a number of frames.
 struct MeasuredMotion {
   Status status = Status::ok;

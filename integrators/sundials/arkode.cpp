@@ -5,8 +5,8 @@
 //   Numer. Anal. 15 (1978) 772; of Fehlberg, orders 8 and 7 (thirteen stages), NASA TR R-287 (1968). Damping
 //   forces are part of y', so these orders are theirs with damping too.
 // - Diagonally implicit with an explicit first stage: ESDIRK4(3)7L[2]SA of Kennedy and Carpenter, orders 4
-// and
-//   3, stiffly accurate and L-stable. All its stages have the same matrix. Appl. Numer. Math. 146 (2019) 221.
+//   and 3, stiffly accurate and L-stable. All its stages have the same matrix. Appl. Numer. Math. 146 (2019)
+//   221.
 #include <arkode/arkode_arkstep.h>
 #include <arkode/arkode_erkstep.h>
 

@@ -118,21 +118,17 @@ Json configuration(const EnergyConfig& c, const SpinConfig& spin) {
 
 constexpr const char* caption =
     "Largest deviation of the total energy from that at the start within each window of time (five windows "
-    "per "
-    "decade), divided by the energy at the start, for a free undamped cube that was stretched by 10 % and "
-    "released. All fixed-step methods take the same step, a quarter of the stability limit of central "
+    "per decade), divided by the energy at the start, for a free undamped cube that was stretched by 10 % "
+    "and released. All fixed-step methods take the same step, a quarter of the stability limit of central "
     "differences; adaptive methods cover the same time at a tolerance of 1e-6. A flat line is a bounded "
     "error, a slope a drift; at 1 the error is as large as the energy itself. Black markers on the upper "
-    "edge are "
-    "failures. The velocities of the thesis's Verlet and of semi-implicit Euler lag half a step behind the "
-    "positions, "
-    "which adds a larger but bounded error. Not varied: damping, step, body. The free spin: a soft undamped "
-    "cube turns at 10 rad/s and drifts at 0.03 m/s for 10,000 frames of 1/60 s (600 in quick runs); what is "
-    "left "
-    "of its energy, kinetic and stored, of its linear momentum, and of its angular momentum about the centre "
-    "of mass, the latter two along their directions at the start. Methods with a stability limit take the "
-    "safe step that divides a frame, the others a step a frame, adaptive ones their own at a tolerance of "
-    "1e-6. The table has both after two seconds and at the end.";
+    "edge are failures. The velocities of the thesis's Verlet and of semi-implicit Euler lag half a step "
+    "behind the positions, which adds a larger but bounded error. Not varied: damping, step, body. The free "
+    "spin: a soft undamped cube turns at 10 rad/s and drifts at 0.03 m/s for 10,000 frames of 1/60 s (600 "
+    "in quick runs); what is left of its energy, kinetic and stored, of its linear momentum, and of its "
+    "angular momentum about the centre of mass, the latter two along their directions at the start. Methods "
+    "with a stability limit take the safe step that divides a frame, the others a step a frame, adaptive "
+    "ones their own at a tolerance of 1e-6. The table has both after two seconds and at the end.";
 
 std::string summary_lines(const Table& summary, const Table& spins) {
   std::string lines;

@@ -50,7 +50,7 @@ MapPanel panel_of(const Table& rows, const std::string& label) {
 Table counted(const Table& rows) {
   Table some(rows.columns());
   for (std::size_t r = 0; r < rows.size(); ++r)
-    if (replicated_method(rows.text(r, "integrator")).empty()) some.add(rows.rows()[r]);
+    if (find_integrator(rows.text(r, "integrator")).variant_of.empty()) some.add(rows.rows()[r]);
   return some;
 }
 

@@ -19,25 +19,24 @@ constexpr const char* caption =
     "spring, is simulated for twenty times as long as sound takes through it and back. Methods with a "
     "guaranteed step take 0.9 of it (explicit Euler, which has none, 0.9 of the predicted one, or without "
     "damping the safe step of semi_implicit_euler), the others ten times the safe step of "
-    "semi_implicit_euler, or intervals of that length if they choose their own steps. Three bars a severity: "
-    "without fold guard; without, at the step of the body with it; with fold guard, at the step that is safe "
-    "if the guard acts everywhere. A bar counts methods by outcome. Drops begin at the ground with the speed "
-    "of a fall from the height given, without gravity; spin is in units of 2 c / L, c the speed of sound, L "
-    "the edge; merged: so many particles of an edge are placed where its first one is; step ratio: every "
-    "other step is shorter by it; cubes with a mass ratio, another damping or a step ratio are stretched to "
-    "1.3 m. Nothing supplies energy. Gains energy: at some sample more than 5 percent above the initial one; "
-    "blows up: ten times it; velocities that lag by half a step are advanced by it before energies are "
-    "taken. Folds: a corner of a cell is inverted at the end. Behind the plane: a particle was, at some "
-    "sample, by "
-    "more than a millionth of a cell, or the centre of mass. Methods that take another one's "
-    "steps, in other variables (verlet) or by another linear solver (cvode_bdf_klu, cvode_bdf_gmres), have "
-    "rows (same_as) and are not counted; numbers of iterations are variants that are. Refused: the method "
-    "has no step for such a "
-    "body, as xpbd and vbd for a fold guard or a negative volume stiffness. Random scenes: bodies of up to "
-    "5 x 5 x 5 cells with gaps, E 1 kPa to 1 GPa, nu 0 to 0.45, t 0.25 to 1, damping ratio 0.01 to 1, "
-    "stretched by up to 5 percent along each axis, with random velocities, half of them above a plane, three "
-    "in ten held; 2000 steps; explicit Euler is left out, because no step of it is guaranteed. The safe step "
-    "is meant for bodies without contact: impacts add energy, most of all with velocity_verlet.";
+    "semi_implicit_euler, or intervals of that length if they choose their own steps. Three bars a "
+    "severity: without fold guard; without, at the step of the body with it; with fold guard, at the step "
+    "that is safe if the guard acts everywhere. A bar counts methods by outcome. Drops begin at the ground "
+    "with the speed of a fall from the height given, without gravity; spin is in units of 2 c / L, c the "
+    "speed of sound, L the edge; merged: so many particles of an edge are placed where its first one is; "
+    "step ratio: every other step is shorter by it; cubes with a mass ratio, another damping or a step "
+    "ratio are stretched to 1.3 m. Nothing supplies energy. Gains energy: at some sample more than 5 "
+    "percent above the initial one; blows up: ten times it; velocities that lag by half a step are advanced "
+    "by it before energies are taken. Folds: a corner of a cell is inverted at the end. Behind the plane: a "
+    "particle was, at some sample, by more than a millionth of a cell, or the centre of mass. Methods that "
+    "take another one's steps, in other variables (verlet) or by another linear solver (cvode_bdf_klu, "
+    "cvode_bdf_gmres), have rows (same_as) and are not counted; numbers of iterations are variants that "
+    "are. Refused: the method has no step for such a body, as xpbd and vbd for a fold guard or a negative "
+    "volume stiffness. Random scenes: bodies of up to 5 x 5 x 5 cells with gaps, E 1 kPa to 1 GPa, nu 0 to "
+    "0.45, t 0.25 to 1, damping ratio 0.01 to 1, stretched by up to 5 percent along each axis, with random "
+    "velocities, half of them above a plane, three in ten held; 2000 steps; explicit Euler is left out, "
+    "because no step of it is guaranteed. The safe step is meant for bodies without contact: impacts add "
+    "energy, most of all with velocity_verlet.";
 
 /// A run that is a row of the table.
 struct StressRun {
@@ -122,7 +121,7 @@ FailureTables tables_of(const FailureConfig& config, const Journal& journal) {
     if (const Json* found = journal.find(run.name()))
       add_run(*found,
               {run.scene.name, run.severity, run.variant.guarded ? 1 : 0, run.variant.guarded_step ? 1 : 0,
-               run.integrator, replicated_method(run.integrator)},
+               run.integrator, find_integrator(run.integrator).variant_of},
               tables.rows);
   for (int i = 0; i < config.random_scenes; ++i) {
     const std::uint64_t seed = config.seed + std::uint64_t(i);

@@ -82,10 +82,6 @@ struct FailureStatus {
 };
 const std::vector<FailureStatus>& failure_statuses();
 
-/// The method whose steps are those of this one, in other variables or by another linear solver: its runs
-/// have a row, but are not counted. Empty: none. Tests measure it.
-std::string replicated_method(const std::string& integrator);
-
 /// Runs a case for twenty times as long as sound takes through the cube and back. Methods with a guaranteed
 /// step take the safe one (guarded, that of guarded_spectral_bound()); explicit Euler, which has none, takes
 /// 0.9 of the one predicted about rest, or where that is none the safe one of semi_implicit_euler; the others
@@ -121,7 +117,8 @@ FailureTables measure_failures(const FailureConfig& config, int processes, Journ
 /// The tables as they are written, by the names of their files.
 std::vector<NamedTable> failure_files(FailureTables tables);
 
-/// How many methods, each counted once, have which outcome: bars of a severity's variants, a panel per scene.
+/// How many methods, without what is a variant of another one, have which outcome: bars of a severity's
+/// variants, a panel per scene.
 Drawings draw_failures(const std::vector<NamedTable>& tables);
 
 }  // namespace mss::studies::failures

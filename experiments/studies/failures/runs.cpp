@@ -228,12 +228,6 @@ const std::vector<FailureStatus>& failure_statuses() {
   return all;
 }
 
-std::string replicated_method(const std::string& integrator) {
-  if (integrator == "verlet") return "semi_implicit_euler";  // whose velocities it takes from its positions
-  if (integrator == "cvode_bdf_klu" || integrator == "cvode_bdf_gmres") return "cvode_bdf";
-  return {};
-}
-
 FailureRun try_scene(const StressCase& stress_case, const IntegratorInfo& method, Variant variant) {
   constexpr double periods = 20;
   const auto config = [&](bool guarded) {

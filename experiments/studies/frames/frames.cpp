@@ -14,30 +14,24 @@ namespace mss::studies::frames {
 namespace {
 
 constexpr const char* caption =
-    "Half a second of a cube of 1 m, held at one face and released under gravity. Each run has so many steps "
-    "a "
-    "frame of 1/60 s and so many iterations a step; of a family that has several the first chart shows the "
-    "quickest with an error of at most 10 percent, and curves of the second are envelopes, the runs that no "
-    "other of the family beats in both time and error. The error is the root mean square over frames and "
-    "particles of the distance from the true motion (damped Verlet at a quarter of its safe step), over that "
-    "of the displacement. Distances from backward Euler are those from its own motion at one step a frame, "
-    "solved to convergence. Explicit methods run at their safe step, those that need at most 1.2 times the "
-    "fewest force evaluations. Medians of interleaved runs, set-up included, one thread. Runs that failed "
-    "are "
-    "markers on the upper edge. Shape matching has no modulus: its alpha is chosen so that the free end "
-    "hangs "
-    "as far through at rest as that of the springs, if it can (frames_fits.csv). The cube at rest is found "
-    "from straight, at several tolerances. Charts of the cube show one scene of each kind, tables all. "
-    "Total errors: of a cube and an L held under gravity and of a ball that comes to the ground, in cells of "
-    "several sizes with the same viscosity, from the motion in cells half as large as the finest; of time "
-    "alone from the true motion in the same cells; at the places of the coarsest cells, over the "
-    "displacement. "
-    "Explicit methods at their safe step and at a quarter of it; linear systems to 1e-3. Horizontal lines "
-    "are "
-    "the error of the cells alone; errors of time below 1e-4 are drawn there, totals above 2 not. A total "
-    "below "
-    "both its parts is chance: errors of opposite sign. Families are tried with fewer choices than in "
-    "`regimes`.";
+    "Half a second of a cube of 1 m, held at one face and released under gravity. Each run has so many "
+    "steps a frame of 1/60 s and so many iterations a step; of a family that has several the first chart "
+    "shows the quickest with an error of at most 10 percent, and curves of the second are envelopes, the "
+    "runs that no other of the family beats in both time and error. The error is the root mean square over "
+    "frames and particles of the distance from the true motion (damped Verlet at a quarter of its safe "
+    "step), over that of the displacement. Distances from backward Euler are those from its own motion at "
+    "one step a frame, solved to convergence. Explicit methods run at their safe step, those that need at "
+    "most 1.2 times the fewest force evaluations. Medians of interleaved runs, set-up included, one thread. "
+    "Runs that failed are markers on the upper edge. Shape matching has no modulus: its alpha is chosen so "
+    "that the free end hangs as far through at rest as that of the springs, if it can (frames_fits.csv). "
+    "The cube at rest is found from straight, at several tolerances. Charts of the cube show one scene of "
+    "each kind, tables all. Total errors: of a cube and an L held under gravity and of a ball that comes to "
+    "the ground, in cells of several sizes with the same viscosity, from the motion in cells half as large "
+    "as the finest; of time alone from the true motion in the same cells; at the places of the coarsest "
+    "cells, over the displacement. Explicit methods at their safe step and at a quarter of it; linear "
+    "systems to 1e-3. Horizontal lines are the error of the cells alone; errors of time below 1e-4 are "
+    "drawn there, totals above 2 not. A total below both its parts is chance: errors of opposite sign. "
+    "Families are tried with fewer choices than in `regimes`.";
 
 std::vector<FrameScene> scenes(bool quick) {
   if (quick) return {{.name = "small", .cells = 4, .young = 1e5}};

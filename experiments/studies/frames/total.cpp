@@ -82,7 +82,7 @@ struct TotalRun {
   Status status = Status::ok;
   bool in_time = true;
 
-  std::string outcome() const { return in_time ? std::string(to_string(status)) : "stopped, took too long"; }
+  std::string outcome() const { return in_time ? std::string(to_string(status)) : too_slow; }
 };
 
 /// A problem in all of its cells, the reference's last.

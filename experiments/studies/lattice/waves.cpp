@@ -151,8 +151,7 @@ PhaseSpeeds phase_speeds(const LatticeMaterial& material, const Vec3& direction,
   const Vec3 along = direction.normalized(), phases = 2 * pi / cells_per_wavelength * along;
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(
       wave_stiffness(springs, cell_size, Matrix3d::Identity(), phases));
-  std::array<int, 3> order{0, 1,
-                           2};  // the eigenvalues ascend, so that of two shear waves the first is slower
+  std::array<int, 3> order{0, 1, 2};  // eigenvalues ascend: of two shear waves the first is slower
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
     constexpr double equal = 1e-9;
     return std::abs(eigen.eigenvectors().col(a).dot(along)) >

@@ -11,9 +11,6 @@
 
 namespace mss::studies::regimes {
 
-/// Status of a run that was stopped before its end.
-inline constexpr const char* too_slow = "stopped, took too long";
-
 /// A point of the map: a scene that people have, in a material.
 struct RegimePoint {
   std::string scene = "held_box";  ///< see bench_scenes.hpp

@@ -479,6 +479,19 @@ TEST(FrameAdvice, SaysWhatDoesNotFit) {
   EXPECT_NE(advice.explanation.find("nothing that was tried fits"), std::string::npos) << advice.explanation;
 }
 
+/// Where references take more than patience, errors are not known, and said to be so.
+TEST(FrameAdvice, SaysThatErrorsAreNotKnown) {
+  const SceneFamily cube = family("free_cube");
+  Trial trial{.candidate = cube.candidate(1), .cost = 0.01, .min_jacobian = 0.9, .max_stretch = 0.1};
+  trial.ran_at_half_step = true;
+  const Advice advice{
+      .trials = {trial, trial}, .best = 0, .ties = {1}, .within_budget = true, .errors_rank = false};
+  const std::string said = summary(cube, {.budget = 0.1, .of_stability = true}, advice);
+  EXPECT_NE(said.find("error of displacement: not known"), std::string::npos) << said;
+  EXPECT_NE(said.find("ms, error not known)"), std::string::npos) << said;
+  EXPECT_EQ(said.find("nan"), std::string::npos) << said;
+}
+
 /// A second search has the same trials, at the same costs.
 TEST(Advice, DependsOnNothingButWhatItCharges) {
   SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
