@@ -21,4 +21,12 @@ class ProcessorStopwatch {
   double begin_ = now();
 };
 
+/// Processor time that a task takes [s].
+template <class Task>
+double processor_seconds_of(Task&& task) {
+  const ProcessorStopwatch watch;
+  task();
+  return watch.seconds();
+}
+
 }  // namespace mss

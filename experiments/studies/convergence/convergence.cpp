@@ -15,6 +15,7 @@
 
 #include "core/base/error.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/processor_time.hpp"
 #include "experiments/harness/settings.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/studies/convergence/scenes.hpp"
@@ -186,7 +187,7 @@ Reached reach(Problem& p, const SolverPair& solver, int iterations, int repetiti
   for (int i = 0; i < repetitions; ++i) {
     state = p.before();
     Work work;
-    seconds.push_back(seconds_of([&] {
+    seconds.push_back(processor_seconds_of([&] {
       reached.status = find_integrator(solver.method)
                            .make<double>(options)
                            ->advance(p.system(), state, state.t + p.dt(), work);
@@ -266,7 +267,8 @@ constexpr const char* caption =
     "an objective, kinetic and potential; the gap is how far the objective is above the lowest value that "
     "any "
     "solver reached, divided by how far it was at the start, where every particle keeps its velocity. Times "
-    "are medians of a whole step with its set-up, one thread. A solver is stopped after so many iterations "
+    "are processor time on one thread, medians of a whole step with its set-up. A solver is stopped after so "
+    "many iterations "
     "and keeps what it has; a marker is such a run, a black one on the upper edge a run that failed. Values "
     "below 1e-12 are rounding and not drawn. Free bodies have a constant linear momentum, which all solvers "
     "but vbd keep in every iteration; spin, in the table, is lost by backward Euler itself, so that a "
@@ -274,8 +276,8 @@ constexpr const char* caption =
     "step before it, the distance from the converged step, which Newton's method confirms "
     "(convergence_references.csv), over the largest displacement in a frame until then, median over six "
     "frames; costs in steps of semi-implicit Euler of the same body, medians of ratios within a round, an "
-    "iteration as the difference of seven and two, of processor time on one thread; times of scenes are of a "
-    "step after set-up. Bodies are held, of 10 MPa and a damping ratio of 0.5, and begin in a motion that "
+    "iteration as the difference of seven and two; times of scenes are of a step after set-up. Bodies are "
+    "held, of 10 MPa and a damping ratio of 0.5, and begin in a motion that "
     "bends and shears them.";
 
 std::string step_lines(const Table& bodies) {
@@ -353,7 +355,7 @@ Chart base_chart(const Table& settings, const std::string& start, double dt_omeg
 Chart gap_chart(const Table& rows, const Table& settings, const std::string& start) {
   Chart chart = base_chart(settings, start, charted_dt_omega);
   chart.title = "How near the solution of a hard step, against time";
-  chart.x = {.label = "wall time, set-up included [ms]", .logarithmic = true};
+  chart.x = {.label = "processor time, set-up included [ms]", .logarithmic = true};
   chart.y = {.label = "objective gap / gap at the start", .logarithmic = true, .high = 10};
   add_series(chart, rows.where("start", start).where("dt_omega", charted_dt_omega), rows.distinct("solver"),
              "seconds", 1e3, "gap");
@@ -397,7 +399,7 @@ Chart starts_chart(const Table& summary, const Table& settings) {
   chart.title = "Time to within 1 percent of the solution of a hard step";
   chart.subtitle = fmt::format("start, dt w of one step of backward Euler; free cube of {:g} cells an edge",
                                setting_number(settings, "cells"));
-  chart.x.label = "wall time, set-up included [ms]";
+  chart.x.label = "processor time, set-up included [ms]";
   return chart;
 }
 

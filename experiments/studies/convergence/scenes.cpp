@@ -26,14 +26,6 @@ namespace mss::studies::convergence {
 
 namespace {
 
-/// What a task on one thread takes, however busy the machine is [s].
-template <class Task>
-double processor_seconds(Task&& task) {
-  const ProcessorStopwatch watch;
-  task();
-  return watch.seconds();
-}
-
 constexpr double percent_error = 1e-2, permille_error = 1e-3;
 constexpr double enough_error = 1e-4;  ///< in every frame: further iterations show nothing
 constexpr double body_young = 1e7, body_ratio = 0.5;
@@ -248,7 +240,7 @@ StoppedSteps stopped_after(StepProblem& p, const SolverPair& solver, int iterati
       Work work;
       Status status = Status::ok;
       steps.seconds.push_back(
-          processor_seconds([&] { status = method->advance(p.system(), state, state.t + frame, work); }));
+          processor_seconds_of([&] { status = method->advance(p.system(), state, state.t + frame, work); }));
       if (status != Status::ok) steps.status = to_string(status);
       const double error = p.error(f, state.x);
       const bool has_answer = status == Status::ok || status == Status::newton_stalled;
@@ -328,18 +320,18 @@ class StepCosts {
       State<double> state = p_.rest();
       method->reset();
       Work work;
-      return processor_seconds([&] { method->advance(p_.system(), state, steps * dt, work); }) / steps;
+      return processor_seconds_of([&] { method->advance(p_.system(), state, steps * dt, work); }) / steps;
     }});
     for (std::size_t kind = 0; kind < 2; ++kind) {
       timed_.push_back({[this, kind] {
         constexpr int times = 4;
-        return processor_seconds([&] {
+        return processor_seconds_of([&] {
                  for (int i = 0; i < times; ++i) cycles_[kind]->solve(gradient_, 1, {}, z_);
                }) /
                times;
       }});
       timed_.push_back({[this, kind] {
-        return processor_seconds([&] { made(kind == 0 ? Cycle::v : Cycle::additive); });
+        return processor_seconds_of([&] { made(kind == 0 ? Cycle::v : Cycle::additive); });
       }});
     }
   }
@@ -351,7 +343,7 @@ class StepCosts {
     const auto seconds = [this](Integrator<double>& method) {
       State<double> state = p_.frames().back().start;
       Work work;
-      return processor_seconds([&] { method.advance(p_.system(), state, state.t + frame, work); });
+      return processor_seconds_of([&] { method.advance(p_.system(), state, state.t + frame, work); });
     };
     seconds(*few), seconds(*more);  // sets them up
     timed_.push_back({[=] { return (seconds(*more) - seconds(*few)) / (to - from); }});

@@ -40,7 +40,7 @@ Chart bodies_chart(const Table& rows, const std::vector<std::string>& bodies, co
   Chart chart{.title = "Distance from the converged step of a frame against iterations",
               .subtitle = "",
               .x = {.label = "iterations", .logarithmic = true},
-              .y = {.label = "distance / displacement in a frame, median of frames",
+              .y = {.label = "distance / displacement, median of frames",
                     .logarithmic = true,
                     .low = lowest_charted,
                     .high = highest_charted},
