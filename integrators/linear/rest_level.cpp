@@ -22,8 +22,9 @@ constexpr float smoothed_share = 0.25F;  ///< of the spectrum's top is left to t
 /// Of the directions in which fine particles around a coarse one are held, those weigh enough to hold it.
 constexpr float least_held = 0.1F;
 
-/// Of a particle's stiffness: what is added counts from there on.
-constexpr float least_added = 1e-4F;
+/// Of a particle's stiffness: what is added counts from there on, and up to there, as single precision holds
+/// little more beside it.
+constexpr float least_added = 1e-4F, most_added = 1e3F;
 
 constexpr int cell_row = int(spring_slots.size()), mass_row = cell_row + 1, weight_rows = mass_row + 1;
 
@@ -356,8 +357,12 @@ void RestLevel::constrain(const std::vector<SiteConstraint>& constraints,
   for (const SiteConstraint& old : constraints_)
     set_block(inverse_, old.site, inverse_block(without_constraint(old.site)));
   constraints_ = constraints;
-  for (const SiteConstraint& constraint : constraints_)
+  for (SiteConstraint& constraint : constraints_) {
+    const float most = most_added * block_at(blocks_, constraint.site).trace(),
+                trace = constraint.added.trace();
+    if (trace > most) constraint.added *= most / trace;
     set_block(inverse_, constraint.site, inverse_block(constraint));
+  }
   if (!coarse_) return factor_constraints();
   std::map<std::ptrdiff_t, SiteConstraint> around;
   for (const auto& [site, held, added] : constraints_)

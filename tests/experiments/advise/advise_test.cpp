@@ -484,8 +484,12 @@ TEST(FrameAdvice, SaysThatErrorsAreNotKnown) {
   const SceneFamily cube = family("free_cube");
   Trial trial{.candidate = cube.candidate(1), .cost = 0.01, .min_jacobian = 0.9, .max_stretch = 0.1};
   trial.ran_at_half_step = true;
-  const Advice advice{
-      .trials = {trial, trial}, .best = 0, .ties = {1}, .within_budget = true, .errors_rank = false};
+  Advice advice;
+  advice.trials = {trial, trial};
+  advice.best = 0;
+  advice.ties = {1};
+  advice.within_budget = true;
+  advice.errors_rank = false;
   const std::string said = summary(cube, {.budget = 0.1, .of_stability = true}, advice);
   EXPECT_NE(said.find("error of displacement: not known"), std::string::npos) << said;
   EXPECT_NE(said.find("ms, error not known)"), std::string::npos) << said;

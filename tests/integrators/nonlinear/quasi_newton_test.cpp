@@ -427,6 +427,29 @@ std::string refusal(Act&& act) {
   return "";
 }
 
+// What hardly slides has a friction that turns with it, which is far stiffer than the body.
+TEST(QuasiNewton, AGivenNumberOfIterationsNeverStallsInACorner) {
+  BodyConfig config{.voxels = VoxelGrid::box(7, 3, 2), .cell_size = 0.1, .density = 1000};
+  config.damping = {.law = Damping::Law::ratio, .zeta = 0.1};
+  config.fill({.young = 1e4, .poisson = 0.3}, 0.5);
+  const Body body(config);
+  const Plane slope{.point = Vec3(0, 0, -0.003),
+                    .normal = Vec3(0.2, 0, 1).normalized(),
+                    .restitution = 0.5,
+                    .friction = 0.1},
+      wall{.point = Vec3(-0.05, 0, 0), .normal = Vec3(1, 0, 0), .friction = 0.3};
+  SpringSystem<double> system(body, {.gravity = Vec3(0, 0, -9.81), .planes = {slope, wall}});
+  for (const std::string& solver : quasi_newton)
+    for (const int iterations : {1, 2, 3, 5}) {
+      State<double> state = system.rest_state();
+      Work work;
+      EXPECT_EQ(run(system, state, "backward_euler",
+                    {.dt = 0.01, .nonlinear_solver = solver, .iterations = iterations}, 30, work),
+                Status::ok)
+          << solver << " " << iterations;
+    }
+}
+
 TEST(QuasiNewton, RefusesInWordsWhatItCannotDo) {
   const auto refused = [](System<double>& system, State<double> state) {
     return refusal([&] {
