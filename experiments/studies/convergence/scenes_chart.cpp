@@ -46,12 +46,9 @@ Chart bodies_chart(const Table& rows, const std::vector<std::string>& bodies, co
                     .high = highest_charted},
               .lines = {{ReferenceLine::Direction::horizontal, 1e-2, "1 percent"},
                         {ReferenceLine::Direction::horizontal, 1e-3, "0.1 percent"}}};
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const std::string description = references.where("scene", bodies[b]).text(0, "description");
-    const std::size_t cut = description.find(';');
-    chart.subtitle += (b > 0 ? " | " : "") + description.substr(0, cut);
-    if (b + 1 == bodies.size()) chart.subtitle += description.substr(cut) + "; 1/60 s";
-  }
+  const std::string description = references.where("scene", bodies.front()).text(0, "description");
+  chart.subtitle = "frames of 1/60 s by backward Euler, cells a metre in the legend" +
+                   description.substr(std::min(description.find(';'), description.size()));
   const std::vector<std::string> solvers = rows.where("scene", bodies.front()).distinct("solver");
   for (std::size_t s = 0; s < solvers.size(); ++s)
     for (std::size_t b = 0; b < bodies.size(); ++b)
