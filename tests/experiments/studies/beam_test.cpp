@@ -2,12 +2,15 @@
 // said.
 #include "experiments/studies/beam/beam.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 
 #include "core/base/error.hpp"
+#include "experiments/io/output.hpp"
 #include "experiments/simulation/scene_run.hpp"
 #include "integrators/analysis/modes.hpp"
 #include "reference/beam/beam.hpp"
@@ -45,6 +48,21 @@ TEST(Beam, MeasuredRunsAreRead) {
         }
       }
     }
+}
+
+/// What `mss fit` reads of two of them is what was measured.
+TEST(Beam, FilesToFitHaveWhatWasMeasured) {
+  for (const auto& [run, name] : {std::pair{"none a", "none_a"}, std::pair{"102 g a", "102g_a"}}) {
+    const std::filesystem::path file =
+        std::filesystem::path(MSS_SOURCE_DIR) / "reference/beam" / fmt::format("ring_down_{}.csv", name);
+    const auto rows = parse_csv(read_file(file));
+    const auto turns = reference::beam_turns(run);
+    ASSERT_EQ(rows.size(), turns.size() + 1);
+    for (std::size_t n = 0; n < turns.size(); ++n) {
+      EXPECT_EQ(std::stod(rows[n + 1][0]), turns[n].time) << name;
+      EXPECT_NEAR(std::stod(rows[n + 1][1]), turns[n].height, 1e-12) << name;
+    }
+  }
 }
 
 TEST(Beam, MeasuredFrequenciesAndDampingAreTheRuns) {
