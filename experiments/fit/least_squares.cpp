@@ -183,13 +183,15 @@ class Solver {
     return is_over_;
   }
 
-  /// Of a step that is too small to matter.
+  bool is_inside_region(const VectorXd& d) const { return d.cwiseAbs().maxCoeff() < 0.99 * region_; }
+
+  /// Of a step that is too small to matter: a share of standard errors lowers chi2 by its square times s^2.
   bool is_small(const VectorXd& d) const {
-    const MatrixXd a = model_.jacobian(z_, j_);
-    const VectorXd error = a.rows() > a.cols() && undetermined_coordinates(a).empty()
-                               ? VectorXd(covariance_of(a, result_.chi2).diagonal().cwiseSqrt())
-                               : VectorXd::Zero(size());
-    return (d.cwiseAbs().array() <= (problem_.least_share * error).array().max(problem_.least_step)).all();
+    if (d.cwiseAbs().maxCoeff() <= problem_.least_step) return true;
+    const Eigen::Index degrees = z_.size() - size();
+    if (degrees <= 0 || !is_inside_region(d)) return false;
+    const double gain = result_.chi2 - model_.residuals(z_ + j_ * d).squaredNorm();
+    return gain <= std::pow(problem_.least_share, 2) * result_.chi2 / double(degrees);
   }
 
   void step() {
@@ -205,10 +207,9 @@ class Solver {
   /// then.
   void settle(const VectorXd& d) {
     constexpr double doubtful = 0.3, not_exact = 0.03, far = 1;
-    const bool is_in_region =
-        d.cwiseAbs().maxCoeff()<0.99 * region_, is_far = (result_.u - of_differences_).cwiseAbs().maxCoeff()>
-            far,
-               are_good = misprediction_ < doubtful && !(is_far && worst_misprediction_ > not_exact);
+    const double moved = (result_.u - of_differences_).cwiseAbs().maxCoeff();
+    const bool is_in_region = is_inside_region(d), is_exact = worst_misprediction_ < not_exact || moved < far,
+               are_good = misprediction_ < doubtful && is_exact;
     if ((is_in_region && are_good) || is_fresh_) {
       end(is_in_region ? Ended::converged : Ended::stalled);
       return;

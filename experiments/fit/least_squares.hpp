@@ -37,7 +37,7 @@ struct LeastSquaresProblem {
   std::function<std::vector<Evaluation>(const std::vector<Trial>&)> evaluate{};
   std::function<bool()> stopped = [] { return false; };
   double most_evaluations = 30;  ///< of all targets
-  /// Solved where every coordinate's next step is below this, or this share of its standard error.
+  /// Solved where the next step is below this in every coordinate, or below this share of standard errors.
   double least_step = 1e-4, least_share = 0.1;
 };
 
