@@ -9,12 +9,14 @@ namespace mss::fit {
 
 namespace {
 
-/// The values that were fitted, in a line.
+/// The values that were fitted, in a line: without the table of their keys, so that four fit on a chart.
 std::string fitted_values(const Table& parameters) {
   std::string text;
-  for (std::size_t row = 0; row < parameters.size(); ++row)
-    text += fmt::format("{}{} = {:.4g}", row == 0 ? "" : ", ", parameters.text(row, "parameter"),
+  for (std::size_t row = 0; row < parameters.size(); ++row) {
+    const std::string& key = parameters.text(row, "parameter");
+    text += fmt::format("{}{} = {:.4g}", row == 0 ? "" : ", ", key.substr(key.find('.') + 1),
                         parameters.number(row, "fitted"));
+  }
   return text;
 }
 
@@ -29,8 +31,8 @@ Chart chart_of_values(const Table& data, const std::string& subtitle) {
     residuals.push_back(-data.number(row, "residual") / data.number(row, "uncertainty"));
   }
   Chart chart{.title = "Fit beside single values that were measured",
-              .subtitle = subtitle + "; dotted: what was measured, and one uncertainty to either side",
-              .x = {.label = "fitted less measured, over the uncertainty"},
+              .subtitle = subtitle,
+              .x = {.label = "fitted less measured, over the uncertainty (dotted: -1, 0, 1)"},
               .y = named_rows(names)};
   ChartSeries series{.joined = false};
   double widest = 2;
