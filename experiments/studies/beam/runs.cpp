@@ -111,6 +111,7 @@ BeamMotion beam_motion(const Scene& scene, double rest_drop, const Progress& pro
     const Status status = progress.stopped() ? Status::interrupted : run.advance(n * beam_sample, work);
     motion.status = to_string(status);
     if (status != Status::ok) return motion;
+    if (run.state().t <= motion.times.back()) continue;  // steps longer than that
     motion.times.push_back(run.state().t);
     drops.push_back(level - points.at(ringing_marker, run.state().x)[2]);
     motion.heights.push_back(rest_drop - drops.back());

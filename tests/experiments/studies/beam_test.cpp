@@ -143,6 +143,15 @@ TEST(Beam, SettingsAreTheScenes) {
   EXPECT_THROW(beam_config({.cells = {3, 4}}), InputError);
 }
 
+TEST(Beam, TakesStepsLongerThanItsSamples) {
+  Progress progress;
+  const BeamTables tables =
+      measure_beam(small_beam({"solve.integrator=tr_bdf2/lbfgs:5", "solve.dt=0.0025"}), progress);
+  ASSERT_EQ(tables.ring_down.size(), 1U);
+  EXPECT_EQ(tables.ring_down.text(0, "status"), "ok");
+  EXPECT_NEAR(tables.ring_down.number(0, "frequency"), 7.9, 0.1);
+}
+
 TEST(Beam, FailuresAreRows) {
   Progress progress;
   BeamConfig config = small_beam({"solve.dt=0.002"});
