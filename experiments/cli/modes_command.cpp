@@ -120,8 +120,9 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
 
   const State<double> rest = system->undeformed_state();
   Work work;
-  const Modes slow = slowest_modes(*system, rest, choice.count, work),
-              fast = fastest_mode(*system, rest, work);
+  const Modes slow = slowest_modes(*system, rest, choice.count, work);
+  if (system->memory()) system->memory()->come_to(rest);  // steps meet springs as stiff as they are at once
+  const Modes fast = fastest_mode(*system, rest, work);
   const PredictedStep limit = predicted_step(method, *system, rest, work);
   for (const Status status : {slow.status, fast.status, limit.status})
     if (status != Status::ok) {
@@ -143,6 +144,7 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
     fmt::print("  {:>4}  {:>12.6g} Hz  {:>12.6g} rad/s{}\n", i + 1, slow.modes[i].omega / turn,
                slow.modes[i].omega, slow.modes[i].omega == 0 ? "  (moves as a whole)" : "");
   print_completeness(slow, choice.count);
+  if (system->memory()) fmt::print("  of springs that have relaxed; the next line is of springs at once\n");
   fmt::print("   max  {:>12.6g} Hz  {:>12.6g} rad/s; the bound of dt = \"safe\": {:.6g} rad/s\n",
              omega_max / turn, omega_max, bound);
   if (std::isfinite(limit.dt))

@@ -1,6 +1,5 @@
 // Materials that relax: against an oracle that integrates every damper, closed forms of a bar, energy, order
 // and limits of methods.
-#include "core/base/record.hpp"
 #include "core/body/relaxation.hpp"
 
 #include <gmock/gmock.h>
@@ -13,8 +12,10 @@
 #include <numbers>
 
 #include "core/base/error.hpp"
+#include "core/base/record.hpp"
 #include "core/measures/measures.hpp"
 #include "core/scene/scene.hpp"
+#include "integrators/analysis/modes.hpp"
 #include "integrators/analysis/stable_step.hpp"
 #include "integrators/integrator.hpp"
 #include "tests/differences.hpp"
@@ -377,6 +378,19 @@ TEST(Relaxation, LimitsExplicitStepsAsPredicted) {
   };
   EXPECT_FALSE(grows(0.995 * limit));
   EXPECT_TRUE(grows(1.005 * limit));
+}
+
+/// As explicit steps meet it: before the first step all has relaxed, at a state that it has come to nothing.
+TEST(Relaxation, MakesVibrationsFasterAtOnce) {
+  const Bar bar;
+  const Body body(bar.config());
+  SpringSystem<double> system(body, {});
+  const State<double> rest = system.undeformed_state();
+  Work work;
+  const double relaxed = fastest_mode(system, rest, work).modes.front().omega;
+  system.memory()->come_to(rest);
+  EXPECT_NEAR(fastest_mode(system, rest, work).modes.front().omega / relaxed,
+              std::sqrt(1 + bar.relaxation.ratio), 1e-9);
 }
 
 std::string problem_of(const std::function<void()>& act) {
