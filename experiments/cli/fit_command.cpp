@@ -22,6 +22,7 @@ struct FitChoice {
   std::string data;
   std::vector<std::string> parameters;
   std::vector<std::string> overrides;
+  std::vector<std::string> coarse;
   double most_evaluations = 30;
   std::string directory;
 };
@@ -34,6 +35,7 @@ fit::FitProblem read_fit(const FitChoice& choice) {
       fit::read_problem(fit::source_of(scene_file(choice.scene)), choice.overrides, choice.parameters);
   problem.data =
       fit::read_observations(choice.data, fit::source_of(scene_file(choice.scene)), choice.overrides);
+  problem.coarse = choice.coarse;
   problem.most_evaluations = choice.most_evaluations;
   fit::check_problem(problem);
   return problem;
@@ -81,6 +83,11 @@ void add_fit(CLI::App& app, int& exit_status) {
                    "material.young=1e5..1e6 damping.viscosity. They start from the scene's values; positive "
                    "ones are fitted in the logarithm")
       ->required();
+  command->add_option(
+      "--coarse", choice->coarse,
+      "Settings that make a cheap twin of every run, as in body.cells=[10,3,3] "
+      "body.cell_size=0.01: it is fitted in place of the scene, and the scene is run for what "
+      "the twin has less");
   command->add_option("--evaluations", choice->most_evaluations, "Most runs of all that was measured")
       ->capture_default_str();
   command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>_fit)");

@@ -52,12 +52,12 @@ void check_point(Observation& o, const Scene& scene) {
   Eigen::AlignedBox3d extent;
   for (const std::ptrdiff_t site : body.sites()) extent.extend(body.rest_position(site));
   const double size = extent.sizes().maxCoeff();
-  o.apart = (nearest_particle(scene, *o.point) - *o.point).norm();
+  o.apart = (nearest_point(scene, *o.point) - *o.point).norm();
   if (o.apart > std::max(0.1 * size, scene.body.cell_size))
-    throw InputError(fmt::format(
-        "{}: point [{:g}] is {:.3g} m from the nearest particle of {}, which is {:.3g} m long; give "
-        "a point of the body at rest, in metres",
-        o.place, fmt::join(*o.point, ", "), o.apart, scene.name, size));
+    throw InputError(
+        fmt::format("{}: point [{:g}] is {:.3g} m from the nearest point of {}, which is {:.3g} m long; give "
+                    "a point of the body at rest, in metres",
+                    o.place, fmt::join(*o.point, ", "), o.apart, scene.name, size));
   if (scene.environment.holds.empty()) return;
   const auto largest = std::max_element(o.measured.begin(), o.measured.end(),
                                         [](double a, double b) { return std::abs(a) < std::abs(b); });

@@ -14,9 +14,10 @@
 
 #include "core/base/error.hpp"
 #include "core/base/thread_team.hpp"
+#include "experiments/fit/coarse_model.hpp"
 #include "experiments/fit/observed_run.hpp"
-#include "experiments/fit/ring_down.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/ring_down.hpp"
 #include "experiments/harness/statistics.hpp"
 #include "experiments/harness/table.hpp"
 
@@ -168,6 +169,18 @@ class Model {
   bool has_started_ = false;
 };
 
+/// The problem whose runs are the cheap twins.
+FitProblem twin_of(const FitProblem& problem) {
+  FitProblem twin = problem;
+  for (RunSpec& run : twin.data.runs)
+    run.load = [load = run.load, coarse = problem.coarse](const std::vector<std::string>& more) {
+      std::vector<std::string> all = coarse;
+      all.insert(all.end(), more.begin(), more.end());
+      return load(all);
+    };
+  return twin;
+}
+
 std::vector<Target> targets_of(const FitProblem& problem) {
   std::vector<Target> targets;
   for (const Observation& o : problem.data.observations)
@@ -217,21 +230,21 @@ void check_start(const FitProblem& problem, const LeastSquaresResult& found) {
 
 /// A series that rings, as its frequency and damping ratio.
 std::vector<Observation> ring_down_of_series(const Observation& series) {
-  const auto ring = ring_down_of(extrema_of(series.times, series.measured));
-  if (!ring || !(ring->damping_ratio > 0)) return {};
+  const RingDown ring = ring_down(series.times, series.measured);
+  if (!(ring.swing_damping_ratio > 0)) return {};  // nor where it does not ring
   Observation frequency{.name = series.name,
                         .kind = Kind::frequency,
                         .run = series.run,
                         .point = series.point,
                         .column = series.column,
-                        .measured = {ring->frequency},
-                        .uncertainty = 0.01 * ring->frequency,
+                        .measured = {ring.frequency},
+                        .uncertainty = 0.01 * ring.frequency,
                         .from = series.times.front(),
                         .until = series.times.back()};
   Observation damping = frequency;
   damping.kind = Kind::damping;
-  damping.measured = {ring->damping_ratio};
-  damping.uncertainty = 0.05 * ring->damping_ratio;
+  damping.measured = {ring.swing_damping_ratio};
+  damping.uncertainty = 0.05 * ring.swing_damping_ratio;
   return {std::move(frequency), std::move(damping)};
 }
 
@@ -266,6 +279,26 @@ void begin_with(const FitProblem& simpler, Progress& progress, LeastSquaresProbl
     step.kind = "of ring-downs: " + step.kind;
     result.steps.push_back(std::move(step));
   }
+}
+
+/// Solves a problem as it is.
+LeastSquaresResult solve_directly(const FitProblem& problem, LeastSquaresProblem& squares, Progress& progress,
+                                  FitResult& result) {
+  if (const auto simpler = with_ring_downs(problem)) begin_with(*simpler, progress, squares, result);
+  return solve_least_squares(squares);
+}
+
+/// The same by the twins of its runs.
+LeastSquaresResult solve_by_twin(const FitProblem& problem, const LeastSquaresProblem& squares,
+                                 Progress& progress, FitResult& result) {
+  const FitProblem twin = twin_of(problem);
+  FitResult of_twin;
+  Model model(twin, progress, of_twin);
+  LeastSquaresProblem coarse = least_squares_of(twin, model);
+  if (const auto simpler = with_ring_downs(twin)) begin_with(*simpler, progress, coarse, of_twin);
+  LeastSquaresResult found = solve_by_coarse_model(squares, coarse);
+  result.coarse_runs = of_twin.runs;
+  return found;
 }
 
 /// Intervals of parameters within their bounds, from the residuals; correlations between them.
@@ -336,6 +369,14 @@ void check_problem(FitProblem& problem) {
   std::vector<double> starts;
   for (const Parameter& p : problem.parameters) starts.push_back(p.start);
   check_observations(problem.data, settings_of(problem, starts));
+  if (!problem.coarse.empty()) {
+    try {
+      Observations of_twin = twin_of(problem).data;
+      check_observations(of_twin, settings_of(problem, starts));
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("the coarse scene: {}", error.what()));
+    }
+  }
   const std::size_t points = targets_of(problem).size();
   if (points < problem.parameters.size())
     throw InputError(
@@ -349,8 +390,8 @@ FitResult fit(const FitProblem& problem, Progress& progress) {
   FitResult result;
   Model model(problem, progress, result);
   LeastSquaresProblem squares = least_squares_of(problem, model);
-  if (const auto simpler = with_ring_downs(problem)) begin_with(*simpler, progress, squares, result);
-  LeastSquaresResult found = solve_least_squares(squares);
+  LeastSquaresResult found = problem.coarse.empty() ? solve_directly(problem, squares, progress, result)
+                                                    : solve_by_twin(problem, squares, progress, result);
   check_start(problem, found);
   result.ended = found.ended;
   for (TriedStep& step : found.steps) {

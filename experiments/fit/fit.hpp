@@ -17,6 +17,8 @@ struct FitProblem {
   SceneSource source{};  ///< with the settings of the command; it is written with the values found
   std::vector<Parameter> parameters{};
   Observations data{};
+  /// Settings that make every run a cheap twin of itself, by which most of the search is done; none: no twin.
+  std::vector<std::string> coarse{};
   double most_evaluations = 30;  ///< of all runs
 };
 
@@ -37,6 +39,7 @@ struct FitResult {
   int degrees_of_freedom = 0;
   double evaluations = 0;  ///< spent, in runs of everything
   int runs = 0;            ///< of scenes
+  int coarse_runs = 0;     ///< of their twins
   double seconds = 0;
   std::vector<TriedStep> steps;  ///< in coordinates
 };
@@ -46,7 +49,8 @@ struct FitResult {
 FitProblem read_problem(const SceneSource& source, const std::vector<std::string>& settings,
                         const std::vector<std::string>& parameters);
 
-/// Throws InputError for observations that cannot be of the scenes, and for fewer numbers than parameters.
+/// Throws InputError for observations that cannot be of the scenes or of their twins, and for fewer numbers
+/// than parameters.
 void check_problem(FitProblem& problem);
 
 /// Finds the values, with as many runs at once as there are cores. Throws InputError where a run fails with

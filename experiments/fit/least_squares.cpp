@@ -185,13 +185,10 @@ class Solver {
 
   bool is_inside_region(const VectorXd& d) const { return d.cwiseAbs().maxCoeff() < 0.99 * region_; }
 
-  /// Of a step that is too small to matter: a share of standard errors lowers chi2 by its square times s^2.
   bool is_small(const VectorXd& d) const {
     if (d.cwiseAbs().maxCoeff() <= problem_.least_step) return true;
-    const Eigen::Index degrees = z_.size() - size();
-    if (degrees <= 0 || !is_inside_region(d)) return false;
     const double gain = result_.chi2 - model_.residuals(z_ + j_ * d).squaredNorm();
-    return gain <= std::pow(problem_.least_share, 2) * result_.chi2 / double(degrees);
+    return z_.size() > size() && is_inside_region(d) && gain <= negligible_change(problem_, result_.chi2);
   }
 
   void step() {
@@ -243,6 +240,8 @@ class Solver {
     const bool is_better = chi2 < result_.chi2;
     const double gain = (result_.chi2 - chi2) / std::max(result_.chi2 - predicted, 1e-300);
     note("step", u, chi2, is_better, "");
+    const bool is_level = std::abs(chi2 - result_.chi2) <= negligible_change(problem_, result_.chi2);
+    level_ = is_level ? level_ + 1 : 0;
     take_secant(d, z);
     if (is_better) {
       result_.u = u;
@@ -253,8 +252,9 @@ class Solver {
       if (gain > 0.75 && length > 0.99 * region_) region_ *= 2;
     } else {
       region_ = length / 2;
-      if (++rejected_ == 2 && !is_fresh_) refresh();
+      if (++rejected_ == 2 && !is_fresh_ && level_ < 2) refresh();
     }
+    if (level_ == 2) end(Ended::converged);  // along what the targets hardly tell
   }
 
   void take_secant(const VectorXd& d, const VectorXd& z) {
@@ -282,10 +282,16 @@ class Solver {
   double worst_misprediction_ = 0;  ///< since the differences
   bool is_fresh_ = false;           ///< no step since the differences
   int rejected_ = 0;                ///< in a row
+  int level_ = 0;                   ///< steps in a row that changed chi2 by nothing that matters
   bool is_over_ = false;
 };
 
 }  // namespace
+
+double negligible_change(const LeastSquaresProblem& problem, double chi2) {
+  const double degrees = double(problem.targets.size()) - double(problem.start.size());
+  return degrees > 0 ? std::pow(problem.least_share, 2) * chi2 / degrees : 0;
+}
 
 std::vector<int> undetermined_coordinates(const MatrixXd& jacobian) {
   constexpr double no_effect = 1e-3;  // of uncertainties, for a change by a factor of e

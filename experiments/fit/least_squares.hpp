@@ -68,9 +68,14 @@ struct LeastSquaresResult {
 /// Gauss-Newton with bounds and a trust region, derivatives by forward differences once, then by Broyden's
 /// secants row by row (Schubert, Math. Comp. 24, 1970), so that what a coordinate does not touch stays
 /// untouched; by differences again where the secants mispredict, or end further than 1 from the first ones. A
-/// trial that fails or is worse halves the step. It has converged where the next step is below 1e-4, or a
-/// hundredth of every coordinate's standard error.
+/// trial that fails or is worse halves the step. It has converged where the next step is below `least_step`,
+/// or below `least_share` of standard errors, and where two steps in a row changed chi2 by no more than such
+/// a step.
 LeastSquaresResult solve_least_squares(const LeastSquaresProblem& problem);
+
+/// By how much a step of `least_share` of standard errors from the least chi2 raises it: the square of that
+/// times s^2, which is chi2 over the degrees of freedom; 0 without any.
+double negligible_change(const LeastSquaresProblem& problem, double chi2);
 
 /// The coordinates between which the columns of a jacobian do not tell, all of them if they are none.
 std::vector<int> undetermined_coordinates(const Eigen::MatrixXd& jacobian);

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/base/error.hpp"
-#include "experiments/fit/ring_down.hpp"
+#include "experiments/harness/ring_down.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/simulation/scene_files.hpp"
@@ -210,20 +210,21 @@ class Reader {
       table.reject("column",
                    fmt::format("is not in {}, whose columns are {}", file.string(), names_of(series)));
     std::vector<double> times, values;
-    std::vector<Extremum> extrema;
+    std::vector<Extremum> turns;
     for (std::size_t i = 0; i < series.times.size(); ++i) {
       if (series.times[i] < o.from || series.times[i] > o.until) continue;
       times.push_back(series.times[i]);
       values.push_back(found->second[i]);
-      extrema.push_back({times.back(), values.back()});
+      turns.push_back({times.back(), values.back()});
     }
-    if (!table.boolean("extrema", false)) extrema = extrema_of(times, values);
-    const auto ring = ring_down_of(extrema);
-    if (!ring)
+    if (!table.boolean("extrema", false)) turns = turning_points(times, values);
+    const RingDown ring = ring_down(turns);
+    if (ring.status != "ok")
       table.reject("file",
-                   fmt::format("has {} maxima and minima between {}.from and until; a ring-down needs 3",
-                               extrema.size(), table.path()));
-    return o.kind == Kind::frequency ? ring->frequency : ring->damping_ratio;
+                   fmt::format("is no ring-down between {}.from and until, where it has {} maxima and "
+                               "minima: {}",
+                               table.path(), turns.size(), ring.status));
+    return o.kind == Kind::frequency ? ring.frequency : ring.swing_damping_ratio;
   }
   static std::string names_of(const MeasuredSeries& series) {
     std::string names;

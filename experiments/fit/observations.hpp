@@ -38,7 +38,7 @@ struct Observation {
   std::string name{};   ///< for tables
   Kind kind = Kind::at_end;
   std::size_t run = 0;          ///< of the problem's runs
-  std::optional<Vec3> point{};  ///< the particle nearest to it at rest is observed [m],
+  std::optional<Vec3> point{};  ///< the point of the body nearest to it at rest is observed [m],
   double apart = 0;             ///< which is so far away [m]
   std::string column{};         ///< x, y or z of its displacement, or a column of series.csv
   std::vector<double> times{};  ///< of a series [s], ascending

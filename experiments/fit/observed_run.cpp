@@ -6,9 +6,11 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <optional>
 
 #include "core/base/error.hpp"
-#include "experiments/fit/ring_down.hpp"
+#include "core/mesh/embedded_surface.hpp"
+#include "experiments/harness/ring_down.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_run.hpp"
@@ -58,14 +60,71 @@ void add_slopes(Sampled& quantity) {
   }
 }
 
+/// One point, in its cell or the nearest one.
+EmbeddedSurface embedded(const BodyConfig& body, const Vec3& point) {
+  TriangleMesh mesh;
+  mesh.vertices.push_back(point);
+  return {mesh, body.voxels, body.cell_size, body.origin};
+}
+
+/// The place in the cells that is nearest.
+Vec3 nearest_in_cells(const BodyConfig& config, const Vec3& place) {
+  const Vec3 corner = Body(config).rest_position(embedded(config, place).site(0));
+  return place.cwiseMax(corner).cwiseMin((corner.array() + config.cell_size).matrix());
+}
+
+/// The nearest particle, by where particles are at rest.
+template <class Rest>
+std::ptrdiff_t nearest_site(const std::vector<std::ptrdiff_t>& sites, const Vec3& place, const Rest& rest) {
+  return *std::min_element(sites.begin(), sites.end(), [&](std::ptrdiff_t a, std::ptrdiff_t b) {
+    return (rest(a) - place).squaredNorm() < (rest(b) - place).squaredNorm();
+  });
+}
+
+/// A point that is followed: carried by its cell, or a particle where cells have several sizes.
+class FollowedPoint {
+ public:
+  template <class Real>
+  FollowedPoint(const Scene& scene, const SolidSystem<Real>& system, const Vec3& place) {
+    if (is_refined(scene)) {
+      const auto rest = [&](std::ptrdiff_t site) { return system.rest_position(site); };
+      site_ = nearest_site(system.particles(), place, rest);
+      rest_ = rest(site_);
+    } else {
+      rest_ = nearest_in_cells(scene.body, place);
+      cell_ = embedded(scene.body, rest_);
+    }
+  }
+  template <class Real>
+  Vec3 displacement(const Field<Real>& x) const {
+    return at(x) - rest_;
+  }
+  template <class Real>
+  Vec3 velocity(const Field<Real>& v) const {
+    return at(v);
+  }
+
+ private:
+  template <class Real>
+  Vec3 at(const Field<Real>& field) const {
+    return cell_ ? cell_->at(0, field) : Vec3(field.at(site_));
+  }
+
+  std::optional<EmbeddedSurface> cell_;
+  std::ptrdiff_t site_ = -1;
+  Vec3 rest_ = Vec3::Zero();
+};
+
 /// A run of a scene, row by row, of which only what is observed is kept.
 template <class Real>
 class Recorder {
  public:
   Recorder(const Scene& scene, const Body& body, const std::vector<const Observation*>& observations)
       : scene_(scene), run_(scene, body), observations_(observations), found_(observations.size()) {
-    for (const Observation* o : observations)
-      sites_.push_back(o->point ? nearest_site(*o->point) : std::ptrdiff_t(-1));
+    for (const Observation* o : observations) {
+      std::optional<FollowedPoint>& point = points_.emplace_back();
+      if (o->point) point.emplace(scene, run_.system(), *o->point);
+    }
   }
 
   /// The status at its end; its time is time().
@@ -82,22 +141,13 @@ class Recorder {
       if (run_.state().t > before && !add_row()) return Status::non_finite;
     }
     for (std::size_t k = 0; k < found_.size(); ++k)
-      if (sites_[k] < 0) add_slopes(found_[k]);
+      if (!points_[k]) add_slopes(found_[k]);
     return Status::ok;
   }
   double time() const { return run_.state().t; }
   const std::vector<Sampled>& found() const { return found_; }
 
  private:
-  std::ptrdiff_t nearest_site(const Vec3& point) const {
-    const SolidSystem<Real>& system = run_.system();
-    return *std::min_element(system.particles().begin(), system.particles().end(),
-                             [&](std::ptrdiff_t a, std::ptrdiff_t b) {
-                               return (system.rest_position(a) - point).squaredNorm() <
-                                      (system.rest_position(b) - point).squaredNorm();
-                             });
-  }
-
   /// False where a number is not finite.
   bool add_row() {
     const std::optional<Measures> measures = run_.measure();
@@ -108,14 +158,13 @@ class Recorder {
     for (std::size_t k = 0; k < found_.size(); ++k) {
       Sampled& quantity = found_[k];
       quantity.t.push_back(run_.state().t);
-      if (sites_[k] < 0) {
+      if (!points_[k]) {
         quantity.value.push_back(column_of(row, observations_[k]->column));
         continue;
       }
       const Eigen::Index axis = observations_[k]->column[0] - 'x';
-      const Vec3 moved = run_.state().x.at(sites_[k]) - run_.system().rest_position(sites_[k]);
-      quantity.value.push_back(moved[axis]);
-      quantity.slope.push_back(run_.state().v.at(sites_[k])[axis]);
+      quantity.value.push_back(points_[k]->displacement(run_.state().x)[axis]);
+      quantity.slope.push_back(points_[k]->velocity(run_.state().v)[axis]);
     }
     return true;
   }
@@ -132,19 +181,19 @@ class Recorder {
   const Scene& scene_;
   SceneRun<Real> run_;
   const std::vector<const Observation*>& observations_;
-  std::vector<std::ptrdiff_t> sites_;  ///< -1: a column of series.csv
+  std::vector<std::optional<FollowedPoint>> points_;  ///< none of a column of series.csv
   std::vector<Sampled> found_;
 };
 
 /// Of the computed ring-down.
-std::optional<RingDown> ring_down_in(const Sampled& quantity, const Observation& o) {
+RingDown ring_down_in(const Sampled& quantity, const Observation& o) {
   std::vector<double> t, value;
   for (std::size_t i = 0; i < quantity.t.size(); ++i)
     if (quantity.t[i] >= o.from && quantity.t[i] <= o.until) {
       t.push_back(quantity.t[i]);
       value.push_back(quantity.value[i]);
     }
-  return ring_down_of(extrema_of(t, value));
+  return ring_down(t, value);
 }
 
 /// Adds an observation's values, or says why it has none.
@@ -156,16 +205,16 @@ void add_values(const Observation& o, const Sampled& quantity, ObservedValues& f
     for (const double time : o.times) values.push_back(quantity.at(time));
   } else {
     constexpr double least_rows = 4;  // from one extremum to the next
-    const auto ring = ring_down_in(quantity, o);
+    const RingDown ring = ring_down_in(quantity, o);
     const double row = (quantity.t.back() - quantity.t.front()) / double(quantity.t.size() - 1);
-    if (!ring)
-      found.problem = fmt::format("{} does not ring: fewer than three maxima and minima", o.name);
-    else if (1 / (2 * ring->frequency) < least_rows * row)
+    if (ring.status != "ok")
+      found.problem = fmt::format("{} does not ring: {}", o.name, ring.status);
+    else if (1 / (2 * ring.frequency) < least_rows * row)
       found.problem =
           fmt::format("{} rings at {:.3g} Hz, and rows are {:.3g} s apart: give a shorter solve.every",
-                      o.name, ring->frequency, row);
+                      o.name, ring.frequency, row);
     else
-      values = {o.kind == Kind::frequency ? ring->frequency : ring->damping_ratio};
+      values = {o.kind == Kind::frequency ? ring.frequency : ring.swing_damping_ratio};
   }
 }
 
@@ -217,13 +266,11 @@ ObservedValues observe(const Scene& scene, const RunSpec& run,
                                                     : observe_in<double>(scene, every, observations, stop);
 }
 
-Vec3 nearest_particle(const Scene& scene, const Vec3& point) {
+Vec3 nearest_point(const Scene& scene, const Vec3& place) {
+  if (!is_refined(scene)) return nearest_in_cells(scene.body, place);
   const Body body(scene.body);
-  Vec3 nearest = body.rest_position(body.sites().front());
-  for (const std::ptrdiff_t site : body.sites())
-    if ((body.rest_position(site) - point).squaredNorm() < (nearest - point).squaredNorm())
-      nearest = body.rest_position(site);
-  return nearest;
+  const auto rest = [&](std::ptrdiff_t site) { return body.rest_position(site); };
+  return rest(nearest_site(body.sites(), place, rest));
 }
 
 }  // namespace mss::fit

@@ -18,7 +18,8 @@ struct ObservedValues {
 ObservedValues observe(const Scene& scene, const RunSpec& run,
                        const std::vector<const Observation*>& observations, const std::atomic<bool>& stop);
 
-/// The place of the nearest particle at rest [m].
-Vec3 nearest_particle(const Scene& scene, const Vec3& point);
+/// The point of a body that is nearest to a place at rest [m], and is observed: of its cells, which carry it;
+/// of a body with cells of several sizes, of its particles.
+Vec3 nearest_point(const Scene& scene, const Vec3& place);
 
 }  // namespace mss::fit

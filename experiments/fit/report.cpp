@@ -105,6 +105,8 @@ Json meta(const FitProblem& problem, const FitResult& result, const std::vector<
           {"degrees_of_freedom", result.degrees_of_freedom},
           {"evaluations", result.evaluations},
           {"runs", result.runs},
+          {"coarse", problem.coarse},
+          {"coarse_runs", result.coarse_runs},
           {"scenes", runs},
           {"seconds", result.seconds},
           {"warnings", warnings_of(problem, result)},
@@ -129,7 +131,7 @@ std::string in_words(const Observation& o, const std::vector<double>& fitted) {
     text += fmt::format(": {} number{}, off by {:.3g}{} in the root mean square", fitted.size(),
                         fitted.size() == 1 ? "" : "s", std::sqrt(square / double(fitted.size())), unit);
   }
-  if (o.apart > 0) text += fmt::format("; the particle is {:.2g} m from the point", o.apart);
+  if (o.apart > 0) text += fmt::format("; what is followed is {:.2g} m from the point", o.apart);
   return text + "\n";
 }
 
@@ -203,9 +205,10 @@ std::vector<std::string> warnings_of(const FitProblem& problem, const FitResult&
 }
 
 std::string summary(const FitProblem& problem, const FitResult& result) {
-  std::string text =
-      fmt::format("{}: {} after {:.3g} evaluations ({} runs of scenes) in {:.3g} s\n", problem.scene.name,
-                  to_string(result.ended), result.evaluations, result.runs, result.seconds);
+  std::string text = fmt::format(
+      "{}: {} after {:.3g} evaluations ({} runs of scenes{}) in {:.3g} s\n", problem.scene.name,
+      to_string(result.ended), result.evaluations, result.runs,
+      problem.coarse.empty() ? "" : fmt::format(", {} of coarse ones", result.coarse_runs), result.seconds);
   for (std::size_t k = 0; k < result.parameters.size(); ++k)
     text += fmt::format("  {} = {:.6g}  ({}; start {:.6g})\n", problem.parameters[k].key,
                         result.parameters[k].value, interval_in_words(result.parameters[k]),

@@ -9,7 +9,7 @@ namespace mss {
 
 namespace {
 
-/// Turns by less than this share of the largest distance from the rest are ripple.
+/// Turns by less than this share of all that a series moves are ripple.
 constexpr double ripple = 0.02;
 
 bool ascends(const std::vector<double>& times) {
@@ -31,88 +31,93 @@ Extremum vertex(const std::vector<double>& t, const std::vector<double>& y, std:
   return {t[i] + shift, y[i] + slope * shift / 2};
 }
 
-/// Of `count` peaks, evenly spaced in time, the mean time between them [s].
-double mean_period(const std::vector<Extremum>& peaks, std::size_t count) {
-  return (peaks[count - 1].time - peaks[0].time) / double(count - 1);
-}
-
-double ratio_of_decrement(double decrement) {
-  return decrement / std::hypot(2 * std::numbers::pi, decrement);
-}
-
-/// How many of the peaks, from the first on, are on their side of the rest: `side` 1 above, -1 below.
-std::size_t on_their_side(const std::vector<Extremum>& peaks, double rest, double side) {
-  const auto other = std::find_if(peaks.begin(), peaks.end(),
-                                  [=](const Extremum& peak) { return !(side * (peak.value - rest) > 0); });
-  return std::size_t(other - peaks.begin());
-}
-
-/// Damping ratio of whole swings: upper peaks less the mean of their lower neighbours; missing if fewer than
-/// two upper peaks have both.
-double swing_ratio(const Extrema& extrema, std::size_t most_upper) {
-  std::vector<double> swings;
-  for (std::size_t i = 0; i < most_upper; ++i) {
-    const Extremum& peak = extrema.upper[i];
-    const auto after = std::find_if(extrema.lower.begin(), extrema.lower.end(),
-                                    [&](const Extremum& low) { return low.time > peak.time; });
-    if (after == extrema.lower.begin()) continue;  // it begins at a peak: no lower one before that
-    if (after == extrema.lower.end()) break;
-    swings.push_back(peak.value - ((after - 1)->value + after->value) / 2);
+/// Slope of the straight line through y[0], y[1], ... by least squares.
+double slope_of(const std::vector<double>& y) {
+  const double middle = double(y.size() - 1) / 2;
+  double product = 0, square = 0;
+  for (std::size_t k = 0; k < y.size(); ++k) {
+    product += (double(k) - middle) * y[k];
+    square += (double(k) - middle) * (double(k) - middle);
   }
-  if (swings.size() < 2) return no_value;
-  return ratio_of_decrement(std::log(swings.front() / swings.back()) / double(swings.size() - 1));
+  return product / square;
+}
+
+bool alternates(const std::vector<Extremum>& turns) {
+  for (std::size_t k = 2; k < turns.size(); ++k)
+    if (!((turns[k].value - turns[k - 1].value) * (turns[k - 1].value - turns[k - 2].value) < 0))
+      return false;
+  return true;
+}
+
+/// Heights of upper peaks above the rest, up to the first that is not.
+std::vector<double> heights_above(double rest, const std::vector<Extremum>& turns) {
+  std::vector<double> heights;
+  for (std::size_t k = turns[0].value > turns[1].value ? 0 : 1; k < turns.size(); k += 2) {
+    if (!(turns[k].value > rest)) break;
+    heights.push_back(turns[k].value - rest);
+  }
+  return heights;
 }
 
 }  // namespace
 
-Extrema find_extrema(const std::vector<double>& times, const std::vector<double>& values,
-                     double least_swing) {
+std::vector<Extremum> turning_points(const std::vector<double>& times, const std::vector<double>& values,
+                                     double least_swing) {
   if (times.size() != values.size() || !all_finite(times) || !all_finite(values) || !ascends(times))
-    throw std::invalid_argument("find_extrema: as many finite values as times that ascend are needed");
-  Extrema found;
+    throw std::invalid_argument("turning_points: as many finite values as times that ascend are needed");
+  std::vector<Extremum> turns;
   std::size_t highest = 0, lowest = 0;
   bool rising = true, falling = true;  // both until the first turn
   for (std::size_t i = 1; i < values.size(); ++i) {
     if (values[i] > values[highest]) highest = i;
     if (values[i] < values[lowest]) lowest = i;
     if (rising && values[i] < values[highest] - least_swing) {
-      if (highest > 0) found.upper.push_back(vertex(times, values, highest));
+      if (highest > 0) turns.push_back(vertex(times, values, highest));
       rising = false, falling = true;
       lowest = i;
     } else if (falling && values[i] > values[lowest] + least_swing) {
-      if (lowest > 0) found.lower.push_back(vertex(times, values, lowest));
+      if (lowest > 0) turns.push_back(vertex(times, values, lowest));
       falling = false, rising = true;
       highest = i;
     }
   }
+  return turns;
+}
+
+std::vector<Extremum> turning_points(const std::vector<double>& times, const std::vector<double>& values) {
+  if (values.empty()) return {};
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  return turning_points(times, values, ripple * (*most - *least));
+}
+
+RingDown ring_down(const std::vector<Extremum>& turns, double rest, int most_turns) {
+  const std::size_t count = std::min(turns.size(), std::size_t(most_turns));
+  if (count < 3) return {.status = "fewer than three turning points"};
+  const std::vector<Extremum> first(turns.begin(), turns.begin() + std::ptrdiff_t(count));
+  if (!alternates(first)) return {.status = "maxima and minima are not in turn"};
+  std::vector<double> times, logarithms;
+  for (std::size_t k = 0; k < count; ++k) {
+    times.push_back(first[k].time);
+    if (k > 0) logarithms.push_back(std::log(std::abs(first[k].value - first[k - 1].value)));
+  }
+  if (!ascends(times)) return {.status = "times do not ascend"};
+  const double swings = -slope_of(logarithms);
+  RingDown found{.frequency = 1 / (2 * slope_of(times)),
+                 .swing_damping_ratio = swings / std::hypot(std::numbers::pi, swings)};
+  if (std::isnan(rest)) return found;
+  const std::vector<double> heights = heights_above(rest, first);
+  if (heights.size() < 2) return {.status = "fewer than two upper peaks above the rest"};
+  const double peaks = std::log(heights.front() / heights.back()) / double(heights.size() - 1);
+  found.peak_damping_ratio = peaks / std::hypot(2 * std::numbers::pi, peaks);
   return found;
 }
 
-RingDown ring_down(const Extrema& extrema, double rest, int most_periods) {
-  const std::size_t most = std::size_t(most_periods) + 1;
-  const std::size_t upper = std::min(most, on_their_side(extrema.upper, rest, 1));
-  const std::size_t lower = std::min(most, on_their_side(extrema.lower, rest, -1));
-  if (upper < 3) return {.status = "fewer than three upper peaks"};
-  if (lower < 3) return {.status = "fewer than three lower peaks"};
-  const double decrement =
-      std::log((extrema.upper[0].value - rest) / (extrema.upper[upper - 1].value - rest)) / double(upper - 1);
-  const double swings = swing_ratio(extrema, upper);
-  if (std::isnan(swings)) return {.status = "no two upper peaks between lower ones"};
-  return {.frequency = 2 / (mean_period(extrema.upper, upper) + mean_period(extrema.lower, lower)),
-          .damping_ratio = ratio_of_decrement(decrement),
-          .swing_damping_ratio = swings,
-          .periods = int(upper) - 1};
-}
-
 RingDown ring_down(const std::vector<double>& times, const std::vector<double>& values, double rest,
-                   int most_periods) {
+                   int most_turns) {
   if (times.size() != values.size()) return {.status = "not as many values as times"};
-  if (!all_finite(times) || !all_finite(values) || !std::isfinite(rest))
-    return {.status = "a number is missing"};
+  if (!all_finite(times) || !all_finite(values)) return {.status = "a number is missing"};
   if (!ascends(times)) return {.status = "times do not ascend"};
-  double furthest = 0;
-  for (const double value : values) furthest = std::max(furthest, std::abs(value - rest));
-  return ring_down(find_extrema(times, values, ripple * furthest), rest, most_periods);
+  return ring_down(turning_points(times, values), rest, most_turns);
 }
 
 }  // namespace mss

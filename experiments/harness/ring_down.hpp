@@ -16,43 +16,36 @@ struct Extremum {
   double value = 0;  ///< in the unit of the series
 };
 
-/// The turning points of a motion, each kind in time.
-struct Extrema {
-  std::vector<Extremum> upper, lower;
-};
+/// Maxima and minima of a sampled series, in turn, each at the vertex of the parabola through the outermost
+/// sample and its two neighbours, which may be spaced unevenly. A turn counts only if the series goes back by
+/// more than `least_swing` after it, so that noise and the ripple of faster modes make none; the first and
+/// the last sample are none. All numbers must be finite, and times ascend: throws std::invalid_argument.
+std::vector<Extremum> turning_points(const std::vector<double>& times, const std::vector<double>& values,
+                                     double least_swing);
 
-/// Turning points of a sampled series, each at the vertex of the parabola through the outermost sample and
-/// its two neighbours, which may be spaced unevenly. A turn counts only if the series goes back by more than
-/// `least_swing` after it, so that the ripple of faster modes makes no peaks; the first and the last sample
-/// are none. All numbers must be finite, and times ascend: throws std::invalid_argument.
-Extrema find_extrema(const std::vector<double>& times, const std::vector<double>& values,
-                     double least_swing = 0);
+/// The same, where swings of less than a fiftieth of all that the series moves do not count.
+std::vector<Extremum> turning_points(const std::vector<double>& times, const std::vector<double>& values);
 
 /// Frequency and damping of a series that rings down. Numbers are missing where the status is not "ok".
 struct RingDown {
   std::string status = "ok";
-  double frequency = no_value;  ///< of the damped motion [Hz], see ring_down()
-  /// The ratio to critical damping, zeta = d / sqrt(4 pi^2 + d^2), of the logarithmic decrement d of the
-  /// upper peaks about the rest, a period;
-  double damping_ratio = no_value;
-  /// and of whole swings, from each upper peak to the mean of the lower ones before and after it, which a
-  /// rest that drifts does not change.
+  /// Of the damped motion [Hz]: turning points are half a period apart, by least squares.
+  double frequency = no_value;
+  /// The ratio to critical damping, zeta = d / sqrt(pi^2 + d^2), of the logarithmic decrement d of swings
+  /// from one turning point to the next, by least squares: where the motion comes to rest does not change it,
+  /// nor, to first order, how that place drifts.
   double swing_damping_ratio = no_value;
-  int periods = 0;  ///< that the decrement is of
+  /// The same of upper peaks about a rest, zeta = d / sqrt(4 pi^2 + d^2), from the first to the last, as
+  /// measurements are often read; missing where no rest is given.
+  double peak_damping_ratio = no_value;
 };
 
-/// How many periods a decrement is taken over at most. Later peaks of a measured motion are nearer to noise
-/// and to what the rest drifts.
-inline constexpr int ring_down_periods = 3;
+/// From the first turning points, `most_turns` of them at most. Needs three, that ascend in time and go up
+/// and down in turn; with a `rest`, two upper peaks above it: else the status says what is missing.
+RingDown ring_down(const std::vector<Extremum>& turns, double rest = no_value, int most_turns = 1 << 20);
 
-/// From turning points: over the first periods, `most_periods` of them at most; the frequency is one over the
-/// mean of the mean periods of upper and of lower peaks. Needs three upper peaks above the rest and three
-/// lower ones below it: else the status says what is missing.
-RingDown ring_down(const Extrema& extrema, double rest, int most_periods = ring_down_periods);
-
-/// The same from samples. Turns of less than a fiftieth of the largest distance from the rest do not count.
-/// Numbers that are not finite, and times that do not ascend, are statuses too.
-RingDown ring_down(const std::vector<double>& times, const std::vector<double>& values, double rest,
-                   int most_periods = ring_down_periods);
+/// The same from samples, whose numbers that are not finite and times that do not ascend are statuses too.
+RingDown ring_down(const std::vector<double>& times, const std::vector<double>& values,
+                   double rest = no_value, int most_turns = 1 << 20);
 
 }  // namespace mss

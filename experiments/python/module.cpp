@@ -89,7 +89,7 @@ fit::Observations observations_of(const py::object& data, const fit::SceneSource
 }
 
 py::dict fit_with(const py::object& scene, const py::object& data, const py::object& parameters,
-                  const py::dict& settings, double evaluations) {
+                  const py::dict& settings, double evaluations, const py::dict& coarse) {
   const std::vector<std::string> overrides = toml_overrides(settings);
   if (!(evaluations >= 1)) throw InputError("evaluations is too small; give a number of 1 or more");
   try {
@@ -97,6 +97,7 @@ py::dict fit_with(const py::object& scene, const py::object& data, const py::obj
     fit::FitProblem problem = fit::read_problem(source, overrides, parameter_texts(parameters));
     problem.data = observations_of(data, source, overrides);
     problem.most_evaluations = evaluations;
+    problem.coarse = toml_overrides(coarse);
     fit::check_problem(problem);
     return fit_scene(problem);
   } catch (const InputError& error) {
@@ -270,10 +271,10 @@ relative paths begin at the working directory. `settings` change values, as in {
 {column: array}, "warnings": sentences}. Scene and settings are those of load(). Raises SimulationFailed.)");
   module.def(
       "fit", &fit_with, py::arg("scene"), py::arg("data"), py::arg("parameters"),
-      py::arg("settings") = py::dict(), py::arg("evaluations") = 30,
+      py::arg("settings") = py::dict(), py::arg("evaluations") = 30, py::arg("coarse") = py::dict(),
       R"(Finds the numbers of a scene that make its runs fit what was measured, as `mss fit` does. `data`: a file (TOML or CSV), or
 a list of dicts with the keys of [[observation]] (experiments/fit/README.md). `parameters`: texts "KEY" or "KEY=LOW..HIGH",
-or a dict {key: (low, high) or None}. Returns {"status": "converged" or why not, "values": {key: number}, "fit", "fit_data",
+or a dict {key: (low, high) or None}. `coarse`: settings that make a cheap twin of every run. Returns {"status": "converged" or why not, "values": {key: number}, "fit", "fit_data",
 "fit_correlation", "fit_steps": {column: array}, "chi2", "degrees_of_freedom", "evaluations", "scene": the scene with the
 values as a TOML text, "warnings": sentences}.)");
   constexpr const char* of_a_study =

@@ -27,7 +27,7 @@ Json beam_configuration(const BeamConfig& config) {
           {"ringing", ringing},
           {"ringing_cells", config.ringing_cells},
           {"settings", config.settings},
-          {"periods", ring_down_periods}};
+          {"ringing_turns", ringing_turns}};
 }
 
 constexpr const char* beam_caption =
@@ -40,8 +40,8 @@ constexpr const char* beam_caption =
     "values are its users', with E = 263,824 Pa; of two markers they are known with 52 g only. E and "
     "the density are as published, nu is 0.495, where 0.499 was published; nothing is fitted here but "
     "the viscosity, to the damping of run a without a weight. Frequencies and damping ratios, measured "
-    "and computed, are of the first three periods: periods of upper and lower peaks, the decrement of "
-    "upper peaks about the rest, and that of whole swings, which a rest that drifts does not change. "
+    "and computed, are of the first eight turning points: the time from one to the next, the decrement of "
+    "upper peaks about the rest, and that of swings, which a rest that drifts does not change. "
     "Times begin when marker 1 has moved 0.3 mm. The damping ratio of a Kelvin-Voigt solid grows as its "
     "frequency; the measured one does not, and the measured rest drifts by up to a tenth of the drop "
     "while it rings: the silicone relaxes. Left out: how the hand let go, how the weight hangs, "

@@ -61,6 +61,10 @@ struct BeamTables {
 };
 BeamTables measure_beam(const BeamConfig& config, Progress& progress);
 
+/// Turning points that frequency and damping are taken from: three periods of upper and of lower peaks. Later
+/// ones of a measured motion are nearer to noise and to what the rest drifts.
+inline constexpr int ringing_turns = 8;
+
 /// Frequency and damping of a measured run, by the function that a computed motion goes through.
 RingDown measured_ring_down(const std::string& run);
 

@@ -24,6 +24,7 @@ constexpr double beam_width = 0.03;   // [m]
 constexpr double beam_sample = 2e-3;  // [s] between samples of a motion
 constexpr std::size_t ringing_marker = 1;
 constexpr double millimetre = 1e-3;
+const std::string turns_less_often = "it turns less often than was measured";
 
 /// Points of the beam that its cells carry: the nearest ones to the markers.
 EmbeddedSurface beam_points(const BodyConfig& body) {
@@ -123,10 +124,10 @@ BeamMotion beam_motion(const Scene& scene, double rest_drop, const Progress& pro
 }
 
 RingDown measured_ring_down(const std::string& run) {
-  Extrema extrema;
+  std::vector<Extremum> turns;
   for (const reference::BeamTurn& turn : reference::beam_turns(run))
-    (turn.height > 0 ? extrema.upper : extrema.lower).push_back({turn.time, turn.height});
-  return ring_down(extrema, 0);
+    turns.push_back({turn.time, turn.height});
+  return ring_down(turns, 0, ringing_turns);
 }
 
 namespace {
@@ -219,15 +220,21 @@ Table empty_ring_down() {
                 {"swing_damping_ratio"},
                 {"swing_damping_ratio_a"},
                 {"swing_damping_ratio_b"},
-                {"periods"},
                 {"seconds", "s"},
                 {"status"}});
+}
+
+/// Turning points of a motion, from the first lower one on.
+std::vector<Extremum> turns_of(const BeamMotion& motion) {
+  return turning_points(motion.times, motion.heights, 0.02 * std::abs(motion.heights.front()));
 }
 
 /// What a motion says of frequency and damping, or why it says nothing.
 RingDown ring_down_of(const BeamMotion& motion) {
   if (motion.status != "ok") return {.status = motion.status};
-  return ring_down(motion.times, motion.heights, 0);
+  const std::vector<Extremum> turns = turns_of(motion);
+  if (int(turns.size()) < ringing_turns) return {.status = turns_less_often};
+  return ring_down(turns, 0, ringing_turns);
 }
 
 void add_ring_down(const BeamMaterial& material, const BeamLoad& load, int cells, const BeamMotion& motion,
@@ -243,16 +250,15 @@ void add_ring_down(const BeamMaterial& material, const BeamLoad& load, int cells
             computed.frequency / a.frequency - 1,
             computed.frequency / b.frequency - 1,
             b.frequency / a.frequency - 1,
-            computed.damping_ratio,
-            a.damping_ratio,
-            b.damping_ratio,
-            computed.damping_ratio - a.damping_ratio,
-            computed.damping_ratio - b.damping_ratio,
-            b.damping_ratio - a.damping_ratio,
+            computed.peak_damping_ratio,
+            a.peak_damping_ratio,
+            b.peak_damping_ratio,
+            computed.peak_damping_ratio - a.peak_damping_ratio,
+            computed.peak_damping_ratio - b.peak_damping_ratio,
+            b.peak_damping_ratio - a.peak_damping_ratio,
             computed.swing_damping_ratio,
             a.swing_damping_ratio,
             b.swing_damping_ratio,
-            computed.periods,
             seconds,
             computed.status});
 }
@@ -271,26 +277,17 @@ Table empty_turns() {
                 {"status"}});
 }
 
-/// Turning points of a motion in time, from the first lower one on.
-std::vector<Extremum> turns_in_time(const BeamMotion& motion) {
-  const Extrema found = find_extrema(motion.times, motion.heights, 0.02 * std::abs(motion.heights.front()));
-  std::vector<Extremum> turns = found.lower;
-  turns.insert(turns.end(), found.upper.begin(), found.upper.end());
-  std::sort(turns.begin(), turns.end(), [](const Extremum& a, const Extremum& b) { return a.time < b.time; });
-  return turns;
-}
-
 void add_turns(const BeamMaterial& material, const BeamLoad& load, int cells, const BeamMotion& motion,
                Table& rows) {
   const std::vector<reference::BeamTurn> a = reference::beam_turns(load.name + " a"),
                                          b = reference::beam_turns(load.name + " b");
   const bool ok = motion.status == "ok";
-  const std::vector<Extremum> turns = ok ? turns_in_time(motion) : std::vector<Extremum>{};
+  const std::vector<Extremum> turns = ok ? turns_of(motion) : std::vector<Extremum>{};
   for (std::size_t n = 0; n < a.size(); ++n) {
     const bool has = n < turns.size();
     rows.add({material.name, load.name, cells, std::int64_t(n + 1), has ? turns[n].time : no_value, a[n].time,
               b.at(n).time, has ? turns[n].value / millimetre : no_value, a[n].height / millimetre,
-              b.at(n).height / millimetre, has || !ok ? motion.status : "it turns less often"});
+              b.at(n).height / millimetre, has || !ok ? motion.status : turns_less_often});
   }
 }
 

@@ -195,7 +195,7 @@ TEST_F(Fitting, MeasuredRingDownsAreOfSamplesOrOfExtrema) {
   EXPECT_NEAR(measured("damping", "\"samples.csv\""), zeta, 0.01 * zeta);
   expect_fit_refused(
       "[[observation]]\nkind = \"frequency\"\n" + of_the_end + "file = \"samples.csv\"\nuntil = 0.1\n",
-      "a ring-down needs 3");
+      "fewer than three turning points");
 }
 
 TEST_F(Fitting, ACsvFileAloneIsASeriesOfTheScene) {
@@ -327,7 +327,7 @@ TEST_F(Fitting, BadDataEndInOneSentence) {
                      "is impossible for bar, which is held and 0.3 m long; give metres");
   expect_fit_refused(
       "[[observation]]\nkind = \"static\"\npoint = [50, 50, 0]\ncolumn = \"z\"\nvalue = -0.01\n",
-      "from the nearest particle of bar");
+      "from the nearest point of bar");
   expect_fit_refused(at_rest + "value = nan\n", "value = nan is not a value");
   expect_fit_refused(at_rest + "valu = 1\n", "did you mean observation.value?");
   expect_fit_refused(at_rest + "value = 0\n", "uncertainty is missing");

@@ -34,82 +34,98 @@ TEST(RingDown, FindsFrequencyAndDampingOfOneMode) {
   const RingDownSignal fine(1, 1e-4, ring_down_decay);
   const RingDown found = ring_down(fine.times, fine.values, 5);
   EXPECT_EQ(found.status, "ok");
-  EXPECT_EQ(found.periods, ring_down_periods);
   EXPECT_NEAR(found.frequency, 7.5, 1e-6);
-  EXPECT_NEAR(found.damping_ratio, 0.06, 1e-7);
+  EXPECT_NEAR(found.peak_damping_ratio, 0.06, 1e-7);
   EXPECT_NEAR(found.swing_damping_ratio, 0.06, 1e-7);
-  EXPECT_EQ(ring_down(fine.times, fine.values, 5, 2).periods, 2);
+}
+
+TEST(RingDown, WithoutARestItsPeaksHaveNoDecrement) {
+  const RingDownSignal fine(1, 1e-4, ring_down_decay);
+  const RingDown found = ring_down(fine.times, fine.values);
+  EXPECT_EQ(found.status, "ok");
+  EXPECT_NEAR(found.swing_damping_ratio, 0.06, 1e-7);
+  EXPECT_TRUE(std::isnan(found.peak_damping_ratio));
 }
 
 TEST(RingDown, SamplesOfACameraAreEnough) {
   const RingDownSignal coarse(1, 0.01, ring_down_decay);  // 13 a period
   const RingDown found = ring_down(coarse.times, coarse.values, 5);
   EXPECT_NEAR(found.frequency, 7.5, 0.01);
-  EXPECT_NEAR(found.damping_ratio, 0.06, 1e-3);
+  EXPECT_NEAR(found.peak_damping_ratio, 0.06, 1e-3);
+  EXPECT_NEAR(found.swing_damping_ratio, 0.06, 1e-3);
 }
 
 // Of a parabola the vertex is exact, also between samples that are spaced unevenly.
 TEST(RingDown, TurningPointsAreThoseOfParabolas) {
   const auto parabola = [](double t) { return 3 - 4 * (t - 0.37) * (t - 0.37); };
   const std::vector<double> times{0, 0.1, 0.3, 0.42, 0.7, 1};
-  std::vector<double> values, turned;
-  for (const double t : times) {
-    values.push_back(parabola(t));
-    turned.push_back(-parabola(t));
+  for (const double sign : {1.0, -1.0}) {
+    std::vector<double> values;
+    for (const double t : times) values.push_back(sign * parabola(t));
+    const std::vector<Extremum> turns = turning_points(times, values);
+    ASSERT_EQ(turns.size(), 1U);
+    EXPECT_NEAR(turns[0].time, 0.37, 1e-14);
+    EXPECT_NEAR(turns[0].value, sign * 3, 1e-14);
   }
-  const Extrema up = find_extrema(times, values), down = find_extrema(times, turned);
-  ASSERT_EQ(up.upper.size(), 1U);
-  EXPECT_TRUE(up.lower.empty());
-  EXPECT_NEAR(up.upper[0].time, 0.37, 1e-14);
-  EXPECT_NEAR(up.upper[0].value, 3, 1e-14);
-  ASSERT_EQ(down.lower.size(), 1U);
-  EXPECT_TRUE(down.upper.empty());
-  EXPECT_NEAR(down.lower[0].time, 0.37, 1e-14);
-  EXPECT_NEAR(down.lower[0].value, -3, 1e-14);
+  EXPECT_TRUE(turning_points({0, 1, 2, 3}, {1, 1, 1, 1}).empty());
+  EXPECT_TRUE(turning_points({0, 1, 2, 3}, {1, 2, 3, 4}).empty());
+  EXPECT_TRUE(turning_points({}, {}).empty());
 }
 
-TEST(RingDown, RippleMakesNoPeaks) {
+TEST(RingDown, RippleMakesNoTurns) {
   const RingDownSignal rippled(
       1, 1e-4, [](double t) { return ring_down_decay(t) + 2e-3 * std::sin(2 * pi * 400 * t); });
-  EXPECT_GT(find_extrema(rippled.times, rippled.values).upper.size(), 100U);
-  const RingDown found = ring_down(rippled.times, rippled.values, 5);
+  EXPECT_GT(turning_points(rippled.times, rippled.values, 0).size(), 200U);
+  const RingDown found = ring_down(rippled.times, rippled.values, 5, 8);
   EXPECT_NEAR(found.frequency, 7.5, 0.05);
   EXPECT_NEAR(found.swing_damping_ratio, 0.06, 2e-3);
 }
 
-// A rest that drifts as relaxing materials' do makes upper peaks decay slower; whole swings do not see it.
+// A rest that drifts as relaxing materials' do makes upper peaks decay slower; swings do not see it.
 TEST(RingDown, SwingsDoNotSeeARestThatDrifts) {
   const RingDownSignal drifting(1, 1e-4,
                                 [](double t) { return ring_down_decay(t) + 0.2 * std::exp(-t / 3); });
-  const RingDown found = ring_down(drifting.times, drifting.values, 5);
-  EXPECT_LT(found.damping_ratio, 0.05);
-  EXPECT_NEAR(found.swing_damping_ratio, 0.06, 1e-4);
+  const RingDown found = ring_down(drifting.times, drifting.values, 5, 8);
+  EXPECT_LT(found.peak_damping_ratio, 0.05);
+  EXPECT_NEAR(found.swing_damping_ratio, 0.06, 2e-4);
+}
+
+TEST(RingDown, TakesTheFirstTurnsOfWhatChanges) {
+  const RingDownSignal fine(2, 1e-4, [](double t) {
+    return std::exp(-2 * t) * std::cos(2 * pi * (t < 0.5 ? 7.5 * t : 3.75 + 6 * (t - 0.5)));
+  });
+  EXPECT_NEAR(ring_down(fine.times, fine.values, no_value, 7).frequency, 7.5, 1e-3);
+  EXPECT_LT(ring_down(fine.times, fine.values).frequency, 6.6);
 }
 
 TEST(RingDown, AGrowingMotionHasNegativeDamping) {
   const RingDownSignal growing(1, 1e-4,
                                [](double t) { return std::exp(2 * t) * std::cos(2 * pi * 7.5 * t); });
-  EXPECT_NEAR(ring_down(growing.times, growing.values, 0).damping_ratio, -2 / (2 * pi * 7.5), 1e-4);
+  const RingDown found = ring_down(growing.times, growing.values, 0);
+  EXPECT_NEAR(found.peak_damping_ratio, -2 / (2 * pi * 7.5), 1e-4);
+  EXPECT_NEAR(found.swing_damping_ratio, -2 / (2 * pi * 7.5), 1e-4);
 }
 
 TEST(RingDown, SaysWhatIsMissing) {
-  const RingDownSignal brief(0.25, 1e-3, ring_down_decay), level(1, 1e-3, [](double) { return 5; });
-  const RingDown few = ring_down(brief.times, brief.values, 5);
-  EXPECT_EQ(few.status, "fewer than three upper peaks");
+  const RingDownSignal brief(0.15, 1e-3, ring_down_decay), level(1, 1e-3, [](double) { return 5; });
+  const RingDown few = ring_down(brief.times, brief.values);
+  EXPECT_EQ(few.status, "fewer than three turning points");
   EXPECT_TRUE(std::isnan(few.frequency));
-  EXPECT_EQ(ring_down(level.times, level.values, 5).status, "fewer than three upper peaks");
-  EXPECT_EQ(ring_down({}, {}, 0).status, "fewer than three upper peaks");
+  EXPECT_EQ(ring_down(level.times, level.values).status, "fewer than three turning points");
+  EXPECT_EQ(ring_down(std::vector<double>{}, {}).status, "fewer than three turning points");
+  EXPECT_EQ(ring_down({{0.1, 1}, {0.2, -1}, {0.3, 0.8}}).status, "ok");
+  EXPECT_EQ(ring_down({{0.1, 1}, {0.2, -1}, {0.3, -2}}).status, "maxima and minima are not in turn");
+  EXPECT_EQ(ring_down({{0.1, 1}, {0.1, -1}, {0.3, 1}}).status, "times do not ascend");
   RingDownSignal whole(1, 1e-3, ring_down_decay);
-  EXPECT_EQ(ring_down(whole.times, whole.values, 5.9).status, "fewer than three upper peaks");
-  EXPECT_EQ(ring_down(whole.times, whole.values, 4.2).status, "fewer than three lower peaks");
-  EXPECT_EQ(ring_down(whole.times, {1, 2}, 5).status, "not as many values as times");
-  EXPECT_THROW(find_extrema(whole.times, {1, 2}), std::invalid_argument);
+  EXPECT_EQ(ring_down(whole.times, whole.values, 5.9).status, "fewer than two upper peaks above the rest");
+  EXPECT_EQ(ring_down(whole.times, {1, 2}).status, "not as many values as times");
+  EXPECT_THROW(turning_points(whole.times, {1, 2}), std::invalid_argument);
   whole.values[7] = no_value;
-  EXPECT_EQ(ring_down(whole.times, whole.values, 5).status, "a number is missing");
-  EXPECT_THROW(find_extrema(whole.times, whole.values), std::invalid_argument);
+  EXPECT_EQ(ring_down(whole.times, whole.values).status, "a number is missing");
+  EXPECT_THROW(turning_points(whole.times, whole.values), std::invalid_argument);
   whole.values[7] = 5;
   std::swap(whole.times[3], whole.times[4]);
-  EXPECT_EQ(ring_down(whole.times, whole.values, 5).status, "times do not ascend");
+  EXPECT_EQ(ring_down(whole.times, whole.values).status, "times do not ascend");
 }
 
 }  // namespace
