@@ -47,12 +47,12 @@ const std::vector<Folder> folders{{"core/base", 0},
                                   {"experiments/plot", 21},
                                   {"experiments/harness", 22},
                                   {"experiments/simulation", 23},
-                                  {"experiments/studies", 24},
                                   {"experiments/advise", 24},
                                   {"experiments/fit", 24},
                                   {"experiments/view", 24},
-                                  {"experiments/cli", 25},
-                                  {"experiments/python", 25},
+                                  {"experiments/studies", 25},
+                                  {"experiments/cli", 26},
+                                  {"experiments/python", 26},
                                   {"tests", 30}};
 
 /// The folder and rank of a file; every study is a folder of its own. An empty path for a file in none.

@@ -233,6 +233,7 @@ class Solver {
     if (!trouble.empty()) {
       note("step", u, std::numeric_limits<double>::quiet_NaN(), false, trouble);
       region_ = length / 2;
+      is_cut_short_ = true;
       return;
     }
     const double chi2 = model_.residuals(z).squaredNorm(),
@@ -241,7 +242,7 @@ class Solver {
     const double gain = (result_.chi2 - chi2) / std::max(result_.chi2 - predicted, 1e-300);
     note("step", u, chi2, is_better, "");
     const bool is_level = std::abs(chi2 - result_.chi2) <= negligible_change(problem_, result_.chi2);
-    level_ = is_level ? level_ + 1 : 0;
+    level_ = is_level && !is_cut_short_ ? level_ + 1 : 0;
     take_secant(d, z);
     if (is_better) {
       result_.u = u;
@@ -283,6 +284,7 @@ class Solver {
   bool is_fresh_ = false;           ///< no step since the differences
   int rejected_ = 0;                ///< in a row
   int level_ = 0;                   ///< steps in a row that changed chi2 by nothing that matters
+  bool is_cut_short_ = false;       ///< a trial failed: steps may be small for that alone
   bool is_over_ = false;
 };
 

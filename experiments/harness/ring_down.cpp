@@ -10,7 +10,7 @@ namespace mss {
 namespace {
 
 /// Turns by less than this share of all that a series moves are ripple.
-constexpr double ripple = 0.02;
+constexpr double ripple = 0.05;
 
 bool ascends(const std::vector<double>& times) {
   return std::adjacent_find(times.begin(), times.end(), [](double a, double b) { return !(a < b); }) ==

@@ -23,7 +23,7 @@ struct Extremum {
 std::vector<Extremum> turning_points(const std::vector<double>& times, const std::vector<double>& values,
                                      double least_swing);
 
-/// The same, where swings of less than a fiftieth of all that the series moves do not count.
+/// The same, where swings of less than a twentieth of all that the series moves do not count.
 std::vector<Extremum> turning_points(const std::vector<double>& times, const std::vector<double>& values);
 
 /// Frequency and damping of a series that rings down. Numbers are missing where the status is not "ok".

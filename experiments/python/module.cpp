@@ -274,9 +274,9 @@ relative paths begin at the working directory. `settings` change values, as in {
       py::arg("settings") = py::dict(), py::arg("evaluations") = 30, py::arg("coarse") = py::dict(),
       R"(Finds the numbers of a scene that make its runs fit what was measured, as `mss fit` does. `data`: a file (TOML or CSV), or
 a list of dicts with the keys of [[observation]] (experiments/fit/README.md). `parameters`: texts "KEY" or "KEY=LOW..HIGH",
-or a dict {key: (low, high) or None}. `coarse`: settings that make a cheap twin of every run. Returns {"status": "converged" or why not, "values": {key: number}, "fit", "fit_data",
-"fit_correlation", "fit_steps": {column: array}, "chi2", "degrees_of_freedom", "evaluations", "scene": the scene with the
-values as a TOML text, "warnings": sentences}.)");
+or a dict {key: (low, high) or None}. `coarse`: settings that make a cheap twin of every run, as `--coarse` takes them. Returns
+{"status": "converged" or why not, "values": {key: number}, "fit", "fit_data", "fit_correlation", "fit_steps": {column: array},
+"chi2", "degrees_of_freedom", "evaluations", "scene": the scene with the values as a TOML text, "warnings": sentences}.)");
   constexpr const char* of_a_study =
       R"(Runs a study, as `mss STUDY` does, and returns its tables: {table: {column: array}}; numbers that do not exist are NaN,
 and the column "status" says why. Options are those of the command: quick, cells, integrators, scenes, threads, model,

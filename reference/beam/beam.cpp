@@ -12,6 +12,7 @@ namespace mss::reference {
 extern const char* const beam_measured;
 extern const char* const beam_comsol;
 extern const char* const beam_marker_table;
+extern const char* const beam_runs_to_fit;
 
 namespace {
 
@@ -75,5 +76,7 @@ std::vector<BeamTurn> beam_turns(std::string_view run) {
     turns.push_back({time, 1e-3 * beam_value(measured_beam(), run, fmt::format("extremum_{}_mm", n))});
   }
 }
+
+const char* beam_runs_to_fit_text() { return beam_runs_to_fit; }
 
 }  // namespace mss::reference

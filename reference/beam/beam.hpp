@@ -22,6 +22,9 @@ const std::vector<BeamValue>& comsol_beam();
 /// NaN if there is no such row.
 double beam_value(const std::vector<BeamValue>& rows, std::string_view run, std::string_view quantity);
 
+/// Observations of two of the runs, as `mss fit` reads them: fit_a.toml.
+const char* beam_runs_to_fit_text();
+
 /// A marker on the free end.
 struct BeamMarker {
   int number = 0;

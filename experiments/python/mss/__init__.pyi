@@ -83,6 +83,7 @@ def fit(
     parameters: Sequence[str] | Mapping[str, tuple[float | None, float | None] | None],
     settings: Mapping[str, Any] = ...,
     evaluations: float = ...,
+    coarse: Mapping[str, Any] = ...,
 ) -> FitResult: ...
 def run_study(study: str, options: Mapping[str, Any] = ...) -> dict[str, dict[str, NDArray[Any]]]: ...
 def run(study: str, options: Mapping[str, Any] = ...) -> dict[str, dict[str, NDArray[Any]]]: ...  # before run_study

@@ -20,7 +20,11 @@ const std::vector<BeamLoad>& beam_loads();
 struct BeamMaterial {
   std::string name;
   std::vector<std::string> settings{};  ///< "table.key=value"
+  int cells = 0;                        ///< across, that it is for; 0: any
 };
+
+/// The marker whose motion is measured, of reference::beam_markers().
+inline constexpr std::size_t ringing_marker = 1;
 
 struct BeamConfig {
   std::vector<BeamMaterial> materials;
@@ -28,8 +32,12 @@ struct BeamConfig {
   std::vector<int> ringing_cells;     ///< of ring-downs
   std::vector<BeamLoad> ringing;      ///< loads that ring
   std::vector<std::string> settings;  ///< of all scenes, by the user
+  int fit_cells = 0;                  ///< across, of the beam that materials are fitted with; 0: none is
 };
 BeamConfig beam_config(const ExperimentOptions& options);
+
+/// The settings that give a scene so many cells across.
+std::vector<std::string> beam_cells(int across);
 
 /// A load's scene with other cells: `cells` across. Throws InputError as load_scene() does.
 Scene beam_scene(const BeamConfig& config, const BeamMaterial& material, const BeamLoad& load, int cells);
@@ -51,15 +59,21 @@ struct BeamMotion {
 /// Stopped: its status is that of an interrupted run.
 BeamMotion beam_motion(const Scene& scene, double rest_drop, const Progress& progress);
 
+/// Fits materials to the measured runs "none a" and "102 g a", with so many cells across, and adds their
+/// numbers as rows. Stopped: those that are finished.
+std::vector<BeamMaterial> fit_beam(int cells, Progress& progress, Table& fits);
+Table empty_beam_fits();
+
 struct BeamTables {
   Table drops;      ///< of markers at rest, computed beside measured
   Table comsol;     ///< where COMSOL's are known, of the finest cells beside
   Table ring_down;  ///< frequency and damping
   Table turns;      ///< turning points
   Table motion;     ///< computed
+  Table fits;       ///< numbers of fitted materials
   Status status = Status::ok;
 };
-BeamTables measure_beam(const BeamConfig& config, Progress& progress);
+BeamTables measure_beam(BeamConfig config, Progress& progress);
 
 /// Turning points that frequency and damping are taken from: three periods of upper and of lower peaks. Later
 /// ones of a measured motion are nearer to noise and to what the rest drifts.

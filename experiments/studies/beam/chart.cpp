@@ -23,6 +23,8 @@ double finest_cells(const Table& rows) {
   return finest;
 }
 
+Table in_finest_cells(const Table& rows) { return rows.where("cells", finest_cells(rows)); }
+
 std::string weight_label(const std::string& load) { return load == "none" ? "no weight" : load; }
 
 /// A table's rows of one load by name, or of the first material alone.
@@ -41,7 +43,7 @@ double comsol_of(const Table& comsol, const std::string& load, double marker) {
 /// How far markers sink, over the mean of both runs.
 Chart drops_chart(const Table& all, const Table& comsol) {
   const double cells = finest_cells(all);
-  const Table rows = all.where("cells", cells), first = of_first_material(rows);
+  const Table first = of_first_material(all.where("cells", cells));
   Chart chart{.title = "How far a silicone beam sinks",
               .subtitle = fmt::format("{}; springs {:g} cells across, COMSOL where its value is known",
                                       beam_body, cells),
@@ -59,11 +61,12 @@ Chart drops_chart(const Table& all, const Table& comsol) {
         {x + 0.2, over_mean(comsol_of(comsol, first.text(r, "load"), first.number(r, "marker")), a, b)});
   }
   chart.series = {measured, others};
-  for (const std::string& material : rows.distinct("material")) {
+  for (const std::string& material : all.distinct("material")) {
     ChartSeries series{.label = "springs, " + material,
                        .style = material_styles[(chart.series.size() - 2) % material_styles.size()],
                        .joined = false};
-    const Table of = rows.where("material", material);
+    const Table of = in_finest_cells(all.where("material", material));
+    if (of.number(0, "cells") != cells) series.label += fmt::format(", {:g} cells", of.number(0, "cells"));
     for (std::size_t r = 0; r < of.size(); ++r)
       series.points.push_back(
           {double(r) + 1 - 0.1 * double(chart.series.size()),

@@ -22,7 +22,6 @@ namespace {
 
 constexpr double beam_width = 0.03;   // [m]
 constexpr double beam_sample = 2e-3;  // [s] between samples of a motion
-constexpr std::size_t ringing_marker = 1;
 constexpr double millimetre = 1e-3;
 const std::string turns_less_often = "it turns less often than was measured";
 
@@ -73,9 +72,13 @@ const std::vector<BeamLoad>& beam_loads() {
   return loads;
 }
 
+std::vector<std::string> beam_cells(int across) {
+  return {fmt::format("body.cells=[{}, {}, {}]", across / 3 * 10, across, across),
+          fmt::format("body.cell_size={}", beam_width / across)};
+}
+
 Scene beam_scene(const BeamConfig& config, const BeamMaterial& material, const BeamLoad& load, int cells) {
-  std::vector<std::string> settings{fmt::format("body.cells=[{}, {}, {}]", cells / 3 * 10, cells, cells),
-                                    fmt::format("body.cell_size={}", beam_width / cells)};
+  std::vector<std::string> settings = beam_cells(cells);
   settings.insert(settings.end(), material.settings.begin(), material.settings.end());
   settings.insert(settings.end(), config.settings.begin(), config.settings.end());
   return load_scene(scene_file(load.scene), settings);
@@ -184,10 +187,10 @@ Table empty_comsol() {
                 {"status"}});
 }
 
-/// Rows of the finest cells, where COMSOL's values are known.
-Table beside_comsol(const Table& drops, int cells) {
+/// Rows of a material in the finest cells, where COMSOL's values are known.
+Table beside_comsol(const Table& drops, const std::string& material, int cells) {
   Table comsol = empty_comsol();
-  const Table finest = drops.where("cells", cells);
+  const Table finest = drops.where("material", material).where("cells", cells);
   for (std::size_t r = 0; r < finest.size(); ++r) {
     const auto number = [&](const char* column) { return finest.number(r, column); };
     const int marker = int(number("marker"));
@@ -331,17 +334,21 @@ void measure_ringing(const BeamConfig& config, const BeamMaterial& material, con
   add_motion(material, load, cells, motion, tables.motion);
 }
 
+std::vector<int> of_material(const BeamMaterial& material, const std::vector<int>& cells) {
+  return material.cells == 0 ? cells : std::vector<int>{material.cells};
+}
+
 /// Equilibria, whose cost grows as that of factorising, n^6, and ring-downs as cells and steps, n^5: steps of
 /// viscous bodies shorten with the square of the cells.
 std::vector<BeamPart> beam_parts(const BeamConfig& config, const Progress& progress, BeamTables& tables) {
   std::vector<BeamPart> parts;
   for (const BeamMaterial& material : config.materials) {
     for (const BeamLoad& load : beam_loads())
-      for (const int n : config.cells)
+      for (const int n : of_material(material, config.cells))
         parts.push_back({1e-6 * std::pow(n, 6), fmt::format("beam at rest, {} cells across", n),
                          [&, n] { measure_rest(config, material, load, n, tables); }});
     for (const BeamLoad& load : config.ringing)
-      for (const int n : config.ringing_cells)
+      for (const int n : of_material(material, config.ringing_cells))
         parts.push_back({6e-4 * std::pow(n, 5), fmt::format("beam ringing, {} cells across", n),
                          [&, n] { measure_ringing(config, material, load, n, progress, tables); }});
   }
@@ -350,8 +357,12 @@ std::vector<BeamPart> beam_parts(const BeamConfig& config, const Progress& progr
 
 }  // namespace
 
-BeamTables measure_beam(const BeamConfig& config, Progress& progress) {
-  BeamTables tables{empty_drops(), empty_comsol(), empty_ring_down(), empty_turns(), empty_motion()};
+BeamTables measure_beam(BeamConfig config, Progress& progress) {
+  BeamTables tables{empty_drops(), empty_comsol(), empty_ring_down(),
+                    empty_turns(), empty_motion(), empty_beam_fits()};
+  if (config.fit_cells > 0)
+    for (BeamMaterial& material : fit_beam(config.fit_cells, progress, tables.fits))
+      config.materials.push_back(std::move(material));
   const std::vector<BeamPart> parts = beam_parts(config, progress, tables);
   double whole = 0, done = 0;
   for (const BeamPart& part : parts) whole += part.cost;
@@ -362,7 +373,8 @@ BeamTables measure_beam(const BeamConfig& config, Progress& progress) {
     done += part.cost;
   }
   if (progress.stopped()) tables.status = Status::interrupted;
-  if (!config.cells.empty()) tables.comsol = beside_comsol(tables.drops, config.cells.back());
+  if (!config.cells.empty())
+    tables.comsol = beside_comsol(tables.drops, config.materials.front().name, config.cells.back());
   return tables;
 }
 

@@ -212,6 +212,27 @@ TEST_F(Fitting, ACsvFileAloneIsASeriesOfTheScene) {
   EXPECT_NEAR(found.number(1, "fitted") / true_viscosity, 1, 1e-2);
 }
 
+// A twin of two cells, softer by half: what it has less is found in two or three runs of the bar.
+TEST_F(Fitting, ACoarseTwinSparesRunsOfTheScene) {
+  write("ring.csv", true_series());
+  write("data.toml", "[[observation]]\nkind = \"series\"\nfile = \"ring.csv\"\npoint = [0.05, 0.05, 0]\n");
+  const std::vector<std::string> by_twin{"--parameters", "material.young",       "damping.viscosity",
+                                         "--coarse",     "body.cells=[1, 1, 3]", "body.cell_size=0.1"};
+  const ProgramRun run = run_fit("data.toml", by_twin);
+  EXPECT_EQ(run.exit_status, 0) << run.output;
+  const Table found = Table::read(read_file(*this / "out" / "fit.csv"), "fit.csv");
+  EXPECT_NEAR(found.number(0, "fitted") / true_young, 1, 1e-3);
+  EXPECT_NEAR(found.number(1, "fitted") / true_viscosity, 1, 0.01);
+  const Json meta = Json::parse(read_file(*this / "out" / "meta.json"));
+  EXPECT_LE(meta["runs"].get<int>(), 6);
+  EXPECT_GT(meta["coarse_runs"].get<int>(), meta["runs"].get<int>());
+  std::vector<std::string> wrong = by_twin;
+  wrong[4] = "body.cels=[1, 1, 3]";
+  const ProgramRun refused = run_fit("data.toml", wrong);
+  EXPECT_EQ(refused.exit_status, 2);
+  EXPECT_NE(refused.output.find("the coarse scene: "), std::string::npos) << refused.output;
+}
+
 TEST_F(Fitting, AnInterruptedFitHasWhatItFound) {
   fit_data(at_rest + "value = -0.01\n", {"material.young"});
   for (const int reports : {1, 10, 30}) {

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <tuple>
 
+#include "experiments/fit/coarse_model.hpp"
+
 namespace mss::fit {
 namespace {
 
@@ -103,16 +105,22 @@ VectorXd beam_of(const VectorXd& u) {
   return values;
 }
 
-// The drops are runs of their own, which only the modulus changes. Numbers are two percent off, up or down.
+/// A beam of one Maxwell branch, as measured ones are: numbers two percent off, up or down.
+LeastSquaresProblem measured_beam_problem(int pattern) {
+  VectorXd measured = beam_of(Eigen::Vector3d(std::log(0.95), std::log(0.25), std::log(0.045)));
+  std::vector<Target> targets;
+  for (int i = 0; i < 6; ++i) {
+    measured[i] *= (pattern >> i) % 2 == 0 ? 1.02 : 0.98;
+    targets.push_back({measured[i], 0.01 * std::abs(measured[i]), true});
+  }
+  return problem_of(targets, Eigen::Vector3d(0, std::log(0.15), std::log(0.03)),
+                    [](const VectorXd& u) { return Evaluation{.values = beam_of(u)}; });
+}
+
+// The drops are runs of their own, which only the modulus changes.
 TEST(LeastSquares, FitsThreeConstantsOfABeamInEightEvaluations) {
   for (int pattern = 0; pattern < 64; ++pattern) {
-    VectorXd measured = beam_of(Eigen::Vector3d(std::log(0.95), std::log(0.25), std::log(0.045)));
-    std::vector<Target> targets;
-    for (int i = 0; i < 6; ++i) {
-      measured[i] *= (pattern >> i) % 2 == 0 ? 1.02 : 0.98;
-      targets.push_back({measured[i], 0.01 * std::abs(measured[i]), true});
-    }
-    LeastSquaresProblem problem = problem_of(targets, Eigen::Vector3d(0, std::log(0.15), std::log(0.03)), {});
+    LeastSquaresProblem problem = measured_beam_problem(pattern);
     problem.evaluate = [](const std::vector<Trial>& trials) {
       std::vector<Evaluation> found;
       for (const Trial& trial : trials) {
@@ -132,6 +140,56 @@ TEST(LeastSquares, FitsThreeConstantsOfABeamInEightEvaluations) {
     const VectorXd error = covariance_of(exact.jacobian, exact.chi2).diagonal().cwiseSqrt();
     EXPECT_LT(((found.u - exact.u).array() / error.array()).abs().maxCoeff(), 0.1) << pattern;
   }
+}
+
+// A twin of another stiffness, inertia and damping, from another start: the costly model's own minimum.
+TEST(LeastSquares, ACoarseModelLeavesFewEvaluationsOfTheCostlyOne) {
+  for (const int pattern : {0, 13, 27, 42, 63}) {
+    LeastSquaresProblem problem = measured_beam_problem(pattern);
+    const LeastSquaresProblem coarse =
+        problem_of(problem.targets, Eigen::Vector3d(0.5, -3, -3), [](const VectorXd& u) {
+          return Evaluation{
+              .values =
+                  (beam_of(u).array() * Eigen::Array<double, 6, 1>(0.8, 1.1, 0.9, 0.85, 1.15, 1.1)).matrix()};
+        });
+    const LeastSquaresResult found = solve_by_coarse_model(problem, coarse);
+    EXPECT_EQ(found.ended, Ended::converged);
+    EXPECT_LE(found.evaluations, 4) << pattern;
+    problem.least_share = 1e-3;
+    const LeastSquaresResult exact = solve_least_squares(problem);
+    const VectorXd error = covariance_of(exact.jacobian, exact.chi2).diagonal().cwiseSqrt();
+    EXPECT_LT(((found.u - exact.u).array() / error.array()).abs().maxCoeff(), 0.2) << pattern;
+    const VectorXd of_twin = covariance_of(found.jacobian, found.chi2).diagonal().cwiseSqrt();
+    EXPECT_LT((of_twin.array() / error.array() - 1).abs().maxCoeff(), 0.2) << pattern;
+  }
+}
+
+TEST(LeastSquares, ACoarseModelThatFailsEndsTheFitWithItsReason) {
+  const LeastSquaresProblem problem = measured_beam_problem(0);
+  const auto broken = problem_of(problem.targets, problem.start,
+                                 [](const VectorXd&) { return Evaluation{.problem = "non_finite"}; });
+  const LeastSquaresResult found = solve_by_coarse_model(problem, broken);
+  EXPECT_EQ(found.ended, Ended::failed_at_start);
+  EXPECT_EQ(found.problem, "non_finite");
+  EXPECT_EQ(found.evaluations, 0);
+  const LeastSquaresResult of_costly = solve_by_coarse_model(broken, problem);
+  EXPECT_EQ(of_costly.ended, Ended::failed_at_start);
+  EXPECT_EQ(of_costly.evaluations, 1);
+}
+
+// Its slopes have the wrong sign: nothing that it proposes is better.
+TEST(LeastSquares, AMisleadingCoarseModelEndsWithoutEvaluationsOrStalled) {
+  const auto straight = problem_of({{5, 1}, {5.1, 1}}, VectorXd::Constant(1, 0), [](const VectorXd& u) {
+    return Evaluation{.values = Eigen::Vector2d(u[0], u[0])};
+  });
+  const auto turned = problem_of({{5, 1}, {5.1, 1}}, VectorXd::Constant(1, 0), [](const VectorXd& u) {
+    return Evaluation{.values = Eigen::Vector2d(4 - u[0], 4 - u[0])};
+  });
+  LeastSquaresProblem few = straight;
+  few.most_evaluations = 6;
+  const LeastSquaresResult found = solve_by_coarse_model(few, turned);
+  EXPECT_NE(found.ended, Ended::converged);
+  EXPECT_LE(found.evaluations, 6);
 }
 
 TEST(LeastSquares, StopsAtABoundWhereTheRestIsBest) {

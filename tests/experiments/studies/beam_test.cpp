@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "core/base/error.hpp"
+#include "experiments/fit/observations.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/simulation/scene_run.hpp"
 #include "integrators/analysis/modes.hpp"
@@ -24,6 +25,7 @@ BeamConfig small_beam(std::vector<std::string> settings = {}) {
   BeamConfig config = beam_config({.quick = true});
   config.cells = config.ringing_cells = {3};
   config.ringing.resize(1);
+  config.fit_cells = 0;
   config.settings = std::move(settings);
   return config;
 }
@@ -51,18 +53,40 @@ TEST(Beam, MeasuredRunsAreRead) {
 }
 
 /// What `mss fit` reads of two of them is what was measured.
-TEST(Beam, FilesToFitHaveWhatWasMeasured) {
-  for (const auto& [run, name] : {std::pair{"none a", "none_a"}, std::pair{"102 g a", "102g_a"}}) {
-    const std::filesystem::path file =
-        std::filesystem::path(MSS_SOURCE_DIR) / "reference/beam" / fmt::format("ring_down_{}.csv", name);
-    const auto rows = parse_csv(read_file(file));
-    const auto turns = reference::beam_turns(run);
-    ASSERT_EQ(rows.size(), turns.size() + 1);
-    for (std::size_t n = 0; n < turns.size(); ++n) {
-      EXPECT_EQ(std::stod(rows[n + 1][0]), turns[n].time) << name;
-      EXPECT_NEAR(std::stod(rows[n + 1][1]), turns[n].height, 1e-12) << name;
-    }
+TEST(Beam, RunsToFitAreWhatWasMeasured) {
+  const fit::Observations data =
+      fit::read_observations_text(reference::beam_runs_to_fit_text(), fit::source_of("any"), {});
+  ASSERT_EQ(data.observations.size(), 6U);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const fit::Observation& o = data.observations[i];
+    const std::string run = i < 3 ? "none a" : "102 g a";
+    const RingDown ring = measured_ring_down(run);
+    const double measured[]{-1e-3 * reference::beam_value(reference::measured_beam(), run, "drop_1_mm"),
+                            ring.frequency, ring.swing_damping_ratio};
+    EXPECT_NEAR(o.measured.at(0) / measured[i % 3], 1, 1e-4) << o.name;
+    EXPECT_EQ(*o.point, reference::beam_markers()[1].point);
   }
+}
+
+// As coarse as that nothing is learnt of silicone, but from start to end.
+TEST(Beam, FitsAMaterialAndPredictsWithIt) {
+  BeamConfig config = small_beam();
+  config.fit_cells = 3;
+  Progress progress;
+  const BeamTables tables = measure_beam(config, progress);
+  EXPECT_EQ(tables.fits.size(), 6U);
+  EXPECT_EQ(tables.fits.distinct("status"), std::vector<std::string>{"ok"});
+  const std::vector<std::string> materials{"as published", "fitted, one Maxwell branch",
+                                           "fitted, Kelvin-Voigt"};
+  EXPECT_EQ(tables.drops.distinct("material"), materials);
+  ASSERT_EQ(tables.ring_down.distinct("material"), materials);
+  const auto off = [&](const std::string& material) {
+    const Table row = tables.ring_down.where("material", material);
+    EXPECT_EQ(row.text(0, "status"), "ok");
+    return std::abs(row.number(0, "swing_damping_ratio") - row.number(0, "swing_damping_ratio_a"));
+  };
+  EXPECT_LT(off(materials[1]), 0.006);
+  EXPECT_GT(off(materials[2]), 2 * off(materials[1]));
 }
 
 TEST(Beam, MeasuredFrequenciesAndDampingAreTheRuns) {
