@@ -196,6 +196,13 @@ std::vector<std::string> warnings_of(const FitProblem& problem, const FitResult&
         warnings.push_back(fmt::format("{} and {} are hardly told apart: their correlation is {:.4f}",
                                        problem.parameters[std::size_t(i)].key,
                                        problem.parameters[std::size_t(j)].key, result.correlation(i, j)));
+  for (std::size_t k = 0; k < result.parameters.size(); ++k) {
+    const FittedParameter& p = result.parameters[k];
+    constexpr double wide = 100;  // high over low
+    if (p.low > 0 && p.high / p.low > wide)
+      warnings.push_back(fmt::format("{} is hardly determined: the data allow {:.2g} to {:.2g}",
+                                     problem.parameters[k].key, p.low, p.high));
+  }
   const auto failed = std::count_if(result.steps.begin(), result.steps.end(),
                                     [](const TriedStep& step) { return !step.problem.empty(); });
   if (failed > 0)

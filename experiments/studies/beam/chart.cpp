@@ -14,8 +14,8 @@ namespace {
 constexpr const char* beam_body = "Dragon Skin 10, 0.1 x 0.03 x 0.03 m, clamped at one end";
 
 /// Places of styles that are told apart in grey: measured black-ish, computed in colour.
-constexpr int measured_a_style = 15, measured_b_style = 3, comsol_style = 2, computed_style = 4;
-constexpr std::array<int, 4> material_styles{computed_style, 0, 6, 8};
+constexpr int measured_a_style = 15, measured_b_style = 3, comsol_style = 2;
+constexpr std::array<int, 4> material_styles{5, 0, 8, 7};
 
 double finest_cells(const Table& rows) {
   double finest = 0;
