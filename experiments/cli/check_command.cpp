@@ -213,7 +213,7 @@ void check_scenes(const CheckChoice& choice, int& exit_status) {
   std::size_t expectations = 0, total = 0;
   for (const Scene& scene : scenes) {
     const SceneEnd end = choice.results.empty() ? simulated(scene, choice.threads.value_or(default_threads))
-                                                : read_scene_end(choice.results);
+                                                : read_scene_end(scene, choice.results);
     if (interrupted()) {
       exit_status = exit_interrupted;
       return;

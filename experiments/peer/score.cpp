@@ -203,6 +203,7 @@ Score Judge::score(const Result& result) const {
   Score score;
   if (!result.problem.empty()) {
     score.status = result.problem;
+    score.unstable = result.diverged;
     return score;
   }
   const double frames = exchange_.times.back() / frame;
@@ -211,6 +212,7 @@ Score Judge::score(const Result& result) const {
   const std::vector<Measures> measures = measures_of(exchange_, result.samples);
   if (const std::string words = blow_up(result, measures); !words.empty()) {
     score.status = words;
+    score.unstable = true;
     return score;
   }
   score.stable = true;
