@@ -79,7 +79,7 @@ peer::Limits read_limits(const ScoreChoice& choice) {
   share("--spin", choice.spin, limits.spin);
   share("--energy", choice.energy, limits.energy);
   if (!choice.penetration.empty()) limits.penetration = read_length("--penetration", choice.penetration);
-  if (!choice.budget.empty()) limits.cpu_ms = 1e3 * frame * read_budget(choice.budget);
+  if (!choice.budget.empty()) limits.cpu_ms = 1e3 * mss::frame * read_budget(choice.budget);
   return limits;
 }
 
@@ -106,7 +106,8 @@ void run_score(const ScoreChoice& choice, int& exit_status) {
   const std::string directory =
       choice.directory.empty() ? "out/" + exchange.scene.name + "_scores" : choice.directory;
   prepare_directory(directory);
-  write_scores(judge, results, limits, origin, directory);
+  const std::string no_chart = write_scores(judge, results, limits, origin, directory);
+  if (!no_chart.empty()) fmt::print(stderr, "mss: there is no chart: {}\n", no_chart);
   if (!choice.json.empty())
     write_atomically(choice.json, to_json(judge, results, limits, origin).dump(2) + "\n");
   if (!choice.junit.empty()) write_atomically(choice.junit, to_junit(judge, results));

@@ -254,15 +254,15 @@ Drawings draw(const std::vector<NamedTable>& tables) {
   const Table& scores = find_table(tables, "scores");
   if (scores.size() == 0) return {};
   Chart chart{.title = "Error against cost: " + scores.text(0, "scene"),
-              .subtitle = "root mean square distance from the reference over its largest displacement",
-              .times = true,
+              .subtitle =
+                  "rms distance from the reference over its largest displacement; times as programs "
+                  "give them",
               .x = {.label = "processor time of a frame of 1/60 s [ms]", .logarithmic = true},
               .y = {.label = "error", .logarithmic = true},
               .series = lines_of(scores)};
   std::size_t drawn = 0;
   for (const ChartSeries& series : chart.series) drawn += series.points.size();
-  if (drawn < scores.size())
-    chart.subtitle += fmt::format("; not drawn: {} without an error or a time", scores.size() - drawn);
+  if (drawn < scores.size()) chart.subtitle += fmt::format("; {} not drawn", scores.size() - drawn);
   return {.charts = {{"scores", std::move(chart)}}};
 }
 
@@ -306,8 +306,8 @@ std::string to_junit(const Judge& judge, const std::vector<Judged>& results) {
       escaped(judge.exchange().scene.name), tests, failures, cases);
 }
 
-void write_scores(const Judge& judge, const std::vector<Judged>& results, const Limits& limits,
-                  const Json& origin, const fs::path& directory) {
+std::string write_scores(const Judge& judge, const std::vector<Judged>& results, const Limits& limits,
+                         const Json& origin, const fs::path& directory) {
   const std::vector<NamedTable> tables = score_tables(judge, results);
   for (const NamedTable& named : tables)
     write_atomically(directory / (named.name + ".csv"), named.table.csv());
@@ -317,7 +317,12 @@ void write_scores(const Judge& judge, const std::vector<Judged>& results, const 
   meta.erase("results");  // scores.csv has them
   meta["tables"] = describe_tables(tables);
   write_atomically(directory / "meta.json", meta.dump(2) + "\n");
-  write_drawings(draw(tables), tables, origin, directory);
+  try {
+    write_drawings(draw(tables), tables, origin, directory);
+  } catch (const InputError& problem) {
+    return problem.what();
+  }
+  return "";
 }
 
 std::string summary(const Judge& judge, const std::vector<Judged>& results) {

@@ -36,9 +36,10 @@ Json to_json(const Judge& judge, const std::vector<Judged>& results, const Limit
 /// The same as JUnit's XML: a test case for every check of every result.
 std::string to_junit(const Judge& judge, const std::vector<Judged>& results);
 
-/// Writes the tables, meta.json and the chart to a directory. Throws InputError if that fails.
-void write_scores(const Judge& judge, const std::vector<Judged>& results, const Limits& limits,
-                  const Json& origin, const std::filesystem::path& directory);
+/// Writes the tables, meta.json and the chart to a directory. Throws InputError if that fails; why there is
+/// no chart it returns, in words: verdicts do not depend on gnuplot.
+std::string write_scores(const Judge& judge, const std::vector<Judged>& results, const Limits& limits,
+                         const Json& origin, const std::filesystem::path& directory);
 
 /// Lines for stdout.
 std::string summary(const Judge& judge, const std::vector<Judged>& results);
