@@ -284,8 +284,8 @@ void add_check(CLI::App& app, int& exit_status) {
                       "instead of all tables");
   command->add_option(
       "--results", choice->results,
-      "Compare the results in this directory (summary.json, series.csv, particles.csv) with the "
-      "scene's [expect] instead of simulating it");
+      "Compare the results in this directory (summary.json, series.csv, particles.csv; their format: "
+      "experiments/peer/README.md) with the scene's [expect] instead of simulating it");
   constexpr int most_threads = 1024;
   command
       ->add_option("--threads", choice->threads,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "core/base/error.hpp"
@@ -93,6 +94,14 @@ void warn_about_reference(const peer::Limits& limits, const peer::ReferenceFacts
         facts.uncertainty, *limits.error);
 }
 
+/// Results have the names of their folders, or where two have one name the paths that the user gave.
+void tell_apart(const std::vector<std::string>& directories, std::vector<peer::Judged>& results) {
+  std::vector<std::string> names;
+  for (const peer::Judged& judged : results) names.push_back(judged.result.name);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (std::count(names.begin(), names.end(), names[i]) > 1) results[i].result.name = directories[i];
+}
+
 void run_score(const ScoreChoice& choice, int& exit_status) {
   const peer::Limits limits = read_limits(choice);
   const peer::Exchange exchange = peer::read_export(choice.scene);
@@ -102,10 +111,12 @@ void run_score(const ScoreChoice& choice, int& exit_status) {
   std::vector<peer::Judged> results;
   for (const std::string& directory : choice.results)
     results.push_back(judged(judge, peer::read_result(directory, exchange), limits));
+  tell_apart(choice.results, results);
   const Json origin = provenance();
   const std::string directory =
       choice.directory.empty() ? "out/" + exchange.scene.name + "_scores" : choice.directory;
   prepare_directory(directory);
+  const DirectoryClaim claim(directory);
   const std::string no_chart = write_scores(judge, results, limits, origin, directory);
   if (!no_chart.empty()) fmt::print(stderr, "mss: there is no chart: {}\n", no_chart);
   if (!choice.json.empty())

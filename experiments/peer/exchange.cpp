@@ -100,8 +100,8 @@ Exchange make_exchange(const Scene& scene, double spacing) {
   check_boxes(scene);
   if (!(spacing > 0 && spacing <= scene.solve.duration))
     throw InputError(
-        fmt::format("samples are {:g} s apart, and {} lasts {:g} s; give a time from 0 to that, without 0",
-                    spacing, scene.name, scene.solve.duration));
+        fmt::format("samples are {:g} s apart, and {} lasts {:g} s; give a positive time up to that", spacing,
+                    scene.name, scene.solve.duration));
   constexpr double most_samples = 1e6;
   if (scene.solve.duration / spacing > most_samples)
     throw InputError(

@@ -218,6 +218,8 @@ void read_reference(Exchange& exchange, const fs::path& path) {
 
 void write_export(const Exchange& exchange, const fs::path& directory) {
   prepare_directory(directory);
+  const DirectoryClaim claim(directory);
+  fs::remove(directory / "scene.json");  // which is written last: without it the folder is no export
   write_scene(exchange.scene, directory);
   write_particles(exchange, directory / "particles.csv");
   write_springs(*exchange.body, directory / "springs.csv");

@@ -193,6 +193,20 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
+/// A line for each engine of which several steps were tried.
+std::string stability_in_words(const Table& stability) {
+  std::string text;
+  for (std::size_t row = 0; row < stability.size(); ++row) {
+    const double stable = stability.number(row, "largest_stable_step"),
+                 unstable = stability.number(row, "smallest_unstable_step");
+    text +=
+        fmt::format("  {} in {:g} steps: ", stability.text(row, "engine"), stability.number(row, "steps"));
+    text += std::isfinite(stable) ? fmt::format("stable up to {:.4g} s", stable) : "none is stable";
+    text += std::isfinite(unstable) ? fmt::format(", not at {:.4g} s\n", unstable) : "\n";
+  }
+  return text;
+}
+
 std::string energy_in_words(const Scale& scale) {
   if (!scale.has_energy) return "the model has none";
   return scale.takes_energy.empty() ? "conserved" : "not conserved: " + scale.takes_energy;
@@ -345,6 +359,7 @@ std::string summary(const Judge& judge, const std::vector<Judged>& results) {
     }
     text += all_met(checks) ? "\n    met\n" : "\n    missed: " + missed_in_words(checks) + "\n";
   }
+  text += stability_in_words(table_of_stability(results));
   const auto failed =
       std::count_if(results.begin(), results.end(), [](const Judged& j) { return !all_met(j.checks); });
   return text + fmt::format("{} result{}: {}\n", results.size(), results.size() == 1 ? "" : "s",

@@ -39,13 +39,13 @@ TEST(Peer, JudgesItsOwnMethods) {
   EXPECT_LT(score.error, 0.01);
   EXPECT_GT(score.error, 1e-6);
   EXPECT_LT(score.momentum_drift, 1e-12);
-  EXPECT_LT(score.spin_drift, 1e-9);
+  EXPECT_LT(score.spin_drift, 1e-7);  // rk4 keeps it to some 1e-9
   EXPECT_LT(score.energy_gain + score.energy_loss, 0.01);
   EXPECT_GT(score.volume_high, 1.0005);  // it bulges
   EXPECT_GT(result.cpu_seconds, 0);
 }
 
-// At twice the limit it blows up, which is no fault of the samples.
+// Far above the limit it blows up, which is no fault of the samples.
 TEST(Peer, TellsMethodsThatBlowUp) {
   const Exchange exchange = exported(turning_cube("integrator = \"verlet\"\n"));
   const Judge judge(exchange);
@@ -54,9 +54,10 @@ TEST(Peer, TellsMethodsThatBlowUp) {
   const Score score = judge.score(run_own(fast, exchange, Progress()));
   EXPECT_TRUE(score.unstable);
   EXPECT_FALSE(score.stable);
-  fast.solve.dt = exchange.spacing / 2.5;  // which meets no second sample
+  fast.solve.dt = exchange.spacing / 10.5;  // stable, but its steps do not meet samples
   const Score beside = judge.score(run_own(fast, exchange, Progress()));
-  EXPECT_FALSE(beside.stable || (beside.unstable && beside.status == "ok"));
+  EXPECT_TRUE(beside.status.starts_with("samples are ")) << beside.status;
+  EXPECT_FALSE(beside.stable || beside.unstable);
 }
 
 // Velocities that a program leaves out are differences of samples, by which a rigid rotation keeps its spin.
@@ -113,10 +114,10 @@ TEST(Peer, RefusesReferencesOfOtherBodies) {
 
 // A body that stays where it is has no error relative to its motion.
 TEST(Peer, RefusesScenesWithoutMotion) {
-  const Exchange exchange =
-      exported(parse_scene("[body]\ncells = [1, 1, 1]\ncell_size = 0.1\n[material]\nyoung = 1e5\npoisson = "
-                           "0.3\n[solve]\nduration = "
-                           "0.1\n"));
+  const Exchange exchange = exported(parse_scene(
+      "[body]\ncells = [1, 1, 1]\ncell_size = 0.1\n[material]\ndensity = 1000\nyoung = 1e5\npoisson = "
+      "0.3\n[solve]\nduration = "
+      "0.1\n"));
   EXPECT_THROW(Judge{exchange}, InputError);
 }
 

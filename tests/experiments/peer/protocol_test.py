@@ -205,6 +205,13 @@ def test_steps_are_swept(export, good):
     assert (row["steps"], row["largest_stable_step"], row["smallest_unstable_step"]) == ("3", "0.004", "0.03"), row
 
 
+def test_folders_of_one_name(export, good):
+    again = folder / "again" / "good"
+    shutil.copytree(good, again, dirs_exist_ok=True)
+    assert set(score(export, good, again)) == {str(good), str(again)}
+    run("redraw", folder / "scores")
+
+
 def test_velocities_count_where_given(export, good):
     """Given velocities are believed: with wrong ones, momentum is wrong and nothing else."""
     copy = folder / "given"
@@ -272,6 +279,7 @@ def main():
     test_the_solver_passes(export, good)
     test_faults_are_named(export, good)
     test_steps_are_swept(export, good)
+    test_folders_of_one_name(export, good)
     test_velocities_count_where_given(export, good)
     test_planes(good)
     test_bad_files_are_refused(export, good)
