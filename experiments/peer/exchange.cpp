@@ -117,11 +117,11 @@ Exchange make_exchange(const Scene& scene, double spacing) {
 }
 
 void add_reference(Exchange& exchange, Progress& progress) {
-  constexpr double enough = 1e-4;
   constexpr double most_seconds = 20;  // of a motion that is to be computed again in steps half as long
   constexpr int most_halvings = 6;
   Scene scene = for_reference(exchange);
   const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+  const double enough = method.order_undamped > 2 ? 1e-5 : 1e-4;  // a high order is soon exact
   long steps = explicit_steps(method, exchange.system->spectral_bound(), exchange.spacing).steps;
   const auto motion_in = [&](long per_sample) {
     scene.solve.dt = exchange.spacing / double(per_sample);

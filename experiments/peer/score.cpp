@@ -99,7 +99,8 @@ Judge::Judge(const Exchange& exchange)
       at_samples_(balances_at(reference_)),
       between_samples_(balances_between(*exchange.body, exchange.reference, reference_)) {
   find_scale();
-  if (scale_.displacement == 0)
+  constexpr double rounding = 1e-9;
+  if (scale_.displacement <= rounding * scale_.size)
     throw InputError(
         fmt::format("{}: nothing moves in it, so that no motion can be compared with it; export a "
                     "scene that moves",
