@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <tuple>
+#include <utility>
 
 #include "core/base/error.hpp"
 #include "experiments/harness/drawings.hpp"
@@ -71,7 +73,7 @@ Table table_of_scores(const Judge& judge, const std::vector<Judged>& results) {
                           result.name,
                           result.engine,
                           result.version,
-                          setting_of(result),
+                          setting_of(result, results),
                           result.step,
                           std::int64_t(result.iterations.value_or(0)),
                           std::int64_t(result.threads),
@@ -86,9 +88,20 @@ Table table_of_scores(const Judge& judge, const std::vector<Judged>& results) {
   return table;
 }
 
-/// Results that differ in their step alone.
-auto sweep_key(const Result& r) {
-  return std::tuple(r.engine, r.version, setting_of(r), r.iterations.value_or(0), r.precision);
+/// The same for results that differ in their step alone.
+auto sweep_key(const Result& r, const std::vector<Judged>& all) {
+  return std::tuple(r.engine, r.version, setting_of(r, all), r.iterations.value_or(0), r.precision);
+}
+
+/// The largest step below which none failed, and the smallest that did; NaN where there is none.
+std::pair<double, double> stable_steps(const std::vector<const Judged*>& sweep) {
+  double unstable = std::numeric_limits<double>::infinity(), stable = no_value;
+  for (const Judged* row : sweep)
+    if (row->score.unstable) unstable = std::min(unstable, row->result.step);
+  for (const Judged* row : sweep)
+    if (row->score.stable && row->result.step < unstable && !(row->result.step < stable))
+      stable = row->result.step;
+  return {stable, std::isinf(unstable) ? no_value : unstable};
 }
 
 /// Results whose samples are at fault say nothing about stability.
@@ -102,30 +115,20 @@ Table table_of_stability(const std::vector<Judged>& results) {
                {"largest_stable_step", "s"},
                {"smallest_unstable_step", "s"},
                {"status"}});
-  std::vector<const Judged*> rows;
+  using Key = decltype(sweep_key(Result(), results));
+  std::map<Key, std::vector<const Judged*>> sweeps;
   for (const Judged& judged : results)
-    if (judged.score.stable || judged.score.unstable) rows.push_back(&judged);
-  while (!rows.empty()) {
-    const Result& first = rows.front()->result;
-    double unstable = std::numeric_limits<double>::infinity(), stable = no_value;
-    std::int64_t count = 0;
-    const auto is_of_first = [&](const Judged* row) { return sweep_key(row->result) == sweep_key(first); };
-    for (const Judged* row : rows)
-      if (is_of_first(row)) {
-        ++count;
-        if (row->score.unstable) unstable = std::min(unstable, row->result.step);
-      }
-    for (const Judged* row : rows)
-      if (is_of_first(row) && row->score.stable && row->result.step < unstable)
-        stable = std::isnan(stable) ? row->result.step : std::max(stable, row->result.step);
-    if (count > 1)
-      table.add({first.engine, first.version, setting_of(first), std::int64_t(first.iterations.value_or(0)),
-                 first.precision, count, stable, unstable,
-                 std::string(std::isnan(stable)     ? "none is stable"
-                             : std::isinf(unstable) ? "all are stable"
-                                                    : "ok")});
-    std::erase_if(rows,
-                  [&, key = sweep_key(first)](const Judged* row) { return sweep_key(row->result) == key; });
+    if (judged.score.stable || judged.score.unstable)
+      sweeps[sweep_key(judged.result, results)].push_back(&judged);
+  for (const auto& [key, sweep] : sweeps) {
+    if (sweep.size() < 2) continue;
+    const auto& [engine, version, setting, iterations, precision] = key;
+    const auto [stable, unstable] = stable_steps(sweep);
+    table.add({engine, version, setting, std::int64_t(iterations), precision, std::int64_t(sweep.size()),
+               stable, unstable,
+               std::string(std::isnan(stable)     ? "none is stable"
+                           : std::isnan(unstable) ? "all are stable"
+                                                  : "ok")});
   }
   return table;
 }
@@ -199,8 +202,8 @@ std::string stability_in_words(const Table& stability) {
   for (std::size_t row = 0; row < stability.size(); ++row) {
     const double stable = stability.number(row, "largest_stable_step"),
                  unstable = stability.number(row, "smallest_unstable_step");
-    text +=
-        fmt::format("  {} in {:g} steps: ", stability.text(row, "engine"), stability.number(row, "steps"));
+    text += fmt::format("  {}, {:g} steps tried: ", stability.text(row, "engine"),
+                        stability.number(row, "steps"));
     text += std::isfinite(stable) ? fmt::format("stable up to {:.4g} s", stable) : "none is stable";
     text += std::isfinite(unstable) ? fmt::format(", not at {:.4g} s\n", unstable) : "\n";
   }
@@ -248,12 +251,18 @@ Judged judged(const Judge& judge, Result result, const Limits& limits) {
   return {std::move(result), score, std::move(checks)};
 }
 
-std::string setting_of(const Result& result) {
-  if (!result.settings.is_object()) return result.settings.is_null() ? "" : result.settings.dump();
+std::string setting_of(const Result& result, const std::vector<Judged>& all) {
+  if (!result.settings.is_object()) return "";
   std::string text;
-  for (const auto& [key, value] : result.settings.items())
+  for (const auto& [key, value] : result.settings.items()) {
+    const bool differs = std::any_of(all.begin(), all.end(), [&, k = key, v = value](const Judged& other) {
+      return other.result.engine == result.engine &&
+             (!other.result.settings.is_object() || other.result.settings.value(k, Json()) != v);
+    });
+    if (key == "iterations" || !differs) continue;
     text += fmt::format("{}{} {}", text.empty() ? "" : ", ", key,
                         value.is_string() ? value.get<std::string>() : value.dump());
+  }
   return text;
 }
 

@@ -19,8 +19,9 @@ struct Judged {
 /// Scores of results, and without its samples each; `limits` as the user gave them.
 Judged judged(const Judge& judge, Result result, const Limits& limits);
 
-/// What a program was told beside step and iterations, in a line; empty: nothing.
-std::string setting_of(const Result& result);
+/// What tells a result from others of its engine beside step and iterations: those of its settings that are
+/// not the same in all of them, in a line; empty: nothing.
+std::string setting_of(const Result& result, const std::vector<Judged>& all);
 
 /// `scores`, a row a result, with the columns that the scene has, and where some results of an engine differ
 /// in nothing but the step, `stability`: the largest step up to which none of those tried failed, and the
