@@ -154,9 +154,13 @@ void add_score(CLI::App& peer, int& exit_status) {
 void add_peer(CLI::App& app, int& exit_status) {
   CLI::App* command = app.add_subcommand(
       "peer", "scenes for other programs, and scores of what they made of them (experiments/peer/README.md)");
-  command->require_subcommand(1);
+  command->require_subcommand(0, 1);
   add_export(*command, exit_status);
   add_score(*command, exit_status);
+  command->callback([command] {
+    if (command->get_subcommands().empty())
+      throw InputError("give `mss peer export` or `mss peer score`; `mss peer --help` describes them");
+  });
 }
 
 }  // namespace

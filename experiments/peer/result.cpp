@@ -45,8 +45,9 @@ class CostFile {
   double number(const char* key, bool may_be_zero) const {
     const Json found = value(key);
     const double number = found.is_number() ? found.get<double>() : -1;
-    if (!(may_be_zero ? number >= 0 : number > 0) || !std::isfinite(number))
-      refuse(key, may_be_zero ? "a number that is not negative" : "a positive number");
+    if (!(may_be_zero ? number >= 0 : number > 0) || !(number <= double(most)))
+      refuse(key,
+             fmt::format("a {} number up to {:g}", may_be_zero ? "non-negative" : "positive", double(most)));
     return number;
   }
   /// Nothing where it is null or missing.

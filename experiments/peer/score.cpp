@@ -99,6 +99,10 @@ Judge::Judge(const Exchange& exchange)
       at_samples_(balances_at(reference_)),
       between_samples_(balances_between(*exchange.body, exchange.reference, reference_)) {
   find_scale();
+  const double all = scale_.displacement + scale_.momentum + scale_.spin + std::abs(scale_.energy);
+  if (!std::isfinite(all * all))
+    throw InputError(
+        fmt::format("{}: numbers of its reference are not finite; export it again", exchange.scene.name));
   constexpr double rounding = 1e-9;
   if (scale_.displacement <= rounding * scale_.size)
     throw InputError(

@@ -259,7 +259,8 @@ def test_bad_files_are_refused(export, good):
     told = score(export, copy, status=1)["bad"]
     assert told["status"] == "exploded at 0.1 s"
     (copy / "cost.json").write_text(json.dumps(cost | {"step": -1}))
-    assert '"step" = -1 is not a positive number' in score_of(copy)
+    assert '"step" = -1 is not a positive number up to 1e+09' in score_of(copy)
+    assert "give `mss peer export` or `mss peer score`" in refused()
     assert "give one that `mss peer export` made" in refused("score", good, "--scene", folder / "nowhere")
     assert "is not a share" in refused("score", good, "--scene", export, "--error", "5mm")
     for name, words in {"fig5_1_twist": "hold.1 moves", "soft_blocks": "[[strike]]"}.items():
