@@ -89,8 +89,9 @@ std::string material_block(const PublishedMaterial& m) {
   std::string out = fmt::format("# {}: {}\n[material]\ndensity = {:g}\nyoung = {:.6g}\n", m.name, m.source,
                                 m.density, m.young);
   if (m.poisson > largest_block_poisson)
-    out += fmt::format("poisson = {:g}  # {:g} as published; nearer to 1/2 only steps get shorter\n",
-                       largest_block_poisson, m.poisson);
+    out += fmt::format(
+        "poisson = {:g}  # {:g} in the table; nearer to 1/2 steps get shorter, and little else changes\n",
+        largest_block_poisson, m.poisson);
   else
     out += fmt::format("poisson = {:g}\n", m.poisson);
   if (!std::isnan(m.loss))

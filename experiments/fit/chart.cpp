@@ -28,11 +28,11 @@ Chart chart_of_values(const Table& data, const std::string& subtitle) {
     if (data.text(row, "kind") == "series") continue;
     names.push_back(fmt::format("{}: {:.4g} {}", data.text(row, "observation"), data.number(row, "measured"),
                                 data.text(row, "unit")));
-    residuals.push_back(-data.number(row, "residual") / data.number(row, "uncertainty"));
+    residuals.push_back(data.number(row, "residual") / data.number(row, "uncertainty"));
   }
   Chart chart{.title = "Fit beside single values that were measured",
               .subtitle = subtitle,
-              .x = {.label = "fitted less measured, over the uncertainty (dotted: -1, 0, 1)"},
+              .x = {.label = "measured less fitted, over the uncertainty (dotted: -1, 0, 1)"},
               .y = named_rows(names)};
   ChartSeries series{.joined = false};
   double widest = 2;

@@ -28,11 +28,11 @@ class ByCoarseModel {
       step.evaluations = 0;
     }
     result_.evaluations = 0;
-    const bool has_begun = result_.ended != Ended::failed_at_start && result_.ended != Ended::undetermined &&
-                           result_.ended != Ended::interrupted;
-    if (!has_begun) return result_;
+    result_.values.resize(0);  // they are the coarse model's
+    if (!has_solution(result_.ended)) return result_;
     VectorXd u = result_.u;
     while (try_at(u)) u = next();
+    if (best_.u.size() == 0) return result_;
     result_.u = best_.u;
     result_.values = best_.values;
     result_.chi2 = best_.chi2;
@@ -40,6 +40,11 @@ class ByCoarseModel {
   }
 
  private:
+  /// Of the coarse model.
+  static bool has_solution(Ended ended) {
+    return ended == Ended::converged || ended == Ended::too_many_evaluations || ended == Ended::stalled;
+  }
+
   double chi2_of(const VectorXd& values) const {
     double sum = 0;
     for (std::size_t i = 0; i < problem_.targets.size(); ++i) {
@@ -50,6 +55,7 @@ class ByCoarseModel {
   }
   bool end(Ended how) {
     result_.ended = how;
+    is_over_ = true;
     return false;
   }
 
@@ -69,19 +75,21 @@ class ByCoarseModel {
 
   bool take(const Evaluated& found, const std::string& trouble) {
     const bool is_first = best_.u.size() == 0, is_better = found.chi2 < best_.chi2;
+    const bool is_level = !is_first && std::isinf(region_) &&
+                          std::abs(found.chi2 - best_.chi2) <= negligible_change(problem_, best_.chi2);
     result_.steps.push_back({"step", found.u, result_.evaluations,
                              trouble.empty() ? found.chi2 : std::numeric_limits<double>::quiet_NaN(),
                              is_better, trouble});
     if (is_first && !trouble.empty()) {
-      best_ = found;
+      result_.u = found.u;
       result_.problem = trouble;
       return end(Ended::failed_at_start);
     }
-    if (!is_first && std::abs(found.chi2 - best_.chi2) <= negligible_change(problem_, best_.chi2))
-      is_over_ = true;
-    if (!is_better) region_ = (found.u - best_.u).cwiseAbs().maxCoeff() / 2;
-    if (is_better) best_ = found;
-    if (is_over_) return end(Ended::converged);
+    if (is_better)
+      best_ = found;
+    else
+      region_ = (found.u - best_.u).cwiseAbs().maxCoeff() / 2;
+    if (is_level) return end(Ended::converged);
     return result_.evaluations + 1 <= problem_.most_evaluations || end(Ended::too_many_evaluations);
   }
 
@@ -97,25 +105,31 @@ class ByCoarseModel {
     return found;
   }
 
-  /// Where the corrected coarse model fits best; ends the search where that is no step.
-  VectorXd next() {
-    LeastSquaresProblem surrogate = coarse_;
-    surrogate.start = best_.u;
-    surrogate.low = problem_.low.cwiseMax((best_.u.array() - region_).matrix());
-    surrogate.high = problem_.high.cwiseMin((best_.u.array() + region_).matrix());
-    surrogate.evaluate = [this](const std::vector<Trial>& trials) {
+  LeastSquaresProblem surrogate() const {
+    LeastSquaresProblem problem = coarse_;
+    problem.start = best_.u;
+    problem.low = problem_.low.cwiseMax((best_.u.array() - region_).matrix());
+    problem.high = problem_.high.cwiseMin((best_.u.array() + region_).matrix());
+    problem.evaluate = [this](const std::vector<Trial>& trials) {
       std::vector<Evaluation> found = coarse_.evaluate(trials);
       for (Evaluation& one : found) one = corrected(std::move(one));
       return found;
     };
-    const LeastSquaresResult found = solve_least_squares(surrogate);
-    if (coarse_.stopped()) end(Ended::interrupted), is_over_ = true;
+    return problem;
+  }
+
+  /// Where the corrected coarse model fits best; ends the search where that is no step.
+  VectorXd next() {
+    const LeastSquaresResult found = solve_least_squares(surrogate());
+    if (coarse_.stopped()) end(Ended::interrupted);
     if (found.jacobian.size() > 0) result_.jacobian = found.jacobian;
+    if (is_over_) return best_.u;
     const double step = (found.u - best_.u).cwiseAbs().maxCoeff();
-    if (!is_over_ &&
-        (step <= problem_.least_step || best_.chi2 - found.chi2 <= negligible_change(problem_, found.chi2))) {
+    if (!has_solution(found.ended) || (step == 0 && found.ended != Ended::converged)) {
+      end(Ended::stalled);
+    } else if (step <= problem_.least_step ||
+               best_.chi2 - found.chi2 <= negligible_change(problem_, found.chi2)) {
       end(step < 0.99 * region_ ? Ended::converged : Ended::stalled);
-      is_over_ = true;
     }
     return found.u;
   }

@@ -215,17 +215,23 @@ std::string names_of(const FitProblem& problem, const std::vector<int>& coordina
 
 /// Throws InputError where the fit could not begin.
 void check_start(const FitProblem& problem, const LeastSquaresResult& found) {
-  if (found.ended == Ended::failed_at_start)
+  if (found.ended == Ended::failed_at_start) {
+    const bool by_twin = !problem.coarse.empty();
     throw InputError(fmt::format(
-        "the fit cannot start: with the values that it starts from ({}) {}; give others with --set",
-        fmt::join(settings_of(problem, values_of(problem, found.u)), ", "), found.problem));
+        "the fit cannot start: {} ({}) {}; give {}",
+        !by_twin                 ? "with the values that it starts from"
+        : found.evaluations == 0 ? "the coarse scene, with the values that it starts from"
+                                 : "where the coarse scene fits best",
+        fmt::join(settings_of(problem, values_of(problem, found.u)), ", "), found.problem,
+        by_twin && found.evaluations > 0 ? "another coarse scene, or none" : "others with --set"));
+  }
   if (found.ended != Ended::undetermined) return;
   const std::string names = names_of(problem, found.undetermined);
-  const bool none = found.undetermined.size() == 1;
+  const bool is_one = found.undetermined.size() == 1;
   throw InputError(fmt::format(
       "the data do not determine {}: {}; fit fewer parameters, or give data that tell", names,
-      none ? "nothing that was measured depends on it"
-           : "changes of these together leave all that was measured as it is, or nothing depends on them"));
+      is_one ? "nothing that was measured depends on it"
+             : "changes of these together leave all that was measured as it is, or nothing depends on them"));
 }
 
 /// A series that rings, as its frequency and damping ratio.
@@ -265,12 +271,16 @@ std::optional<FitProblem> with_ring_downs(const FitProblem& problem) {
   return simpler;
 }
 
+/// Evaluations that derivatives by differences take, and where they are taken.
+double to_begin(const FitProblem& problem) { return 1 + double(problem.parameters.size()); }
+
 /// Solves a simpler problem for where to start with another, if it has a solution.
 void begin_with(const FitProblem& simpler, Progress& progress, LeastSquaresProblem& squares,
                 FitResult& result) {
   Model model(simpler, progress, result);
   LeastSquaresProblem of_rings = least_squares_of(simpler, model);
   of_rings.least_step = 0.01;  // it is a start only
+  of_rings.most_evaluations -= to_begin(simpler);
   const LeastSquaresResult found = solve_least_squares(of_rings);
   if (found.ended == Ended::converged) squares.start = found.u;
   squares.most_evaluations -= found.evaluations;
@@ -284,20 +294,31 @@ void begin_with(const FitProblem& simpler, Progress& progress, LeastSquaresProbl
 /// Solves a problem as it is.
 LeastSquaresResult solve_directly(const FitProblem& problem, LeastSquaresProblem& squares, Progress& progress,
                                   FitResult& result) {
-  if (const auto simpler = with_ring_downs(problem)) begin_with(*simpler, progress, squares, result);
+  const auto simpler = with_ring_downs(problem);
+  if (simpler && problem.most_evaluations >= 2 * to_begin(problem))
+    begin_with(*simpler, progress, squares, result);
   return solve_least_squares(squares);
 }
+
+constexpr double most_of_twin = 30;  ///< evaluations, each time that it is fitted
 
 /// The same by the twins of its runs.
 LeastSquaresResult solve_by_twin(const FitProblem& problem, const LeastSquaresProblem& squares,
                                  Progress& progress, FitResult& result) {
-  const FitProblem twin = twin_of(problem);
+  FitProblem twin = twin_of(problem);
+  twin.most_evaluations = most_of_twin;
   FitResult of_twin;
   Model model(twin, progress, of_twin);
   LeastSquaresProblem coarse = least_squares_of(twin, model);
   if (const auto simpler = with_ring_downs(twin)) begin_with(*simpler, progress, coarse, of_twin);
+  coarse.most_evaluations = most_of_twin;
   LeastSquaresResult found = solve_by_coarse_model(squares, coarse);
   result.coarse_runs = of_twin.runs;
+  for (TriedStep& step : of_twin.steps) {
+    step.kind = "coarse: " + step.kind;
+    step.evaluations = 0;
+    result.steps.push_back(std::move(step));
+  }
   return found;
 }
 
@@ -310,7 +331,7 @@ void add_intervals(const FitProblem& problem, const LeastSquaresResult& found, F
   result.degrees_of_freedom = int(found.jacobian.rows()) - int(free.size());
   result.correlation = MatrixXd::Constant(count, count, no_value);
   const MatrixXd jacobian = found.jacobian(Eigen::all, free);
-  const std::vector<int> undetermined = undetermined_coordinates(jacobian);
+  const std::vector<int> undetermined = undetermined_coordinates(jacobian, targets_of(problem));
   for (const Eigen::Index k : free) {
     FittedParameter& p = result.parameters[std::size_t(k)];
     if (result.degrees_of_freedom == 0) p.status = "no degrees of freedom";
@@ -325,10 +346,13 @@ void add_intervals(const FitProblem& problem, const LeastSquaresResult& found, F
     const Parameter& parameter = problem.parameters[std::size_t(free[a])];
     FittedParameter& p = result.parameters[std::size_t(free[a])];
     const double low = parameter.unbounded(u - t * error), high = parameter.unbounded(u + t * error);
-    if (std::isfinite(low) && std::isfinite(high))
-      std::tie(p.low, p.high) = std::pair(low, high);
-    else
+    constexpr double wide = 100;  // high over low
+    if (!std::isfinite(low) || !std::isfinite(high))
       p.status = "not determined by the data";
+    else if (parameter.is_logarithmic() && high / low > wide)
+      p.status = "hardly determined by the data";
+    if (std::isfinite(low) && std::isfinite(high))
+      std::tie(p.low, p.high) = std::pair(std::max(low, parameter.low), std::min(high, parameter.high));
     for (std::size_t b = 0; b < free.size(); ++b) {
       const auto j = Eigen::Index(b);
       result.correlation(free[a], free[b]) =
@@ -365,18 +389,32 @@ FitProblem read_problem(const SceneSource& source, const std::vector<std::string
   return problem;
 }
 
+namespace {
+
+/// Throws InputError for settings of the twins that are wrong, or are of fitted numbers.
+void check_twin(const FitProblem& problem, const std::vector<double>& starts) {
+  for (const std::string& setting : problem.coarse)
+    for (const Parameter& p : problem.parameters)
+      if (setting.substr(0, setting.find('=')) == p.key)
+        throw InputError(fmt::format("the coarse scene: {} is fitted; its settings leave it alone", p.key));
+  try {
+    Observations of_twin = twin_of(problem).data;
+    check_observations(of_twin, settings_of(problem, starts));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("the coarse scene: {}", error.what()));
+  }
+}
+
+}  // namespace
+
 void check_problem(FitProblem& problem) {
   std::vector<double> starts;
   for (const Parameter& p : problem.parameters) starts.push_back(p.start);
   check_observations(problem.data, settings_of(problem, starts));
-  if (!problem.coarse.empty()) {
-    try {
-      Observations of_twin = twin_of(problem).data;
-      check_observations(of_twin, settings_of(problem, starts));
-    } catch (const InputError& error) {
-      throw InputError(fmt::format("the coarse scene: {}", error.what()));
-    }
-  }
+  if (problem.coarse.empty() && problem.most_evaluations < to_begin(problem))
+    throw InputError(fmt::format("evaluations = {:g} are too few: a fit of {} numbers begins with {:g}",
+                                 problem.most_evaluations, problem.parameters.size(), to_begin(problem)));
+  if (!problem.coarse.empty()) check_twin(problem, starts);
   const std::size_t points = targets_of(problem).size();
   if (points < problem.parameters.size())
     throw InputError(
@@ -398,7 +436,7 @@ FitResult fit(const FitProblem& problem, Progress& progress) {
     step.evaluations += result.evaluations;
     result.steps.push_back(std::move(step));
   }
-  const bool is_known = !found.steps.empty();
+  const bool is_known = found.values.size() > 0;
   result.evaluations += found.evaluations;
   result.seconds = begun.seconds();
   result.chi2 = found.chi2;

@@ -168,7 +168,7 @@ class Solver {
         result_.problem = found[k + 1].problem;
         return end(Ended::failed_at_start);
       }
-    result_.undetermined = undetermined_coordinates(model_.jacobian(z_, j_));
+    result_.undetermined = undetermined_coordinates(model_.jacobian(z_, j_), problem_.targets);
     return result_.undetermined.empty() || end(Ended::undetermined);
   }
 
@@ -290,18 +290,27 @@ class Solver {
 
 }  // namespace
 
+namespace {
+/// What was measured, over its uncertainties.
+double size_of(const std::vector<Target>& targets) {
+  double square = 0;
+  for (const Target& target : targets) square += std::pow(target.measured / target.uncertainty, 2);
+  return std::sqrt(square);
+}
+}  // namespace
+
 double negligible_change(const LeastSquaresProblem& problem, double chi2) {
   const double degrees = double(problem.targets.size()) - double(problem.start.size());
   return degrees > 0 ? std::pow(problem.least_share, 2) * chi2 / degrees : 0;
 }
 
-std::vector<int> undetermined_coordinates(const MatrixXd& jacobian) {
-  constexpr double no_effect = 1e-3;  // of uncertainties, for a change by a factor of e
+std::vector<int> undetermined_coordinates(const MatrixXd& jacobian, const std::vector<Target>& targets) {
+  constexpr double no_effect = 1e-5;  // of all that was measured, for a change by a factor of e
   constexpr double parallel = 2e-3;   // columns so near to each other differ by errors of differences
   constexpr double takes_part = 0.3;
   std::vector<int> found;
   for (Eigen::Index k = 0; k < jacobian.cols(); ++k)
-    if (!(jacobian.col(k).norm() > no_effect)) found.push_back(int(k));
+    if (!(jacobian.col(k).norm() > no_effect * size_of(targets))) found.push_back(int(k));
   if (!found.empty() || jacobian.cols() == 0) return found;
   const MatrixXd scaled = jacobian.colwise().normalized();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled.transpose() * scaled);

@@ -77,8 +77,10 @@ LeastSquaresResult solve_least_squares(const LeastSquaresProblem& problem);
 /// times s^2, which is chi2 over the degrees of freedom; 0 without any.
 double negligible_change(const LeastSquaresProblem& problem, double chi2);
 
-/// The coordinates between which the columns of a jacobian do not tell, all of them if they are none.
-std::vector<int> undetermined_coordinates(const Eigen::MatrixXd& jacobian);
+/// The coordinates between which the columns of a jacobian do not tell; first those that change nothing of
+/// what was measured.
+std::vector<int> undetermined_coordinates(const Eigen::MatrixXd& jacobian,
+                                          const std::vector<Target>& targets);
 
 /// Standard errors and correlations from the residuals' derivatives: s^2 (J^T J)^-1 with s^2 = chi2 over the
 /// degrees of freedom. Needs some, and determined coordinates.

@@ -58,14 +58,21 @@ double number_in(const std::string& cell, const std::string& column, const fs::p
 }
 
 MeasuredSeries read_series(const fs::path& file) {
-  const auto rows = parse_csv(read_file(file));
+  std::string text = read_file(file);
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // the byte-order mark of a spreadsheet
+  const auto rows = parse_csv(text);
   if (rows.empty() || rows.front().size() < 2 || (rows.front()[0] != "time" && rows.front()[0] != "t"))
     throw InputError(fmt::format(
         "{}: {}; give a header: time, in seconds, and the columns that were measured", file.string(),
         rows.empty() ? "the file is empty" : "the first line is not the header of a series"));
   if (rows.size() < 2) throw InputError(fmt::format("{} has no rows; give what was measured", file.string()));
   MeasuredSeries series;
-  for (std::size_t c = 1; c < rows.front().size(); ++c) series.columns.emplace_back(rows.front()[c], 0);
+  for (std::size_t c = 1; c < rows.front().size(); ++c) {
+    if (std::count(rows.front().begin() + 1, rows.front().end(), rows.front()[c]) > 1)
+      throw InputError(
+          fmt::format("{}: column '{}' is there twice; give each once", file.string(), rows.front()[c]));
+    series.columns.emplace_back(rows.front()[c], 0);
+  }
   for (std::size_t r = 1; r < rows.size(); ++r) {
     if (rows[r].size() != rows.front().size())
       throw InputError(fmt::format("{}:{}: {} cells for {} columns", file.string(), r + 1, rows[r].size(),
@@ -95,6 +102,7 @@ class Reader {
     check_keys(table, o);
     o.from = table.number("from", time_of_window, o.from);
     o.until = table.number("until", time_of_window, o.until);
+    if (!(o.until > o.from)) table.reject("until", "is not after from; give a later time");
     o.run = run_of(table, o.mode > 0);
     if (o.mode == 0 && o.kind != Kind::series)
       o.column = table.text("column", "a column", "x, y or z of a point, or a column of series.csv");

@@ -116,7 +116,8 @@ Json meta(const FitProblem& problem, const FitResult& result, const std::vector<
 }
 
 std::string interval_in_words(const FittedParameter& p) {
-  return std::isfinite(p.low) ? fmt::format("95 %: {:.5g} to {:.5g}", p.low, p.high) : p.status;
+  if (!std::isfinite(p.low)) return p.status;
+  return fmt::format("95 %: {:.5g} to {:.5g}{}", p.low, p.high, p.status == "ok" ? "" : ", " + p.status);
 }
 
 std::string in_words(const Observation& o, const std::vector<double>& fitted) {
@@ -198,10 +199,9 @@ std::vector<std::string> warnings_of(const FitProblem& problem, const FitResult&
                                        problem.parameters[std::size_t(j)].key, result.correlation(i, j)));
   for (std::size_t k = 0; k < result.parameters.size(); ++k) {
     const FittedParameter& p = result.parameters[k];
-    constexpr double wide = 100;  // high over low
-    if (p.low > 0 && p.high / p.low > wide)
-      warnings.push_back(fmt::format("{} is hardly determined: the data allow {:.2g} to {:.2g}",
-                                     problem.parameters[k].key, p.low, p.high));
+    if (p.status.starts_with("hardly"))
+      warnings.push_back(fmt::format("{} is {}, which allow {:.2g} to {:.2g}", problem.parameters[k].key,
+                                     p.status, p.low, p.high));
   }
   const auto failed = std::count_if(result.steps.begin(), result.steps.end(),
                                     [](const TriedStep& step) { return !step.problem.empty(); });

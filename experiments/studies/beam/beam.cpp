@@ -16,7 +16,7 @@ namespace mss::studies::beam {
 
 namespace {
 
-constexpr int most_fit_cells = 12;  ///< across: half a minute on two cores, of 18 several
+constexpr int most_fit_cells = 12;  ///< across: about a minute on two cores, of 18 several
 
 Json beam_configuration(const BeamConfig& config) {
   Json materials = Json::object(), scenes = Json::object(), ringing = Json::array();
@@ -54,9 +54,9 @@ constexpr const char* beam_caption =
     "frequency; the measured one does not, and the measured rest drifts by up to a tenth of the drop "
     "while it rings: the silicone relaxes. Left out: how the hand let go, how the weight hangs, "
     "markers' masses, other shapes and materials. One branch makes a material stiffer the faster it moves; "
-    "measured, the beam's dynamic modulus over its static one falls with frequency, so something else acts "
-    "too: a weight that swings on its thread, masses of markers, or strains, which are the largest where "
-    "the frequency is lowest.";
+    "the square of the measured frequency over ours as published does not grow with frequency, so something "
+    "else acts too: a weight that swings on its thread, masses of markers, or strains, which are the largest "
+    "where the frequency is lowest.";
 
 std::string percent(double share) { return fmt::format("{:+.1f} %", 100 * share); }
 

@@ -27,7 +27,7 @@ Table in_finest_cells(const Table& rows) { return rows.where("cells", finest_cel
 
 std::string weight_label(const std::string& load) { return load == "none" ? "no weight" : load; }
 
-/// A table's rows of one load by name, or of the first material alone.
+/// A table's rows of its first material.
 Table of_first_material(const Table& rows) {
   return rows.size() == 0 ? rows : rows.where("material", rows.distinct("material").front());
 }
@@ -58,7 +58,7 @@ Chart drops_chart(const Table& all, const Table& comsol) {
     chart.x.names.push_back(fmt::format("{}: {:g}", first.text(r, "load"), first.number(r, "marker")));
     measured.points.push_back({x, 0, -half, half});
     others.points.push_back(
-        {x + 0.2, over_mean(comsol_of(comsol, first.text(r, "load"), first.number(r, "marker")), a, b)});
+        {x + 0.15, over_mean(comsol_of(comsol, first.text(r, "load"), first.number(r, "marker")), a, b)});
   }
   chart.series = {measured, others};
   for (const std::string& material : all.distinct("material")) {
@@ -69,7 +69,7 @@ Chart drops_chart(const Table& all, const Table& comsol) {
     if (of.number(0, "cells") != cells) series.label += fmt::format(", {:g} cells", of.number(0, "cells"));
     for (std::size_t r = 0; r < of.size(); ++r)
       series.points.push_back(
-          {double(r) + 1 - 0.1 * double(chart.series.size()),
+          {double(r) + 1 - 0.2 + 0.1 * double(chart.series.size() - 2),
            over_mean(of.number(r, "drop"), of.number(r, "measured_a"), of.number(r, "measured_b"))});
     chart.series.push_back(std::move(series));
   }

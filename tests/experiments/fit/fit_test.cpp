@@ -226,11 +226,16 @@ TEST_F(Fitting, ACoarseTwinSparesRunsOfTheScene) {
   const Json meta = Json::parse(read_file(*this / "out" / "meta.json"));
   EXPECT_LE(meta["runs"].get<int>(), 6);
   EXPECT_GT(meta["coarse_runs"].get<int>(), meta["runs"].get<int>());
+  EXPECT_EQ(Table::read(read_file(*this / "out" / "fit_steps.csv"), "fit_steps.csv").text(0, "kind"),
+            "coarse: of ring-downs: start");
   std::vector<std::string> wrong = by_twin;
   wrong[4] = "body.cels=[1, 1, 3]";
   const ProgramRun refused = run_fit("data.toml", wrong);
   EXPECT_EQ(refused.exit_status, 2);
   EXPECT_NE(refused.output.find("the coarse scene: "), std::string::npos) << refused.output;
+  wrong[4] = "material.young=1e5";
+  EXPECT_NE(run_fit("data.toml", wrong).output.find("the coarse scene: material.young is fitted"),
+            std::string::npos);
 }
 
 TEST_F(Fitting, AnInterruptedFitHasWhatItFound) {
@@ -342,6 +347,11 @@ TEST_F(Fitting, BadDataEndInOneSentence) {
                      "a.csv");
   expect_fit_refused("time,totle\n0,1\n0.1,2\n", "column 'totle' is unknown; did you mean 'total'?",
                      {"material.young"}, "a.csv");
+  expect_fit_refused("time,total,total\n0,1,1\n0.1,2,2\n", "column 'total' is there twice",
+                     {"material.young"}, "a.csv");
+  expect_fit_refused(
+      "[[observation]]\nkind = \"damping\"\n" + of_the_end + "from = 0.5\nuntil = 0.1\nvalue = 0.05\n",
+      "is not after from");
   expect_fit_refused("time,z\n0,1\n0.1,2\n", "a displacement needs point", {"material.young"}, "a.csv");
   expect_fit_refused("time,total\n0,1\n120,2\n", "after the end of bar", {"material.young"}, "a.csv");
   expect_fit_refused(at_rest + "value = -9.8\n",

@@ -177,6 +177,35 @@ TEST(LeastSquares, ACoarseModelThatFailsEndsTheFitWithItsReason) {
   EXPECT_EQ(of_costly.evaluations, 1);
 }
 
+TEST(LeastSquares, ACoarseModelThatIsStoppedLeavesNothingKnown) {
+  const LeastSquaresProblem coarse = measured_beam_problem(0);
+  LeastSquaresProblem problem = coarse;
+  problem.stopped = [] { return true; };
+  const LeastSquaresResult found = solve_by_coarse_model(problem, coarse);
+  EXPECT_EQ(found.ended, Ended::interrupted);
+  EXPECT_EQ(found.u.size(), 3);
+  EXPECT_EQ(found.values.size(), 0);
+}
+
+TEST(LeastSquares, ACoarseModelWithoutASolutionIsNoConvergence) {
+  const LeastSquaresProblem problem = measured_beam_problem(0);
+  LeastSquaresProblem coarse = problem;
+  coarse.start = Eigen::Vector3d(2, -3, -1);
+  coarse.most_evaluations = 4;
+  EXPECT_EQ(solve_by_coarse_model(problem, coarse).ended, Ended::stalled);
+}
+
+// Uncertainties that are the same for all, whatever they are, and units as large.
+TEST(LeastSquares, OnlyTheRatiosOfUncertaintiesMatter) {
+  for (const double scale : {1e-6, 1.0, 1e6}) {
+    LeastSquaresProblem problem = measured_beam_problem(13);
+    for (Target& target : problem.targets) target.uncertainty *= scale;
+    const LeastSquaresResult found = solve_least_squares(problem);
+    EXPECT_EQ(found.ended, Ended::converged) << scale;
+    EXPECT_NEAR(found.u[0], solve_least_squares(measured_beam_problem(13)).u[0], 1e-3) << scale;
+  }
+}
+
 // Its slopes have the wrong sign: nothing that it proposes is better.
 TEST(LeastSquares, AMisleadingCoarseModelEndsWithoutEvaluationsOrStalled) {
   const auto straight = problem_of({{5, 1}, {5.1, 1}}, VectorXd::Constant(1, 0), [](const VectorXd& u) {

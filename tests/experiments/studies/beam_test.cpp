@@ -75,7 +75,8 @@ TEST(Beam, FitsAMaterialAndPredictsWithIt) {
   Progress progress;
   const BeamTables tables = measure_beam(config, progress);
   EXPECT_EQ(tables.fits.size(), 6U);
-  EXPECT_EQ(tables.fits.distinct("status"), std::vector<std::string>{"ok"});
+  for (const std::string& status : tables.fits.distinct("status"))
+    EXPECT_TRUE(status == "ok" || status == "hardly determined by the data") << status;
   const std::vector<std::string> materials{"as published", "fitted, one Maxwell branch",
                                            "fitted, Kelvin-Voigt"};
   EXPECT_EQ(tables.drops.distinct("material"), materials);
