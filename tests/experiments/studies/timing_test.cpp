@@ -707,6 +707,16 @@ TEST(TimingSeconds, AreTheTimeOfAStepOverTheStepOnOneThread) {
   EXPECT_EQ(seconds.text(6, "precision"), "single");
 }
 
+TEST(TimingSeconds, HaveNoRowOfWhatIsNotInstalled) {
+  std::vector<NamedTable> tables = rows_of_seven();
+  Table none({{"program"}, {"cells"}, {"seconds_per_step"}, {"our_precision"}, {"status"}});
+  none.add({"Bullet", 0, no_value, "", "not installed"});
+  tables.back().table = none;
+  EXPECT_EQ(timing_seconds(tables).where("method", "Bullet").size(), 0U);
+  tables.back().table = Table::read(none.csv(), "timing_peers.csv");
+  EXPECT_EQ(timing_seconds(tables).where("method", "Bullet").size(), 0U);
+}
+
 TEST(TimingSeconds, AreChartedWithTheirSteps) {
   const Chart chart = seconds_chart(timing_seconds(rows_of_seven()));
   std::vector<std::string> labels;
