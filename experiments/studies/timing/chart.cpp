@@ -11,6 +11,7 @@
 #include "experiments/harness/statistics.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/studies/timing/timing.hpp"
+#include "reference/published_rates.hpp"
 
 namespace mss::studies::timing {
 
@@ -21,7 +22,7 @@ constexpr int fit_from = 20;  // smaller cubes are mostly surface and overhead
 struct Curve {
   std::string method, integrator, precision;
   int threads = 1;
-  std::vector<double> cells = {}, seconds = {}, low = {}, high = {};
+  std::vector<double> cells = {}, springs = {}, seconds = {}, low = {}, high = {};
   double ns_per_spring = no_value;  ///< of the largest body
 };
 
@@ -41,6 +42,7 @@ std::vector<Curve> curves(const Table& rows) {
                                      .threads = threads});
     if (rows.text(r, "status") != "ok") continue;
     curve->cells.push_back(rows.number(r, "cells"));
+    curve->springs.push_back(rows.number(r, "springs"));
     curve->seconds.push_back(rows.number(r, "seconds_per_step"));
     curve->low.push_back(rows.number(r, "q1"));
     curve->high.push_back(rows.number(r, "q3"));
@@ -122,15 +124,9 @@ Largest largest_under(const Curve& curve, const std::optional<Fit>& law, double 
 std::string plural(int threads) { return fmt::format("{} thread{}", threads, threads == 1 ? "" : "s"); }
 
 std::string label(const std::string& method, const std::string& precision, int threads) {
-  const std::map<std::string, std::string> names{{"algorithm_1", "Algorithm 1"},
-                                                 {"plain_loop", "plain loop"},
-                                                 {"structured_sweep", "sweep"},
-                                                 {"algorithm_1_debug", "Algorithm 1, debug"},
-                                                 {"plain_loop_debug", "plain loop, debug"}};
-  const auto name = names.find(method);
-  const std::string shown = name == names.end() ? method : name->second;
   const bool says_precision = method == "structured_sweep" || precision == "single";
-  return fmt::format("{}{}, {}", shown, says_precision ? " in " + precision : "", plural(threads));
+  return fmt::format("{}{}, {}", method_name(method), says_precision ? " in " + precision : "",
+                     plural(threads));
 }
 
 /// Of the thesis's two loops the chart shows those that explain its time; the table has all.
@@ -248,7 +244,38 @@ std::string withheld_notice(int methods, int of, double spread) {
                      spread > widest_quartiles ? ": " + spread_text(spread) : "");
 }
 
+/// A rate that others published, as a line across the chart that only the legend names: its name on the line
+/// would stand in the way of curves.
+ChartSeries published_line(const reference::PublishedRate& published, const ChartAxis& x, int style) {
+  return {.label = fmt::format("{}, {}: published, on a GPU", published.program, published.year),
+          .points = {{x.low, published.rate}, {x.high, published.rate}},
+          .style = style,
+          .marked = false};
+}
+
 }  // namespace
+
+std::string method_name(const std::string& method) {
+  static const std::map<std::string, std::string> names{{"algorithm_1", "Algorithm 1"},
+                                                        {"plain_loop", "plain loop"},
+                                                        {"structured_sweep", "sweep"},
+                                                        {"algorithm_1_debug", "Algorithm 1, debug"},
+                                                        {"plain_loop_debug", "plain loop, debug"},
+                                                        {"xpbd", "XPBD"},
+                                                        {"vbd", "VBD"},
+                                                        {"backward_euler/lbfgs", "L-BFGS"},
+                                                        {"shape_matching", "shape matching"},
+                                                        {"Bullet", "Bullet's links"}};
+  const auto name = names.find(method);
+  return name == names.end() ? method : name->second;
+}
+
+ChartAxis cells_axis(double first, double last) {
+  ChartAxis axis{.label = "cells per edge n", .logarithmic = true, .low = 0.9 * first, .high = 1.2 * last};
+  for (const double tick : {1, 2, 3, 4, 5, 7, 10, 15, 20, 30, 50, 100, 200})
+    if (tick >= axis.low && tick <= axis.high) axis.ticks.push_back(tick);
+  return axis;
+}
 
 double spread_of(const Table& rows, std::size_t row, const char* q1, const char* q3) {
   return rows.number(row, q3) / rows.number(row, q1);
@@ -313,7 +340,7 @@ Chart timing_chart(const Table& rows, const Table& summary) {
       .subtitle =
           "full cube of edge 1 m; E = 100 kPa, ν = 0.3 held fixed while n grows; semi-implicit Euler; "
           "medians, bars are quartiles",
-      .x = {.label = "cells per edge n", .logarithmic = true},
+      .x = {},
       .y = {.label = "time per update", .logarithmic = true, .unit = "s"}};
   const std::vector<Curve> all = curves(rows);
   double first = 7, last = 7;  // the thesis's point is always on the chart
@@ -339,12 +366,9 @@ Chart timing_chart(const Table& rows, const Table& summary) {
   chart.legend_title = "method: exponent of time in n, largest n under 40 ms (≈: by the fit)";
   chart.times = true;
   chart.notice = withheld_notice(methods_withheld, methods, widest);
-  chart.x.low = 0.9 * first;
-  chart.x.high = 1.2 * last;
+  chart.x = cells_axis(first, last);
   chart.y.low = std::pow(10, std::floor(std::log10(fastest)));
   chart.y.high = std::pow(10, std::ceil(std::log10(slowest) + 0.1));
-  for (const double tick : {1, 2, 3, 4, 5, 7, 10, 15, 20, 30, 50, 100, 200})
-    if (tick >= chart.x.low && tick <= chart.x.high) chart.x.ticks.push_back(tick);
   chart.lines = {{ReferenceLine::Direction::horizontal, 1 / frame_rate, "24 frames per second"}};
   chart.marks = {{.point = {7, thesis_frame_seconds}, .label = "thesis: 40 ms", .left = true},
                  {.point = {7, no_value, thesis_frame_seconds / 5, thesis_frame_seconds / 3},
@@ -352,12 +376,49 @@ Chart timing_chart(const Table& rows, const Table& summary) {
   return chart;
 }
 
+Chart rates_chart(const Table& rows) {
+  Chart chart{
+      .title = "Springs updated in a second",
+      .subtitle =
+          "full cube of edge 1 m, with volume forces; semi-implicit Euler; medians, bars are quartiles",
+      .x = {},
+      .y = {.label = "springs a second", .logarithmic = true}};
+  const std::vector<Curve> all = curves(rows);
+  double first = no_value, last = no_value;
+  for (const Curve& c : all) {
+    if (c.method.ends_with("_debug") || !is_charted(c, all)) continue;
+    ChartSeries series{.label = label(c.method, c.precision, c.threads)};
+    for (std::size_t p = 0; p < c.cells.size(); ++p) {
+      series.points.push_back(
+          {c.cells[p], c.springs[p] / c.seconds[p], c.springs[p] / c.high[p], c.springs[p] / c.low[p]});
+      first = std::fmin(first, c.cells[p]);
+      last = std::fmax(last, c.cells[p]);
+    }
+    chart.series.push_back(std::move(series));
+  }
+  if (std::isnan(first)) return chart;
+  chart.x = cells_axis(first, last);
+  chart.times = true;
+  chart.legend_title = "lines without marks: as their authors published them, for GPUs; not measured here";
+  int style = 24;  // dark, dashed, then solid: unlike the lines of methods
+  for (const reference::PublishedRate& published : reference::published_rates())
+    chart.series.push_back(published_line(published, chart.x, style--));
+  return chart;
+}
+
 Drawings draw_timing(const std::vector<NamedTable>& tables) {
   const Table& rows = find_table(tables, "timing");
   const Table& features = find_table(tables, "timing_features");
   Drawings drawings;
-  if (rows.size() > 0)
+  if (rows.size() > 0) {
     drawings.charts.push_back({"timing", timing_chart(rows, find_table(tables, "timing_summary"))});
+    const auto stored = std::find_if(tables.begin(), tables.end(),
+                                     [](const NamedTable& t) { return t.name == "timing_seconds"; });
+    // results of earlier versions lack it, but not what it is computed from
+    const Table seconds = stored == tables.end() ? timing_seconds(tables) : stored->table;
+    drawings.charts.push_back({"timing_seconds", seconds_chart(seconds)});
+    drawings.charts.push_back({"timing_rates", rates_chart(rows)});
+  }
   if (features.size() > 0) drawings.charts.push_back({"timing_features", features_chart(features)});
   for (const auto& [name, table] : tables) {  // results of earlier versions have none of these
     if (table.size() == 0) continue;

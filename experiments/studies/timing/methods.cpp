@@ -27,7 +27,7 @@ constexpr double frame = 1.0 / 60;
 constexpr Candidate candidates[] = {{compared_with, nullptr, Workload::dt, 1},
                                     {"xpbd", nullptr, frame / 20, 1},
                                     {"vbd", nullptr, frame, 10},
-                                    {"backward_euler", "lbfgs", frame, 1},
+                                    {"backward_euler", "lbfgs", frame, 5},
                                     {"shape_matching", nullptr, frame, 1}};
 
 std::string label(const Candidate& c) {
@@ -97,6 +97,12 @@ bool add_rows(int n, int threads, const MethodTimingConfig& config, const Progre
 }
 
 }  // namespace
+
+double step_of_method(const std::string& method) {
+  for (const Candidate& c : candidates)
+    if (label(c) == method) return c.dt;
+  return no_value;
+}
 
 Table measure_methods(const MethodTimingConfig& config, Progress& progress) {
   Table table({{"method"},

@@ -149,20 +149,46 @@ struct MethodTimingConfig {
 Table measure_methods(const MethodTimingConfig& config, Progress& progress);
 Chart methods_chart(const Table& table);
 
+/// The step that a method of that table is timed at [s]; NaN of a method that this version does not know.
+double step_of_method(const std::string& method);
+
 /// Settings of the comparison with other programs.
 struct PeerTimingConfig {
   std::vector<int> cells{7, 20, 50};  ///< per edge
-  std::vector<int> threads{1};        ///< of ours; the faster counts
+  std::vector<int> threads{1};        ///< of ours, 1 among them
   int repetitions = 11;
   double sample_seconds = 20e-3;
 };
 
-/// Time of one step of the same particles and springs in other programs as they come, over that of ours:
-/// median and quartiles over pairs of samples; a row per program, size and precision of ours. What is not
-/// installed has a row that says so.
+/// The step that they are asked for [s]; one takes as long whatever it is.
+inline constexpr double peer_step = 1.0 / 60;
+
+/// Time of one step of the same particles and springs in other programs as they come, over that of ours with
+/// the faster number of threads and with one: medians and quartiles over pairs of samples; a row per program,
+/// size and precision of ours. What is not installed has a row that says so.
 Table measure_peers(const PeerTimingConfig& config, Progress& progress);
 /// Its rows as lines.
 std::string peers_text(const Table& table);
+
+/// The step of semi-implicit Euler on the workload with n cells per edge that dt = "safe" stands for [s].
+double safe_step(int n);
+
+/// What a simulated second costs on one thread: a row for every method, precision and size of the tables
+/// `timing`, `timing_methods` and, where there is one, `timing_peers`. Its time is that of a step, all its
+/// iterations together, over the step size: the safe step of semi-implicit Euler, and of other methods and
+/// programs the one they are timed at. How accurate these are is not in it.
+Table timing_seconds(const std::vector<NamedTable>& tables);
+Chart seconds_chart(const Table& seconds);
+/// Its rows as lines. Times whose quartiles are too far apart are withheld.
+std::string seconds_text(const Table& seconds);
+
+/// Springs a second of the methods of `timing`, beside what others published for their programs.
+Chart rates_chart(const Table& rows);
+
+/// A method as charts name it.
+std::string method_name(const std::string& method);
+/// The axis of cells per edge of sizes from `first` to `last`.
+ChartAxis cells_axis(double first, double last);
 
 /// The charts of the experiment.
 Drawings draw_timing(const std::vector<NamedTable>& tables);

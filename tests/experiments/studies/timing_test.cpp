@@ -8,11 +8,14 @@
 #include <functional>
 #include <utility>
 
+#include "core/body/spectral_bound.hpp"
 #include "core/kernels/dispatch.hpp"
 #include "core/springs/spring_system.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "experiments/studies/timing/peaks.hpp"
+#include "integrators/analysis/stable_step.hpp"
 #include "reference/bullet_cube.hpp"
+#include "reference/published_rates.hpp"
 #include "tests/read_back.hpp"
 
 namespace mss::studies::timing {
@@ -306,6 +309,7 @@ Table synthetic(const std::vector<int>& cells, double a, double p, double spread
               {"precision"},
               {"threads"},
               {"cells"},
+              {"springs"},
               {"seconds_per_step"},
               {"q1"},
               {"q3"},
@@ -315,8 +319,8 @@ Table synthetic(const std::vector<int>& cells, double a, double p, double spread
     const double s = a * std::pow(n, p);
     const bool is_wide = std::find(wide.begin(), wide.end(), n) != wide.end();
     const double half = is_wide ? std::sqrt(spread) : 1;
-    rows.add({"plain_loop", "semi_implicit_euler", "double", std::int64_t{1}, std::int64_t{n}, s, s / half,
-              s * half, "ok", 1.0});
+    rows.add({"plain_loop", "semi_implicit_euler", "double", std::int64_t{1}, std::int64_t{n},
+              std::int64_t{16} * n * n * n, s, s / half, s * half, "ok", 1.0});
   }
   return rows;
 }
@@ -545,10 +549,13 @@ TEST(TimingMethods, ComparesIterationsWithAnExplicitStep) {
   const Table rows = measure_methods({.cells = {2}, .repetitions = 1, .sample_seconds = 1e-4}, progress);
   ASSERT_GT(rows.size(), 5U);
   for (std::size_t r = 0; r < rows.size(); ++r) {
-    const std::string method = rows.text(r, "method");
+    const std::string& method = rows.text(r, "method");
     EXPECT_EQ(rows.text(r, "status"), "ok") << method;
     EXPECT_GT(rows.number(r, "seconds_per_iteration"), 0) << method;
-    EXPECT_EQ(rows.number(r, "iterations"), method == "vbd" ? 10 : 1) << method;
+    EXPECT_EQ(rows.number(r, "iterations"), method == "vbd"                    ? 10
+                                            : method == "backward_euler/lbfgs" ? 5
+                                                                               : 1)
+        << method;
     const Table step =
         rows.where("method", "semi_implicit_euler").where("precision", rows.text(r, "precision"));
     EXPECT_DOUBLE_EQ(rows.number(r, "over_explicit"),  // of the same precision
@@ -573,11 +580,242 @@ TEST(TimingPeers, TimeBulletOrSayThatItIsMissing) {
     EXPECT_GT(rows.number(r, "seconds_per_step"), 0);
     EXPECT_DOUBLE_EQ(rows.number(r, "over_ours"),
                      rows.number(r, "seconds_per_step") / rows.number(r, "our_seconds_per_step"));
+    EXPECT_DOUBLE_EQ(rows.number(r, "over_ours_on_one_thread"),
+                     rows.number(r, "seconds_per_step") / rows.number(r, "our_seconds_on_one_thread"));
   }
   const Body body(timing_cube(2));
   reference::BulletCube bullet(body, Vec3(0, 0, -10));
   for (int step = 0; step < 100; ++step) bullet.step(0.01);  // s = g t^2 / 2 = 5 m
   EXPECT_NEAR(bullet.position(0)[2] - body.rest_position(body.sites()[0])[2], -5, 0.2);
+}
+
+/// A step of Bullet takes 6 s, one of ours 3 s on one thread and 2 s on two.
+Table peer_rows(double q3) {
+  Table rows({{"program"},
+              {"version"},
+              {"precision"},
+              {"cells"},
+              {"seconds_per_step"},
+              {"q1"},
+              {"q3"},
+              {"our_precision"},
+              {"our_threads"},
+              {"over_ours"},
+              {"over_ours_q1"},
+              {"over_ours_q3"},
+              {"status"},
+              {"over_ours_on_one_thread"},
+              {"over_ours_on_one_thread_q1"},
+              {"over_ours_on_one_thread_q3"}});
+  for (const char* ours : {"single", "double"})
+    rows.add({"Bullet", "3.24", "single", 7, 6.0, 5.5, 6.5, ours, 2, 3.0, 2.9, 3.1, "ok", 2.0, 1.9, q3});
+  return rows;
+}
+
+TEST(TimingPeers, AreComparedOnOneThreadFirst) {
+  const std::string text = peers_text(peer_rows(2.1));
+  EXPECT_NE(
+      text.find("Bullet 3.24 in single precision on one thread, n = 7: a step takes 6e+03 ms, 2.0 times "
+                "ours in double on one thread, 3.0 times on 2\n"),
+      std::string::npos)
+      << text;
+  EXPECT_NE(peers_text(peer_rows(4)).find("withheld"), std::string::npos);
+}
+
+/// It is computed on a small cube of the same cells.
+TEST(TimingSeconds, SafeStepIsThatOfTheWholeCube) {
+  for (const int n : {1, 2, 3, 7, 12}) {
+    const SpectralBound bound = spectral_bound(Body(timing_cube(n)));
+    const double whole = safe_share * stable_step(find_integrator("semi_implicit_euler"), bound);
+    EXPECT_NEAR(safe_step(n), whole, 1e-12 * whole) << n;
+  }
+  EXPECT_NEAR(safe_step(14), safe_step(7) / 2, 1e-12);  // a step is as long as a wave takes through a cell
+}
+
+/// Of n = 7: a step of the sweep takes 1 ms, of the plain loop 4 ms and, with two threads, 2 ms; an iteration
+/// of each other method 3 ms; quartiles are 0.9 and `q3` of medians.
+std::vector<NamedTable> rows_of_seven(double q3 = 1.2) {
+  Table loops({{"method"},
+               {"integrator"},
+               {"precision"},
+               {"threads"},
+               {"cells"},
+               {"springs"},
+               {"seconds_per_step"},
+               {"q1"},
+               {"q3"},
+               {"status"},
+               {"ns_per_spring"}});
+  const auto add = [&](const char* method, int threads, double t) {
+    loops.add({method, "semi_implicit_euler", "double", threads, 7, 5068, t, 0.9 * t, q3 * t, "ok", 1.0});
+  };
+  add("plain_loop", 1, 4e-3);
+  add("plain_loop", 2, 2e-3);
+  add("structured_sweep", 1, 1e-3);
+  loops.add({"algorithm_1", "semi_implicit_euler", "double", 1, 7, 5068, no_value, no_value, no_value,
+             "skipped: too large", no_value});
+  Table methods({{"method"},
+                 {"precision"},
+                 {"iterations"},
+                 {"threads"},
+                 {"cells"},
+                 {"seconds_per_iteration"},
+                 {"q1"},
+                 {"q3"},
+                 {"over_explicit"},
+                 {"over_explicit_q1"},
+                 {"over_explicit_q3"},
+                 {"status"}});
+  const std::vector<std::pair<std::string, int>> timed{
+      {"semi_implicit_euler", 1}, {"xpbd", 1}, {"vbd", 10}, {"gone", 1}};
+  for (const auto& [method, iterations] : timed)
+    for (const int threads : {1, 2})
+      methods.add({method, "double", iterations, threads, 7, 3e-3, 2.7e-3, 3e-3 * q3, 1.0, 1.0, 1.0, "ok"});
+  return {{"timing", loops},
+          {"timing_summary", timing_summary(loops)},
+          {"timing_methods", methods},
+          {"timing_peers", peer_rows(2.1)}};
+}
+
+TEST(TimingSeconds, AreTheTimeOfAStepOverTheStepOnOneThread) {
+  const Table seconds = timing_seconds(rows_of_seven());
+  const std::vector<std::string> methods{
+      "plain_loop", "structured_sweep", "algorithm_1", "xpbd", "vbd", "gone", "Bullet"};
+  ASSERT_EQ(seconds.distinct("method"), methods);
+  ASSERT_EQ(seconds.size(),
+            methods.size());  // each once: of one thread alone, and of Bullet beside both of ours
+  const double dt = safe_step(7);
+  const auto expect = [&](std::size_t r, const char* step, double steps, double per_step) {
+    EXPECT_EQ(seconds.text(r, "step"), step);
+    EXPECT_EQ(seconds.number(r, "threads"), 1);
+    EXPECT_NEAR(seconds.number(r, "dt"), 1 / steps, 1e-15);
+    EXPECT_NEAR(seconds.number(r, "steps_per_second"), steps, 1e-9);
+    EXPECT_NEAR(seconds.number(r, "seconds_per_step"), per_step, 1e-15);
+    EXPECT_NEAR(seconds.number(r, "seconds_per_second"), steps * per_step, 1e-9);
+    EXPECT_EQ(seconds.text(r, "status"), "ok");
+  };
+  expect(0, "safe", 1 / dt, 4e-3);
+  expect(1, "safe", 1 / dt, 1e-3);
+  EXPECT_EQ(seconds.text(2, "status"), "skipped: too large");
+  expect(3, "1/1200 s", 1200, 3e-3);
+  expect(4, "1/60 s", 60, 30e-3);  // ten iterations a step
+  EXPECT_EQ(seconds.number(4, "iterations"), 10);
+  EXPECT_NEAR(seconds.number(4, "q1"), 60 * 27e-3, 1e-12);
+  EXPECT_NEAR(seconds.number(4, "q3"), 60 * 36e-3, 1e-12);
+  EXPECT_EQ(seconds.text(5, "status"), "step not known");
+  expect(6, "1/60 s", 60, 6);
+  EXPECT_EQ(seconds.text(6, "precision"), "single");
+}
+
+TEST(TimingSeconds, HaveNoRowOfWhatIsNotInstalled) {
+  std::vector<NamedTable> tables = rows_of_seven();
+  Table none({{"program"}, {"cells"}, {"seconds_per_step"}, {"our_precision"}, {"status"}});
+  none.add({"Bullet", 0, no_value, "", "not installed"});
+  tables.back().table = none;
+  EXPECT_EQ(timing_seconds(tables).where("method", "Bullet").size(), 0U);
+  tables.back().table = Table::read(none.csv(), "timing_peers.csv");
+  EXPECT_EQ(timing_seconds(tables).where("method", "Bullet").size(), 0U);
+}
+
+TEST(TimingSeconds, AreChartedWithTheirSteps) {
+  const Chart chart = seconds_chart(timing_seconds(rows_of_seven()));
+  std::vector<std::string> labels;
+  for (const ChartSeries& series : chart.series) {
+    labels.push_back(series.label);
+    EXPECT_EQ(series.points.size(), 1U) << series.label;
+  }
+  EXPECT_EQ(labels,
+            (std::vector<std::string>{"plain loop in double: safe step", "sweep in double: safe step",
+                                      "XPBD in double: 1/1200 s, 1 it.", "VBD in double: 1/60 s, 10 it.",
+                                      "Bullet's links in single: 1/60 s, 1 it."}));
+  EXPECT_NEAR(chart.series[2].points[0].y, 3.6, 1e-12);
+  ASSERT_EQ(chart.lines.size(), 1U);
+  EXPECT_EQ(chart.lines[0].at, 1);  // real time
+  EXPECT_FALSE(has_points(seconds_chart(timing_seconds({{"timing", synthetic({}, 1, 3)}}))));
+}
+
+/// What both precisions have is shown once: the thesis's loops in double, what games use in single.
+TEST(TimingSeconds, AreChartedInOnePrecision) {
+  std::vector<NamedTable> tables = rows_of_seven();
+  Table& loops = tables[0].table;
+  for (const char* method : {"plain_loop", "structured_sweep"})
+    loops.add({method, "semi_implicit_euler", "single", 1, 7, 5068, 1e-3, 1e-3, 1e-3, "ok", 1.0});
+  tables[2].table.add({"xpbd", "single", 1, 1, 7, 1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0, "ok"});
+  std::vector<std::string> labels;
+  for (const ChartSeries& series : seconds_chart(timing_seconds(tables)).series)
+    labels.push_back(series.label);
+  EXPECT_EQ(labels, (std::vector<std::string>{"plain loop in double: safe step", "sweep in double: safe step",
+                                              "sweep in single: safe step", "VBD in double: 1/60 s, 10 it.",
+                                              "XPBD in single: 1/1200 s, 1 it.",
+                                              "Bullet's links in single: 1/60 s, 1 it."}));
+}
+
+TEST(TimingSeconds, TextWithholdsTimesOfWideQuartiles) {
+  const std::string sound = seconds_text(timing_seconds(rows_of_seven()));
+  EXPECT_NE(sound.find("n = 7, VBD in double: 1/60 s, 10 it.: 60 steps, 1.8 s\n"), std::string::npos)
+      << sound;
+  const std::string wide = seconds_text(timing_seconds(rows_of_seven(3)));
+  EXPECT_NE(wide.find("10 it.: 60 steps, time withheld: quartiles a factor of 3.3 apart\n"),
+            std::string::npos)
+      << wide;
+}
+
+/// Results from before there was a table of them are drawn all the same.
+TEST(TimingSeconds, AreDrawnWithAndWithoutTheirTable) {
+  std::vector<NamedTable> tables = rows_of_seven();
+  Progress silent;
+  tables.push_back({"timing_features", measure_features({.cells = {}}, silent).features});
+  const auto before = scripts(draw_timing(tables));
+  tables.push_back({"timing_seconds", timing_seconds(tables)});
+  EXPECT_EQ(scripts(draw_timing(tables)), before);
+  expect_same_drawings(find_experiment("timing"), tables);
+  for (const char* chart : {"timing_seconds", "timing_rates"})
+    EXPECT_EQ(
+        std::count_if(before.begin(), before.end(), [&](const auto& drawn) { return drawn.first == chart; }),
+        1)
+        << chart;
+}
+
+TEST(TimingRates, StandBesidePublishedOnes) {
+  const std::vector<NamedTable> tables = rows_of_seven();
+  const Chart chart = rates_chart(find_table(tables, "timing"));
+  const auto& published = reference::published_rates();
+  ASSERT_EQ(chart.series.size(), 3 + published.size());
+  EXPECT_EQ(chart.series[1].label, "sweep in double, 1 thread");
+  ASSERT_EQ(chart.series[1].points.size(), 1U);
+  EXPECT_NEAR(chart.series[1].points[0].y, 5068e3, 1e-6);
+  EXPECT_NEAR(chart.series[1].points[0].low, 5068e3 / 1.2, 1e-6);
+  EXPECT_NEAR(chart.series[1].points[0].high, 5068e3 / 0.9, 1e-6);
+  EXPECT_TRUE(chart.series[2].points.empty());  // Algorithm 1 was skipped
+  for (std::size_t i = 0; i < published.size(); ++i) {
+    const ChartSeries& line = chart.series[3 + i];
+    EXPECT_TRUE(line.label.starts_with(published[i].program)) << line.label;
+    EXPECT_NE(line.label.find("published"), std::string::npos) << line.label;
+    EXPECT_FALSE(line.marked);  // nothing was measured
+    ASSERT_EQ(line.points.size(), 2U);
+    EXPECT_EQ(line.points[0].x, chart.x.low);
+    EXPECT_EQ(line.points[1].x, chart.x.high);
+    for (const ChartPoint& p : line.points) EXPECT_EQ(p.y, published[i].rate);
+  }
+  EXPECT_NE(chart.legend_title.find("not measured here"), std::string::npos);
+}
+
+TEST(PublishedRates, AreQuotedWithTheirSources) {
+  const auto& rates = reference::published_rates();
+  ASSERT_EQ(rates.size(), 2U);
+  EXPECT_EQ(rates[0].program, "Titan");
+  EXPECT_EQ(rates[0].year, 2020);
+  EXPECT_EQ(rates[0].rate, 3e8);
+  EXPECT_NE(rates[0].quoted.find("300 million"), std::string::npos);
+  EXPECT_EQ(rates[1].program, "Cronos");
+  EXPECT_EQ(rates[1].year, 2022);
+  EXPECT_EQ(rates[1].rate, 1e9);
+  EXPECT_NE(rates[1].quoted.find("1 billion"), std::string::npos);
+  for (const reference::PublishedRate& rate : rates) {
+    EXPECT_NE(rate.hardware.find("GPU"), std::string::npos);
+    EXPECT_NE(rate.source.find("arXiv"), std::string::npos);
+    EXPECT_FALSE(rate.counted.empty());
+  }
 }
 
 }  // namespace
