@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/measures/measures.hpp"
 #include "core/scene/scene_writer.hpp"
 #include "experiments/fit/chart.hpp"
 #include "experiments/harness/drawings.hpp"
