@@ -4,8 +4,9 @@
     reference/peers/calculix.py EXPORT_DIR RESULT_DIR --step 0.0166667 --element C3D8I
 
 Reads what `mss peer export` wrote, writes a deck and runs ccx on it, and writes what `mss peer score` reads from what ccx
-printed; experiments/peer/README.md describes both. Elements: C3D8I, C3D8 (hexahedra) or C3D4 (tetrahedra). Planes are
-left out: a scene that has one is refused. The CPU time is that of all of ccx, reading the deck included.
+printed; experiments/peer/README.md describes both. Elements: C3D8I, C3D8, C3D20 (hexahedra, the last with a node amid
+every edge) or C3D4 (tetrahedra). Planes are left out: a scene that has one is refused. The CPU time is that of all of
+ccx, reading the deck included.
 """
 import argparse
 import csv
@@ -20,6 +21,7 @@ import sys
 import time
 
 ORDER = (0, 1, 3, 2, 4, 5, 7, 6)  # of corners q = bits x, y, z, as CalculiX goes round a hexahedron
+EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))  # of C3D20
 
 
 class InputError(Exception):
@@ -61,6 +63,24 @@ class Export:
         self.hexahedra = [[int(row[f"n{q}"]) for q in ORDER] for row in read_table(folder / "hexahedra.csv")]
         self.tetrahedra = [[int(row[c]) for c in "abcd"] for row in read_table(folder / "tetrahedra.csv")]
 
+    def mesh(self, element):
+        """Nodes, of which the first are the particles, and elements by the indices of their nodes."""
+        if element == "C3D4":
+            return self.particles, self.tetrahedra
+        if element != "C3D20":
+            return self.particles, self.hexahedra
+        nodes, number, elements = list(self.particles), {}, []
+        for corners in self.hexahedra:
+            middles = [tuple(sorted((corners[a], corners[b]))) for a, b in EDGES]
+            for a, b in middles:
+                if (a, b) not in number:
+                    number[a, b] = len(nodes)
+                    nodes.append({key: (nodes[a][key] + nodes[b][key]) / 2 for key in nodes[a]})
+            elements.append(corners + [number[ends] for ends in middles])
+        for node in nodes:
+            node["held"] = node["held"] == 1  # between a held particle and a free one: free
+        return nodes, elements
+
 
 def listed(values):
     """Numbers of at most twenty characters, as CalculiX reads no more."""
@@ -73,20 +93,23 @@ def numbered(lines):
 
 def deck(export, options):
     """The input file. Particle `id` is node id + 1."""
-    scene, particles = export.scene, export.particles
-    held = [n for n, p in enumerate(particles, 1) if p["held"]]
-    elements = export.tetrahedra if options.element == "C3D4" else export.hexahedra
-    lines = ["*NODE, NSET=ALL"]
-    lines += numbered((n, (p["x"], p["y"], p["z"])) for n, p in enumerate(particles, 1))
+    scene = export.scene
+    nodes, elements = export.mesh(options.element)
+    held = [n for n, p in enumerate(nodes, 1) if p["held"]]
+    lines = ["*NODE"]
+    lines += numbered((n, (p["x"], p["y"], p["z"])) for n, p in enumerate(nodes, 1))
+    lines += ["*NSET, NSET=PARTICLES, GENERATE", f"1, {len(export.particles)}, 1"]
     lines += [f"*ELEMENT, TYPE={options.element}, ELSET=BODY"]
-    lines += numbered((n, [a + 1 for a in corners]) for n, corners in enumerate(elements, 1))
+    for n, corners in enumerate(elements, 1):  # at most sixteen numbers a line
+        numbers = [str(n), *(str(a + 1) for a in corners)]
+        lines += [", ".join(numbers[:12]) + ("," if len(numbers) > 12 else ""), *filter(None, [", ".join(numbers[12:])])]
     lines += ["*MATERIAL, NAME=M", "*ELASTIC", listed((scene["young"], scene["poisson"])), "*DENSITY", listed((scene["density"],)),
               "*SOLID SECTION, ELSET=BODY, MATERIAL=M"]
     if held:
         lines += ["*NSET, NSET=HELD", *(f"{n}," for n in held), "*BOUNDARY", "HELD, 1, 3"]
     for kind, key in (("DISPLACEMENT", "start_{}"), ("VELOCITY", "start_v{}")):
         values = [(n, axis, p[key.format(c)] - (p[c] if kind == "DISPLACEMENT" else 0))
-                  for n, p in enumerate(particles, 1) for axis, c in enumerate("xyz", 1)]
+                  for n, p in enumerate(nodes, 1) for axis, c in enumerate("xyz", 1)]
         values = [f"{n}, {axis}, {listed((value,))}" for n, axis, value in values if abs(value) > 1e-12]
         if values:
             lines += [f"*INITIAL CONDITIONS, TYPE={kind}", *values]
@@ -98,7 +121,7 @@ def deck(export, options):
     if options.rest:
         analysis = ["*STATIC", "0.25, 1."]
     lines += ["*STEP, NLGEOM, INC=1000000", *analysis, *load,
-              f"*NODE PRINT, NSET=ALL, FREQUENCY={1 if options.rest else options.stride}", "U" if options.rest else "U, V", "*END STEP"]
+              f"*NODE PRINT, NSET=PARTICLES, FREQUENCY={1 if options.rest else options.stride}", "U" if options.rest else "U, V", "*END STEP"]
     return "\n".join(lines) + "\n"
 
 
@@ -137,7 +160,7 @@ def run_ccx(folder, export, options):
 def samples_of(export, printed, options):
     """Rows of samples.csv: at rest the last of what was printed, at every time; else one print a sample time."""
     times = export.scene["sample_times"]
-    start = [tuple(p[key.format(c)] for c in "xyz") for p in export.particles for key in ("start_{}",)]
+    start = [tuple(p[f"start_{c}"] for c in "xyz") for p in export.particles]
     speed = [tuple(p[f"start_v{c}"] for c in "xyz") for p in export.particles]
     rows = []
     if not options.rest:
@@ -181,7 +204,7 @@ def main():
     parser.add_argument("export", type=pathlib.Path, nargs="?", help="folder that `mss peer export` wrote")
     parser.add_argument("result", type=pathlib.Path, nargs="?", help="folder to write to")
     parser.add_argument("--step", type=float, default=1 / 60, help="[s]; 1/60")
-    parser.add_argument("--element", choices=["C3D8I", "C3D8", "C3D4"], default="C3D8I")
+    parser.add_argument("--element", choices=["C3D8I", "C3D8", "C3D20", "C3D4"], default="C3D8I")
     parser.add_argument("--rest", action="store_true", help="where the body hangs at rest, in place of its motion")
     options = parser.parse_args()
     try:
