@@ -132,7 +132,7 @@ void add_reference(Exchange& exchange, Progress& progress) {
     steps *= 2;
     std::vector<State<double>> fine;
     const double seconds = seconds_of([&] { fine = motion_in(steps); });
-    if (fine.empty()) return;
+    if (fine.empty()) return exchange.reference.clear();
     const double distance = root_mean_square_distance(exchange, coarse, fine),
                  scale = largest_displacement(exchange, fine);
     exchange.facts = {method.name, *scene.solve.dt, distance > 0 ? distance / scale : 0};

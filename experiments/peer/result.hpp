@@ -11,18 +11,18 @@ namespace mss::peer {
 
 /// What a program made of an exported scene.
 struct Result {
-  std::string name;  ///< of its folder, or of the method
-  std::string engine, version;
-  double step = 0;                ///< [s]
-  std::optional<int> iterations;  ///< of a step
-  std::string precision;          ///< "single" or "double"
+  std::string name{};  ///< of its folder, or of the method
+  std::string engine{}, version{};
+  double step = 0;                  ///< [s]
+  std::optional<int> iterations{};  ///< of a step
+  std::string precision{};          ///< "single" or "double"
   int threads = 1;
   double wall_seconds = 0, cpu_seconds = 0;  ///< of stepping alone
-  Json settings;                             ///< whatever else it was told; null: nothing
+  Json settings{};                           ///< whatever else it was told; null: nothing
   bool has_velocities = false;
   /// By sample time on the body's lattice; those before the first that is missing or wrong.
-  std::vector<State<double>> samples;
-  std::string problem;  ///< what keeps the samples from being complete, in words; empty: nothing
+  std::vector<State<double>> samples{};
+  std::string problem{};  ///< what keeps the samples from being complete, in words; empty: nothing
 };
 
 /// Reads samples.csv and cost.json. What is wrong with samples (late, missing, repeated or foreign particles,
