@@ -1,9 +1,10 @@
-// Bullet (Debian's libbullet-dev, zlib licence): a soft body of the deformable world, backward Euler of tetrahedra, or of
-// position-based links. Built by CMake where Bullet has the deformable world.
+// Bullet (Debian's libbullet-dev, zlib licence): a soft body of the deformable world, backward Euler of
+// tetrahedra, or of position-based links. Built by CMake where Bullet has the deformable world.
 //
 //     mss_peer_bullet EXPORT_DIR RESULT_DIR --step 0.0041667 --model linear
 //
-// Reads what `mss peer export` wrote and writes what `mss peer score` reads; experiments/peer/README.md describes both.
+// Reads what `mss peer export` wrote and writes what `mss peer score` reads; experiments/peer/README.md
+// describes both.
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -49,11 +50,11 @@ struct InputError : std::runtime_error {
 
 struct Options {
   std::string export_folder, result_folder, model = "linear";
-  double step = 1.0 / 60;            ///< [s]
-  int iterations = 0;                ///< Newton iterations of deformable models, of links; 0: Bullet's own
-  double drag = 0;                   ///< damping of all motion [1/s]
-  double stiffness_damping = 0;      ///< of deformable models: times stiffness it is a damping [s]
-  int repeat = 1;                    ///< runs at most, of which the cheapest counts
+  double step = 1.0 / 60;        ///< [s]
+  int iterations = 0;            ///< Newton iterations of deformable models, of links; 0: Bullet's own
+  double drag = 0;               ///< damping of all motion [1/s]
+  double stiffness_damping = 0;  ///< of deformable models: times stiffness it is a damping [s]
+  int repeat = 1;                ///< runs at most, of which the cheapest counts
   bool deformable() const { return model != "links"; }
   int iterations_or_default() const { return iterations > 0 ? iterations : deformable() ? 5 : 1; }
 };
@@ -102,7 +103,8 @@ void for_each_row(const fs::path& file, const std::vector<std::string>& columns,
       char* end = nullptr;
       values.push_back(place < cells.size() ? std::strtod(cells[place].c_str(), &end) : 0);
       if (end == nullptr || end == cells[place].c_str())
-        throw InputError(fmt::format("{}:{}: {}: a number is expected", file.string(), number, header[place]));
+        throw InputError(
+            fmt::format("{}:{}: {}: a number is expected", file.string(), number, header[place]));
     }
     use(values);
   }
@@ -116,17 +118,19 @@ Exported read_export(const fs::path& folder) {
   exported.scene = Json::parse(read_file(folder / "scene.json"));
   if (exported.scene.at("format") != "mss-peer-1")
     throw InputError((folder / "scene.json").string() + ": format: \"mss-peer-1\" is expected");
-  for_each_row(folder / "particles.csv",
-               {"x", "y", "z", "start_x", "start_y", "start_z", "start_vx", "start_vy", "start_vz", "mass", "held"},
-               [&](const std::vector<double>& p) {
-                 exported.rest.push_back(vector(p[0], p[1], p[2]));
-                 exported.start.push_back(vector(p[3], p[4], p[5]));
-                 exported.velocity.push_back(vector(p[6], p[7], p[8]));
-                 exported.mass.push_back(p[9]);
-                 exported.held.push_back(p[10] != 0);
-               });
-  for_each_row(folder / "springs.csv", {"a", "b"},
-               [&](const std::vector<double>& s) { exported.springs.push_back({int(s[0]), int(s[1])}); });
+  for_each_row(
+      folder / "particles.csv",
+      {"x", "y", "z", "start_x", "start_y", "start_z", "start_vx", "start_vy", "start_vz", "mass", "held"},
+      [&](const std::vector<double>& p) {
+        exported.rest.push_back(vector(p[0], p[1], p[2]));
+        exported.start.push_back(vector(p[3], p[4], p[5]));
+        exported.velocity.push_back(vector(p[6], p[7], p[8]));
+        exported.mass.push_back(p[9]);
+        exported.held.push_back(p[10] != 0);
+      });
+  for_each_row(folder / "springs.csv", {"a", "b"}, [&](const std::vector<double>& s) {
+    exported.springs.push_back({int(s[0]), int(s[1])});
+  });
   for_each_row(folder / "tetrahedra.csv", {"a", "b", "c", "d"}, [&](const std::vector<double>& t) {
     exported.tetrahedra.push_back({int(t[0]), int(t[1]), int(t[2]), int(t[3])});
   });
@@ -137,7 +141,8 @@ Exported read_export(const fs::path& folder) {
 std::vector<Triangle> surface_of(const std::vector<Tetrahedron>& tetrahedra) {
   std::map<Triangle, Triangle> open;  // by sorted corners
   for (const auto& [a, b, c, d] : tetrahedra)
-    for (const Triangle& face : {Triangle{a, c, b}, Triangle{a, b, d}, Triangle{b, c, d}, Triangle{a, d, c}}) {
+    for (const Triangle& face :
+         {Triangle{a, c, b}, Triangle{a, b, d}, Triangle{b, c, d}, Triangle{a, d, c}}) {
       Triangle key = face;
       std::sort(key.begin(), key.end());
       if (open.erase(key) == 0) open[key] = face;
@@ -154,7 +159,8 @@ struct NewtonSolver : btDeformableBodySolver {
   void set_iterations(int iterations) { m_maxNewtonIterations = iterations; }
 };
 
-/// A world with the body in it. What it points to lives until the program ends, as Bullet wants no order of its end.
+/// A world with the body in it. What it points to lives until the program ends, as Bullet wants no order of
+/// its end.
 class Engine {
  public:
   Engine(const Exported& exported, const Options& options) : exported_(exported), options_(options) {
@@ -168,7 +174,8 @@ class Engine {
     info_->m_sparsesdf.Initialize();
     for (const Json& plane : exported.scene.at("planes")) add_plane(plane);
     make_body();
-    options.deformable() ? add_deformable(gravity) : static_cast<btSoftRigidDynamicsWorld*>(world_)->addSoftBody(body_);
+    options.deformable() ? add_deformable(gravity)
+                         : static_cast<btSoftRigidDynamicsWorld*>(world_)->addSoftBody(body_);
     set_start();
   }
 
@@ -230,7 +237,8 @@ class Engine {
     for (std::size_t a = 0; a < exported_.mass.size(); ++a)
       masses.push_back(exported_.held[a] ? 0 : btScalar(exported_.mass[a]));
     body_ = new btSoftBody(info_, int(masses.size()), exported_.rest.data(), masses.data());
-    for (const auto& [a, b] : exported_.springs) body_->appendLink(a, b);  // without links its tree of faces never ends
+    for (const auto& [a, b] : exported_.springs)
+      body_->appendLink(a, b);  // without links its tree of faces never ends
     body_->m_cfg.piterations = options_.iterations_or_default();
     const Json& planes = exported_.scene.at("planes");
     if (!planes.empty()) body_->m_cfg.kDF = btScalar(planes[0].at("friction").get<double>());
@@ -323,7 +331,8 @@ Sample between(const Sample& before, const Sample& now, double t) {
 }
 
 bool blown_up(const Sample& sample, btScalar limit) {
-  return std::any_of(sample.x.begin(), sample.x.end(), [&](const btVector3& x) { return !(x.length() < limit); });
+  return std::any_of(sample.x.begin(), sample.x.end(),
+                     [&](const btVector3& x) { return !(x.length() < limit); });
 }
 
 /// Takes the engine through the sample times, timing its steps alone.
@@ -378,7 +387,8 @@ const char* precision() { return sizeof(btScalar) == sizeof(float) ? "single" : 
 std::string version() { return fmt::format("Bullet {}.{}", btGetVersion() / 100, btGetVersion() % 100); }
 
 Json settings_of(const Options& options) {
-  Json settings{{"model", options.model}, {"iterations", options.iterations_or_default()}, {"drag", options.drag}};
+  Json settings{
+      {"model", options.model}, {"iterations", options.iterations_or_default()}, {"drag", options.drag}};
   if (options.deformable()) {
     settings["stiffness_damping"] = options.stiffness_damping;
     settings["implicit"] = settings["use_projection"] = true;
@@ -404,11 +414,16 @@ void write_results(const Options& options, const Exported& exported, const Run& 
   if (options.deformable()) given["tetrahedra"] = "tetrahedra.csv";
   given["faces"] = "the surface of the tetrahedra";
   write(folder / "bullet.json", given.dump(2) + "\n");
-  const Json cost{{"engine", "Bullet"},       {"version", version()},
-                  {"step", options.step},     {"iterations", options.iterations_or_default()},
-                  {"precision", precision()}, {"wall_seconds", run.wall},
-                  {"cpu_seconds", run.cpu},   {"threads", 1},
-                  {"settings", settings_of(options)}, {"status", run.status}};
+  const Json cost{{"engine", "Bullet"},
+                  {"version", version()},
+                  {"step", options.step},
+                  {"iterations", options.iterations_or_default()},
+                  {"precision", precision()},
+                  {"wall_seconds", run.wall},
+                  {"cpu_seconds", run.cpu},
+                  {"threads", 1},
+                  {"settings", settings_of(options)},
+                  {"status", run.status}};
   write(folder / "cost.json", cost.dump(2) + "\n");
 }
 
@@ -432,13 +447,17 @@ int main(int argc, char** argv) {
   app.add_option("export", options.export_folder, "folder that `mss peer export` wrote")->required();
   app.add_option("result", options.result_folder, "folder to write to")->required();
   app.add_option("--step", options.step, "[s]; 1/60")->check(CLI::PositiveNumber);
-  app.add_option("--iterations", options.iterations, "of Newton's method, 5; of links, 1")->check(CLI::PositiveNumber);
+  app.add_option("--iterations", options.iterations, "of Newton's method, 5; of links, 1")
+      ->check(CLI::PositiveNumber);
   app.add_option("--model", options.model, "linear, neo_hookean or links")
       ->check(CLI::IsMember({"linear", "neo_hookean", "links"}));
-  app.add_option("--drag", options.drag, "damping of all motion [1/s], to find rest; 0")->check(CLI::NonNegativeNumber);
-  app.add_option("--stiffness-damping", options.stiffness_damping, "of tetrahedra, times their stiffness [s]; 0")
+  app.add_option("--drag", options.drag, "damping of all motion [1/s], to find rest; 0")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--repeat", options.repeat, "runs at most, of which the cheapest counts; 1")->check(CLI::PositiveNumber);
+  app.add_option("--stiffness-damping", options.stiffness_damping,
+                 "of tetrahedra, times their stiffness [s]; 0")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--repeat", options.repeat, "runs at most, of which the cheapest counts; 1")
+      ->check(CLI::PositiveNumber);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

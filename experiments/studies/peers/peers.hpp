@@ -15,11 +15,11 @@ namespace mss::studies::peers {
 
 /// What a scene asks of programs.
 enum class Question {
-  bending,   ///< of a cantilever: where its tip comes to rest, and the period of its swing
-  hanging,   ///< of a bar: where its lower end comes to rest
-  flight,    ///< of a spinning body: its spin, momentum and volume
-  landing,   ///< of a body that is dropped on a plane: its volume, and how far it is behind the plane
-  slope      ///< of a block: how far it slides in a second
+  bending,  ///< of a cantilever: where its tip comes to rest, and the period of its swing
+  hanging,  ///< of a bar: where its lower end comes to rest
+  flight,   ///< of a spinning body: its spin, momentum and volume
+  landing,  ///< of a body that is dropped on a plane: its volume, and how far it is behind the plane
+  slope     ///< of a block: how far it slides in a second
 };
 
 /// A scene for every program, and what is known of it.
@@ -27,12 +27,12 @@ struct PeerScene {
   std::string name;
   Question question;
   Scene scene{};
-  Box end{};             ///< of particles whose mean displacement is measured
-  int axis = 2;          ///< along which
+  Box end{};                       ///< of particles whose mean displacement is measured
+  int axis = 2;                    ///< along which
   double displacement = no_value;  ///< that is right: at rest, or on a slope at the end [m]
   double period = no_value;        ///< that is right [s]
-  double drag = 0;         ///< that brings it to rest [1/s]
-  double rest_seconds = 0;  ///< after which it rests
+  double drag = 0;                 ///< that brings it to rest [1/s]
+  double rest_seconds = 0;         ///< after which it rests
 
   bool rests() const { return question == Question::bending || question == Question::hanging; }
   bool has_planes() const { return question == Question::landing || question == Question::slope; }
@@ -55,11 +55,12 @@ struct Family {
   std::string name;
   Adapter adapter;
   std::vector<Setting> settings;
-  std::vector<std::string> options{};  ///< of the adapter; of this program "integrator" and "nonlinear solver"
+  std::vector<std::string>
+      options{};  ///< of the adapter; of this program "integrator" and "nonlinear solver"
   bool in_webassembly = false;
   bool boxes_only = false;  ///< has cells of a box
   bool has_planes = true;
-  bool has_modulus = true;  ///< false: no rest of a material to compare with
+  bool has_modulus = true;            ///< false: no rest of a material to compare with
   std::size_t most_particles = 1000;  ///< that it is tried with, as it takes long
 };
 std::vector<Family> peer_families(bool quick);

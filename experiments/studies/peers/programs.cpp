@@ -19,13 +19,20 @@ using Words = std::vector<std::string>;
 
 /// The words that start an adapter.
 Words command_of(Adapter adapter) {
-  const auto script = [](const char* name) { return (shipped_files() / "reference" / "peers" / name).string(); };
+  const auto script = [](const char* name) {
+    return (shipped_files() / "reference" / "peers" / name).string();
+  };
   switch (adapter) {
-    case Adapter::jolt: return {"node", script("jolt.mjs")};
-    case Adapter::mujoco: return {"node", script("mujoco.mjs")};
-    case Adapter::calculix: return {"python3", script("calculix.py")};
-    case Adapter::bullet: return {helper_program("mss_peer_bullet").string()};
-    case Adapter::own: break;
+    case Adapter::jolt:
+      return {"node", script("jolt.mjs")};
+    case Adapter::mujoco:
+      return {"node", script("mujoco.mjs")};
+    case Adapter::calculix:
+      return {"python3", script("calculix.py")};
+    case Adapter::bullet:
+      return {helper_program("mss_peer_bullet").string()};
+    case Adapter::own:
+      break;
   }
   return {};
 }
@@ -85,8 +92,10 @@ peer::Result run_adapter(Adapters& adapters, const Family& family, const Setting
   if (family.adapter == Adapter::calculix) {
     if (drag > 0) words.emplace_back("--rest");
   } else {
-    if (setting.iterations > 0) words.insert(words.end(), {"--iterations", std::to_string(setting.iterations)});
-    words.insert(words.end(), drag > 0 ? Words{"--drag", fmt::format("{}", drag)} : Words{"--repeat", "3"});
+    if (setting.iterations > 0)
+      words.insert(words.end(), {"--iterations", std::to_string(setting.iterations)});
+    const Words how = drag > 0 ? Words{"--drag", fmt::format("{}", drag)} : Words{"--repeat", "3"};
+    words.insert(words.end(), how.begin(), how.end());
   }
   const ProgramRun run = run_program(words);
   if (run.exit_status != 0) throw NoResult{last_line(run.output)};
@@ -108,7 +117,8 @@ peer::Result run_family_here(const Family& family, const Setting& setting, const
   return best;
 }
 
-State<double> rest_here(const Family& family, const Setting& setting, const peer::Exchange& exchange, double drag) {
+State<double> rest_here(const Family& family, const Setting& setting, const peer::Exchange& exchange,
+                        double drag) {
   Scene scene = own_scene(family, setting, exchange.scene);
   if (!scene.solve.dt)
     scene.solve.dt =
@@ -119,7 +129,8 @@ State<double> rest_here(const Family& family, const Setting& setting, const peer
   for (int i = 1; double(i) * frame < scene.solve.duration + frame / 2; ++i) {
     const Status status = run.advance(double(i) * frame, work);
     if (status != Status::ok || !is_finite(run.state()))
-      throw NoResult{fmt::format("no rest: {}", to_string(status == Status::ok ? Status::non_finite : status))};
+      throw NoResult{
+          fmt::format("no rest: {}", to_string(status == Status::ok ? Status::non_finite : status))};
     State<double> slower = run.state();
     slower.v.array() *= kept;
     run.go_on_from(slower);
@@ -131,59 +142,62 @@ std::vector<Family> peer_families(bool quick) {
   const std::vector<Setting> jolt =
       quick ? std::vector<Setting>{{1, 5}, {1, 20}, {1, 80}}
             : std::vector<Setting>{{1, 2}, {1, 5}, {1, 10}, {1, 20}, {1, 40}, {1, 80}, {1, 320}};
-  const std::vector<Setting> flexes = quick ? std::vector<Setting>{{2}, {8}} : std::vector<Setting>{{1}, {2}, {4}, {8}};
+  const std::vector<Setting> flexes =
+      quick ? std::vector<Setting>{{2}, {8}} : std::vector<Setting>{{1}, {2}, {4}, {8}};
   const std::vector<Setting> bullet =
       quick ? std::vector<Setting>{{1, 5}} : std::vector<Setting>{{1, 1}, {1, 5}, {2, 5}, {4, 1}, {4, 5}};
   const auto pick = [quick](std::vector<Setting> few, std::vector<Setting> all) { return quick ? few : all; };
-  return {
-      {.name = "mss, Verlet at its safe step", .adapter = Adapter::own, .settings = {{0}}, .options = {"verlet"}},
-      {.name = "mss, XPBD",
-       .adapter = Adapter::own,
-       .settings = pick({{5, 1}, {20, 1}}, {{2, 1}, {5, 1}, {10, 1}, {20, 1}, {40, 1}, {80, 1}}),
-       .options = {"xpbd"}},
-      {.name = "mss, vertex block descent",
-       .adapter = Adapter::own,
-       .settings = pick({{1, 10}}, {{1, 5}, {1, 20}, {1, 50}, {1, 100}, {4, 10}, {10, 10}}),
-       .options = {"vbd"}},
-      {.name = "mss, quasi-Newton",
-       .adapter = Adapter::own,
-       .settings = pick({{1, 2}, {4, 2}}, {{1, 1}, {1, 2}, {1, 5}, {1, 10}, {2, 3}, {4, 3}, {8, 3}}),
-       .options = {"backward_euler", "lbfgs"}},
-      {.name = "Jolt", .adapter = Adapter::jolt, .settings = jolt, .in_webassembly = true},
-      {.name = "MuJoCo, trilinear",
-       .adapter = Adapter::mujoco,
-       .settings = flexes,
-       .in_webassembly = true,
-       .boxes_only = true},
-      {.name = "MuJoCo, trilinear, shear doubled",
-       .adapter = Adapter::mujoco,
-       .settings = flexes,
-       .options = {"--recalibrate", "yes"},
-       .in_webassembly = true,
-       .boxes_only = true},
-      {.name = "MuJoCo, tetrahedra",
-       .adapter = Adapter::mujoco,
-       .settings = quick ? std::vector<Setting>{{8}} : std::vector<Setting>{{2}, {4}, {8}},
-       .options = {"--dof", "full"},
-       .in_webassembly = true},
-      {.name = "Bullet, linear tetrahedra",
-       .adapter = Adapter::bullet,
-       .settings = bullet,
-       .options = {"--model", "linear"}},
-      {.name = "Bullet, neo-Hookean",
-       .adapter = Adapter::bullet,
-       .settings = bullet,
-       .options = {"--model", "neo_hookean"}},
-      {.name = "Bullet, links",
-       .adapter = Adapter::bullet,
-       .settings = pick({{1, 10}}, {{1, 1}, {1, 10}, {1, 100}}),
-       .options = {"--model", "links"},
-       .has_modulus = false},
-      {.name = "CalculiX, C3D8I",
-       .adapter = Adapter::calculix,
-       .settings = pick({{1}}, {{1}, {2}}),
-       .options = {"--element", "C3D8I"},
-       .has_planes = false}};
+  return {{.name = "mss, Verlet at its safe step",
+           .adapter = Adapter::own,
+           .settings = {{0}},
+           .options = {"verlet"}},
+          {.name = "mss, XPBD",
+           .adapter = Adapter::own,
+           .settings = pick({{5, 1}, {20, 1}}, {{2, 1}, {5, 1}, {10, 1}, {20, 1}, {40, 1}, {80, 1}}),
+           .options = {"xpbd"}},
+          {.name = "mss, vertex block descent",
+           .adapter = Adapter::own,
+           .settings = pick({{1, 10}}, {{1, 5}, {1, 20}, {1, 50}, {1, 100}, {4, 10}, {10, 10}}),
+           .options = {"vbd"}},
+          {.name = "mss, quasi-Newton",
+           .adapter = Adapter::own,
+           .settings = pick({{1, 2}, {4, 2}}, {{1, 1}, {1, 2}, {1, 5}, {1, 10}, {2, 3}, {4, 3}, {8, 3}}),
+           .options = {"backward_euler", "lbfgs"}},
+          {.name = "Jolt", .adapter = Adapter::jolt, .settings = jolt, .in_webassembly = true},
+          {.name = "MuJoCo, trilinear",
+           .adapter = Adapter::mujoco,
+           .settings = flexes,
+           .in_webassembly = true,
+           .boxes_only = true},
+          {.name = "MuJoCo, trilinear, shear doubled",
+           .adapter = Adapter::mujoco,
+           .settings = flexes,
+           .options = {"--recalibrate", "yes"},
+           .in_webassembly = true,
+           .boxes_only = true},
+          {.name = "MuJoCo, tetrahedra",
+           .adapter = Adapter::mujoco,
+           .settings = quick ? std::vector<Setting>{{8}} : std::vector<Setting>{{2}, {4}, {8}},
+           .options = {"--dof", "full"},
+           .in_webassembly = true},
+          {.name = "Bullet, linear tetrahedra",
+           .adapter = Adapter::bullet,
+           .settings = bullet,
+           .options = {"--model", "linear"}},
+          {.name = "Bullet, neo-Hookean",
+           .adapter = Adapter::bullet,
+           .settings = bullet,
+           .options = {"--model", "neo_hookean"}},
+          {.name = "Bullet, links",
+           .adapter = Adapter::bullet,
+           .settings = pick({{1, 10}}, {{1, 1}, {1, 10}, {1, 100}}),
+           .options = {"--model", "links"},
+           .has_modulus = false},
+          {.name = "CalculiX, C3D8I",
+           .adapter = Adapter::calculix,
+           .settings = pick({{1}}, {{1}, {2}}),
+           .options = {"--element", "C3D8I"},
+           .has_planes = false}};
 }
 
 }  // namespace mss::studies::peers

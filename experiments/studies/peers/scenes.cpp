@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "experiments/io/output.hpp"
+#include "experiments/simulation/moving_body.hpp"
 #include "experiments/studies/peers/peers.hpp"
 #include "reference/closed_forms.hpp"
 
@@ -15,8 +16,8 @@ namespace {
 constexpr double gravity = 9.81;  ///< [m/s^2]
 constexpr double length = 4;      ///< of beams and bars, 1 m wide and high [m]
 
-/// What CalculiX 2.20's quadratic elements (C3D20, 16x4x4) say of a cantilever of 10 kg/m^3, nu = 0.3: the rest
-/// and the first period of its tip. reference/peers/README.md has the commands.
+/// What CalculiX 2.20's quadratic elements (C3D20, 16x4x4) say of a cantilever of 10 kg/m^3, nu = 0.3: the
+/// rest and the first period of its tip. reference/peers/README.md has the commands.
 struct Bent {
   double young, tip, period;
 };
@@ -85,15 +86,17 @@ duration = 1.0
 /// Spinning so fast that it bulges by some percent.
 PeerScene spinning_cube(int cells) {
   PeerScene scene{.name = fmt::format("flight_{}", cells), .question = Question::flight};
-  scene.scene = parse_scene(fmt::format("[body]\ncells = [{0}, {0}, {0}]\ncell_size = {1}\n", cells, 1.0 / cells) +
-                            "[start]\nvelocity = [1, 0.5, 0]\nangular_velocity = [0, 0, 6]\n" +
-                            fmt::format(fmt::runtime(rubber), 1e5));
+  scene.scene =
+      parse_scene(fmt::format("[body]\ncells = [{0}, {0}, {0}]\ncell_size = {1}\n", cells, 1.0 / cells) +
+                  "[start]\nvelocity = [1, 0.5, 0]\nangular_velocity = [0, 0, 6]\n" +
+                  fmt::format(fmt::runtime(rubber), 1e5));
   return scene;
 }
 
 std::string ground(double x, double z, double friction) {
   return fmt::format(
-      "[environment]\ngravity = [{}, 0, {}]\n[[plane]]\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nrestitution = 0\n"
+      "[environment]\ngravity = [{}, 0, {}]\n[[plane]]\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nrestitution = "
+      "0\n"
       "friction = {}\n",
       x, z, friction);
 }
@@ -101,9 +104,10 @@ std::string ground(double x, double z, double friction) {
 /// Dropped from half a metre.
 PeerScene dropped_cube(int cells) {
   PeerScene scene{.name = fmt::format("drop_{}", cells), .question = Question::landing};
-  scene.scene = parse_scene(fmt::format("[body]\ncells = [{0}, {0}, {0}]\ncell_size = {1}\norigin = [0, 0, 0.5]\n",
-                                        cells, 1.0 / cells) +
-                            ground(0, -gravity, 0.4) + fmt::format(fmt::runtime(rubber), 1e5));
+  scene.scene =
+      parse_scene(fmt::format("[body]\ncells = [{0}, {0}, {0}]\ncell_size = {1}\norigin = [0, 0, 0.5]\n",
+                              cells, 1.0 / cells) +
+                  ground(0, -gravity, 0.4) + fmt::format(fmt::runtime(rubber), 1e5));
   return scene;
 }
 
@@ -126,8 +130,8 @@ PeerScene dropped_ball(int cells, const std::filesystem::path& folder) {
   const std::string name = fmt::format("ball_{}", cells);
   write_atomically(folder / (name + ".txt"), ball_of_voxels(cells));
   const std::filesystem::path file = folder / (name + ".toml");
-  write_atomically(file, fmt::format("[body]\nvoxels = \"{}.txt\"\ncell_size = {}\norigin = [0, 0, 0.5]\n", name,
-                                     1.0 / cells) +
+  write_atomically(file, fmt::format("[body]\nvoxels = \"{}.txt\"\ncell_size = {}\norigin = [0, 0, 0.5]\n",
+                                     name, 1.0 / cells) +
                              ground(0, -gravity, 0.4) + fmt::format(fmt::runtime(rubber), 1e5));
   PeerScene scene{.name = name, .question = Question::landing};
   scene.scene = load_scene(file);
@@ -142,10 +146,10 @@ PeerScene block_on_slope(int cells) {
                   .end = {{0, 0, 0}, {1, 0.5, 0.5}},
                   .axis = 0,
                   .displacement = reference::slope_distance(gravity, angle, friction, 1)};
-  scene.scene =
-      parse_scene(fmt::format("[body]\ncells = [{0}, {1}, {1}]\ncell_size = {2}\n", 2 * cells, cells, 0.5 / cells) +
-                  ground(gravity * std::sin(angle), -gravity * std::cos(angle), friction) +
-                  fmt::format(fmt::runtime(rubber), 1e6));
+  scene.scene = parse_scene(
+      fmt::format("[body]\ncells = [{0}, {1}, {1}]\ncell_size = {2}\n", 2 * cells, cells, 0.5 / cells) +
+      ground(gravity * std::sin(angle), -gravity * std::cos(angle), friction) +
+      fmt::format(fmt::runtime(rubber), 1e6));
   return scene;
 }
 
