@@ -54,7 +54,8 @@ struct Options {
   int iterations = 0;            ///< Newton iterations of deformable models, of links; 0: Bullet's own
   double drag = 0;               ///< damping of all motion [1/s]
   double stiffness_damping = 0;  ///< of deformable models: times stiffness it is a damping [s]
-  int repeat = 1;                ///< runs at most, of which the cheapest counts
+  bool recalibrate = false;  ///< Lame's constants of the neo-Hookean solid are given as its law takes them
+  int repeat = 1;            ///< runs at most, of which the cheapest counts
   bool deformable() const { return model != "links"; }
   int iterations_or_default() const { return iterations > 0 ? iterations : deformable() ? 5 : 1; }
 };
@@ -201,7 +202,7 @@ class Engine {
                                                          configuration_, bodies);
     world->setImplicit(true);
     world->setLineSearch(false);
-    world->setUseProjection(true);  // else contacts of the implicit mode do nothing
+    world->setUseProjection(true);  // else nothing moves in the implicit mode
     world_ = world;
     info_ = &world->getWorldInfo();
   }
@@ -261,8 +262,12 @@ class Engine {
     auto& world = static_cast<btDeformableMultiBodyDynamicsWorld&>(*world_);
     world.addSoftBody(body_);
     const double young = exported_.scene.at("young"), poisson = exported_.scene.at("poisson");
-    const auto shear = btScalar(young / (2 * (1 + poisson)));
-    const auto lame = btScalar(young * poisson / ((1 + poisson) * (1 - 2 * poisson)));
+    double mu = young / (2 * (1 + poisson)), lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
+    if (options_.recalibrate) {  // Smith et al. 2018, eq. 15
+      lambda += 5.0 / 6 * mu;
+      mu *= 4.0 / 3;
+    }
+    const auto shear = btScalar(mu), lame = btScalar(lambda);
     const auto damping = btScalar(options_.stiffness_damping);
     if (options_.model == "linear")
       world.addForce(body_, new btDeformableLinearElasticityForce(shear, lame, 0, damping));
@@ -390,6 +395,7 @@ Json settings_of(const Options& options) {
   Json settings{
       {"model", options.model}, {"iterations", options.iterations_or_default()}, {"drag", options.drag}};
   if (options.deformable()) {
+    settings["recalibrate"] = options.recalibrate;
     settings["stiffness_damping"] = options.stiffness_damping;
     settings["implicit"] = settings["use_projection"] = true;
     settings["line_search"] = false;
@@ -451,6 +457,8 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
   app.add_option("--model", options.model, "linear, neo_hookean or links")
       ->check(CLI::IsMember({"linear", "neo_hookean", "links"}));
+  app.add_flag("--recalibrate", options.recalibrate,
+               "constants of neo_hookean by which it has the scene's E and nu at small strain");
   app.add_option("--drag", options.drag, "damping of all motion [1/s], to find rest; 0")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--stiffness-damping", options.stiffness_damping,
