@@ -26,21 +26,21 @@ ChartSeries curve(const Table& rows, const std::string& family, const std::strin
 
 /// How far to the right WebAssembly may have moved a point.
 ChartSeries webassembly_scale(double at, double y) {
-  return {.label = fmt::format("length: WebAssembly's price, up to {} x (MuJoCo, Jolt)",
-                               most_price_of_webassembly),
+  return {.label = fmt::format("WebAssembly: up to {} x", most_price_of_webassembly),
           .points = {{at, y}, {most_price_of_webassembly * at, y}}};
 }
 
 Chart error_chart(const Table& rows, const std::string& column, const std::string& what) {
   constexpr double least = 0.1, most = 1000;
-  Chart chart{.title = what + " of a cantilever against the time that it takes",
-              .subtitle = fmt::format(
-                  "{} particles, E = {} MPa, ν = 0.3; each engine over its steps and iterations; errors "
-                  "below 0.1 % are drawn there;\nwhere a curve dips, errors of opposite sign cancel",
-                  rows.number(0, "particles"), rows.text(0, "scene")[0] == 's' ? 0.1 : 1),
-              .times = true,
-              .x = {.label = "processor time of a frame of 1/60 s [ms]", .logarithmic = true},
-              .y = {.label = "error, of either sign [%]", .logarithmic = true, .low = least, .high = most}};
+  Chart chart{
+      .title = what + " of a cantilever against the time that it takes",
+      .subtitle = fmt::format(
+          "{} particles, E = {} MPa, ν = 0.3; dips: errors of opposite sign cancel; below {} % drawn there; "
+          "*: see caption",
+          rows.number(0, "particles"), rows.text(0, "scene")[0] == 's' ? 0.1 : 1, least),
+      .times = true,
+      .x = {.label = "processor time of a frame of 1/60 s [ms]", .logarithmic = true},
+      .y = {.label = "error, of either sign [%]", .logarithmic = true, .low = least, .high = most}};
   for (const std::string& family : rows.distinct("family"))
     if (ChartSeries series = curve(rows, family, column, least); !series.points.empty())
       chart.series.push_back(std::move(series));
@@ -73,7 +73,26 @@ Chart volume_chart(const Table& rows) {
       .y = named_rows(families)};
   for (const std::string& scene : rows.distinct("scene"))
     add_markers(chart, families, rows.where("scene", scene), scene,
-                [](const Table& own, std::size_t r) { return std::max(0.0, own.number(r, "volume_low")); });
+                [](const Table& own, std::size_t r) { return own.number(r, "volume_low"); });
+  return chart;
+}
+
+Chart penetration_chart(const Table& rows) {
+  constexpr double least = 1e-6;
+  const std::vector<std::string> families = rows.distinct("family");
+  Chart chart{
+      .title = "How deep a body that lands is in the ground",
+      .subtitle = fmt::format(
+          "dropped from 0.5 m; a marker for every step and number of iterations; below {} m drawn "
+          "there; *: solref 0.004 1",
+          least),
+      .x = {.label = "deepest particle behind the plane [m]", .logarithmic = true, .low = least, .high = 1},
+      .y = named_rows(families)};
+  for (const std::string& scene : rows.distinct("scene"))
+    add_markers(chart, families, rows.where("scene", scene), scene, [&](const Table& own, std::size_t r) {
+      const double depth = own.number(r, "penetration");
+      return std::isfinite(depth) ? std::max(depth, least) : no_value;
+    });
   return chart;
 }
 
@@ -96,6 +115,11 @@ Chart spin_chart(const Table& rows) {
   return chart;
 }
 
+std::vector<NamedChart> landing_charts(const Table& rows) {
+  return {{"peers_volume", volume_chart(rows), "peers_landing"},
+          {"peers_penetration", penetration_chart(rows), "peers_landing"}};
+}
+
 }  // namespace
 
 Drawings draw_peers(const std::vector<NamedTable>& tables) {
@@ -115,7 +139,7 @@ Drawings draw_peers(const std::vector<NamedTable>& tables) {
   }
   for (const NamedTable& table : tables) {
     if (table.name == "peers_landing" && table.table.size() > 0)
-      drawings.charts.push_back({"peers_volume", volume_chart(table.table), table.name});
+      for (NamedChart& chart : landing_charts(table.table)) drawings.charts.push_back(std::move(chart));
     if (table.name == "peers_flight" && table.table.size() > 0)
       drawings.charts.push_back({"peers_spin", spin_chart(table.table), table.name});
   }

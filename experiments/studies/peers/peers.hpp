@@ -96,9 +96,9 @@ peer::Result run_family_here(const Family& family, const Setting& setting, const
 State<double> rest_here(const Family& family, const Setting& setting, const peer::Exchange& exchange,
                         double drag);
 
-/// The time between the first two passages of a motion downwards through half of its lowest value; NaN if
-/// there are no two.
-double period_of(const std::vector<double>& times, const std::vector<double>& values);
+/// The time between the first two passages of a motion downwards through a level, as its rest; NaN if there
+/// are no two. So the first period of a motion that dies away is not shortened by that.
+double period_of(const std::vector<double>& times, const std::vector<double>& values, double level);
 
 /// Settings of `mss peers`.
 struct PeersConfig {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "core/base/error.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/simulation/moving_body.hpp"
@@ -155,9 +156,15 @@ class SceneRuns {
               ? run_family_here(family, setting, exported_.motion(), progress_)
               : run_adapter(adapters_, family, setting, exported_.motion(), exported_.motion_folder(), 0);
       judge(motion, outcome);
+      if (outcome.status != "ok") return outcome;
       if (exported_.scene().rests()) find_rest(family, setting, outcome);
+      if (exported_.scene().question == Question::bending) find_period(motion, outcome);
     } catch (const NoResult& none) {
       outcome.status = none.why;
+    } catch (const InputError& error) {  // of a method of this program that cannot serve the scene
+      const std::string text = error.what(), before = "solve: ";
+      const std::size_t place = text.find(before);
+      outcome.status = place == std::string::npos ? text : text.substr(place + before.size());
     }
     return outcome;
   }
@@ -177,16 +184,17 @@ class SceneRuns {
     outcome.step = motion.step;
     outcome.score = judge_.score(motion);
     outcome.status = outcome.score.status;
-    if (motion.samples.empty()) return;
     if (exported_.scene().question == Question::slope && outcome.status == "ok")
       outcome.displacement = exported_.displacement(motion.samples.back());
-    if (exported_.scene().question != Question::bending || outcome.status != "ok") return;
+  }
+
+  void find_period(const peer::Result& motion, Measured& outcome) const {
     std::vector<double> times, tips;
     for (const State<double>& sample : motion.samples) {
       times.push_back(sample.t);
       tips.push_back(exported_.displacement(sample));
     }
-    outcome.period = period_of(times, tips);
+    outcome.period = period_of(times, tips, outcome.rest);
     if (!std::isfinite(outcome.period)) outcome.status = "no whole swing in the time";
   }
 
@@ -230,9 +238,7 @@ bool measure_scene(const PeerScene& scene, const PeersConfig& config, const Tabl
 
 }  // namespace
 
-double period_of(const std::vector<double>& times, const std::vector<double>& values) {
-  if (values.empty()) return no_value;
-  const double level = *std::min_element(values.begin(), values.end()) / 2;
+double period_of(const std::vector<double>& times, const std::vector<double>& values, double level) {
   double first = no_value;
   for (std::size_t i = 1; i < values.size(); ++i) {
     if (!(values[i - 1] > level && values[i] <= level)) continue;

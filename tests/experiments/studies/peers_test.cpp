@@ -38,14 +38,18 @@ PeersTables measure(const std::vector<Family>& families) {
 }
 
 TEST(Peers, ThePeriodIsTheTimeBetweenTwoPassagesDownwards) {
-  std::vector<double> times, values;
+  std::vector<double> times, values, dying;
   for (int i = 0; i < 100; ++i) {
     times.push_back(i / 60.0);
-    values.push_back(-1 + std::cos(2 * std::numbers::pi * times.back() / 0.37));
+    const double phase = 2 * std::numbers::pi * times.back() / 0.37;
+    values.push_back(-1 + std::cos(phase));
+    dying.push_back(-1 + std::exp(-0.2 * phase) * std::cos(phase));
   }
-  EXPECT_NEAR(period_of(times, values), 0.37, 2e-4);
+  EXPECT_NEAR(period_of(times, values, -1), 0.37, 2e-4);
+  EXPECT_NEAR(period_of(times, values, -0.7), 0.37, 2e-3);
+  EXPECT_NEAR(period_of(times, dying, -1), 0.37, 2e-3);
   times.resize(20), values.resize(20);  // less than a period
-  EXPECT_TRUE(std::isnan(period_of(times, values)));
+  EXPECT_TRUE(std::isnan(period_of(times, values, -1)));
 }
 
 TEST(Peers, EnginesThatAreNotInstalledHaveARowThatSaysSo) {
@@ -89,8 +93,8 @@ TEST(Peers, ChartsShowWhatWasMeasured) {
   const Drawings drawings = draw_peers(measured.tables);
   std::vector<std::string> names;
   for (const NamedChart& chart : drawings.charts) names.push_back(chart.name);
-  EXPECT_EQ(names,
-            (std::vector<std::string>{"peers", "peers_period_cantilever_2", "peers_spin", "peers_volume"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"peers", "peers_period_cantilever_2", "peers_spin",
+                                             "peers_volume", "peers_penetration"}));
   const Table& rows = measured.tables[0].table;
   ASSERT_EQ(drawings.charts[0].chart.series.size(), 3u);  // two families and the scale of WebAssembly's price
   EXPECT_NEAR(drawings.charts[0].chart.series[0].points.at(0).y, 100 * std::abs(rows.number(0, "tip_error")),
