@@ -228,7 +228,7 @@ class Engine {
     place.setOrigin(vector(plane.at("point")) - normal / 2);
     auto* box = new btRigidBody(0, nullptr, new btBoxShape(btVector3(20, 20, btScalar(0.5))));
     box->setWorldTransform(place);
-    box->setFriction(btScalar(plane.at("friction").get<double>()));
+    box->setFriction(1);  // the product with that of the body acts
     box->setRestitution(btScalar(plane.at("restitution").get<double>()));
     world_->addRigidBody(box);
   }
@@ -389,7 +389,7 @@ void write(const fs::path& file, const std::string& text) {
 }
 
 const char* precision() { return sizeof(btScalar) == sizeof(float) ? "single" : "double"; }
-std::string version() { return fmt::format("Bullet {}.{}", btGetVersion() / 100, btGetVersion() % 100); }
+std::string version() { return fmt::format("{}.{}", btGetVersion() / 100, btGetVersion() % 100); }
 
 Json settings_of(const Options& options) {
   Json settings{
@@ -449,7 +449,7 @@ int run_program(const Options& options) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app{"Takes a scene of `mss peer export` through Bullet", "mss_peer_bullet"};
-  app.set_version_flag("--version", version());
+  app.set_version_flag("--version", "Bullet " + version());
   app.add_option("export", options.export_folder, "folder that `mss peer export` wrote")->required();
   app.add_option("result", options.result_folder, "folder to write to")->required();
   app.add_option("--step", options.step, "[s]; 1/60")->check(CLI::PositiveNumber);

@@ -36,7 +36,7 @@ def version():
     if shutil.which("ccx") is None:
         raise MissingEngine("CalculiX is not installed; Debian's package is calculix-ccx")
     words = subprocess.run(["ccx", "-v"], capture_output=True, text=True, check=False).stdout.split()
-    return "CalculiX " + (words[-1] if words else "of unknown version")
+    return words[-1] if words else "of unknown version"
 
 
 def read_table(file):
@@ -209,7 +209,7 @@ def main():
     options = parser.parse_args()
     try:
         if options.version:
-            print(version())
+            print("CalculiX", version())
         elif options.result is None:
             parser.error("EXPORT_DIR and RESULT_DIR are expected")
         elif not options.step > 0:

@@ -113,7 +113,7 @@ function make(exported, options) {
   const settings = {iterations, linear_damping: options.drag, edges: exported.springs.length,
     volumes: exported.tetrahedra.length, friction: creation.mFriction, restitution: creation.mRestitution};
   return {
-    name: 'Jolt', version: 'jolt-physics 1.1.0', precision: 'single', settings,
+    name: 'Jolt', version: '1.1.0', precision: 'single', settings,
     scene: ['jolt.json', JSON.stringify({...settings, step: options.step, gravity: scene.gravity, planes: scene.planes,
       vertices: 'particles.csv: x, y, z; inverse mass 1 / mass, 0 if held',
       edge_constraints: 'springs.csv: compliance 1 / stiffness',

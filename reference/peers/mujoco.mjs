@@ -38,6 +38,7 @@ function modelText(exported, options, order, place) {
   const {young, poisson} = options.recalibrate === 'yes' ? recalibrated(scene) : scene;
   const numbers = list => list.join(' ');
   const held = order.map((_, q) => q).filter(q => exported.held[order[q]]);
+  const friction = scene.planes[0]?.friction ?? 1;  // the larger one of a pair acts
   return `<mujoco>
   <option timestep="${options.step}" integrator="discrete" solver="CG" tolerance="1e-8" iterations="${options.iterations ?? 100}" gravity="${numbers(scene.gravity)}">
     <flag autoreset="disable" contact="${scene.planes.length ? 'enable' : 'disable'}"/>
@@ -47,7 +48,7 @@ function modelText(exported, options, order, place) {
     ${scene.planes.map(plane => planeText(plane, options.solref)).join('\n    ')}
     <flexcomp name="body" type="direct" dim="3" dof="${options.dof}"${trilinear ? ` cellcount="${numbers(scene.cells)}"` : ''} mass="${exported.mass.reduce((a, b) => a + b)}" radius="0.001" point="${numbers(order.map(a => numbers([...exported.rest.subarray(3 * a, 3 * a + 3)])))}" element="${numbers(exported.tetrahedra.map(t => numbers(t.map(a => place[a]))))}">
       <elasticity young="${young}" poisson="${poisson}" damping="0"/>
-      <contact selfcollide="none" internal="false"${options.solref ? ` solref="${options.solref}"` : ''}/>
+      <contact selfcollide="none" internal="false" friction="${friction} 0.005 0.0001"${options.solref ? ` solref="${options.solref}"` : ''}/>
       ${held.length ? `<pin id="${numbers(held)}"/>` : ''}
     </flexcomp>
   </worldbody>

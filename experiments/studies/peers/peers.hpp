@@ -60,8 +60,7 @@ struct Family {
   bool in_webassembly = false;
   bool boxes_only = false;  ///< has cells of a box
   bool has_planes = true;
-  bool has_modulus = true;            ///< false: no rest of a material to compare with
-  std::size_t most_particles = 1000;  ///< that it is tried with, as it takes long
+  bool has_modulus = true;  ///< false: no rest of a material to compare with
 };
 std::vector<Family> peer_families(bool quick);
 
@@ -91,8 +90,8 @@ peer::Result run_adapter(Adapters& adapters, const Family& family, const Setting
 peer::Result run_family_here(const Family& family, const Setting& setting, const peer::Exchange& exchange,
                              const Progress& progress);
 
-/// Where this program's method with its steps and iterations comes to rest: every frame its velocities are
-/// multiplied by exp(-drag frame). Throws NoResult where it does not.
+/// Where this program's method with its steps and iterations comes to rest: after every step its velocities
+/// are multiplied by exp(-drag dt). Throws NoResult where it does not.
 State<double> rest_here(const Family& family, const Setting& setting, const peer::Exchange& exchange,
                         double drag);
 

@@ -123,11 +123,12 @@ State<double> rest_here(const Family& family, const Setting& setting, const peer
   if (!scene.solve.dt)
     scene.solve.dt =
         explicit_steps(find_integrator(scene.solve.integrator), exchange.system->spectral_bound(), frame).dt;
+  const double dt = *scene.solve.dt, kept = std::exp(-drag * dt);
   SceneRun<double> run(scene, *exchange.body);
   Work work;
-  const double kept = std::exp(-drag * frame);
-  for (int i = 1; double(i) * frame < scene.solve.duration + frame / 2; ++i) {
-    const Status status = run.advance(double(i) * frame, work);
+  const long steps = std::lround(scene.solve.duration / dt);
+  for (long i = 1; i <= steps; ++i) {
+    const Status status = run.advance(double(i) * dt, work);
     if (status != Status::ok || !is_finite(run.state()))
       throw NoResult{
           fmt::format("no rest: {}", to_string(status == Status::ok ? Status::non_finite : status))};

@@ -53,7 +53,7 @@ class ExportedScene {
 /// What a family makes of a scene with a setting.
 struct Measured {
   double step = no_value;  ///< [s]
-  std::string version{};
+  std::string engine{};
   peer::Score score{};
   double rest = no_value;          ///< displacement of the end at rest [m]
   double period = no_value;        ///< [s]
@@ -132,7 +132,7 @@ void add_row(Table& table, const TableOf& description, const ExportedScene& expo
              const Setting& setting, const Measured& outcome) {
   const double cpu = outcome.score.cpu_ms;
   std::vector<Cell> row{exported.scene().name, std::int64_t(exported.motion().body->particle_count()),
-                        outcome.version,       family.name,
+                        outcome.engine,        family.name,
                         outcome.step,          std::int64_t(setting.iterations)};
   for (Cell& cell : description.cells(exported.scene(), outcome)) row.push_back(std::move(cell));
   row.insert(row.end(), {cpu, family.in_webassembly ? cpu / most_price_of_webassembly : cpu,
@@ -155,7 +155,7 @@ class SceneRuns {
           family.adapter == Adapter::own
               ? run_family_here(family, setting, exported_.motion(), progress_)
               : run_adapter(adapters_, family, setting, exported_.motion(), exported_.motion_folder(), 0);
-      judge(motion, outcome);
+      judge(family, motion, outcome);
       if (outcome.status != "ok") return outcome;
       if (exported_.scene().rests()) find_rest(family, setting, outcome);
       if (exported_.scene().question == Question::bending) find_period(motion, outcome);
@@ -177,10 +177,9 @@ class SceneRuns {
     if (!family.has_modulus && scene.rests()) throw NoResult{"has no modulus"};
   }
 
-  void judge(const peer::Result& motion, Measured& outcome) const {
-    outcome.version = motion.engine == "mss" || motion.version.rfind(motion.engine, 0) == 0
-                          ? motion.version
-                          : motion.engine + " " + motion.version;
+  void judge(const Family& family, const peer::Result& motion, Measured& outcome) const {
+    outcome.engine = motion.engine;
+    if (family.adapter != Adapter::own) outcome.engine += " " + motion.version;
     outcome.step = motion.step;
     outcome.score = judge_.score(motion);
     outcome.status = outcome.score.status;
@@ -217,7 +216,7 @@ class SceneRuns {
 };
 
 /// Whether there is nothing to be tried with further settings.
-bool is_missing(const Measured& outcome) { return outcome.version.empty() && outcome.status != "ok"; }
+bool is_missing(const Measured& outcome) { return outcome.engine.empty() && outcome.status != "ok"; }
 
 /// All rows of a scene; false if stopped.
 bool measure_scene(const PeerScene& scene, const PeersConfig& config, const TableOf& description,

@@ -167,7 +167,6 @@ std::vector<PeerScene> peer_scenes(bool quick, const std::filesystem::path& fold
   }
   scenes.push_back(cantilever("cantilever_4", 4, stiff));
   scenes.push_back(cantilever("soft_cantilever_2", 2, soft));
-  scenes.push_back(cantilever("soft_cantilever_4", 4, soft));
   scenes.push_back(hanging_bar("bar_2_nu_0", 2, 0, sag));
   scenes.push_back(hanging_bar("bar_2_nu_0.3", 2, 0.3, hanging_by_a_clamp));
   scenes.push_back(spinning_cube(7));
