@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -15,6 +14,7 @@
 #include "experiments/advise/report.hpp"
 #include "experiments/advise/static_advice.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/quantities.hpp"
 #include "experiments/cli/settings.hpp"
 #include "experiments/harness/other_work.hpp"
 #include "experiments/harness/provenance.hpp"
@@ -42,45 +42,10 @@ struct AdviseChoice {
   bool unpruned = false;
 };
 
-/// The number a text begins with, and what follows; nothing if it does not begin with one.
-std::optional<std::pair<double, std::string>> number_and_rest(const std::string& text) {
-  double value = 0;
-  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (problem != std::errc() || !std::isfinite(value)) return {};
-  return std::pair(value, std::string(end, text.data() + text.size()));
-}
-
 constexpr const char* default_error = "1%";
 constexpr const char* of_stability = "stability";
 /// References say how accurate candidates are where an error is required, and else rank them.
 constexpr double usual_patience = 60, patience_of_stability = 8;
-
-double read_error(const std::string& text) {
-  const auto read = number_and_rest(text);
-  const bool share = read && read->second.empty(), hundredths = read && read->second == "%";
-  const double value = !read ? 0 : hundredths ? read->first / 100 : read->first;
-  if ((!share && !hundredths) || !(value > 0 && value < 1))
-    throw InputError(
-        fmt::format("--error {} is not an error; give a share above 0 and below 100 %, as in 1%", text));
-  return value;
-}
-
-/// Seconds per simulated second.
-double read_budget(const std::string& text) {
-  static const std::vector<std::pair<std::string, double>> units{{"ns/frame", 1e-9 * frames_per_second},
-                                                                 {"us/frame", 1e-6 * frames_per_second},
-                                                                 {"ms/frame", 1e-3 * frames_per_second},
-                                                                 {"s/frame", frames_per_second},
-                                                                 {"s/s", 1}};
-  const auto read = number_and_rest(text);
-  for (const auto& [unit, seconds] : units)
-    if (read && read->second == unit && read->first > 0) return read->first * seconds;
-  throw InputError(
-      fmt::format("--budget {} is not a time; give a positive number of ms/frame (of which there are {:.0f} "
-                  "to a simulated "
-                  "second), us/frame, ns/frame, s/frame or s/s, as in 16.7ms/frame",
-                  text, frames_per_second));
-}
 
 ErrorOf read_error_of(const std::string& text) {
   std::vector<std::string> names = error_names();
@@ -103,7 +68,7 @@ void check_stability(const AdviseChoice& choice) {
 }
 
 AdviseRequest read_request(const AdviseChoice& choice) {
-  AdviseRequest request{.error = read_error(choice.error.empty() ? default_error : choice.error)};
+  AdviseRequest request{.error = read_share("--error", choice.error.empty() ? default_error : choice.error)};
   request.of_stability = choice.of == of_stability;
   request.patience = choice.patience.value_or(request.of_stability ? patience_of_stability : usual_patience);
   if (request.of_stability)

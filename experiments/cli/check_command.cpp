@@ -213,7 +213,7 @@ void check_scenes(const CheckChoice& choice, int& exit_status) {
   std::size_t expectations = 0, total = 0;
   for (const Scene& scene : scenes) {
     const SceneEnd end = choice.results.empty() ? simulated(scene, choice.threads.value_or(default_threads))
-                                                : read_scene_end(choice.results);
+                                                : read_scene_end(scene, choice.results);
     if (interrupted()) {
       exit_status = exit_interrupted;
       return;
@@ -284,8 +284,8 @@ void add_check(CLI::App& app, int& exit_status) {
                       "instead of all tables");
   command->add_option(
       "--results", choice->results,
-      "Compare the results in this directory (summary.json, series.csv, particles.csv) with the "
-      "scene's [expect] instead of simulating it");
+      "Compare the results in this directory (summary.json, series.csv, particles.csv; their format: "
+      "experiments/peer/README.md) with the scene's [expect] instead of simulating it");
   constexpr int most_threads = 1024;
   command
       ->add_option("--threads", choice->threads,

@@ -12,6 +12,7 @@
 #include "experiments/fit/chart.hpp"
 #include "experiments/harness/page.hpp"
 #include "experiments/harness/results_folder.hpp"
+#include "experiments/peer/report.hpp"
 
 namespace mss::cli {
 
@@ -26,6 +27,7 @@ Draw draw_of(const ResultsFolder& folder) {
   if (folder.experiment == "advise") return advise::draw;
   if (folder.experiment == "fit") return fit::draw;
   if (folder.experiment == "static_advice") return advise::draw_at_rest;
+  if (folder.experiment == "peer_score") return peer::draw;
   try {
     return find_experiment(folder.experiment).draw;
   } catch (const InputError& problem) {

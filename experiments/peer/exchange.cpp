@@ -100,8 +100,8 @@ Exchange make_exchange(const Scene& scene, double spacing) {
   check_boxes(scene);
   if (!(spacing > 0 && spacing <= scene.solve.duration))
     throw InputError(
-        fmt::format("samples are {:g} s apart, and {} lasts {:g} s; give a time from 0 to that, without 0",
-                    spacing, scene.name, scene.solve.duration));
+        fmt::format("samples are {:g} s apart, and {} lasts {:g} s; give a positive time up to that", spacing,
+                    scene.name, scene.solve.duration));
   constexpr double most_samples = 1e6;
   if (scene.solve.duration / spacing > most_samples)
     throw InputError(
@@ -117,11 +117,11 @@ Exchange make_exchange(const Scene& scene, double spacing) {
 }
 
 void add_reference(Exchange& exchange, Progress& progress) {
-  constexpr double enough = 1e-4;
   constexpr double most_seconds = 20;  // of a motion that is to be computed again in steps half as long
   constexpr int most_halvings = 6;
   Scene scene = for_reference(exchange);
   const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+  const double enough = method.order_undamped > 2 ? 1e-5 : 1e-4;  // a high order is soon exact
   long steps = explicit_steps(method, exchange.system->spectral_bound(), exchange.spacing).steps;
   const auto motion_in = [&](long per_sample) {
     scene.solve.dt = exchange.spacing / double(per_sample);

@@ -209,6 +209,9 @@ void read_reference(Exchange& exchange, const fs::path& path) {
       const auto at = [&](std::size_t c) { return (*columns[c])[row]; };
       sample.x.set(site, {at(0), at(1), at(2)});
       sample.v.set(site, {at(3), at(4), at(5)});
+      if (!sample.x.at(site).allFinite() || !sample.v.at(site).allFinite())
+        throw InputError(fmt::format("{}:{}: a number is not finite; export the scene again", path.string(),
+                                     file.line(row)));
       ++row;
     }
   }
@@ -218,6 +221,8 @@ void read_reference(Exchange& exchange, const fs::path& path) {
 
 void write_export(const Exchange& exchange, const fs::path& directory) {
   prepare_directory(directory);
+  const DirectoryClaim claim(directory);
+  fs::remove(directory / "scene.json");  // which is written last: without it the folder is no export
   write_scene(exchange.scene, directory);
   write_particles(exchange, directory / "particles.csv");
   write_springs(*exchange.body, directory / "springs.csv");

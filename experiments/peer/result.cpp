@@ -45,8 +45,9 @@ class CostFile {
   double number(const char* key, bool may_be_zero) const {
     const Json found = value(key);
     const double number = found.is_number() ? found.get<double>() : -1;
-    if (!(may_be_zero ? number >= 0 : number > 0) || !std::isfinite(number))
-      refuse(key, may_be_zero ? "a number that is not negative" : "a positive number");
+    if (!(may_be_zero ? number >= 0 : number > 0) || !(number <= double(most)))
+      refuse(key,
+             fmt::format("a {} number up to {:g}", may_be_zero ? "non-negative" : "positive", double(most)));
     return number;
   }
   /// Nothing where it is null or missing.
@@ -96,6 +97,7 @@ class SampleReader {
     if (!result.problem.empty()) return;
     for (std::size_t k = 0; k < row_of_.size(); ++k) {
       result.problem = problem_at(k);
+      result.diverged = !is_finite_at(k);
       if (!result.problem.empty()) return;
       result.samples.push_back(sample_at(k));
     }
@@ -142,6 +144,14 @@ class SampleReader {
                              t);
     }
     return "";
+  }
+
+  /// Whether the numbers that are there are.
+  bool is_finite_at(std::size_t k) const {
+    for (const std::ptrdiff_t row : row_of_[k])
+      for (const std::vector<double>* column : columns_)
+        if (row >= 0 && !std::isfinite((*column)[std::size_t(row)])) return false;
+    return true;
   }
 
   State<double> sample_at(std::size_t k) const {
@@ -204,7 +214,8 @@ void run(const Scene& scene, const Exchange& exchange, const Progress& progress,
     if (t > 0) result.cpu_seconds += of_processor.seconds();
     const double offset = run.state().t - t;
     if (status == Status::ok && !is_finite(run.state())) status = Status::non_finite;
-    if (status != Status::ok)
+    result.diverged = status != Status::ok;
+    if (result.diverged)
       result.problem = fmt::format("{} before t = {:.4g}", to_string(status), t);
     else if (std::abs(offset) > tolerated_offset * exchange.spacing)
       result.problem = problem_of_offset(offset, exchange.spacing);
@@ -234,7 +245,9 @@ Result read_result(const fs::path& directory, const Exchange& exchange) {
   const bool stopped = cost.status() != "ok";
   if (const fs::path samples = directory / "samples.csv"; fs::exists(samples) || !stopped)
     SampleReader(samples, exchange).read(result);
-  if (stopped) result.problem = cost.status();
+  if (!stopped) return result;
+  result.problem = cost.status();
+  result.diverged = true;
   return result;
 }
 

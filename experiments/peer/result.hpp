@@ -23,6 +23,8 @@ struct Result {
   /// By sample time on the body's lattice; those before the first that is missing or wrong.
   std::vector<State<double>> samples{};
   std::string problem{};  ///< what keeps the samples from being complete, in words; empty: nothing
+  bool diverged =
+      false;  ///< the problem is the motion's: numbers not finite, or cost.json says that it failed
 };
 
 /// Reads samples.csv and cost.json. What is wrong with samples (late, missing, repeated or foreign particles,

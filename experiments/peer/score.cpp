@@ -99,7 +99,12 @@ Judge::Judge(const Exchange& exchange)
       at_samples_(balances_at(reference_)),
       between_samples_(balances_between(*exchange.body, exchange.reference, reference_)) {
   find_scale();
-  if (scale_.displacement == 0)
+  const double all = scale_.displacement + scale_.momentum + scale_.spin + std::abs(scale_.energy);
+  if (!std::isfinite(all * all))
+    throw InputError(
+        fmt::format("{}: numbers of its reference are not finite; export it again", exchange.scene.name));
+  constexpr double rounding = 1e-9;
+  if (scale_.displacement <= rounding * scale_.size)
     throw InputError(
         fmt::format("{}: nothing moves in it, so that no motion can be compared with it; export a "
                     "scene that moves",
@@ -203,6 +208,7 @@ Score Judge::score(const Result& result) const {
   Score score;
   if (!result.problem.empty()) {
     score.status = result.problem;
+    score.unstable = result.diverged;
     return score;
   }
   const double frames = exchange_.times.back() / frame;
@@ -211,6 +217,7 @@ Score Judge::score(const Result& result) const {
   const std::vector<Measures> measures = measures_of(exchange_, result.samples);
   if (const std::string words = blow_up(result, measures); !words.empty()) {
     score.status = words;
+    score.unstable = true;
     return score;
   }
   score.stable = true;

@@ -30,6 +30,7 @@ struct Scale {
 struct Score {
   std::string status = "ok";  ///< or what is wrong with the result, in words
   bool stable = false;        ///< all samples are there, finite and not blown up
+  bool unstable = false;      ///< the motion blew up or ended early; neither: the samples are at fault
   /// Distance from the reference over its largest displacement: root mean square over particles and sample
   /// times, and largest.
   double error = no_value, worst_error = no_value;

@@ -1,4 +1,6 @@
 // The program from outside: exit statuses, sentences, and what its commands print and write.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -7,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <span>
 
 #include "core/measures/measures.hpp"
 #include "core/mesh/shapes.hpp"
@@ -363,18 +366,13 @@ TEST(Check, ComparesResultsWithoutSimulating) {
   EXPECT_EQ(judged().output.find("warning"), std::string::npos) << judged().output;
   const std::string other = directory / "other.toml";
   fs::copy_file(scene, other);
-  const ProgramRun doubted = mss({"check", other, "--results", results, "--set", "solve.duration=9"});
+  const ProgramRun doubted = mss({"check", other, "--results", results});
   EXPECT_NE(doubted.output.find("these are results of the scene 'scene', not of 'other'"), std::string::npos)
       << doubted.output;
-  EXPECT_NE(doubted.output.find("and the scene at solve.duration = 9 s"), std::string::npos)
-      << doubted.output;
+  expect_refused({"check", scene, "--results", results, "--set", "solve.duration=9"},
+                 "and the scene at solve.duration = 9 s");
   const fs::path series = fs::path(results) / "series.csv";
   const std::string kept = read_file(series);
-  std::string renamed = kept;
-  renamed.replace(renamed.find("max_speed"), 9, "top_speed");
-  write_atomically(series, renamed);
-  EXPECT_EQ(judged().exit_status, 1);
-  EXPECT_NE(judged().output.find("max_speed: should be 0, is nothing"), std::string::npos) << judged().output;
   write_atomically(series, kept + "x\n");
   expect_refused({"check", scene, "--results", results}, "t = 'x' is not a number");
   write_atomically(series, kept);
@@ -386,20 +384,113 @@ TEST(Check, ComparesResultsWithoutSimulating) {
   expect_refused({"check", scene, "--results", results}, "is not JSON");
 }
 
-TEST(Check, ReadsResultsByTheNamesThatColumnsHadBefore) {
+/// The results of a beam in motion, and what is done to them.
+class JudgedFiles {
+ public:
+  explicit JudgedFiles(const Directory& directory)
+      : scene_(directory / "scene.toml"), results_(directory / "results") {
+    write_atomically(scene_, expecting(""));
+    EXPECT_EQ(mss({"run", scene_, "--out", results_}).exit_status, 0);
+    kept_ = read_file(particles());
+  }
+
+  /// The scene with an [expect].
+  static std::string expecting(const std::string& expect) {
+    std::string text = beam(expect);
+    const std::string at_rest = "\"static\"\nduration = 1\n";
+    text.replace(text.find(at_rest), at_rest.size(), "\"velocity_verlet\"\nduration = 0.05\n");
+    return text;
+  }
+  std::vector<std::string> command() const { return {"check", scene_, "--results", results_}; }
+  fs::path particles() const { return fs::path(results_) / "particles.csv"; }
+  const std::string& scene() const { return scene_; }
+  fs::path series() const { return fs::path(results_) / "series.csv"; }
+  /// Lines of particles.csv as it was.
+  std::vector<std::string> lines() const {
+    std::vector<std::string> lines;
+    for (std::size_t begin = 0; begin < kept_.size(); begin = kept_.find('\n', begin) + 1)
+      lines.push_back(kept_.substr(begin, kept_.find('\n', begin) - begin));
+    return lines;
+  }
+  /// A line with another cell.
+  static std::string with_cell(const std::string& line, std::size_t column, const std::string& cell) {
+    std::vector<std::string> cells = parse_csv(line).front();
+    cells.at(column) = cell;
+    return fmt::format("{}", fmt::join(cells, ","));
+  }
+  void write(const std::vector<std::string>& lines) const {
+    std::string text;
+    for (const std::string& line : lines) text += line + "\n";
+    write_atomically(particles(), text);
+  }
+
+ private:
+  std::string scene_, results_, kept_;
+};
+
+// Totals are measured from particles: those that a run printed are met to the last digits, others count for
+// nothing.
+TEST(Check, MeasuresResultsItself) {
   const Directory directory;
-  const std::string scene = directory / "scene.toml", results = directory / "results";
-  write_atomically(scene, beam("[expect]\nangular_momentum_y = { value = 0, within = 1e-6 }\n"
-                               "external_potential = { value = 0, within = 1e6 }\n"));
-  ASSERT_EQ(mss({"run", scene, "--out", results}).exit_status, 0);
-  const fs::path series = fs::path(results) / "series.csv";
-  std::string old = read_file(series);
-  for (const auto& [before, now] : renamed_columns) old.replace(old.find(now), now.size(), before);
-  EXPECT_NE(old.find(",gravitational,"), std::string::npos);
-  EXPECT_NE(old.find(",spin_y,"), std::string::npos);
-  write_atomically(series, old);
-  const ProgramRun judged = mss({"check", scene, "--results", results});
-  EXPECT_EQ(judged.output, "1 scene, 2 expectations: all met\n");
+  const JudgedFiles files(directory);
+  const Table series = Table::read(read_file(files.series()), "series.csv");
+  std::string expect = "[expect]\n";
+  for (const MeasureColumn& column : std::span(measure_columns).subspan(1, 16)) {
+    const double value = series.number(series.size() - 1, column.name);
+    expect += fmt::format("{} = {{ value = {}, within = {} }}\n", column.name, value,
+                          1e-9 + 1e-9 * std::abs(value));
+  }
+  write_atomically(files.scene(), files.expecting(expect));
+  EXPECT_EQ(mss(files.command()).output, "1 scene, 16 expectations: all met\n");
+  write_atomically(files.series(), fmt::format("t\n{}\n", series.number(series.size() - 1, "t")));
+  EXPECT_EQ(mss(files.command()).output, "1 scene, 16 expectations: all met\n");
+  std::vector<std::string> lines = files.lines();
+  lines.back() = files.with_cell(lines.back(), 4, "2.001");
+  files.write(lines);
+  EXPECT_EQ(mss(files.command()).exit_status, 1) << mss(files.command()).output;
+}
+
+TEST(Check, NamesWhatIsWrongWithResults) {
+  const Directory directory;
+  const JudgedFiles files(directory);
+  write_atomically(files.scene(), files.expecting("[expect]\nmax_speed = { value = 0, within = 9 }\n"));
+  const std::vector<std::string> kept = files.lines();
+  const auto refused = [&](const std::vector<std::string>& lines, const std::string& part) {
+    files.write(lines);
+    expect_refused(files.command(), part);
+  };
+  std::vector<std::string> lines = kept;
+  lines.erase(lines.begin() + 4);
+  refused(lines, "particle 3 is missing: there are 44, and the scene has 45");
+  lines = kept;
+  lines[4] = lines[3];
+  refused(lines, "particles.csv:5: particle 2 is there twice");
+  lines = kept;
+  lines[4] = files.with_cell(kept[4], 0, "45");
+  refused(lines, "particles.csv:5: particle 45 is not one of the scene's 45");
+  lines = kept;
+  lines[4] = files.with_cell(kept[4], 0, "9");
+  lines[10] = files.with_cell(kept[10], 0, "3");
+  refused(lines, "particles.csv:5: particle 9 rests at [1.5, 0, 0], and the scene's at [2, 0.5, 0]");
+  lines = kept;
+  lines[0].replace(lines[0].find("vx"), 2, "ux");
+  refused(lines, "columns vx, vy, vz are missing, from which max_speed follows");
+  lines[0] = kept[0];
+  lines[0].replace(lines[0].find("rest_y"), 6, "rest_q");
+  refused(lines, "column rest_y is missing");
+  lines = kept;
+  lines[4] = files.with_cell(kept[4], 10, "0");  // its mass, which is not read
+  files.write(lines);
+  EXPECT_EQ(mss(files.command()).exit_status, 0) << mss(files.command()).output;
+  lines[4] = files.with_cell(kept[4], 4, "nan");
+  files.write(lines);
+  const ProgramRun lost = mss(files.command());
+  EXPECT_EQ(lost.exit_status, 1);
+  EXPECT_NE(lost.output.find("status: should be ok, is NaN or infinity in particle 3"), std::string::npos)
+      << lost.output;
+  files.write(kept);
+  write_atomically(files.series(), "t\n0\n");
+  expect_refused(files.command(), "series.csv ends at t = 0 s, and the scene at solve.duration = 0.05 s");
 }
 
 TEST(Check, JudgesAChangedScene) {
