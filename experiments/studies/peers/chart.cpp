@@ -19,6 +19,8 @@ ChartSeries curve(const Table& rows, const std::string& family, const std::strin
     if (std::isfinite(error) && std::isfinite(time))
       series.points.push_back({time, std::max(100 * error, least)});
   }
+  // A sweep of two numbers is no curve.
+  series.joined = own.distinct_numbers("step").size() == 1 || own.distinct_numbers("iterations").size() == 1;
   std::sort(series.points.begin(), series.points.end(),
             [](const ChartPoint& a, const ChartPoint& b) { return a.x < b.x; });
   return series;
@@ -78,21 +80,16 @@ Chart volume_chart(const Table& rows) {
 }
 
 Chart penetration_chart(const Table& rows) {
-  constexpr double least = 1e-6;
   const std::vector<std::string> families = rows.distinct("family");
-  Chart chart{
-      .title = "How deep a body that lands is in the ground",
-      .subtitle = fmt::format(
-          "dropped from 0.5 m; a marker for every step and number of iterations; below {} m drawn "
-          "there; *: solref 0.004 1",
-          least),
-      .x = {.label = "deepest particle behind the plane [m]", .logarithmic = true, .low = least, .high = 1},
-      .y = named_rows(families)};
+  Chart chart{.title = "How deep a body that lands is in the ground",
+              .subtitle =
+                  "dropped from 0.5 m; a marker for every step and number of iterations; *: contacts of "
+                  "solref 0.004 1",
+              .x = {.label = "deepest particle behind the plane [m]", .low = 0},
+              .y = named_rows(families)};
   for (const std::string& scene : rows.distinct("scene"))
-    add_markers(chart, families, rows.where("scene", scene), scene, [&](const Table& own, std::size_t r) {
-      const double depth = own.number(r, "penetration");
-      return std::isfinite(depth) ? std::max(depth, least) : no_value;
-    });
+    add_markers(chart, families, rows.where("scene", scene), scene,
+                [](const Table& own, std::size_t r) { return own.number(r, "penetration"); });
   return chart;
 }
 
@@ -104,7 +101,7 @@ Chart spin_chart(const Table& rows) {
                   "{} particles, E = 0.1 MPa, 6 rad/s; a marker for every step and number of iterations; "
                   "below 1e-10 drawn there",
                   rows.number(0, "particles")),
-              .x = {.label = "largest change over that at the start", .logarithmic = true, .low = least},
+              .x = {.label = "largest change, relative", .logarithmic = true, .low = least},
               .y = named_rows(families)};
   for (const auto& [column, label] :
        {std::pair{"spin_drift", "angular momentum"}, {"momentum_drift", "momentum"}})

@@ -96,17 +96,17 @@ std::vector<TableOf> table_descriptions() {
            },
            {Question::hanging}},
           {"peers_flight",
-           with_volume({{"spin_drift"}, {"momentum_drift"}}),
+           with_volume({{"spin_drift"}, {"momentum_drift"}, {"motion_error"}}),
            [](const PeerScene&, const Measured& o) {
-             return std::vector<Cell>{o.score.spin_drift, o.score.momentum_drift, o.score.volume_low,
-                                      o.score.volume_high, o.score.volume_drift};
+             return std::vector<Cell>{o.score.spin_drift, o.score.momentum_drift, o.score.error,
+                                      o.score.volume_low, o.score.volume_high,    o.score.volume_drift};
            },
            {Question::flight}},
           {"peers_landing",
-           with_volume({{"penetration", "m"}}),
+           with_volume({{"penetration", "m"}, {"motion_error"}}),
            [](const PeerScene&, const Measured& o) {
-             return std::vector<Cell>{o.score.penetration, o.score.volume_low, o.score.volume_high,
-                                      o.score.volume_drift};
+             return std::vector<Cell>{o.score.penetration, o.score.error, o.score.volume_low,
+                                      o.score.volume_high, o.score.volume_drift};
            },
            {Question::landing}},
           {"peers_slope",

@@ -103,7 +103,7 @@ std::string ground(double x, double z, double friction) {
 
 /// Dropped from half a metre.
 PeerScene dropped_cube(int cells) {
-  PeerScene scene{.name = fmt::format("drop_{}", cells), .question = Question::landing};
+  PeerScene scene{.name = fmt::format("dropped_cube_{}", cells), .question = Question::landing};
   scene.scene =
       parse_scene(fmt::format("[body]\ncells = [{0}, {0}, {0}]\ncell_size = {1}\norigin = [0, 0, 0.5]\n",
                               cells, 1.0 / cells) +
@@ -127,7 +127,7 @@ std::string ball_of_voxels(int cells) {
 }
 
 PeerScene dropped_ball(int cells, const std::filesystem::path& folder) {
-  const std::string name = fmt::format("ball_{}", cells);
+  const std::string name = fmt::format("dropped_ball_{}", cells);
   write_atomically(folder / (name + ".txt"), ball_of_voxels(cells));
   const std::filesystem::path file = folder / (name + ".toml");
   write_atomically(file, fmt::format("[body]\nvoxels = \"{}.txt\"\ncell_size = {}\norigin = [0, 0, 0.5]\n",
