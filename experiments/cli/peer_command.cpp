@@ -97,6 +97,7 @@ void warn_about_reference(const peer::Limits& limits, const peer::ReferenceFacts
 /// Results have the names of their folders, or where two have one name the paths that the user gave.
 void tell_apart(const std::vector<std::string>& directories, std::vector<peer::Judged>& results) {
   std::vector<std::string> names;
+  names.reserve(results.size());
   for (const peer::Judged& judged : results) names.push_back(judged.result.name);
   for (std::size_t i = 0; i < names.size(); ++i)
     if (std::count(names.begin(), names.end(), names[i]) > 1) results[i].result.name = directories[i];

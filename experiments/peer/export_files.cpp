@@ -167,7 +167,7 @@ void write_reference(const Exchange& exchange, const fs::path& file) {
 void write_scene(Scene scene, const fs::path& directory) {
   const fs::path from = scene.file.parent_path();
   const auto copied = [&](const std::string& file, const std::string& stem) {
-    const std::string name = stem + fs::path(file).extension().string();
+    std::string name = stem + fs::path(file).extension().string();
     write_atomically(directory / name, read_file(from / file));
     return name;
   };

@@ -59,7 +59,7 @@ class CostFile {
     return found.get<int>();
   }
   std::string precision() const {
-    const std::string precision = text("precision");
+    std::string precision = text("precision");
     if (precision != "single" && precision != "double") refuse("precision", "\"single\" or \"double\"");
     return precision;
   }

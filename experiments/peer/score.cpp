@@ -43,6 +43,7 @@ Balance between(const Body& body, const State<double>& before, const State<doubl
 
 std::vector<Balance> balances_at(const std::vector<Measures>& measures) {
   std::vector<Balance> balances;
+  balances.reserve(measures.size());
   for (const Measures& m : measures) balances.push_back({m.total(), m.momentum, m.angular_momentum});
   return balances;
 }
@@ -186,6 +187,19 @@ void Judge::add_distances(const Result& result, Score& score) const {
   score.worst_error = std::sqrt(largest) / scale_.displacement;
 }
 
+void Judge::add_volumes(const std::vector<Measures>& measures, Score& score) const {
+  score.volume_low = score.volume_high = measures.front().volume_ratio;
+  score.min_jacobian = measures.front().min_jacobian;
+  score.volume_drift = 0;
+  for (std::size_t k = 0; k < measures.size(); ++k) {
+    const double ratio = measures[k].volume_ratio;
+    score.volume_low = std::min(score.volume_low, ratio);
+    score.volume_high = std::max(score.volume_high, ratio);
+    score.volume_drift = std::max(score.volume_drift, std::abs(ratio - reference_[k].volume_ratio));
+    score.min_jacobian = std::min(score.min_jacobian, measures[k].min_jacobian);
+  }
+}
+
 void Judge::add_balances(const std::vector<Balance>& now, const std::vector<Balance>& reference,
                          Score& score) const {
   double momentum = 0, spin = 0, gain = 0, loss = 0;
@@ -222,16 +236,7 @@ Score Judge::score(const Result& result) const {
   }
   score.stable = true;
   add_distances(result, score);
-  score.volume_low = score.volume_high = 1;
-  score.volume_drift = 0;
-  score.min_jacobian = 1;
-  for (std::size_t k = 0; k < measures.size(); ++k) {
-    score.volume_low = std::min(score.volume_low, measures[k].volume_ratio);
-    score.volume_high = std::max(score.volume_high, measures[k].volume_ratio);
-    score.volume_drift =
-        std::max(score.volume_drift, std::abs(measures[k].volume_ratio - reference_[k].volume_ratio));
-    score.min_jacobian = std::min(score.min_jacobian, measures[k].min_jacobian);
-  }
+  add_volumes(measures, score);
   if (result.has_velocities)
     add_balances(balances_at(measures), at_samples_, score);
   else

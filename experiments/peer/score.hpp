@@ -69,6 +69,7 @@ class Judge {
   void find_scale();
   std::size_t count_free_samples() const;
   void add_distances(const Result& result, Score& score) const;
+  void add_volumes(const std::vector<Measures>& measures, Score& score) const;
   void add_balances(const std::vector<Balance>& now, const std::vector<Balance>& reference,
                     Score& score) const;
   std::string blow_up(const Result& result, const std::vector<Measures>& measures) const;

@@ -260,6 +260,13 @@ def test_bad_files_are_refused(export, good):
     assert told["status"] == "exploded at 0.1 s"
     (copy / "cost.json").write_text(json.dumps(cost | {"step": -1}))
     assert '"step" = -1 is not a positive number up to 1e+09' in score_of(copy)
+    (copy / "cost.json").write_text(json.dumps(cost | {"cpu_seconds": 1e308}))
+    assert '"cpu_seconds" = 1e+308 is not a non-negative number' in score_of(copy)
+    damaged = folder / "damaged"
+    shutil.copytree(export, damaged, dirs_exist_ok=True)
+    lines = (export / "reference.csv").read_text().splitlines()
+    (damaged / "reference.csv").write_text("\n".join(lines[:-1] + ["0.5,63,nan,0,0,0,0,0"]))
+    assert "reference.csv:1985: a number is not finite" in refused("score", good, "--scene", damaged)
     assert "give `mss peer export` or `mss peer score`" in refused()
     assert "give one that `mss peer export` made" in refused("score", good, "--scene", folder / "nowhere")
     assert "is not a share" in refused("score", good, "--scene", export, "--error", "5mm")
