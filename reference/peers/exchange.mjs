@@ -3,7 +3,7 @@
 //
 // An adapter calls main() with its options and a function `make` from an export and the values of these options to
 // an engine: {version, precision, settings, scene: [file name, text], step(), positions(), velocities()}; the last
-// two return a Float64Array of 3 n numbers in the order of particles.csv.
+// two return a Float64Array of 3 n numbers in the order of particles.csv; release() gives its memory back.
 import {mkdirSync, readFileSync, renameSync, writeFileSync} from 'node:fs';
 import {basename, join} from 'node:path';
 import {parseArgs} from 'node:util';
@@ -148,6 +148,7 @@ async function cheapest(make, exported, options) {
   for (let round = 0; round < options.repeat && (round === 0 || spent < 0.5); ++round) {
     const engine = await make(exported, options);
     const run = simulate(engine, exported, options.step);
+    engine.release();
     spent += run.wall;
     if (!best || run.cpu < best.run.cpu) best = {engine, run};
     if (run.status !== 'ok') break;
@@ -207,8 +208,7 @@ export async function main({own, version, make}) {
     writeResult(positionals[1], engine, run, options);
     process.exit(0);  // engines keep workers and timers
   } catch (error) {
-    if (!(error instanceof InputError || error instanceof MissingEngine)) throw error;
-    console.error(`${program}: ${error.message}`);
-    process.exit(error instanceof MissingEngine ? 3 : 2);
+    console.error(`${program}: ${error?.message ?? error}`);
+    process.exit(error instanceof MissingEngine ? 3 : error instanceof InputError ? 2 : 1);
   }
 }

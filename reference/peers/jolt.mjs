@@ -12,8 +12,10 @@ const version = async () => {
 
 const vector = ([x, y, z]) => new J.Vec3(x, y, z);
 
-/// A world of two layers, of which the first is what moves.
-function makeWorld(gravity) {
+let world;  // one for all runs: its memory does not come back
+
+/// A world of two layers, of which the first is what moves, and the planes.
+function makeWorld({gravity, planes}) {
   const settings = new J.JoltSettings();
   settings.mMaxBodies = 16;
   const pairs = new J.ObjectLayerPairFilterTable(2);
@@ -23,9 +25,9 @@ function makeWorld(gravity) {
   settings.mObjectLayerPairFilter = pairs;
   settings.mBroadPhaseLayerInterface = layers;
   settings.mObjectVsBroadPhaseLayerFilter = new J.ObjectVsBroadPhaseLayerFilterTable(layers, 2, pairs, 2);
-  const world = new J.JoltInterface(settings);
+  world = new J.JoltInterface(settings);
   world.GetPhysicsSystem().SetGravity(vector(gravity));
-  return world;
+  for (const plane of planes) addPlane(world.GetPhysicsSystem().GetBodyInterface(), plane);
 }
 
 /// A box of 40 m whose upper face is the plane.
@@ -97,8 +99,8 @@ function vertexMemory(body) {
 function make(exported, options) {
   const {scene, count} = exported;
   const iterations = options.iterations ?? 5;
-  const world = makeWorld(scene.gravity), bodies = world.GetPhysicsSystem().GetBodyInterface();
-  for (const plane of scene.planes) addPlane(bodies, plane);
+  if (!world) makeWorld(scene);
+  const bodies = world.GetPhysicsSystem().GetBodyInterface();
   const creation = new J.SoftBodyCreationSettings(makeShared(exported), new J.RVec3(0, 0, 0), new J.Quat(0, 0, 0, 1), 0);
   Object.assign(creation, {mNumIterations: iterations, mLinearDamping: options.drag, mUpdatePosition: false,
     mAllowSleeping: false, mMaxLinearVelocity: 1e4, mRestitution: scene.planes[0]?.restitution ?? 0,
@@ -122,6 +124,10 @@ function make(exported, options) {
     step: () => world.Step(options.step, 1),
     positions: () => read(memory.position, memory.shift),
     velocities: () => read(memory.velocity, [0, 0, 0]),
+    release: () => {
+      bodies.RemoveBody(id);
+      bodies.DestroyBody(id);
+    },
   };
 }
 

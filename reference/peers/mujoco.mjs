@@ -102,6 +102,7 @@ function make(exported, options) {
     scene: ['mujoco.xml', text],
     step: () => mj.mj_step(model, data),
     positions: () => { const x = data.xpos; return read((b, i) => x[3 * b + i], exported.rest); },
+    release: () => { data.delete(); model.delete(); },
     velocities: () => { const v = data.qvel, at = model.body_dofadr; return read((b, i) => v[at[b] + i], still); },
   };
 }

@@ -124,19 +124,20 @@ State<double> rest_here(const Family& family, const Setting& setting, const peer
     scene.solve.dt =
         explicit_steps(find_integrator(scene.solve.integrator), exchange.system->spectral_bound(), frame).dt;
   const double dt = *scene.solve.dt, kept = std::exp(-drag * dt);
-  SceneRun<double> run(scene, *exchange.body);
+  const IntegratorInfo& info = find_integrator(scene.solve.integrator);
+  const auto method = info.make<double>(method_options(scene, *exchange.system));
+  State<double> state = exchange.start;
   Work work;
   const long steps = std::lround(scene.solve.duration / dt);
   for (long i = 1; i <= steps; ++i) {
-    const Status status = run.advance(double(i) * dt, work);
-    if (status != Status::ok || !is_finite(run.state()))
+    const Status status = method->advance(*exchange.system, state, double(i) * dt, work);
+    if (status != Status::ok || !is_finite(state))
       throw NoResult{
           fmt::format("no rest: {}", to_string(status == Status::ok ? Status::non_finite : status))};
-    State<double> slower = run.state();
-    slower.v.array() *= kept;
-    run.go_on_from(slower);
+    state.v.array() *= kept;
+    if (info.limit) method->reset();  // others keep guesses only, which are part of how they iterate
   }
-  return run.state();
+  return state;
 }
 
 std::vector<Family> peer_families(bool quick) {
