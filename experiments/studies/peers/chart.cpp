@@ -34,15 +34,13 @@ ChartSeries webassembly_scale(double at, double y) {
 
 Chart error_chart(const Table& rows, const std::string& column, const std::string& what) {
   constexpr double least = 0.1, most = 1000;
-  Chart chart{
-      .title = what + " of a cantilever against the time that it takes",
-      .subtitle = fmt::format(
-          "{} particles, E = {} MPa, ν = 0.3; dips: errors of opposite sign cancel; below {} % drawn there; "
-          "*: see caption",
-          rows.number(0, "particles"), rows.text(0, "scene")[0] == 's' ? 0.1 : 1, least),
-      .times = true,
-      .x = {.label = "processor time of a frame of 1/60 s [ms]", .logarithmic = true},
-      .y = {.label = "error, of either sign [%]", .logarithmic = true, .low = least, .high = most}};
+  Chart chart{.title = what + " of a cantilever against the time that it takes",
+              .subtitle = fmt::format("{} particles, E = {} MPa, ν = 0.3; where a curve dips, errors of "
+                                      "opposite sign cancel; *: recalibrated",
+                                      rows.number(0, "particles"), rows.text(0, "scene")[0] == 's' ? 0.1 : 1),
+              .times = true,
+              .x = {.label = "processor time of a frame of 1/60 s [ms]", .logarithmic = true},
+              .y = {.label = "error, of either sign [%]", .logarithmic = true, .low = least, .high = most}};
   for (const std::string& family : rows.distinct("family"))
     if (ChartSeries series = curve(rows, family, column, least); !series.points.empty())
       chart.series.push_back(std::move(series));
