@@ -10,7 +10,8 @@ usage: ./run.sh build                 build the program, build/release/mss
        ./run.sh reproduce [options]   build, then rerun every experiment and draw every chart
        ./run.sh test [options]        build, then run the tests; options go to ctest
 
-All install what packages.txt lists and this system lacks. Options of reproduce: --quick, --out DIR.
+All install what packages.txt lists and this system lacks, and fetch the engines of reference/peers (MuJoCo, Jolt).
+Options of reproduce: --quick, --out DIR.
 TEXT
   exit 2
 }
@@ -24,6 +25,7 @@ as_root() {
 missing_packages() {
   local package status
   sed 's/#.*//' "$root/packages.txt" | awk 'NF { print $1 }' | while read -r package; do
+    [[ $package == npm ]] && command -v npm >/dev/null && continue
     status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
     [[ $status == installed ]] || echo "$package"
   done
@@ -46,6 +48,17 @@ install_packages() {
   as_root apt-get update --quiet
   as_root env DEBIAN_FRONTEND=noninteractive \
     apt-get install --quiet --yes --no-install-recommends "${missing[@]}"
+}
+
+# MuJoCo and Jolt for Node.js, as reference/peers/package-lock.json has them; `mss peers` says where they are missing.
+fetch_engines() {
+  local folder=$root/reference/peers
+  [[ ! $folder/node_modules/.package-lock.json -nt $folder/package-lock.json ]] || return 0
+  if ! command -v npm >/dev/null; then
+    say "npm is not installed, so mss peers will leave out MuJoCo and Jolt"
+  elif ! (cd "$folder" && npm ci --silent --no-audit --no-fund --fetch-retries=1 --fetch-timeout=30000); then
+    say "npm could not fetch MuJoCo and Jolt (is there no network?), so mss peers will leave them out"
+  fi
 }
 
 # Builds what is named: the program is enough to reproduce, and tests wait for nothing they do not use.
@@ -87,16 +100,19 @@ case ${1:-} in
   build)
     [[ $# -eq 1 ]] || usage
     install_packages
+    fetch_engines
     build mss
     suggest
     ;;
   reproduce)
     install_packages
+    fetch_engines
     build mss
     reproduce "${@:2}"
     ;;
   test)
     install_packages
+    fetch_engines
     build mss_all_tests
     (cd "$root" && ctest --preset release "${@:2}")
     ;;
