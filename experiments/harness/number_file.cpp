@@ -33,7 +33,7 @@ void for_each_cell(std::string_view line, Take&& take) {
 
 }  // namespace
 
-NumberFile::NumberFile(std::filesystem::path file) : file_(std::move(file)) {
+NumberFile::NumberFile(std::filesystem::path file, Rows rows) : file_(std::move(file)) {
   const std::string text = read_file(file_);
   std::size_t number = 0;
   for (std::size_t begin = 0; begin < text.size();) {
@@ -53,7 +53,8 @@ NumberFile::NumberFile(std::filesystem::path file) : file_(std::move(file)) {
     });
     columns_.resize(names_.size());
   }
-  if (lines_.empty()) throw InputError(fmt::format("{} has no rows", file_.string()));
+  if (names_.empty() || (lines_.empty() && rows == Rows::needed))
+    throw InputError(fmt::format("{} has no rows", file_.string()));
 }
 
 void NumberFile::add_row(std::string_view line, std::size_t number) {

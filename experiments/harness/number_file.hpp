@@ -11,9 +11,11 @@ namespace mss {
 /// are read as what they are.
 class NumberFile {
  public:
-  /// Throws InputError naming file and line if it cannot be read, has no rows, a row has another number of
-  /// cells than the header, a name is there twice, or a cell is no number.
-  explicit NumberFile(std::filesystem::path file);
+  enum class Rows { needed, may_be_none };
+  /// Throws InputError naming file and line if it cannot be read, has no header, no rows where they are
+  /// needed, a row has another number of cells than the header, a name is there twice, or a cell is no
+  /// number.
+  explicit NumberFile(std::filesystem::path file, Rows rows = Rows::needed);
 
   const std::filesystem::path& file() const { return file_; }
   std::size_t rows() const { return columns_.front().size(); }

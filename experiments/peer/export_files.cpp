@@ -201,11 +201,20 @@ void read_reference(Exchange& exchange, const fs::path& path) {
   const std::array<const char*, 6> names{"x", "y", "z", "vx", "vy", "vz"};
   std::array<const std::vector<double>*, 6> columns{};
   for (std::size_t c = 0; c < names.size(); ++c) columns[c] = &file.column(names[c]);
+  const std::vector<double>& times = file.column("t");
+  const std::vector<std::size_t> ids = file.ids("id");
+  constexpr double rounding = 1e-6;  // of the time between samples
   std::size_t row = 0;
   for (const double t : exchange.times) {
     State<double>& sample = exchange.reference.emplace_back(exchange.start);
     sample.t = t;
-    for (const std::ptrdiff_t site : sites) {
+    for (std::size_t id = 0; id < sites.size(); ++id) {
+      if (ids[row] != id || !(std::abs(times[row] - t) <= rounding * exchange.spacing))
+        throw InputError(fmt::format(
+            "{}:{}: particle {} at t = {:.6g} is in the place of particle {} at t = {:.6g}; export the scene "
+            "again",
+            path.string(), file.line(row), ids[row], times[row], id, t));
+      const std::ptrdiff_t site = sites[id];
       const auto at = [&](std::size_t c) { return (*columns[c])[row]; };
       sample.x.set(site, {at(0), at(1), at(2)});
       sample.v.set(site, {at(3), at(4), at(5)});

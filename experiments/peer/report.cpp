@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -19,6 +20,8 @@ namespace mss::peer {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* no_limit = "complete; no limit was given";
 
 /// A number of a score, and of which scenes it is.
 struct ScoreColumn {
@@ -66,7 +69,8 @@ Table table_of_scores(const Judge& judge, const std::vector<Judged>& results) {
   std::vector<Column> columns{{"scene"},     {"result"},     {"engine"},  {"version"},  {"setting"},
                               {"step", "s"}, {"iterations"}, {"threads"}, {"precision"}};
   for (const ScoreColumn& column : measured) columns.push_back({column.name, column.unit});
-  for (const char* name : {"velocities", "verdict", "missed", "status"}) columns.push_back({name});
+  for (const char* name : {"velocities", "verdict", "missed", "not_checked", "status"})
+    columns.push_back({name});
   Table table(std::move(columns));
   for (const auto& [result, score, checks] : results) {
     std::vector<Cell> row{judge.exchange().scene.name,
@@ -80,8 +84,9 @@ Table table_of_scores(const Judge& judge, const std::vector<Judged>& results) {
                           result.precision};
     for (const ScoreColumn& column : measured) row.emplace_back(column.value(score));
     row.emplace_back(std::string(result.has_velocities ? "given" : "differences"));
-    row.emplace_back(std::string(all_met(checks) ? "met" : "missed"));
-    row.emplace_back(missed_in_words(checks));
+    row.emplace_back(verdict_of(checks));
+    row.emplace_back(in_words(checks, CheckState::missed));
+    row.emplace_back(in_words(checks, CheckState::not_checked));
     row.emplace_back(score.status);
     table.add(std::move(row));
   }
@@ -91,6 +96,12 @@ Table table_of_scores(const Judge& judge, const std::vector<Judged>& results) {
 /// The same for results that differ in their step alone.
 auto sweep_key(const Result& r, const std::vector<Judged>& all) {
   return std::tuple(r.engine, r.version, setting_of(r, all), r.iterations.value_or(0), r.precision);
+}
+
+std::size_t count_steps(const std::vector<const Judged*>& sweep) {
+  std::set<double> steps;
+  for (const Judged* row : sweep) steps.insert(row->result.step);
+  return steps.size();
 }
 
 /// The largest step below which none failed, and the smallest that did; NaN where there is none.
@@ -121,11 +132,12 @@ Table table_of_stability(const std::vector<Judged>& results) {
     if (judged.score.stable || judged.score.unstable)
       sweeps[sweep_key(judged.result, results)].push_back(&judged);
   for (const auto& [key, sweep] : sweeps) {
-    if (sweep.size() < 2) continue;
+    const std::size_t steps = count_steps(sweep);
+    if (steps < 2) continue;
     const auto& [engine, version, setting, iterations, precision] = key;
     const auto [stable, unstable] = stable_steps(sweep);
-    table.add({engine, version, setting, std::int64_t(iterations), precision, std::int64_t(sweep.size()),
-               stable, unstable,
+    table.add({engine, version, setting, std::int64_t(iterations), precision, std::int64_t(steps), stable,
+               unstable,
                std::string(std::isnan(stable)     ? "none is stable"
                            : std::isnan(unstable) ? "all are stable"
                                                   : "ok")});
@@ -150,6 +162,10 @@ Json limits_to_json(const Limits& limits) {
           {"cpu_ms_per_frame", value_or_null(limits.cpu_ms)}};
 }
 
+Json met_or_null(const Check& check) {
+  return check.state == CheckState::not_checked ? Json() : Json(check.state == CheckState::met);
+}
+
 Json result_to_json(const Judge& judge, const Judged& judged) {
   const auto& [result, score, checks] = judged;
   Json json{{"result", result.name},
@@ -163,16 +179,26 @@ Json result_to_json(const Judge& judge, const Judged& judged) {
             {"status", score.status},
             {"stable", score.stable},
             {"velocities", result.has_velocities ? "given" : "differences"},
-            {"verdict", all_met(checks) ? "met" : "missed"}};
+            {"verdict", verdict_of(checks)}};
   for (const ScoreColumn& column : columns_of(judge.scale()))
     json["scores"][column.name] = number_or_null(column.value(score));
   for (const Check& check : checks)
-    json["checks"].push_back({{"name", check.name}, {"met", check.met}, {"words", check.words}});
+    json["checks"].push_back({{"name", check.name}, {"met", met_or_null(check)}, {"words", check.words}});
   return json;
 }
 
-bool verdict(const std::vector<Judged>& results) {
-  return std::all_of(results.begin(), results.end(), [](const Judged& j) { return all_met(j.checks); });
+/// Of all results together.
+std::string verdict(const std::vector<Judged>& results) {
+  std::vector<Check> checks;
+  for (const Judged& judged : results)
+    checks.insert(checks.end(), judged.checks.begin(), judged.checks.end());
+  return verdict_of(checks);
+}
+
+std::string verdict_in_words(const std::vector<Check>& checks) {
+  const std::string verdict = verdict_of(checks);
+  if (verdict == "missed") return "missed: " + in_words(checks, CheckState::missed);
+  return verdict == "met" ? verdict : no_limit;
 }
 
 std::string escaped(const std::string& text) {
@@ -208,6 +234,15 @@ std::string stability_in_words(const Table& stability) {
     text += std::isfinite(unstable) ? fmt::format(", not at {:.4g} s\n", unstable) : "\n";
   }
   return text;
+}
+
+/// The numbers of a score, in a line.
+std::string measures_in_words(const Score& score, const Scale& scale) {
+  std::string text;
+  for (const ScoreColumn& column : columns_of(scale))
+    text += fmt::format("{}{} {:.3g}{}{}", text.empty() ? "" : ", ", column.name, column.value(score),
+                        *column.unit ? " " : "", column.unit);
+  return text + (score.cpu_ms == 0 ? "; gives no processor time" : "");
 }
 
 std::string energy_in_words(const Scale& scale) {
@@ -261,7 +296,7 @@ std::string setting_of(const Result& result, const std::vector<Judged>& all) {
     });
     if (key == "iterations" || !differs) continue;
     text += fmt::format("{}{} {}", text.empty() ? "" : ", ", key,
-                        value.is_string() ? value.get<std::string>() : value.dump());
+                        printable(value.is_string() ? value.get<std::string>() : value.dump()));
   }
   return text;
 }
@@ -294,7 +329,7 @@ Json to_json(const Judge& judge, const std::vector<Judged>& results, const Limit
   const Exchange& exchange = judge.exchange();
   Json json{{"format", "mss-peer-score-1"},
             {"scene", exchange.scene.name},
-            {"verdict", verdict(results) ? "met" : "missed"},
+            {"verdict", verdict(results)},
             {"limits", limits_to_json(limits)},
             {"reference",
              {{"integrator", exchange.facts.integrator},
@@ -310,23 +345,25 @@ Json to_json(const Judge& judge, const std::vector<Judged>& results, const Limit
 }
 
 std::string to_junit(const Judge& judge, const std::vector<Judged>& results) {
-  std::size_t tests = 0, failures = 0;
+  std::size_t tests = 0, failures = 0, skipped = 0;
   std::string cases;
   for (const auto& [result, score, checks] : results)
     for (const Check& check : checks) {
       ++tests;
       cases += fmt::format("    <testcase classname=\"{}\" name=\"{}\"", escaped(result.name), check.name);
-      if (check.met) {
+      if (check.state == CheckState::met) {
         cases += "/>\n";
         continue;
       }
-      ++failures;
-      cases += fmt::format(">\n      <failure message=\"{}\"/>\n    </testcase>\n", escaped(check.words));
+      const bool failed = check.state == CheckState::missed;
+      ++(failed ? failures : skipped);
+      cases += fmt::format(">\n      <{} message=\"{}\"/>\n    </testcase>\n", failed ? "failure" : "skipped",
+                           escaped(check.words));
     }
   return fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n  <testsuite name=\"mss peer score {}\" "
-      "tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"0\">\n{}  </testsuite>\n</testsuites>\n",
-      escaped(judge.exchange().scene.name), tests, failures, cases);
+      "tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">\n{}  </testsuite>\n</testsuites>\n",
+      escaped(judge.exchange().scene.name), tests, failures, skipped, cases);
 }
 
 std::string write_scores(const Judge& judge, const std::vector<Judged>& results, const Limits& limits,
@@ -355,24 +392,21 @@ std::string summary(const Judge& judge, const std::vector<Judged>& results) {
                   judge.exchange().scene.name, facts.integrator, facts.dt, facts.uncertainty,
                   energy_in_words(judge.scale()));
   for (const auto& [result, score, checks] : results) {
-    text += "  " + result.name;
+    text += "  " + printable(result.name);
     if (score.status != "ok") {
       text += ": missed: " + score.status + "\n";
       continue;
     }
-    std::string separator = ": ";
-    for (const ScoreColumn& column : columns_of(judge.scale())) {
-      text += fmt::format("{}{} {:.3g}{}{}", separator, column.name, column.value(score),
-                          *column.unit ? " " : "", column.unit);
-      separator = ", ";
-    }
-    text += all_met(checks) ? "\n    met\n" : "\n    missed: " + missed_in_words(checks) + "\n";
+    text += fmt::format(": {}\n    {}\n", measures_in_words(score, judge.scale()), verdict_in_words(checks));
+    if (const std::string open = in_words(checks, CheckState::not_checked); !open.empty())
+      text += "    not checked: " + open + "\n";
   }
   text += stability_in_words(table_of_stability(results));
   const auto failed =
-      std::count_if(results.begin(), results.end(), [](const Judged& j) { return !all_met(j.checks); });
+      std::count_if(results.begin(), results.end(), [](const Judged& j) { return is_missed(j.checks); });
+  const std::string words = verdict(results) == "met" ? "all met" : no_limit;
   return text + fmt::format("{} result{}: {}\n", results.size(), results.size() == 1 ? "" : "s",
-                            failed == 0 ? "all met" : fmt::format("{} missed", failed));
+                            failed == 0 ? words : fmt::format("{} missed", failed));
 }
 
 }  // namespace mss::peer

@@ -39,8 +39,10 @@ class CostFile {
   }
 
   std::string text(const char* key) const {
-    if (!value(key).is_string()) refuse(key, "a text");
-    return value(key).get<std::string>();
+    const Json found = value(key);
+    if (!found.is_string() || found.get<std::string>().empty())
+      refuse(key, "a text of at least one character");
+    return printable(found.get<std::string>());
   }
   double number(const char* key, bool may_be_zero) const {
     const Json found = value(key);
@@ -51,11 +53,12 @@ class CostFile {
     return number;
   }
   /// Nothing where it is null or missing.
-  std::optional<int> count(const char* key) const {
+  std::optional<int> count(const char* key, std::uint64_t least) const {
     const Json found = value(key);
     if (found.is_null()) return {};
-    if (!found.is_number_unsigned() || found.get<std::uint64_t>() > most)
-      refuse(key, fmt::format("a whole number from 0 to {}, or null", most));
+    if (!found.is_number_unsigned() || found.get<std::uint64_t>() < least ||
+        found.get<std::uint64_t>() > most)
+      refuse(key, fmt::format("a whole number from {} to {}, or null", least, most));
     return found.get<int>();
   }
   std::string precision() const {
@@ -81,7 +84,7 @@ class CostFile {
 class SampleReader {
  public:
   SampleReader(const fs::path& path, const Exchange& exchange)
-      : file_(path),
+      : file_(path, NumberFile::Rows::may_be_none),
         exchange_(exchange),
         particles_(exchange.body->particle_count()),
         t_(file_.column("t")),
@@ -236,18 +239,18 @@ Result read_result(const fs::path& directory, const Exchange& exchange) {
                 .engine = cost.text("engine"),
                 .version = cost.text("version"),
                 .step = cost.number("step", false),
-                .iterations = cost.count("iterations"),
+                .iterations = cost.count("iterations", 0),
                 .precision = cost.precision(),
-                .threads = cost.count("threads").value_or(1),
+                .threads = cost.count("threads", 1).value_or(1),
                 .wall_seconds = cost.number("wall_seconds", true),
                 .cpu_seconds = cost.number("cpu_seconds", true),
                 .settings = cost.value("settings")};
-  const bool stopped = cost.status() != "ok";
-  if (const fs::path samples = directory / "samples.csv"; fs::exists(samples) || !stopped)
-    SampleReader(samples, exchange).read(result);
-  if (!stopped) return result;
-  result.problem = cost.status();
-  result.diverged = true;
+  if (const std::string status = cost.status(); status != "ok") {
+    result.problem = status;
+    result.diverged = status.starts_with("blew up");
+  } else {
+    SampleReader(directory / "samples.csv", exchange).read(result);
+  }
   return result;
 }
 

@@ -23,13 +23,14 @@ struct Result {
   /// By sample time on the body's lattice; those before the first that is missing or wrong.
   std::vector<State<double>> samples{};
   std::string problem{};  ///< what keeps the samples from being complete, in words; empty: nothing
-  bool diverged =
-      false;  ///< the problem is the motion's: numbers not finite, or cost.json says that it failed
+  /// The problem is the motion's: numbers are not finite, or cost.json says that it blew up.
+  bool diverged = false;
 };
 
-/// Reads samples.csv and cost.json. What is wrong with samples (late, missing, repeated or foreign particles,
-/// numbers that are not finite), and a status in cost.json other than "ok", becomes `problem`. Throws
-/// InputError naming file and line where a file is missing or is not what experiments/peer/README.md says.
+/// Reads cost.json and, if its status is "ok", samples.csv. What is wrong with samples (late, missing,
+/// repeated or foreign particles, numbers that are not finite), and any other status, becomes `problem`.
+/// Throws InputError naming file and line where a file is missing or is not what experiments/peer/README.md
+/// says.
 Result read_result(const std::filesystem::path& directory, const Exchange& exchange);
 
 /// Runs the scene by mss itself, as its [solve] says, and keeps the samples: a result like another's. Where

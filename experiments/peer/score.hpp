@@ -30,7 +30,8 @@ struct Scale {
 struct Score {
   std::string status = "ok";  ///< or what is wrong with the result, in words
   bool stable = false;        ///< all samples are there, finite and not blown up
-  bool unstable = false;      ///< the motion blew up or ended early; neither: the samples are at fault
+  /// The motion blew up; neither: the samples are at fault, or the program gave up for another reason.
+  bool unstable = false;
   /// Distance from the reference over its largest displacement: root mean square over particles and sample
   /// times, and largest.
   double error = no_value, worst_error = no_value;
@@ -45,7 +46,8 @@ struct Score {
   /// Most that kinetic, stored and outer potential energy together are above and below the reference's, over
   /// Scale::energy.
   double energy_gain = no_value, energy_loss = no_value;
-  double cpu_ms = no_value, wall_ms = no_value;  ///< of stepping, per frame of 1/60 s [ms]
+  /// Of stepping, per frame of 1/60 s [ms]; 0: the program gives none.
+  double cpu_ms = no_value, wall_ms = no_value;
 };
 
 /// What of a body keeps, at a sample or between two.

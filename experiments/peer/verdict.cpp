@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/error.hpp"
 #include "experiments/simulation/expectation.hpp"
@@ -11,9 +12,14 @@ namespace mss::peer {
 
 namespace {
 
+/// What every result has to meet, limits or not.
+constexpr const char *samples_check = "samples", *held_check = "held";
+
 std::string percent_of(double share) { return fmt::format("{:.3g} %", 100 * share); }
 std::string metres(double length) { return fmt::format("{:.3g} m", length); }
 std::string milliseconds(double time) { return fmt::format("{:.3g} ms a frame", time); }
+
+CheckState met_if(bool is_met) { return is_met ? CheckState::met : CheckState::missed; }
 
 /// A limit, what it limits, and how both are written.
 struct Limited {
@@ -64,18 +70,37 @@ std::vector<Deviation> deviations(const Exchange& exchange, const Expectation& e
   return compare_with_expectations(scene, scene_end_of(scene, *exchange.system, end));
 }
 
-void add_expectations(const Exchange& exchange, const Result& result, std::vector<Check>& checks) {
+/// Empty, or why samples cannot be compared with an expectation.
+std::string not_comparable(const Exchange& exchange, const Expectation& expectation) {
   const Scene& scene = exchange.scene;
   constexpr double rounding = 1e-6;
-  if (std::abs(exchange.times.back() - scene.solve.duration) > rounding * exchange.spacing) return;
-  for (const Expectation& e : scene.expectations) {
-    if (!follows_from_state(scene, e.quantity)) continue;
-    if (!deviations(exchange, e, exchange.reference.back()).empty()) continue;
+  if (!follows_from_state(scene, expectation.quantity)) return "samples do not show it";
+  if (std::abs(exchange.times.back() - scene.solve.duration) > rounding * exchange.spacing)
+    return fmt::format("the last sample is at {:.6g} s, the scene ends at {:.6g} s", exchange.times.back(),
+                       scene.solve.duration);
+  const std::vector<Deviation> wrong = deviations(exchange, expectation, exchange.reference.back());
+  return wrong.empty() ? "" : "the reference misses it: " + to_string(wrong.front(), "should be");
+}
+
+void add_expectations(const Exchange& exchange, const Result& result, std::vector<Check>& checks) {
+  for (const Expectation& e : exchange.scene.expectations) {
+    const std::string name = "expect " + e.quantity;
+    if (const std::string why = not_comparable(exchange, e); !why.empty()) {
+      checks.push_back({name, CheckState::not_checked, fmt::format("{} ({})", e.quantity, why)});
+      continue;
+    }
     const std::vector<Deviation> wrong = deviations(exchange, e, end_of(result));
     checks.push_back(
-        {"expect " + e.quantity, wrong.empty(),
+        {name, met_if(wrong.empty()),
          wrong.empty() ? e.quantity + " as the scene expects" : to_string(wrong.front(), "should be")});
   }
+}
+
+Check check_of(const Limited& l, double value, double most) {
+  if (l.limit == &Limits::cpu_ms && value == 0)
+    return {l.name, CheckState::missed, fmt::format("gives no processor time, at most {}", l.text(most))};
+  return {l.name, met_if(value <= most),
+          fmt::format("{} {}, at most {}", l.name, l.text(value), l.text(most))};
 }
 
 }  // namespace
@@ -89,29 +114,37 @@ void check_limits(const Limits& limits, const Judge& judge) {
 
 std::vector<Check> checks_of(const Judge& judge, const Result& result, const Score& score,
                              const Limits& limits) {
-  std::vector<Check> checks{{"samples", score.stable, score.status}};
+  std::vector<Check> checks{{samples_check, met_if(score.stable), score.status}};
   if (!score.stable) return checks;
   constexpr double held_share = 1e-3;  // of a cell
   if (const double most = held_share * judge.exchange().scene.body.cell_size; judge.scale().has_holds)
     checks.push_back(
-        {"held", score.held_drift <= most,
+        {held_check, met_if(score.held_drift <= most),
          fmt::format("held particles move by {}, at most {}", metres(score.held_drift), metres(most))});
   for (const Limited& l : limited())
     if (const std::optional<double>& most = limits.*l.limit)
-      checks.push_back({l.name, l.value(score) <= *most,
-                        fmt::format("{} {}, at most {}", l.name, l.text(l.value(score)), l.text(*most))});
+      checks.push_back(check_of(l, l.value(score), *most));
   add_expectations(judge.exchange(), result, checks);
   return checks;
 }
 
-bool all_met(const std::vector<Check>& checks) {
-  return std::all_of(checks.begin(), checks.end(), [](const Check& check) { return check.met; });
+bool is_missed(const std::vector<Check>& checks) {
+  return std::any_of(checks.begin(), checks.end(),
+                     [](const Check& check) { return check.state == CheckState::missed; });
 }
 
-std::string missed_in_words(const std::vector<Check>& checks) {
+std::string verdict_of(const std::vector<Check>& checks) {
+  if (is_missed(checks)) return "missed";
+  const bool compared = std::any_of(checks.begin(), checks.end(), [](const Check& check) {
+    return check.state == CheckState::met && check.name != samples_check && check.name != held_check;
+  });
+  return compared ? "met" : "complete";
+}
+
+std::string in_words(const std::vector<Check>& checks, CheckState state) {
   std::string words;
   for (const Check& check : checks)
-    if (!check.met) words += (words.empty() ? "" : "; ") + check.words;
+    if (check.state == state) words += (words.empty() ? "" : "; ") + check.words;
   return words;
 }
 

@@ -121,12 +121,12 @@ TEST(Peer, RefusesScenesWithoutMotion) {
   EXPECT_THROW(Judge{exchange}, InputError);
 }
 
-std::string refusal_of(const std::string& text) {
+std::string refusal_of(const std::string& text, NumberFile::Rows rows = NumberFile::Rows::needed) {
   const TemporaryDirectory directory;
   const fs::path file = directory.path() / "numbers.csv";
   write_atomically(file, text);
   try {
-    NumberFile(file).ids("id");
+    NumberFile(file, rows).ids("id");
   } catch (const InputError& error) {
     return std::string(error.what()).substr(file.string().size());
   }
@@ -137,6 +137,8 @@ TEST(NumberFile, NamesWhatIsWrong) {
   EXPECT_EQ(refusal_of("t, id\r\n0, 1\r\n\r\n1e-3, 2\n"), "");
   EXPECT_EQ(refusal_of(""), " has no rows");
   EXPECT_EQ(refusal_of("id\n"), " has no rows");
+  EXPECT_EQ(refusal_of("id\n", NumberFile::Rows::may_be_none), "");
+  EXPECT_EQ(refusal_of("", NumberFile::Rows::may_be_none), " has no rows");
   EXPECT_EQ(refusal_of("t\n1\n"), ":1: column id is missing; there are t");
   EXPECT_EQ(refusal_of("id,id\n1,1\n"), ":1: column id is there twice");
   EXPECT_EQ(refusal_of("id,t\n1\n"), ":2: column t has no number");

@@ -41,7 +41,7 @@ displacement = { box = [[0, 0, 0], [0.3, 0.3, 0.3]], value = [0.5, 0, -0.22625],
 
 
 def run(*arguments, status=0):
-    """Runs mss; its stdout, or of a status above 1 its stderr."""
+    """Runs mss; its stdout, or with exit status 2 its stderr."""
     ran = subprocess.run([mss, *map(str, arguments)], capture_output=True, text=True)
     assert ran.returncode == status, (arguments, ran)
     return ran.stderr if status > 1 else ran.stdout
@@ -68,10 +68,23 @@ def planted(result, name, change):
     return copy
 
 
+def with_cost(result, name, **changes):
+    """A copy of a result whose cost.json has other values."""
+    copy = folder / name
+    shutil.copytree(result, copy, dirs_exist_ok=True)
+    cost = json.load(open(result / "cost.json"))
+    (copy / "cost.json").write_text(json.dumps(cost | changes))
+    return copy
+
+
+def summary_of(export, *results, options=limits, status=0):
+    return run("peer", "score", *results, "--scene", export, "--json", folder / "score.json", "--junit",
+               folder / "score.xml", "--out", folder / "scores", *options, status=status)
+
+
 def score(export, *results, options=limits, status=0):
     """The verdict as JSON, by folder."""
-    run("peer", "score", *results, "--scene", export, "--json", folder / "score.json", "--junit",
-        folder / "score.xml", "--out", folder / "scores", *options, status=status)
+    summary_of(export, *results, options=options, status=status)
     told = json.load(open(folder / "score.json"))
     return {result["result"]: result for result in told["results"]}
 
@@ -182,6 +195,7 @@ def test_faults_are_named(export, good):
                     "particle 64 at t = 0.25 is not one of the 64"),
         "nan": (with_nan, "NaN in particle 32 at t = 0.25"),
         "short": (lambda samples: samples[:64 * 20], "samples end before t = 0.333333"),
+        "no_rows": (lambda samples: samples[:0], "samples end before t = 0"),
         "far": (far, "blown up at t = 0.333333"),
     }
     results = [planted(good, name, change) for name, (change, _) in faults.items()]
@@ -203,6 +217,67 @@ def test_steps_are_swept(export, good):
     score(export, good, *results, status=1)
     [row] = csv.DictReader(open(folder / "scores/stability.csv"))
     assert (row["steps"], row["largest_stable_step"], row["smallest_unstable_step"]) == ("3", "0.004", "0.03"), row
+    told = lambda *results: summary_of(export, good, *results, status=1)
+    # A step that was tried twice is one step.
+    again = folder / "tried_again"
+    shutil.copytree(results[1], again, dirs_exist_ok=True)
+    assert "2 steps tried: stable up to 0.001 s, not at 0.03 s" in told(results[1], again)
+    assert "steps tried" not in told(with_cost(good, "stopped", status="blew up at t = 0.2 s"))
+    # The motion that blew up speaks of the step, a program that gave up for other reasons does not.
+    assert "2 steps tried: stable up to 0.001 s, not at 0.002 s" in told(
+        with_cost(good, "blown", step=0.002, status="blew up at t = 0.2 s"))
+    assert "steps tried" not in told(with_cost(good, "unlicensed", step=0.002, status="there is no license"))
+
+
+def test_programs_that_gave_up(export, good):
+    """Their samples are not read; what they say reaches the terminal as one line."""
+    gave_up = with_cost(good, "gave_up", status="no\n\x1b[31mconvergence")
+    for write in (lambda file: file.write_text("t,id,x,y,z\n"), lambda file: file.write_text("half a li"),
+                  lambda file: file.unlink()):
+        write(gave_up / "samples.csv")
+        printed = summary_of(export, good, gave_up, status=1)
+        assert "  gave_up: missed: no  [31mconvergence\n" in printed and "1 missed" in printed, printed
+    stepped = with_cost(good, "stepped", engine="thirty\x1blines", step=0.002)
+    printed = summary_of(export, stepped, with_cost(stepped, "stepped_again", step=0.001), options=[])
+    assert "  thirty lines, 2 steps tried" in printed, printed
+
+
+def test_what_was_not_compared_is_said(export, good):
+    no_limit = summary_of(export, good, options=[])
+    assert "\n    met\n" in no_limit and "1 result: all met" in no_limit, no_limit  # the scene's [expect]
+    (folder / "open.toml").write_text(scene.split("[expect]")[0])
+    run("peer", "export", folder / "open.toml", "--out", folder / "open")
+    printed = summary_of(folder / "open", good, options=[])
+    assert "\n    complete; no limit was given\n1 result: complete; no limit was given\n" in printed, printed
+    told = json.load(open(folder / "score.json"))
+    assert told["verdict"] == told["results"][0]["verdict"] == "complete"
+    assert "1 result: all met" in summary_of(folder / "open", good)
+    # An end that is between samples; an expectation that the reference misses.
+    (folder / "wrong.toml").write_text(scene.replace("-0.22625", "-0.3"))
+    for name, options, why in (
+            ("thrown", ["--every", "0.3"], "the last sample is at 0.3 s, the scene ends at 0.5 s"),
+            ("wrong", [], "the reference misses it: wrong: displacement: should be")):
+        run("peer", "export", folder / f"{name}.toml", *options, "--out", folder / f"{name}_open")
+        result = good if name == "wrong" else solve(folder / "thrown_open", "good_until_0.3", 1e-3)
+        printed = summary_of(folder / f"{name}_open", result, options=[])
+        assert f"    not checked: displacement ({why}" in printed, printed
+        assert "complete; no limit was given" in printed, printed
+        [told] = json.load(open(folder / "score.json"))["results"]
+        assert why in [check["words"] for check in told["checks"] if check["met"] is None][0], told
+        suite = xml.parse(folder / "score.xml").getroot()[0]
+        assert (suite.get("failures"), suite.get("skipped")) == ("0", "1")
+        assert why in suite.find("testcase/skipped").get("message")
+        [row] = csv.DictReader(open(folder / "scores/scores.csv"))
+        assert why in row["not_checked"] and row["verdict"] == "complete" and row["missed"] == "", row
+
+
+def test_costs_that_were_not_measured(export, good):
+    free = with_cost(good, "free", cpu_seconds=0)
+    assert "gives no processor time\n    met" in summary_of(export, free)
+    told = score(export, free, good, options=["--budget", "1s/frame"], status=1)
+    [missed] = [check["words"] for check in told["free"]["checks"] if not check["met"]]
+    assert missed.startswith("gives no processor time, at most "), missed
+    assert told["free"]["scores"]["cpu_ms_per_frame"] == 0 and told["good"]["verdict"] == "met"
 
 
 def test_folders_of_one_name(export, good):
@@ -260,6 +335,10 @@ def test_bad_files_are_refused(export, good):
     assert told["status"] == "exploded at 0.1 s"
     (copy / "cost.json").write_text(json.dumps(cost | {"step": -1}))
     assert '"step" = -1 is not a positive number up to 1e+09' in score_of(copy)
+    (copy / "cost.json").write_text(json.dumps(cost | {"threads": 0}))
+    assert '"threads" = 0 is not a whole number from 1 to 1000000000, or null' in score_of(copy)
+    (copy / "cost.json").write_text(json.dumps(cost | {"status": ""}))
+    assert '"status" = "" is not a text of at least one character' in score_of(copy)
     (copy / "cost.json").write_text(json.dumps(cost | {"cpu_seconds": 1e308}))
     assert '"cpu_seconds" = 1e+308 is not a non-negative number' in score_of(copy)
     damaged = folder / "damaged"
@@ -267,6 +346,13 @@ def test_bad_files_are_refused(export, good):
     lines = (export / "reference.csv").read_text().splitlines()
     (damaged / "reference.csv").write_text("\n".join(lines[:-1] + ["0.5,63,nan,0,0,0,0,0"]))
     assert "reference.csv:1985: a number is not finite" in refused("score", good, "--scene", damaged)
+    # Rows that changed places: the last of t = 0.483 and that of t = 0.5; the last two particles.
+    for first, second, words in ((-65, -1, "reference.csv:1921: particle 63 at t = 0.5 is in the place of particle 63"),
+                                 (-2, -1, "reference.csv:1984: particle 63 at t = 0.5 is in the place of particle 62")):
+        moved = lines.copy()
+        moved[first], moved[second] = moved[second], moved[first]
+        (damaged / "reference.csv").write_text("\n".join(moved))
+        assert words in refused("score", good, "--scene", damaged)
     assert "give `mss peer export` or `mss peer score`" in refused()
     assert "give one that `mss peer export` made" in refused("score", good, "--scene", folder / "nowhere")
     assert "is not a share" in refused("score", good, "--scene", export, "--error", "5mm")
@@ -287,6 +373,9 @@ def main():
     test_the_solver_passes(export, good)
     test_faults_are_named(export, good)
     test_steps_are_swept(export, good)
+    test_programs_that_gave_up(export, good)
+    test_what_was_not_compared_is_said(export, good)
+    test_costs_that_were_not_measured(export, good)
     test_folders_of_one_name(export, good)
     test_velocities_count_where_given(export, good)
     test_planes(good)
