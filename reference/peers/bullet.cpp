@@ -266,7 +266,7 @@ class Engine {
       masses.push_back(exported_.held[a] ? 0 : btScalar(exported_.mass[a]));
     body_ = new btSoftBody(info_, int(masses.size()), exported_.rest.data(), masses.data());
     for (const auto& [a, b] : exported_.springs)
-      body_->appendLink(a, b);  // without links its tree of faces never ends
+      body_->appendLink(a, b);  // without links rebuildNodeTree() never ends
     body_->m_cfg.piterations = options_.iterations_or_default();
     const Json& planes = exported_.scene.at("planes");
     if (!planes.empty()) body_->m_cfg.kDF = btScalar(planes[0].at("friction").get<double>());
