@@ -114,11 +114,38 @@ void for_each_row(const fs::path& file, const std::vector<std::string>& columns,
 btVector3 vector(double x, double y, double z) { return {btScalar(x), btScalar(y), btScalar(z)}; }
 btVector3 vector(const Json& v) { return vector(v[0], v[1], v[2]); }
 
-Exported read_export(const fs::path& folder) {
+Json read_scene(const fs::path& file) {
+  const Json scene = Json::parse(read_file(file), nullptr, false);
+  if (scene.is_discarded()) throw InputError(file.string() + ": is not JSON");
+  if (!scene.is_object() || scene.value("format", Json()) != "mss-peer-1")
+    throw InputError(file.string() + ": format: \"mss-peer-1\" is expected");
+  for (const char* key : {"gravity", "young", "poisson", "damping", "planes", "loads", "sample_times"})
+    if (!scene.contains(key)) throw InputError(file.string() + ": has no key " + key);
+  return scene;
+}
+
+/// Refuses what Bullet is not given and what changes where a body goes; warns of damping.
+void check_scene(const Json& scene, const Options& options) {
+  if (!scene.at("loads").empty())
+    throw InputError("the scene has loads, which this adapter does not give to Bullet");
+  for (const Json& plane : scene.at("planes"))
+    for (const char* key : {"friction", "restitution"})
+      if (plane.at(key) != scene.at("planes")[0].at(key))
+        throw InputError(
+            "the scene has planes of different friction or restitution; this adapter gives all those of one");
+  if (options.deformable() && (scene.at("young").is_null() || scene.at("poisson").is_null()))
+    throw InputError("this scene has no single E and nu, which --model " + options.model + " needs");
+  const Json& damping = scene.at("damping");
+  if (damping.at("law") == "thesis" || damping.value("ratio", 0.0) > 0 || damping.value("viscosity", 0.0) > 0)
+    fmt::print(stderr,
+               "mss_peer_bullet: warning: the scene is damped, and this adapter does not give Bullet "
+               "the damping\n");
+}
+
+Exported read_export(const fs::path& folder, const Options& options) {
   Exported exported;
-  exported.scene = Json::parse(read_file(folder / "scene.json"));
-  if (exported.scene.at("format") != "mss-peer-1")
-    throw InputError((folder / "scene.json").string() + ": format: \"mss-peer-1\" is expected");
+  exported.scene = read_scene(folder / "scene.json");
+  check_scene(exported.scene, options);
   for_each_row(
       folder / "particles.csv",
       {"x", "y", "z", "start_x", "start_y", "start_z", "start_vx", "start_vy", "start_vz", "mass", "held"},
@@ -239,7 +266,7 @@ class Engine {
       masses.push_back(exported_.held[a] ? 0 : btScalar(exported_.mass[a]));
     body_ = new btSoftBody(info_, int(masses.size()), exported_.rest.data(), masses.data());
     for (const auto& [a, b] : exported_.springs)
-      body_->appendLink(a, b);  // without links its tree of faces never ends
+      body_->appendLink(a, b);  // without links rebuildNodeTree() never ends
     body_->m_cfg.piterations = options_.iterations_or_default();
     const Json& planes = exported_.scene.at("planes");
     if (!planes.empty()) body_->m_cfg.kDF = btScalar(planes[0].at("friction").get<double>());
@@ -435,12 +462,19 @@ void write_results(const Options& options, const Exported& exported, const Run& 
 
 int run_program(const Options& options) {
   try {
-    const Exported exported = read_export(options.export_folder);
+    const Exported exported = read_export(options.export_folder, options);
     write_results(options, exported, cheapest_run(exported, options));
     return 0;
-  } catch (const std::exception& error) {  // of a file that is missing or is no export
+  } catch (const InputError& error) {
     fmt::print(stderr, "mss_peer_bullet: {}\n", error.what());
     return 2;
+  } catch (const Json::exception&) {
+    fmt::print(stderr, "mss_peer_bullet: {}: a key has another type than \"mss peer export\" writes\n",
+               (fs::path(options.export_folder) / "scene.json").string());
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "mss_peer_bullet: {}\n", error.what());
+    return 1;
   }
 }
 

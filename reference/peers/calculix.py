@@ -5,7 +5,7 @@
 
 Reads what `mss peer export` wrote, writes a deck and runs ccx on it, and writes what `mss peer score` reads from what ccx
 printed; experiments/peer/README.md describes both. Elements: C3D8I, C3D8, C3D20 (hexahedra, the last with a node amid
-every edge) or C3D4 (tetrahedra). Planes are left out: a scene that has one is refused. The CPU time is that of all of
+every edge) or C3D4 (tetrahedra). A scene that has planes or loads is refused. The CPU time is that of all of
 ccx, reading the deck included.
 """
 import argparse
@@ -32,6 +32,10 @@ class MissingEngine(Exception):
     """Status 3."""
 
 
+class EngineFailed(Exception):
+    """Status 1."""
+
+
 def version():
     if shutil.which("ccx") is None:
         raise MissingEngine("CalculiX is not installed; Debian's package is calculix-ccx")
@@ -49,16 +53,34 @@ def read_table(file):
         raise InputError(f"{file}: numbers are expected") from None
 
 
+def read_scene(file):
+    try:
+        scene = json.loads(file.read_text(encoding="utf-8"))
+    except OSError:
+        raise InputError(f'{file}: cannot be read; "mss peer export SCENE --out DIR" writes it') from None
+    except ValueError:
+        raise InputError(f"{file}: is not JSON") from None
+    if not isinstance(scene, dict) or scene.get("format") != "mss-peer-1":
+        raise InputError(f'{file}: format: "mss-peer-1" is expected')
+    for key in ("gravity", "density", "young", "poisson", "damping", "planes", "loads", "sample_times"):
+        if key not in scene:
+            raise InputError(f"{file}: has no key {key}")
+    return scene
+
+
+def is_damped(damping):
+    return damping["law"] == "thesis" or damping.get("ratio", 0) > 0 or damping.get("viscosity", 0) > 0
+
+
 class Export:
     def __init__(self, folder):
-        try:
-            self.scene = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
-        except OSError:
-            raise InputError(f'{folder / "scene.json"}: cannot be read; "mss peer export SCENE --out DIR" writes it') from None
-        if self.scene.get("format") != "mss-peer-1":
-            raise InputError(f'{folder / "scene.json"}: format: "mss-peer-1" is expected')
+        self.scene = read_scene(folder / "scene.json")
+        if self.scene["loads"]:
+            raise InputError("the scene has loads, which this adapter does not give to CalculiX")
         if self.scene["planes"]:
             raise InputError("planes are not given to CalculiX, so no scene that has one")
+        if self.scene["young"] is None or self.scene["poisson"] is None:
+            raise InputError("this scene has no single E and nu, which CalculiX needs")
         self.particles = read_table(folder / "particles.csv")
         self.hexahedra = [[int(row[f"n{q}"]) for q in ORDER] for row in read_table(folder / "hexahedra.csv")]
         self.tetrahedra = [[int(row[c]) for c in "abcd"] for row in read_table(folder / "tetrahedra.csv")]
@@ -186,16 +208,22 @@ def solve(export, options):
         raise InputError(f"--step: {options.step:g} s does not divide the time between samples, {spacing:g} s")
     options.step = spacing / options.stride
     name = version()
+    if is_damped(export.scene["damping"]):
+        print("calculix.py: warning: the scene is damped, and this adapter does not give CalculiX the damping", file=sys.stderr)
     folder = options.result
     folder.mkdir(parents=True, exist_ok=True)
     printed, cpu, wall, status = run_ccx(folder, export, options)
-    rows = samples_of(export, printed, options) if printed else []
-    write(folder / "samples.csv", "t,id,x,y,z,vx,vy,vz\n" + "".join(",".join(map(repr, row)) + "\n" for row in rows))
+    (folder / "samples.csv").unlink(missing_ok=True)  # of an earlier run
+    if printed:
+        rows = samples_of(export, printed, options)
+        write(folder / "samples.csv", "t,id,x,y,z,vx,vy,vz\n" + "".join(",".join(map(repr, row)) + "\n" for row in rows))
     write(folder / "cost.json", json.dumps({
         "engine": "CalculiX", "version": name, "step": options.step, "iterations": None, "precision": "double",
         "wall_seconds": wall, "cpu_seconds": cpu, "threads": 1,
         "settings": {"element": options.element, "analysis": "static" if options.rest else "dynamic, HHT alpha 0"},
         "status": status}, indent=2) + "\n")
+    if status != "ok":
+        raise EngineFailed(status)
 
 
 def main():
@@ -216,9 +244,9 @@ def main():
             parser.error("--step: a number above 0 is expected")
         else:
             solve(Export(options.export), options)
-    except (InputError, MissingEngine) as error:
+    except (InputError, MissingEngine, EngineFailed) as error:
         print(f"calculix.py: {error}", file=sys.stderr)
-        return 3 if isinstance(error, MissingEngine) else 2
+        return {InputError: 2, MissingEngine: 3, EngineFailed: 1}[type(error)]
     return 0
 
 

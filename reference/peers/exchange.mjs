@@ -51,11 +51,36 @@ const rows = (table, names) => Array.from(table[names[0]], (_, row) => names.map
 const points = (table, [x, y, z]) =>
   Float64Array.from({length: 3 * table[x].length}, (_, i) => table[[x, y, z][i % 3]][Math.floor(i / 3)]);
 
+function readScene(file) {
+  const text = read(file);
+  let scene;
+  try {
+    scene = JSON.parse(text);
+  } catch {
+    throw new InputError(`${file}: is not JSON`);
+  }
+  if (scene?.format !== 'mss-peer-1') throw new InputError(`${file}: format: "mss-peer-1" is expected`);
+  for (const key of ['gravity', 'young', 'poisson', 'damping', 'cells', 'planes', 'loads', 'sample_times'])
+    if (!(key in scene)) throw new InputError(`${file}: has no key ${key}`);
+  return scene;
+}
+
+/// Refuses what no adapter gives its engine and what changes where a body goes.
+function refuseOthers({loads, planes}) {
+  if (loads.length > 0) throw new InputError('the scene has loads, which this adapter does not give to its engine');
+  if (planes.some(({friction, restitution}) => friction !== planes[0].friction || restitution !== planes[0].restitution))
+    throw new InputError('the scene has planes of different friction or restitution; this adapter gives all those of one');
+}
+
+/// What a user should know who compares a body that is damped.
+function damped({law, ratio, viscosity}) {
+  return law === 'thesis' || ratio > 0 || viscosity > 0;
+}
+
 /// A folder that `mss peer export` wrote.
 export function readExport(directory) {
-  const scene = JSON.parse(read(join(directory, 'scene.json')));
-  if (scene.format !== 'mss-peer-1')
-    throw new InputError(`${join(directory, 'scene.json')}: format: "mss-peer-1" is expected`);
+  const scene = readScene(join(directory, 'scene.json'));
+  refuseOthers(scene);
   const particles = readTable(join(directory, 'particles.csv'),
     ['x', 'y', 'z', 'mass', 'held', 'start_x', 'start_y', 'start_z', 'start_vx', 'start_vy', 'start_vz']);
   const springs = readTable(join(directory, 'springs.csv'), ['a', 'b', 'stiffness', 'rest_length']);
@@ -156,12 +181,13 @@ async function cheapest(make, exported, options) {
   return best;
 }
 
-/// What all adapters understand; an adapter adds its own: {name: {meaning, number: true or a list of words}}.
+/// What all adapters understand; an adapter adds its own: {name: {meaning, number: true or a list of words}}. A
+/// `whole` one counts from 1.
 const common = {
   step: {meaning: 'of the engine [s]; 1/60', number: true, value: 1 / 60},
-  iterations: {meaning: "of the engine; its own default", number: true},
+  iterations: {meaning: 'of the engine; its own default', number: true, whole: true},
   drag: {meaning: 'damping of all motion [1/s], to find rest; 0', number: true, value: 0},
-  repeat: {meaning: 'runs at most, of which the cheapest counts; 1', number: true, value: 1},
+  repeat: {meaning: 'runs at most, of which the cheapest counts; 1', number: true, whole: true, value: 1},
 };
 
 function usage(program, known) {
@@ -178,12 +204,14 @@ function readOptions(program, known) {
     throw new InputError(`${error.message}\n${usage(program, known)}`);
   }
   const options = {};
-  for (const [name, {number, value}] of Object.entries(known)) {
+  for (const [name, {number, whole, value}] of Object.entries(known)) {
     const given = parsed.values[name];
     options[name] = given === undefined ? value : number === true ? Number(given) : given;
     if (given === undefined) continue;
     if (number === true && !(given !== '' && options[name] >= 0 && Number.isFinite(options[name])))
       throw new InputError(`--${name}: a number of 0 or more is expected, found "${given}"`);
+    if (whole && !(Number.isInteger(options[name]) && options[name] > 0))
+      throw new InputError(`--${name}: a whole number of 1 or more is expected, found "${given}"`);
     if (Array.isArray(number) && !number.includes(given))
       throw new InputError(`--${name}: ${number.join(' or ')} is expected, found "${given}"`);
   }
@@ -203,6 +231,8 @@ export async function main({own, version, make}) {
     }
     if (positionals.length !== 2) throw new InputError(usage(program, known));
     const exported = readExport(positionals[0]);
+    if (damped(exported.scene.damping))
+      console.error(`${program}: warning: the scene is damped, and this adapter does not give its engine the damping`);
     await version();
     const {engine, run} = await cheapest(make, exported, options);
     writeResult(positionals[1], engine, run, options);

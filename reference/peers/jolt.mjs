@@ -1,13 +1,23 @@
-// Jolt Physics (jolt-physics 1.1.0, MIT): a soft body by XPBD in single precision. Every spring of the lattice is an
+// Jolt Physics (jolt-physics, MIT): a soft body by XPBD in single precision. Every spring of the lattice is an
 // edge constraint of compliance 1/k, every tetrahedron a volume constraint. Its `iterations` are substeps.
 //
 //     node reference/peers/jolt.mjs EXPORT_DIR RESULT_DIR --step 0.0166667 --iterations 20
+import {readFileSync} from 'node:fs';
+import {createRequire} from 'node:module';
+import {dirname, join} from 'node:path';
+
 import {InputError, load, main, surface} from './exchange.mjs';
+
+/// Of the package, as Jolt says none.
+function packageVersion() {
+  const dist = dirname(createRequire(import.meta.url).resolve('jolt-physics/wasm'));
+  return JSON.parse(readFileSync(join(dist, '..', 'package.json'), 'utf8')).version;
+}
 
 let J;
 const version = async () => {
   if (!J) J = await (await load('jolt-physics/wasm'))();
-  return 'jolt-physics 1.1.0';
+  return `jolt-physics ${packageVersion()}`;
 };
 
 const vector = ([x, y, z]) => new J.Vec3(x, y, z);
@@ -115,7 +125,7 @@ function make(exported, options) {
   const settings = {iterations, linear_damping: options.drag, edges: exported.springs.length,
     volumes: exported.tetrahedra.length, friction: creation.mFriction, restitution: creation.mRestitution};
   return {
-    name: 'Jolt', version: '1.1.0', precision: 'single', settings,
+    name: 'Jolt', version: packageVersion(), precision: 'single', settings,
     scene: ['jolt.json', JSON.stringify({...settings, step: options.step, gravity: scene.gravity, planes: scene.planes,
       vertices: 'particles.csv: x, y, z; inverse mass 1 / mass, 0 if held',
       edge_constraints: 'springs.csv: compliance 1 / stiffness',

@@ -81,6 +81,8 @@ function setStart(model, data, exported, body) {
 
 function make(exported, options) {
   const {count} = exported;
+  if (exported.scene.young === null || exported.scene.poisson === null)
+    throw new InputError('this scene has no single E and nu, which MuJoCo needs');
   if (options.dof === 'trilinear' && !exported.scene.cells)
     throw new InputError('--dof trilinear is for boxes of cells; this body is none, so --dof full');
   const order = nodeOrder(exported), place = new Int32Array(count);

@@ -20,14 +20,15 @@ constexpr const char* caption =
     "damped; a tip at rest is that of the same settings with a drag on all motion, after four periods "
     "(methods that creep are still on their way). Errors of tips and periods are those from quadratic finite "
     "elements (CalculiX C3D20, 16x4x4), of bars with nu = 0 from rho g L^2 / (2 E), of slopes from Coulomb's "
-    "law; in charts errors below 0.1 percent are drawn there, and sweeps of both step and iterations are not "
-    "joined. Volume is over that at rest; spin and momentum are compared with those at the start, in a "
-    "second of free flight; motion_error is the distance from the lattice's own motion in short steps over "
-    "its largest displacement. Processor time is that of stepping on one thread, the cheapest of eight runs "
-    "at most; of CalculiX that of the whole program. MuJoCo and Jolt run in WebAssembly in Node.js: what "
-    "they would take natively is not known; of Bullet, natively and in WebAssembly, the price was 1.15 to "
-    "2.2 times the time, and native_low and native_high are the time over these. Engines that are not "
-    "installed have a row that says so.";
+    "law for a rigid block; in charts errors below 0.1 percent are drawn there, and sweeps of both step and "
+    "iterations are not joined. Volume is over that at rest; spin and momentum are compared with those at "
+    "the start, in a second of free flight; motion_error is the distance from the lattice's own motion in "
+    "short steps over its largest displacement. Processor time is that of stepping on one thread, the "
+    "cheapest of eight runs at most; of CalculiX that of the whole program. MuJoCo and Jolt run in "
+    "WebAssembly in Node.js: what they would take natively is not known; of Bullet, natively and in "
+    "WebAssembly, the price was 1.15 to 2.2 times the time (measured once, by an earlier prototype that is "
+    "not kept), and native_low and native_high are the time over these. Engines that are not installed have "
+    "a row that says so.";
 
 std::string line_of(const Table& rows, std::size_t r) {
   const double tip = rows.number(r, "tip_error");

@@ -115,7 +115,8 @@ struct PeersTables {
 PeersTables measure_peers(const PeersConfig& config, Progress& progress);
 
 /// What WebAssembly costs: measured of Bullet, the same scene natively and in WebAssembly with the same
-/// positions to all printed digits: 1.15 at 100 iterations of links, 1.33 at 10, 1.5 to 2.2 at 1.
+/// positions to all printed digits: 1.15 at 100 iterations of links, 1.33 at 10, 1.5 to 2.2 at 1. An earlier
+/// prototype measured it once; it is not kept.
 inline constexpr double least_price_of_webassembly = 1.15, most_price_of_webassembly = 2.2;
 
 /// Error of the tip against time, periods, volume and spin.

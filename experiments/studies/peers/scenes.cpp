@@ -23,8 +23,8 @@ struct Bent {
 };
 constexpr Bent stiff{1e6, -0.039095, 0.32402}, soft{1e5, -0.38870, 1.02464};
 
-/// The same of a bar that hangs from a face that it cannot narrow at, E = 1 MPa, nu = 0.3 [m]; with nu = 0 it
-/// is rho g L^2 / (2 E).
+/// The same of a bar that hangs from a face that it cannot narrow at, E = 1 MPa, nu = 0.3 [m] (its command is
+/// there too); with nu = 0 it is rho g L^2 / (2 E).
 constexpr double hanging_by_a_clamp = 7.7056e-4;
 
 std::string bar_text(int across, double young, double poisson, const std::string& pull, double duration) {
