@@ -12,6 +12,7 @@
 
 #include "core/base/error.hpp"
 #include "experiments/harness/drawings.hpp"
+#include "experiments/harness/page.hpp"
 #include "experiments/harness/results_folder.hpp"
 #include "experiments/io/output.hpp"
 
@@ -201,26 +202,8 @@ std::string verdict_in_words(const std::vector<Check>& checks) {
   return verdict == "met" ? verdict : no_limit;
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : printable(text)) switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  return out;
-}
+/// As text of XML, whose special characters are those of HTML.
+std::string escaped(const std::string& text) { return html_text(printable(text)); }
 
 /// A line for each engine of which several steps were tried.
 std::string stability_in_words(const Table& stability) {
