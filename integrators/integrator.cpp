@@ -19,6 +19,22 @@ std::string no_relaxation(const IntegratorInfo& method) {
           : "has stages that no relaxation of second order follows");
 }
 
+/// Throws InputError where a method of particles meets a body that follows a few coordinates, or the reverse.
+template <class Real>
+void check_coordinates(const IntegratorInfo& method, System<Real>& system) {
+  const bool is_for_reduced = method.stepping == Stepping::reduced;
+  if (is_for_reduced && !system.reduced())
+    throw InputError(
+        fmt::format("{} steps the coordinates of a reduced body, and this one's particles move by "
+                    "themselves; give material.model = \"modal\", or another solve.integrator",
+                    method.name));
+  if (!is_for_reduced && system.reduced())
+    throw InputError(
+        fmt::format("{} moves particles one by one, and a reduced body's follow a few coordinates; give "
+                    "solve.integrator = \"reduced\", or material.model = \"springs\"",
+                    method.name));
+}
+
 }  // namespace
 
 template <class Real>
@@ -34,6 +50,7 @@ std::unique_ptr<Integrator<Real>> IntegratorInfo::make(const IntegratorOptions& 
   }
   method->collisions_ = collisions;
   method->check_ = [facts = *this, dt = options.dt](System<Real>& system) {
+    check_coordinates(facts, system);
     check_collisions(facts, system, dt);
     if (system.memory() && !facts.relaxes) throw InputError(no_relaxation(facts));
     if (system.in_local_steps() && !facts.local_steps)

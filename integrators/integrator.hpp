@@ -140,6 +140,7 @@ double splitting_limit(const std::vector<DriftKick>& parts, double omega, double
 enum class Stepping {
   fixed,       ///< in steps of dt
   adaptive,    ///< in steps it chooses by a tolerance
+  reduced,     ///< by the few coordinates of a reduced body, see ReducedMotion, to which it is tied
   equilibrium  ///< not at all: it finds where a body would be at rest at the end time
 };
 
@@ -189,6 +190,9 @@ struct IntegratorInfo {
   std::string nonlinear_solver = {};  ///< of a variant that has its own
   /// Endings of its name that experiments try as methods of their own, see find_integrator().
   std::vector<std::string> variants = {};
+
+  /// Whether it moves particles one by one.
+  bool moves_particles() const { return stepping == Stepping::fixed || stepping == Stepping::adaptive; }
 
   /// Whether it moves bodies of springs only.
   bool needs_springs() const { return energy_exact || springs_only; }

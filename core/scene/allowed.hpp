@@ -19,6 +19,11 @@ inline constexpr Quantity split_parts{"a number of parts of an edge", "a whole n
                                       [](double value) { return value >= 1; }};
 inline constexpr Quantity split_levels{"a number of levels", "a whole number from 1 to 4, each halves cells",
                                        [](double value) { return value >= 1 && value <= 4; }};
+inline constexpr Quantity matched_parts{"a number of parts of an edge",
+                                        "a whole number from 2 to 64, or none for the limit",
+                                        [](double value) { return value >= 2 && value <= 64; }};
+inline constexpr Quantity mode_count{"a number of modes", "a whole number from 1 to 64",
+                                     [](double value) { return value >= 1 && value <= 64; }};
 inline constexpr Quantity length{"a length", "a positive number of metres", positive};
 inline constexpr Quantity position{"a position", "three finite numbers of metres", any};
 inline constexpr Quantity density{"a density", "a positive number of kg/m^3", positive};
@@ -100,6 +105,11 @@ inline const std::vector<std::pair<std::string, Tangent>> tangents{{"elastic", T
                                                                    {"projected", Tangent::projected}};
 inline const std::vector<std::pair<std::string, AutoRefinement::Goal>> refinement_goals{
     {"energy", AutoRefinement::Goal::energy}, {"displacement", AutoRefinement::Goal::displacement}};
+inline const std::vector<std::pair<std::string, FrequencyMatch::Of>> frequency_matches{
+    {"bending", FrequencyMatch::Of::bending},
+    {"torsion", FrequencyMatch::Of::torsion},
+    {"both", FrequencyMatch::Of::both},
+    {"modes", FrequencyMatch::Of::modes}};
 inline const std::vector<std::pair<std::string, Precision>> precisions{{"double", Precision::dbl},
                                                                        {"single", Precision::single}};
 

@@ -327,6 +327,21 @@ void read_auto_refinement(const TomlTable& root, Scene& scene) {
   }
 }
 
+/// Moduli that are changed later; whether they can be is seen now.
+void read_match(const TomlTable& root, Scene& scene) {
+  const TomlTable body = root.table("body");
+  if (!body.has("match")) {
+    if (body.has("match_to")) body.reject("match_to", "is of body.match, which is missing; give both");
+    return;
+  }
+  if (!scene.body.elastic)
+    body.reject("match",
+                "changes E, and material.springs are given; give material.young and material.poisson");
+  FrequencyMatch& match = scene.match.emplace();
+  match.of = body.choice("match", "what is matched", frequency_matches, FrequencyMatch::Of::bending);
+  match.parts = body.whole("match_to", matched_parts, 0);
+}
+
 /// Of the last box read.
 int depth_of_refinement(const TomlTable& table, const Scene& scene) {
   try {
@@ -424,6 +439,7 @@ const std::string& to_string(Sharing sharing) { return name_of(sharing, sharings
 const std::string& to_string(Precision precision) { return name_of(precision, precisions); }
 const std::string& to_string(Tangent tangent) { return name_of(tangent, tangents); }
 const std::string& to_string(AutoRefinement::Goal goal) { return name_of(goal, refinement_goals); }
+const std::string& to_string(FrequencyMatch::Of of) { return name_of(of, frequency_matches); }
 
 std::unique_ptr<const RefinedBody> refined_body(const Scene& scene) {
   if (scene.auto_refinement)
@@ -443,6 +459,8 @@ Scene scene_of(const TomlFile& toml) {
   scene.name = toml.file().stem().string();
   if (const TomlTable material = root.table("material"); material.has("model"))
     scene.model = material.text("model", "a model", "its name, such as \"springs\"");
+  if (const TomlTable material = root.table("material"); material.has("modes"))
+    scene.modes = material.whole("modes", mode_count, 0);
   read_body(root, scene);
   const double cell_size = scene.body.cell_size;
   const std::shared_ptr<const TriangleMesh> surface =
@@ -452,6 +470,7 @@ Scene scene_of(const TomlFile& toml) {
   read_keys(solve_keys(), root.table("solve"), scene.solve);
   read_contact_surface(root, surface, scene);
   scene.expectations = read_expectations(root.table("expect"), scene.environment, surface.get(), cell_size);
+  read_match(root, scene);
   read_refinement(root, scene);
   find_empty_boxes(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
     root.tables(table)[index].reject("box", complaint);

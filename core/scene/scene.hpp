@@ -70,6 +70,19 @@ struct AutoRefinement {
   int levels = 1;  ///< how often cells are halved at most
 };
 
+/// Cells too large to resolve a body get other moduli, so that its slowest vibrations are those of the body
+/// in smaller cells.
+struct FrequencyMatch {
+  enum class Of {
+    bending,  ///< E, by the slowest vibration that bends
+    torsion,  ///< E, by the slowest that twists
+    both,     ///< E and nu, by these two
+    modes     ///< E and nu, by the slowest few whatever they are
+  };
+  Of of = Of::bending;
+  int parts = 0;  ///< that an edge of a cell is split into in the body to match; 0: the limit of many
+};
+
 /// As scene files spell them.
 const std::string& to_string(ContactLaw law);
 const std::string& to_string(Topology topology);
@@ -77,6 +90,7 @@ const std::string& to_string(Sharing sharing);
 const std::string& to_string(Precision precision);
 const std::string& to_string(Tangent tangent);
 const std::string& to_string(AutoRefinement::Goal goal);
+const std::string& to_string(FrequencyMatch::Of of);
 
 /// A scene file, read and checked.
 struct Scene {
@@ -88,6 +102,8 @@ struct Scene {
   int refine = 1;                           ///< parts that an edge of a cell of the file is split into
   std::vector<RefinedBox> refined_boxes{};  ///< where its cells are split further,
   std::optional<AutoRefinement> auto_refinement{};  ///< or what chooses where
+  std::optional<FrequencyMatch> match{};            ///< what its moduli are to be changed for
+  int modes = 0;                                    ///< of reduced models; 0: as many as the model takes
   double face_share = 0.5;                          ///< t of calibrated springs
   bool volume_force = true;                         ///< false: left out of calibrated springs
   std::string model = spring_model;                 ///< what fills the cells, by name

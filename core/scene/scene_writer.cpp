@@ -47,6 +47,10 @@ Json body_to_json(const Scene& scene) {
     json["refinement_levels"] = scene.auto_refinement->levels;
     json["refinement_goal"] = to_string(scene.auto_refinement->goal);
   }
+  if (scene.match) {
+    json["match"] = to_string(scene.match->of);
+    if (scene.match->parts > 0) json["match_to"] = scene.match->parts;
+  }
   json["cell_count"] = body.voxels.count();
   json["cell_size"] = size_before(body.cell_size, scene.refine);
   if (!scene.mesh) json["origin"] = to_json(body.origin);
@@ -58,6 +62,7 @@ Json body_to_json(const Scene& scene) {
 Json material_to_json(const Scene& scene) {
   const BodyConfig& body = scene.body;
   Json json{{"model", scene.model}, {"density", body.density}};
+  if (scene.modes > 0) json["modes"] = scene.modes;
   if (body.elastic) {
     json["young"] = body.elastic->young;
     json["poisson"] = body.elastic->poisson;

@@ -20,6 +20,7 @@ template <class Real>
 class DiscreteGradient;
 class PlaneBounds;
 class PlaneImpulses;
+class ReducedMotion;
 template <class Real>
 class SolidSystem;
 template <class Real>
@@ -92,6 +93,9 @@ class System {
 
   /// What forces depend on beside the moment's positions and velocities; nullptr where there is nothing.
   virtual StepMemory<Real>* memory() { return nullptr; }
+
+  /// The few coordinates that its particles follow; nullptr where each moves by itself.
+  virtual ReducedMotion* reduced() { return nullptr; }
 
   /// Planes as bounds, for methods that keep contact inside their steps; nullptr where there are none, or
   /// where planes touch a surface instead of particles.
