@@ -184,8 +184,7 @@ bool Panel::draw_springs(const Session& session, SceneEdit& settings) {
   changed |= slider("body [N/m]", settings.springs.body, 1e-1, 1e7, true);
   changed |= slider("volume [Pa]", settings.springs.volume, 1e-3, 1e7, true);
   if (!button("Use young and poisson instead###isotropic", -1)) return changed;
-  const double young =
-      cubic_stiffness(settings.springs, session.body().config().cell_size).young(Vec3::UnitX());
+  const double young = session.body().config().young_of(settings.springs, 0);
   settings.elastic = {.young = young > 0 ? young : 1e5, .poisson = 0.25};
   return true;
 }
