@@ -57,17 +57,17 @@ double net_frequency(const Stretched& membrane, int squares, int p, int q) {
          transverse_speed(membrane);
 }
 
-/// sinh(u) / u grows with u = span / (2 a): bisection.
-Catenary catenary(double length, double span) {
+/// The span grows with the pull: bisection.
+Catenary catenary(double length, double span, double stretch) {
+  const auto span_of = [&](double pull) { return length * pull * (stretch + 2 * std::asinh(0.5 / pull)); };
   double low = 0, high = 1;
-  const auto ratio = [](double u) { return std::sinh(u) / u; };
-  while (ratio(high) < length / span) high *= 2;
+  while (span_of(high) < span) high *= 2;
   for (int i = 0; i < 200; ++i) {
-    const double u = (low + high) / 2;
-    (ratio(u) < length / span ? low : high) = u;
+    const double pull = (low + high) / 2;
+    (span_of(pull) < span ? low : high) = pull;
   }
-  const double u = (low + high) / 2, a = span / (2 * u);
-  return {.parameter = a, .sag = a * (std::cosh(u) - 1), .pull = a / length, .rise = 0.5};
+  const double pull = (low + high) / 2;
+  return {.sag = length * (stretch / 8 + std::hypot(pull, 0.5) - pull), .pull = pull, .rise = 0.5};
 }
 
 double logarithmic_decrement(double viscosity, double stiffness, double frequency) {

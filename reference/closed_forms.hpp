@@ -55,16 +55,18 @@ double membrane_frequency(const Stretched& membrane, int p, int q);
 ///   w^2 = N / (sigma h^2) (2 sin^2 a + 2 sin^2 b + 1 - cos 2a cos 2b).
 double net_frequency(const Stretched& membrane, int squares, int p, int q);
 
-/// A chain that does not stretch and hangs between two points of equal height.
+/// A rope that hangs between two points of equal height.
 struct Catenary {
-  double parameter;  ///< a [m], y = a cosh(x / a)
   double sag;        ///< of its middle below its ends [m]
   double pull;       ///< along the line between its ends, over its weight
   double rise;       ///< across it at each end, over its weight: 1/2
 };
-/// Of a length [m] over a span [m]: 2 a sinh(span / (2 a)) = length, sag = a cosh(span / (2 a)) - a, pull = a
-/// / length. The length must be more than the span.
-Catenary catenary(double length, double span);
+/// Of a length at rest [m], more than the span [m], and of a stiffness E A of 1 / `stretch` times its weight;
+/// 0: it does not stretch. With a = pull times the length
+///   span / length = stretch pull + 2 pull asinh(1 / (2 pull)),
+///   sag / length = stretch / 8 + hypot(pull, 1/2) - pull
+/// (Irvine, Cable Structures, 1981, section 1.3).
+Catenary catenary(double length, double span, double stretch);
 
 /// Logarithmic decrement of a vibration of a Kelvin-Voigt solid, ln of the ratio of two successive peaks:
 /// 2 pi zeta / sqrt(1 - zeta^2), zeta = viscosity omega / (2 stiffness), with the viscosity [Pa s] and the

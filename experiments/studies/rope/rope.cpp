@@ -22,9 +22,10 @@ constexpr const char* caption =
     "ropes and sheets of these springs do not resist.";
 
 Json configuration(const RopeConfig& c) {
-  return {{"young", c.material.young}, {"density", c.density}, {"length", c.length},
-          {"thickness", c.thickness},  {"strain", c.strain},   {"span", c.span},
-          {"links", c.links},          {"squares", c.squares}};
+  return {
+      {"young", c.material.young}, {"density", c.density}, {"length", c.length}, {"thickness", c.thickness},
+      {"strain", c.strain},        {"stretch", c.stretch}, {"span", c.span},     {"links", c.links},
+      {"squares", c.squares}};
 }
 
 double largest(const Table& rows, const char* column) {

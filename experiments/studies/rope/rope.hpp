@@ -15,6 +15,7 @@ struct RopeConfig {
   double length = 2;           ///< of the rope, and of the sheet's edges [m]
   double thickness = 0.02;     ///< of the sheet, and the edge of the rope's section [m]
   double strain = 0.05;        ///< by which both are stretched
+  double stretch = 1e-4;       ///< of the rope that hangs: its weight over E A
   double span = 1.4;           ///< between the ends of the rope that hangs [m]
   std::vector<int> links{};    ///< of the rope
   std::vector<int> squares{};  ///< along an edge of the sheet

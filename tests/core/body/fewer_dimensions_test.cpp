@@ -5,7 +5,8 @@
 #include <map>
 
 #include "core/base/error.hpp"
-#include "core/body/spectral_bound.hpp"
+#include "core/kernels/dispatch.hpp"
+#include "core/kernels/sweep.hpp"
 #include "core/measures/measures.hpp"
 #include "core/measures/particle_measures.hpp"
 #include "core/springs/spring_system.hpp"
@@ -23,8 +24,8 @@ const std::vector<Cells> flat_cells{{7, 0, 0}, {0, 1, 0},  {0, 9, 0}, {0, 0, 11}
 BodyConfig flat_body(const Cells& cells, const Damping& damping = {.law = Damping::Law::ratio, .zeta = 0.1}) {
   BodyConfig config{.voxels = VoxelGrid::box(cells[0], cells[1], cells[2]),
                     .cell_size = 0.2,
-                    .origin = Vec3(0.3, -0.1, 0.5),
                     .thickness = 0.05,
+                    .origin = Vec3(0.3, -0.1, 0.5),
                     .density = 900,
                     .springs = {.edge = 120},
                     .damping = damping};

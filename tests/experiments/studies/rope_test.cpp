@@ -19,9 +19,12 @@ TEST(RopeStudy, HasClosedFormsThatAgree) {
   EXPECT_NEAR(reference::net_frequency(body, 100000, 1, 2), reference::membrane_frequency(body, 1, 2), 1e-6);
   EXPECT_NEAR(reference::beaded_string_frequency(body, 2, 1),  // one bead between two springs
               std::sqrt(2 * 5.0 / 1 / 0.3) / (2 * M_PI), 1e-12);
-  const reference::Catenary hanging = reference::catenary(2, 1.4);
-  EXPECT_NEAR(2 * hanging.parameter * std::sinh(1.4 / 2 / hanging.parameter), 2, 1e-12);
-  EXPECT_NEAR(std::hypot(hanging.sag + hanging.parameter, 0), std::hypot(hanging.parameter, 1.0), 1e-12);
+  const reference::Catenary hanging = reference::catenary(2, 1.4, 0);
+  const double a = 2 * hanging.pull;  // y = a cosh(x / a)
+  EXPECT_NEAR(2 * a * std::sinh(0.7 / a), 2, 1e-12);
+  EXPECT_NEAR(hanging.sag, a * std::cosh(0.7 / a) - a, 1e-12);
+  const reference::Catenary tight = reference::catenary(2, 2.2, 0.1);  // nearly straight: 8 sag pull = length
+  EXPECT_NEAR(tight.pull, 0.1 / 0.1, 0.1);
 }
 
 TEST(RopeStudy, MeasuresRopesAndSheetsBesideThem) {
