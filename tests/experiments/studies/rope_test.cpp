@@ -23,8 +23,8 @@ TEST(RopeStudy, HasClosedFormsThatAgree) {
   const double a = 2 * hanging.pull;  // y = a cosh(x / a)
   EXPECT_NEAR(2 * a * std::sinh(0.7 / a), 2, 1e-12);
   EXPECT_NEAR(hanging.sag, a * std::cosh(0.7 / a) - a, 1e-12);
-  const reference::Catenary tight = reference::catenary(2, 2.2, 0.1);  // nearly straight: 8 sag pull = length
-  EXPECT_NEAR(tight.pull, 0.1 / 0.1, 0.1);
+  // Doubled, each half hangs by itself and sinks by its own weight over 2 E A more.
+  EXPECT_NEAR(reference::catenary(2, 1e-9, 0.1).sag, 1 + 0.1 * 2 / 8, 1e-6);
 }
 
 TEST(RopeStudy, MeasuresRopesAndSheetsBesideThem) {
