@@ -129,7 +129,7 @@ SpringConstants calibrate_for(const Scene& scene, const ElasticConstants& elasti
   return springs;
 }
 
-/// What squares and links do not have.
+/// Keys of cells of three dimensions.
 void refuse_of_cells(const TomlTable& table, std::initializer_list<const char*> keys,
                      const BodyConfig& config) {
   for (const char* key : keys)
@@ -138,15 +138,26 @@ void refuse_of_cells(const TomlTable& table, std::initializer_list<const char*> 
                                     config.noun()));
 }
 
+/// What squares and links have not: it may be said that there is none of it.
+void check_flat(const TomlTable& root, const BodyConfig& config) {
+  const TomlTable body = root.table("body"), material = root.table("material");
+  refuse_of_cells(body, {"refinement", "match", "match_to"}, config);
+  refuse_of_cells(material, {"face_share", "volume_force"}, config);
+  if (!root.tables("refine").empty()) refuse_of_cells(root.tables("refine").front(), {"box"}, config);
+  if (config.topology != Topology::full) refuse_of_cells(body, {"topology"}, config);
+  if (config.fold_guard != 0) refuse_of_cells(material, {"fold_guard"}, config);
+  if (config.springs.volume != 0) refuse_of_cells(material, {"volume"}, config);
+  if (config.springs.body != 0) refuse_of_cells(material.table("springs"), {"body"}, config);
+  if (config.springs.face != 0 && config.voxels.dimensions() == 1)
+    material.table("springs").reject("face", "is across squares, and a rope has none; leave it out");
+}
+
 SpringConstants read_given_springs(const TomlTable& material, const Scene& scene) {
   const TomlTable springs = material.table("springs");
   const int dimensions = scene.body.voxels.dimensions();
-  if (dimensions < 3) refuse_of_cells(springs, {"body"}, scene.body);
-  if (dimensions < 2 && springs.has("face"))
-    springs.reject("face", "is across squares, and a rope has none; leave it out");
   return {.edge = springs.number("edge", spring),
-          .face = dimensions >= 2 ? springs.number("face", spring) : 0,
-          .body = dimensions == 3 ? springs.number("body", spring) : 0,
+          .face = dimensions < 2 ? springs.number("face", spring, 0) : springs.number("face", spring),
+          .body = dimensions < 3 ? springs.number("body", spring, 0) : springs.number("body", spring),
           .volume = material.number("volume", volume, 0)};
 }
 
@@ -269,16 +280,12 @@ void read_body(const TomlTable& root, Scene& scene) {
   config.sharing = body.choice("sharing", "a way of sharing springs", sharings, Sharing::weighted);
   if (config.sharing != Sharing::weighted && !config.content_of.empty())
     body.reject("sharing", "is for full cells of one part; leave it out, or give \"weighted\"");
-  if (!config.is_solid()) {
-    refuse_of_cells(body, {"topology", "refinement", "match", "match_to"}, config);
-    refuse_of_cells(material, {"face_share", "volume", "volume_force", "fold_guard"}, config);
-    if (!root.tables("refine").empty()) refuse_of_cells(root.tables("refine").front(), {"box"}, config);
-  }
   config.density = material.number("density", density);
   check_mass(body, body.has("cells_across") ? "cells_across" : "cell_size",
              config.density * config.cell_volume(), "material.density");
   config.springs = read_springs(material, scene);
   config.fold_guard = read_fold_guard(material, config);
+  if (!config.is_solid()) check_flat(root, config);
   config.relaxation = read_relaxation(material, scene);
   config.damping = read_damping(root.table("damping"), config.shear_modulus());
   for (const TomlTable& table : root.tables("part")) config.parts.push_back(read_part(table, scene));

@@ -9,8 +9,9 @@ namespace mss::studies::rope {
 
 namespace {
 
-ChartSeries errors(const Table& rows, const char* cells, const char* error, std::string label) {
+ChartSeries errors(const Table& all, const char* cells, const char* error, std::string label) {
   ChartSeries series{.label = std::move(label)};
+  const Table rows = all.where("status", "ok");
   for (std::size_t r = 0; r < rows.size(); ++r)
     series.points.push_back({rows.number(r, cells), rows.number(r, error)});
   return series;
