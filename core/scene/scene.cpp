@@ -281,7 +281,10 @@ void read_body(const TomlTable& root, Scene& scene) {
   if (config.sharing != Sharing::weighted && !config.content_of.empty())
     body.reject("sharing", "is for full cells of one part; leave it out, or give \"weighted\"");
   config.density = material.number("density", density);
-  check_mass(body, body.has("cells_across") ? "cells_across" : "cell_size",
+  check_mass(body,
+             body.has("cells_across") ? "cells_across"
+             : body.has("thickness")  ? "thickness"
+                                      : "cell_size",
              config.density * config.cell_volume(), "material.density");
   config.springs = read_springs(material, scene);
   config.fold_guard = read_fold_guard(material, config);

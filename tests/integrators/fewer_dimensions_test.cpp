@@ -12,6 +12,7 @@
 #include "integrators/linear/linear_solver.hpp"
 #include "integrators/nonlinear/implicit_stage.hpp"
 #include "reference/closed_forms.hpp"
+#include "tests/random_bodies.hpp"
 
 namespace mss {
 namespace {
@@ -172,6 +173,30 @@ TEST(FlatModes, AreThoseOfTheChain) {
     EXPECT_NEAR(modes.modes[i].omega / (2 * std::numbers::pi) /
                     reference::beaded_string_frequency(string, 12, 1 + int(i / 2)),
                 1, 1e-9);
+}
+
+/// Undamped and free: what is conserved stays, as of solids.
+TEST(FlatMotion, KeepsEnergyMomentumAndSpin) {
+  for (BodyConfig config : driven_bodies()) {
+    config.damping = {};
+    const Body body(config);
+    const auto drift = [&](const char* method, double dt) {
+      SpringSystem<double> system(body, {}, {.threads = 1});
+      State<double> state = system.rest_state();
+      testing::randomise(body, state, 0.2, 0.3, 5);
+      const Measures before = measure(system, state);
+      Work work;
+      EXPECT_EQ(find_integrator(method).make<double>({.dt = dt})->advance(system, state, 1, work),
+                Status::ok);
+      const Measures after = measure(system, state);
+      EXPECT_LT((after.momentum - before.momentum).norm(), 1e-9 * 0.3 * body.total_mass()) << method;
+      EXPECT_LT((after.angular_momentum - before.angular_momentum).norm(), 1e-9 * before.kinetic) << method;
+      return std::abs(after.mechanical() / before.mechanical() - 1);
+    };
+    EXPECT_LT(drift("energy_momentum", 1e-2), 1e-8);
+    EXPECT_LT(drift("verlet", 1e-4), 1e-2);
+    EXPECT_LT(drift("pefrl", 1e-3), 1e-4);
+  }
 }
 
 TEST(FlatContact, RestsOnAPlane) {
