@@ -305,9 +305,9 @@ MatchedScene load_matched_scene(const std::filesystem::path& file,
 
 std::vector<std::string> description(const MatchReport& report) {
   std::vector<std::string> lines{fmt::format(
-      "match = \"{}\": E {:.4g} -> {:.4g} Pa, nu {:.4g} -> {:.4g}, face_share {:.3g}, for {}, in {:.2g} s",
+      "match = \"{}\": E {:.4g} -> {:.4g} Pa, nu {:.4g} -> {:.4g}, face_share {:.3g}, for {}",
       to_string(report.of), report.before.young, report.after.young, report.before.poisson,
-      report.after.poisson, report.face_share, report.to, report.seconds)};
+      report.after.poisson, report.face_share, report.to)};
   for (const MatchedVibration& v : report.vibrations)
     lines.push_back(fmt::format("  {:<12} {:>10.4g} Hz  {}{}", to_string(v.motion), v.frequency,
                                 percent(v.mismatch), v.is_matched ? "  (matched)" : ""));
