@@ -1,0 +1,293 @@
+// Measurements of `mss reduce`: per scene a reference by fine explicit steps of the body's own lattice, then
+// every candidate's error, then the times of all, in turn.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+
+#include "core/base/error.hpp"
+#include "experiments/harness/measure.hpp"
+#include "experiments/harness/processor_time.hpp"
+#include "experiments/simulation/explicit_steps.hpp"
+#include "experiments/studies/reduce/errors.hpp"
+#include "experiments/studies/reduce/movers.hpp"
+#include "experiments/studies/reduce/reduce.hpp"
+
+namespace mss::studies::reduce {
+
+namespace {
+
+/// A model of a scene, and what was measured of it.
+struct Candidate {
+  std::string model{};
+  LatticeChoice lattice{};  ///< that is stepped, or whose body is reduced
+  int modes = 0;            ///< 0: each particle of the lattice moves by itself
+  std::unique_ptr<Mover> mover{};
+  double error = no_value;
+  std::vector<double> step_us{}, draw_us{};  ///< a frame
+  std::string status = "ok";
+
+  bool ran() const { return status == "ok"; }
+  bool reduces() const { return modes > 0; }
+  bool is_unmatched() const { return model == spring_model; }
+  double cost() const { return quartiles(step_us).median + quartiles(draw_us).median; }
+};
+
+const char* name_of(Matched matched) {
+  switch (matched) {
+    case Matched::nothing:
+      return spring_model;
+    case Matched::bending:
+      return "matched_bending";
+    case Matched::torsion:
+      return "matched_torsion";
+    case Matched::both:
+      return "matched_both";
+  }
+  return "";
+}
+
+/// A subject with its vibrations, and lattices that were matched to them already.
+class MatchedLattices {
+ public:
+  explicit MatchedLattices(const Subject& subject) : subject_(subject) {}
+
+  std::optional<LatticeChoice> find(int cells, double face_share, Matched of) {
+    const auto key = std::tuple{cells, face_share, of};
+    const auto found = known_.find(key);
+    if (found != known_.end()) return found->second;
+    const LatticeChoice own{cells, subject_.solid.young, 0.3, face_share};
+    if (of != Matched::nothing && wanted_.bending == 0)
+      wanted_ = slow_vibrations(subject_.solid, {subject_.cells.back(), subject_.solid.young});
+    return known_[key] = matched(subject_.solid, own, of, wanted_);
+  }
+
+ private:
+  const Subject& subject_;
+  SlowVibrations wanted_;
+  std::map<std::tuple<int, double, Matched>, std::optional<LatticeChoice>> known_;
+};
+
+/// A scene's body on its own lattice, its true motion, and its candidates.
+class SceneRuns {
+ public:
+  SceneRuns(const ReduceConfig& config, const ReduceScene& scene, MatchedLattices& lattices)
+      : config_(config),
+        scene_(scene),
+        subject_(config.subjects[scene.solid]),
+        lattices_(lattices),
+        own_{subject_.cells.back(), subject_.solid.young},
+        on_lattice_(scene_on(scene, subject_.solid, own_)),
+        body_(on_lattice_.body),
+        start_(start_of(scene, subject_.solid, on_lattice_, body_)),
+        errors_(subject_.solid, body_, motion(truth_share)) {
+    uncertainty_ = errors_.of(motion(2 * truth_share));
+    complaint_ = reduce_complaint(scene, subject_.solid, body_, start_, errors_.reference());
+  }
+
+  void measure(Progress& progress) {
+    add_candidates();
+    for (Candidate& c : candidates_) {
+      if (progress.stopped()) return;
+      find_error(c);
+    }
+    interleave(config_.repetitions, candidates_.size(), progress,
+               [&](std::size_t i) { take_times(candidates_[i]); });
+  }
+
+  void add_rows(Table& rows) const {
+    for (const Candidate& c : candidates_) {
+      const Quartiles step = quartiles(c.step_us), draw = quartiles(c.draw_us);
+      rows.add({scene_.name, c.model, std::int64_t(c.lattice.cells), std::int64_t(c.modes),
+                c.lattice.face_share, c.lattice.young, c.lattice.poisson,
+                std::int64_t(c.mover ? c.mover->steps() : 0), c.error, step.median, step.q1, step.q3,
+                draw.median, draw.q1, draw.q3, gain(c, false), gain(c, true),
+                complaint_.empty() ? c.status : complaint_});
+    }
+  }
+
+  void add_scene(Table& scenes) const {
+    scenes.add({scene_.name, subject_.solid.name, scene_.description, std::int64_t(own_.cells),
+                std::int64_t(body_.particle_count()), uncertainty_,
+                std::string(complaint_.empty() ? "ok" : complaint_)});
+  }
+
+ private:
+  static constexpr double truth_share = 0.25;
+
+  FramePositions motion(double share) const {
+    const MovingBody moving(on_lattice_.body, on_lattice_.environment, 1);
+    const IntegratorInfo& info = find_integrator("rk4");
+    const ExplicitSteps steps = explicit_steps(info, moving.system.spectral_bound(), frame, share);
+    const auto method = info.make<double>({.dt = steps.dt});
+    State<double> state = start_;
+    Work work;
+    FramePositions all;
+    for (int i = 1; i <= config_.frames; ++i) {
+      if (method->advance(moving.system, state, i * frame, work) != Status::ok)
+        throw std::runtime_error("the reference of " + scene_.name + " fails");
+      all.push_back(state.x);
+    }
+    return all;
+  }
+
+  void add_candidates() {
+    const bool twists = scene_.happening == Happening::twist;
+    for (const int cells : subject_.cells)
+      for (const double face_share : {0.5, 1.0})
+        for (const Matched of :
+             {Matched::nothing, twists ? Matched::torsion : Matched::bending, Matched::both}) {
+          const bool is_own = cells == own_.cells;
+          if (is_own && (of != Matched::nothing || face_share != own_.face_share)) continue;
+          if (of == Matched::both && (face_share != 1 || 2 * cells > own_.cells || !subject_.solid.clamped))
+            continue;
+          add_lattice(cells, face_share, of);
+        }
+    for (const ReducedModel& model : subject_.models) {
+      Candidate c{.model = model.name, .lattice = own_, .modes = model.modes};
+      try {
+        Scene scene = scene_on(scene_, subject_.solid, own_, model.name);
+        scene.modes = model.modes;
+        c.mover = reduced_mover(scene, body_, start_);
+      } catch (const InputError& error) {
+        c.status = fmt::format("not built: {}", error.what());
+      }
+      candidates_.push_back(std::move(c));
+    }
+  }
+
+  void add_lattice(int cells, double face_share, Matched of) {
+    Candidate c{.model = name_of(of), .lattice = {cells, no_value, no_value, face_share}};
+    if (const std::optional<LatticeChoice> found = lattices_.find(cells, face_share, of); !found) {
+      c.status = "no moduli match";
+    } else {
+      c.lattice = *found;
+      try {
+        c.mover = lattice_mover(scene_, subject_.solid, c.lattice, body_);
+      } catch (const std::runtime_error& error) {
+        c.status = error.what();
+      }
+    }
+    candidates_.push_back(std::move(c));
+  }
+
+  void find_error(Candidate& c) const {
+    if (!c.ran()) return;
+    c.mover->restart();
+    double largest = 0;
+    for (int i = 0; i < config_.frames && c.ran(); ++i) {
+      const Status status = c.mover->advance();
+      if (status != Status::ok)
+        c.status = to_string(status);
+      else
+        largest = std::max(largest, errors_.at(std::size_t(i), c.mover->draw()));
+    }
+    if (c.ran()) c.error = largest;
+  }
+
+  /// A sample of each time: the scene from the start on and a picture of its end, as often as they need.
+  void take_times(Candidate& c) const {
+    if (!c.ran()) return;
+    const long motions = motions_in_a_row(c);
+    c.step_us.push_back(mean_us([&] { c.mover->restart(); }, [&] { go_on(c, motions); }, motions));
+    c.draw_us.push_back(mean_us([] {},
+                                [&] {
+                                  for (int i = 0; i < config_.frames; ++i) c.mover->draw();
+                                },
+                                1));
+  }
+
+  void go_on(Candidate& c, long motions) const {
+    for (long i = 0; i < motions * config_.frames; ++i) c.mover->advance();
+  }
+
+  /// What is so quick that asking for the time takes long beside it goes on for longer than its scene.
+  long motions_in_a_row(Candidate& c) const {
+    constexpr double least_seconds = 1e-4;
+    c.mover->restart();
+    const double once = processor_seconds_of([&] { go_on(c, 1); });
+    return once < least_seconds ? std::lround(std::ceil(least_seconds / once)) : 1;
+  }
+
+  /// Processor time of a frame [us], of a task that computes all frames so many times.
+  template <class Prepare, class Task>
+  double mean_us(Prepare&& prepare, Task&& task, long motions) const {
+    double seconds = 0;
+    long runs = 0;
+    do {
+      prepare();
+      seconds += processor_seconds_of(task);
+      ++runs;
+    } while (seconds < config_.sample_seconds && runs < most_runs);
+    return 1e6 * seconds / double(runs * motions * config_.frames);
+  }
+
+  /// The cost of the cheapest lattice of no larger error, of the body's own at worst, over a candidate's.
+  double gain(const Candidate& of, bool unmatched_alone) const {
+    if (!of.ran()) return no_value;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Candidate& c : candidates_)
+      if (!c.reduces() && c.ran() && (c.is_unmatched() || !unmatched_alone) &&
+          (c.error <= of.error || c.lattice.cells == own_.cells))
+        least = std::min(least, c.cost());
+    return least / of.cost();
+  }
+
+  static constexpr long most_runs = 1000;
+
+  const ReduceConfig& config_;
+  const ReduceScene& scene_;
+  const Subject& subject_;
+  MatchedLattices& lattices_;
+  LatticeChoice own_;  ///< the body's
+  Scene on_lattice_;
+  Body body_;
+  State<double> start_;
+  MotionErrors errors_;
+  double uncertainty_ = 0;
+  std::string complaint_;
+  std::vector<Candidate> candidates_;
+};
+
+}  // namespace
+
+ReduceTables measure_reduce(const ReduceConfig& config, Progress& progress) {
+  ReduceTables tables{
+      .rows = Table({{"scene"},
+                     {"model"},
+                     {"cells"},
+                     {"modes"},
+                     {"face_share"},
+                     {"young", "Pa"},
+                     {"poisson"},
+                     {"steps"},
+                     {"error"},
+                     {"step_us", "us"},
+                     {"step_q1", "us"},
+                     {"step_q3", "us"},
+                     {"draw_us", "us"},
+                     {"draw_q1", "us"},
+                     {"draw_q3", "us"},
+                     {"gain_matched"},
+                     {"gain_unmatched"},
+                     {"status"}}),
+      .scenes = Table(
+          {{"scene"}, {"body"}, {"description"}, {"cells"}, {"particles"}, {"uncertainty"}, {"status"}})};
+  std::vector<MatchedLattices> lattices(config.subjects.begin(), config.subjects.end());
+  for (std::size_t s = 0; s < config.scenes.size() && !progress.stopped(); ++s) {
+    const ReduceScene& scene = config.scenes[s];
+    progress.report(double(s) / double(config.scenes.size()), scene.name);
+    SceneRuns runs(config, scene, lattices[scene.solid]);
+    runs.measure(progress);
+    if (progress.stopped()) break;
+    runs.add_rows(tables.rows);
+    runs.add_scene(tables.scenes);
+  }
+  if (progress.stopped()) tables.status = Status::interrupted;
+  return tables;
+}
+
+}  // namespace mss::studies::reduce
