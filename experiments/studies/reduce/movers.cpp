@@ -64,7 +64,7 @@ class LatticeMover final : public Mover {
 class ReducedMover final : public Mover {
  public:
   ReducedMover(const Scene& scene, const Body& body, const State<double>& start)
-      : system_(make_solid<double>(scene, body, nullptr)), start_(start), state_(start) {
+      : system_(make_solid<double>(scene, body, nullptr)), start_(start), drawn_(start.x) {
     if (!system_->reduced()) throw InputError(fmt::format("model '{}' reduces no bodies", scene.model));
     steps_ = steps_of(system_->reduced()->longest_step());
   }
@@ -74,15 +74,15 @@ class ReducedMover final : public Mover {
     return system_->reduced()->step(frame / double(steps_), steps_) ? Status::ok : Status::non_finite;
   }
   const Field<double>& draw() override {
-    system_->reduced()->give(state_);
-    return state_.x;
+    system_->reduced()->draw(drawn_);
+    return drawn_;
   }
   long steps() const override { return steps_; }
 
  private:
   std::unique_ptr<SolidSystem<double>> system_;
   const State<double>& start_;
-  State<double> state_;
+  Field<double> drawn_;
   long steps_ = 1;
 };
 

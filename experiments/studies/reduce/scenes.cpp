@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <memory>
 #include <numbers>
 #include <stdexcept>
 
@@ -28,33 +28,30 @@ Box end_face(const Solid& solid) { return {{solid.size[0], 0, 0}, solid.size}; }
 
 /// A force spread evenly over a rectangle of the top face, each of its points shared by the corners of the
 /// cell face it is in: the same load on every lattice.
-std::vector<Load> patch_loads(const Solid& solid, const BodyConfig& body, const Vec3& force) {
+Load patch_load(const Solid& solid, const Vec3& force) {
   constexpr int samples = 32;
-  const double h = body.cell_size;
-  std::map<std::pair<int, int>, double> shares;
-  for (int p = 0; p < samples; ++p)
-    for (int q = 0; q < samples; ++q) {
-      const double x = solid.size[0] * (patch_from + (p + 0.5) / samples * (patch_to - patch_from)) / h,
-                   y = solid.size[1] * (patch_left + (q + 0.5) / samples * (patch_right - patch_left)) / h;
-      const int i = std::min(int(x), body.voxels.nx() - 1), j = std::min(int(y), body.voxels.ny() - 1);
-      for (const auto& [di, wx] : {std::pair{0, i + 1 - x}, {1, x - i}})
-        for (const auto& [dj, wy] : {std::pair{0, j + 1 - y}, {1, y - j}})
-          shares[{i + di, j + dj}] += wx * wy / (samples * samples);
+  const auto point = [&](double along, double across) {
+    return Vec3(solid.size[0] * (patch_from + along * (patch_to - patch_from)),
+                solid.size[1] * (patch_left + across * (patch_right - patch_left)), solid.size[2]);
+  };
+  auto patch = std::make_shared<TriangleMesh>();
+  for (int i = 0; i < samples; ++i)
+    for (int j = 0; j < samples; ++j) {
+      patch->vertices.push_back(point((i + 0.5) / samples, (j + 0.5) / samples));
+      const int here = i * samples + j;
+      if (i == 0 || j == 0) continue;
+      patch->triangles.push_back({here - samples - 1, here - 1, here});
+      patch->triangles.push_back({here - samples - 1, here, here - samples});
     }
-  std::vector<Load> loads;
-  for (const auto& [at, share] : shares) {
-    const Vec3 place(at.first * h, at.second * h, solid.size[2]);
-    loads.push_back({.box = {place, place}, .force = share * force});
-  }
-  return loads;
+  return {.box = {point(0, 0), point(1, 1)}, .force = force, .surface = patch};
 }
 
-Environment environment_of(const ReduceScene& scene, const Solid& solid, const BodyConfig& body) {
+Environment environment_of(const ReduceScene& scene, const Solid& solid) {
   Environment all;
   if (solid.clamped) all.holds.push_back({.box = {{0, 0, 0}, {0, solid.size[1], solid.size[2]}}});
   if (scene.happening == Happening::gravity || scene.happening == Happening::contact)
     all.gravity = scene.amount;
-  if (scene.happening == Happening::patch) all.loads = patch_loads(solid, body, scene.amount);
+  if (scene.happening == Happening::patch) all.loads.push_back(patch_load(solid, scene.amount));
   if (scene.happening == Happening::contact)
     all.planes.push_back(
         {.point = {0, 0, plane_height}, .contact = ContactLaw::penalty, .restitution = 1, .friction = 0});
@@ -111,7 +108,7 @@ Scene scene_on(const ReduceScene& scene, const Solid& solid, const LatticeChoice
   all.body.damping = {
       .law = Damping::Law::viscosity,
       .viscosity = damping_time * std::sqrt(damping_young / solid.young) * all.body.shear_modulus()};
-  all.environment = environment_of(scene, solid, all.body);
+  all.environment = environment_of(scene, solid);
   if (scene.happening == Happening::spin) all.start_angular_velocity = scene.amount;
   all.solve.threads = 1;
   return all;

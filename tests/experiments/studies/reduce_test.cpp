@@ -70,11 +70,13 @@ TEST(Reduce, APatchIsTheSameLoadOnEveryLattice) {
   for (const int cells : {4, 12, 32}) {
     const Scene scene = scene_on(pressed, beam, {cells, beam.young});
     const Body body(scene.body);
+    Field<double> forces(body.lattice().size);
+    LoadedSites(body, scene.environment.loads)
+        .add(0, 0, body.lattice().size, std::array{forces.axis(0), forces.axis(1), forces.axis(2)});
     Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
-    for (const Load& load : scene.environment.loads) {
-      ASSERT_EQ(body.select(load.box.lower, load.box.upper).size(), 1U);
-      force += load.force;
-      moment += load.box.lower.cross(load.force);
+    for (const std::ptrdiff_t site : body.sites()) {
+      force += forces.at(site);
+      moment += body.rest_position(site).cross(forces.at(site));
     }
     EXPECT_LT((force - pressed.amount).norm(), 1e-9);
     const Vec3 middle(beam.size[0] / 2, beam.size[1] / 2, beam.size[2]);
