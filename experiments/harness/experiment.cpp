@@ -34,11 +34,14 @@ std::vector<std::string> moving_integrators(const std::vector<std::string>& name
     if (find_integrator(name).stepping == Stepping::equilibrium)
       throw InputError(fmt::format(
           "integrator '{}' finds an equilibrium, no motion; `mss list integrators` shows the others", name));
+    if (!find_integrator(name).moves_particles())
+      throw InputError(fmt::format(
+          "integrator '{}' is for reduced bodies; `mss list integrators` shows the others", name));
   }
   if (!named.empty()) return named;
   std::vector<std::string> all;
   for (const IntegratorInfo& info : integrators())
-    if (info.stepping != Stepping::equilibrium && info.has_modulus) all.push_back(info.name);
+    if (info.moves_particles() && info.has_modulus) all.push_back(info.name);
   return all;
 }
 

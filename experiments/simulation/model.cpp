@@ -7,6 +7,7 @@
 #include "core/base/error.hpp"
 #include "core/base/suggest.hpp"
 #include "core/springs/spring_system.hpp"
+#include "experiments/simulation/reduced_model.hpp"
 #include "integrators/analysis/chosen_refinement.hpp"
 #include "reference/fem/fem_system.hpp"
 #include "reference/mollemans.hpp"
@@ -37,6 +38,18 @@ std::vector<Model> make_models() {
     all.push_back({law.name, law.summary, true,
                    [law](const Body& body, const Environment& environment, const Execution& execution) {
                      return std::make_unique<FemSystem>(body, environment, law, execution.threads);
+                   }});
+  for (const auto& [name, summary] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"modal", "a few vibrations, each by its exact solution; free bodies float. For small motions"},
+           {"modal_warped", "the same, particles turned as vibrations turn them. For bending and twist"},
+           {"modal_cubic",
+            "vibrations and their second-order answers with the full force there. For bending"}})
+    all.push_back({name, summary, false,
+                   [name = std::string(name)](const Body& body, const Environment& environment,
+                                              const Execution&) -> std::unique_ptr<BodySystem<double>> {
+                     const ReductionChoice choice{.reduction = *reduction_named(name)};
+                     return std::make_unique<ReducedSystem>(body, environment, choice,
+                                                            shapes_for(body, environment, choice));
                    }});
   return all;
 }
@@ -82,6 +95,19 @@ void add_model_to_subtitle(Chart& chart, const std::string& model) {
   if (model != spring_model) chart.subtitle += "; model: " + model;
 }
 
+namespace {
+
+template <class Real>
+std::unique_ptr<SolidSystem<Real>> make_unreduced(const Scene& scene, const Body& body,
+                                                  const RefinedBody* refined) {
+  if (!refined)
+    return make_system<Real>(scene.model, body, scene.environment, scene.solve.threads, scene.solve.sleep);
+  return std::make_unique<RefinedSystem<Real>>(*refined, scene.environment,
+                                               Execution{.threads = scene.solve.threads});
+}
+
+}  // namespace
+
 std::unique_ptr<const RefinedBody> refined_body_of(const Scene& scene) {
   if (!scene.auto_refinement) return refined_body(scene);
   RefinementGoal goal{
@@ -95,6 +121,18 @@ std::unique_ptr<const RefinedBody> refined_body_of(const Scene& scene) {
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: body.refinement = \"auto\": {}", scene.file.string(), error.what()));
   }
+}
+
+template <>
+std::unique_ptr<SolidSystem<double>> make_solid(const Scene& scene, const Body& body,
+                                                const RefinedBody* refined) {
+  if (reduction_named(scene.model)) return make_reduced(scene, body);
+  return make_unreduced<double>(scene, body, refined);
+}
+template <>
+std::unique_ptr<SolidSystem<float>> make_solid(const Scene& scene, const Body& body,
+                                               const RefinedBody* refined) {
+  return make_unreduced<float>(scene, body, refined);
 }
 
 template <>

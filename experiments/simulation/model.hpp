@@ -40,12 +40,13 @@ std::unique_ptr<const RefinedBody> refined_body_of(const Scene& scene);
 /// The system of a scene: of its body, or of the refined one if that is given. Both must outlive it.
 template <class Real>
 std::unique_ptr<SolidSystem<Real>> make_solid(const Scene& scene, const Body& body,
-                                              const RefinedBody* refined) {
-  if (!refined)
-    return make_system<Real>(scene.model, body, scene.environment, scene.solve.threads, scene.solve.sleep);
-  return std::make_unique<RefinedSystem<Real>>(*refined, scene.environment,
-                                               Execution{.threads = scene.solve.threads});
-}
+                                              const RefinedBody* refined);
+template <>
+std::unique_ptr<SolidSystem<float>> make_solid(const Scene& scene, const Body& body,
+                                               const RefinedBody* refined);
+template <>
+std::unique_ptr<SolidSystem<double>> make_solid(const Scene& scene, const Body& body,
+                                                const RefinedBody* refined);
 
 /// Throws InputError for an unknown name.
 void check_model_name(const std::string& model);

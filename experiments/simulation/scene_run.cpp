@@ -30,7 +30,8 @@ double checked_step(const Scene& scene, double dt) {
 double step_of(const Scene& scene, const IntegratorInfo& method, const SpectralBound& bound) {
   if (method.stepping == Stepping::equilibrium && !method.limit) return 0;
   if (scene.solve.dt) return checked_step(scene, *scene.solve.dt);
-  if (method.stepping == Stepping::adaptive) return 0;  // the method's own choice
+  if (method.stepping == Stepping::adaptive || method.stepping == Stepping::reduced)
+    return 0;  // the method's own choice
   const double safe = checked_step(scene, safe_share * stable_step(method, bound));
   return scene.solve.duration > 0 ? std::min(safe, scene.solve.duration) : safe;
 }

@@ -13,6 +13,8 @@ class ShapePanels {
  public:
   ShapePanels() = default;
   explicit ShapePanels(const Eigen::MatrixXd& matrix);
+  ShapePanels(ShapePanels&&) = default;
+  ShapePanels& operator=(ShapePanels&&) = default;
 
   int columns() const { return panels_.columns; }
   /// Rows, and those that pad them: the length of vectors below.

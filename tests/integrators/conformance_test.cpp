@@ -327,8 +327,7 @@ auto methods(bool (*applies)(const IntegratorInfo&)) {
 }
 const auto name = [](const auto& p) { return p.param; };
 INSTANTIATE_TEST_SUITE_P(Registry, Method,
-                         methods([](const IntegratorInfo& m) { return m.stepping != Stepping::equilibrium; }),
-                         name);
+                         methods([](const IntegratorInfo& m) { return m.moves_particles(); }), name);
 INSTANTIATE_TEST_SUITE_P(Registry, FixedStepMethod,
                          methods([](const IntegratorInfo& m) { return m.stepping == Stepping::fixed; }),
                          name);
@@ -377,7 +376,7 @@ std::vector<Vec3> after_steps(std::string_view method, const IntegratorOptions& 
 /// Methods that move bodies, but for those that are another one: how many texts may say that there are.
 int distinct_methods(bool (*among)(const IntegratorInfo&)) {
   return int(std::count_if(integrators().begin(), integrators().end(), [&](const IntegratorInfo& info) {
-    return info.stepping != Stepping::equilibrium && info.variant_of.empty() && among(info);
+    return info.moves_particles() && info.variant_of.empty() && among(info);
   }));
 }
 

@@ -320,7 +320,7 @@ VolumeConfig volume_config(const ExperimentOptions& options) {
   config.integrators = options.integrators;
   if (config.integrators.empty())
     for (const IntegratorInfo& info : integrators())
-      if (info.stepping != Stepping::equilibrium && info.has_modulus) config.integrators.push_back(info.name);
+      if (info.moves_particles() && info.has_modulus) config.integrators.push_back(info.name);
   config.step_shares =
       quick ? std::vector<double>{0.4, 3.2} : std::vector<double>{0.2, 0.4, 0.8, 1.6, 3.2, 6.4};
   config.make = [](const std::string& model, const Body& body, const Environment& environment) {

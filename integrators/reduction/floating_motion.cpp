@@ -1,0 +1,253 @@
+#include "integrators/reduction/floating_motion.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+
+namespace mss {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Pairs of axes in the order of `first_`.
+constexpr std::array<std::array<int, 2>, 6> axes{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
+
+/// sum m u_a w_b by pairs of columns of two sets of displacements.
+MatrixXd weighted(const VectorXd& masses, const MatrixXd& u, int a, const MatrixXd& w, int b) {
+  const Index particles = u.rows() / 3;
+  return u.middleRows(a * particles, particles).transpose() * masses.head(particles).asDiagonal() *
+         w.middleRows(b * particles, particles);
+}
+
+/// exp([w])
+Matrix3d rotation(const Vec3& w) {
+  const double angle = w.norm();
+  return angle < 1e-300 ? Matrix3d(Matrix3d::Identity())
+                        : Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
+}
+
+}  // namespace
+
+FloatingMotion::FloatingMotion(const SolidSystem<double>& system, const State<double>& rest,
+                               const ReducedShapes& shapes, OuterForces outer)
+    : rows_(system),
+      particles_(rows_.count() / 3),
+      panels_(shapes.shapes),
+      squares_(shapes.squares),
+      damping_(shapes.damping),
+      zero_(VectorXd::Zero(panels_.padded_rows())),
+      mass_(system.total_mass()),
+      outer_(std::move(outer)),
+      scratch_(rest),
+      force_(system.size()),
+      forces_(zero_),
+      q_(VectorXd::Zero(shapes.count())),
+      p_(q_),
+      rates_(q_),
+      rows_out_(zero_),
+      shifts_(zero_) {
+  Field<double> masses(system.size());
+  for (const std::ptrdiff_t site : system.particles()) masses.set(site, Vec3::Constant(system.mass(site)));
+  masses_ = rows_.from(masses, panels_.padded_rows());
+  arms_ = centred(rest.x, centre_);
+  const Index r = shapes.count();
+  const MatrixXd arms = arms_.head(rows_.count());
+  MatrixXd of_shape(9 * r, r), of_rates(3 * r, r);
+  for (std::size_t pair = 0; pair < axes.size(); ++pair) {
+    const auto [a, b] = axes[pair];
+    const MatrixXd squared = weighted(masses_, shapes.shapes, a, shapes.shapes, b);
+    of_shape.middleRows(Index(pair) * r, r) = a == b ? squared : MatrixXd(squared + squared.transpose());
+    first_[pair] = weighted(masses_, arms, a, shapes.shapes, b).row(0);
+    if (a != b) first_[pair] += weighted(masses_, arms, b, shapes.shapes, a).row(0);
+    inertia_[pair] = weighted(masses_, arms, a, arms, b)(0, 0);
+  }
+  for (int c = 0; c < 3; ++c) {
+    const MatrixXd product = weighted(masses_, shapes.shapes, (c + 1) % 3, shapes.shapes, (c + 2) % 3);
+    // (A_c q)_k = sum m (u(q) x U_k)_c
+    of_rates.middleRows(c * r, r) = (product - product.transpose()).transpose();
+  }
+  of_shape.bottomRows(3 * r) = of_rates;
+  of_shape_ = ShapePanels(of_shape);
+  of_rates_ = ShapePanels(of_rates);
+  zero_of_shape_ = shape_out_ = VectorXd::Zero(of_shape_.padded_rows());
+  zero_of_rates_ = rates_out_ = VectorXd::Zero(of_rates_.padded_rows());
+}
+
+double FloatingMotion::longest_step() const { return std::min(1.8 / fastest(), outer_.longest_step); }
+
+VectorXd FloatingMotion::centred(const Field<double>& field, Vec3& mean) const {
+  VectorXd rows = rows_.from(field, panels_.padded_rows());
+  for (int axis = 0; axis < 3; ++axis) {
+    auto values = rows.segment(axis * particles_, particles_);
+    mean[axis] = values.dot(masses_.head(particles_)) / mass_;
+    values.array() -= mean[axis];
+  }
+  return rows;
+}
+
+VectorXd FloatingMotion::turned(const Matrix3d& r, const VectorXd& rows) const {
+  VectorXd result = VectorXd::Zero(rows.size());
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b)
+      result.segment(a * particles_, particles_) += r(a, b) * rows.segment(b * particles_, particles_);
+  return result;
+}
+
+/// The rotation that makes the sum of m c x R^T arms vanish: the polar factor of sum m arms c^T.
+Matrix3d FloatingMotion::frame_of(const VectorXd& arms) const {
+  Matrix3d sum;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b)
+      sum(a, b) = weighted(masses_, arms.head(rows_.count()), a, arms_.head(rows_.count()), b)(0, 0);
+  const Eigen::JacobiSVD<Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Vec3 signs = Vec3::Ones();
+  signs[2] = svd.matrixU().determinant() * svd.matrixV().determinant() < 0 ? -1 : 1;
+  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+}
+
+void FloatingMotion::take(const State<double>& state) {
+  t_ = state.t;
+  const VectorXd arms = centred(state.x, centre_), speeds = centred(state.v, velocity_);
+  frame_ = frame_of(arms);
+  angular_momentum_.setZero();
+  for (Index i = 0; i < particles_; ++i) {
+    const Vec3 arm(arms[i], arms[particles_ + i], arms[2 * particles_ + i]),
+        speed(speeds[i], speeds[particles_ + i], speeds[2 * particles_ + i]);
+    angular_momentum_ += masses_[i] * arm.cross(speed);
+  }
+  panels_.project(masses_.cwiseProduct(turned(frame_.transpose(), arms) - arms_), q_);
+  panels_.project(masses_.cwiseProduct(turned(frame_.transpose(), speeds)), p_);
+  find_velocities();
+}
+
+void FloatingMotion::find_inertia() {
+  const Index r = q_.size();
+  of_shape_.expand(zero_of_shape_, q_, shape_out_);
+  std::array<double, 6> s{};
+  for (std::size_t pair = 0; pair < axes.size(); ++pair) {
+    now_.change[pair] = first_[pair] + shape_out_.segment(Index(pair) * r, r);
+    const double sum = q_.dot(first_[pair] + now_.change[pair]);
+    s[pair] = inertia_[pair] + (pair < 3 ? sum : sum / 2);
+  }
+  for (int c = 0; c < 3; ++c) now_.b[std::size_t(c)] = shape_out_.segment((6 + c) * r, r);
+  const double trace = s[0] + s[1] + s[2];
+  now_.moment << trace - s[0], -s[3], -s[4], -s[3], trace - s[1], -s[5], -s[4], -s[5], trace - s[2];
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) now_.moment(a, b) -= now_.b[std::size_t(a)].dot(now_.b[std::size_t(b)]);
+}
+
+void FloatingMotion::find_velocities() {
+  find_inertia();
+  Vec3 rest = frame_.transpose() * angular_momentum_;
+  for (int c = 0; c < 3; ++c) rest[c] -= now_.b[std::size_t(c)].dot(p_);
+  spin_ = now_.moment.inverse() * rest;
+  rates_ = p_;
+  for (int c = 0; c < 3; ++c) rates_ -= spin_[c] * now_.b[std::size_t(c)];
+}
+
+/// p += dt p' at the present velocities.
+void FloatingMotion::kick(double dt) {
+  const Index r = q_.size();
+  find_velocities();
+  of_rates_.expand(zero_of_rates_, rates_, rates_out_);
+  VectorXd change = -squares_.cwiseProduct(q_) - damping_.cwiseProduct(rates_);
+  const double square = spin_.squaredNorm();
+  for (std::size_t pair = 0; pair < axes.size(); ++pair) {
+    const auto [a, b] = axes[pair];
+    change -= (spin_[a] * spin_[b] - (a == b ? square : 0)) * now_.change[pair];
+  }
+  for (int c = 0; c < 3; ++c) change -= spin_[c] * rates_out_.segment(c * r, r);
+  p_ += dt * change;
+  add_outer(dt);
+}
+
+Vec3 FloatingMotion::sum_of(const VectorXd& forces) const {
+  Vec3 sum;
+  for (int axis = 0; axis < 3; ++axis) sum[axis] = forces.segment(axis * particles_, particles_).sum();
+  return sum;
+}
+
+/// Gravity alone moves the body as a whole.
+void FloatingMotion::add_outer(double dt) {
+  if (!knows_force_ || outer_.change()) {
+    if (outer_.depend_on_state) give(scratch_);
+    outer_.at(t_, scratch_, force_);
+    rows_.read(force_, forces_);
+    total_force_ = sum_of(forces_);
+    knows_force_ = true;
+  }
+  velocity_ += dt / mass_ * total_force_;
+  if (outer_.turns) turn_by_forces(dt);
+}
+
+void FloatingMotion::turn_by_forces(double dt) {
+  panels_.expand(arms_, q_, shifts_);
+  const VectorXd arms = turned(frame_, shifts_);
+  for (Index i = 0; i < particles_; ++i) {
+    const Vec3 arm(arms[i], arms[particles_ + i], arms[2 * particles_ + i]),
+        f(forces_[i], forces_[particles_ + i], forces_[2 * particles_ + i]);
+    angular_momentum_ += dt * arm.cross(f);
+  }
+  VectorXd pulls(q_.size());
+  panels_.project(turned(frame_.transpose(), forces_), pulls);
+  p_ += dt * pulls;
+}
+
+bool FloatingMotion::step(double dt, long steps) {
+  for (long n = 0; n < steps; ++n) {
+    kick(n == 0 ? dt / 2 : dt);
+    find_velocities();
+    q_ += dt * rates_;
+    frame_ = frame_ * rotation(dt * spin_);
+    centre_ += dt * velocity_;
+    t_ += dt;
+  }
+  kick(dt / 2);
+  find_velocities();
+  return q_.allFinite() && p_.allFinite() && frame_.allFinite();
+}
+
+void FloatingMotion::draw(Field<double>& x) const {
+  panels_.expand(arms_, q_, shifts_);
+  rows_out_ = turned(frame_, shifts_);
+  for (int axis = 0; axis < 3; ++axis)
+    rows_out_.segment(axis * particles_, particles_).array() += centre_[axis];
+  rows_.write(rows_out_, x);
+}
+
+void FloatingMotion::give(State<double>& state) const {
+  state.t = t_;
+  draw(state.x);
+  VectorXd speeds = VectorXd::Zero(panels_.padded_rows());
+  panels_.expand(zero_, rates_, speeds);
+  const auto part = [&](VectorXd& rows, int axis) { return rows.segment(axis * particles_, particles_); };
+  for (int axis = 0; axis < 3; ++axis) {
+    const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+    part(speeds, axis) += spin_[next] * part(shifts_, last) - spin_[last] * part(shifts_, next);
+  }
+  rows_out_ = turned(frame_, speeds);
+  for (int axis = 0; axis < 3; ++axis) part(rows_out_, axis).array() += velocity_[axis];
+  rows_.write(rows_out_, state.v);
+}
+
+double FloatingMotion::stored_energy(const Field<double>& x) {
+  Vec3 centre;
+  const VectorXd arms = centred(x, centre);
+  VectorXd q(q_.size());
+  panels_.project(masses_.cwiseProduct(turned(frame_of(arms).transpose(), arms) - arms_), q);
+  return 0.5 * q.cwiseAbs2().dot(squares_);
+}
+
+void FloatingMotion::remember(Record& record) {
+  record.keep(t_, centre_, velocity_, angular_momentum_, frame_);
+  for (VectorXd* numbers : {&q_, &p_})
+    record.keep_values(std::span(numbers->data(), std::size_t(numbers->size())));
+  if (record.reads()) find_velocities();
+}
+
+}  // namespace mss

@@ -1,0 +1,159 @@
+#include "integrators/reduction/subspace_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mss {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+Eigen::MatrixXd divided(const Eigen::MatrixXd& shapes, const VectorXd& stretch) {
+  return shapes * stretch.cwiseInverse().asDiagonal();
+}
+
+}  // namespace
+
+SubspaceMotion::SubspaceMotion(const System<double>& system, const State<double>& rest,
+                               const ReducedShapes& shapes, OuterForces outer, const VectorXd& stretch)
+    : squares_(shapes.squares.cwiseQuotient(stretch.cwiseAbs2())),
+      damping_(shapes.damping.cwiseQuotient(stretch.cwiseAbs2())),
+      q_(VectorXd::Zero(shapes.count())),
+      rates_(q_),
+      rows_(system),
+      stretch_(stretch),
+      panels_(divided(shapes.shapes, stretch)),
+      rest_(rows_.from(rest.x, panels_.padded_rows())),
+      zero_(VectorXd::Zero(panels_.padded_rows())),
+      outer_(std::move(outer)),
+      pull_(shapes.count()),
+      forces_(zero_),
+      scratch_(rest),
+      force_(system.size()),
+      rows_out_(zero_) {
+  Field<double> masses(system.size());
+  for (const std::ptrdiff_t site : system.particles()) masses.set(site, Vec3::Constant(system.mass(site)));
+  masses_ = rows_.from(masses, panels_.padded_rows());
+}
+
+void SubspaceMotion::place(const VectorXd& q, VectorXd& rows) const { panels_.expand(rest_, q, rows); }
+
+void SubspaceMotion::move(const VectorXd&, const VectorXd& rates, VectorXd& rows) const {
+  panels_.expand(zero_, rates, rows);
+}
+
+VectorXd SubspaceMotion::nearest_rates(const VectorXd&, const VectorXd& v) const {
+  VectorXd rates(q_.size());
+  panels_.project(masses_.cwiseProduct(v), rates);
+  return rates.cwiseProduct(stretch_.cwiseAbs2());
+}
+
+VectorXd SubspaceMotion::nearest(const VectorXd& x) const {
+  return SubspaceMotion::nearest_rates(q_, x - rest_);
+}
+
+void SubspaceMotion::pull(const VectorXd&, const VectorXd& forces, VectorXd& pulls) const {
+  panels_.project(forces, pulls);
+}
+
+void SubspaceMotion::take(const State<double>& state) {
+  t_ = state.t;
+  q_ = nearest(rows_.from(state.x, panels_.padded_rows()));
+  rates_ = nearest_rates(q_, rows_.from(state.v, panels_.padded_rows()));
+  restart();
+}
+
+void SubspaceMotion::draw(Field<double>& x) const {
+  place(q_, rows_out_);
+  rows_.write(rows_out_, x);
+}
+
+void SubspaceMotion::give(State<double>& state) const {
+  state.t = t_;
+  draw(state.x);
+  move(q_, rates_, rows_out_);
+  rows_.write(rows_out_, state.v);
+}
+
+const VectorXd& SubspaceMotion::outer_pull(double t, const VectorXd& q, const VectorXd& rates) {
+  const bool same_forces = knows_pull_ && !outer_.change();
+  if (same_forces && !pulls_change()) return pull_;
+  if (!same_forces) {
+    if (outer_.depend_on_state) {
+      place(q, rows_out_);
+      rows_.write(rows_out_, scratch_.x);
+      move(q, rates, rows_out_);
+      rows_.write(rows_out_, scratch_.v);
+    }
+    outer_.at(t, scratch_, force_);
+    rows_.read(force_, forces_);
+    knows_pull_ = true;
+  }
+  pull(q, forces_, pull_);
+  return pull_;
+}
+
+void SubspaceMotion::remember(Record& record) {
+  record.keep(t_);
+  for (VectorXd* numbers : {&q_, &rates_})
+    record.keep_values(std::span(numbers->data(), std::size_t(numbers->size())));
+  if (record.reads()) restart();
+}
+
+ModalMotion::ModalMotion(const System<double>& system, const State<double>& rest, const ReducedShapes& shapes,
+                         OuterForces outer)
+    : SubspaceMotion(system, rest, shapes, std::move(outer), VectorXd::Ones(shapes.count())) {}
+
+double ModalMotion::longest_step() const {
+  if (!outer().change()) return std::numeric_limits<double>::infinity();
+  return std::min(outer().longest_step, 0.5 / fastest());
+}
+
+/// The exponential of [0 1 0; -omega^2 -d 1; 0 0 0] dt.
+void ModalMotion::propagate_over(double dt) {
+  const Index r = q_.size();
+  for (Eigen::ArrayXd* array : {&q_q_, &q_v_, &q_p_, &v_q_, &v_v_, &v_p_}) array->resize(r);
+  for (Index j = 0; j < r; ++j) {
+    const double half = damping_[j] / 2, square = squares_[j] - half * half,
+                 root = std::sqrt(std::abs(square));
+    double even = std::exp(-half * dt), odd = even * dt;  // times exp(-half dt)
+    if (square > 0) {
+      odd = even * std::sin(root * dt) / root;
+      even *= std::cos(root * dt);
+    } else if (root > 0) {
+      const double slow = std::exp((root - half) * dt), fast = std::exp(-(root + half) * dt);
+      even = (slow + fast) / 2;
+      odd = (slow - fast) / (2 * root);
+    }
+    q_q_[j] = even + half * odd;
+    q_v_[j] = odd;
+    v_q_[j] = -squares_[j] * odd;
+    v_v_[j] = even - half * odd;
+    q_p_[j] = (1 - q_q_[j]) / squares_[j];
+    v_p_[j] = odd;
+  }
+  dt_ = dt;
+}
+
+bool ModalMotion::step(double dt, long steps) {
+  if (dt != dt_) propagate_over(dt);
+  const bool varies = outer().change();
+  const VectorXd* p = varies ? nullptr : &outer_pull(t_, q_, rates_);
+  for (long n = 0; n < steps; ++n) {
+    if (varies) p = &outer_pull(t_ + dt / 2, q_ + dt / 2 * rates_, rates_);
+    before_ = q_.array();
+    q_.array() = q_q_ * before_ + q_v_ * rates_.array() + q_p_ * p->array();
+    rates_.array() = v_q_ * before_ + v_v_ * rates_.array() + v_p_ * p->array();
+    t_ += dt;
+  }
+  return q_.allFinite() && rates_.allFinite();
+}
+
+double ModalMotion::stored_energy(const Field<double>& x) {
+  const VectorXd q = nearest(rows().from(x, panels().padded_rows()));
+  return 0.5 * q.cwiseAbs2().dot(squares_);
+}
+
+}  // namespace mss
