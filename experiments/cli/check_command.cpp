@@ -20,6 +20,7 @@
 #include "experiments/io/process.hpp"
 #include "experiments/simulation/diagnostics.hpp"
 #include "experiments/simulation/expectation.hpp"
+#include "experiments/simulation/matched_scene.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
 
@@ -171,7 +172,7 @@ std::vector<Scene> scenes_to_judge(const CheckChoice& choice) {
   std::vector<Scene> scenes;
   for (const std::string& name : choice.scenes) {
     if (!fs::is_directory(name)) {
-      scenes.push_back(load_scene(scene_file(name), choice.overrides));
+      scenes.push_back(load_matched_scene(scene_file(name), choice.overrides).scene);
       if (scenes.back().expectations.empty())
         throw InputError(fmt::format("{} has no table [expect]; add one", scenes.back().file.string()));
       continue;
@@ -182,7 +183,7 @@ std::vector<Scene> scenes_to_judge(const CheckChoice& choice) {
     std::sort(files.begin(), files.end());
     const std::size_t before = scenes.size();
     for (const fs::path& file : files)
-      if (Scene scene = load_scene(file, choice.overrides); !scene.expectations.empty())
+      if (Scene scene = load_matched_scene(file, choice.overrides).scene; !scene.expectations.empty())
         scenes.push_back(std::move(scene));
     if (scenes.size() == before)
       throw InputError(fmt::format("{} has no scene (TOML) with a table [expect]", name));

@@ -15,6 +15,7 @@
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
+#include "experiments/simulation/matched_scene.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
@@ -104,7 +105,8 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   constexpr int most = 200;
   if (choice.count < 1 || choice.count > most)
     throw InputError(fmt::format("--count is {}; give a number of modes from 1 to {}", choice.count, most));
-  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+  const MatchedScene ready = load_matched_scene(scene_file(choice.scene), choice.overrides);
+  const Scene& scene = ready.scene;
   check_model(scene);
   const IntegratorInfo& method = find_integrator(scene.solve.integrator);
   const fs::path directory =
@@ -138,6 +140,8 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   write_atomically(directory / "summary.json",
                    summary(scene, omega_max, bound, crushed, limit.dt, table, slow.error).dump(2) + "\n");
 
+  if (ready.report)
+    for (const std::string& line : description(*ready.report)) fmt::print("{}: {}\n", scene.name, line);
   fmt::print("{}: vibrations about rest, {} model, {} unknowns\n", scene.name, scene.model,
              unknowns_of(*system).size());
   for (std::size_t i = 0; i < slow.modes.size(); ++i)

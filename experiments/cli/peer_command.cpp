@@ -13,6 +13,7 @@
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
 #include "experiments/peer/report.hpp"
+#include "experiments/simulation/matched_scene.hpp"
 #include "experiments/simulation/moving_body.hpp"
 #include "experiments/simulation/scene_files.hpp"
 
@@ -28,7 +29,7 @@ struct ExportChoice {
 };
 
 void run_export(const ExportChoice& choice, int& exit_status) {
-  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+  const Scene scene = load_matched_scene(scene_file(choice.scene), choice.overrides).scene;
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
   const std::string directory = choice.directory.empty() ? "out/" + scene.name + "_export" : choice.directory;
   peer::Exchange exchange = peer::make_exchange(scene, choice.spacing);

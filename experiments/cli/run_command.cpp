@@ -19,6 +19,7 @@
 #include "experiments/io/output.hpp"
 #include "experiments/simulation/diagnostics.hpp"
 #include "experiments/simulation/error_estimates.hpp"
+#include "experiments/simulation/matched_scene.hpp"
 #include "experiments/simulation/restart.hpp"
 #include "experiments/simulation/result_files.hpp"
 #include "experiments/simulation/run_preview.hpp"
@@ -194,12 +195,14 @@ std::vector<std::string> all_warnings(const Scene& scene, const SimulationResult
   return warnings;
 }
 
-Json summary(const Scene& scene, const SimulationResult& result, const Table& series,
+Json summary(const MatchedScene& ready, const SimulationResult& result, const Table& series,
              const std::optional<SceneEstimates>& estimates, int ranks, const Json& sharing) {
+  const Scene& scene = ready.scene;
   return {{"status", to_string(result.status)},
           {"continued", to_json(result.continued)},
           {"ranks", ranks},
           {"sharing", sharing},
+          {"match", to_json(ready.report)},
           {"estimates", estimates ? to_json(*estimates) : Json()},
           {"sleep", result.sleep ? to_json(*result.sleep) : Json()},
           {"scene", scene.name},
@@ -348,17 +351,24 @@ void check_run(const Scene& scene, const RunChoice& choice) {
 }
 
 /// All ranks call it, and the lowest writes.
-void write_results(const Scene& scene, SimulationResult& result,
+void write_results(const MatchedScene& ready, SimulationResult& result,
                    const std::optional<SceneEstimates>& estimates, const ConnectedCommunicator& ranks,
                    const fs::path& directory) {
+  const Scene& scene = ready.scene;
   const Table series = series_table(result.series);
   if (ranks.is_lowest()) write_atomically(directory / "series.csv", series.csv());
   write_particles(directory / "particles.csv", ranks, result.particles);
   const Json shared = sharing(scene, ranks);
   if (!ranks.is_lowest()) return;
   write_atomically(directory / "summary.json",
-                   summary(scene, result, series, estimates, ranks.count(), shared).dump(2) + "\n");
+                   summary(ready, result, series, estimates, ranks.count(), shared).dump(2) + "\n");
   report(scene, result, directory, estimates);
+}
+
+/// How moduli were changed, before anything is computed with them.
+void print(const std::string& scene, const std::optional<MatchReport>& report) {
+  if (!report || launch().rank > 0) return;
+  for (const std::string& line : description(*report)) fmt::print("{}: {}\n", scene, line);
 }
 
 /// `--dry-run`: what would be computed; nothing is written.
@@ -386,8 +396,10 @@ void print_preview(const Scene& scene, int& exit_status) {
 }
 
 void run_scene(const RunChoice& choice, int& exit_status) {
-  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+  const MatchedScene ready = load_matched_scene(scene_file(choice.scene), choice.overrides);
+  const Scene& scene = ready.scene;
   check_run(scene, choice);
+  print(scene.name, ready.report);
   if (choice.only_preview) return print_preview(scene, exit_status);
   std::optional<Restart> from = restart_of(scene, choice);
   const fs::path directory =
@@ -413,7 +425,7 @@ void run_scene(const RunChoice& choice, int& exit_status) {
     if (is_static(scene) && result.status == Status::ok)
       estimates = estimate_errors(scene, result.particles, progress);
   }
-  write_results(scene, result, estimates, *ranks, directory);
+  write_results(ready, result, estimates, *ranks, directory);
   if (choice.vtk && ranks->is_lowest())
     fmt::print("{}: for ParaView: {}\n", scene.name, (directory / "cells.vtkhdf.series").string());
   ranks->leave();

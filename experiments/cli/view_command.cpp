@@ -7,6 +7,7 @@
 #include "core/base/error.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/settings.hpp"
+#include "experiments/simulation/matched_scene.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
 #include "experiments/view/window.hpp"
@@ -41,8 +42,11 @@ void view_scene(ViewChoice& choice, int& exit_status) {
     throw InputError(
         fmt::format("--frames is {}; give a number that is not negative", choice.options.frames));
   choice.options.shot = choice.shot;
-  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+  const MatchedScene ready = load_matched_scene(scene_file(choice.scene), choice.overrides);
+  const Scene& scene = ready.scene;
   check_solve(scene);
+  if (ready.report)
+    for (const std::string& line : description(*ready.report)) fmt::print("{}: {}\n", scene.name, line);
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
   const Status status = view::show(scene, choice.options);
   if (status == Status::interrupted) exit_status = exit_interrupted;

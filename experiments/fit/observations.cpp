@@ -10,6 +10,7 @@
 #include "experiments/harness/ring_down.hpp"
 #include "experiments/harness/table.hpp"
 #include "experiments/io/output.hpp"
+#include "experiments/simulation/matched_scene.hpp"
 #include "experiments/simulation/scene_files.hpp"
 
 namespace mss::fit {
@@ -268,8 +269,9 @@ Observations read_toml(const TomlFile& toml, Reader reader) {
 const std::string& to_string(Kind kind) { return kinds[std::size_t(kind)].first; }
 
 SceneSource source_of(const fs::path& file) {
-  return {fs::weakly_canonical(file).string(),
-          [file](const std::vector<std::string>& settings) { return load_scene(file, settings); }};
+  return {fs::weakly_canonical(file).string(), [file](const std::vector<std::string>& settings) {
+            return load_matched_scene(file, settings).scene;
+          }};
 }
 
 Observations read_observations(const fs::path& file, const SceneSource& scene,

@@ -12,6 +12,7 @@
 #include "experiments/python/simulation.hpp"
 #include "experiments/python/study.hpp"
 #include "experiments/python/toml_text.hpp"
+#include "experiments/simulation/matched_scene.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/scene_files.hpp"
 #include "integrators/analysis/modes.hpp"
@@ -23,8 +24,9 @@ namespace py = pybind11;
 namespace {
 
 Scene read_scene(const py::object& scene, const std::vector<std::string>& overrides) {
-  if (py::isinstance<py::dict>(scene)) return parse_scene(toml_text(scene.cast<py::dict>()), overrides);
-  return load_scene(scene_file(scene.cast<std::filesystem::path>().string()), overrides);
+  if (py::isinstance<py::dict>(scene))
+    return matched(parse_scene(toml_text(scene.cast<py::dict>()), overrides)).scene;
+  return load_matched_scene(scene_file(scene.cast<std::filesystem::path>().string()), overrides).scene;
 }
 
 /// A message of the program about one of its overrides, with the key in `settings` in place of --set.
@@ -61,7 +63,9 @@ fit::SceneSource source_of(const py::object& scene) {
   if (!py::isinstance<py::dict>(scene))
     return fit::source_of(scene_file(scene.cast<std::filesystem::path>().string()));
   const std::string text = toml_text(scene.cast<py::dict>());
-  return {"", [text](const std::vector<std::string>& settings) { return parse_scene(text, settings); }};
+  return {"", [text](const std::vector<std::string>& settings) {
+            return matched(parse_scene(text, settings)).scene;
+          }};
 }
 
 /// KEY and KEY=LOW..HIGH, from such texts or from a dict of bounds, None where there are none.

@@ -122,6 +122,11 @@ void check_sleep(const Scene& scene, const IntegratorInfo& method) {
 }  // namespace
 
 void check_model(const Scene& scene) {
+  if (scene.match)
+    throw InputError(fmt::format(
+        "{}: body.match changes moduli, which was not done here; leave it out, or give the moduli "
+        "that `mss run` prints",
+        scene.file.string()));
   check_table(scene, "material",
               [&] { check_model(scene.model, scene.body, scene.solve.precision == Precision::single); });
 }

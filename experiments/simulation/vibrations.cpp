@@ -1,0 +1,167 @@
+#include "experiments/simulation/vibrations.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+
+#include "core/base/error.hpp"
+#include "core/mesh/embedded_surface.hpp"
+#include "experiments/simulation/model.hpp"
+
+namespace mss {
+
+namespace {
+
+constexpr int rigid_motions = 6;
+
+/// Mass, centre and momenta of the particles of one section.
+struct Section {
+  double mass = 0;
+  Vec3 first_moment = Vec3::Zero();
+  Vec3 momentum = Vec3::Zero();
+};
+
+std::size_t longest_side(const Body& body) {
+  const std::array<int, 3> cells = body.config().voxels.size();
+  return std::size_t(std::max_element(cells.begin(), cells.end()) - cells.begin());
+}
+
+/// Kinetic energies, doubled, of sections that move as a whole.
+struct SectionEnergies {
+  double sideways = 0, along = 0, turning = 0, all = 0;
+};
+
+SectionEnergies energies_of_sections(const Body& body, const Field<double>& shape) {
+  const std::size_t axis = longest_side(body);
+  std::vector<Section> sections(std::size_t(body.lattice().cells[axis] + 1));
+  const auto section_of = [&](std::ptrdiff_t site) {
+    return std::size_t(body.lattice().coordinates(site)[axis]);
+  };
+  SectionEnergies energies;
+  for (const std::ptrdiff_t site : body.sites()) {
+    Section& section = sections[section_of(site)];
+    const double mass = body.mass(site);
+    section.mass += mass;
+    section.first_moment += mass * body.rest_position(site);
+    section.momentum += mass * shape.at(site);
+    energies.all += mass * shape.at(site).squaredNorm();
+  }
+  std::vector<double> spin(sections.size()), inertia(sections.size());
+  for (const std::ptrdiff_t site : body.sites()) {
+    const std::size_t s = section_of(site);
+    const Vec3 along = Vec3::Unit(Eigen::Index(axis));
+    const Vec3 arm = along.cross(body.rest_position(site) - sections[s].first_moment / sections[s].mass);
+    spin[s] += body.mass(site) * arm.dot(shape.at(site));
+    inertia[s] += body.mass(site) * arm.squaredNorm();
+  }
+  for (std::size_t s = 0; s < sections.size(); ++s) {
+    if (sections[s].mass == 0) continue;
+    const double along = std::pow(sections[s].momentum[Eigen::Index(axis)], 2) / sections[s].mass;
+    energies.along += along;
+    energies.sideways += sections[s].momentum.squaredNorm() / sections[s].mass - along;
+    if (inertia[s] > 0) energies.turning += spin[s] * spin[s] / inertia[s];
+  }
+  return energies;
+}
+
+SectionMotion motion_of(const Body& body, const Field<double>& shape) {
+  const SectionEnergies energies = energies_of_sections(body, shape);
+  if (energies.sideways > energies.all / 2) return SectionMotion::bending;
+  if (energies.turning > energies.all / 2) return SectionMotion::torsion;
+  if (energies.along > energies.all / 2) return SectionMotion::longitudinal;
+  return SectionMotion::other;
+}
+
+/// Sum of m a.b over particles.
+double product(const std::vector<double>& masses, const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < masses.size(); ++i) sum += masses[i] * a[i].dot(b[i]);
+  return sum;
+}
+
+/// The most like among vibrations whose likenesses are given, those of equal frequency together.
+Partner most_like(const std::vector<Mode>& modes, const std::vector<double>& likeness) {
+  constexpr double equal = 1e-4;  // of a frequency: equal ones come with errors of the search and of fills
+  Partner best;
+  for (std::size_t first = 0; first < modes.size();) {
+    std::size_t end = first, own = first;
+    double together = 0;
+    for (; end < modes.size() && modes[end].omega <= modes[first].omega * (1 + equal); ++end) {
+      together += likeness[end];
+      if (likeness[end] > likeness[own]) own = end;
+    }
+    if (together > best.likeness) best = {own, together};
+    first = end;
+  }
+  return best;
+}
+
+}  // namespace
+
+const char* to_string(SectionMotion motion) {
+  switch (motion) {
+    case SectionMotion::bending:
+      return "bending";
+    case SectionMotion::torsion:
+      return "torsion";
+    case SectionMotion::longitudinal:
+      return "longitudinal";
+    case SectionMotion::other:
+      break;
+  }
+  return "other";
+}
+
+Vibrations slowest_vibrations(const Scene& scene, int count) {
+  if (is_refined(scene))
+    throw InputError(
+        fmt::format("{}: these vibrations are of bodies with cells of one size; leave "
+                    "[[refine]] and body.refinement out",
+                    scene.file.string()));
+  Environment holds;
+  holds.holds = scene.environment.holds;
+  Vibrations slow{.body = std::make_unique<const Body>(scene.body), .modes = {}, .motions = {}};
+  const auto system = make_system<double>(scene.model, *slow.body, holds, scene.solve.threads);
+  Work work;
+  Modes found = slowest_modes(*system, system->undeformed_state(),
+                              count + (holds.holds.empty() ? rigid_motions : 0), work);
+  if (found.status != Status::ok)
+    throw InputError(fmt::format("{}: the vibrations of its body in cells of {:.4g} m were not found: {}",
+                                 scene.file.string(), scene.body.cell_size, to_string(found.status)));
+  std::erase_if(found.modes, [](const Mode& mode) { return mode.omega == 0; });
+  slow.modes = std::move(found.modes);
+  for (const Mode& mode : slow.modes) slow.motions.push_back(motion_of(*slow.body, mode.shape));
+  return slow;
+}
+
+std::vector<Partner> partners(const Vibrations& fine, const Vibrations& coarse) {
+  TriangleMesh particles;
+  std::vector<double> masses;
+  for (const std::ptrdiff_t site : coarse.body->sites()) {
+    particles.vertices.push_back(coarse.body->rest_position(site));
+    masses.push_back(coarse.body->mass(site));
+  }
+  const BodyConfig& cells = fine.body->config();
+  const EmbeddedSurface points(particles, cells.voxels, cells.cell_size, cells.origin);
+  std::vector<std::vector<Vec3>> shapes;
+  for (const Mode& mode : coarse.modes) {
+    std::vector<Vec3>& shape = shapes.emplace_back();
+    for (const std::ptrdiff_t site : coarse.body->sites()) shape.push_back(mode.shape.at(site));
+  }
+  std::vector<Partner> all;
+  for (const Mode& mode : fine.modes) {
+    const std::vector<Vec3> shape = points.interpolate(mode.shape);
+    const double size = product(masses, shape, shape);
+    std::vector<double> likeness;
+    for (const std::vector<Vec3>& other : shapes) {
+      const double cosine = product(masses, shape, other);
+      likeness.push_back(cosine * cosine / (size * product(masses, other, other)));
+    }
+    all.push_back(most_like(coarse.modes, likeness));
+  }
+  return all;
+}
+
+}  // namespace mss
