@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "experiments/harness/experiment.hpp"
-#include "experiments/studies/reduce/matching.hpp"
 #include "experiments/studies/reduce/scenes.hpp"
 
 namespace mss::studies::reduce {
@@ -34,10 +33,12 @@ ReduceConfig reduce_config(const ExperimentOptions& options);
 
 /// `rows`: per scene and model, its error and what a frame costs in stepping and in drawing; `gain_matched`
 /// and `gain_unmatched`: the cost of the cheapest explicit lattice of no larger error, its moduli matched or
-/// not, or of those unmatched, over its own. `scenes`: what each scene did.
+/// not, or of those unmatched, over its own. `scenes`: what each scene did. `matched`: how far vibrations of
+/// lattices are off whose moduli were matched.
 struct ReduceTables {
   Table rows;
   Table scenes;
+  Table matched;
   Status status = Status::ok;
 };
 ReduceTables measure_reduce(const ReduceConfig& config, Progress& progress);

@@ -12,6 +12,7 @@
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/processor_time.hpp"
 #include "experiments/simulation/explicit_steps.hpp"
+#include "experiments/simulation/matched_scene.hpp"
 #include "experiments/studies/reduce/errors.hpp"
 #include "experiments/studies/reduce/movers.hpp"
 #include "experiments/studies/reduce/reduce.hpp"
@@ -28,6 +29,7 @@ struct Candidate {
   std::unique_ptr<Mover> mover{};
   double error = no_value;
   std::vector<double> step_us{}, draw_us{};  ///< a frame
+  double setup_ms = 0;                       ///< of a model that reduces
   std::string status = "ok";
 
   bool ran() const { return status == "ok"; }
@@ -36,39 +38,52 @@ struct Candidate {
   double cost() const { return quartiles(step_us).median + quartiles(draw_us).median; }
 };
 
-const char* name_of(Matched matched) {
-  switch (matched) {
-    case Matched::nothing:
-      return spring_model;
-    case Matched::bending:
-      return "matched_bending";
-    case Matched::torsion:
-      return "matched_torsion";
-    case Matched::both:
-      return "matched_both";
-  }
-  return "";
-}
+/// A lattice in larger cells, and what its moduli cannot match.
+struct MatchedLattice {
+  LatticeChoice lattice;
+  double mismatch_matched = 0, mismatch_others = 0;  ///< of frequencies
+  std::string status = "ok";                         ///< or what it is warned of
+};
 
-/// A subject with its vibrations, and lattices that were matched to them already.
+std::string name_of(FrequencyMatch::Of of) { return "matched_" + to_string(of); }
+
+/// Lattices that were matched to the vibrations of a subject.
 class MatchedLattices {
  public:
   explicit MatchedLattices(const Subject& subject) : subject_(subject) {}
 
-  std::optional<LatticeChoice> find(int cells, double face_share, Matched of) {
+  const MatchedLattice& find(int cells, double face_share, FrequencyMatch::Of of) {
     const auto key = std::tuple{cells, face_share, of};
-    const auto found = known_.find(key);
-    if (found != known_.end()) return found->second;
-    const LatticeChoice own{cells, subject_.solid.young, 0.3, face_share};
-    if (of != Matched::nothing && wanted_.bending == 0)
-      wanted_ = slow_vibrations(subject_.solid, {subject_.cells.back(), subject_.solid.young});
-    return known_[key] = matched(subject_.solid, own, of, wanted_);
+    if (const auto found = known_.find(key); found != known_.end()) return found->second;
+    const Solid& solid = subject_.solid;
+    const LatticeChoice own{cells, solid.young, 0.3, face_share};
+    MatchedLattice found{own};
+    try {
+      const MatchedScene now =
+          matched_to(scene_on({}, solid, own), of, scene_on({}, solid, {subject_.cells.back(), solid.young}));
+      const MatchReport& report = *now.report;
+      found.lattice = {cells, report.after.young, report.after.poisson, report.face_share};
+      found.mismatch_matched = report.error_of_matched();
+      found.mismatch_others = report.error_of_others();
+      if (!now.scene.warnings.empty()) found.status = now.scene.warnings.front();
+    } catch (const InputError& error) {
+      found.lattice.young = found.lattice.poisson = no_value;
+      found.mismatch_matched = found.mismatch_others = no_value;
+      found.status = error.what();
+    }
+    return known_.emplace(key, found).first->second;
+  }
+
+  void add_rows(Table& rows) const {
+    for (const auto& [key, found] : known_)
+      rows.add({subject_.solid.name, name_of(std::get<2>(key)), std::int64_t(std::get<0>(key)),
+                std::get<1>(key), found.lattice.young, found.lattice.poisson, found.mismatch_matched,
+                found.mismatch_others, found.status});
   }
 
  private:
   const Subject& subject_;
-  SlowVibrations wanted_;
-  std::map<std::tuple<int, double, Matched>, std::optional<LatticeChoice>> known_;
+  std::map<std::tuple<int, double, FrequencyMatch::Of>, MatchedLattice> known_;
 };
 
 /// A scene's body on its own lattice, its true motion, and its candidates.
@@ -104,7 +119,7 @@ class SceneRuns {
       rows.add({scene_.name, c.model, std::int64_t(c.lattice.cells), std::int64_t(c.modes),
                 c.lattice.face_share, c.lattice.young, c.lattice.poisson,
                 std::int64_t(c.mover ? c.mover->steps() : 0), c.error, step.median, step.q1, step.q3,
-                draw.median, draw.q1, draw.q3, gain(c, false), gain(c, true),
+                draw.median, draw.q1, draw.q3, c.setup_ms, gain(c, false), gain(c, true),
                 complaint_.empty() ? c.status : complaint_});
     }
   }
@@ -135,23 +150,23 @@ class SceneRuns {
   }
 
   void add_candidates() {
-    const bool twists = scene_.happening == Happening::twist;
-    for (const int cells : subject_.cells)
-      for (const double face_share : {0.5, 1.0})
-        for (const Matched of :
-             {Matched::nothing, twists ? Matched::torsion : Matched::bending, Matched::both}) {
-          const bool is_own = cells == own_.cells;
-          if (is_own && (of != Matched::nothing || face_share != own_.face_share)) continue;
-          if (of == Matched::both && (face_share != 1 || 2 * cells > own_.cells || !subject_.solid.clamped))
-            continue;
-          add_lattice(cells, face_share, of);
-        }
+    using Of = FrequencyMatch::Of;
+    const Of first = scene_.happening == Happening::twist ? Of::torsion : Of::bending;
+    for (const int cells : subject_.cells) {
+      add_lattice({cells, own_.young, own_.poisson, own_.face_share}, spring_model, "ok");
+      if (cells == own_.cells) break;
+      add_lattice({cells, own_.young, own_.poisson, 1}, spring_model, "ok");
+      if (subject_.solid.clamped)
+        for (const auto& [face_share, of] : {std::pair{0.5, first}, {1.0, first}, {1.0, Of::both}})
+          add_matched(cells, face_share, of);
+      add_matched(cells, 1, Of::modes);
+    }
     for (const ReducedModel& model : subject_.models) {
       Candidate c{.model = model.name, .lattice = own_, .modes = model.modes};
       try {
         Scene scene = scene_on(scene_, subject_.solid, own_, model.name);
         scene.modes = model.modes;
-        c.mover = reduced_mover(scene, body_, start_);
+        c.setup_ms = 1e3 * processor_seconds_of([&] { c.mover = reduced_mover(scene, body_, start_); });
       } catch (const InputError& error) {
         c.status = fmt::format("not built: {}", error.what());
       }
@@ -159,17 +174,17 @@ class SceneRuns {
     }
   }
 
-  void add_lattice(int cells, double face_share, Matched of) {
-    Candidate c{.model = name_of(of), .lattice = {cells, no_value, no_value, face_share}};
-    if (const std::optional<LatticeChoice> found = lattices_.find(cells, face_share, of); !found) {
-      c.status = "no moduli match";
-    } else {
-      c.lattice = *found;
-      try {
-        c.mover = lattice_mover(scene_, subject_.solid, c.lattice, body_);
-      } catch (const std::runtime_error& error) {
-        c.status = error.what();
-      }
+  void add_matched(int cells, double face_share, FrequencyMatch::Of of) {
+    const MatchedLattice& found = lattices_.find(cells, face_share, of);
+    add_lattice(found.lattice, name_of(of), std::isfinite(found.lattice.young) ? "ok" : found.status);
+  }
+
+  void add_lattice(const LatticeChoice& lattice, const std::string& model, const std::string& status) {
+    Candidate c{.model = model, .lattice = lattice, .status = status};
+    try {
+      if (c.ran()) c.mover = lattice_mover(scene_, subject_.solid, c.lattice, body_);
+    } catch (const std::runtime_error& error) {
+      c.status = error.what();
     }
     candidates_.push_back(std::move(c));
   }
@@ -252,30 +267,48 @@ class SceneRuns {
   std::vector<Candidate> candidates_;
 };
 
+Table empty_rows() {
+  return Table({{"scene"},
+                {"model"},
+                {"cells"},
+                {"modes"},
+                {"face_share"},
+                {"young", "Pa"},
+                {"poisson"},
+                {"steps"},
+                {"error"},
+                {"step_us", "us"},
+                {"step_q1", "us"},
+                {"step_q3", "us"},
+                {"draw_us", "us"},
+                {"draw_q1", "us"},
+                {"draw_q3", "us"},
+                {"setup_ms", "ms"},
+                {"gain_matched"},
+                {"gain_unmatched"},
+                {"status"}});
+}
+
+Table empty_scenes() {
+  return Table({{"scene"}, {"body"}, {"description"}, {"cells"}, {"particles"}, {"uncertainty"}, {"status"}});
+}
+
+Table empty_matched() {
+  return Table({{"body"},
+                {"model"},
+                {"cells"},
+                {"face_share"},
+                {"young", "Pa"},
+                {"poisson"},
+                {"mismatch_matched"},
+                {"mismatch_others"},
+                {"status"}});
+}
+
 }  // namespace
 
 ReduceTables measure_reduce(const ReduceConfig& config, Progress& progress) {
-  ReduceTables tables{
-      .rows = Table({{"scene"},
-                     {"model"},
-                     {"cells"},
-                     {"modes"},
-                     {"face_share"},
-                     {"young", "Pa"},
-                     {"poisson"},
-                     {"steps"},
-                     {"error"},
-                     {"step_us", "us"},
-                     {"step_q1", "us"},
-                     {"step_q3", "us"},
-                     {"draw_us", "us"},
-                     {"draw_q1", "us"},
-                     {"draw_q3", "us"},
-                     {"gain_matched"},
-                     {"gain_unmatched"},
-                     {"status"}}),
-      .scenes = Table(
-          {{"scene"}, {"body"}, {"description"}, {"cells"}, {"particles"}, {"uncertainty"}, {"status"}})};
+  ReduceTables tables{empty_rows(), empty_scenes(), empty_matched()};
   std::vector<MatchedLattices> lattices(config.subjects.begin(), config.subjects.end());
   for (std::size_t s = 0; s < config.scenes.size() && !progress.stopped(); ++s) {
     const ReduceScene& scene = config.scenes[s];
@@ -286,6 +319,7 @@ ReduceTables measure_reduce(const ReduceConfig& config, Progress& progress) {
     runs.add_rows(tables.rows);
     runs.add_scene(tables.scenes);
   }
+  for (const MatchedLattices& of_subject : lattices) of_subject.add_rows(tables.matched);
   if (progress.stopped()) tables.status = Status::interrupted;
   return tables;
 }

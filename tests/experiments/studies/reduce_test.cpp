@@ -8,7 +8,6 @@
 
 #include "experiments/studies/reduce/drawing.hpp"
 #include "experiments/studies/reduce/errors.hpp"
-#include "experiments/studies/reduce/matching.hpp"
 #include "experiments/studies/reduce/scenes.hpp"
 #include "tests/read_back.hpp"
 
@@ -82,23 +81,6 @@ TEST(Reduce, APatchIsTheSameLoadOnEveryLattice) {
     const Vec3 middle(beam.size[0] / 2, beam.size[1] / 2, beam.size[2]);
     EXPECT_LT((moment - middle.cross(pressed.amount)).norm(), 1e-9);
   }
-}
-
-TEST(Reduce, MatchedLatticesVibrateAsTheBodyDoes) {
-  const Solid& beam = quick().subjects[0].solid;
-  const SlowVibrations body = slow_vibrations(beam, {16, beam.young});
-  const auto lattice = [&](int cells) { return LatticeChoice{cells, beam.young, 0.3, 1}; };
-  EXPECT_GT(slow_vibrations(beam, lattice(4)).bending, 1.2 * body.bending);
-  EXPECT_NEAR(
-      slow_vibrations(beam, *matched(beam, lattice(4), Matched::bending, body)).bending / body.bending, 1,
-      1e-6);
-  EXPECT_NEAR(
-      slow_vibrations(beam, *matched(beam, lattice(4), Matched::torsion, body)).torsion / body.torsion, 1,
-      1e-6);
-  const SlowVibrations both = slow_vibrations(beam, *matched(beam, lattice(8), Matched::both, body));
-  EXPECT_NEAR(both.bending / body.bending, 1, 1e-5);
-  EXPECT_NEAR(both.torsion / body.torsion, 1, 1e-5);
-  EXPECT_FALSE(matched(beam, lattice(4), Matched::both, body));  // a single cell across twists too stiffly
 }
 
 TEST(Reduce, ErrorsOfFreeBodiesAreThoseOfTheirShape) {
