@@ -18,12 +18,13 @@ long steps_of(double longest) { return std::max(1L, long(std::ceil(frame / longe
 
 class LatticeMover final : public Mover {
  public:
-  LatticeMover(const ReduceScene& scene, const Solid& solid, const LatticeChoice& lattice, const Body& fine)
+  LatticeMover(const ReduceScene& scene, const Solid& solid, const LatticeChoice& lattice, const Body& fine,
+               const std::optional<Stepper>& stepper)
       : scene_(scene_on(scene, solid, lattice)),
         body_(scene_.body),
         system_(make_system<double>(spring_model, body_, scene_.environment, 1)),
         start_(start_of(scene, solid, scene_, body_)),
-        stepper_(explicit_stepper(*system_, scene.happening == Happening::contact)) {
+        stepper_(stepper ? *stepper : explicit_stepper(*system_, scene.happening == Happening::contact)) {
     if (body_.particle_count() == fine.particle_count()) return;
     interpolation_.emplace(body_, fine);
     drawn_ = Field<double>(fine.lattice().size);
@@ -63,9 +64,9 @@ class LatticeMover final : public Mover {
 
 class ReducedMover final : public Mover {
  public:
-  ReducedMover(const Scene& scene, const Body& body, const State<double>& start)
-      : system_(make_solid<double>(scene, body, nullptr)), start_(start), drawn_(start.x) {
-    if (!system_->reduced()) throw InputError(fmt::format("model '{}' reduces no bodies", scene.model));
+  ReducedMover(std::unique_ptr<const Body> body, std::unique_ptr<SolidSystem<double>> system,
+               const State<double>& start)
+      : body_(std::move(body)), system_(std::move(system)), start_(start), drawn_(start.x) {
     steps_ = steps_of(system_->reduced()->longest_step());
   }
 
@@ -80,6 +81,7 @@ class ReducedMover final : public Mover {
   long steps() const override { return steps_; }
 
  private:
+  std::unique_ptr<const Body> body_;  ///< the system's; nullptr: another's
   std::unique_ptr<SolidSystem<double>> system_;
   const State<double>& start_;
   Field<double> drawn_;
@@ -102,12 +104,21 @@ Stepper explicit_stepper(BodySystem<double>& system, bool contact) {
 }
 
 std::unique_ptr<Mover> lattice_mover(const ReduceScene& scene, const Solid& solid,
-                                     const LatticeChoice& lattice, const Body& body) {
-  return std::make_unique<LatticeMover>(scene, solid, lattice, body);
+                                     const LatticeChoice& lattice, const Body& body,
+                                     const std::optional<Stepper>& stepper) {
+  return std::make_unique<LatticeMover>(scene, solid, lattice, body, stepper);
 }
 
 std::unique_ptr<Mover> reduced_mover(const Scene& scene, const Body& body, const State<double>& start) {
-  return std::make_unique<ReducedMover>(scene, body, start);
+  std::unique_ptr<SolidSystem<double>> system = make_solid<double>(scene, body, nullptr);
+  if (!system->reduced()) throw InputError(fmt::format("model '{}' reduces no bodies", scene.model));
+  return reduced_mover(nullptr, std::move(system), start);
+}
+
+std::unique_ptr<Mover> reduced_mover(std::unique_ptr<const Body> body,
+                                     std::unique_ptr<SolidSystem<double>> system,
+                                     const State<double>& start) {
+  return std::make_unique<ReducedMover>(std::move(body), std::move(system), start);
 }
 
 }  // namespace mss::studies::reduce

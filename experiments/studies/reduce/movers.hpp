@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "experiments/studies/reduce/drawing.hpp"
@@ -35,12 +36,17 @@ struct Stepper {
 /// The best explicit one for a system: velocity Verlet at 0.9 of its largest stable step.
 Stepper explicit_stepper(BodySystem<double>& system, bool contact);
 
-/// The springs of a lattice, by an explicit method; drawn by interpolation if its cells are not the body's.
+/// The springs of a lattice, by an explicit method if none is given; drawn by interpolation if its cells are
+/// not the body's.
 std::unique_ptr<Mover> lattice_mover(const ReduceScene& scene, const Solid& solid,
-                                     const LatticeChoice& lattice, const Body& body);
+                                     const LatticeChoice& lattice, const Body& body,
+                                     const std::optional<Stepper>& stepper = std::nullopt);
 
-/// The body with a model that reduces it, from a start on its own lattice. Throws InputError as make_solid()
-/// does, and if the model does not reduce bodies.
+/// The body with a model that reduces it, from a start on its own lattice, which must outlive it. Throws
+/// InputError as make_solid() does, and if the model does not reduce bodies.
 std::unique_ptr<Mover> reduced_mover(const Scene& scene, const Body& body, const State<double>& start);
+/// The same of a system that reduces a body of its own.
+std::unique_ptr<Mover> reduced_mover(std::unique_ptr<const Body> body,
+                                     std::unique_ptr<SolidSystem<double>> system, const State<double>& start);
 
 }  // namespace mss::studies::reduce

@@ -14,6 +14,7 @@
 #include "experiments/simulation/explicit_steps.hpp"
 #include "experiments/simulation/matched_scene.hpp"
 #include "experiments/studies/reduce/errors.hpp"
+#include "experiments/studies/reduce/losses.hpp"
 #include "experiments/studies/reduce/movers.hpp"
 #include "experiments/studies/reduce/reduce.hpp"
 
@@ -24,6 +25,7 @@ namespace {
 /// A model of a scene, and what was measured of it.
 struct Candidate {
   std::string model{};
+  std::string setting{};    ///< of the model
   LatticeChoice lattice{};  ///< that is stepped, or whose body is reduced
   int modes = 0;            ///< 0: each particle of the lattice moves by itself
   std::unique_ptr<Mover> mover{};
@@ -33,8 +35,8 @@ struct Candidate {
   std::string status = "ok";
 
   bool ran() const { return status == "ok"; }
-  bool reduces() const { return modes > 0; }
   bool is_unmatched() const { return model == spring_model; }
+  bool is_explicit_lattice() const { return is_unmatched() || model.rfind("matched", 0) == 0; }
   double cost() const { return quartiles(step_us).median + quartiles(draw_us).median; }
 };
 
@@ -116,10 +118,25 @@ class SceneRuns {
   void add_rows(Table& rows) const {
     for (const Candidate& c : candidates_) {
       const Quartiles step = quartiles(c.step_us), draw = quartiles(c.draw_us);
-      rows.add({scene_.name, c.model, std::int64_t(c.lattice.cells), std::int64_t(c.modes),
-                c.lattice.face_share, c.lattice.young, c.lattice.poisson,
-                std::int64_t(c.mover ? c.mover->steps() : 0), c.error, step.median, step.q1, step.q3,
-                draw.median, draw.q1, draw.q3, c.setup_ms, gain(c, false), gain(c, true),
+      rows.add({scene_.name,
+                c.model,
+                c.setting,
+                std::int64_t(c.lattice.cells),
+                std::int64_t(c.modes),
+                c.lattice.face_share,
+                c.lattice.young,
+                c.lattice.poisson,
+                std::int64_t(c.mover ? c.mover->steps() : 0),
+                c.error,
+                step.median,
+                step.q1,
+                step.q3,
+                draw.median,
+                draw.q1,
+                draw.q3,
+                c.setup_ms,
+                gain(c, false),
+                gain(c, true),
                 complaint_.empty() ? c.status : complaint_});
     }
   }
@@ -172,6 +189,51 @@ class SceneRuns {
       }
       candidates_.push_back(std::move(c));
     }
+    if (scene_.losses) add_losses();
+  }
+
+  void add_losses() {
+    for (const int points : {2, 3})
+      for (const bool of_own_frequency : {false, true}) {
+        const char* e = of_own_frequency ? "E matched" : "E as it is";
+        candidates_.push_back(
+            {.model = "frames",
+             .setting = fmt::format("{} control points, {}", points, e),
+             .lattice = own_,
+             .modes = 12 * points,
+             .mover = frames_mover(scene_, subject_.solid, own_, points, of_own_frequency, start_)});
+      }
+    for (const int steps : {1, 4}) {
+      for (const int cells : subject_.cells)
+        for (const int width : {1, 2, 4})
+          if (own_.cells % cells == 0 && 4 * width <= cells)
+            add_best("shape_matching", cells, fmt::format("regions of {}, {} steps", 2 * width + 1, steps),
+                     [&](double alpha) {
+                       return shape_mover(scene_, subject_.solid,
+                                          {cells, own_.young, own_.poisson, own_.face_share},
+                                          {width, steps, alpha}, body_);
+                     });
+      add_best("adaptive_shape_matching", own_.cells, fmt::format("{} steps", steps), [&](double alpha) {
+        return adaptive_shape_mover(scene_, subject_.solid, body_, start_, steps, alpha);
+      });
+    }
+  }
+
+  /// A model without a modulus, with what makes it stiff as it serves the scene best.
+  template <class Make>
+  void add_best(const std::string& model, int cells, const std::string& setting, Make&& make) {
+    constexpr int halvings = 10;
+    std::optional<Candidate> best;
+    for (int i = 0; i <= halvings; ++i) {
+      const double alpha = std::ldexp(1, -i);
+      Candidate c{.model = model,
+                  .setting = fmt::format("{}, alpha {:g}", setting, alpha),
+                  .lattice = {cells, own_.young, own_.poisson, own_.face_share},
+                  .mover = make(alpha)};
+      find_error(c);
+      if (!best || (c.ran() && !(c.error >= best->error))) best = std::move(c);
+    }
+    candidates_.push_back(std::move(*best));
   }
 
   void add_matched(int cells, double face_share, FrequencyMatch::Of of) {
@@ -190,7 +252,7 @@ class SceneRuns {
   }
 
   void find_error(Candidate& c) const {
-    if (!c.ran()) return;
+    if (!c.ran() || std::isfinite(c.error)) return;
     c.mover->restart();
     double largest = 0;
     for (int i = 0; i < config_.frames && c.ran(); ++i) {
@@ -245,7 +307,7 @@ class SceneRuns {
     if (!of.ran()) return no_value;
     double least = std::numeric_limits<double>::infinity();
     for (const Candidate& c : candidates_)
-      if (!c.reduces() && c.ran() && (c.is_unmatched() || !unmatched_alone) &&
+      if (c.is_explicit_lattice() && c.ran() && (c.is_unmatched() || !unmatched_alone) &&
           (c.error <= of.error || c.lattice.cells == own_.cells))
         least = std::min(least, c.cost());
     return least / of.cost();
@@ -268,25 +330,11 @@ class SceneRuns {
 };
 
 Table empty_rows() {
-  return Table({{"scene"},
-                {"model"},
-                {"cells"},
-                {"modes"},
-                {"face_share"},
-                {"young", "Pa"},
-                {"poisson"},
-                {"steps"},
-                {"error"},
-                {"step_us", "us"},
-                {"step_q1", "us"},
-                {"step_q3", "us"},
-                {"draw_us", "us"},
-                {"draw_q1", "us"},
-                {"draw_q3", "us"},
-                {"setup_ms", "ms"},
-                {"gain_matched"},
-                {"gain_unmatched"},
-                {"status"}});
+  return Table({{"scene"},          {"model"},         {"setting"},        {"cells"},
+                {"modes"},          {"face_share"},    {"young", "Pa"},    {"poisson"},
+                {"steps"},          {"error"},         {"step_us", "us"},  {"step_q1", "us"},
+                {"step_q3", "us"},  {"draw_us", "us"}, {"draw_q1", "us"},  {"draw_q3", "us"},
+                {"setup_ms", "ms"}, {"gain_matched"},  {"gain_unmatched"}, {"status"}});
 }
 
 Table empty_scenes() {

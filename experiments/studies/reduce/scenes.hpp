@@ -39,6 +39,7 @@ struct ReduceScene {
   Vec3 amount = Vec3::Zero();  ///< gravity [m/s^2], force [N], turn [degrees] or rate [rad/s]
   /// Largest mean displacement of the end face that it is meant to have, over the length; 0: none is stated.
   double meant = 0;
+  bool losses = false;  ///< is tried with models that lose, too; under gravity
 };
 
 /// Moduli and springs of a lattice that stands for a body.
