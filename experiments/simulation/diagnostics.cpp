@@ -146,6 +146,9 @@ void add_watched(const Scene& scene, const SimulationResult& result, std::vector
   if (result.imbalance && result.imbalance->share > StepBalance::tolerated)
     diagnostics.push_back(on_imbalance(scene, *result.imbalance));
   add_lost_restitution(scene, result, diagnostics);
+  if (result.reduced)
+    for (std::string& warning : warnings_of(scene, *result.reduced))
+      diagnostics.push_back(std::move(warning));
 }
 
 /// Of a static scene that found no rest.

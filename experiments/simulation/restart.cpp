@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Of the file: a line with this, a line of JSON, and the record. To be counted up when any of them changes.
-constexpr const char* first_line = "mss restart 1";
+constexpr const char* first_line = "mss restart 2";
 
 /// A hash of 64 bits after Fowler, Noll and Vo's FNV-1a, of eight bytes at a time where there are so many.
 class Digest {

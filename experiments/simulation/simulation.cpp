@@ -63,7 +63,8 @@ class Simulation final : public Stops {
         result_(result),
         frame_every_(vtk.every),
         energy_(scene),
-        planes_(scene, run_.system()) {
+        planes_(scene, run_.system()),
+        reduced_(run_) {
     if (run_.dt() > 0) result.dt = run_.dt();
     result.sure_steps = run_.sure_steps();
     result.rebounding_step = rebounding_step(scene, run_.system(), run_.dt());
@@ -98,6 +99,7 @@ class Simulation final : public Stops {
     shared_.on_row(row);
     planes_.add(run_.state());
     energy_.add(run_, measures, planes_.lifts());
+    reduced_.add(measures, row.reactions);
     return true;
   }
   void begin();
@@ -144,6 +146,7 @@ class Simulation final : public Stops {
   double row_end_ = 0;          ///< of the row that is computed [s]
   EnergyWatch<Real> energy_;
   PlaneWatch<Real> planes_;
+  ReducedWatch<Real> reduced_;
   std::optional<StepBalance> balance_;  ///< where it applies
   bool balances_ = false;               ///< the last step of the row that is computed
   State<Real> before_last_;             ///< where it begins
@@ -249,7 +252,7 @@ void Simulation<Real>::remember(Record& record) {
   record.begin("run");
   record.keep(run_);
   record.begin("watches");
-  record.keep(energy_, planes_);
+  record.keep(energy_, planes_, reduced_);
   if (balance_) record.keep(*balance_);
   if (reference_) record.keep(*reference_);
 }
@@ -371,6 +374,7 @@ void Simulation<Real>::rows() {
   if (reference_ && result_.series.size() > 1) result_.sleep = reference_->report();
   result_.gain = energy_.gain();
   result_.penetrations = planes_.found();
+  result_.reduced = reduced_.found();
   if (balance_) result_.imbalance = balance_->imbalance();
   result_.threads_working = run_.driven().threads_working();
   result_.particles = record_particles(run_.system(), last_);

@@ -14,6 +14,7 @@
 #include "experiments/simulation/energy_watch.hpp"
 #include "experiments/simulation/non_sleeping_reference.hpp"
 #include "experiments/simulation/plane_watch.hpp"
+#include "experiments/simulation/reduced_watch.hpp"
 #include "experiments/simulation/restart.hpp"
 #include "experiments/simulation/scene_run.hpp"
 #include "experiments/simulation/step_balance.hpp"
@@ -61,6 +62,7 @@ struct SimulationResult {
   std::optional<SleepReport> sleep;  ///< where the scene has particles sleep
   std::optional<EnergyGain> gain;
   std::vector<Penetration> penetrations;
+  std::optional<ReducedFit> reduced;   ///< of a reduced body
   std::optional<Imbalance> imbalance;  ///< of some steps, where StepBalance applies
   /// Where restitution acts in steps shorter than this one only, which is near that length [s].
   std::optional<double> rebounding_step;

@@ -169,12 +169,33 @@ CubicMotion::CubicMotion(const System<double>& system, const Body& body, const S
       viscous_time_(shapes.damping[0] / shapes.squares[0]),
       acceleration_(shapes.count()),
       gradient_(force_.padded()),
-      gradient_before_(force_.padded()) {}
+      gradient_before_(force_.padded()),
+      gradient_beside_(force_.padded()),
+      fastest_direction_(VectorXd::Unit(shapes.count(), shapes.count() - 1)) {}
 
 /// Of leapfrog with viscous forces half a step late, omega^2 dt^2 + 2 tau omega^2 dt < 4.
+double CubicMotion::stable_step(double square) const {
+  return -viscous_time_ + std::sqrt(viscous_time_ * viscous_time_ + 4 / square);
+}
+
 double CubicMotion::longest_step() const {
-  const double limit = -viscous_time_ + std::sqrt(viscous_time_ * viscous_time_ + 4 / squares_.maxCoeff());
-  return std::min(0.9 * limit, outer().longest_step);
+  return std::min(0.9 * stable_step(squares_.maxCoeff()), outer().longest_step);
+}
+
+/// Large motions stiffen the body. Power iteration for the fastest motion about q, which goes on from call to
+/// call: in how many parts a step is to be taken.
+long CubicMotion::parts_of_step(double dt) {
+  double square = 0;
+  for (int i = 0; i < 2; ++i) {
+    const double size = 1e-6 * (1 + q_.norm());
+    force_.gradient(q_ + size * fastest_direction_, gradient_beside_);
+    const VectorXd change = (gradient_beside_ - gradient_).head(q_.size()) / size;
+    square = change.norm();
+    if (!std::isfinite(square) || square == 0) return 1;
+    fastest_direction_ = change / square;
+  }
+  constexpr long most = 64;
+  return std::clamp(long(std::ceil(dt / (0.95 * stable_step(square)))), 1L, most);
 }
 
 void CubicMotion::accelerate(double dt) {
@@ -185,18 +206,25 @@ void CubicMotion::accelerate(double dt) {
                   viscous_time_ / dt * (gradient_.head(r) - gradient_before_.head(r));
 }
 
+void CubicMotion::leap(double dt) {
+  rates_ += dt / 2 * acceleration_;
+  q_ += dt * rates_;
+  t_ += dt;
+  accelerate(dt);
+  rates_ += dt / 2 * acceleration_;
+}
+
 bool CubicMotion::step(double dt, long steps) {
+  constexpr long steps_between_looks = 4;
   if (!begun_) {
     force_.gradient(q_ - dt * rates_, gradient_);
     accelerate(dt);
     begun_ = true;
   }
+  long parts = 1;
   for (long n = 0; n < steps; ++n) {
-    rates_ += dt / 2 * acceleration_;
-    q_ += dt * rates_;
-    t_ += dt;
-    accelerate(dt);
-    rates_ += dt / 2 * acceleration_;
+    if (n % steps_between_looks == 0) parts = parts_of_step(dt);
+    for (long part = 0; part < parts; ++part) leap(dt / double(parts));
   }
   return q_.allFinite() && rates_.allFinite();
 }
@@ -208,7 +236,7 @@ double CubicMotion::stored_energy(const Field<double>& x) {
 void CubicMotion::remember(Record& record) {
   SubspaceMotion::remember(record);
   record.keep(begun_);
-  for (VectorXd* numbers : {&acceleration_, &gradient_})
+  for (VectorXd* numbers : {&acceleration_, &gradient_, &fastest_direction_})
     record.keep_values(std::span(numbers->data(), std::size_t(numbers->size())));
 }
 

@@ -33,7 +33,8 @@ class PolynomialForce {
 };
 
 /// A body in a subspace with its full nonlinear force there, by leapfrog. Shapes faster than thirty times the
-/// slowest get as much mass as makes them that fast. Viscous forces are in proportion to the rate of the
+/// slowest get as much mass as makes them that fast, and steps are
+/// divided where large motions make the body stiffer. Viscous forces are in proportion to the rate of the
 /// elastic ones, by as much as damps the slowest shape right: constant damping would brake rotations.
 class CubicMotion final : public SubspaceMotion {
  public:
@@ -48,13 +49,17 @@ class CubicMotion final : public SubspaceMotion {
 
  private:
   void restart() override { begun_ = false; }
+  double stable_step(double square) const;
+  long parts_of_step(double dt);
   /// Sets the acceleration at q; dt since the gradient before.
   void accelerate(double dt);
+  void leap(double dt);
 
   PolynomialForce force_;
   double viscous_time_;  ///< forces over rates of elastic ones [s]
   bool begun_ = false;   ///< the acceleration is that at q
-  Eigen::VectorXd acceleration_, gradient_, gradient_before_;
+  Eigen::VectorXd acceleration_, gradient_, gradient_before_, gradient_beside_;
+  Eigen::VectorXd fastest_direction_;  ///< about q, of length 1
 };
 
 /// `stretch` of SubspaceMotion for shapes whose omega^2 ascend.

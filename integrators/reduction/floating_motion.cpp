@@ -78,7 +78,7 @@ FloatingMotion::FloatingMotion(const SolidSystem<double>& system, const State<do
   zero_of_rates_ = rates_out_ = VectorXd::Zero(of_rates_.padded_rows());
 }
 
-double FloatingMotion::longest_step() const { return std::min(1.8 / fastest(), outer_.longest_step); }
+double FloatingMotion::longest_step() const { return std::min(0.8 / fastest(), outer_.longest_step); }
 
 VectorXd FloatingMotion::centred(const Field<double>& field, Vec3& mean) const {
   VectorXd rows = rows_.from(field, panels_.padded_rows());
@@ -92,10 +92,18 @@ VectorXd FloatingMotion::centred(const Field<double>& field, Vec3& mean) const {
 
 VectorXd FloatingMotion::turned(const Matrix3d& r, const VectorXd& rows) const {
   VectorXd result = VectorXd::Zero(rows.size());
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b)
-      result.segment(a * particles_, particles_) += r(a, b) * rows.segment(b * particles_, particles_);
+  turn(r, rows, Vec3::Zero(), result);
   return result;
+}
+
+/// In one pass, because this is most of what drawing costs beside the shapes.
+void FloatingMotion::turn(const Matrix3d& r, const VectorXd& rows, const Vec3& offset, VectorXd& out) const {
+  const double *x = rows.data(), *y = x + particles_, *z = y + particles_;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double a = r(axis, 0), b = r(axis, 1), c = r(axis, 2), d = offset[axis];
+    double* to = out.data() + axis * particles_;
+    for (Index i = 0; i < particles_; ++i) to[i] = a * x[i] + b * y[i] + c * z[i] + d;
+  }
 }
 
 /// The rotation that makes the sum of m c x R^T arms vanish: the polar factor of sum m arms c^T.
@@ -214,9 +222,7 @@ bool FloatingMotion::step(double dt, long steps) {
 
 void FloatingMotion::draw(Field<double>& x) const {
   panels_.expand(arms_, q_, shifts_);
-  rows_out_ = turned(frame_, shifts_);
-  for (int axis = 0; axis < 3; ++axis)
-    rows_out_.segment(axis * particles_, particles_).array() += centre_[axis];
+  turn(frame_, shifts_, centre_, rows_out_);
   rows_.write(rows_out_, x);
 }
 
@@ -230,8 +236,7 @@ void FloatingMotion::give(State<double>& state) const {
     const int next = (axis + 1) % 3, last = (axis + 2) % 3;
     part(speeds, axis) += spin_[next] * part(shifts_, last) - spin_[last] * part(shifts_, next);
   }
-  rows_out_ = turned(frame_, speeds);
-  for (int axis = 0; axis < 3; ++axis) part(rows_out_, axis).array() += velocity_[axis];
+  turn(frame_, speeds, velocity_, rows_out_);
   rows_.write(rows_out_, state.v);
 }
 

@@ -12,7 +12,8 @@ namespace mss {
 /// momentum L about the centre:
 ///   (J(q) - B B^T) w = R^T L - B p,   q' = p - B^T w,   R' = R [w],
 ///   p' = -omega^2 q - d q' + w.(dS/dq / 2) w-terms + w.A q' + U^T R^T f,
-/// J the inertia of the present shape, B_c = A_c q. Steps are staggered: p, then q and R. Without outer
+/// J the inertia of the present shape, B_c = A_c q. Steps are staggered, p, then q and R, and half
+/// as long as would be stable, because spin asks for accuracy. Without outer
 /// forces L stays what it is to the last bit.
 class FloatingMotion final : public ElasticMotion {
  public:
@@ -45,6 +46,9 @@ class FloatingMotion final : public ElasticMotion {
   Vec3 sum_of(const Eigen::VectorXd& forces) const;
   Eigen::Matrix3d frame_of(const Eigen::VectorXd& arms) const;
   Eigen::VectorXd centred(const Field<double>& field, Vec3& mean) const;
+  /// out = r rows + offset, by particle; not in place.
+  void turn(const Eigen::Matrix3d& r, const Eigen::VectorXd& rows, const Vec3& offset,
+            Eigen::VectorXd& out) const;
   Eigen::VectorXd turned(const Eigen::Matrix3d& r, const Eigen::VectorXd& rows) const;
 
   ParticleRows rows_;

@@ -453,7 +453,7 @@ TEST(Restart, RefusesWhatIsNotWhole) {
   later[digit] = later[digit] == '9' ? '8' : '9';
   expect_refused(later, "changed or cut short");
   expect_refused("", "another version of mss");
-  expect_refused(testing::replaced(text, "mss restart 1", "mss restart 2"), "another version of mss");
+  expect_refused(testing::replaced(text, "mss restart 2", "mss restart 3"), "another version of mss");
   Restart other = run(parse_scene(beam, {"solve.duration=0.01"})).left;
   other.record.resize(other.record.size() - 8);  // of a program that keeps less
   expect_says(refusal([&] { run(parse_scene(beam), {}, &other); }), "which kept other things");
