@@ -40,13 +40,14 @@ struct ContactChoice {
 
 /// A way to compute a scene.
 struct Candidate : SceneEdit {
-  std::size_t contact = 0;  ///< of SceneFamily::contacts()
+  std::size_t contact = 0;                       ///< of SceneFamily::contacts()
+  std::optional<FrequencyMatch::Of> match = {};  ///< its moduli are matched to the limit of small cells
 };
 
-/// What of a candidate is not its method: model, level, face share, volume force, contact.
-using Lattice = std::tuple<std::string, int, double, bool, std::size_t>;
+/// What of a candidate is not its method: model, level, face share, volume force, contact, match.
+using Lattice = std::tuple<std::string, int, double, bool, std::size_t, std::optional<FrequencyMatch::Of>>;
 inline Lattice lattice_of(const Candidate& c) {
-  return {c.model, c.level, c.face_share, c.volume_force, c.contact};
+  return {c.model, c.level, c.face_share, c.volume_force, c.contact, c.match};
 }
 
 /// A scene's body in other cells, of springs that stand for the same material: moduli, and the viscosity that
@@ -87,6 +88,7 @@ class SceneFamily {
   double coarsest_ = 1;        ///< [m]
   int given_level_ = 1;
   std::map<Lattice, SpectralBound> bounds_;
+  mutable std::map<Lattice, Scene> matched_;  ///< that were matched so far
 };
 
 /// What is concluded about a trial.
@@ -144,6 +146,10 @@ double judged_error(const Trial& trial);
 /// work that is the same.
 inline constexpr double cost_noise = 0.1;
 
+/// Matched cells, which serve some motions and not others, are advised where they are so many times cheaper
+/// than the cheapest of cells as they are.
+inline constexpr double worth_matching = 2;
+
 /// The verdict in words, as tables have it.
 std::string to_string(const Trial& trial);
 
@@ -174,6 +180,7 @@ struct Advice {
   ElementCheck elements{};          ///< of the best
   double seconds = 0;               ///< that all of it took by the clock
   std::string explanation;          ///< a sentence where nothing is advised; empty otherwise
+  std::string about_matched;        ///< why matched cells were taken or left
   bool stopped = false;             ///< by the user
 };
 

@@ -47,6 +47,7 @@ Table trial_table(const SceneFamily& family, const Advice& advice) {
                {"cost_busiest", "s/s"},
                {"cost_q1", "s/s"},
                {"cost_q3", "s/s"},
+               {"match"},
                {"status"}});
   for (const Trial& trial : advice.trials) {
     const Candidate& c = trial.candidate;
@@ -73,6 +74,7 @@ Table trial_table(const SceneFamily& family, const Advice& advice) {
                trial.busiest,
                quartiles(trial.costs).q1,
                quartiles(trial.costs).q3,
+               c.match ? to_string(*c.match) : "",
                to_string(trial)});
   }
   return table;
@@ -128,7 +130,8 @@ Json meta(const SceneFamily& family, const AdviseRequest& request, const Advice&
                        {"cost", best.cost},
                        {"cost_quartiles", {quartiles(best.costs).q1, quartiles(best.costs).q3}},
                        {"ties", ties},
-                       {"within_budget", advice.within_budget}};
+                       {"within_budget", advice.within_budget},
+                       {"matched_cells", advice.about_matched}};
   }
   json["configuration"] = to_json(family.given());
   json["tables"] = describe_tables(tables);
@@ -160,6 +163,7 @@ std::string short_name(const SceneFamily& family, const Trial& trial) {
   std::string name = fmt::format("{} in {} precision, cells of {:.4g} m", c.integrator,
                                  to_string(c.precision), family.cell_size(c.level));
   if (c.model != spring_model) name += " of " + c.model;
+  if (c.match) name += fmt::format(", moduli matched (\"{}\")", to_string(*c.match));
   if (family.is_calibrated()) name += fmt::format(", face_share {:g}", c.face_share);
   if (family.has_volume_force() && !c.volume_force) name += " without volume force";
   if (c.dt) name += fmt::format(", {} steps a frame", steps_per_frame(*c.dt));
@@ -265,6 +269,7 @@ std::string summary(const SceneFamily& family, const AdviseRequest& request, con
       text += fmt::format("steps: {} a frame of 1/60 s\n", steps_per_frame(*best.candidate.dt));
     text += cost_in_words(family, request, advice);
   }
+  if (!advice.about_matched.empty()) text += fmt::format("matched cells: {}\n", advice.about_matched);
   return text + fmt::format("{} candidate{} in {:.3g} s\n", advice.trials.size(),
                             advice.trials.size() == 1 ? "" : "s", advice.seconds);
 }

@@ -6,6 +6,7 @@
 
 #include "core/base/error.hpp"
 #include "experiments/advise/advise.hpp"
+#include "experiments/simulation/matched_scene.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/scene_check.hpp"
 
@@ -25,6 +26,7 @@ SceneFamily::SceneFamily(const std::filesystem::path& file, const std::vector<st
   const auto refuse = [&](const char* problem) {
     throw InputError(fmt::format("{}: {}", file.string(), problem));
   };
+  if (given.match) refuse("advice tries matched cells by itself; leave body.match out");
   check_model(given);
   if (is_refined(given))
     refuse("advice is about bodies with cells of one size; leave [[refine]] and body.refinement out");
@@ -109,6 +111,7 @@ std::vector<std::string> SceneFamily::settings(const Candidate& c) const {
   if (given().body.sharing == Sharing::uniform) set("body.sharing", "weighted");
   if (c.model != given().model) set("material.model", c.model);
   if (is_calibrated()) set("material.face_share", c.face_share);
+  if (c.match) set("body.match", to_string(*c.match));
   if (!c.elastic)
     set("material.springs", fmt::format("{{ edge = {}, face = {}, body = {} }}", c.springs.edge / finer,
                                         c.springs.face / finer, c.springs.body / finer));
@@ -144,6 +147,15 @@ Scene SceneFamily::scene(const Candidate& candidate) const {
   if (fixes_iterations(candidate)) scene.solve.iterations = SolveConfig{}.iterations;
   if (fixes_solver(candidate)) scene.solve.nonlinear_solver = SolveConfig{}.nonlinear_solver;
   scene.solve.every = std::max(scene.solve.every, candidate.dt.value_or(0));  // there is a row a step at most
+  if (!candidate.match) return scene;
+  const Lattice key = lattice_of(candidate);
+  if (!matched_.contains(key)) {
+    Scene to_match = scene;
+    to_match.match = FrequencyMatch{.of = *candidate.match};
+    matched_[key] = matched(to_match).scene;
+  }
+  scene.body = matched_[key].body;
+  scene.warnings = matched_[key].warnings;
   return scene;
 }
 

@@ -127,11 +127,46 @@ Search::Result Search::simulate(const Candidate& candidate, const Limits& limits
   return result;
 }
 
-std::optional<std::size_t> Search::cheapest() const {
+/// Of trials that meet the error, in matched cells or in others.
+std::optional<std::size_t> Search::cheapest(bool matched) const {
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < trials().size(); ++i)
-    if (trials()[i].meets && (!best || trials()[i].cost < trials()[*best].cost)) best = i;
+    if (trials()[i].meets && trials()[i].candidate.match.has_value() == matched &&
+        (!best || trials()[i].cost < trials()[*best].cost))
+      best = i;
   return best;
+}
+
+std::optional<std::size_t> Search::cheapest() const {
+  const std::optional<std::size_t> as_is = cheapest(false), matched = cheapest(true);
+  if (!matched || !as_is) return as_is ? as_is : matched;
+  return worth_matching * trials()[*matched].cost <= trials()[*as_is].cost ? matched : as_is;
+}
+
+/// Why matched cells were taken or left.
+std::string Search::about_matched() const {
+  if (!family().is_calibrated()) return "springs are given, so there is no E to match";
+  const std::optional<std::size_t> as_is = cheapest(false), matched = cheapest(true);
+  if (!matched) {
+    const Trial* nearest = nullptr;
+    for (const Trial& trial : trials())
+      if (trial.candidate.match && std::isfinite(trial.error) && (!nearest || trial.error < nearest->error))
+        nearest = &trial;
+    return nearest ? fmt::format("left, the nearest (\"{}\", cells of {:.4g} m): {}",
+                                 to_string(*nearest->candidate.match),
+                                 family().cell_size(nearest->candidate.level), to_string(*nearest))
+                   : "left, none could be computed";
+  }
+  const std::string cells =
+      fmt::format("\"{}\", cells of {:.4g} m", to_string(*trials()[*matched].candidate.match),
+                  family().cell_size(trials()[*matched].candidate.level));
+  if (!as_is) return fmt::format("taken ({}): no others were found to meet the error", cells);
+  const double times = trials()[*as_is].cost / trials()[*matched].cost;
+  return fmt::format(
+      "{} ({}): {:.2g} times as cheap as the cheapest others, and {:g} times {} asked for, as they "
+      "serve some motions only",
+      times >= worth_matching ? "taken" : "left", cells, times, worth_matching,
+      times >= worth_matching ? "was" : "is");
 }
 
 double Search::best_cost() const {
@@ -150,7 +185,8 @@ double Search::least_cost(const Candidate& candidate) const {
 }
 
 /// What springs may be left out: of calibrated ones body diagonals, and the volume force where there is one.
-/// Finite elements of the same material may fill the cells instead.
+/// Finite elements of the same material may fill the cells instead. Moduli of calibrated springs may be
+/// matched.
 std::vector<Candidate> Search::fillings(int level) const {
   std::vector<Candidate> all;
   for (const bool volume_force : {true, false})
@@ -162,11 +198,18 @@ std::vector<Candidate> Search::fillings(int level) const {
       lattice.volume_force = lattice.volume_force && volume_force;
       all.push_back(lattice);
     }
-  if (!family().takes_elements()) return all;
-  for (const SolidLaw& law : solid_laws()) {
-    all.push_back(family().candidate(level));
-    all.back().model = law.name;
-  }
+  if (family().takes_elements())
+    for (const SolidLaw& law : solid_laws()) {
+      all.push_back(family().candidate(level));
+      all.back().model = law.name;
+    }
+  using Of = FrequencyMatch::Of;
+  if (family().is_calibrated())
+    for (const Of of : {Of::bending, Of::torsion, Of::both, Of::modes}) {
+      all.push_back(family().candidate(level));
+      all.back().match = of;
+      if (of == Of::both || of == Of::modes) all.back().face_share = 1;
+    }
   return all;
 }
 
@@ -209,10 +252,10 @@ int Search::coarsest_plain() {
 
 /// For every filling the coarsest lattice that meets the error. The error of a coarser one is that of its
 /// model, which no method reduces. Elements cost too much in cells where springs meet it, and may not in
-/// larger ones.
+/// larger ones. Where no cells as they are meet it, matched ones may.
 std::vector<Candidate> Search::find_lattices() {
-  const int start = coarsest_plain();
-  if (start == 0) return {};
+  const int plain_start = coarsest_plain(),
+            start = plain_start != 0 ? plain_start : references_.finest().level;
   const std::vector<int> levels = all_levels();
   std::vector<Candidate> found;
   bool plain = true;  // the first filling, which meets the error at the start
@@ -221,10 +264,11 @@ std::vector<Candidate> Search::find_lattices() {
       lattice.level = level;
       return stopped() ? Result::impossible : try_lattice(lattice);
     };
-    if (std::exchange(plain, false)) {
+    if (std::exchange(plain, false) && plain_start != 0) {
       found.push_back(lattice);
       continue;
     }
+    if (plain_start == 0 && !lattice.match) continue;
     auto at = std::find(levels.begin(), levels.end(), start);
     Result result = result_at(start);
     if (result == Result::inaccurate && at + 1 != levels.end()) result = result_at(*++at);
@@ -352,7 +396,9 @@ std::vector<std::size_t> Search::as_cheap() const {
   const auto least = cheapest();
   std::vector<std::size_t> all;
   for (std::size_t i = 0; least && i < trials().size(); ++i)
-    if (trials()[i].meets && (i == *least || (is_tied(i, *least) && !wastes_threads(i, *least))))
+    if (trials()[i].meets &&
+        trials()[i].candidate.match.has_value() == trials()[*least].candidate.match.has_value() &&
+        (i == *least || (is_tied(i, *least) && !wastes_threads(i, *least))))
       all.push_back(i);
   return all;
 }
@@ -405,6 +451,7 @@ void Search::explain_budget() {
 }
 
 Advice Search::result() {
+  if (references_.estimator()) advice_.about_matched = about_matched();
   advice_.trials = std::move(state_.trials);
   advice_.stopped = state_.was_stopped;
   advice_.uncertainty = references_.uncertainty();

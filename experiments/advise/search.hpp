@@ -69,7 +69,9 @@ class Search {
   void decide_undecided(const ErrorEstimator& estimator, double uncertainty);
   void explain_budget();
 
+  std::optional<std::size_t> cheapest(bool matched) const;
   std::optional<std::size_t> cheapest() const;
+  std::string about_matched() const;
   bool is_tied(std::size_t trial, std::size_t cheapest) const;
   bool wastes_threads(std::size_t trial, std::size_t cheapest) const;
   std::vector<std::size_t> as_cheap() const;

@@ -369,6 +369,7 @@ void write_results(const MatchedScene& ready, SimulationResult& result,
 void print(const std::string& scene, const std::optional<MatchReport>& report) {
   if (!report || launch().rank > 0) return;
   for (const std::string& line : description(*report)) fmt::print("{}: {}\n", scene, line);
+  fmt::print("{}: matched in {:.2g} s\n", scene, report->seconds);
 }
 
 /// `--dry-run`: what would be computed; nothing is written.

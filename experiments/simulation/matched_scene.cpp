@@ -165,7 +165,8 @@ struct FoundModuli {
 };
 
 /// Finds the factor of 1 + nu with which the lacks of the chosen vibrations are most alike, by steps of Gauss
-/// and Newton with slopes between the last two points; a factor of E then takes away their mean.
+/// and Newton with slopes between the last two points; a factor of E then takes away their mean. Each counts
+/// as much as an equal load moves it, by one over its frequency squared.
 class ModuliSearch {
  public:
   ModuliSearch(const Scene& scene, const Targets& targets) : scene_(scene), targets_(targets) {}
@@ -191,12 +192,16 @@ class ModuliSearch {
   }
 
  private:
-  /// Differences of the lacks of the chosen from their mean.
+  /// Differences of the lacks of the chosen from their mean, weighted.
   Eigen::ArrayXd evaluate(double log_over_shear) {
     lack_ = lacks(targets_, with_moduli(scene_, scene_.match->of, {.over_shear = std::exp(log_over_shear)}));
     if (chosen_.empty()) chosen_ = chosen(targets_, lack_, scene_);
-    mean_ = lack_(chosen_).mean();
-    return lack_(chosen_) - mean_;
+    Eigen::ArrayXd weight(Eigen::Index(chosen_.size()));
+    for (std::size_t i = 0; i < chosen_.size(); ++i)
+      weight[Eigen::Index(i)] = 1 / std::pow(targets_.omega[std::size_t(chosen_[i])], 2);
+    const Eigen::ArrayXd lack = lack_(chosen_);
+    mean_ = (weight.square() * lack).sum() / weight.square().sum();
+    return weight * (lack - mean_);
   }
 
   const Scene& scene_;
@@ -209,12 +214,11 @@ class ModuliSearch {
 /// What an equal load would move the vibration too far, or too little where negative, over its frequency
 /// squared; 0 where it is matched well enough.
 double excess(const MatchedVibration& v) {
-  if (v.is_matched || !(std::abs(v.mismatch) > much_off)) return 0;
+  if (!(std::abs(v.mismatch) > much_off)) return 0;
   return (1 / std::pow(1 + v.mismatch, 2) - 1) / (v.frequency * v.frequency);
 }
 
-/// About the vibration, beside the matched ones, whose loads move the body most wrongly, and the slowest
-/// without counterpart.
+/// About the vibration whose loads move the body most wrongly, and the slowest without counterpart.
 std::vector<std::string> warnings_of(const MatchReport& report) {
   std::vector<std::string> warnings;
   const std::vector<MatchedVibration>& all = report.vibrations;
@@ -301,9 +305,9 @@ MatchedScene load_matched_scene(const std::filesystem::path& file,
 
 std::vector<std::string> description(const MatchReport& report) {
   std::vector<std::string> lines{fmt::format(
-      "match = \"{}\": E {:.4g} -> {:.4g} Pa, nu {:.4g} -> {:.4g}, face_share {:.3g}, for {}, in {:.2g} s",
+      "match = \"{}\": E {:.4g} -> {:.4g} Pa, nu {:.4g} -> {:.4g}, face_share {:.3g}, for {}",
       to_string(report.of), report.before.young, report.after.young, report.before.poisson,
-      report.after.poisson, report.face_share, report.to, report.seconds)};
+      report.after.poisson, report.face_share, report.to)};
   for (const MatchedVibration& v : report.vibrations)
     lines.push_back(fmt::format("  {:<12} {:>10.4g} Hz  {}{}", to_string(v.motion), v.frequency,
                                 percent(v.mismatch), v.is_matched ? "  (matched)" : ""));

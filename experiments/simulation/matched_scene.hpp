@@ -48,10 +48,10 @@ struct MatchedScene {
 /// that it returns has no `match` left to be carried out; one without `match` is returned as it is.
 ///
 /// One vibration sets E, since frequencies go with its root; several set E and nu, by least squares of
-/// logarithms of frequencies, with face_share = 1. Parts have E and shear modulus changed by the same
-/// factors. A viscosity is changed with the shear modulus, a damping ratio with the root of E: vibrations
-/// keep their decay. Where one of those beside the matched ones is off by more than 5 percent, the scene gets
-/// a warning.
+/// logarithms of frequencies over frequencies squared, with face_share = 1. Parts have E and shear modulus
+/// changed by the same factors. A viscosity is changed with the shear modulus, a damping ratio with the root
+/// of E: vibrations keep their decay. Where one of the slowest six is off by more than 5 percent, the scene
+/// gets a warning.
 ///
 /// Throws InputError for a scene without a vibration of the kind that is to be matched, and as
 /// slowest_vibrations() does.

@@ -5,6 +5,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numeric>
+#include <tuple>
 
 #include "core/base/error.hpp"
 #include "core/mesh/embedded_surface.hpp"
@@ -81,21 +84,40 @@ double product(const std::vector<double>& masses, const std::vector<Vec3>& a, co
   return sum;
 }
 
-/// The most like among vibrations whose likenesses are given, those of equal frequency together.
-Partner most_like(const std::vector<Mode>& modes, const std::vector<double>& likeness) {
+/// Likenesses of one vibration to others, added up over those of equal frequency.
+std::vector<double> added_up(const std::vector<Mode>& modes, const std::vector<double>& likeness) {
   constexpr double equal = 1e-4;  // of a frequency: equal ones come with errors of the search and of fills
-  Partner best;
+  std::vector<double> sums(modes.size());
   for (std::size_t first = 0; first < modes.size();) {
-    std::size_t end = first, own = first;
-    double together = 0;
-    for (; end < modes.size() && modes[end].omega <= modes[first].omega * (1 + equal); ++end) {
-      together += likeness[end];
-      if (likeness[end] > likeness[own]) own = end;
-    }
-    if (together > best.likeness) best = {own, together};
+    std::size_t end = first;
+    while (end < modes.size() && modes[end].omega <= modes[first].omega * (1 + equal)) ++end;
+    const auto from = likeness.begin() + std::ptrdiff_t(first), to = likeness.begin() + std::ptrdiff_t(end);
+    std::fill(sums.begin() + std::ptrdiff_t(first), sums.begin() + std::ptrdiff_t(end),
+              std::accumulate(from, to, 0.0));
     first = end;
   }
-  return best;
+  return sums;
+}
+
+/// A vibration of each body, and how alike they are.
+struct LikePair {
+  double likeness, own;  ///< added up, and without others of equal frequency
+  std::size_t fine, coarse;
+};
+
+/// The most alike first; none has two partners.
+std::vector<Partner> matched_up(std::vector<LikePair> pairs, std::size_t fine, std::size_t coarse) {
+  std::sort(pairs.begin(), pairs.end(), [](const LikePair& a, const LikePair& b) {
+    return std::tie(a.likeness, a.own) > std::tie(b.likeness, b.own);
+  });
+  std::vector<Partner> all(fine);
+  std::vector<bool> has_partner(fine), is_partner(coarse);
+  for (const LikePair& pair : pairs) {
+    if (has_partner[pair.fine] || is_partner[pair.coarse]) continue;
+    has_partner[pair.fine] = is_partner[pair.coarse] = true;
+    all[pair.fine] = {pair.coarse, pair.likeness};
+  }
+  return all;
 }
 
 }  // namespace
@@ -150,18 +172,19 @@ std::vector<Partner> partners(const Vibrations& fine, const Vibrations& coarse) 
     std::vector<Vec3>& shape = shapes.emplace_back();
     for (const std::ptrdiff_t site : coarse.body->sites()) shape.push_back(mode.shape.at(site));
   }
-  std::vector<Partner> all;
-  for (const Mode& mode : fine.modes) {
-    const std::vector<Vec3> shape = points.interpolate(mode.shape);
+  std::vector<LikePair> pairs;
+  for (std::size_t f = 0; f < fine.size(); ++f) {
+    const std::vector<Vec3> shape = points.interpolate(fine.modes[f].shape);
     const double size = product(masses, shape, shape);
     std::vector<double> likeness;
     for (const std::vector<Vec3>& other : shapes) {
       const double cosine = product(masses, shape, other);
       likeness.push_back(cosine * cosine / (size * product(masses, other, other)));
     }
-    all.push_back(most_like(coarse.modes, likeness));
+    const std::vector<double> sums = added_up(coarse.modes, likeness);
+    for (std::size_t c = 0; c < coarse.size(); ++c) pairs.push_back({sums[c], likeness[c], f, c});
   }
-  return all;
+  return matched_up(std::move(pairs), fine.size(), coarse.size());
 }
 
 }  // namespace mss

@@ -40,10 +40,10 @@ struct Partner {
   bool found() const { return likeness > 0.5; }
 };
 
-/// For each vibration of `fine` the most like among those of `coarse`, the same body in larger cells: by the
-/// squared cosine between both in the masses of the larger cells' particles (the modal assurance criterion,
-/// Allemang 2003), which is added up over coarse ones of equal frequency, because these have no shapes of
-/// their own.
+/// For each vibration of `fine` one of `coarse`, the same body in larger cells, that is like it, no two the
+/// same: by the squared cosine between both in the masses of the larger cells' particles (the modal assurance
+/// criterion, Allemang 2003), which is added up over coarse ones of equal frequency, because these have no
+/// shapes of their own.
 std::vector<Partner> partners(const Vibrations& fine, const Vibrations& coarse);
 
 }  // namespace mss
