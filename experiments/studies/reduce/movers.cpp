@@ -7,6 +7,7 @@
 
 #include "core/base/error.hpp"
 #include "core/system/reduced_motion.hpp"
+#include "experiments/simulation/reduced_watch.hpp"
 #include "integrators/analysis/stable_step.hpp"
 
 namespace mss::studies::reduce {
@@ -113,6 +114,19 @@ std::unique_ptr<Mover> reduced_mover(const Scene& scene, const Body& body, const
   std::unique_ptr<SolidSystem<double>> system = make_solid<double>(scene, body, nullptr);
   if (!system->reduced()) throw InputError(fmt::format("model '{}' reduces no bodies", scene.model));
   return reduced_mover(nullptr, std::move(system), start);
+}
+
+std::vector<std::string> reduced_warnings(Scene scene, const Body& body, const State<double>& start,
+                                          int frames) {
+  scene.solve.integrator = "reduced";
+  SceneRun<double> run(scene, body);
+  run.go_on_from(start);
+  ReducedWatch<double> watch(run);
+  Work work;
+  for (int i = 1; i <= frames && run.advance(i * frame, work) == Status::ok; ++i)
+    if (const std::optional<Measures> measures = run.measure())
+      watch.add(*measures, run.reactions(run.driven()));
+  return warnings_of(scene, *watch.found());
 }
 
 std::unique_ptr<Mover> reduced_mover(std::unique_ptr<const Body> body,

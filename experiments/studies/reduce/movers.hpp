@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "experiments/studies/reduce/drawing.hpp"
 #include "experiments/studies/reduce/scenes.hpp"
@@ -45,7 +46,10 @@ std::unique_ptr<Mover> lattice_mover(const ReduceScene& scene, const Solid& soli
 /// The body with a model that reduces it, from a start on its own lattice, which must outlive it. Throws
 /// InputError as make_solid() does, and if the model does not reduce bodies.
 std::unique_ptr<Mover> reduced_mover(const Scene& scene, const Body& body, const State<double>& start);
-/// The same of a system that reduces a body of its own.
+/// What a run of so many frames is warned of.
+std::vector<std::string> reduced_warnings(Scene scene, const Body& body, const State<double>& start,
+                                          int frames);
+/// A mover of a system that reduces a body of its own.
 std::unique_ptr<Mover> reduced_mover(std::unique_ptr<const Body> body,
                                      std::unique_ptr<SolidSystem<double>> system, const State<double>& start);
 

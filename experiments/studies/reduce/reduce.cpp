@@ -36,6 +36,7 @@ std::vector<Subject> subjects(bool quick) {
   all[plate].solid = {.name = "plate", .size = {1, 0.5, 0.125}, .cells = of_beam};
   all[beam].models = all[plate].models = held;
   all[cube].models = {{"modal", 18}};
+  all[cube].all_modes = all[plate].all_modes = true;
   for (int n = 4; n <= of_beam; n += 4) all[beam].cells.push_back(n);
   for (const int n : {2, 3, 4, 5, 6, 8, 10, 12, 14, 16})
     if (n <= of_cube) all[cube].cells.push_back(n);

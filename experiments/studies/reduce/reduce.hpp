@@ -19,6 +19,7 @@ struct Subject {
   Solid solid{};
   std::vector<int> cells{};  ///< along x, ascending; the last are its own
   std::vector<ReducedModel> models{};
+  bool all_modes = false;  ///< lattices are matched to its six slowest vibrations too
 };
 
 /// Settings of `mss reduce`.
@@ -33,8 +34,8 @@ ReduceConfig reduce_config(const ExperimentOptions& options);
 
 /// `rows`: per scene and model, its error and what a frame costs in stepping and in drawing; `gain_matched`
 /// and `gain_unmatched`: the cost of the cheapest explicit lattice of no larger error, its moduli matched or
-/// not, or of those unmatched, over its own. `scenes`: what each scene did. `matched`: how far vibrations of
-/// lattices are off whose moduli were matched.
+/// not, or of those unmatched, over its own; `warned`: what a run of the model warns of. `scenes`: what each
+/// scene did. `matched`: how far vibrations of lattices are off whose moduli were matched.
 struct ReduceTables {
   Table rows;
   Table scenes;

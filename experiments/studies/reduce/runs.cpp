@@ -1,6 +1,7 @@
 // Measurements of `mss reduce`: per scene a reference by fine explicit steps of the body's own lattice, then
 // every candidate's error, then the times of all, in turn.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -33,6 +34,7 @@ struct Candidate {
   std::vector<double> step_us{}, draw_us{};  ///< a frame
   double setup_ms = 0;                       ///< of a model that reduces
   std::string status = "ok";
+  std::string warned{};  ///< of what, in sentences; empty: of nothing
 
   bool ran() const { return status == "ok"; }
   bool is_unmatched() const { return model == spring_model; }
@@ -137,7 +139,8 @@ class SceneRuns {
                 c.setup_ms,
                 gain(c, false),
                 gain(c, true),
-                complaint_.empty() ? c.status : complaint_});
+                complaint_.empty() ? c.status : complaint_,
+                c.warned});
     }
   }
 
@@ -170,13 +173,13 @@ class SceneRuns {
     using Of = FrequencyMatch::Of;
     const Of first = scene_.happening == Happening::twist ? Of::torsion : Of::bending;
     for (const int cells : subject_.cells) {
-      add_lattice({cells, own_.young, own_.poisson, own_.face_share}, spring_model, "ok");
+      add_lattice({cells, own_.young, own_.poisson, own_.face_share}, spring_model);
       if (cells == own_.cells) break;
-      add_lattice({cells, own_.young, own_.poisson, 1}, spring_model, "ok");
+      add_lattice({cells, own_.young, own_.poisson, 1}, spring_model);
       if (subject_.solid.clamped)
         for (const auto& [face_share, of] : {std::pair{0.5, first}, {1.0, first}, {1.0, Of::both}})
           add_matched(cells, face_share, of);
-      add_matched(cells, 1, Of::modes);
+      if (subject_.all_modes) add_matched(cells, 1, Of::modes);
     }
     for (const ReducedModel& model : subject_.models) {
       Candidate c{.model = model.name, .lattice = own_, .modes = model.modes};
@@ -184,6 +187,7 @@ class SceneRuns {
         Scene scene = scene_on(scene_, subject_.solid, own_, model.name);
         scene.modes = model.modes;
         c.setup_ms = 1e3 * processor_seconds_of([&] { c.mover = reduced_mover(scene, body_, start_); });
+        c.warned = fmt::to_string(fmt::join(reduced_warnings(scene, body_, start_, config_.frames), "; "));
       } catch (const InputError& error) {
         c.status = fmt::format("not built: {}", error.what());
       }
@@ -238,11 +242,14 @@ class SceneRuns {
 
   void add_matched(int cells, double face_share, FrequencyMatch::Of of) {
     const MatchedLattice& found = lattices_.find(cells, face_share, of);
-    add_lattice(found.lattice, name_of(of), std::isfinite(found.lattice.young) ? "ok" : found.status);
+    const bool is_there = std::isfinite(found.lattice.young);
+    add_lattice(found.lattice, name_of(of), is_there ? "ok" : found.status,
+                is_there && found.status != "ok" ? found.status : "");
   }
 
-  void add_lattice(const LatticeChoice& lattice, const std::string& model, const std::string& status) {
-    Candidate c{.model = model, .lattice = lattice, .status = status};
+  void add_lattice(const LatticeChoice& lattice, const std::string& model, const std::string& status = "ok",
+                   const std::string& warned = "") {
+    Candidate c{.model = model, .lattice = lattice, .status = status, .warned = warned};
     try {
       if (c.ran()) c.mover = lattice_mover(scene_, subject_.solid, c.lattice, body_);
     } catch (const std::runtime_error& error) {

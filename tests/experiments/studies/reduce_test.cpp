@@ -8,6 +8,7 @@
 
 #include "experiments/studies/reduce/drawing.hpp"
 #include "experiments/studies/reduce/errors.hpp"
+#include "experiments/studies/reduce/losses.hpp"
 #include "experiments/studies/reduce/scenes.hpp"
 #include "tests/read_back.hpp"
 
@@ -123,6 +124,57 @@ TEST(Reduce, MatchedModuliMakeLargeCellsWorthTheirCost) {
     EXPECT_EQ(tables().scenes.text(r, "status"), "ok");
     EXPECT_LT(tables().scenes.number(r, "uncertainty"), 1e-3);
   }
+}
+
+/// What a row of a model is warned of in a scene, from a run in few lattices.
+std::string warned_of(const std::string& scene, const std::string& model) {
+  static const Table rows = [] {
+    ReduceConfig config = quick();
+    std::erase_if(config.scenes, [](const ReduceScene& s) {
+      return s.name != "G2" && s.name != "G60" && s.name != "T15" && s.name != "C15" && s.name != "S25";
+    });
+    for (Subject& subject : config.subjects) {
+      subject.cells = {subject.cells.back()};
+      if (subject.solid.clamped) subject.models = {{"modal", 8}, {"modal_warped", 8}, {"modal_cubic", 12}};
+    }
+    config.repetitions = 0;
+    Progress progress;
+    return measure_reduce(config, progress).rows;
+  }();
+  return rows.where("scene", scene).where("model", model).text(0, "warned");
+}
+
+TEST(Reduce, ModelsWarnWhereTheyFail) {
+  for (const char* model : {"modal", "modal_warped", "modal_cubic"}) {
+    EXPECT_EQ(warned_of("G2", model), "");
+    EXPECT_NE(warned_of("C15", model).find("a plane pushes the body"), std::string::npos) << model;
+  }
+  EXPECT_NE(warned_of("G60", "modal").find("at its end"), std::string::npos);
+  EXPECT_NE(warned_of("G60", "modal_warped").find("at its end"), std::string::npos);
+  EXPECT_NE(warned_of("T15", "modal_cubic").find("twists by"), std::string::npos);
+  EXPECT_EQ(warned_of("T15", "modal_warped"), "");
+  EXPECT_NE(warned_of("S25", "modal").find("at its end"), std::string::npos);
+}
+
+TEST(Reduce, FramesBendTooStifflyUnlessTheirModulusIsMatched) {
+  const auto error = [](const std::string& setting) {
+    return tables().rows.where("model", "frames").where("setting", setting).number(0, "error");
+  };
+  EXPECT_GT(error("3 control points, E as it is"), 0.3);
+  EXPECT_LT(error("3 control points, E matched"), error("3 control points, E as it is") / 3);
+}
+
+TEST(Reduce, RegionsOfSeveralSizesKeepABodyAtRest) {
+  ReduceScene still = scene_of(quick(), "G15");
+  still.amount.setZero();
+  const Solid& beam = quick().subjects[still.solid].solid;
+  const Scene scene = scene_on(still, beam, {8, beam.young});
+  const Body body(scene.body);
+  const State<double> start = start_of(still, beam, scene, body);
+  const std::unique_ptr<Mover> mover = adaptive_shape_mover(still, beam, body, start, 2, 0.5);
+  mover->restart();
+  for (int i = 0; i < 5; ++i) ASSERT_EQ(mover->advance(), Status::ok);
+  EXPECT_LT((mover->draw().array() - start.x.array()).abs().maxCoeff(), 1e-12);
 }
 
 TEST(Reduce, DrawsFromTables) {
