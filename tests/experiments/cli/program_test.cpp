@@ -19,6 +19,7 @@
 #include "experiments/io/process.hpp"
 #include "experiments/plot/gnuplot.hpp"
 #include "integrators/integrator.hpp"
+#include "reference/closed_forms.hpp"
 
 namespace mss::cli {
 namespace {
@@ -201,6 +202,25 @@ TEST(Modes, OfAScene) {
     EXPECT_LT(limit, undamped);  // damping takes some of it
     EXPECT_GT(limit, 0.8 * undamped);
   }
+}
+
+/// Of a membrane, which resists nothing across it at rest.
+TEST(Modes, AboutAnEquilibrium) {
+  const Directory directory;
+  const ProgramRun run =
+      mss({"modes", "drum", "--count", "1", "--about", "equilibrium", "--out", directory / "tense"});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  const auto rows = parse_csv(read_file(fs::path(directory / "tense") / "modes.csv"));
+  const double stretch = 1.05, nu = 1.0 / 3;  // as drum.toml has it
+  const reference::Stretched membrane{.length = 0.4 * stretch,
+                                      .tension = 5e6 * 0.001 * (stretch - 1) / (1 - nu) / stretch,
+                                      .mass = 1100 * 0.001 / (stretch * stretch)};
+  EXPECT_NEAR(std::stod(rows[1][2]) / reference::net_frequency(membrane, 32, 1, 1), 1, 1e-8);
+  EXPECT_EQ(Json::parse(read_file(fs::path(directory / "tense") / "summary.json"))["about"], "equilibrium");
+  const ProgramRun slack = mss({"modes", "drum", "--count", "1", "--out", directory / "slack"});
+  EXPECT_EQ(slack.exit_status, 0);
+  EXPECT_NE(slack.output.find("a sheet at rest has no tension"), std::string::npos) << slack.output;
+  expect_refused({"modes", "drum", "--about", "nothing", "--out", directory / "none"}, "--about");
 }
 
 TEST(Modes, SayWhenThereAreFewerThanAskedFor) {
