@@ -12,6 +12,7 @@
 #include "core/base/error.hpp"
 #include "core/mesh/embedded_surface.hpp"
 #include "experiments/simulation/model.hpp"
+#include "experiments/simulation/reduced_model.hpp"
 
 namespace mss {
 
@@ -145,7 +146,8 @@ Vibrations slowest_vibrations(const Scene& scene, int count) {
   Environment holds;
   holds.holds = scene.environment.holds;
   Vibrations slow{.body = std::make_unique<const Body>(scene.body), .modes = {}, .motions = {}};
-  const auto system = make_system<double>(scene.model, *slow.body, holds, scene.solve.threads);
+  const std::string model = reduction_named(scene.model) ? spring_model : scene.model;
+  const auto system = make_system<double>(model, *slow.body, holds, scene.solve.threads);
   Work work;
   Modes found = slowest_modes(*system, system->undeformed_state(),
                               count + (holds.holds.empty() ? rigid_motions : 0), work);
