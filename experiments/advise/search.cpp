@@ -167,8 +167,9 @@ std::string Search::why_taken_or_left(bool (*is_such)(const Candidate&)) const {
           (!nearest || trial.error < nearest->error || std::isnan(nearest->error)))
         nearest = &trial;
     if (!nearest) return "not tried: springs are given, or nothing met the error before";
-    return fmt::format("left; the nearest, {}: {}", restricted_name(family(), nearest->candidate),
-                       std::isnan(nearest->error) ? to_string(*nearest) : "error " + percent(nearest->error));
+    return fmt::format("left; the nearest, {}, {}: {}", restricted_name(family(), nearest->candidate),
+                       std::isnan(nearest->error) ? "no error known" : "error " + percent(nearest->error),
+                       to_string(*nearest));
   }
   const std::optional<std::size_t> other = cheapest_of(trials(), serves_all_motions);
   const bool taken = advice_.best && is_such(trials()[*advice_.best].candidate);
