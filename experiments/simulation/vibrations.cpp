@@ -27,7 +27,7 @@ struct Section {
   Vec3 momentum = Vec3::Zero();
 };
 
-std::size_t longest_side(const Body& body) {
+std::size_t long_axis(const Body& body) {
   const std::array<int, 3> cells = body.config().voxels.size();
   return std::size_t(std::max_element(cells.begin(), cells.end()) - cells.begin());
 }
@@ -38,7 +38,7 @@ struct SectionEnergies {
 };
 
 SectionEnergies energies_of_sections(const Body& body, const Field<double>& shape) {
-  const std::size_t axis = longest_side(body);
+  const std::size_t axis = long_axis(body);
   std::vector<Section> sections(std::size_t(body.lattice().cells[axis] + 1));
   const auto section_of = [&](std::ptrdiff_t site) {
     return std::size_t(body.lattice().coordinates(site)[axis]);
