@@ -251,6 +251,30 @@ TEST(Modes, PrintTheStableStepWhereAGuardActs) {
   EXPECT_EQ(unlimited.output.find("of the safe one"), std::string::npos) << unlimited.output;
 }
 
+TEST(Coarsen, WritesASceneThatVibratesAsTheGivenOne) {
+  const Directory directory;
+  const fs::path file = directory / "coarse.toml";
+  const ProgramRun run = mss({"coarsen", "cantilever", "--cells", "8", "--out", file});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  EXPECT_NE(run.output.find("32 cells in place of 256"), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("bending"), std::string::npos) << run.output;
+  std::vector<double> slowest;
+  for (const std::string& scene : {std::string("cantilever"), file.string()}) {
+    const fs::path out = directory / "modes";
+    ASSERT_EQ(mss({"modes", scene, "--count", "3", "--out", out}).exit_status, 0);
+    slowest.push_back(std::stod(parse_csv(read_file(out / "modes.csv"))[3][2]));
+  }
+  EXPECT_NEAR(slowest[1] / slowest[0], 1, 1e-3) << "the third is the slowest that twists";
+}
+
+TEST(Coarsen, RefusesWhatItCannotCoarsen) {
+  expect_refused({"coarsen", "cantilever", "--cells", "7"}, "merge into 4 along its longest side");
+  expect_refused({"coarsen", "cantilever", "--cells", "16"}, "give fewer");
+  expect_refused({"coarsen", "cantilever", "--cells", "4", "--match", "bend"}, "did you mean 'bending'?");
+  expect_refused({"coarsen", "voxel_creature", "--cells", "2"}, "do not merge");
+  expect_refused({"coarsen", "fig2_1_collapse", "--cells", "1"}, "material.springs are given");
+}
+
 TEST(CheckMesh, SaysWhatCellsHaveOfIt) {
   const Directory directory;
   fs::create_directories(directory.string());
