@@ -134,8 +134,9 @@ std::vector<Loss> losses_of(const Table& rows) {
     for (std::size_t r = 0; r < of.size(); ++r)
       if (best == of.size() || of.number(r, "error") < of.number(best, "error")) best = r;
     if (best < of.size() && of.number(best, "gain_matched") < 1)
-      losses.push_back({fmt::format("{}, {}: {:.2g} %", scene, model.label, 100 * of.number(best, "error")),
-                        of.number(best, "gain_matched")});
+      losses.push_back(
+          {fmt::format("{}, {}: {:.2g} percent", scene, model.label, 100 * of.number(best, "error")),
+           of.number(best, "gain_matched")});
   };
   for (const std::string& scene : rows.distinct("scene")) {
     for (const Shown& model : shown_models) add(scene, model);
