@@ -32,6 +32,42 @@ double bar_frequency(double stiffness, double density, double length, int mode);
 /// others (one at a free surface) [Hz]: sin(pi (2 mode - 1) / (4 links)) / pi sqrt(stiffness / density) / h.
 double chain_frequency(double stiffness, double density, double length, int links, int mode);
 
+/// How a string or a membrane that is held at its rim is stretched.
+struct Stretched {
+  double length;   ///< of a string, or of the edges of a square membrane, as it is stretched [m]
+  double tension;  ///< of a string [N], or across a unit of length of a membrane, in every direction [N/m]
+  double mass;     ///< of a unit of length of the string, or of area of the membrane, as stretched [kg/m^d]
+};
+
+/// Speed of waves across a string or a membrane [m/s]: sqrt(tension / mass).
+double transverse_speed(const Stretched& body);
+
+/// Frequency of a string across it, mode 1, 2 ... [Hz]: mode / (2 L) sqrt(T / mu); of a string with equal
+/// beads, `links` apart from end to end, sin(pi mode / (2 links)) 2 links / (pi mode) of that (Lagrange).
+double string_frequency(const Stretched& string, int mode);
+double beaded_string_frequency(const Stretched& string, int links, int mode);
+
+/// Frequency of a square membrane, with p and q half-waves along its edges [Hz]: sqrt(p^2 + q^2) / (2 L)
+/// sqrt(N / sigma) (Rayleigh, The Theory of Sound, art. 195).
+double membrane_frequency(const Stretched& membrane, int p, int q);
+/// The same for a square net of equal beads, `squares` along an edge, whose edges resist motion across it
+/// with N/2 and whose diagonals with N/4 [N/m]: with a = pi p / (2 squares), b = pi q / (2 squares)
+///   w^2 = N / (sigma h^2) (2 sin^2 a + 2 sin^2 b + 1 - cos 2a cos 2b).
+double net_frequency(const Stretched& membrane, int squares, int p, int q);
+
+/// A rope that hangs between two points of equal height.
+struct Catenary {
+  double sag;        ///< of its middle below its ends [m]
+  double pull;       ///< along the line between its ends, over its weight
+  double rise;       ///< across it at each end, over its weight: 1/2
+};
+/// Of a length at rest [m], more than the span [m], and of a stiffness E A of 1 / `stretch` times its weight;
+/// 0: it does not stretch. With a = pull times the length
+///   span / length = stretch pull + 2 pull asinh(1 / (2 pull)),
+///   sag / length = stretch / 8 + hypot(pull, 1/2) - pull
+/// (Irvine, Cable Structures, 1981, section 1.3).
+Catenary catenary(double length, double span, double stretch);
+
 /// Logarithmic decrement of a vibration of a Kelvin-Voigt solid, ln of the ratio of two successive peaks:
 /// 2 pi zeta / sqrt(1 - zeta^2), zeta = viscosity omega / (2 stiffness), with the viscosity [Pa s] and the
 /// stiffness [Pa] of the mode's strain and omega = 2 pi times its undamped frequency [Hz].

@@ -33,6 +33,14 @@ PlaneRange planes_with_ghosts(const Communicator& ranks, int planes) {
 
 PlaneRange shifted(PlaneRange planes, int by) { return {planes.first + by, planes.last + by}; }
 
+/// Those of a cell that are not beside it along a flat axis.
+std::vector<int> corners_along(int flat_axes) {
+  std::vector<int> corners;
+  for (int c = 0; c < 8; ++c)
+    if ((c & flat_axes) == 0) corners.push_back(c);
+  return corners;
+}
+
 }  // namespace
 
 Body::Body(const BodyConfig& config, const Communicator& ranks)
@@ -41,6 +49,7 @@ Body::Body(const BodyConfig& config, const Communicator& ranks)
       planes_(planes_with_ghosts(ranks, config.voxels.nz() + 1)),
       own_(shifted(ranks.share_of(config.voxels.nz() + 1), -planes_.first)),
       lattice_(config.voxels.nx(), config.voxels.ny(), planes_.last - planes_.first - 1),
+      corners_(corners_along(config.voxels.flat_axes())),
       parts_(config.all_parts()),
       kinds_(config_) {
   check_contents(config_);
@@ -54,21 +63,18 @@ Body::Body(const BodyConfig& config, const Communicator& ranks)
 void Body::find_particles() {
   particle_.assign(std::size_t(lattice_.size), -1);
   std::vector<double> filled(parts_.size());  // by mass
-  const VoxelGrid& voxels = config_.voxels;
-  for (int k = 0; k < voxels.nz(); ++k)
-    for (int j = 0; j < voxels.ny(); ++j)
-      for (int i = 0; i < voxels.nx(); ++i) {
-        if (!voxels.at(i, j, k)) continue;
-        ++cells_;
-        for (const auto& [part, fill] : config_.content(config_.content_at(i, j, k))) {
-          filled_cells_ += mean_of(fill.octant);
-          filled[std::size_t(part)] += mean_of(fill.corner);
-        }
-        const int plane = k - planes_.first;
-        const std::ptrdiff_t site = lattice_.site(i, j, plane);
-        for (int c = 0; c < 8; ++c)
-          if (is_own(plane + (c >> 2))) particle_[std::size_t(site + lattice_.corner(c))] = 0;
-      }
+  config_.voxels.for_each_place([&](int i, int j, int k) {
+    if (!config_.voxels.at(i, j, k)) return;
+    ++cells_;
+    for (const auto& [part, fill] : config_.content(config_.content_at(i, j, k))) {
+      filled_cells_ += mean_of(fill.octant);
+      filled[std::size_t(part)] += mean_of(fill.corner);
+    }
+    const int plane = k - planes_.first;
+    const std::ptrdiff_t site = lattice_.site(i, j, plane);
+    for (const int c : corners_)
+      if (is_own(plane + (c >> 2))) particle_[std::size_t(site + lattice_.corner(c))] = 0;
+  });
   for (std::size_t part = 0; part < parts_.size(); ++part)
     mass_of_cells_ += parts_[part].density * filled[part] * cell_volume();
   for (std::ptrdiff_t site = lattice_.plane * own_.first; site < lattice_.plane * own_.last; ++site)
@@ -96,6 +102,7 @@ void Body::classify_sites() {
           cells[3 * row + 2] = config_.content_at(i, j + int(row) % 3 - 1, k + int(row) / 3 - 1);
         }
       };
+      add_column(-1);
       add_column(0);
       const int plane = k - planes_.first;
       for (int i = 0; i <= voxels.nx(); ++i) {

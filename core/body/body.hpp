@@ -15,6 +15,9 @@ namespace mss {
 
 /// A body at rest: cells, particles, masses and springs on a lattice. Immutable.
 ///
+/// Of fewer dimensions, see VoxelGrid, it is a sheet or a rope: it has squares or links in place of cells,
+/// what springs lie in them, and nothing that cells have, such as a volume or a guard against folding.
+///
 /// Springs are not stored: which there are at a site, and how stiff, follows from its kind, see SiteKinds.
 ///
 /// Where several ranks share a body, each has a slab of its planes: its lattice is these and a ghost plane on
@@ -42,11 +45,12 @@ class Body {
     return config_.content(weights_at(site).content);
   }
 
+  /// Of a sheet its squares, of a rope its links.
   std::size_t cell_count() const { return cells_; }
   std::size_t particle_count() const { return site_of_.size(); }
   std::size_t spring_count() const { return springs_; }
   double total_mass() const { return mass_of_cells_ + all_added_mass_; }
-  /// Of what is filled at rest [m^3].
+  /// Of what is filled at rest [m^3]; of sheets and ropes with what they are across.
   double volume() const { return cell_volume() * filled_cells_; }
   double cell_volume() const { return config_.cell_volume(); }
 
@@ -90,7 +94,20 @@ class Body {
     }
   }
 
-  /// Calls visit(site) with the lower corner of every cell, in site order.
+  /// Corners of a cell, of a square of a sheet or of a link of a rope: 8, 4 or 2 of c = bx + 2 by + 4 bz.
+  const std::vector<int>& corners() const { return corners_; }
+
+  /// Calls visit(site) with the lower corner of every cell, square or link, in site order.
+  template <class Visit>
+  void for_each_piece(Visit&& visit) const {
+    for (std::ptrdiff_t site = lattice_.plane * own_.first; site < lattice_.plane * own_.last; ++site) {
+      if (kind(site) == 0) continue;
+      const auto [i, j, k] = lattice_.coordinates(site);
+      if (config_.voxels.at(i, j, k + planes_.first)) visit(site);
+    }
+  }
+
+  /// Calls visit(site) with the lower corner of every cell, in site order; sheets and ropes have none.
   template <class Visit>
   void for_each_cell(Visit&& visit) const {
     for (std::ptrdiff_t site = lattice_.plane * own_.first; site < lattice_.plane * own_.last; ++site)
@@ -113,6 +130,7 @@ class Body {
   PlaneRange planes_;  ///< of the whole body's lattice: all that this one has
   PlaneRange own_;
   Lattice lattice_;
+  std::vector<int> corners_;
   std::vector<Part> parts_;
   SiteKinds kinds_;
   std::size_t cells_ = 0;

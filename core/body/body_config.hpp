@@ -51,6 +51,9 @@ struct BodyConfig {
   std::optional<double> fill_blend_springs{};
   std::optional<double> fill_blend_mass{};
   double cell_size = 1;  ///< h [m]
+  /// What a body is along its flat axes [m]: a sheet's thickness, the edge of a rope's square section. Empty:
+  /// cell_size.
+  std::optional<double> thickness{};
   Vec3 origin = Vec3::Zero();
   Topology topology = Topology::full;
   Sharing sharing = Sharing::weighted;
@@ -63,13 +66,30 @@ struct BodyConfig {
   double fold_guard = 0;      ///< k_g over a part's shear modulus; 0: no guard against folding
   std::vector<Part> parts{};  ///< 1, 2, ...
 
+  /// Whether it has cells of three dimensions; else it is a sheet or a rope, which resist neither bending nor
+  /// twist, and have no volume.
+  bool is_solid() const { return voxels.dimensions() == 3; }
+  /// "a body", "a sheet" or "a rope", for the user.
+  const char* noun() const;
+  double across() const { return thickness.value_or(cell_size); }
+
+  /// Springs calibrated for a material. Those of sheets and ropes have its E alone:
+  ///   a rope of area A = thickness^2  k_e = E A / h;
+  ///   a sheet in plane stress         k_e = 3/4 E thickness, k_f = 3/8 E thickness, and nu = 1/3, as central
+  ///                                   forces make C12 = C44.
+  SpringConstants calibrated(const ElasticConstants& material, double face_share) const;
   /// Fills the cells with a material: elastic constants, and springs calibrated for them.
   void fill(const ElasticConstants& material, double face_share) {
     elastic = material;
-    springs = calibrate(material, cell_size, face_share);
+    springs = calibrated(material, face_share);
   }
-  /// C44 of the interior springs of part 0 [Pa].
-  double shear_modulus() const { return cubic_stiffness(springs, cell_size).c44; }
+  /// C44 of interior springs [Pa]; of a rope, which has none, E/3, so that a viscosity of shear eta is one of
+  /// extension of 3 eta, Trouton's.
+  double shear_modulus_of(const SpringConstants& springs) const;
+  /// Young's modulus along an axis that interior springs make [Pa].
+  double young_of(const SpringConstants& springs, int axis) const;
+  /// Of part 0.
+  double shear_modulus() const { return shear_modulus_of(springs); }
 
   /// Part 0, whose name is empty, and `parts`.
   std::vector<Part> all_parts() const {
@@ -104,7 +124,12 @@ struct BodyConfig {
   const CellContent& content(std::uint32_t number) const;
   /// Rest length of a spring class [m].
   double rest_length(SpringSlot::Class kind) const { return cell_size * length_over_edge(kind); }
-  double cell_volume() const { return cell_size * cell_size * cell_size; }
+  /// Of a cell [m^3]; of sheets and ropes that of a square or a link with what it is across.
+  double cell_volume() const {
+    double volume = 1;
+    for (const int cells : voxels.size()) volume *= cells == 0 ? across() : cell_size;
+    return volume;
+  }
 };
 
 /// Throws InputError for contents that are too few, empty, of an unknown part, fuller than a cell, or with

@@ -57,7 +57,8 @@ std::uint32_t relevant_cells(const BodyConfig& body) {
   return by_mass ? (1U << 27U) - 1 : cells_of_corner[0];
 }
 
-bool in_topology(Topology topology, std::size_t slot) {
+bool in_topology(Topology topology, int flat_axes, std::size_t slot) {
+  if (((spring_slots[slot].a | spring_slots[slot].b) & flat_axes) != 0) return false;
   if (spring_slots[slot].kind != SpringSlot::Class::face) return true;
   if (topology == Topology::edges_body) return false;
   const bool first_diagonal = spring_slots[slot].a == 0;
@@ -103,7 +104,7 @@ void SiteKinds::find_constants() {
   };
   for (const Part& part : parts_) {
     const auto& [edge, face, body, volume] = part.springs;
-    const double shear_modulus = cubic_stiffness(part.springs, config_.cell_size).c44;
+    const double shear_modulus = config_.shear_modulus_of(part.springs);
     constants_.push_back({.spring = {edge, face, body},
                           .volume = volume,
                           .fold_guard = config_.fold_guard * shear_modulus,
@@ -140,7 +141,7 @@ double SiteKinds::mass_of_full_corner(std::size_t part) const {
 }
 
 double SiteKinds::interior_stiffness(std::size_t slot) const {
-  return in_topology(config_.topology, slot)
+  return in_topology(config_.topology, config_.voxels.flat_axes(), slot)
              ? interior_.spring[static_cast<std::size_t>(spring_slots[slot].kind)]
              : 0;
 }
@@ -178,9 +179,11 @@ void SiteKinds::add_weights_of(const Shares& shares, std::size_t part, SiteWeigh
   const auto over = [](double of_part, double interior) { return interior == 0 ? 1 : of_part / interior; };
   for (std::size_t group = 0; group < slot_of_group.size(); ++group) {
     const std::size_t s = slot_of_group[group];
+    if (interior_stiffness(s) == 0 && !config_.is_solid()) continue;
     const auto kind = static_cast<std::size_t>(spring_slots[s].kind);
     w.spring[group] += shares.spring[s] * over(k.spring[kind], interior_.spring[kind]);
   }
+  if (!config_.is_solid()) return;
   w.volume += shares.cell * over(k.volume, interior_.volume);
   w.fold_guard += shares.cell * over(k.fold_guard, interior_.fold_guard);
   w.fill += shares.cell;
@@ -195,7 +198,7 @@ void SiteKinds::add(const CellsAround& cells) {
     add_weights_of(shares.back(), part, w);
     w.mass += mass_of_full_corner(part) * shares.back().corner[0];
   }
-  w.content = cells[own];
+  w.content = config_.is_solid() ? cells[own] : 0;
   weights_.push_back(w);
   if (!damping_time_) dampings_.push_back(dampings_of(shares));
 }

@@ -46,6 +46,9 @@ bool touch_site(const CellsAround& cells);
 /// get mass by the trilinear weights of what is filled. Several parts in a cell add up, each with its own
 /// constants; dampers of a spring are the mean of what each part's law gives the spring, by shares of its
 /// stiffness.
+///
+/// A sheet or a rope is a layer or a row of a solid that is repeated along its flat axes without end, of
+/// which springs along these are left out; and it has no cells.
 class SiteKinds {
  public:
   /// Of a body that must outlive these, and whose contents are valid when the first kind is added. Has kind 0

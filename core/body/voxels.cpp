@@ -12,11 +12,15 @@
 namespace mss {
 
 VoxelGrid::VoxelGrid(int nx, int ny, int nz, bool filled) : size_{nx, ny, nz} {
-  if (nx < 1 || ny < 1 || nz < 1)
+  if (nx < 0 || ny < 0 || nz < 0 || dimensions() == 0)
     throw InputError(
-        fmt::format("a body needs at least one cell along each axis, got {} x {} x {}", nx, ny, nz));
-  cells_.assign(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz),
-                filled ? 1 : 0);
+        fmt::format("a body needs at least one cell along some axis, got {} x {} x {}", nx, ny, nz));
+  std::size_t boxed = 1;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    step_[axis] = size_[axis] == 0 ? 0 : boxed;
+    boxed *= static_cast<std::size_t>(places(axis));
+  }
+  cells_.assign(boxed, filled ? 1 : 0);
 }
 
 std::size_t VoxelGrid::count() const {

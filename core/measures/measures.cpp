@@ -55,6 +55,7 @@ void measure_motion(const SolidSystem<Real>& system, const State<Real>& state, M
 /// Volume over that at rest by the thesis's estimate.
 template <class Real>
 double thesis_ratio(const std::vector<Level>& levels, const Field<Real>& x) {
+  if (!levels.front().body.config().is_solid()) return 1;
   double thesis = 0, at_rest = 0;
   for (const Level& level : levels) {
     level.body.ranks().add_in_order(thesis, [&] {
@@ -72,6 +73,7 @@ double thesis_ratio(const std::vector<Level>& levels, const Field<Real>& x) {
 
 template <class Real>
 double volume_ratio(const std::vector<Level>& levels, const Field<Real>& x) {
+  if (!levels.front().body.config().is_solid()) return 1;
   double volume = 0, at_rest = 0;
   for (const Level& level : levels) {
     level.body.ranks().add_in_order(volume, [&] {
@@ -101,6 +103,7 @@ double max_stretch(const std::vector<Level>& levels, const Field<Real>& x) {
 
 template <class Real>
 double min_jacobian(const std::vector<Level>& levels, const Field<Real>& x) {
+  if (!levels.front().body.config().is_solid()) return 1;
   double least = std::numeric_limits<double>::infinity();
   for (const auto& [body, first] : levels) {
     double smallest = std::numeric_limits<double>::infinity();

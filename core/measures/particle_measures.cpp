@@ -42,6 +42,7 @@ double stretch_at(const Level& level, const Field<double>& x, std::ptrdiff_t sit
 }
 
 double volume_ratio_at(const Level& level, const Field<double>& x, std::ptrdiff_t site) {
+  if (!level.body.config().is_solid()) return 1;
   double volume = 0, filled = 0;
   for_each_cell_at(level, x, site, [&](std::ptrdiff_t cell, const std::array<Vec3, 8>& corners, int) {
     const double fill = level.body.weights_at(cell).fill;
@@ -52,6 +53,7 @@ double volume_ratio_at(const Level& level, const Field<double>& x, std::ptrdiff_
 }
 
 double jacobian_at(const Level& level, const Field<double>& x, std::ptrdiff_t site) {
+  if (!level.body.config().is_solid()) return 1;
   double smallest = std::numeric_limits<double>::infinity();
   for_each_cell_at(level, x, site, [&](std::ptrdiff_t, const std::array<Vec3, 8>& corners, int c) {
     smallest = std::min(smallest, corner_volume(corners, c));

@@ -13,8 +13,9 @@ inline constexpr auto positive = [](double value) { return value > 0; };
 inline constexpr auto not_negative = [](double value) { return value >= 0; };
 
 inline constexpr Quantity cell_counts{"a number of cells",
-                                      "three whole numbers of at least 1, or voxels = \"file\"",
-                                      [](double value) { return value >= 1; }};
+                                      "three whole numbers, 0 where a sheet or a rope has no extent, or "
+                                      "voxels = \"file\"",
+                                      [](double value) { return value >= 0; }};
 inline constexpr Quantity split_parts{"a number of parts of an edge", "a whole number of at least 1",
                                       [](double value) { return value >= 1; }};
 inline constexpr Quantity split_levels{"a number of levels", "a whole number from 1 to 4, each halves cells",

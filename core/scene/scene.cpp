@@ -84,6 +84,7 @@ void read_cells(const TomlTable& root, Scene& scene) {
     body.reject("voxels", "conflicts with body.cells; give one of the two");
   if (!body.has("voxels")) {
     auto cells = body.three_whole("cells", cell_counts);
+    if (cells == std::array{0, 0, 0}) body.reject("cells", "has no cell; give at least one along some axis");
     check_size(body, "cells", cells, scene.refine);
     config.voxels = VoxelGrid::box(cells[0], cells[1], cells[2]);
   } else {
@@ -104,17 +105,74 @@ void read_cells(const TomlTable& root, Scene& scene) {
   resample(config, 1, scene.refine);
 }
 
+/// What a sheet or a rope is across, after its cells.
+void read_thickness(const TomlTable& body, BodyConfig& config, double cell_size) {
+  constexpr auto key = "thickness";
+  if (!config.is_solid())
+    config.thickness = body.number(key, length, cell_size);
+  else if (body.has(key))
+    body.reject(key,
+                "is of a sheet or a rope, and this body has cells along all axes; leave it out, or give "
+                "body.cells a 0");
+}
+
 bool have_finite_moduli(const SpringConstants& springs, double cell_size) {
   const CubicStiffness moduli = cubic_stiffness(springs, cell_size);
   return std::isfinite(springs.edge + springs.volume + moduli.c11 + moduli.c12 + moduli.c44);
 }
 
 SpringConstants calibrate_for(const Scene& scene, const ElasticConstants& elastic, const TomlTable& table) {
-  SpringConstants springs = calibrate(elastic, scene.body.cell_size, scene.face_share);
+  SpringConstants springs = scene.body.calibrated(elastic, scene.face_share);
   if (!scene.volume_force) springs.volume = 0;
   if (!have_finite_moduli(springs, scene.body.cell_size))
     table.reject("young", "is too large to compute with; give a smaller number of pascals");
   return springs;
+}
+
+/// Keys of cells of three dimensions.
+void refuse_of_cells(const TomlTable& table, std::initializer_list<const char*> keys,
+                     const BodyConfig& config) {
+  for (const char* key : keys)
+    if (table.has(key))
+      table.reject(key, fmt::format("is of cells of three dimensions, and this body is {}; leave it out",
+                                    config.noun()));
+}
+
+/// What squares and links have not: it may be said that there is none of it.
+void check_flat(const TomlTable& root, const BodyConfig& config) {
+  const TomlTable body = root.table("body"), material = root.table("material");
+  refuse_of_cells(body, {"refinement", "match", "match_to"}, config);
+  refuse_of_cells(material, {"face_share", "volume_force"}, config);
+  if (!root.tables("refine").empty()) refuse_of_cells(root.tables("refine").front(), {"box"}, config);
+  if (config.topology != Topology::full) refuse_of_cells(body, {"topology"}, config);
+  if (config.fold_guard != 0) refuse_of_cells(material, {"fold_guard"}, config);
+  if (config.springs.volume != 0) refuse_of_cells(material, {"volume"}, config);
+  if (config.springs.body != 0) refuse_of_cells(material.table("springs"), {"body"}, config);
+  if (config.springs.face != 0 && config.voxels.dimensions() == 1)
+    material.table("springs").reject("face", "is across squares, and a rope has none; leave it out");
+}
+
+SpringConstants read_given_springs(const TomlTable& material, const Scene& scene) {
+  const TomlTable springs = material.table("springs");
+  const int dimensions = scene.body.voxels.dimensions();
+  return {.edge = springs.number("edge", spring),
+          .face = dimensions < 2 ? springs.number("face", spring, 0) : springs.number("face", spring),
+          .body = dimensions < 3 ? springs.number("body", spring, 0) : springs.number("body", spring),
+          .volume = material.number("volume", volume, 0)};
+}
+
+/// Of sheets and ropes springs determine nu: a sheet's is 1/3, and a rope has none.
+ElasticConstants read_elastic(const TomlTable& material, Scene& scene) {
+  const double modulus = material.number("young", young);
+  if (scene.body.is_solid()) return {.young = modulus, .poisson = material.number("poisson", poisson)};
+  constexpr double of_sheets = 1.0 / 3, rounded = 0.005;
+  const double given = material.number("poisson", poisson, of_sheets);
+  if (std::abs(given - of_sheets) > rounded)
+    scene.warnings.push_back(
+        scene.body.voxels.dimensions() == 1
+            ? fmt::format("material.poisson = {} is not used: a rope has no width that could change", given)
+            : fmt::format("material.poisson = {} is not used: springs of a sheet make it 1/3", given));
+  return {.young = modulus, .poisson = of_sheets};
 }
 
 /// Springs as given, or calibrated for the elastic constants given, which are kept.
@@ -123,11 +181,7 @@ SpringConstants read_springs(const TomlTable& material, Scene& scene) {
   if (material.has("springs")) {
     for (const auto* key : {"young", "poisson", "face_share", "volume_force"})
       if (material.has(key)) material.reject(key, "conflicts with material.springs; give one of the two");
-    const TomlTable springs = material.table("springs");
-    const SpringConstants given{.edge = springs.number("edge", spring),
-                                .face = springs.number("face", spring),
-                                .body = springs.number("body", spring),
-                                .volume = material.number("volume", volume, 0)};
+    const SpringConstants given = read_given_springs(material, scene);
     if (!have_finite_moduli(given, scene.body.cell_size))
       material.reject("springs", "are too stiff to compute with; give smaller constants");
     return given;
@@ -137,8 +191,7 @@ SpringConstants read_springs(const TomlTable& material, Scene& scene) {
                             "give young and poisson, or springs = { edge = .., face = .., body = .. }");
   if (material.has("volume"))
     material.reject("volume", "conflicts with material.young, which determines it; give one of the two");
-  scene.body.elastic = {.young = material.number("young", young),
-                        .poisson = material.number("poisson", poisson)};
+  scene.body.elastic = read_elastic(material, scene);
   scene.face_share = material.number("face_share", share, scene.face_share);
   scene.volume_force = material.boolean("volume_force", scene.volume_force);
   return calibrate_for(scene, *scene.body.elastic, material);
@@ -208,7 +261,7 @@ Part read_part(const TomlTable& table, const Scene& scene) {
     part.springs = calibrate_for(scene, *part.elastic, table);
   }
   if (table.has("damping"))
-    part.damping = read_damping(table.table("damping"), cubic_stiffness(part.springs, config.cell_size).c44);
+    part.damping = read_damping(table.table("damping"), config.shear_modulus_of(part.springs));
   return part;
 }
 
@@ -222,15 +275,20 @@ void read_body(const TomlTable& root, Scene& scene) {
     config.cell_size = body.number("cell_size", length) / scene.refine;
     config.origin = body.vector("origin", position, Vec3::Zero());
   }
+  read_thickness(body, config, config.cell_size * scene.refine);
   config.topology = body.choice("topology", "a topology", topologies, Topology::full);
   config.sharing = body.choice("sharing", "a way of sharing springs", sharings, Sharing::weighted);
   if (config.sharing != Sharing::weighted && !config.content_of.empty())
     body.reject("sharing", "is for full cells of one part; leave it out, or give \"weighted\"");
   config.density = material.number("density", density);
-  check_mass(body, body.has("cells_across") ? "cells_across" : "cell_size",
-             config.density * std::pow(config.cell_size, 3), "material.density");
+  check_mass(body,
+             body.has("cells_across") ? "cells_across"
+             : body.has("thickness")  ? "thickness"
+                                      : "cell_size",
+             config.density * config.cell_volume(), "material.density");
   config.springs = read_springs(material, scene);
   config.fold_guard = read_fold_guard(material, config);
+  if (!config.is_solid()) check_flat(root, config);
   config.relaxation = read_relaxation(material, scene);
   config.damping = read_damping(root.table("damping"), config.shear_modulus());
   for (const TomlTable& table : root.tables("part")) config.parts.push_back(read_part(table, scene));

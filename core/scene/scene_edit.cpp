@@ -33,14 +33,16 @@ void change_cells(Scene& scene, int level) {
   scene.refine = scene.voxel_file.empty() ? 1 : level;
 }
 
-SpringConstants scaled(const SpringConstants& k, double finer) {
-  return {.edge = k.edge / finer, .face = k.face / finer, .body = k.body / finer, .volume = k.volume};
+/// For the same moduli: k goes with h in a solid, not at all in a sheet, and with 1/h in a rope.
+SpringConstants scaled(const SpringConstants& k, const BodyConfig& body, double finer) {
+  const double factor = std::pow(finer, 2 - body.voxels.dimensions());
+  return {.edge = k.edge * factor, .face = k.face * factor, .body = k.body * factor, .volume = k.volume};
 }
 
 /// Of parts beside part 0 nothing is edited but what other cells and springs change.
-void change_part(Part& part, const SceneEdit& edit, double cell_size, double finer) {
+void change_part(Part& part, const SceneEdit& edit, const BodyConfig& body, double finer) {
   part.springs =
-      part.elastic ? calibrate(*part.elastic, cell_size, edit.face_share) : scaled(part.springs, finer);
+      part.elastic ? body.calibrated(*part.elastic, edit.face_share) : scaled(part.springs, body, finer);
   if (!edit.volume_force) part.springs.volume = 0;
   if (part.damping.law == Damping::Law::ratio) part.damping.zeta *= finer;
 }
@@ -86,9 +88,9 @@ Scene edited(Scene scene, const SceneEdit& edit) {
   if (edit.elastic)
     body.fill(*edit.elastic, edit.face_share);
   else
-    body.springs = scaled(edit.springs, finer);
+    body.springs = scaled(edit.springs, body, finer);
   if (!edit.volume_force) body.springs.volume = 0;
-  for (Part& part : body.parts) change_part(part, edit, body.cell_size, finer);
+  for (Part& part : body.parts) change_part(part, edit, body, finer);
   body.topology = edit.topology;
   body.sharing = edit.sharing;
   body.damping = edit.damping;

@@ -352,7 +352,8 @@ struct Together {
 const std::vector<Together>& read_together() {
   static const std::vector<Together> all{
       {"body",
-       {{"cells", "three whole numbers of at least 1", "a box of so many cells"},
+       {{"cells", "three whole numbers, not all of them 0",
+         "a box of so many cells; [n, m, 0] is a sheet of squares, [n, 0, 0] a rope, along any axes"},
         {"voxels", "a file name", "in place of it: a text file of cells, layer by layer"},
         {"mesh", "a file name", "in place of it: a triangle mesh, which cells fill"},
         {"refine", std::string(split_parts.allowed), "parts that an edge of a cell is split into; 1"},
@@ -360,6 +361,8 @@ const std::vector<Together>& read_together() {
         {"refinement_levels", std::string(split_levels.allowed), "how often at most; 1"},
         {"refinement_goal", listed(refinement_goals), "of what the error is estimated; \"energy\""},
         {"cell_size", std::string(length.allowed), "the edge of a cell [m]"},
+        {"thickness", std::string(length.allowed),
+         "of a sheet, and of a rope the edge of its square section [m]; cell_size"},
         {"match", listed(frequency_matches),
          "E, or E and nu, are changed so that these slowest vibrations are those of smaller cells"},
         {"match_to", std::string(matched_parts.allowed),

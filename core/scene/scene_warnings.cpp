@@ -88,14 +88,20 @@ void add_meshes(const Scene& scene, std::vector<std::string>& warnings) {
                     edge));
 }
 
-/// Calls visit(place, h) with the lower corner [m] of every cell at rest, and its size.
+/// Calls visit(place) with the lower corner [m] of every cell at rest.
 template <class Visit>
 void for_each_cell(const BodyConfig& body, Visit&& visit) {
-  const VoxelGrid& voxels = body.voxels;
-  for (int k = 0; k < voxels.nz(); ++k)
-    for (int j = 0; j < voxels.ny(); ++j)
-      for (int i = 0; i < voxels.nx(); ++i)
-        if (voxels.at(i, j, k)) visit(body.origin + body.cell_size * Vec3(i, j, k), body.cell_size);
+  body.voxels.for_each_place([&](int i, int j, int k) {
+    if (body.voxels.at(i, j, k)) visit(body.origin + body.cell_size * Vec3(i, j, k));
+  });
+}
+
+/// Calls visit(x) for the corners of the cell whose lower corner is at a place.
+template <class Visit>
+void for_each_corner(const BodyConfig& body, const Vec3& lower, Visit&& visit) {
+  for (int corner = 0; corner < 8; ++corner)
+    if ((corner & body.voxels.flat_axes()) == 0)
+      visit(lower + body.cell_size * Vec3(corner & 1, corner >> 1 & 1, corner >> 2));
 }
 
 /// Calls visit(x) for what planes touch of a body at rest: the vertices of its surface, or else the corners
@@ -106,18 +112,19 @@ void for_each_touched(const Scene& scene, Visit&& visit) {
     for (const Vec3& vertex : surface->vertices) visit(vertex);
     return;
   }
-  for_each_cell(scene.body, [&](const Vec3& lower, double h) {
-    for (int corner = 0; corner < 8; ++corner)
-      visit(lower + h * Vec3(corner & 1, corner >> 1 & 1, corner >> 2));
-  });
+  for_each_cell(scene.body, [&](const Vec3& lower) { for_each_corner(scene.body, lower, visit); });
 }
 
 /// Share of the cells' volume that is behind a plane, exact where the plane is along faces of cells.
 double share_behind(const Plane& plane, const BodyConfig& body) {
   double behind = 0, all = 0;
-  for_each_cell(body, [&](const Vec3& lower, double h) {
-    const double extent = h * plane.normal.lpNorm<1>();
-    behind += std::clamp(0.5 - plane.gap(lower + Vec3::Constant(h / 2)) / extent, 0.0, 1.0);
+  Vec3 edges = Vec3::Constant(body.cell_size);
+  for (int axis = 0; axis < 3; ++axis)
+    if ((body.voxels.flat_axes() >> axis & 1) != 0) edges[axis] = 0;
+  const double extent = edges.dot(plane.normal.cwiseAbs());
+  for_each_cell(body, [&](const Vec3& lower) {
+    const double gap = plane.gap(lower + edges / 2);
+    behind += extent > 0 ? std::clamp(0.5 - gap / extent, 0.0, 1.0) : double(gap < 0);
     ++all;
   });
   return behind / all;
@@ -186,11 +193,10 @@ template <class Visit>
 void for_each_corner_in(const Box& a, const Box& b, const BodyConfig& body, Visit&& visit) {
   const Box box{a.lower.cwiseMax(b.lower), a.upper.cwiseMin(b.upper)};
   if (((box.lower - box.upper).array() > 1e-9 * body.cell_size).any()) return;
-  for_each_cell(body, [&](const Vec3& lower, double h) {
-    for (int corner = 0; corner < 8; ++corner)
-      if (const Vec3 x = lower + h * Vec3(corner & 1, corner >> 1 & 1, corner >> 2);
-          contains(box, x, 1e-9 * h))
-        visit(x);
+  for_each_cell(body, [&](const Vec3& lower) {
+    for_each_corner(body, lower, [&](const Vec3& x) {
+      if (contains(box, x, 1e-9 * body.cell_size)) visit(x);
+    });
   });
 }
 
@@ -262,19 +268,16 @@ void add_endless_fall(const Scene& scene, std::vector<std::string>& warnings) {
 /// Of the cells' parts, each as far as it fills them [kg].
 double full_mass(const BodyConfig& body) {
   const std::vector<Part> parts = body.all_parts();
-  const VoxelGrid& cells = body.voxels;
   double mass = 0;
-  for (int k = 0; k < cells.nz(); ++k)
-    for (int j = 0; j < cells.ny(); ++j)
-      for (int i = 0; i < cells.nx(); ++i) {
-        if (!cells.at(i, j, k)) continue;
-        if (body.content_of.empty())
-          mass += body.density;
-        else
-          for (const auto& [part, fill] : body.contents[body.content_of[cells.index(i, j, k)]])
-            mass += double(fill.share()) * parts[std::size_t(part)].density;
-      }
-  return mass * std::pow(body.cell_size, 3);
+  body.voxels.for_each_place([&](int i, int j, int k) {
+    if (!body.voxels.at(i, j, k)) return;
+    if (body.content_of.empty())
+      mass += body.density;
+    else
+      for (const auto& [part, fill] : body.contents[body.content_of[body.voxels.index(i, j, k)]])
+        mass += double(fill.share()) * parts[std::size_t(part)].density;
+  });
+  return mass * body.cell_volume();
 }
 
 /// Sizes and masses that nobody simulates in metres and kilograms, and many in other units.
@@ -315,6 +318,7 @@ void add_without_effect(const Scene& scene, std::vector<std::string>& warnings) 
 /// What only bodies of springs have. The constants assume the full, weighted lattice.
 void add_springs(const Scene& scene, std::vector<std::string>& warnings) {
   const BodyConfig& body = scene.body;
+  if (!body.is_solid()) return;
   if (body.topology != Topology::full) {
     warnings.push_back(
         fmt::format("body.topology = \"{}\" leaves out face diagonals: the body is softer in shear than its "

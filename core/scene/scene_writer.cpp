@@ -53,6 +53,7 @@ Json body_to_json(const Scene& scene) {
   }
   json["cell_count"] = body.voxels.count();
   json["cell_size"] = size_before(body.cell_size, scene.refine);
+  if (!body.is_solid()) json["thickness"] = body.across();
   if (!scene.mesh) json["origin"] = to_json(body.origin);
   json["topology"] = to_string(body.topology);
   json["sharing"] = to_string(body.sharing);
@@ -65,8 +66,10 @@ Json material_to_json(const Scene& scene) {
   if (scene.modes > 0) json["modes"] = scene.modes;
   if (body.elastic) {
     json["young"] = body.elastic->young;
-    json["poisson"] = body.elastic->poisson;
-    json["face_share"] = scene.face_share;
+    if (body.is_solid()) {
+      json["poisson"] = body.elastic->poisson;
+      json["face_share"] = scene.face_share;
+    }
     if (!scene.volume_force) json["volume_force"] = false;
   }
   json["springs"] = {{"edge", body.springs.edge}, {"face", body.springs.face}, {"body", body.springs.body}};

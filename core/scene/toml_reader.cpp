@@ -365,7 +365,8 @@ namespace {
 /// A finite number, given as an integer or with a fraction.
 std::optional<double> finite_number(const toml::node& node) {
   if (!node.is_number()) return {};
-  const double value = *node.value<double>();
+  // A large integer is no double to toml++.
+  const double value = node.is_integer() ? double(*node.value<std::int64_t>()) : *node.value<double>();
   return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 

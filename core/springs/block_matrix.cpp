@@ -11,13 +11,14 @@ BlockMatrix::BlockMatrix(const Body& body) : body_(body) {
 
 BlockMatrix::BlockMatrix(const Body& body, const HeldSites& held) : BlockMatrix(body) { build_pattern(held); }
 
-/// Particles are neighbours if they share a cell. Offsets ascend as sites do, so blocks of a row are sorted.
+/// Particles are neighbours if they share a cell, a square of a sheet or a link of a rope. Offsets ascend as
+/// sites do, so blocks of a row are sorted.
 void BlockMatrix::find_neighbours() {
   const Lattice& lattice = body_.lattice();
   std::vector<bool> meets(body_.particle_count() * neighbours, false);
-  body_.for_each_cell([&](std::ptrdiff_t site) {
-    for (int c = 0; c < 8; ++c)
-      for (int d = 0; d < 8; ++d)
+  body_.for_each_piece([&](std::ptrdiff_t site) {
+    for (const int c : body_.corners())
+      for (const int d : body_.corners())
         meets[particle(site + lattice.corner(c)) * neighbours + std::size_t(offset(c, d))] = true;
   });
   block_.assign(meets.size(), -1);

@@ -157,7 +157,12 @@ void advise_static_scene(const Scene& scene, const AdviseChoice& choice, const A
 
 void run_advise(const AdviseChoice& choice, int& exit_status) {
   AdviseRequest request = read_request(choice);
-  if (const Scene scene = load_scene(scene_file(choice.scene), choice.overrides); is_static(scene))
+  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+  if (!scene.body.is_solid())
+    throw InputError(
+        fmt::format("{}: mss advise chooses among cells of three dimensions, and body.cells make {}",
+                    scene.file.string(), scene.body.noun()));
+  if (is_static(scene))
     return advise_static_scene(scene, choice, request, directory_of(choice, scene), exit_status);
   SceneFamily family(scene_file(choice.scene), choice.overrides);
   if (choice.of.empty() && !request.of_stability) request.of = default_error_of(family.given());

@@ -1,4 +1,5 @@
-// `mss modes`: vibrations of a scene's body about rest, and the step that they allow.
+// `mss modes`: vibrations of a scene's body about rest, or about where it comes to rest under what acts on
+// it, and the step that they allow.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -34,6 +35,7 @@ struct ModesChoice {
   std::string directory;
   std::vector<std::string> overrides;
   int count = 10;
+  std::string about = "rest";
 };
 
 Table modes_table(const std::vector<Mode>& modes) {
@@ -46,8 +48,8 @@ Table modes_table(const std::vector<Mode>& modes) {
 /// A method without a limit has no largest step.
 Json step_or_null(double dt) { return std::isfinite(dt) ? Json(dt) : Json(nullptr); }
 
-Json summary(const Scene& scene, double omega_max, double bound, double crushed, double limit,
-             const Table& table, double error) {
+Json summary(const Scene& scene, const std::string& about, double omega_max, double bound, double crushed,
+             double limit, const Table& table, double error) {
   Json steps = Json::object();
   for (const IntegratorInfo& method : integrators())
     if (method.stepping == Stepping::fixed && method.limit) {
@@ -59,6 +61,7 @@ Json summary(const Scene& scene, double omega_max, double bound, double crushed,
     }
   return {{"scene", scene.name},
           {"model", scene.model},
+          {"about", about},
           {"modes", table.size()},
           {"omega_error", error},
           {"omega_max", omega_max},
@@ -101,6 +104,36 @@ void print_completeness(const Modes& slow, int asked) {
   fmt::print("  each frequency is right to {:.1g} of it, by its residual\n", slow.error);
 }
 
+/// The body as nothing acts on it, or as it comes to rest at the scene's end under its holds, loads and
+/// gravity.
+State<double> state_about(const ModesChoice& choice, const Scene& scene, SolidSystem<double>& system) {
+  State<double> state = system.undeformed_state();
+  if (choice.about == "rest") return state;
+  if (!scene.environment.planes.empty())
+    throw InputError(fmt::format(
+        "{}: --about equilibrium is of bodies that touch nothing, and the scene has planes; leave out one of "
+        "them",
+        scene.file.string()));
+  Work work;
+  const Status status = find_integrator("static")
+                            .make<double>({.length_scale = system.cell_size()})
+                            ->advance(system, state, scene.solve.duration, work);
+  if (status != Status::ok)
+    throw InputError(
+        fmt::format("{}: --about equilibrium: none was found: {}", scene.file.string(), to_string(status)));
+  return state;
+}
+
+/// A sheet or a rope without tension resists nothing across it.
+void warn_of_slack(const Scene& scene, const ModesChoice& choice) {
+  if (scene.body.is_solid() || choice.about != "rest") return;
+  fmt::print(
+      stderr,
+      "mss: warning: {} at rest has no tension and resists nothing across it; with --about equilibrium "
+      "its vibrations are those under holds, loads and gravity\n",
+      scene.body.noun());
+}
+
 void run_modes(const ModesChoice& choice, int& exit_status) {
   constexpr int most = 200;
   if (choice.count < 1 || choice.count > most)
@@ -120,7 +153,8 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   std::signal(SIGINT, SIG_DFL);  // files are written at the end: nothing is lost by ending at once
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
 
-  const State<double> rest = system->undeformed_state();
+  warn_of_slack(scene, choice);
+  const State<double> rest = state_about(choice, scene, *system);
   Work work;
   const Modes slow = slowest_modes(*system, rest, choice.count, work);
   if (system->memory()) system->memory()->come_to(rest);  // steps meet springs as stiff as they are at once
@@ -128,7 +162,7 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   const PredictedStep limit = predicted_step(method, *system, rest, work);
   for (const Status status : {slow.status, fast.status, limit.status})
     if (status != Status::ok) {
-      fmt::print(stderr, "mss: {}: the vibrations about rest were not found: {}\n", scene.name,
+      fmt::print(stderr, "mss: {}: the vibrations about {} were not found: {}\n", scene.name, choice.about,
                  to_string(status));
       exit_status = exit_simulation_failed;
       return;
@@ -137,12 +171,13 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   const double omega_max = fast.modes.front().omega, bound = system->spectral_bound().omega,
                crushed = with_guard(system->spectral_bound(), system->levels()).omega;
   write_atomically(directory / "modes.csv", table.csv());
-  write_atomically(directory / "summary.json",
-                   summary(scene, omega_max, bound, crushed, limit.dt, table, slow.error).dump(2) + "\n");
+  write_atomically(
+      directory / "summary.json",
+      summary(scene, choice.about, omega_max, bound, crushed, limit.dt, table, slow.error).dump(2) + "\n");
 
   if (ready.report)
     for (const std::string& line : description(*ready.report)) fmt::print("{}: {}\n", scene.name, line);
-  fmt::print("{}: vibrations about rest, {} model, {} unknowns\n", scene.name, scene.model,
+  fmt::print("{}: vibrations about {}, {} model, {} unknowns\n", scene.name, choice.about, scene.model,
              unknowns_of(*system).size());
   for (std::size_t i = 0; i < slow.modes.size(); ++i)
     fmt::print("  {:>4}  {:>12.6g} Hz  {:>12.6g} rad/s{}\n", i + 1, slow.modes[i].omega / turn,
@@ -159,12 +194,18 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
 }
 
 void add_modes(CLI::App& app, int& exit_status) {
-  CLI::App* command =
-      app.add_subcommand("modes", "vibrations of a scene about rest; writes modes.csv, summary.json");
+  CLI::App* command = app.add_subcommand("modes",
+                                         "vibrations of a scene about rest, or about its equilibrium; writes "
+                                         "modes.csv, summary.json");
   const auto choice = std::make_shared<ModesChoice>();
   command->add_option("scene", choice->scene, "Scene file (TOML), or a name from `mss list scenes`")
       ->required();
   command->add_option("--count", choice->count, "Number of modes, the slowest first")->capture_default_str();
+  command
+      ->add_option("--about", choice->about,
+                   "Rest, as nothing acts on the body, or the equilibrium of its holds, loads and gravity")
+      ->check(CLI::IsMember({"rest", "equilibrium"}))
+      ->capture_default_str();
   command->add_option("--out", choice->directory, "Directory for the results (default ./out/<scene>_modes)");
   add_settings(*command, choice->overrides);
   command->callback([choice, &exit_status] { run_modes(*choice, exit_status); });

@@ -30,6 +30,7 @@ void check_exchangeable(const Scene& scene) {
                     "another solve.integrator",
                     scene.file.string(), scene.solve.integrator));
   if (is_refined(scene)) refuse("its body has cells of several sizes");
+  if (!scene.body.is_solid()) refuse(fmt::format("its body is {}, without cells", scene.body.noun()));
   if (scene.body.relaxation.acts()) refuse("material.relaxation is given");
   if (scene.environment.contact_surface) refuse("planes touch the vertices of its mesh (contact_on)");
   if (!scene.environment.strikes.empty()) refuse("it has a [[strike]]");

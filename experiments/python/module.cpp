@@ -143,10 +143,10 @@ Doubles rest_positions(const Simulation& simulation) {
 
 py::array_t<int> cells(const Simulation& simulation) {
   const Body& body = simulation.body();
-  py::array_t<int> cells({py::ssize_t(body.cell_count()), py::ssize_t(8)});
+  py::array_t<int> cells({py::ssize_t(body.cell_count()), py::ssize_t(body.corners().size())});
   int* out = cells.mutable_data();
-  body.for_each_cell([&](std::ptrdiff_t site) {
-    for (int c = 0; c < 8; ++c) *out++ = body.particle(site + body.lattice().corner(c));
+  body.for_each_piece([&](std::ptrdiff_t site) {
+    for (const int c : body.corners()) *out++ = body.particle(site + body.lattice().corner(c));
   });
   return cells;
 }
@@ -260,7 +260,8 @@ of which each has q.M q = 1}.)")
       .def_property_readonly("rest_positions", &rest_positions, "Positions at rest (N, 3) [m].")
       .def_property_readonly("masses", &masses, "Masses (N,) [kg].")
       .def_property_readonly("cells", &cells,
-                             "Particles at the corners of cells (M, 8); corner bx + 2 by + 4 bz is at the "
+                             "Particles at the corners of cells (M, 8), of a sheet's squares (M, 4) or of a "
+                             "rope's links (M, 2); corner bx + 2 by + 4 bz is at the "
                              "upper end of axis x, y, z where bx, by, bz is 1.");
 }
 

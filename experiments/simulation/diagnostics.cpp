@@ -92,13 +92,11 @@ std::string on_imbalance(const Scene& scene, const Imbalance& imbalance) {
 /// springs that do not resist every deformation.
 double stretching_period(const Scene& scene) {
   const VoxelGrid& cells = scene.body.voxels;
-  Eigen::Index axis = 0;
+  int axis = 0;
   const double length = scene.body.cell_size * Vec3(cells.nx(), cells.ny(), cells.nz()).maxCoeff(&axis);
   double slowest = std::numeric_limits<double>::infinity();
   for (const Part& part : scene.body.all_parts()) {
-    const double young = part.elastic
-                             ? part.elastic->young
-                             : cubic_stiffness(part.springs, scene.body.cell_size).young(Vec3::Unit(axis));
+    const double young = part.elastic ? part.elastic->young : scene.body.young_of(part.springs, axis);
     slowest = std::min(slowest, std::sqrt(young / part.density));
   }
   return 2 * length / slowest;

@@ -215,6 +215,11 @@ SceneEstimates estimate_errors(const Scene& scene, const std::vector<ParticleRec
     estimates.none = "an estimate of the error is of bodies with cells of one size";
     return estimates;
   }
+  if (!scene.body.is_solid()) {
+    estimates.none = fmt::format("an estimate of the error is of cells of three dimensions, and this is {}",
+                                 scene.body.noun());
+    return estimates;
+  }
   AtRest at_rest(scene, particles);
   try {
     Work work;

@@ -86,6 +86,10 @@ void check_model(const std::string& name, const BodyConfig& body, bool single_pr
   if (body.fold_guard != 0 && !has_springs(name))
     throw InputError(fmt::format(
         "model '{}' has no fold guard, and material.fold_guard is given; it is for springs", name));
+  if (!body.is_solid() && name != spring_model)
+    throw InputError(
+        fmt::format("model '{}' fills cells of three dimensions, and body.cells make {}; give model \"{}\"",
+                    name, body.noun(), spring_model));
   if (single_precision && name != spring_model)
     throw InputError(
         fmt::format("model '{}' computes in double precision only; give precision = \"double\"", name));

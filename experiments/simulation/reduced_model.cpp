@@ -12,7 +12,7 @@
 #include "core/scene/scene_writer.hpp"
 #include "experiments/harness/json.hpp"
 #include "experiments/io/output.hpp"
-#include "experiments/simulation/restart.hpp"
+#include "experiments/simulation/digest.hpp"
 
 namespace mss {
 

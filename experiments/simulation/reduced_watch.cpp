@@ -14,7 +14,8 @@ namespace {
 
 /// Errors beyond these are several percent (`mss reduce`): linear shapes stretch what they bend, so that the
 /// lattice stores much more there; a polynomial stores nearly the same, and so does a body that spins.
-constexpr double most_lost = 0.1, most_excess_linear = 0.2, most_excess_nonlinear = 0.02, most_twist = 0.1;
+constexpr double most_lost = 0.1, most_excess_linear = 0.2, most_excess_nonlinear = 0.02, most_twist = 0.1,
+                 most_deflection = 0.4;
 
 int longest_axis(const Body& body) {
   const auto& cells = body.lattice().cells;
@@ -110,10 +111,16 @@ std::vector<std::string> warnings_of(const Scene& scene, const ReducedFit& fit) 
         is_free ? std::string("spinning or deforming that much")
                 : fmt::format("bent by {:.2g} percent of its longest side", 100 * fit.deflection);
     warnings.push_back(
-        fmt::format("{} is at its end: the lattice it stands for would store {:.2g} percent more in the "
-                    "body's shapes than "
-                    "it does, {}; {}",
-                    scene.model, 100 * fit.excess, how, others));
+        fmt::format("{} is at its end: the lattice it stands for would store {:.3g} times the energy in the "
+                    "body's shapes, "
+                    "{}; {}",
+                    scene.model, 1 + fit.excess, how, others));
+  } else if (is_cubic && fit.deflection > most_deflection) {
+    warnings.push_back(
+        fmt::format("modal_cubic is at its end: the body moves by {:.2g} percent of its longest side, for "
+                    "which its shapes "
+                    "are too few and too heavy; give more material.modes, or material.model = \"springs\"",
+                    100 * fit.deflection));
   }
   if (is_cubic && fit.twist > most_twist)
     warnings.push_back(fmt::format(

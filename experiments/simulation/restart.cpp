@@ -13,6 +13,7 @@
 #include "core/scene/scene_writer.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
+#include "experiments/simulation/digest.hpp"
 
 namespace mss {
 
@@ -22,49 +23,6 @@ namespace fs = std::filesystem;
 
 /// Of the file: a line with this, a line of JSON, and the record. To be counted up when any of them changes.
 constexpr const char* first_line = "mss restart 2";
-
-/// A hash of 64 bits after Fowler, Noll and Vo's FNV-1a, of eight bytes at a time where there are so many.
-class Digest {
- public:
-  void add(std::span<const std::byte> bytes) {
-    std::size_t i = 0;
-    for (; i + sizeof(std::uint64_t) <= bytes.size(); i += sizeof(std::uint64_t)) {
-      std::uint64_t word = 0;
-      std::copy_n(bytes.begin() + std::ptrdiff_t(i), sizeof word,
-                  std::as_writable_bytes(std::span(&word, 1)).begin());
-      mix(word);
-    }
-    for (; i < bytes.size(); ++i) mix(std::to_integer<std::uint64_t>(bytes[i]));
-  }
-  template <class Number>
-  void add(const Number& number) {
-    add(std::as_bytes(std::span(&number, 1)));
-  }
-  std::string text() const { return fmt::format("{:016x}", hash_); }
-
- private:
-  void mix(std::uint64_t word) {
-    hash_ = (hash_ ^ word) * 0x100000001b3U;
-    hash_ ^= hash_ >> 32U;
-  }
-  std::uint64_t hash_ = 0xcbf29ce484222325U;
-};
-
-void add_body(const BodyConfig& body, Digest& digest) {
-  const auto [nx, ny, nz] = body.voxels.size();
-  for (const int count : {nx, ny, nz}) digest.add(count);
-  for (int k = 0; k < nz; ++k)
-    for (int j = 0; j < ny; ++j)
-      for (int i = 0; i < nx; ++i) digest.add(body.content_at(i, j, k));
-  for (const CellContent& content : body.contents) {
-    digest.add(content.size());
-    for (const PartFill& part : content) {
-      digest.add(part.part);
-      for (const float share : part.fill.octant) digest.add(share);
-      for (const float share : part.fill.corner) digest.add(share);
-    }
-  }
-}
 
 Json head_of(const Restart& restart) {
   return {{"status", to_string(restart.status)},
@@ -204,18 +162,6 @@ void check_restart(const Restart& restart, const Scene& scene, const fs::path& d
       fmt::format("{}: that run is at {:.10g} s, and solve.duration = {:.10g} s asks for no more; give a "
                   "longer one with --set solve.duration=",
                   from, restart.t, scene.solve.duration));
-}
-
-std::string digest_of(const std::vector<Level>& levels, const Scene& scene) {
-  Digest digest;
-  for (const Level& level : levels) add_body(level.body.config(), digest);
-  if (const auto& surface = scene.environment.contact_surface) {
-    for (const Vec3& vertex : surface->vertices)
-      for (const double coordinate : {vertex[0], vertex[1], vertex[2]}) digest.add(coordinate);
-    for (const auto& triangle : surface->triangles)
-      for (const auto corner : triangle) digest.add(corner);
-  }
-  return digest.text();
 }
 
 }  // namespace mss

@@ -41,9 +41,6 @@ Restart read_restart(const std::filesystem::path& directory);
 /// may differ in name, duration, threads and [expect]. `directory`: as a user gave it.
 void check_restart(const Restart& restart, const Scene& scene, const std::filesystem::path& directory);
 
-/// The digest of a solid's cells, and of the mesh that planes touch.
-std::string digest_of(const std::vector<Level>& levels, const Scene& scene);
-
 /// One time a run went on from another.
 struct Continuation {
   double t = 0;       ///< from there [s]

@@ -57,6 +57,7 @@ void check_springs(const Scene& scene, const IntegratorInfo& method) {
         fmt::format("{} is for model \"{}\", and material.model is \"{}\"; give another integrator",
                     method.name, spring_model, scene.model));
   if (method.springs_only && method.has_modulus) check_local_solutions(scene.body, method.name);
+  if (method.springs_only && !method.has_modulus) check_regions(scene.body, method.name);
 }
 
 /// Collisions at the end of steps need a method of fixed step.
@@ -100,6 +101,22 @@ void check_refined(const Scene& scene, const IntegratorInfo& method) {
     refuse("linear solver", solve.linear_solver, "\"cholmod\" or \"matrix_free\"");
   if (solve.sleep.bound > 0)
     throw InputError(fmt::format("sleep is for bodies with cells of one size; leave it or {} out", given));
+}
+
+/// What takes a body as cells of three dimensions: linear solvers of one lattice coarsen or diagonalise it,
+/// nonlinear ones other than Newton's turn its cells.
+void check_dimensions(const Scene& scene, const IntegratorInfo& method) {
+  if (scene.body.is_solid() || !method.implicit) return;
+  const auto refuse = [&](std::string_view what, std::string_view name, std::string_view others) {
+    throw InputError(fmt::format("{} '{}' is for cells of three dimensions, and body.cells make {}; give {}",
+                                 what, name, scene.body.noun(), others));
+  };
+  const SolveConfig& solve = scene.solve;
+  if (find_linear_solver(solve.linear_solver).one_lattice)
+    refuse("linear solver", solve.linear_solver, "\"cholmod\" or \"matrix_free\"");
+  const std::string& nonlinear =
+      method.nonlinear_solver.empty() ? solve.nonlinear_solver : method.nonlinear_solver;
+  if (nonlinear != SolveConfig{}.nonlinear_solver) refuse("nonlinear solver", nonlinear, "\"newton\"");
 }
 
 /// Sleeping particles have no acceleration, but other methods evaluate forces on all of them.
@@ -179,6 +196,7 @@ void check_solve(const Scene& scene) {
     check_sleep(scene, method);
     check_springs(scene, method);
     check_refined(scene, method);
+    check_dimensions(scene, method);
     check_local_steps(scene, method);
   });
   check_table(scene, "plane", [&] { check_contact(scene, find_integrator(scene.solve.integrator)); });

@@ -10,6 +10,7 @@
 #include "core/scene/scene_writer.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/provenance.hpp"
+#include "experiments/simulation/digest.hpp"
 #include "experiments/simulation/non_sleeping_reference.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/vtk_series.hpp"

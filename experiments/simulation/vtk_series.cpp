@@ -27,8 +27,19 @@ namespace fs = std::filesystem;
 constexpr const char* kinds[] = {"cells", "springs", "surface"};
 
 /// VTK's numbers for shapes, and its order of a hexahedron's corners: around the bottom, around the top.
-constexpr std::uint8_t vtk_line = 3, vtk_triangle = 5, vtk_hexahedron = 12;
-constexpr int vtk_corners[] = {0, 1, 3, 2, 4, 5, 7, 6};
+constexpr std::uint8_t vtk_line = 3, vtk_triangle = 5, vtk_quad = 9, vtk_hexahedron = 12;
+
+/// A cell, a square of a sheet or a link of a rope: its kind, and its corners in the order of that.
+struct VtkShape {
+  std::uint8_t kind;
+  std::vector<int> corners;
+};
+VtkShape vtk_shape(const Body& body) {
+  const std::vector<int>& c = body.corners();
+  if (c.size() == 2) return {vtk_line, c};
+  if (c.size() == 4) return {vtk_quad, {c[0], c[1], c[3], c[2]}};
+  return {vtk_hexahedron, {0, 1, 3, 2, 4, 5, 7, 6}};
+}
 
 /// HDF5 reports failure by a negative number; errno may have the reason.
 void check(std::int64_t result) {
@@ -328,10 +339,11 @@ fs::path VtkSeries::frame_file(const std::string& kind, std::size_t frame) const
 
 void VtkSeries::write_mesh(const std::optional<TriangleMesh>& surface) const {
   std::vector<std::int64_t> cells, springs;
+  const VtkShape shape = vtk_shape(levels_.front().body);
   for (const Level& level : levels_) {
     const auto point = [&](std::ptrdiff_t site) { return point_of_[std::size_t(level.first + site)]; };
-    level.body.for_each_cell([&](std::ptrdiff_t site) {
-      for (const int c : vtk_corners) cells.push_back(point(site + level.body.lattice().corner(c)));
+    level.body.for_each_piece([&](std::ptrdiff_t site) {
+      for (const int c : shape.corners) cells.push_back(point(site + level.body.lattice().corner(c)));
     });
     level.body.for_each_spring([&](std::ptrdiff_t a, std::ptrdiff_t b, const SpringSlot&, double, double) {
       springs.push_back(point(a));
@@ -340,7 +352,8 @@ void VtkSeries::write_mesh(const std::optional<TriangleMesh>& surface) const {
   }
   write_file(ranks(), directory_ / "vtk" / "mesh.h5", [&](hid_t file) {
     write_text(file, "mss", program_version());
-    write_shapes(ranks(), new_group(file, "cells"), vtk_hexahedron, 8, points_, cells);
+    write_shapes(ranks(), new_group(file, "cells"), shape.kind, std::int64_t(shape.corners.size()), points_,
+                 cells);
     write_shapes(ranks(), new_group(file, "springs"), vtk_line, 2, points_, springs);
     if (surface)
       write_shapes(ranks(), new_group(file, "surface"), vtk_triangle, 3,
@@ -358,9 +371,11 @@ void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v, const 
     describe_grid(grid, "cells", mesh);
     write_all(ranks(), grid, "Points", by_point(levels_, x), 3);
     write_all(ranks(), new_group(grid, "PointData"), "velocity", by_point(levels_, v), 3);
-    const Handle values = new_group(grid, "CellData");
-    write_cell_values(values, levels_, x);
-    if (stress) write_stress(ranks(), values, *stress);
+    if (levels_.front().body.config().is_solid()) {
+      const Handle values = new_group(grid, "CellData");
+      write_cell_values(values, levels_, x);
+      if (stress) write_stress(ranks(), values, *stress);
+    }
     write_reactions(grid, reactions);
   });
   write_file(ranks(), frame_file("springs", frame), [&](hid_t file) {

@@ -149,14 +149,15 @@ bool Panel::draw_material(const Session& session, SceneEdit& settings) {
   if (model != spring_model) title += ": " + model + (springs ? "" : " finite elements");
   heading(title.c_str());
   bool changed = false;
+  const bool solid = session.body().config().is_solid();
   if (settings.elastic) {
     changed |= slider("young [Pa]", settings.elastic->young, 1e2, 1e9, true);
-    changed |= slider("poisson", settings.elastic->poisson, -0.45, 0.495, false);
+    if (solid) changed |= slider("poisson", settings.elastic->poisson, -0.45, 0.495, false);
   } else {
     changed |= draw_springs(session, settings);
   }
   changed |= draw_damping(settings.damping);
-  if (!springs) return changed;  // the rest is about springs
+  if (!springs || !solid) return changed;  // the rest is about springs of cells
   static const std::vector<std::string> names{"all springs", "edges and body", "one diagonal a face"};
   auto topology = static_cast<std::size_t>(settings.topology);
   if (choice("topology", names, topology)) {
@@ -180,12 +181,14 @@ bool Panel::draw_damping(Damping& damping) {
 /// Springs as they are given, or those of an isotropic material as stiff along an axis.
 bool Panel::draw_springs(const Session& session, SceneEdit& settings) {
   bool changed = slider("edge [N/m]", settings.springs.edge, 1e-1, 1e7, true);
-  changed |= slider("face [N/m]", settings.springs.face, 1e-1, 1e7, true);
-  changed |= slider("body [N/m]", settings.springs.body, 1e-1, 1e7, true);
-  changed |= slider("volume [Pa]", settings.springs.volume, 1e-3, 1e7, true);
+  const int dimensions = session.body().config().voxels.dimensions();
+  if (dimensions > 1) changed |= slider("face [N/m]", settings.springs.face, 1e-1, 1e7, true);
+  if (dimensions > 2) {
+    changed |= slider("body [N/m]", settings.springs.body, 1e-1, 1e7, true);
+    changed |= slider("volume [Pa]", settings.springs.volume, 1e-3, 1e7, true);
+  }
   if (!button("Use young and poisson instead###isotropic", -1)) return changed;
-  const double young =
-      cubic_stiffness(settings.springs, session.body().config().cell_size).young(Vec3::UnitX());
+  const double young = session.body().config().young_of(settings.springs, 0);
   settings.elastic = {.young = young > 0 ? young : 1e5, .poisson = 0.25};
   return true;
 }

@@ -30,7 +30,8 @@ constexpr Index most_restarts = 1000;
 bool is_for_multigrid(const SolidSystem<double>& system) {
   constexpr std::size_t enough = 2000, most_factored = 100000;
   constexpr int slenderness = 5;
-  if (!system.cells() || system.particles().size() <= enough) return false;
+  if (!system.cells() || !system.cells()->body().config().is_solid()) return false;
+  if (system.particles().size() <= enough) return false;
   const auto cells = system.cells()->body().config().voxels.size();
   const auto [least, most] = std::minmax_element(cells.begin(), cells.end());
   return slenderness * *least >= *most || system.particles().size() > most_factored;

@@ -1,6 +1,7 @@
 // The default: the factorisation while bodies are small, multigrid above, where it is many times faster.
 #include <fmt/format.h>
 
+#include "core/springs/body_system.hpp"
 #include "integrators/linear/linear_solver.hpp"
 
 namespace mss {
@@ -22,7 +23,8 @@ class Automatic final : public LinearSolver {
                  const TangentCoefficients& sum, Work& work) override {
     if (!chosen_) {
       const bool large = system.particles().size() > most_factored;
-      const bool has_cells = system.cells() != nullptr;
+      const BodySystem<double>* cells = system.cells();
+      const bool has_cells = cells != nullptr && cells->body().config().is_solid();
       chosen_ = (large && has_cells ? multigrid() : cholmod()).make(tolerance_);
     }
     return chosen_->prepare(system, t, x, v, sum, work);

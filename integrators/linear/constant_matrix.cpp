@@ -26,7 +26,7 @@ ConstantMatrix bounding_matrix(const Body& body, double a, double b, double c) {
       // Of an interior spring: between two whole particles.
       const double mass = part.density * body.cell_volume(), k = stiffness_of(part.springs, kind);
       if (k == 0 || interior == 0) continue;
-      const double shear_modulus = cubic_stiffness(part.springs, config.cell_size).c44;
+      const double shear_modulus = config.shear_modulus_of(part.springs);
       const double weight =
           c * k + b * part.damping.coefficient(k, mass, mass, body.rest_length(kind), shear_modulus);
       matrix.spring[index(kind)] = std::max(matrix.spring[index(kind)], weight * (interior / k));

@@ -104,6 +104,9 @@ RestCycle::RestCycle(System<double>& system, const std::string& user, Cycle kind
         system.parallel(count, task);
       }),
       kind_(kind) {
+  if (const BodyConfig& body = solid_.levels().front().body.config(); !body.is_solid())
+    throw InputError(fmt::format("{} turns cells of three dimensions, and this body is {}; choose \"newton\"",
+                                 user, body.noun()));
   Field<double> unknown(system.size());
   for (const auto [site, axis] : unknowns_of(system)) unknown.axis(axis)[site] = 1;
   build(unknown);

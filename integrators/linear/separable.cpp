@@ -204,8 +204,9 @@ void SeparableSolver::solve(const double* rhs, double* solution, std::ptrdiff_t 
 
 std::string why_not_separable(const Body& body, const Field<double>& mask) {
   const BodyConfig& config = body.config();
-  const VoxelGrid& voxels = config.voxels;
-  const auto box = std::size_t(voxels.nx()) * std::size_t(voxels.ny()) * std::size_t(voxels.nz());
+  if (!config.is_solid())
+    return fmt::format("is for cells of three dimensions, and this body is {}", config.noun());
+  const std::size_t box = config.voxels.boxed();
   if (body.cell_count() != box)
     return fmt::format("is for boxes, and {} of the {} cells of this body's are empty",
                        box - body.cell_count(), box);

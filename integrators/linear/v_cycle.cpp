@@ -1,5 +1,7 @@
 #include "integrators/linear/v_cycle.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "core/base/error.hpp"
@@ -50,6 +52,11 @@ Status VCycle::prepare(System<double>& system, const Field<double>& x, const Fie
     throw InputError(
         "the linear solver 'multigrid' needs a body of cells, which this model is not; choose 'matrix_free' "
         "or 'cholmod'");
+  if (!body_system->body().config().is_solid())
+    throw InputError(fmt::format(
+        "the linear solver 'multigrid' halves cells of three dimensions, and this body is {}; choose "
+        "'cholmod'",
+        body_system->body().config().noun()));
   system_ = &system;
   mask_ = &mask;
   if (!finest_) build(*body_system);

@@ -13,6 +13,13 @@ const SpringSystem<Real>& springs_for(System<Real>& system, const std::string& m
   return *springs;
 }
 
+void check_regions(const BodyConfig& body, const std::string& method) {
+  if (!body.is_solid())
+    throw InputError(fmt::format(
+        "{} matches regions of cells of three dimensions, and this body is {}; choose another method", method,
+        body.noun()));
+}
+
 void check_local_solutions(const BodyConfig& body, const std::string& method) {
   if (body.has_negative_volume_stiffness())
     throw InputError(fmt::format(

@@ -17,6 +17,9 @@ namespace mss {
 template <class Real>
 const SpringSystem<Real>& springs_for(System<Real>& system, const std::string& method);
 
+/// Throws InputError if a method of regions of cells has none in a body.
+void check_regions(const BodyConfig& body, const std::string& method);
+
 /// Throws InputError if a method that solves for springs and volumes one by one has no solution for a body's.
 void check_local_solutions(const BodyConfig& body, const std::string& method);
 

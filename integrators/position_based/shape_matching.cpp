@@ -15,6 +15,7 @@ namespace {
 
 std::unique_ptr<ShapeMatching> make_passes(const SpringSystem<double>& springs, System<double>& system,
                                            const IntegratorOptions& options) {
+  check_regions(springs.body().config(), "shape_matching");
   return std::make_unique<ShapeMatching>(springs, system, options.dt, options.region_width, options.alpha);
 }
 

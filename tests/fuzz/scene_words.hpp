@@ -15,6 +15,10 @@ struct SceneWord {
 inline constexpr auto scene_words = std::to_array<SceneWord>({
     {"body", "cells", "[2, 1, 3]"},
     {"body", "cells", "[1, 1, 1]"},
+    {"body", "cells", "[0, 3, 2]"},
+    {"body", "cells", "[0, 0, 4]"},
+    {"body", "thickness", "0.01"},
+    {"body", "thickness", "1e-300"},
     {"body", "cells", "[100000, 1, 1]"},
     {"body", "cells", "[600, 600, 600]"},
     {"body", "refine", "2"},

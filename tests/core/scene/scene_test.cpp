@@ -619,6 +619,41 @@ TEST(Scene, IsWrittenWithDefaultsFilledIn) {
   EXPECT_EQ(full["solve"]["dt"], 2e-4);
 }
 
+TEST(Scene, ReadsSheetsAndRopes) {
+  const Scene sheet = load_text(plain_scene, {"body.cells=[3, 0, 2]", "body.thickness=0.01", "body.refine=2",
+                                              "material.poisson=0.333"});
+  EXPECT_EQ(sheet.body.voxels.size(), (std::array{6, 0, 4}));
+  EXPECT_EQ(sheet.body.across(), 0.01);
+  EXPECT_NEAR(sheet.body.springs.face, 3.0 / 8 * 1e5 * 0.01, 1e-9);
+  EXPECT_EQ(sheet.body.springs.body, 0);
+  EXPECT_EQ(sheet.body.springs.volume, 0);
+  EXPECT_THAT(sheet.warnings, ElementsAre());
+  const Scene rope = load_text(plain_scene, {"body.cells=[0, 0, 5]"});
+  EXPECT_EQ(rope.body.across(), 0.5) << "a cell's edge where it is not said";
+  EXPECT_NEAR(rope.body.springs.edge, 1e5 * 0.5, 1e-6);
+  EXPECT_THAT(rope.warnings, ElementsAre(HasSubstr("material.poisson = 0.3 is not used: a rope")));
+  EXPECT_THAT(load_text(plain_scene, {"body.cells=[1, 1, 0]"}).warnings,
+              ElementsAre(HasSubstr("material.poisson = 0.3 is not used: springs of a sheet make it 1/3")));
+  const std::string given = replaced(plain_scene, "young = 1e5\npoisson = 0.3", "springs = { edge = 7 }");
+  EXPECT_EQ(load_text(given, {"body.cells=[5, 0, 0]"}).body.springs.edge, 7);
+}
+
+TEST(Scene, WritesSheetsAndRopes) {
+  for (const char* cells : {"body.cells=[3, 0, 2]", "body.cells=[0, 4, 0]"}) {
+    const Scene scene = load_text(plain_scene, {cells, "body.thickness=0.01", "body.refine=3"});
+    const Scene again = parse_scene(to_toml(scene, "."));
+    EXPECT_EQ(to_json(again)["body"], to_json(scene)["body"]);
+    EXPECT_EQ(again.body.springs.edge, scene.body.springs.edge);
+    EXPECT_THAT(again.warnings, ElementsAre());
+    SceneEdit finer = edit_of(scene);
+    finer.level *= 2;
+    const Scene edited_scene = edited(scene, finer);
+    EXPECT_EQ(edited_scene.body.voxels.dimensions(), scene.body.voxels.dimensions());
+    EXPECT_EQ(edited_scene.body.across(), 0.01);
+    EXPECT_NEAR(edited_scene.body.young_of(edited_scene.body.springs, 1), 1e5, 1e-6);
+  }
+}
+
 TEST(Scene, ReadsItsExpectations) {
   const std::string expect =
       "\n[expect]\nmax_stretch = { value = 0.5, within = 0.25 }\nhold_1_z = { value = -3, within = 0.5 }\n"

@@ -256,6 +256,29 @@ def run(mss, directory, *more):
     subprocess.run([mss, "run", "cantilever", "--out", str(directory), *sets, *more], check=True)
 
 
+def check_flat(mss, directory):
+    """A sheet of squares and a rope of links: as many as there are, as long as their springs, in no more numbers."""
+    for scene, kind, count, corners in (("drum", 9, 32 * 32, 4), ("hanging_rope", 3, 64, 2)):
+        out = directory / scene
+        sets = [word for setting in ("solve.duration=0.02", "solve.every=0.01", "solve.dt=1e-5")
+                for word in ("--set", setting)]
+        if scene == "drum":
+            sets += ["--set", "strike.0.at=0.0"]
+        subprocess.run([mss, "run", scene, "--out", str(out), *sets, "--vtk", "1000"], check=True)
+        particles = rows(out / "particles.csv")
+        cells, springs = frames(out, "cells"), frames(out, "springs")
+        assert len(cells) == 3
+        grid = cells[-1][1]
+        assert grid.GetNumberOfCells() == count and grid.GetNumberOfPoints() == len(particles)
+        for cell in range(count):
+            assert grid.GetCellType(cell) == kind and grid.GetCell(cell).GetNumberOfPoints() == corners
+        assert grid.GetCellData().GetNumberOfArrays() == 0, "numbers of cells that there are not"
+        check_points(grid, springs[-1][1], particles)
+        size = measured(grid).GetArray("Area" if kind == 9 else "Length")
+        rest = sum(size.GetValue(cell) for cell in range(count))
+        near(rest / (0.4 * 0.4 if kind == 9 else 2), 1, "area or length", 0.05)
+
+
 def main(mss, directory):
     watched, unwatched = directory / "watched", directory / "unwatched"
     run(mss, watched, "--vtk", "7")  # seven do not divide the ten steps of a row
@@ -291,6 +314,7 @@ def main(mss, directory):
     assert [time for time, _ in frames(watched, "cells")] == [0, 0.01, 0.02], "every second row"
 
     check_surface(mss, directory / "surface")
+    check_flat(mss, directory / "flat")
 
 
 if __name__ == "__main__":

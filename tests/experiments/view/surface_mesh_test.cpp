@@ -116,6 +116,39 @@ TEST(SurfaceMesh, MarksEdgesOfCells) {
   }
 }
 
+BodyConfig thin_body(int nx, int ny, int nz) {
+  return {.voxels = VoxelGrid::box(nx, ny, nz),
+          .cell_size = 0.2,
+          .thickness = 0.03,
+          .density = 900,
+          .springs = {.edge = 120, .face = nx * ny + ny * nz + nz * nx > 0 ? 80.0 : 0.0}};
+}
+
+/// Sheets and ropes are drawn closed, and as thick as they are; bent too.
+TEST(SurfaceMesh, DrawsSheetsAndRopesAsThickAsTheyAre) {
+  for (const auto& [nx, ny, nz] :
+       std::vector<std::array<int, 3>>{{4, 3, 0}, {5, 0, 2}, {0, 3, 3}, {6, 0, 0}, {0, 5, 0}, {0, 0, 4}}) {
+    const Body body(thin_body(nx, ny, nz));
+    SurfaceMesh mesh(body);
+    EXPECT_NEAR(mesh.volume() / body.volume(), 1, 1e-5);
+    EXPECT_EQ(mesh.sites().size(), body.particle_count());
+    Field<double> x(body.lattice().size);
+    for (const std::ptrdiff_t site : body.sites()) {  // turned about an axis that is none of the lattice's
+      const Eigen::AngleAxisd turn(1.2, Vec3(1, 2, -1).normalized());
+      x.set(site, turn * body.rest_position(site));
+    }
+    mesh.update(x, std::vector<float>(mesh.sites().size(), 0.0F));
+    EXPECT_NEAR(mesh.volume() / body.volume(), 1, 1e-5);
+    for (const SurfaceVertex& vertex : mesh.vertices()) {
+      EXPECT_NEAR(point_of(vertex.normal).norm(), 1, 1e-5);
+      double nearest = 1;
+      for (const std::ptrdiff_t site : body.sites())
+        nearest = std::min(nearest, (x.at(site) - point_of(vertex.position)).norm());
+      EXPECT_LT(nearest, 0.15);
+    }
+  }
+}
+
 TEST(SurfaceMesh, IsHitWhereItIs) {
   const Body body(testing::test_config(VoxelGrid::box(2, 2, 2)));
   const SurfaceMesh mesh(body);
