@@ -147,7 +147,8 @@ ExperimentResult run_reduce(const ExperimentOptions& options, Progress& progress
 /// Errors are the same on every machine, costs are not.
 Table baseline_table(const BaselineOptions& options, Progress& progress) {
   ReduceConfig config = reduce_config({.quick = true});
-  config.repetitions = 0;
+  config.repetitions = 1;
+  config.sample_seconds = 0;
   if (options.quick)
     std::erase_if(config.scenes, [](const ReduceScene& s) { return s.name != "G15" && s.name != "T15"; });
   return measure_reduce(config, progress)

@@ -207,7 +207,7 @@ class SceneRuns {
              .modes = 12 * points,
              .mover = frames_mover(scene_, subject_.solid, own_, points, of_own_frequency, start_)});
       }
-    for (const int steps : {1, 4}) {
+    for (const int steps : {1, 16, 64}) {
       for (const int cells : subject_.cells)
         for (const int width : {1, 2, 4})
           if (own_.cells % cells == 0 && 4 * width <= cells)
@@ -341,7 +341,8 @@ Table empty_rows() {
                 {"modes"},          {"face_share"},    {"young", "Pa"},    {"poisson"},
                 {"steps"},          {"error"},         {"step_us", "us"},  {"step_q1", "us"},
                 {"step_q3", "us"},  {"draw_us", "us"}, {"draw_q1", "us"},  {"draw_q3", "us"},
-                {"setup_ms", "ms"}, {"gain_matched"},  {"gain_unmatched"}, {"status"}});
+                {"setup_ms", "ms"}, {"gain_matched"},  {"gain_unmatched"}, {"status"},
+                {"warned"}});
 }
 
 Table empty_scenes() {
