@@ -145,7 +145,7 @@ class SceneRuns {
   }
 
   void add_scene(Table& scenes) const {
-    scenes.add({scene_.name, subject_.solid.name, scene_.description, std::int64_t(own_.cells),
+    scenes.add({scene_.name, scene_.label, subject_.solid.name, scene_.description, std::int64_t(own_.cells),
                 std::int64_t(body_.particle_count()), uncertainty_,
                 std::string(complaint_.empty() ? "ok" : complaint_)});
   }
@@ -346,7 +346,14 @@ Table empty_rows() {
 }
 
 Table empty_scenes() {
-  return Table({{"scene"}, {"body"}, {"description"}, {"cells"}, {"particles"}, {"uncertainty"}, {"status"}});
+  return Table({{"scene"},
+                {"label"},
+                {"body"},
+                {"description"},
+                {"cells"},
+                {"particles"},
+                {"uncertainty"},
+                {"status"}});
 }
 
 Table empty_matched() {
