@@ -161,8 +161,10 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
   ReduceConfig config = reduce_config({.quick = true});
   config.repetitions = 1;
   config.sample_seconds = 0;
-  if (options.quick)
+  if (options.quick) {
     std::erase_if(config.scenes, [](const ReduceScene& s) { return s.name != "G15" && s.name != "T15"; });
+    for (ReduceScene& scene : config.scenes) scene.losses = false;
+  }
   return measure_reduce(config, progress)
       .rows.select({"scene", "model", "setting", "cells", "modes", "face_share", "young", "poisson", "error",
                     "status"});

@@ -200,12 +200,14 @@ class SceneRuns {
     for (const int points : {2, 3})
       for (const bool of_own_frequency : {false, true}) {
         const char* e = of_own_frequency ? "E matched" : "E as it is";
-        candidates_.push_back(
-            {.model = "frames",
-             .setting = fmt::format("{} control points, {}", points, e),
-             .lattice = own_,
-             .modes = 12 * points,
-             .mover = frames_mover(scene_, subject_.solid, own_, points, of_own_frequency, start_)});
+        Candidate c{.model = "frames",
+                    .setting = fmt::format("{} control points, {}", points, e),
+                    .lattice = own_,
+                    .modes = 12 * points};
+        c.setup_ms = 1e3 * processor_seconds_of([&] {
+                       c.mover = frames_mover(scene_, subject_.solid, own_, points, of_own_frequency, start_);
+                     });
+        candidates_.push_back(std::move(c));
       }
     for (const int steps : {1, 16, 64}) {
       for (const int cells : subject_.cells)
