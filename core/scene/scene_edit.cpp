@@ -35,8 +35,8 @@ void change_cells(Scene& scene, int level) {
 
 /// For the same moduli: k goes with h in a solid, not at all in a sheet, and with 1/h in a rope.
 SpringConstants scaled(const SpringConstants& k, const BodyConfig& body, double finer) {
-  const double factor = std::pow(finer, 2 - body.voxels.dimensions());
-  return {.edge = k.edge * factor, .face = k.face * factor, .body = k.body * factor, .volume = k.volume};
+  const double parts = std::pow(finer, body.voxels.dimensions() - 2);
+  return {.edge = k.edge / parts, .face = k.face / parts, .body = k.body / parts, .volume = k.volume};
 }
 
 /// Of parts beside part 0 nothing is edited but what other cells and springs change.

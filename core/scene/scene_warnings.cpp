@@ -318,7 +318,11 @@ void add_without_effect(const Scene& scene, std::vector<std::string>& warnings) 
 /// What only bodies of springs have. The constants assume the full, weighted lattice.
 void add_springs(const Scene& scene, std::vector<std::string>& warnings) {
   const BodyConfig& body = scene.body;
-  if (!body.is_solid()) return;
+  if (!body.is_solid()) {
+    if (body.voxels.dimensions() == 2 && body.springs.face == 0)
+      warnings.emplace_back("squares without face diagonals do not resist shear; give material.springs.face");
+    return;
+  }
   if (body.topology != Topology::full) {
     warnings.push_back(
         fmt::format("body.topology = \"{}\" leaves out face diagonals: the body is softer in shear than its "

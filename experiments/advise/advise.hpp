@@ -146,9 +146,10 @@ double judged_error(const Trial& trial);
 /// work that is the same.
 inline constexpr double cost_noise = 0.1;
 
-/// Matched cells, which serve some motions and not others, are advised where they are so many times cheaper
-/// than the cheapest of cells as they are.
-inline constexpr double worth_matching = 2;
+/// Matched cells and reduced bodies serve some motions and not others.
+bool serves_some_motions(const Candidate& candidate);
+/// So they are advised where they are so many times cheaper than the cheapest of all others.
+inline constexpr double worth_restricting = 2;
 
 /// The verdict in words, as tables have it.
 std::string to_string(const Trial& trial);
@@ -181,6 +182,7 @@ struct Advice {
   double seconds = 0;               ///< that all of it took by the clock
   std::string explanation;          ///< a sentence where nothing is advised; empty otherwise
   std::string about_matched;        ///< why matched cells were taken or left
+  std::string about_reduced;        ///< the same of reduced bodies
   bool stopped = false;             ///< by the user
 };
 

@@ -36,6 +36,7 @@ double safe_step(const std::string& method, const SpectralBound& bound) {
 std::string percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
 
 Candidate ReferenceLevels::accurate(Candidate lattice) const {
+  if (!find_integrator(lattice.integrator).moves_particles()) return lattice;  // its model has one method
   const double most = accurate_share * safe_step(accurate_method, search_.family.bound(lattice));
   lattice.integrator = accurate_method;
   lattice.precision = Precision::dbl;

@@ -131,7 +131,8 @@ Json meta(const SceneFamily& family, const AdviseRequest& request, const Advice&
                        {"cost_quartiles", {quartiles(best.costs).q1, quartiles(best.costs).q3}},
                        {"ties", ties},
                        {"within_budget", advice.within_budget},
-                       {"matched_cells", advice.about_matched}};
+                       {"matched_cells", advice.about_matched},
+                       {"reduced_bodies", advice.about_reduced}};
   }
   json["configuration"] = to_json(family.given());
   json["tables"] = describe_tables(tables);
@@ -270,6 +271,7 @@ std::string summary(const SceneFamily& family, const AdviseRequest& request, con
     text += cost_in_words(family, request, advice);
   }
   if (!advice.about_matched.empty()) text += fmt::format("matched cells: {}\n", advice.about_matched);
+  if (!advice.about_reduced.empty()) text += fmt::format("reduced bodies: {}\n", advice.about_reduced);
   return text + fmt::format("{} candidate{} in {:.3g} s\n", advice.trials.size(),
                             advice.trials.size() == 1 ? "" : "s", advice.seconds);
 }

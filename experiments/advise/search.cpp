@@ -12,6 +12,7 @@
 #include "experiments/advise/advise.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/simulation/reduced_model.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "integrators/linear/linear_solver.hpp"
@@ -32,6 +33,24 @@ std::string description(const SceneFamily& family, const Trial& trial) {
                      trial.cost * to_frame);
 }
 
+bool is_matched(const Candidate& candidate) { return candidate.match.has_value(); }
+bool is_reduced(const Candidate& candidate) { return reduction_named(candidate.model).has_value(); }
+bool serves_all_motions(const Candidate& candidate) { return !serves_some_motions(candidate); }
+
+std::string restricted_name(const SceneFamily& family, const Candidate& c) {
+  return fmt::format("{}, cells of {:.4g} m", c.match ? "\"" + to_string(*c.match) + "\"" : c.model,
+                     family.cell_size(c.level));
+}
+
+/// Of trials that meet the error, among those of some candidates.
+std::optional<std::size_t> cheapest_of(const std::vector<Trial>& trials, bool (*is_such)(const Candidate&)) {
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < trials.size(); ++i)
+    if (trials[i].meets && is_such(trials[i].candidate) && (!best || trials[i].cost < trials[*best].cost))
+      best = i;
+  return best;
+}
+
 /// How many evaluations of the force a step of an implicit method takes at least, in the smallest bodies.
 double least_forces(const Candidate& candidate) {
   constexpr double factorisation = 30, general_factorisation = 300, iterations = 6, per_iteration = 3;
@@ -45,6 +64,10 @@ double least_forces(const Candidate& candidate) {
 }
 
 }  // namespace
+
+bool serves_some_motions(const Candidate& candidate) {
+  return is_matched(candidate) || is_reduced(candidate);
+}
 
 /// Not `verlet`, which is semi-implicit Euler in other variables.
 std::vector<std::string> tried_methods() {
@@ -127,46 +150,39 @@ Search::Result Search::simulate(const Candidate& candidate, const Limits& limits
   return result;
 }
 
-/// Of trials that meet the error, in matched cells or in others.
-std::optional<std::size_t> Search::cheapest(bool matched) const {
-  std::optional<std::size_t> best;
-  for (std::size_t i = 0; i < trials().size(); ++i)
-    if (trials()[i].meets && trials()[i].candidate.match.has_value() == matched &&
-        (!best || trials()[i].cost < trials()[*best].cost))
-      best = i;
-  return best;
-}
-
 std::optional<std::size_t> Search::cheapest() const {
-  const std::optional<std::size_t> as_is = cheapest(false), matched = cheapest(true);
-  if (!matched || !as_is) return as_is ? as_is : matched;
-  return worth_matching * trials()[*matched].cost <= trials()[*as_is].cost ? matched : as_is;
+  const std::optional<std::size_t> restricted = cheapest_of(trials(), serves_some_motions),
+                                   other = cheapest_of(trials(), serves_all_motions);
+  if (!restricted || !other) return other ? other : restricted;
+  return worth_restricting * trials()[*restricted].cost <= trials()[*other].cost ? restricted : other;
 }
 
-/// Why matched cells were taken or left.
-std::string Search::about_matched() const {
-  if (!family().is_calibrated()) return "springs are given, so there is no E to match";
-  const std::optional<std::size_t> as_is = cheapest(false), matched = cheapest(true);
-  if (!matched) {
+/// Of candidates that serve some motions only.
+std::string Search::why_taken_or_left(bool (*is_such)(const Candidate&)) const {
+  std::optional<std::size_t> such = cheapest_of(trials(), is_such);
+  if (!such) {
     const Trial* nearest = nullptr;
     for (const Trial& trial : trials())
-      if (trial.candidate.match && std::isfinite(trial.error) && (!nearest || trial.error < nearest->error))
+      if (is_such(trial.candidate) &&
+          (!nearest || trial.error < nearest->error || std::isnan(nearest->error)))
         nearest = &trial;
-    return nearest ? fmt::format("left, the nearest (\"{}\", cells of {:.4g} m): {}",
-                                 to_string(*nearest->candidate.match),
-                                 family().cell_size(nearest->candidate.level), to_string(*nearest))
-                   : "left, none could be computed";
+    if (!nearest) return "not tried: springs are given, or nothing met the error before";
+    return fmt::format("left; the nearest, {}, {}: {}", restricted_name(family(), nearest->candidate),
+                       std::isnan(nearest->error) ? "no error known" : "error " + percent(nearest->error),
+                       to_string(*nearest));
   }
-  const std::string cells =
-      fmt::format("\"{}\", cells of {:.4g} m", to_string(*trials()[*matched].candidate.match),
-                  family().cell_size(trials()[*matched].candidate.level));
-  if (!as_is) return fmt::format("taken ({}): no others were found to meet the error", cells);
-  const double times = trials()[*as_is].cost / trials()[*matched].cost;
-  return fmt::format(
-      "{} ({}): {:.2g} times as cheap as the cheapest others, and {:g} times {} asked for, as they "
-      "serve some motions only",
-      times >= worth_matching ? "taken" : "left", cells, times, worth_matching,
-      times >= worth_matching ? "was" : "is");
+  const std::optional<std::size_t> other = cheapest_of(trials(), serves_all_motions);
+  const bool taken = advice_.best && is_such(trials()[*advice_.best].candidate);
+  if (taken) such = advice_.best;
+  const std::string name = restricted_name(family(), trials()[*such].candidate);
+  if (!other)
+    return fmt::format("{}: {}; no others were found to meet the error", taken ? "taken" : "left", name);
+  const double cost = trials()[*such].cost;
+  std::string text = fmt::format("{}: {}, {:.2g} times as cheap as the cheapest that serve all motions",
+                                 taken ? "taken" : "left", name, trials()[*other].cost / cost);
+  if (!taken && worth_restricting * cost > trials()[*other].cost)
+    text += fmt::format(", and {:g} times is asked for", worth_restricting);
+  return text;
 }
 
 double Search::best_cost() const {
@@ -345,6 +361,29 @@ void Search::try_methods(const Candidate& lattice) {
   }
 }
 
+/// Reduced bodies, whose error adds to that of their cells: of the largest cells that meet the error as they
+/// are, and of the next smaller.
+void Search::try_reduced() {
+  constexpr std::size_t sizes = 2;
+  if (family().given().model != spring_model) return;
+  const std::vector<int> levels = all_levels();
+  int start = references_.finest().level;
+  for (const Trial& trial : trials())
+    if (trial.meets && trial.candidate.model == spring_model && !is_matched(trial.candidate))
+      start = std::min(start, trial.candidate.level);
+  const auto from = std::find(levels.begin(), levels.end(), start);
+  for (auto level = from; level != levels.end() && level < from + sizes; ++level)
+    for (const char* model : {"modal", "modal_cubic", "modal_warped"}) {
+      if (stopped()) return;
+      Candidate reduced = family().candidate(*level);
+      reduced.model = model;
+      reduced.integrator = "reduced";
+      reduced.precision = Precision::dbl;
+      reduced.dt.reset();
+      run(reduced, worth());
+    }
+}
+
 /// More threads than one change no bit of a result and seldom save time: only the cheapest candidates are
 /// tried with them.
 void Search::try_threads() {
@@ -352,7 +391,8 @@ void Search::try_threads() {
   if (family().given().solve.threads != 0) return;
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < trials().size(); ++i)
-    if (trials()[i].meets && trials()[i].candidate.threads == 1) order.push_back(i);
+    if (trials()[i].meets && trials()[i].candidate.threads == 1 && !is_reduced(trials()[i].candidate))
+      order.push_back(i);
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return trials()[a].cost < trials()[b].cost; });
   for (std::size_t i = 0; i < std::min(few, order.size()) && !stopped(); ++i) {
@@ -397,7 +437,7 @@ std::vector<std::size_t> Search::as_cheap() const {
   std::vector<std::size_t> all;
   for (std::size_t i = 0; least && i < trials().size(); ++i)
     if (trials()[i].meets &&
-        trials()[i].candidate.match.has_value() == trials()[*least].candidate.match.has_value() &&
+        serves_some_motions(trials()[i].candidate) == serves_some_motions(trials()[*least].candidate) &&
         (i == *least || (is_tied(i, *least) && !wastes_threads(i, *least))))
       all.push_back(i);
   return all;
@@ -451,7 +491,10 @@ void Search::explain_budget() {
 }
 
 Advice Search::result() {
-  if (references_.estimator()) advice_.about_matched = about_matched();
+  if (references_.estimator()) {
+    advice_.about_matched = why_taken_or_left(is_matched);
+    advice_.about_reduced = why_taken_or_left(is_reduced);
+  }
   advice_.trials = std::move(state_.trials);
   advice_.stopped = state_.was_stopped;
   advice_.uncertainty = references_.uncertainty();
@@ -466,6 +509,7 @@ Advice Search::result() {
 /// By the references so far. False if a finer one refutes them.
 bool Search::search() {
   for (const Candidate& lattice : find_lattices()) try_methods(lattice);
+  try_reduced();
   try_threads();
   if (!stopped()) remeasure_cheapest();
   if (stopped() || !cheapest()) return true;

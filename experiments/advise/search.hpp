@@ -69,9 +69,9 @@ class Search {
   void decide_undecided(const ErrorEstimator& estimator, double uncertainty);
   void explain_budget();
 
-  std::optional<std::size_t> cheapest(bool matched) const;
+  void try_reduced();
   std::optional<std::size_t> cheapest() const;
-  std::string about_matched() const;
+  std::string why_taken_or_left(bool (*is_such)(const Candidate&)) const;
   bool is_tied(std::size_t trial, std::size_t cheapest) const;
   bool wastes_threads(std::size_t trial, std::size_t cheapest) const;
   std::vector<std::size_t> as_cheap() const;

@@ -106,22 +106,24 @@ void print_completeness(const Modes& slow, int asked) {
 
 /// The body as nothing acts on it, or as it comes to rest at the scene's end under its holds, loads and
 /// gravity.
-State<double> state_about(const ModesChoice& choice, const Scene& scene, SolidSystem<double>& system) {
-  State<double> state = system.undeformed_state();
-  if (choice.about == "rest") return state;
+Status find_state(const ModesChoice& choice, const Scene& scene, SolidSystem<double>& system,
+                  State<double>& state) {
+  state = system.undeformed_state();
+  if (choice.about == "rest") return Status::ok;
   if (!scene.environment.planes.empty())
-    throw InputError(fmt::format(
-        "{}: --about equilibrium is of bodies that touch nothing, and the scene has planes; leave out one of "
-        "them",
-        scene.file.string()));
-  Work work;
-  const Status status = find_integrator("static")
-                            .make<double>({.length_scale = system.cell_size()})
-                            ->advance(system, state, scene.solve.duration, work);
-  if (status != Status::ok)
     throw InputError(
-        fmt::format("{}: --about equilibrium: none was found: {}", scene.file.string(), to_string(status)));
-  return state;
+        fmt::format("{}: --about equilibrium is of bodies that touch nothing, and the scene has planes; "
+                    "leave out one of them",
+                    scene.file.string()));
+  Work work;
+  return find_integrator("static")
+      .make<double>({.length_scale = system.cell_size()})
+      ->advance(system, state, scene.solve.duration, work);
+}
+
+void report_failure(const Scene& scene, const std::string& what, Status status, int& exit_status) {
+  fmt::print(stderr, "mss: {}: {} found: {}\n", scene.name, what, to_string(status));
+  exit_status = exit_simulation_failed;
 }
 
 /// A sheet or a rope without tension resists nothing across it.
@@ -154,19 +156,18 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
 
   warn_of_slack(scene, choice);
-  const State<double> rest = state_about(choice, scene, *system);
+  State<double> rest;
+  if (const Status status = find_state(choice, scene, *system, rest); status != Status::ok)
+    return report_failure(scene, "no equilibrium was", status, exit_status);
   Work work;
   const Modes slow = slowest_modes(*system, rest, choice.count, work);
   if (system->memory()) system->memory()->come_to(rest);  // steps meet springs as stiff as they are at once
   const Modes fast = fastest_mode(*system, rest, work);
   const PredictedStep limit = predicted_step(method, *system, rest, work);
   for (const Status status : {slow.status, fast.status, limit.status})
-    if (status != Status::ok) {
-      fmt::print(stderr, "mss: {}: the vibrations about {} were not found: {}\n", scene.name, choice.about,
-                 to_string(status));
-      exit_status = exit_simulation_failed;
-      return;
-    }
+    if (status != Status::ok)
+      return report_failure(scene, fmt::format("the vibrations about {} were not", choice.about), status,
+                            exit_status);
   const Table table = modes_table(slow.modes);
   const double omega_max = fast.modes.front().omega, bound = system->spectral_bound().omega,
                crushed = with_guard(system->spectral_bound(), system->levels()).omega;

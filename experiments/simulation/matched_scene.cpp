@@ -273,7 +273,7 @@ MatchedScene matched_with(const Scene& scene, const std::function<Targets()>& fi
   return result;
 }
 
-std::string percent(double share) {
+std::string mismatch_in_words(double share) {
   return std::isnan(share) ? "has no counterpart" : fmt::format("{:+.1f} %", 100 * share + 0.0);
 }
 
@@ -304,13 +304,13 @@ MatchedScene load_matched_scene(const std::filesystem::path& file,
 }
 
 std::vector<std::string> description(const MatchReport& report) {
-  std::vector<std::string> lines{fmt::format(
-      "match = \"{}\": E {:.4g} -> {:.4g} Pa, nu {:.4g} -> {:.4g}, face_share {:.3g}, for {}",
-      to_string(report.of), report.before.young, report.after.young, report.before.poisson,
-      report.after.poisson, report.face_share, report.to)};
+  std::vector<std::string> lines{
+      fmt::format("match = \"{}\": E {:.4g} -> {:.4g} Pa, nu {:.4g} -> {:.4g}, face_share {:.3g}, for {}",
+                  to_string(report.of), report.before.young, report.after.young, report.before.poisson,
+                  report.after.poisson, report.face_share, report.to)};
   for (const MatchedVibration& v : report.vibrations)
     lines.push_back(fmt::format("  {:<12} {:>10.4g} Hz  {}{}", to_string(v.motion), v.frequency,
-                                percent(v.mismatch), v.is_matched ? "  (matched)" : ""));
+                                mismatch_in_words(v.mismatch), v.is_matched ? "  (matched)" : ""));
   return lines;
 }
 

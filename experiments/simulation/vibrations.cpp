@@ -12,6 +12,7 @@
 #include "core/base/error.hpp"
 #include "core/mesh/embedded_surface.hpp"
 #include "experiments/simulation/model.hpp"
+#include "experiments/simulation/reduced_model.hpp"
 
 namespace mss {
 
@@ -26,7 +27,7 @@ struct Section {
   Vec3 momentum = Vec3::Zero();
 };
 
-std::size_t longest_side(const Body& body) {
+std::size_t long_axis(const Body& body) {
   const std::array<int, 3> cells = body.config().voxels.size();
   return std::size_t(std::max_element(cells.begin(), cells.end()) - cells.begin());
 }
@@ -37,7 +38,7 @@ struct SectionEnergies {
 };
 
 SectionEnergies energies_of_sections(const Body& body, const Field<double>& shape) {
-  const std::size_t axis = longest_side(body);
+  const std::size_t axis = long_axis(body);
   std::vector<Section> sections(std::size_t(body.lattice().cells[axis] + 1));
   const auto section_of = [&](std::ptrdiff_t site) {
     return std::size_t(body.lattice().coordinates(site)[axis]);
@@ -145,7 +146,8 @@ Vibrations slowest_vibrations(const Scene& scene, int count) {
   Environment holds;
   holds.holds = scene.environment.holds;
   Vibrations slow{.body = std::make_unique<const Body>(scene.body), .modes = {}, .motions = {}};
-  const auto system = make_system<double>(scene.model, *slow.body, holds, scene.solve.threads);
+  const std::string model = reduction_named(scene.model) ? spring_model : scene.model;
+  const auto system = make_system<double>(model, *slow.body, holds, scene.solve.threads);
   Work work;
   Modes found = slowest_modes(*system, system->undeformed_state(),
                               count + (holds.holds.empty() ? rigid_motions : 0), work);

@@ -159,7 +159,8 @@ void draw_colour_bar(const Viewport& place, const QuantityInfo& quantity, const 
 
 void draw_graphs(const Viewport& place, const Session& session) {
   constexpr double narrow = 440;  // room for one graph only
-  const double share = place.width < narrow ? 1 : 0.56;
+  const bool has_volume = session.body().config().is_solid();
+  const double share = place.width < narrow || !has_volume ? 1 : 0.56;
   const Viewport left{place.x, place.y, share * place.width, place.height};
   const Viewport right{place.x + left.width, place.y, place.width - left.width, place.height};
   draw_graph(left, "energy [J]", energy_curves(session), session.history(), 1e-12);

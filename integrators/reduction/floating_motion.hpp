@@ -11,7 +11,7 @@ namespace mss {
 /// if it were rigid in its present shape). Coordinates q and their momenta p = U^T M R^T (v - c'), angular
 /// momentum L about the centre:
 ///   (J(q) - B B^T) w = R^T L - B p,   q' = p - B^T w,   R' = R [w],
-///   p' = -omega^2 q - d q' + w.(dS/dq / 2) w-terms + w.A q' + U^T R^T f,
+///   p' = -omega^2 q - d q' + (w.dJ/dq w) / 2 - w.A q' + U^T R^T f,
 /// J the inertia of the present shape, B_c = A_c q. Steps are staggered, p, then q and R, and half
 /// as long as would be stable, because spin asks for accuracy. Without outer
 /// forces L stays what it is to the last bit.

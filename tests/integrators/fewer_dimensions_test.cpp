@@ -41,8 +41,8 @@ const std::vector<BodyConfig>& driven_bodies() {
   return all;
 }
 
-State<double> after(const IntegratorInfo& method, const BodyConfig& config, double dt, double seconds,
-                    const IntegratorOptions& options = {}) {
+State<double> flat_after(const IntegratorInfo& method, const BodyConfig& config, double dt, double seconds,
+                         const IntegratorOptions& options = {}) {
   const Body body(config);
   SpringSystem<double> system(body, held_at_one_end(config), {.threads = 1});
   State<double> state = system.rest_state();
@@ -54,7 +54,7 @@ State<double> after(const IntegratorInfo& method, const BodyConfig& config, doub
   return state;
 }
 
-double apart(const State<double>& a, const State<double>& b) {
+double flat_apart(const State<double>& a, const State<double>& b) {
   return (a.x.array() - b.x.array()).abs().maxCoeff();
 }
 
@@ -65,7 +65,7 @@ const std::vector<State<double>>& true_states() {
   static const std::vector<State<double>> all = [] {
     std::vector<State<double>> states;
     for (const BodyConfig& config : driven_bodies())
-      states.push_back(after(find_integrator("rk4"), config, 1e-5, flat_seconds));
+      states.push_back(flat_after(find_integrator("rk4"), config, 1e-5, flat_seconds));
     return states;
   }();
   return all;
@@ -79,7 +79,7 @@ TEST_P(FlatMethod, DrivesRopesAndSheets) {
     const BodyConfig& config = driven_bodies()[i];
     if (method.springs_only && !method.has_modulus) {
       try {
-        after(method, config, 1e-4, flat_seconds);
+        flat_after(method, config, 1e-4, flat_seconds);
         FAIL() << method.name << " takes regions of a body without cells";
       } catch (const InputError& error) {
         EXPECT_NE(std::string(error.what()).find(config.noun()), std::string::npos) << error.what();
@@ -87,10 +87,10 @@ TEST_P(FlatMethod, DrivesRopesAndSheets) {
       continue;
     }
     if (method.stepping == Stepping::equilibrium) continue;  // below
-    const State<double> end = after(method, config, 1e-4, flat_seconds,
-                                    {.tolerance = 1e-8, .iterations = method.springs_only ? 50 : 0});
+    const State<double> end = flat_after(method, config, 1e-4, flat_seconds,
+                                         {.tolerance = 1e-8, .iterations = method.springs_only ? 50 : 0});
     const double moved = 0.5 * 9.81 * flat_seconds * flat_seconds;
-    EXPECT_LT(apart(end, true_states()[i]), 0.03 * moved) << method.name << ", body " << i;
+    EXPECT_LT(flat_apart(end, true_states()[i]), 0.03 * moved) << method.name << ", body " << i;
   }
 }
 
@@ -103,22 +103,23 @@ INSTANTIATE_TEST_SUITE_P(Every, FlatMethod, ::testing::ValuesIn([] {
 
 TEST(FlatSolvers, SolveOrRefuseInWords) {
   const IntegratorInfo& method = find_integrator("backward_euler");
-  const State<double> expected = after(method, driven_bodies()[1], 1e-3, flat_seconds);
+  const State<double> expected = flat_after(method, driven_bodies()[1], 1e-3, flat_seconds);
   for (const LinearSolverInfo& solver : linear_solvers()) {
     if (solver.name == "multigrid" || solver.name == "separable") {
-      EXPECT_THROW(after(method, driven_bodies()[1], 1e-3, flat_seconds, {.linear_solver = solver.name}),
+      EXPECT_THROW(flat_after(method, driven_bodies()[1], 1e-3, flat_seconds, {.linear_solver = solver.name}),
                    InputError)
           << solver.name;
       continue;
     }
     const State<double> end =
-        after(method, driven_bodies()[1], 1e-3, flat_seconds, {.linear_solver = solver.name});
-    EXPECT_LT(apart(end, expected), 1e-8) << solver.name;
+        flat_after(method, driven_bodies()[1], 1e-3, flat_seconds, {.linear_solver = solver.name});
+    EXPECT_LT(flat_apart(end, expected), 1e-8) << solver.name;
   }
   for (const NonlinearSolverInfo& solver : nonlinear_solvers())
     if (solver.name != "newton") {
-      EXPECT_THROW(after(method, driven_bodies()[1], 1e-3, flat_seconds, {.nonlinear_solver = solver.name}),
-                   InputError)
+      EXPECT_THROW(
+          flat_after(method, driven_bodies()[1], 1e-3, flat_seconds, {.nonlinear_solver = solver.name}),
+          InputError)
           << solver.name;
     }
 }

@@ -636,6 +636,8 @@ TEST(Scene, ReadsSheetsAndRopes) {
               ElementsAre(HasSubstr("material.poisson = 0.3 is not used: springs of a sheet make it 1/3")));
   const std::string given = replaced(plain_scene, "young = 1e5\npoisson = 0.3", "springs = { edge = 7 }");
   EXPECT_EQ(load_text(given, {"body.cells=[5, 0, 0]"}).body.springs.edge, 7);
+  EXPECT_THAT(load_text(given, {"body.cells=[5, 2, 0]", "material.springs.face=0"}).warnings,
+              ElementsAre(HasSubstr("do not resist shear")));
 }
 
 TEST(Scene, WritesSheetsAndRopes) {

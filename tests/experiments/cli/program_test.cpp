@@ -19,6 +19,7 @@
 #include "experiments/io/process.hpp"
 #include "experiments/plot/gnuplot.hpp"
 #include "integrators/integrator.hpp"
+#include "reference/closed_forms.hpp"
 
 namespace mss::cli {
 namespace {
@@ -203,6 +204,25 @@ TEST(Modes, OfAScene) {
   }
 }
 
+/// Of a membrane, which resists nothing across it at rest.
+TEST(Modes, AboutAnEquilibrium) {
+  const Directory directory;
+  const ProgramRun run =
+      mss({"modes", "drum", "--count", "1", "--about", "equilibrium", "--out", directory / "tense"});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  const auto rows = parse_csv(read_file(fs::path(directory / "tense") / "modes.csv"));
+  const double stretch = 1.05, nu = 1.0 / 3;  // as drum.toml has it
+  const reference::Stretched membrane{.length = 0.4 * stretch,
+                                      .tension = 5e6 * 0.001 * (stretch - 1) / (1 - nu) / stretch,
+                                      .mass = 1100 * 0.001 / (stretch * stretch)};
+  EXPECT_NEAR(std::stod(rows[1][2]) / reference::net_frequency(membrane, 32, 1, 1), 1, 1e-8);
+  EXPECT_EQ(Json::parse(read_file(fs::path(directory / "tense") / "summary.json"))["about"], "equilibrium");
+  const ProgramRun slack = mss({"modes", "drum", "--count", "1", "--out", directory / "slack"});
+  EXPECT_EQ(slack.exit_status, 0);
+  EXPECT_NE(slack.output.find("a sheet at rest has no tension"), std::string::npos) << slack.output;
+  expect_refused({"modes", "drum", "--about", "nothing", "--out", directory / "none"}, "--about");
+}
+
 TEST(Modes, SayWhenThereAreFewerThanAskedFor) {
   const Directory directory;
   const ProgramRun run = mss(
@@ -229,6 +249,30 @@ TEST(Modes, PrintTheStableStepWhereAGuardActs) {
   EXPECT_EQ(unlimited.exit_status, 0) << unlimited.output;
   EXPECT_NE(unlimited.output.find("where the fold guard acts"), std::string::npos) << unlimited.output;
   EXPECT_EQ(unlimited.output.find("of the safe one"), std::string::npos) << unlimited.output;
+}
+
+TEST(Coarsen, WritesASceneThatVibratesAsTheGivenOne) {
+  const Directory directory;
+  const fs::path file = directory / "coarse.toml";
+  const ProgramRun run = mss({"coarsen", "cantilever", "--cells", "8", "--out", file});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  EXPECT_NE(run.output.find("32 cells in place of 256"), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("bending"), std::string::npos) << run.output;
+  std::vector<double> slowest;
+  for (const std::string& scene : {std::string("cantilever"), file.string()}) {
+    const fs::path out = directory / "modes";
+    ASSERT_EQ(mss({"modes", scene, "--count", "3", "--out", out}).exit_status, 0);
+    slowest.push_back(std::stod(parse_csv(read_file(out / "modes.csv"))[3][2]));
+  }
+  EXPECT_NEAR(slowest[1] / slowest[0], 1, 1e-3) << "the third is the slowest that twists";
+}
+
+TEST(Coarsen, RefusesWhatItCannotCoarsen) {
+  expect_refused({"coarsen", "cantilever", "--cells", "7"}, "merge into 4 along its longest side");
+  expect_refused({"coarsen", "cantilever", "--cells", "16"}, "give fewer");
+  expect_refused({"coarsen", "cantilever", "--cells", "4", "--match", "bend"}, "did you mean 'bending'?");
+  expect_refused({"coarsen", "voxel_creature", "--cells", "2"}, "do not merge");
+  expect_refused({"coarsen", "fig2_1_collapse", "--cells", "1"}, "material.springs are given");
 }
 
 TEST(CheckMesh, SaysWhatCellsHaveOfIt) {
