@@ -68,12 +68,12 @@ std::vector<ChartPoint> warned_points(const Table& rows) {
 
 Chart scene_chart(const Table& rows, const Table& scenes, const std::string& scene) {
   const Table about = scenes.where("scene", scene);
-  Chart chart{.title = fmt::format("{}: error of a motion against the cost of a frame", scene),
+  Chart chart{.title = fmt::format("{}: error against the cost of a frame", about.text(0, "label")),
               .subtitle = fmt::format("{}, {:g} particles, {}; one thread", about.text(0, "body"),
                                       about.number(0, "particles"), about.text(0, "description")),
               .times = true,
               .x = {.label = "steps and positions of a frame", .logarithmic = true, .unit = "s"},
-              .y = {.label = "error over displacement", .logarithmic = true}};
+              .y = {.label = "relative error", .logarithmic = true}};
   const Table of_scene = rows.where("scene", scene);
   const auto add = [&](const std::string& label, std::vector<ChartPoint> points, int style) {
     if (!points.empty())
@@ -92,15 +92,18 @@ Chart scene_chart(const Table& rows, const Table& scenes, const std::string& sce
 }
 
 /// Of every scene and model the largest gain with a useful error.
-Chart gain_chart(const Table& rows, const std::string& column, const std::string& over) {
+Chart gain_chart(const Table& rows, const Table& described, const std::string& column,
+                 const std::string& over) {
   const std::vector<std::string> scenes = rows.distinct("scene");
+  std::vector<std::string> labels;
+  for (const std::string& scene : scenes) labels.push_back(described.where("scene", scene).text(0, "label"));
   Chart chart{.title = "What fewer unknowns gain in the cost of a frame",
-              .subtitle = fmt::format("over {} of no larger error; the best of each kind with an error of at "
+              .subtitle = fmt::format("over {} of no larger error; the best with an error of at "
                                       "most {:g} percent",
                                       over, 100 * largest_error),
               .times = true,
               .x = {.label = "gain; left of 1 is a loss", .logarithmic = true},
-              .y = named_rows(scenes),
+              .y = named_rows(labels),
               .lines = {{ReferenceLine::Direction::vertical, 1, ""}}};
   const auto add = [&](const std::string& label, int style, const auto& rows_of) {
     ChartSeries series{.label = label, .style = style, .joined = false};
@@ -182,10 +185,11 @@ Drawings draw_reduce(const std::vector<NamedTable>& tables) {
   const Table& rows = find_table(tables, "reduce");
   const Table& scenes = find_table(tables, "reduce_scenes");
   Drawings drawings{
-      .charts = {{"reduce", gain_chart(rows, "gain_unmatched", "the cheapest lattice as it is")},
-                 {"reduce_over_matched",
-                  gain_chart(rows, "gain_matched", "the cheapest lattice, as it is or matched,"), "reduce"},
-                 {"reduce_losses", loss_chart(rows), "reduce"}}};
+      .charts = {
+          {"reduce", gain_chart(rows, scenes, "gain_unmatched", "the cheapest lattice as it is")},
+          {"reduce_over_matched",
+           gain_chart(rows, scenes, "gain_matched", "the cheapest lattice, as it is or matched,"), "reduce"},
+          {"reduce_losses", loss_chart(rows), "reduce"}}};
   for (const std::string& scene : rows.distinct("scene"))
     drawings.charts.push_back({"reduce_" + scene, scene_chart(rows, scenes, scene), "reduce"});
   std::erase_if(drawings.charts, [](const NamedChart& chart) { return !has_points(chart.chart); });

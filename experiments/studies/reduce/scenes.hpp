@@ -33,6 +33,7 @@ enum class Happening {
 
 struct ReduceScene {
   std::string name{};         ///< in tables
+  std::string label{};        ///< on charts
   std::string description{};  ///< for people
   std::size_t solid = 0;      ///< index of its body
   Happening happening = Happening::gravity;
