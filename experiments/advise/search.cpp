@@ -220,7 +220,7 @@ std::vector<Candidate> Search::fillings(int level) const {
       all.back().model = law.name;
     }
   using Of = FrequencyMatch::Of;
-  if (family().is_calibrated())
+  if (family().is_calibrated() && family().given().body.is_solid())
     for (const Of of : {Of::bending, Of::torsion, Of::both, Of::modes}) {
       all.push_back(family().candidate(level));
       all.back().match = of;
