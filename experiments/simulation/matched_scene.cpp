@@ -47,13 +47,15 @@ double poisson_with(const ElasticConstants& elastic, double over_shear) {
   return (1 + elastic.poisson) * over_shear - 1;
 }
 
-/// Of E over the shear modulus: what leaves nu of all parts where springs are well behaved.
+/// Of nu, between which springs are well behaved.
+constexpr double least_poisson = -0.5, most_poisson = 0.49;
+
+/// Of E over the shear modulus: what leaves nu of all parts there, or where it is.
 std::pair<double, double> allowed_over_shear(const Scene& scene) {
-  constexpr double least = -0.5, most = 0.49;
   double low = 0, high = std::numeric_limits<double>::infinity();
   for (const Part& part : scene.body.all_parts()) {
-    low = std::max(low, (1 + std::min(least, part.elastic->poisson)) / (1 + part.elastic->poisson));
-    high = std::min(high, (1 + std::max(most, part.elastic->poisson)) / (1 + part.elastic->poisson));
+    low = std::max(low, (1 + std::min(least_poisson, part.elastic->poisson)) / (1 + part.elastic->poisson));
+    high = std::min(high, (1 + std::max(most_poisson, part.elastic->poisson)) / (1 + part.elastic->poisson));
   }
   return {low, high};
 }
@@ -176,6 +178,7 @@ struct FoundModuli {
   ModuliFactors factors;
   std::vector<Eigen::Index> chosen;  ///< vibrations that set them
   Eigen::ArrayXd lack;               ///< with them
+  bool at_bound = false;             ///< another nu would serve these more alike, and is not allowed
 };
 
 /// Finds the factor of 1 + nu with which the lacks of the chosen vibrations are most alike, by steps of Gauss
@@ -190,7 +193,8 @@ class ModuliSearch {
     if (changes_poisson(scene_.match->of) && chosen_.size() > 1) improve(best);
     return {{.young = std::exp(2 * best.mean), .over_shear = std::exp(best.log_over_shear)},
             chosen_,
-            best.lack - best.mean};
+            best.lack - best.mean,
+            at_bound_};
   }
 
  private:
@@ -210,6 +214,7 @@ class ModuliSearch {
     double step = std::log(high) < first_step ? -first_step : first_step;
     for (int i = 0; i < most_steps; ++i) {
       const double next = std::clamp(best.log_over_shear + step, std::log(low), std::log(high));
+      at_bound_ = next == best.log_over_shear && std::abs(step) > enough;
       const double moved = next - best.log_over_shear;
       if (!(std::abs(moved) > enough)) return;
       Point point = evaluate(next);
@@ -245,6 +250,7 @@ class ModuliSearch {
   const Scene& scene_;
   const Targets& targets_;
   std::vector<Eigen::Index> chosen_;
+  bool at_bound_ = false;
 };
 
 /// What an equal load would move the vibration too far, or too little where negative, over its frequency
@@ -310,6 +316,12 @@ MatchedScene matched_with(const Scene& scene, const std::function<Targets()>& fi
   result.report = report_of(scene, result.scene, targets, found);
   for (std::string& warning : warnings_of(*result.report))
     result.scene.warnings.push_back(std::move(warning));
+  if (found.at_bound)
+    result.scene.warnings.push_back(fmt::format(
+        "body.match = \"{}\" takes nu from {} to {} alone, and matched vibrations stay up to {:.2g} % off; "
+        "give "
+        "\"bending\" or \"torsion\", or smaller cells where that matters",
+        to_string(scene.match->of), least_poisson, most_poisson, 100 * result.report->error_of_matched()));
   result.report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }
