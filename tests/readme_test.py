@@ -11,7 +11,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 TEXTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("*/README.md"), *ROOT.glob("core/*/README.md"),
                 *ROOT.glob("integrators/*/README.md"), ROOT / "core/GLOSSARY.md", ROOT / "reference/THESIS.md"])
 LINK = re.compile(r'\]\(([^()\s]+)(?:\s+"[^"]*")?\)|\bsrc="([^"]+)"')
-EXPLAINED = {"cell", "spring", "thesis"}  # words of the glossary that the first screen uses as it explains them
+# Words of the glossary that the first screen uses as it explains them.
+EXPLAINED = {"cell", "spring", "thesis", "sheet", "rope"}
 
 
 def prose(text):

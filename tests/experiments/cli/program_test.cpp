@@ -220,7 +220,19 @@ TEST(Modes, AboutAnEquilibrium) {
   const ProgramRun slack = mss({"modes", "drum", "--count", "1", "--out", directory / "slack"});
   EXPECT_EQ(slack.exit_status, 0);
   EXPECT_NE(slack.output.find("a sheet at rest has no tension"), std::string::npos) << slack.output;
+  EXPECT_NE(slack.output.find("(nothing resists it)"), std::string::npos) << slack.output;
   expect_refused({"modes", "drum", "--about", "nothing", "--out", directory / "none"}, "--about");
+}
+
+TEST(Run, SaysWhatARopeIs) {
+  const Directory directory;
+  const ProgramRun run = mss({"run", "hanging_rope", "--dry-run"});
+  EXPECT_EQ(run.exit_status, 0);
+  EXPECT_NE(run.output.find("a rope of 2 m, 0.02 m thick, 0.88 kg"), std::string::npos) << run.output;
+  // Its step, "safe", means nothing to that method either: the body is what is to be changed.
+  expect_refused(
+      {"run", "drum", "--set", "solve.integrator=\"shape_matching\"", "--out", directory / "regions"},
+      "this body is a sheet");
 }
 
 TEST(Modes, SayWhenThereAreFewerThanAskedFor) {
