@@ -57,9 +57,9 @@ double net_frequency(const Stretched& membrane, int squares, int p, int q);
 
 /// A rope that hangs between two points of equal height.
 struct Catenary {
-  double sag;        ///< of its middle below its ends [m]
-  double pull;       ///< along the line between its ends, over its weight
-  double rise;       ///< across it at each end, over its weight: 1/2
+  double sag;   ///< of its middle below its ends [m]
+  double pull;  ///< along the line between its ends, over its weight
+  double rise;  ///< across it at each end, over its weight: 1/2
 };
 /// Of a length at rest [m], more than the span [m], and of a stiffness E A of 1 / `stretch` times its weight;
 /// 0: it does not stretch. With a = pull times the length

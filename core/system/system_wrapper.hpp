@@ -25,6 +25,7 @@ class SystemWrapper : public System<Real> {
   const SpringSystem<Real>* springs() const final { return other_.springs(); }
   DiscreteGradient<Real>* discrete_gradient() override { return other_.discrete_gradient(); }
   StepEvents<Real>* events() override { return other_.events(); }
+  ReducedMotion* reduced() final { return other_.reduced(); }
   StepMemory<Real>* memory() final { return other_.memory(); }
   const PlaneBounds* bounds() const final { return other_.bounds(); }
   PlaneImpulses* plane_impulses() const final { return other_.plane_impulses(); }

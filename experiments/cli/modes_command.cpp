@@ -18,6 +18,7 @@
 #include "experiments/io/output.hpp"
 #include "experiments/simulation/matched_scene.hpp"
 #include "experiments/simulation/model.hpp"
+#include "experiments/simulation/reduced_model.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
 #include "integrators/analysis/modes.hpp"
@@ -148,7 +149,7 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
       choice.directory.empty() ? fs::path("out") / (scene.name + "_modes") : fs::path(choice.directory);
   const Body body(scene.body);
   const std::unique_ptr<const RefinedBody> refined = refined_body_of(scene);
-  const auto system = make_solid<double>(scene, body, refined.get());
+  const auto system = make_solid<double>(unreduced(scene), body, refined.get());
   if (unknowns_of(*system).empty())
     throw InputError(fmt::format("{}: everything is held, so nothing can vibrate", scene.file.string()));
   prepare_directory(directory);

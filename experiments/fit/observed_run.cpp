@@ -12,6 +12,7 @@
 #include "core/mesh/embedded_surface.hpp"
 #include "experiments/harness/ring_down.hpp"
 #include "experiments/simulation/model.hpp"
+#include "experiments/simulation/reduced_model.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_run.hpp"
 #include "experiments/simulation/simulation.hpp"
@@ -238,7 +239,7 @@ ObservedValues observe_in(const Scene& scene, double every,
 ObservedValues modes_of(const Scene& scene, const std::vector<const Observation*>& observations) {
   const Body body(scene.body);
   const std::unique_ptr<const RefinedBody> refined = refined_body_of(scene);
-  const auto system = make_solid<double>(scene, body, refined.get());
+  const auto system = make_solid<double>(unreduced(scene), body, refined.get());
   int count = 0;
   for (const Observation* o : observations) count = std::max(count, o->mode);
   Work work;

@@ -10,6 +10,7 @@
 #include "experiments/harness/provenance.hpp"
 #include "experiments/simulation/explicit_steps.hpp"
 #include "experiments/simulation/model.hpp"
+#include "experiments/simulation/reduced_model.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_run.hpp"
 
@@ -108,6 +109,10 @@ Exchange make_exchange(const Scene& scene, double spacing) {
     throw InputError(
         fmt::format("samples {:g} s apart are more than {:g}; give a longer time", spacing, most_samples));
   Exchange exchange{.scene = scene, .body = std::make_unique<const Body>(scene.body)};
+  if (reduction_named(scene.model))
+    throw InputError(fmt::format(
+        "{}: material.model = \"{}\" moves few coordinates, which no other program has; give \"springs\"",
+        scene.file.string(), scene.model));
   exchange.system = make_system<double>(scene.model, *exchange.body, scene.environment, 1);
   exchange.start = start_state(*exchange.system, scene);
   exchange.spacing = spacing;

@@ -14,6 +14,7 @@
 #include "experiments/python/toml_text.hpp"
 #include "experiments/simulation/matched_scene.hpp"
 #include "experiments/simulation/model.hpp"
+#include "experiments/simulation/reduced_model.hpp"
 #include "experiments/simulation/scene_files.hpp"
 #include "integrators/analysis/modes.hpp"
 
@@ -153,7 +154,7 @@ py::array_t<int> cells(const Simulation& simulation) {
 
 Modes rest_modes(const Simulation& simulation, int count) {
   const py::gil_scoped_release free;
-  const Scene& scene = simulation.scene();
+  const Scene scene = unreduced(simulation.scene());
   const auto system =
       make_system<double>(scene.model, simulation.body(), scene.environment, scene.solve.threads);
   if (unknowns_of(*system).empty())

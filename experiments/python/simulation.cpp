@@ -197,6 +197,11 @@ void SimulationIn<Real>::add_force(py::function force) {
     throw InputError(
         fmt::format("{} lets particles sleep, which would not feel a function's force; set solve.sleep to 0",
                     scene_.name));
+  if (driven().reduced())
+    throw InputError(
+        fmt::format("{}: material.model = \"{}\" moves few coordinates, which a function's force does not "
+                    "reach; give \"springs\"",
+                    scene_.name, scene_.model));
   forced_->add(std::move(force));
   calls_python_ = true;
   run_.disturb();

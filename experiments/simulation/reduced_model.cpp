@@ -71,6 +71,13 @@ std::optional<Reduction> reduction_named(const std::string& model) {
   return std::nullopt;
 }
 
+Scene unreduced(Scene scene) {
+  if (!reduction_named(scene.model)) return scene;
+  scene.model = spring_model;
+  scene.modes = 0;
+  return scene;
+}
+
 fs::path shapes_file(const Scene& scene) {
   if (!fs::exists(scene.file)) return {};
   return fs::path(scene.file).replace_extension(".shapes");

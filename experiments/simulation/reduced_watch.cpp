@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "experiments/simulation/reduced_model.hpp"
 #include "integrators/reduction/warped_motion.hpp"
@@ -26,32 +27,11 @@ double longest_side(const Body& body) {
   return body.config().cell_size * body.lattice().cells[std::size_t(longest_axis(body))];
 }
 
-/// Root of the mean square distance of particles.
-double distance(const SolidSystem<double>& system, const Field<double>& a, const Field<double>& b) {
-  double sum = 0;
-  for (const std::ptrdiff_t site : system.particles()) sum += (a.at(site) - b.at(site)).squaredNorm();
-  return std::sqrt(sum / double(system.particles().size()));
-}
-
 }  // namespace
 
 template <class Real>
 ReducedWatch<Real>::ReducedWatch(SceneRun<Real>& run) : run_(run) {
   if constexpr (std::is_same_v<Real, double>) system_ = dynamic_cast<ReducedSystem*>(&run.system());
-  if (system_) look_at_start();
-}
-
-template <class Real>
-void ReducedWatch<Real>::look_at_start() {
-  if constexpr (std::is_same_v<Real, double>) {
-    const State<double>& start = run_.state();
-    const double moved = distance(*system_, start.x, system_->rest_state().x);
-    if (system_->environment().holds.empty() || moved == 0) return;
-    Field<double> nearest = start.x;
-    system_->reduced()->take(start);
-    system_->reduced()->draw(nearest);
-    fit_.lost_at_start = distance(*system_, nearest, start.x) / moved;
-  }
 }
 
 template <class Real>
@@ -86,6 +66,7 @@ void ReducedWatch<Real>::add(const Measures& row, const Reactions& reactions) {
     most_excess_ = std::max(most_excess_, lattice.elastic + lattice.volume - energy);
     if (most_energy_ > 0) fit_.excess = most_excess_ / most_energy_;
     for (const Vec3& force : reactions.planes) fit_.touched = fit_.touched || !force.isZero(0);
+    fit_.lost = system_->lost();
     if (system_->environment().holds.empty()) return;
     fit_.deflection = std::max(fit_.deflection, displacement() / longest_side(system_->body()));
     fit_.twist = std::max(fit_.twist, twist());
@@ -101,11 +82,12 @@ std::vector<std::string> warnings_of(const Scene& scene, const ReducedFit& fit) 
   const bool is_cubic = reduction_named(scene.model) == Reduction::cubic;
   const std::string others = is_free || is_cubic ? "give material.model = \"springs\""
                                                  : "give material.model = \"modal_cubic\" or \"springs\"";
-  if (fit.lost_at_start > most_lost)
+  if (fit.lost > most_lost)
     warnings.push_back(
-        fmt::format("the start is {:.2g} percent off the nearest shape that {} coordinates make; give more "
-                    "material.modes, or {}",
-                    100 * fit.lost_at_start, scene.model, others));
+        fmt::format("{:.2g} percent of the start, or of what an impulse gives, is no motion of {}'s shapes "
+                    "and is lost; give "
+                    "more material.modes, or {}",
+                    100 * fit.lost, scene.model, others));
   if (fit.excess > (is_free || is_cubic ? most_excess_nonlinear : most_excess_linear)) {
     const std::string how =
         is_free ? std::string("spinning or deforming that much")
@@ -117,16 +99,16 @@ std::vector<std::string> warnings_of(const Scene& scene, const ReducedFit& fit) 
                     scene.model, 1 + fit.excess, how, others));
   } else if (is_cubic && fit.deflection > most_deflection) {
     warnings.push_back(
-        fmt::format("modal_cubic is at its end: the body moves by {:.2g} percent of its longest side, for "
-                    "which its shapes "
-                    "are too few and too heavy; give more material.modes, or material.model = \"springs\"",
+        fmt::format("modal_cubic is at its end: the body moves by {:.2g} percent of its longest side, and "
+                    "its fast shapes, "
+                    "made heavy for longer steps, come late; give material.model = \"springs\"",
                     100 * fit.deflection));
   }
   if (is_cubic && fit.twist > most_twist)
     warnings.push_back(fmt::format(
         "the body twists by {:.2g} degrees, which modal_cubic's shapes do not follow; give material.model = "
         "\"modal_warped\" or \"springs\"",
-        fit.twist * 180 / M_PI));
+        fit.twist * 180 / std::numbers::pi));
   if (fit.touched)
     warnings.push_back(fmt::format(
         "a plane pushes the body, and {} has few shapes that give way there; give material.model = "

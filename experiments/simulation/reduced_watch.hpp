@@ -11,17 +11,17 @@ namespace mss {
 
 /// How far a reduced body has been from the lattice that it stands for.
 struct ReducedFit {
-  double lost_at_start = 0;  ///< rms distance of the start from the nearest shape, over that from rest
-  double excess = 0;         ///< largest energy of the lattice in the body's shape above that of the
-                             ///< coordinates, over the largest of these
-  double deflection = 0;     ///< of a held body: largest displacement over its longest side
-  double twist = 0;          ///< largest rotation of a particle's neighbourhood about that side [rad]
-  bool touched = false;      ///< a plane has pushed it
+  double lost = 0;        ///< share of the start, or of what a strike gives, that is none of its shapes
+  double excess = 0;      ///< largest energy of the lattice in the body's shape above that of the
+                          ///< coordinates, over the largest of these
+  double deflection = 0;  ///< of a held body: largest displacement over its longest side
+  double twist = 0;       ///< largest rotation of a particle's neighbourhood about that side [rad]
+  bool touched = false;   ///< a plane has pushed it
 
-  void remember(Record& record) { record.keep(lost_at_start, excess, deflection, twist, touched); }
+  void remember(Record& record) { record.keep(lost, excess, deflection, twist, touched); }
 };
 
-/// Watches a run of a reduced body at its rows; of other bodies it sees nothing.
+/// Watches a run of a reduced body at its rows, between which it sees nothing; of other bodies neither.
 template <class Real>
 class ReducedWatch {
  public:
@@ -33,7 +33,6 @@ class ReducedWatch {
   void remember(Record& record) { record.keep(fit_, most_energy_, most_excess_); }
 
  private:
-  void look_at_start();
   double displacement() const;
   double twist() const;
 
@@ -43,8 +42,8 @@ class ReducedWatch {
   double most_energy_ = 0, most_excess_ = 0;  ///< [J]
 };
 
-/// Sentences about where a reduced body has left what its model is good for: see results/reduce for the
-/// errors beyond.
+/// Sentences about where a reduced body has left what its model is good for; `mss reduce` has the errors
+/// beyond.
 std::vector<std::string> warnings_of(const Scene& scene, const ReducedFit& fit);
 
 }  // namespace mss

@@ -9,6 +9,7 @@
 
 #include "core/base/error.hpp"
 #include "experiments/simulation/model.hpp"
+#include "experiments/simulation/reduced_model.hpp"
 #include "integrators/analysis/stable_step.hpp"
 #include "integrators/integrator.hpp"
 #include "integrators/linear/linear_solver.hpp"
@@ -139,6 +140,12 @@ void check_sleep(const Scene& scene, const IntegratorInfo& method) {
 }  // namespace
 
 void check_model(const Scene& scene) {
+  if (scene.modes > 0 && !reduction_named(scene.model))
+    throw InputError(
+        fmt::format("{}: material: modes = {} is of models that reduce the body, and model is \"{}\"; leave "
+                    "it out, or give "
+                    "\"modal\", \"modal_warped\" or \"modal_cubic\"",
+                    scene.file.string(), scene.modes, scene.model));
   if (scene.match)
     throw InputError(fmt::format(
         "{}: body.match changes moduli, which was not done here; leave it out, or give the moduli "

@@ -178,7 +178,7 @@ void Session::change(const SceneEdit& settings) {
 
 bool Session::grab(std::ptrdiff_t site) {
   const HeldSites held(levels(), scene_.environment.holds);
-  if (!simulation_->moves_by_itself(site)) return false;
+  if (reduction_named(scene_.model) || !simulation_->moves_by_itself(site)) return false;
   if (held.holds(site, 0) && held.holds(site, 1) && held.holds(site, 2)) return false;
   tether_ = simulation_->stable_tether(site);
   pull(x_.at(site));

@@ -31,14 +31,15 @@ class Squares {
   /// The expression linear.q + q.quadratic q, the matrix symmetric, its square times `weight`.
   template <class Linear, class Quadratic>
   void add(double weight, const Linear& linear, const Quadratic& quadratic) {
+    if ((weight < 0) != (sign_ < 0)) flush();
+    sign_ = weight < 0 ? -1 : 1;
     const double root = std::sqrt(std::abs(weight));
     auto row = rows_.row(used_);
     for (int a = 0; a < r_; ++a) {
       row[a] = root * linear(a);
       for (int b = 0; b <= a; ++b) row[r_ + pair_place(a, b)] = root * (a == b ? 1 : 2) * quadratic(a, b);
     }
-    sign_ = weight < 0 ? -1 : 1;
-    if (++used_ == chunk || sign_ < 0) flush();
+    if (++used_ == chunk) flush();
   }
   const MatrixXd& sum() {
     flush();
@@ -51,12 +52,11 @@ class Squares {
     const auto used = rows_.topRows(used_);
     sum_.noalias() += sign_ * (used.transpose() * used);
     used_ = 0;
-    sign_ = 1;
   }
 
   int r_;
   Index used_ = 0;
-  double sign_ = 1;
+  double sign_ = 1;  ///< of the rows' weights
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows_;
   MatrixXd sum_;
 };
@@ -191,7 +191,7 @@ long CubicMotion::parts_of_step(double dt) {
     force_.gradient(q_ + size * fastest_direction_, gradient_beside_);
     const VectorXd change = (gradient_beside_ - gradient_).head(q_.size()) / size;
     square = change.norm();
-    if (!std::isfinite(square) || square == 0) return 1;
+    if (!std::isfinite(square) || square == 0) return 1;  // what has diverged is found at the end
     fastest_direction_ = change / square;
   }
   constexpr long most = 64;
@@ -229,9 +229,7 @@ bool CubicMotion::step(double dt, long steps) {
   return q_.allFinite() && rates_.allFinite();
 }
 
-double CubicMotion::stored_energy(const Field<double>& x) {
-  return force_.energy(nearest(rows().from(x, panels().padded_rows())));
-}
+double CubicMotion::stored_energy(const Field<double>& x) { return force_.energy(coordinates_at(x)); }
 
 void CubicMotion::remember(Record& record) {
   SubspaceMotion::remember(record);

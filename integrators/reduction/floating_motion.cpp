@@ -24,13 +24,6 @@ MatrixXd weighted(const VectorXd& masses, const MatrixXd& u, int a, const Matrix
          w.middleRows(b * particles, particles);
 }
 
-/// exp([w])
-Matrix3d rotation(const Vec3& w) {
-  const double angle = w.norm();
-  return angle < 1e-300 ? Matrix3d(Matrix3d::Identity())
-                        : Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
-}
-
 }  // namespace
 
 FloatingMotion::FloatingMotion(const SolidSystem<double>& system, const State<double>& rest,
@@ -46,15 +39,14 @@ FloatingMotion::FloatingMotion(const SolidSystem<double>& system, const State<do
       scratch_(rest),
       force_(system.size()),
       forces_(zero_),
-      q_(VectorXd::Zero(shapes.count())),
-      p_(q_),
-      rates_(q_),
+      rates_(VectorXd::Zero(shapes.count())),
       rows_out_(zero_),
       shifts_(zero_) {
   Field<double> masses(system.size());
   for (const std::ptrdiff_t site : system.particles()) masses.set(site, Vec3::Constant(system.mass(site)));
   masses_ = rows_.from(masses, panels_.padded_rows());
-  arms_ = centred(rest.x, centre_);
+  at_.q = at_.p = rates_;
+  arms_ = centred(rest.x, at_.centre);
   const Index r = shapes.count();
   const MatrixXd arms = arms_.head(rows_.count());
   MatrixXd of_shape(9 * r, r), of_rates(3 * r, r);
@@ -78,7 +70,17 @@ FloatingMotion::FloatingMotion(const SolidSystem<double>& system, const State<do
   zero_of_rates_ = rates_out_ = VectorXd::Zero(of_rates_.padded_rows());
 }
 
-double FloatingMotion::longest_step() const { return std::min(0.8 / fastest(), outer_.longest_step); }
+/// Well within the limit of 2.8: what is that fast is damped by a few percent a step.
+double FloatingMotion::longest_step() const { return std::min(1.2 / fastest(), outer_.longest_step); }
+
+void FloatingMotion::Moving::add(double dt, const Moving& rates) {
+  q += dt * rates.q;
+  p += dt * rates.p;
+  turn += dt * rates.turn;
+  centre += dt * rates.centre;
+  velocity += dt * rates.velocity;
+  angular_momentum += dt * rates.angular_momentum;
+}
 
 VectorXd FloatingMotion::centred(const Field<double>& field, Vec3& mean) const {
   VectorXd rows = rows_.from(field, panels_.padded_rows());
@@ -120,26 +122,27 @@ Matrix3d FloatingMotion::frame_of(const VectorXd& arms) const {
 
 void FloatingMotion::take(const State<double>& state) {
   t_ = state.t;
-  const VectorXd arms = centred(state.x, centre_), speeds = centred(state.v, velocity_);
-  frame_ = frame_of(arms);
-  angular_momentum_.setZero();
+  const VectorXd arms = centred(state.x, at_.centre), speeds = centred(state.v, at_.velocity);
+  const Matrix3d frame = frame_of(arms);
+  at_.turn = Eigen::Quaterniond(frame).coeffs();
+  at_.angular_momentum.setZero();
   for (Index i = 0; i < particles_; ++i) {
     const Vec3 arm(arms[i], arms[particles_ + i], arms[2 * particles_ + i]),
         speed(speeds[i], speeds[particles_ + i], speeds[2 * particles_ + i]);
-    angular_momentum_ += masses_[i] * arm.cross(speed);
+    at_.angular_momentum += masses_[i] * arm.cross(speed);
   }
-  panels_.project(masses_.cwiseProduct(turned(frame_.transpose(), arms) - arms_), q_);
-  panels_.project(masses_.cwiseProduct(turned(frame_.transpose(), speeds)), p_);
+  panels_.project(masses_.cwiseProduct(turned(frame.transpose(), arms) - arms_), at_.q);
+  panels_.project(masses_.cwiseProduct(turned(frame.transpose(), speeds)), at_.p);
   find_velocities();
 }
 
 void FloatingMotion::find_inertia() {
-  const Index r = q_.size();
-  of_shape_.expand(zero_of_shape_, q_, shape_out_);
+  const Index r = at_.q.size();
+  of_shape_.expand(zero_of_shape_, at_.q, shape_out_);
   std::array<double, 6> s{};
   for (std::size_t pair = 0; pair < axes.size(); ++pair) {
     now_.change[pair] = first_[pair] + shape_out_.segment(Index(pair) * r, r);
-    const double sum = q_.dot(first_[pair] + now_.change[pair]);
+    const double sum = at_.q.dot(first_[pair] + now_.change[pair]);
     s[pair] = inertia_[pair] + (pair < 3 ? sum : sum / 2);
   }
   for (int c = 0; c < 3; ++c) now_.b[std::size_t(c)] = shape_out_.segment((6 + c) * r, r);
@@ -150,28 +153,31 @@ void FloatingMotion::find_inertia() {
 }
 
 void FloatingMotion::find_velocities() {
+  frame_ = Eigen::Quaterniond(at_.turn).normalized().toRotationMatrix();
   find_inertia();
-  Vec3 rest = frame_.transpose() * angular_momentum_;
-  for (int c = 0; c < 3; ++c) rest[c] -= now_.b[std::size_t(c)].dot(p_);
+  Vec3 rest = frame_.transpose() * at_.angular_momentum;
+  for (int c = 0; c < 3; ++c) rest[c] -= now_.b[std::size_t(c)].dot(at_.p);
   spin_ = now_.moment.inverse() * rest;
-  rates_ = p_;
+  rates_ = at_.p;
   for (int c = 0; c < 3; ++c) rates_ -= spin_[c] * now_.b[std::size_t(c)];
 }
 
-/// p += dt p' at the present velocities.
-void FloatingMotion::kick(double dt) {
-  const Index r = q_.size();
+FloatingMotion::Moving FloatingMotion::rates_at(double t) {
+  const Index r = at_.q.size();
   find_velocities();
   of_rates_.expand(zero_of_rates_, rates_, rates_out_);
-  VectorXd change = -squares_.cwiseProduct(q_) - damping_.cwiseProduct(rates_);
+  Moving rates{.q = rates_, .p = -squares_.cwiseProduct(at_.q) - damping_.cwiseProduct(rates_)};
   const double square = spin_.squaredNorm();
   for (std::size_t pair = 0; pair < axes.size(); ++pair) {
     const auto [a, b] = axes[pair];
-    change -= (spin_[a] * spin_[b] - (a == b ? square : 0)) * now_.change[pair];
+    rates.p -= (spin_[a] * spin_[b] - (a == b ? square : 0)) * now_.change[pair];
   }
-  for (int c = 0; c < 3; ++c) change -= spin_[c] * rates_out_.segment(c * r, r);
-  p_ += dt * change;
-  add_outer(dt);
+  for (int c = 0; c < 3; ++c) rates.p -= spin_[c] * rates_out_.segment(c * r, r);
+  const Eigen::Quaterniond spin(0, spin_[0] / 2, spin_[1] / 2, spin_[2] / 2);
+  rates.turn = (Eigen::Quaterniond(at_.turn) * spin).coeffs();
+  rates.centre = at_.velocity;
+  add_outer(t, rates);
+  return rates;
 }
 
 Vec3 FloatingMotion::sum_of(const VectorXd& forces) const {
@@ -181,48 +187,58 @@ Vec3 FloatingMotion::sum_of(const VectorXd& forces) const {
 }
 
 /// Gravity alone moves the body as a whole.
-void FloatingMotion::add_outer(double dt) {
+void FloatingMotion::add_outer(double t, Moving& rates) {
   if (!knows_force_ || outer_.change()) {
     if (outer_.depend_on_state) give(scratch_);
-    outer_.at(t_, scratch_, force_);
+    outer_.at(t, scratch_, force_);
     rows_.read(force_, forces_);
     total_force_ = sum_of(forces_);
     knows_force_ = true;
   }
-  velocity_ += dt / mass_ * total_force_;
-  if (outer_.turns) turn_by_forces(dt);
+  rates.velocity = total_force_ / mass_;
+  if (outer_.turns) turn_by_forces(rates);
 }
 
-void FloatingMotion::turn_by_forces(double dt) {
-  panels_.expand(arms_, q_, shifts_);
+void FloatingMotion::turn_by_forces(Moving& rates) {
+  panels_.expand(arms_, at_.q, shifts_);
   const VectorXd arms = turned(frame_, shifts_);
   for (Index i = 0; i < particles_; ++i) {
     const Vec3 arm(arms[i], arms[particles_ + i], arms[2 * particles_ + i]),
         f(forces_[i], forces_[particles_ + i], forces_[2 * particles_ + i]);
-    angular_momentum_ += dt * arm.cross(f);
+    rates.angular_momentum += arm.cross(f);
   }
-  VectorXd pulls(q_.size());
+  VectorXd pulls(at_.q.size());
   panels_.project(turned(frame_.transpose(), forces_), pulls);
-  p_ += dt * pulls;
+  rates.p += pulls;
 }
 
 bool FloatingMotion::step(double dt, long steps) {
   for (long n = 0; n < steps; ++n) {
-    kick(n == 0 ? dt / 2 : dt);
-    find_velocities();
-    q_ += dt * rates_;
-    frame_ = frame_ * rotation(dt * spin_);
-    centre_ += dt * velocity_;
+    const Moving begin = at_;
+    const Moving first = rates_at(t_);
+    at_.add(dt / 2, first);
+    const Moving second = rates_at(t_ + dt / 2);
+    at_ = begin;
+    at_.add(dt / 2, second);
+    const Moving third = rates_at(t_ + dt / 2);
+    at_ = begin;
+    at_.add(dt, third);
+    const Moving fourth = rates_at(t_ + dt);
+    at_ = begin;
+    at_.add(dt / 6, first);
+    at_.add(dt / 3, second);
+    at_.add(dt / 3, third);
+    at_.add(dt / 6, fourth);
+    at_.turn.normalize();
     t_ += dt;
   }
-  kick(dt / 2);
   find_velocities();
-  return q_.allFinite() && p_.allFinite() && frame_.allFinite();
+  return at_.q.allFinite() && at_.p.allFinite() && frame_.allFinite();
 }
 
 void FloatingMotion::draw(Field<double>& x) const {
-  panels_.expand(arms_, q_, shifts_);
-  turn(frame_, shifts_, centre_, rows_out_);
+  panels_.expand(arms_, at_.q, shifts_);
+  turn(frame_, shifts_, at_.centre, rows_out_);
   rows_.write(rows_out_, x);
 }
 
@@ -236,21 +252,21 @@ void FloatingMotion::give(State<double>& state) const {
     const int next = (axis + 1) % 3, last = (axis + 2) % 3;
     part(speeds, axis) += spin_[next] * part(shifts_, last) - spin_[last] * part(shifts_, next);
   }
-  turn(frame_, speeds, velocity_, rows_out_);
+  turn(frame_, speeds, at_.velocity, rows_out_);
   rows_.write(rows_out_, state.v);
 }
 
 double FloatingMotion::stored_energy(const Field<double>& x) {
   Vec3 centre;
   const VectorXd arms = centred(x, centre);
-  VectorXd q(q_.size());
+  VectorXd q(at_.q.size());
   panels_.project(masses_.cwiseProduct(turned(frame_of(arms).transpose(), arms) - arms_), q);
   return 0.5 * q.cwiseAbs2().dot(squares_);
 }
 
 void FloatingMotion::remember(Record& record) {
-  record.keep(t_, centre_, velocity_, angular_momentum_, frame_);
-  for (VectorXd* numbers : {&q_, &p_})
+  record.keep(t_, at_.turn, at_.centre, at_.velocity, at_.angular_momentum);
+  for (VectorXd* numbers : {&at_.q, &at_.p})
     record.keep_values(std::span(numbers->data(), std::size_t(numbers->size())));
   if (record.reads()) find_velocities();
 }

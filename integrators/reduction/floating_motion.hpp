@@ -12,16 +12,15 @@ namespace mss {
 /// momentum L about the centre:
 ///   (J(q) - B B^T) w = R^T L - B p,   q' = p - B^T w,   R' = R [w],
 ///   p' = -omega^2 q - d q' + (w.dJ/dq w) / 2 - w.A q' + U^T R^T f,
-/// J the inertia of the present shape, B_c = A_c q. Steps are staggered, p, then q and R, and half
-/// as long as would be stable, because spin asks for accuracy. Without outer
-/// forces L stays what it is to the last bit.
+/// J the inertia of the present shape, B_c = A_c q; the frame's turn is a quaternion. Steps are the classical
+/// ones of Runge and Kutta. Without outer forces L stays what it is to the last bit.
 class FloatingMotion final : public ElasticMotion {
  public:
   /// As SubspaceMotion.
   FloatingMotion(const SolidSystem<double>& system, const State<double>& rest, const ReducedShapes& shapes,
                  OuterForces outer);
 
-  int coordinates() const override { return int(q_.size()); }
+  int coordinates() const override { return int(at_.q.size()); }
   double fastest() const override { return std::sqrt(squares_.maxCoeff()); }
   double longest_step() const override;
   void take(const State<double>& state) override;
@@ -34,15 +33,25 @@ class FloatingMotion final : public ElasticMotion {
  private:
   /// What q makes of the body's inertia.
   struct Inertia {
-    std::array<Eigen::VectorXd, 6> change;  ///< dS/dq: xx, yy, zz, xy, xz, yz, sums over a and b
-    std::array<Eigen::VectorXd, 3> b;       ///< A_c q
-    Eigen::Matrix3d moment;                 ///< J - B B^T
+    /// By pair xx, yy, zz, half of dS/dq; by xy, xz, yz all of it.
+    std::array<Eigen::VectorXd, 6> change;
+    std::array<Eigen::VectorXd, 3> b;  ///< A_c q
+    Eigen::Matrix3d moment;            ///< J - B B^T
   };
   void find_inertia();
+  /// What is stepped; and its rates.
+  struct Moving {
+    Eigen::VectorXd q, p;
+    Eigen::Vector4d turn = Eigen::Vector4d::UnitW();  ///< quaternion (x, y, z, w) of the frame
+    Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), angular_momentum = Vec3::Zero();
+
+    void add(double dt, const Moving& rates);
+  };
+  /// Finds frame_, spin_ and rates_ of q, p, turn and angular momentum.
   void find_velocities();
-  void kick(double dt);
-  void add_outer(double dt);
-  void turn_by_forces(double dt);
+  Moving rates_at(double t);
+  void add_outer(double t, Moving& rates);
+  void turn_by_forces(Moving& rates);
   Vec3 sum_of(const Eigen::VectorXd& forces) const;
   Eigen::Matrix3d frame_of(const Eigen::VectorXd& arms) const;
   Eigen::VectorXd centred(const Field<double>& field, Vec3& mean) const;
@@ -69,10 +78,9 @@ class FloatingMotion final : public ElasticMotion {
   bool knows_force_ = false;
 
   double t_ = 0;
-  Vec3 centre_ = Vec3::Zero(), velocity_ = Vec3::Zero(), angular_momentum_ = Vec3::Zero();
-  Eigen::Matrix3d frame_ = Eigen::Matrix3d::Identity();
-  Eigen::VectorXd q_, p_;
+  Moving at_;
 
+  Eigen::Matrix3d frame_ = Eigen::Matrix3d::Identity();
   Inertia now_;
   Vec3 spin_ = Vec3::Zero();  ///< w, in the frame [rad/s]
   Eigen::VectorXd rates_, shape_out_, rates_out_;

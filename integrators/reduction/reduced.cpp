@@ -52,7 +52,7 @@ IntegratorInfo reduced() {
               "vibrations, else leapfrog",
           .stepping = Stepping::reduced,
           .order_undamped = 2,
-          .order_damped = 2,
+          .order_damped = 1,
           .collisions = Collisions::never,
           .make_double = [](const IntegratorOptions& options) -> std::unique_ptr<Integrator<double>> {
             return std::make_unique<Reduced>(options.dt);

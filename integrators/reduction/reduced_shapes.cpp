@@ -1,9 +1,12 @@
 #include "integrators/reduction/reduced_shapes.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/error.hpp"
 #include "core/environment/plane_contact.hpp"
 #include "core/springs/spring_system.hpp"
 
@@ -22,7 +25,8 @@ MatrixXd orthonormal(MatrixXd columns) {
     for (Index c = 0; c < columns.cols(); ++c) columns.col(c) /= std::max(columns.col(c).norm(), 1e-300);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(columns.transpose() * columns);
     Index first = 0;
-    while (gram.eigenvalues()[first] < independent) ++first;
+    while (first < columns.cols() && gram.eigenvalues()[first] < independent) ++first;
+    if (first == columns.cols()) throw InputError("nothing of the body can vibrate; hold less of it");
     const Index rank = columns.cols() - first;
     columns = columns * gram.eigenvectors().rightCols(rank) *
               gram.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
@@ -32,6 +36,11 @@ MatrixXd orthonormal(MatrixXd columns) {
 
 /// Of scaled columns.
 ReducedShapes made_of(RestBody& body, const MatrixXd& columns) {
+  if (columns.cols() > most_coordinates)
+    throw InputError(fmt::format(
+        "vibrations, loads and planes make {} shapes, and at most {} can be computed with; give fewer "
+        "material.modes, or material.model = \"springs\"",
+        columns.cols(), most_coordinates));
   const MatrixXd basis = orthonormal(columns);
   const MatrixXd stiffness = basis.transpose() * body.product(0, 1, basis);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen((stiffness + stiffness.transpose()) / 2);
@@ -58,9 +67,7 @@ Field<double> pressure_of(const Plane& plane, RestBody& body, const Environment&
   const VectorXd load = body.scaled_forces(gravity_on(system, environment.gravity));
   const Field<double> sag = body.displacements(body.solve(load));
   double least = std::numeric_limits<double>::infinity();
-  const auto gap = [&](std::ptrdiff_t site) {
-    return plane.gap(system.rest_position(site) + (body.is_free() ? Vec3::Zero() : sag.at(site)));
-  };
+  const auto gap = [&](std::ptrdiff_t site) { return plane.gap(system.rest_position(site) + sag.at(site)); };
   for (const std::ptrdiff_t site : system.particles()) least = std::min(least, gap(site));
   Field<double> f(system.size());
   for (const std::ptrdiff_t site : system.particles())
@@ -147,8 +154,10 @@ ReducedShapes modal_shapes(RestBody& body, const Environment& environment, int m
 }
 
 ReducedShapes derivative_shapes(RestBody& body, int count) {
-  const int paired = paired_vibrations(count), pairs = paired * (paired + 1) / 2;
-  const RestBody::Vibrations vibrations = body.slowest(std::max(count - pairs, paired));
+  int paired = paired_vibrations(count);
+  const RestBody::Vibrations vibrations = body.slowest(std::max(count - paired * (paired + 1) / 2, paired));
+  paired = std::min(paired, int(vibrations.squares.size()));
+  const int pairs = paired * (paired + 1) / 2;
   SecondOrder second(body);
   MatrixXd answers(vibrations.shapes.rows(), pairs);
   for (int i = 0, pair = 0; i < paired; ++i)

@@ -63,6 +63,7 @@ ReducedSystem::ReducedSystem(const Body& body, const Environment& environment, c
           std::any_of(loads.begin(), loads.end(), [](const Load& load) { return !load.history.empty(); }),
       .depend_on_state = presses,
       .turns = presses || !loads.empty(),
+      .nothing = !presses && loads.empty() && environment.gravity.isZero(0),
       .at = [this](double t, const State<double>& state, Field<double>& f) { add_outer(t, state, f); }};
   if (presses) {
     const double pressed = contact().with_penalties({.omega = 0}).omega;

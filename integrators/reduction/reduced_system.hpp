@@ -35,6 +35,8 @@ class ReducedSystem final : public BodySystem<double> {
   /// What the lattice it stands for is.
   SpringSystem<double>& lattice() { return lattice_; }
   Reduction reduction() const { return reduction_; }
+  /// See ElasticMotion::lost().
+  double lost() const { return motion_->lost(); }
 
   StoredEnergy stored_energy(const Field<double>& x) const override;
   SpectralBound spectral_bound() const override { return {.omega = motion_->fastest()}; }

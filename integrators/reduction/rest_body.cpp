@@ -96,7 +96,8 @@ void RestBody::find_rigid_motions() {
         "\"springs\"");
 }
 
-/// Without holds A alone is singular. What the shift changes of vibrations is far below their own error.
+/// Without holds A alone is singular. The shift changes answers by its ratio to omega^2 of what they are made
+/// of: a thousandth for a slender free bar of a hundred cells, less elsewhere.
 void RestBody::factor() {
   SparseMatrix matrix = tangent_->matrix(0, 1);
   if (is_free()) matrix.diagonal().array() += 1e-9 * std::pow(system_->spectral_bound().omega, 2);

@@ -58,11 +58,27 @@ void SubspaceMotion::pull(const VectorXd&, const VectorXd& forces, VectorXd& pul
   panels_.project(forces, pulls);
 }
 
+double SubspaceMotion::norm(const VectorXd& rows) const { return std::sqrt(masses_.dot(rows.cwiseAbs2())); }
+
 void SubspaceMotion::take(const State<double>& state) {
+  const VectorXd x = rows_.from(state.x, panels_.padded_rows()),
+                 v = rows_.from(state.v, panels_.padded_rows());
   t_ = state.t;
-  q_ = nearest(rows_.from(state.x, panels_.padded_rows()));
-  rates_ = nearest_rates(q_, rows_.from(state.v, panels_.padded_rows()));
+  q_ = nearest(x);
+  rates_ = nearest_rates(q_, v);
+  place(q_, rows_out_);
+  const double moved = norm(x - rest_), moves = norm(v);
+  if (moved > 0) lost_ = std::max(lost_, norm(x - rows_out_) / moved);
+  move(q_, rates_, rows_out_);
+  if (moves > 0) lost_ = std::max(lost_, norm(v - rows_out_) / moves);
   restart();
+}
+
+VectorXd SubspaceMotion::coordinates_at(const Field<double>& x) const {
+  const VectorXd positions = rows_.from(x, panels_.padded_rows());
+  place(q_, rows_out_);
+  constexpr double same = 1e-12;
+  return norm(positions - rows_out_) <= same * norm(positions) ? q_ : nearest(positions);
 }
 
 void SubspaceMotion::draw(Field<double>& x) const {
@@ -79,7 +95,7 @@ void SubspaceMotion::give(State<double>& state) const {
 
 const VectorXd& SubspaceMotion::outer_pull(double t, const VectorXd& q, const VectorXd& rates) {
   const bool same_forces = knows_pull_ && !outer_.change();
-  if (same_forces && !pulls_change()) return pull_;
+  if (same_forces && (!pulls_change() || outer_.nothing)) return pull_;
   if (!same_forces) {
     if (outer_.depend_on_state) {
       place(q, rows_out_);
@@ -106,9 +122,11 @@ ModalMotion::ModalMotion(const System<double>& system, const State<double>& rest
                          OuterForces outer)
     : SubspaceMotion(system, rest, shapes, std::move(outer), VectorXd::Ones(shapes.count())) {}
 
+/// What changes is taken from the middle of a step.
 double ModalMotion::longest_step() const {
-  if (!outer().change()) return std::numeric_limits<double>::infinity();
-  return std::min(outer().longest_step, 0.5 / fastest());
+  if (outer().change()) return std::min(outer().longest_step, 0.5 / fastest());
+  if (pulls_change() && !outer().nothing) return 0.5 / std::sqrt(squares_.minCoeff());
+  return std::numeric_limits<double>::infinity();
 }
 
 /// The exponential of [0 1 0; -omega^2 -d 1; 0 0 0] dt.
@@ -139,7 +157,7 @@ void ModalMotion::propagate_over(double dt) {
 
 bool ModalMotion::step(double dt, long steps) {
   if (dt != dt_) propagate_over(dt);
-  const bool varies = outer().change();
+  const bool varies = outer().change() || (pulls_change() && !outer().nothing);
   const VectorXd* p = varies ? nullptr : &outer_pull(t_, q_, rates_);
   for (long n = 0; n < steps; ++n) {
     if (varies) p = &outer_pull(t_ + dt / 2, q_ + dt / 2 * rates_, rates_);
@@ -152,8 +170,7 @@ bool ModalMotion::step(double dt, long steps) {
 }
 
 double ModalMotion::stored_energy(const Field<double>& x) {
-  const VectorXd q = nearest(rows().from(x, panels().padded_rows()));
-  return 0.5 * q.cwiseAbs2().dot(squares_);
+  return 0.5 * coordinates_at(x).cwiseAbs2().dot(squares_);
 }
 
 }  // namespace mss

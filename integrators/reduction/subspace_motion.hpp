@@ -12,7 +12,8 @@ namespace mss {
 /// Forces on a reduced body from outside: gravity, loads, planes that push.
 struct OuterForces {
   bool change_in_time = false, depend_on_state = false;
-  bool turns = false;  ///< more than gravity: it may turn and deform a free body
+  bool turns = false;    ///< more than gravity: it may turn and deform a free body
+  bool nothing = false;  ///< there are none
   /// Of a method of second order, that resolves them [s].
   double longest_step = std::numeric_limits<double>::infinity();
   /// f [N] at a time and a state; overwritten. Of `state` only what depend_on_state says is read.
@@ -26,6 +27,9 @@ class ElasticMotion : public ReducedMotion {
  public:
   /// Elastic energy of the coordinates nearest to positions x [J].
   virtual double stored_energy(const Field<double>& x) = 0;
+  /// Of states that were taken, the largest share of displacements from rest, or of velocities, in the norm
+  /// of masses, that is no sum of shapes; 0 where that is not asked.
+  virtual double lost() const { return 0; }
   /// Angular frequency of the fastest coordinate at rest [rad/s].
   virtual double fastest() const = 0;
 };
@@ -45,6 +49,7 @@ class SubspaceMotion : public ElasticMotion {
   void give(State<double>& state) const override;
   void draw(Field<double>& x) const override;
   void remember(Record& record) override;
+  double lost() const override { return lost_; }
 
  protected:
   /// Positions of particles, in rows.
@@ -62,6 +67,8 @@ class SubspaceMotion : public ElasticMotion {
 
   /// Pulls of outer forces; kept where they do not change.
   const Eigen::VectorXd& outer_pull(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& rates);
+  /// Coordinates at positions x: those that it has, or where x is another state the nearest.
+  Eigen::VectorXd coordinates_at(const Field<double>& x) const;
   /// What follows from q, rates and t must be found anew.
   virtual void restart() {}
 
@@ -76,6 +83,8 @@ class SubspaceMotion : public ElasticMotion {
   double t_ = 0;
 
  private:
+  double norm(const Eigen::VectorXd& rows) const;
+
   ParticleRows rows_;
   Eigen::VectorXd stretch_;
   ShapePanels panels_;
@@ -83,6 +92,7 @@ class SubspaceMotion : public ElasticMotion {
   OuterForces outer_;
   Eigen::VectorXd pull_, forces_;
   bool knows_pull_ = false;
+  double lost_ = 0;
   State<double> scratch_;
   Field<double> force_;
   mutable Eigen::VectorXd rows_out_;

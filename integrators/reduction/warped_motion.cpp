@@ -58,13 +58,16 @@ class Neighbours {
  public:
   explicit Neighbours(const Body& body) : body_(body) {}
 
-  /// The particle so many sites away along an axis; -1 where there is none.
+  /// The particle so many sites away along an axis, each step along an edge of a cell; -1 where there is
+  /// none.
   int at(std::ptrdiff_t site, int axis, int steps) const {
-    const Lattice& lattice = body_.lattice();
-    const int place = lattice.coordinates(site)[std::size_t(axis)] + steps;
-    if (place < 0 || place > lattice.cells[std::size_t(axis)]) return -1;
-    const std::array<std::ptrdiff_t, 3> strides{1, lattice.row, lattice.plane};
-    return body_.particle(site + steps * strides[std::size_t(axis)]);
+    const int side = steps < 0 ? -1 : 1;
+    for (; steps != 0; steps -= side) {
+      const std::ptrdiff_t next = site + side * stride(axis);
+      if (!is_edge(side < 0 ? next : site, side < 0 ? site : next, axis)) return -1;
+      site = next;
+    }
+    return body_.particle(site);
   }
 
   /// The derivative of values by particle along an axis, in cells.
@@ -80,6 +83,27 @@ class Neighbours {
   }
 
  private:
+  std::ptrdiff_t stride(int axis) const {
+    const Lattice& lattice = body_.lattice();
+    return axis == 0 ? 1 : axis == 1 ? lattice.row : lattice.plane;
+  }
+
+  /// Whether a cell has the edge from a site along an axis: one of the four whose lower corners are there.
+  bool is_edge(std::ptrdiff_t lower, std::ptrdiff_t upper, int axis) const {
+    const Lattice& lattice = body_.lattice();
+    if (lower < 0 || upper >= lattice.sites || body_.particle(lower) < 0 || body_.particle(upper) < 0)
+      return false;
+    const std::array<int, 3> place = lattice.coordinates(lower);
+    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    if (place[std::size_t(axis)] >= lattice.cells[std::size_t(axis)]) return false;
+    for (int i = 0; i < 2; ++i)
+      for (int j = 0; j < 2; ++j) {
+        if (place[std::size_t(b)] < i || place[std::size_t(c)] < j) continue;
+        if (body_.has_cell(lower - i * stride(b) - j * stride(c))) return true;
+      }
+    return false;
+  }
+
   const Body& body_;
 };
 

@@ -33,7 +33,7 @@ class WarpedMotion final : public ModalMotion {
 };
 
 /// Half the curl of displacements (ParticleRows by columns), by differences of second order to the next
-/// particles of the lattice, on one side where there is none on the other.
+/// particles along edges of cells, on one side where there is none on the other.
 Eigen::MatrixXd half_curls(const Body& body, const Eigen::MatrixXd& displacements);
 
 }  // namespace mss

@@ -204,6 +204,14 @@ class Motion(unittest.TestCase):
         for axis in range(3):
             np.testing.assert_allclose(corners[:, 1 << axis] - corners[:, 0], np.tile(0.1 * np.eye(3)[axis], (12, 1)), atol=1e-15)
 
+    def test_sheets_and_ropes_have_squares_and_links(self):
+        for cells, count, corners in (([3, 2, 0], 6, 4), ([0, 5, 0], 5, 2)):
+            flat = mss.load(dict(BLOCK, body={"cells": cells, "cell_size": 0.1, "thickness": 0.01}))
+            self.assertEqual(flat.cells.shape, (count, corners))
+            lengths = np.linalg.norm(flat.positions[flat.cells[:, 1]] - flat.positions[flat.cells[:, 0]], axis=1)
+            np.testing.assert_allclose(lengths, 0.1, rtol=1e-12)
+            self.assertEqual(flat.energies()["volume_energy"], 0)
+
     def test_stress_of_cells_is_hookes_and_kelvin_and_voigts(self):
         lame = 1e5 * 0.3 / (1.3 * 0.4), 1e5 / 2.6
         strain = 1e-6 * np.array([[1, 0.5, -0.2], [0.5, -0.7, 0.4], [-0.2, 0.4, 0.9]])

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "core/base/error.hpp"
 #include "experiments/harness/progress.hpp"
 #include "experiments/simulation/diagnostics.hpp"
 #include "experiments/simulation/restart.hpp"
@@ -151,12 +152,34 @@ TEST(ReducedModel, GoesOnWithTheSameBits) {
   }
 }
 
-TEST(ReducedModel, IsShownInTheWindow) {
-  Session session(parse_scene(held_beam));
-  session.advance(0.05);
-  session.record();
-  EXPECT_EQ(session.status(), Status::ok);
-  EXPECT_NEAR(session.time(), 0.05, 0.02);
+TEST(ReducedModel, IsShownInTheWindowAndNotPulledThere) {
+  for (const char* model : {"modal", "modal_warped", "modal_cubic"}) {
+    Session session(parse_scene(held_beam, {std::string("material.model=\"") + model + "\""}));
+    session.advance(0.05);
+    session.record();
+    EXPECT_EQ(session.status(), Status::ok) << model;
+    EXPECT_NEAR(session.time(), 0.05, 0.02) << model;
+    EXPECT_FALSE(session.grab(8)) << model;
+  }
+}
+
+TEST(ReducedModel, SaysWhatOfTheStartIsLost) {
+  EXPECT_THAT(said_of("modal", 4.358, {"start.velocity=[30,0,0]"}),
+              HasSubstr("is no motion of modal's shapes"));
+  const std::vector<std::string> strike{"strike=[{box=[[0.5,0,0.25],[0.5,0,0.25]],at=0.1,impulse=[0,0,-1]}]"};
+  EXPECT_THAT(said_of("modal", 4.358, strike), HasSubstr("is no motion of modal's shapes"));
+}
+
+TEST(ReducedModel, ModesAreRefusedWhereTheyDoNothing) {
+  Progress progress;
+  try {
+    simulate(parse_scene(held_beam,
+                         {"material.model=\"springs\"", "material.modes=4", "solve.integrator=\"verlet\""}),
+             progress);
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("modes = 4 is of models that reduce the body"));
+  }
 }
 
 }  // namespace

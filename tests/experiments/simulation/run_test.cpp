@@ -624,7 +624,7 @@ TEST_F(RunCommand, BadScenesLeaveNothing) {
       {with(good, "dt = 1e-4", "dt = 0"), "solve.dt"},
       {with(good, "dt = 1e-4", "dt = 1"), "solve.dt"},
       {with(good, "duration = 0.05", "duration = -1"), "solve.duration"},
-      {with(good, "cells = [2, 2, 2]", "cells = [0, 2, 2]"), "body.cells"},
+      {with(good, "cells = [2, 2, 2]", "cells = [0, 0, 0]"), "body.cells"},
       {with(good, "cells = [2, 2, 2]", "cells = [2, 2]"), "body.cells"},
       {with(good, "cells = [2, 2, 2]", "voxels = \"ragged.txt\""), "ragged.txt"},
       {with(good, "cells = [2, 2, 2]", "voxels = \"none.txt\""), "none.txt"},
