@@ -160,7 +160,7 @@ std::optional<std::size_t> Search::cheapest() const {
 
 /// Of candidates that serve some motions only; empty where none was tried.
 std::string Search::why_taken_or_left(bool (*is_such)(const Candidate&)) const {
-  std::optional<std::size_t> such = cheapest_of(trials(), is_such);
+  const std::optional<std::size_t> such = cheapest_of(trials(), is_such);
   if (!such) {
     const Trial* nearest = nullptr;  // of those that ran furthest
     for (const Trial& trial : trials())
@@ -176,13 +176,13 @@ std::string Search::why_taken_or_left(bool (*is_such)(const Candidate&)) const {
   }
   const std::optional<std::size_t> other = cheapest_of(trials(), serves_all_motions);
   const bool taken = advice_.best && is_such(trials()[*advice_.best].candidate);
-  if (taken) such = advice_.best;
-  const std::string name = restricted_name(family(), trials()[*such].candidate);
+  const std::string name = restricted_name(family(), trials()[taken ? *advice_.best : *such].candidate);
   if (!other)
     return fmt::format("{}: {}; no others were found to meet the error", taken ? "taken" : "left", name);
   const double cost = trials()[*such].cost;
-  std::string text = fmt::format("{}: {}, {:.2g} times as cheap as the cheapest that serve all motions",
-                                 taken ? "taken" : "left", name, trials()[*other].cost / cost);
+  std::string text =
+      fmt::format("{}: {}, the cheapest of them {:.2g} times as cheap as any that serve all motions",
+                  taken ? "taken" : "left", name, trials()[*other].cost / cost);
   if (!taken && worth_restricting * cost > trials()[*other].cost)
     text += fmt::format(", and {:g} times is asked for", worth_restricting);
   return text;
