@@ -56,6 +56,8 @@ void check_coarsenable(const Scene& scene) {
   if (scene.match)
     refuse("body.match is of its own cells, and coarser ones are to be matched to these; leave it out");
   if (is_refined(scene)) refuse("its cells are of several sizes; leave [[refine]] and body.refinement out");
+  if (!scene.body.is_solid())
+    refuse("it is a rope or a sheet, whose stretching needs no matching; give it fewer cells in body.cells");
   if (!scene.body.elastic)
     refuse("material.springs are given, and E is to be changed; give material.young and material.poisson");
 }

@@ -45,8 +45,11 @@ void view_scene(ViewChoice& choice, int& exit_status) {
   const MatchedScene ready = load_matched_scene(scene_file(choice.scene), choice.overrides);
   const Scene& scene = ready.scene;
   check_solve(scene);
-  if (ready.report)
+  if (ready.report) {
     for (const std::string& line : description(*ready.report)) fmt::print("{}: {}\n", scene.name, line);
+    fmt::print("{}: in cells of another size the window keeps these moduli, which are not matched there\n",
+               scene.name);
+  }
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
   const Status status = view::show(scene, choice.options);
   if (status == Status::interrupted) exit_status = exit_interrupted;
