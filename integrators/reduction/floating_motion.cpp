@@ -72,8 +72,8 @@ FloatingMotion::FloatingMotion(const SolidSystem<double>& system, const State<do
   zero_of_rates_ = rates_out_ = VectorXd::Zero(of_rates_.padded_rows());
 }
 
-/// Well within the limit of 2.8: what is that fast is damped by a few percent a step.
-double FloatingMotion::longest_step() const { return std::min(1.2 / fastest(), outer_.longest_step); }
+/// Well within the limit of 2.8: what is that fast is damped by a tenth a step.
+double FloatingMotion::longest_step() const { return std::min(1.8 / fastest(), outer_.longest_step); }
 
 void FloatingMotion::Moving::add(double dt, const Moving& rates) {
   q += dt * rates.q;
