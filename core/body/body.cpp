@@ -24,6 +24,11 @@ struct HashCells {
 /// The planes of a body that a rank has, of the whole body's lattice: its share, and a ghost plane on each
 /// side where there are others.
 PlaneRange planes_with_ghosts(const Communicator& ranks, int planes) {
+  if (ranks.count() > planes && planes == 1)
+    throw InputError(
+        fmt::format("{} ranks share a body by its planes of particles along z, and it is flat along z; give "
+                    "it cells along z, or one rank",
+                    ranks.count()));
   if (ranks.count() > planes)
     throw InputError(fmt::format("{} ranks share a body of {} planes of particles along z; give at most {}",
                                  ranks.count(), planes, planes));

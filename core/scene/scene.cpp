@@ -106,14 +106,23 @@ void read_cells(const TomlTable& root, Scene& scene) {
 }
 
 /// What a sheet or a rope is across, after its cells.
-void read_thickness(const TomlTable& body, BodyConfig& config, double cell_size) {
+void read_thickness(const TomlTable& body, Scene& scene) {
   constexpr auto key = "thickness";
-  if (!config.is_solid())
-    config.thickness = body.number(key, length, cell_size);
-  else if (body.has(key))
-    body.reject(key,
-                "is of a sheet or a rope, and this body has cells along all axes; leave it out, or give "
-                "body.cells a 0");
+  BodyConfig& config = scene.body;
+  if (config.is_solid()) {
+    if (body.has(key))
+      body.reject(key,
+                  "is of a sheet or a rope, and this body has cells along all axes; leave it out, or give "
+                  "body.cells a 0");
+    return;
+  }
+  const double cell_size = config.cell_size * scene.refine;
+  config.thickness = body.number(key, length, cell_size);
+  if (!body.has(key))
+    scene.warnings.push_back(
+        fmt::format("body.thickness is missing and taken as body.cell_size, {:.6g} m: {} in smaller cells "
+                    "would be thinner, lighter and softer; give it",
+                    cell_size, config.noun()));
 }
 
 bool have_finite_moduli(const SpringConstants& springs, double cell_size) {
@@ -144,7 +153,9 @@ void check_flat(const TomlTable& root, const BodyConfig& config) {
   refuse_of_cells(body, {"refinement", "match", "match_to"}, config);
   refuse_of_cells(material, {"face_share", "volume_force"}, config);
   if (!root.tables("refine").empty()) refuse_of_cells(root.tables("refine").front(), {"box"}, config);
+  refuse_of_cells(root.table("expect"), {"volume_ratio", "volume_ratio_paper", "min_jacobian"}, config);
   if (config.topology != Topology::full) refuse_of_cells(body, {"topology"}, config);
+  if (config.sharing != Sharing::weighted) refuse_of_cells(body, {"sharing"}, config);
   if (config.fold_guard != 0) refuse_of_cells(material, {"fold_guard"}, config);
   if (config.springs.volume != 0) refuse_of_cells(material, {"volume"}, config);
   if (config.springs.body != 0) refuse_of_cells(material.table("springs"), {"body"}, config);
@@ -275,7 +286,7 @@ void read_body(const TomlTable& root, Scene& scene) {
     config.cell_size = body.number("cell_size", length) / scene.refine;
     config.origin = body.vector("origin", position, Vec3::Zero());
   }
-  read_thickness(body, config, config.cell_size * scene.refine);
+  read_thickness(body, scene);
   config.topology = body.choice("topology", "a topology", topologies, Topology::full);
   config.sharing = body.choice("sharing", "a way of sharing springs", sharings, Sharing::weighted);
   if (config.sharing != Sharing::weighted && !config.content_of.empty())

@@ -181,9 +181,10 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
     for (const std::string& line : description(*ready.report)) fmt::print("{}: {}\n", scene.name, line);
   fmt::print("{}: vibrations about {}, {} model, {} unknowns\n", scene.name, choice.about, scene.model,
              unknowns_of(*system).size());
+  const char* unresisted = scene.body.is_solid() ? "  (moves as a whole)" : "  (nothing resists it)";
   for (std::size_t i = 0; i < slow.modes.size(); ++i)
     fmt::print("  {:>4}  {:>12.6g} Hz  {:>12.6g} rad/s{}\n", i + 1, slow.modes[i].omega / turn,
-               slow.modes[i].omega, slow.modes[i].omega == 0 ? "  (moves as a whole)" : "");
+               slow.modes[i].omega, slow.modes[i].omega == 0 ? unresisted : "");
   print_completeness(slow, choice.count);
   if (system->memory()) fmt::print("  of springs that have relaxed; the next line is of springs at once\n");
   fmt::print("   max  {:>12.6g} Hz  {:>12.6g} rad/s; the bound of dt = \"safe\": {:.6g} rad/s\n",

@@ -291,7 +291,7 @@ SimulationResult simulate_in_ranks(const Scene& scene, Progress& progress, const
 }
 
 /// Of a body in one process, whose particles are all there.
-std::string body_in_words(const SimulationResult& result) {
+std::string body_in_words(const Scene& scene, const SimulationResult& result) {
   Eigen::AlignedBox3d extent;
   double mass = 0;
   std::size_t cells = 0;
@@ -300,7 +300,7 @@ std::string body_in_words(const SimulationResult& result) {
     mass += p.mass;
   }
   for (const LevelCount& level : result.levels) cells += level.cells;
-  return mss::body_in_words(extent.sizes(), mass, cells, result.particles.size());
+  return mss::body_in_words(scene.body, extent.sizes(), mass, cells, result.particles.size());
 }
 
 void print(const Scene& scene, const std::vector<Continuation>& continued) {
@@ -315,7 +315,7 @@ void print(const Scene& scene, const std::vector<Continuation>& continued) {
 
 void report(const Scene& scene, const SimulationResult& result, const fs::path& directory,
             const std::optional<SceneEstimates>& estimates) {
-  if (launch().count == 1) fmt::print("{}: {}\n", scene.name, body_in_words(result));
+  if (launch().count == 1) fmt::print("{}: {}\n", scene.name, body_in_words(scene, result));
   const bool fixed = find_integrator(scene.solve.integrator).stepping == Stepping::fixed;
   const std::string step = fixed ? fmt::format("of {:.4g} s", result.dt) : "of its own choice",
                     simulated =
@@ -377,7 +377,7 @@ void print_preview(const Scene& scene, int& exit_status) {
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
   const RunPreview preview = preview_run(scene);
   const auto line = [&](const std::string& text) { fmt::print("{}: {}\n", scene.name, text); };
-  line(mss::body_in_words(preview.extent, preview.mass, preview.cells, preview.particles));
+  line(mss::body_in_words(scene.body, preview.extent, preview.mass, preview.cells, preview.particles));
   if (is_static(scene)) return line(fmt::format("{}: an equilibrium, no steps", scene.solve.integrator));
   const double duration = scene.solve.duration;
   line(std::isnan(preview.dt)

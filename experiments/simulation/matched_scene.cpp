@@ -29,9 +29,10 @@ constexpr double much_off = 0.05;
 
 /// Vibrations to have.
 struct Targets {
-  Vibrations vibrations;      ///< in the smallest cells computed
-  std::vector<double> omega;  ///< of each [rad/s]; of the limit if that is to be matched
-  std::string of;             ///< in words
+  Vibrations vibrations;        ///< in the smallest cells computed
+  std::vector<double> omega;    ///< of each [rad/s]; of the limit if that is to be matched
+  std::vector<bool> has_limit;  ///< false: to be matched, and not found, so that omega is that of these cells
+  std::string of;               ///< in words
 };
 
 /// Factors of a material's moduli; of all parts alike.
@@ -86,8 +87,10 @@ Scene in_parts(Scene scene, int parts) {
 std::string in_words(const Scene& fine) { return fmt::format("cells of {:.4g} m", fine.body.cell_size); }
 
 Targets targets_of(const Scene& fine) {
-  Targets targets{.vibrations = slowest_vibrations(fine, searched), .omega = {}, .of = in_words(fine)};
+  Targets targets{
+      .vibrations = slowest_vibrations(fine, searched), .omega = {}, .has_limit = {}, .of = in_words(fine)};
   for (const Mode& mode : targets.vibrations.modes) targets.omega.push_back(mode.omega);
+  targets.has_limit.assign(targets.omega.size(), true);
   return targets;
 }
 
@@ -106,8 +109,10 @@ Targets targets_of_limit(const Scene& scene) {
   const Vibrations coarse = slowest_vibrations(in_parts(scene, few), searched_among);
   const std::vector<Partner> pairs = partners(targets.vibrations, coarse);
   const double beyond = std::pow(double(many) / few, 2) - 1;
-  for (std::size_t i = 0; i < pairs.size(); ++i)
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    targets.has_limit[i] = pairs[i].found();
     if (pairs[i].found()) targets.omega[i] += (targets.omega[i] - coarse.modes[pairs[i].mode].omega) / beyond;
+  }
   targets.of = fmt::format("the limit of small cells, from cells of {:.4g} and {:.4g} m",
                            scene.body.cell_size / few, fine.body.cell_size);
   return targets;
@@ -124,12 +129,17 @@ Eigen::ArrayXd lacks(const Targets& targets, const Scene& scene) {
   return lack;
 }
 
-/// The slowest vibration of a kind. Throws InputError where there is none with a partner.
+/// Whether a vibration may set moduli: larger cells have it too, and its frequency is the one to have.
+bool can_be_chosen(std::size_t i, const Targets& targets, const Eigen::ArrayXd& lack) {
+  return targets.has_limit[i] && std::isfinite(lack[Eigen::Index(i)]);
+}
+
+/// The slowest vibration of a kind. Throws InputError where there is none that can be chosen.
 std::size_t slowest_of(SectionMotion motion, const Targets& targets, const Eigen::ArrayXd& lack,
                        const Scene& scene) {
   const std::vector<SectionMotion>& motions = targets.vibrations.motions;
   for (std::size_t i = 0; i < motions.size(); ++i)
-    if (motions[i] == motion && std::isfinite(lack[Eigen::Index(i)])) return i;
+    if (motions[i] == motion && can_be_chosen(i, targets, lack)) return i;
   std::vector<const char*> names;
   for (const SectionMotion& other : motions) names.push_back(to_string(other));
   throw InputError(fmt::format(
@@ -141,6 +151,10 @@ std::size_t slowest_of(SectionMotion motion, const Targets& targets, const Eigen
 /// Which vibrations set the moduli.
 std::vector<Eigen::Index> chosen(const Targets& targets, const Eigen::ArrayXd& lack, const Scene& scene) {
   const Of of = scene.match->of;
+  if (targets.omega.empty())
+    throw InputError(
+        fmt::format("{}: body.match = \"{}\" is of vibrations, and the body has none; leave it out",
+                    scene.file.string(), to_string(scene.match->of)));
   std::vector<Eigen::Index> all;
   if (of == Of::bending || of == Of::both)
     all.push_back(Eigen::Index(slowest_of(SectionMotion::bending, targets, lack, scene)));
@@ -148,7 +162,7 @@ std::vector<Eigen::Index> chosen(const Targets& targets, const Eigen::ArrayXd& l
     all.push_back(Eigen::Index(slowest_of(SectionMotion::torsion, targets, lack, scene)));
   if (of == Of::modes)
     for (Eigen::Index i = 0; i < std::min<Eigen::Index>(lack.size(), reported); ++i)
-      if (std::isfinite(lack[i])) all.push_back(i);
+      if (can_be_chosen(std::size_t(i), targets, lack)) all.push_back(i);
   if (all.empty())
     throw InputError(fmt::format(
         "{}: body.match = \"modes\": none of the body's slowest vibrations is like one of its cells of "
@@ -165,50 +179,72 @@ struct FoundModuli {
 };
 
 /// Finds the factor of 1 + nu with which the lacks of the chosen vibrations are most alike, by steps of Gauss
-/// and Newton with slopes between the last two points; a factor of E then takes away their mean. Each counts
-/// as much as an equal load moves it, by one over its frequency squared.
+/// and Newton with slopes between the best point and the last; a factor of E then takes away their mean. Each
+/// counts as much as an equal load moves it, by one over its frequency squared.
 class ModuliSearch {
  public:
   ModuliSearch(const Scene& scene, const Targets& targets) : scene_(scene), targets_(targets) {}
 
   FoundModuli run() {
-    constexpr int most_steps = 8;
-    constexpr double enough = 1e-5, first_step = 0.05;
-    const auto [low, high] = allowed_over_shear(scene_);
-    double before = 0, now = 0;
-    Eigen::ArrayXd spread_before, spread = evaluate(now);
-    for (int i = 0; i < most_steps && changes_poisson(scene_.match->of) && chosen_.size() > 1; ++i) {
-      double step = first_step;
-      if (i > 0) {
-        const Eigen::ArrayXd slope = (spread - spread_before) / (now - before);
-        step = -(spread * slope).sum() / slope.square().sum();
-      }
-      const double next = std::clamp(now + step, std::log(low), std::log(high));
-      if (!(std::abs(next - now) > enough)) break;
-      before = std::exchange(now, next);
-      spread_before = std::exchange(spread, evaluate(now));
-    }
-    return {{.young = std::exp(2 * mean_), .over_shear = std::exp(now)}, chosen_, lack_ - mean_};
+    Point best = evaluate(0);
+    if (changes_poisson(scene_.match->of) && chosen_.size() > 1) improve(best);
+    return {{.young = std::exp(2 * best.mean), .over_shear = std::exp(best.log_over_shear)},
+            chosen_,
+            best.lack - best.mean};
   }
 
  private:
-  /// Differences of the lacks of the chosen from their mean, weighted.
-  Eigen::ArrayXd evaluate(double log_over_shear) {
-    lack_ = lacks(targets_, with_moduli(scene_, scene_.match->of, {.over_shear = std::exp(log_over_shear)}));
-    if (chosen_.empty()) chosen_ = chosen(targets_, lack_, scene_);
+  struct Point {
+    double log_over_shear = 0;
+    Eigen::ArrayXd lack{};
+    double mean = 0;          ///< of those of the chosen, weighted
+    Eigen::ArrayXd spread{};  ///< their differences from it, weighted; NaN where one has no partner any more
+    double error() const { return spread.square().sum(); }
+  };
+
+  /// Steps that lead to larger errors, or to where a chosen vibration is lost, are at least halved.
+  void improve(Point& best) {
+    constexpr int most_steps = 16;
+    constexpr double enough = 1e-5, near_enough = 1e-3, first_step = 0.05;
+    const auto [low, high] = allowed_over_shear(scene_);
+    double step = std::log(high) < first_step ? -first_step : first_step;
+    for (int i = 0; i < most_steps; ++i) {
+      const double next = std::clamp(best.log_over_shear + step, std::log(low), std::log(high));
+      const double moved = next - best.log_over_shear;
+      if (!(std::abs(moved) > enough)) return;
+      Point point = evaluate(next);
+      step = moved / 2;
+      if (!std::isfinite(point.error())) continue;
+      const Eigen::ArrayXd slope = (point.spread - best.spread) / moved;
+      const bool is_better = point.error() < best.error();
+      if (is_better) best = std::move(point);
+      const double most = is_better ? std::numeric_limits<double>::infinity() : std::abs(moved) / 2;
+      step = std::clamp(-(best.spread * slope).sum() / slope.square().sum(), -most, most);
+    }
+    if (std::abs(step) > near_enough)
+      throw InputError(fmt::format(
+          "{}: body.match = \"{}\": no E and nu were found in {} tries that serve these vibrations alike; "
+          "give \"bending\" or \"torsion\", or smaller cells",
+          scene_.file.string(), to_string(scene_.match->of), most_steps));
+  }
+
+  Point evaluate(double log_over_shear) {
+    Point point{.log_over_shear = log_over_shear,
+                .lack = lacks(targets_, with_moduli(scene_, scene_.match->of,
+                                                    {.over_shear = std::exp(log_over_shear)}))};
+    if (chosen_.empty()) chosen_ = chosen(targets_, point.lack, scene_);
     Eigen::ArrayXd weight(Eigen::Index(chosen_.size()));
     for (std::size_t i = 0; i < chosen_.size(); ++i)
       weight[Eigen::Index(i)] = 1 / std::pow(targets_.omega[std::size_t(chosen_[i])], 2);
-    const Eigen::ArrayXd lack = lack_(chosen_);
-    mean_ = (weight.square() * lack).sum() / weight.square().sum();
-    return weight * (lack - mean_);
+    const Eigen::ArrayXd lack = point.lack(chosen_);
+    point.mean = (weight.square() * lack).sum() / weight.square().sum();
+    point.spread = weight * (lack - point.mean);
+    return point;
   }
 
   const Scene& scene_;
   const Targets& targets_;
   std::vector<Eigen::Index> chosen_;
-  Eigen::ArrayXd lack_;
-  double mean_ = 0;
 };
 
 /// What an equal load would move the vibration too far, or too little where negative, over its frequency
@@ -218,7 +254,7 @@ double excess(const MatchedVibration& v) {
   return (1 / std::pow(1 + v.mismatch, 2) - 1) / (v.frequency * v.frequency);
 }
 
-/// About the vibration whose loads move the body most wrongly, and the slowest without counterpart.
+/// About the vibration that makes the largest error under an equal load, and the slowest without counterpart.
 std::vector<std::string> warnings_of(const MatchReport& report) {
   std::vector<std::string> warnings;
   const std::vector<MatchedVibration>& all = report.vibrations;
@@ -256,7 +292,8 @@ MatchReport report_of(const Scene& scene, const Scene& now, const Targets& targe
     report.vibrations.push_back({.motion = targets.vibrations.motions[i],
                                  .frequency = targets.omega[i] / (2 * std::numbers::pi),
                                  .mismatch = std::expm1(-found.lack[Eigen::Index(i)]),
-                                 .is_matched = is_chosen});
+                                 .is_matched = is_chosen,
+                                 .has_limit = targets.has_limit[i]});
   }
   return report;
 }
@@ -266,6 +303,10 @@ MatchedScene matched_with(const Scene& scene, const std::function<Targets()>& fi
   const Targets targets = find_targets();
   const FoundModuli found = ModuliSearch(scene, targets).run();
   MatchedScene result{with_moduli(scene, scene.match->of, found.factors)};
+  if (scene.body.any_part([](const Part& part) { return part.damping.law == Damping::Law::thesis; }))
+    result.scene.warnings.emplace_back(
+        "damping.thesis is left as it is where body.match changes moduli: vibrations decay otherwise than in "
+        "smaller cells; give damping.viscosity where that matters");
   result.report = report_of(scene, result.scene, targets, found);
   for (std::string& warning : warnings_of(*result.report))
     result.scene.warnings.push_back(std::move(warning));
@@ -310,7 +351,10 @@ std::vector<std::string> description(const MatchReport& report) {
                   report.after.poisson, report.face_share, report.to)};
   for (const MatchedVibration& v : report.vibrations)
     lines.push_back(fmt::format("  {:<12} {:>10.4g} Hz  {}{}", to_string(v.motion), v.frequency,
-                                mismatch_in_words(v.mismatch), v.is_matched ? "  (matched)" : ""));
+                                mismatch_in_words(v.mismatch),
+                                v.is_matched   ? "  (matched)"
+                                : !v.has_limit ? "  (beside the smallest cells: its limit was not found)"
+                                               : ""));
   return lines;
 }
 
@@ -321,7 +365,8 @@ Json to_json(const std::optional<MatchReport>& report) {
     vibrations.push_back({{"motion", to_string(v.motion)},
                           {"frequency", v.frequency},
                           {"mismatch", v.mismatch},  // null where it has no counterpart
-                          {"matched", v.is_matched}});
+                          {"matched", v.is_matched},
+                          {"has_limit", v.has_limit}});
   return {{"of", to_string(report->of)},
           {"to", report->to},
           {"young_before", report->before.young},

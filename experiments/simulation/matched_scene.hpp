@@ -18,6 +18,9 @@ struct MatchedVibration {
   /// What the matched cells' frequency is beyond it, over it; NaN: none of their slowest vibrations is alike.
   double mismatch = 0;
   bool is_matched = false;  ///< rather than reported only
+  /// False: the limit is to be matched, and was not found for this one, whose frequency is that of the
+  /// smallest cells computed.
+  bool has_limit = true;
 };
 
 /// How the moduli of a scene were changed.
@@ -49,12 +52,13 @@ struct MatchedScene {
 ///
 /// One vibration sets E, since frequencies go with its root; several set E and nu, by least squares of
 /// logarithms of frequencies over frequencies squared, with face_share = 1. Parts have E and shear modulus
-/// changed by the same factors. A viscosity is changed with the shear modulus, a damping ratio with the root
-/// of E: vibrations keep their decay. Where one of the slowest six is off by more than 5 percent, the scene
-/// gets a warning.
+/// changed by the same factors. A viscosity is changed with the shear modulus: vibrations keep their decay. A
+/// damping ratio is changed with the root of E, which keeps it where E alone is changed; damping.thesis is
+/// left alone, with a warning. Where one of the slowest six is off by more than 5 percent, the scene gets a
+/// warning.
 ///
-/// Throws InputError for a scene without a vibration of the kind that is to be matched, and as
-/// slowest_vibrations() does.
+/// Throws InputError for a scene without a vibration of the kind that is to be matched, where no moduli are
+/// found that serve several, and as slowest_vibrations() does.
 MatchedScene matched(const Scene& scene);
 
 /// The same of cells that are matched to those of another scene of the same body.

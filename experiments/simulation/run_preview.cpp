@@ -1,11 +1,13 @@
 #include "experiments/simulation/run_preview.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <vector>
 
 #include "core/body/body.hpp"
 #include "experiments/simulation/scene_check.hpp"
@@ -74,9 +76,14 @@ RunPreview preview_run(const Scene& scene) {
   return scene.solve.precision == Precision::single ? preview_in<float>(scene) : preview_in<double>(scene);
 }
 
-std::string body_in_words(const Vec3& extent, double mass, std::size_t cells, std::size_t particles) {
-  return fmt::format("{:.4g} x {:.4g} x {:.4g} m, {:.4g} kg, {} cells, {} particles", extent[0], extent[1],
-                     extent[2], mass, cells, particles);
+std::string body_in_words(const BodyConfig& body, const Vec3& extent, double mass, std::size_t cells,
+                          std::size_t particles) {
+  std::vector<std::string> edges;
+  for (int axis = 0; axis < 3; ++axis)
+    if (body.voxels.size()[std::size_t(axis)] > 0) edges.push_back(fmt::format("{:.4g}", extent[axis]));
+  std::string size = fmt::format("{} m", fmt::join(edges, " x "));
+  if (!body.is_solid()) size = fmt::format("{} of {}, {:.4g} m thick", body.noun(), size, body.across());
+  return fmt::format("{}, {:.4g} kg, {} cells, {} particles", size, mass, cells, particles);
 }
 
 }  // namespace mss

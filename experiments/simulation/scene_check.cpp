@@ -58,7 +58,6 @@ void check_springs(const Scene& scene, const IntegratorInfo& method) {
         fmt::format("{} is for model \"{}\", and material.model is \"{}\"; give another integrator",
                     method.name, spring_model, scene.model));
   if (method.springs_only && method.has_modulus) check_local_solutions(scene.body, method.name);
-  if (method.springs_only && !method.has_modulus) check_regions(scene.body, method.name);
 }
 
 /// Collisions at the end of steps need a method of fixed step.
@@ -193,6 +192,7 @@ void check_solve(const Scene& scene) {
   check_model(scene);
   check_table(scene, "solve", [&] {
     const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+    if (method.springs_only && !method.has_modulus) check_regions(scene.body, method.name);
     if (!scene.solve.dt) check_safe(method);
     if (single && !method.make_single)
       throw InputError(fmt::format(

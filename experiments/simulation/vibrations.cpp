@@ -148,6 +148,7 @@ Vibrations slowest_vibrations(const Scene& scene, int count) {
   Vibrations slow{.body = std::make_unique<const Body>(scene.body), .modes = {}, .motions = {}};
   const std::string model = reduction_named(scene.model) ? spring_model : scene.model;
   const auto system = make_system<double>(model, *slow.body, holds, scene.solve.threads);
+  if (unknowns_of(*system).empty()) return slow;
   Work work;
   Modes found = slowest_modes(*system, system->undeformed_state(),
                               count + (holds.holds.empty() ? rigid_motions : 0), work);

@@ -631,13 +631,16 @@ TEST(Scene, ReadsSheetsAndRopes) {
   const Scene rope = load_text(plain_scene, {"body.cells=[0, 0, 5]"});
   EXPECT_EQ(rope.body.across(), 0.5) << "a cell's edge where it is not said";
   EXPECT_NEAR(rope.body.springs.edge, 1e5 * 0.5, 1e-6);
-  EXPECT_THAT(rope.warnings, ElementsAre(HasSubstr("material.poisson = 0.3 is not used: a rope")));
-  EXPECT_THAT(load_text(plain_scene, {"body.cells=[1, 1, 0]"}).warnings,
+  EXPECT_THAT(rope.warnings,
+              ElementsAre(HasSubstr("body.thickness is missing and taken as body.cell_size, 0.5 m: a rope"),
+                          HasSubstr("material.poisson = 0.3 is not used: a rope")));
+  EXPECT_THAT(load_text(plain_scene, {"body.cells=[1, 1, 0]", "body.thickness=0.5"}).warnings,
               ElementsAre(HasSubstr("material.poisson = 0.3 is not used: springs of a sheet make it 1/3")));
   const std::string given = replaced(plain_scene, "young = 1e5\npoisson = 0.3", "springs = { edge = 7 }");
   EXPECT_EQ(load_text(given, {"body.cells=[5, 0, 0]"}).body.springs.edge, 7);
-  EXPECT_THAT(load_text(given, {"body.cells=[5, 2, 0]", "material.springs.face=0"}).warnings,
-              ElementsAre(HasSubstr("do not resist shear")));
+  EXPECT_THAT(
+      load_text(given, {"body.cells=[5, 2, 0]", "body.thickness=0.5", "material.springs.face=0"}).warnings,
+      ElementsAre(HasSubstr("do not resist shear")));
 }
 
 TEST(Scene, WritesSheetsAndRopes) {

@@ -192,6 +192,22 @@ std::string warnings_of(const MatchedScene& ready) {
   return fmt::format("{}", fmt::join(ready.scene.warnings, " "));
 }
 
+TEST(MatchedScene, SaysThatTheThesisDampingIsLeftAlone) {
+  std::string text = beam_text(8, 0);
+  const std::string viscosity = "viscosity = 307.69230769230768";
+  text.replace(text.find(viscosity), viscosity.size(), "thesis = true");
+  const MatchedScene ready = matched(parse_scene(text, {"body.match=\"bending\"", "body.match_to=2"}));
+  EXPECT_NE(warnings_of(ready).find("damping.thesis is left as it is"), std::string::npos)
+      << warnings_of(ready);
+}
+
+TEST(MatchedScene, LowersPoissonsRatioWhereItCannotGrow) {
+  const MatchedScene ready = matched(
+      parse_scene(beam_text(8, 0), {"body.match=\"both\"", "body.match_to=2", "material.poisson=0.495"}));
+  EXPECT_LT(ready.report->after.poisson, 0.49);
+  EXPECT_LT(ready.report->error_of_matched(), 1e-3);
+}
+
 TEST(MatchedScene, WarnsOfAPlateThatOneNumberCannotServe) {
   std::string text = beam_text(8, 0);
   for (const auto& [from, to] : {std::pair{"[8, 2, 2]", "[8, 4, 1]"}, {"0.25, 0.25]]", "0.5, 0.125]]"}})
@@ -241,6 +257,18 @@ TEST(MatchedScene, RefusesWhatHasNoSuchVibrationInASentence) {
     FAIL() << "it has cells of two sizes";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("leave [[refine]]"), std::string::npos) << error.what();
+  }
+}
+
+TEST(MatchedScene, RefusesABodyWithoutVibrationsInASentence) {
+  try {
+    matched(
+        parse_scene("[body]\ncells = [1, 1, 1]\ncell_size = 0.5\nmatch = \"bending\"\nmatch_to = 2\n"
+                    "[material]\ndensity = 1000\nyoung = 1e6\npoisson = 0.3\n"
+                    "[[hold]]\nbox = [[0, 0, 0], [0.5, 0.5, 0.5]]\n"));
+    FAIL() << "all of it is held";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("the body has none"), std::string::npos) << error.what();
   }
 }
 
