@@ -33,7 +33,7 @@ class ReducedMotion {
   /// Writes positions and velocities of all particles, and the time.
   virtual void give(State<double>& state) const = 0;
 
-  /// Writes positions alone: what a picture needs.
+  /// Writes positions alone, as exactly as a picture needs: displacements may be of single precision.
   virtual void draw(Field<double>& x) const = 0;
 
   /// Keeps coordinates, rates and time in a record, or takes them from one (core/base/record.hpp).

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "experiments/advise/advise.hpp"
 #include "experiments/harness/experiment.hpp"
@@ -157,29 +158,31 @@ std::optional<std::size_t> Search::cheapest() const {
   return worth_restricting * trials()[*restricted].cost <= trials()[*other].cost ? restricted : other;
 }
 
-/// Of candidates that serve some motions only.
+/// Of candidates that serve some motions only; empty where none was tried.
 std::string Search::why_taken_or_left(bool (*is_such)(const Candidate&)) const {
-  std::optional<std::size_t> such = cheapest_of(trials(), is_such);
+  const std::optional<std::size_t> such = cheapest_of(trials(), is_such);
   if (!such) {
-    const Trial* nearest = nullptr;
+    const Trial* nearest = nullptr;  // of those that ran furthest
     for (const Trial& trial : trials())
-      if (is_such(trial.candidate) &&
-          (!nearest || trial.error < nearest->error || std::isnan(nearest->error)))
+      if (is_such(trial.candidate) && std::isfinite(trial.error) &&
+          (!nearest || std::pair(-trial.share, trial.error) < std::pair(-nearest->share, nearest->error)))
         nearest = &trial;
-    if (!nearest) return "not tried: springs are given, or nothing met the error before";
-    return fmt::format("left; the nearest, {}, {}: {}", restricted_name(family(), nearest->candidate),
-                       std::isnan(nearest->error) ? "no error known" : "error " + percent(nearest->error),
-                       to_string(*nearest));
+    const bool tried = std::any_of(trials().begin(), trials().end(),
+                                   [&](const Trial& trial) { return is_such(trial.candidate); });
+    if (!nearest) return tried ? "left; none has a known error, the table says why" : "";
+    return fmt::format("left; the nearest, {}, errs by {} in {:.0f} % of the time: {}",
+                       restricted_name(family(), nearest->candidate), percent(nearest->error),
+                       100 * nearest->share, to_string(*nearest));
   }
   const std::optional<std::size_t> other = cheapest_of(trials(), serves_all_motions);
   const bool taken = advice_.best && is_such(trials()[*advice_.best].candidate);
-  if (taken) such = advice_.best;
-  const std::string name = restricted_name(family(), trials()[*such].candidate);
+  const std::string name = restricted_name(family(), trials()[taken ? *advice_.best : *such].candidate);
   if (!other)
     return fmt::format("{}: {}; no others were found to meet the error", taken ? "taken" : "left", name);
   const double cost = trials()[*such].cost;
-  std::string text = fmt::format("{}: {}, {:.2g} times as cheap as the cheapest that serve all motions",
-                                 taken ? "taken" : "left", name, trials()[*other].cost / cost);
+  std::string text =
+      fmt::format("{}: {}, the cheapest of them {:.2g} times as cheap as any that serve all motions",
+                  taken ? "taken" : "left", name, trials()[*other].cost / cost);
   if (!taken && worth_restricting * cost > trials()[*other].cost)
     text += fmt::format(", and {:g} times is asked for", worth_restricting);
   return text;
@@ -492,7 +495,9 @@ void Search::explain_budget() {
 
 Advice Search::result() {
   if (references_.estimator()) {
-    advice_.about_matched = why_taken_or_left(is_matched);
+    advice_.about_matched = family().is_calibrated()
+                                ? why_taken_or_left(is_matched)
+                                : "not tried: springs are given, and E is what is matched";
     advice_.about_reduced = why_taken_or_left(is_reduced);
   }
   advice_.trials = std::move(state_.trials);

@@ -99,9 +99,9 @@ std::vector<std::string> warnings_of(const Scene& scene, const ReducedFit& fit) 
                     scene.model, 1 + fit.excess, how, others));
   } else if (is_cubic && fit.deflection > most_deflection) {
     warnings.push_back(
-        fmt::format("modal_cubic is at its end: the body moves by {:.2g} percent of its longest side, for "
-                    "which its shapes "
-                    "are too few and too heavy; give more material.modes, or material.model = \"springs\"",
+        fmt::format("modal_cubic is at its end: the body moves by {:.2g} percent of its longest side, and "
+                    "its fast shapes, "
+                    "made heavy for longer steps, come late; give material.model = \"springs\"",
                     100 * fit.deflection));
   }
   if (is_cubic && fit.twist > most_twist)

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "experiments/harness/measure.hpp"
+#include "experiments/simulation/reduced_model.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_run.hpp"
 

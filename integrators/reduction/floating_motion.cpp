@@ -31,6 +31,7 @@ FloatingMotion::FloatingMotion(const SolidSystem<double>& system, const State<do
     : rows_(system),
       particles_(rows_.count() / 3),
       panels_(shapes.shapes),
+      drawn_(shapes.shapes),
       squares_(shapes.squares),
       damping_(shapes.damping),
       zero_(VectorXd::Zero(panels_.padded_rows())),
@@ -47,6 +48,7 @@ FloatingMotion::FloatingMotion(const SolidSystem<double>& system, const State<do
   masses_ = rows_.from(masses, panels_.padded_rows());
   at_.q = at_.p = rates_;
   arms_ = centred(rest.x, at_.centre);
+  drawn_arms_ = moved_ = arms_.cast<float>();
   const Index r = shapes.count();
   const MatrixXd arms = arms_.head(rows_.count());
   MatrixXd of_shape(9 * r, r), of_rates(3 * r, r);
@@ -70,8 +72,8 @@ FloatingMotion::FloatingMotion(const SolidSystem<double>& system, const State<do
   zero_of_rates_ = rates_out_ = VectorXd::Zero(of_rates_.padded_rows());
 }
 
-/// Well within the limit of 2.8: what is that fast is damped by a few percent a step.
-double FloatingMotion::longest_step() const { return std::min(1.2 / fastest(), outer_.longest_step); }
+/// Well within the limit of 2.8: what is that fast is damped by a tenth a step.
+double FloatingMotion::longest_step() const { return std::min(1.8 / fastest(), outer_.longest_step); }
 
 void FloatingMotion::Moving::add(double dt, const Moving& rates) {
   q += dt * rates.q;
@@ -237,14 +239,15 @@ bool FloatingMotion::step(double dt, long steps) {
 }
 
 void FloatingMotion::draw(Field<double>& x) const {
-  panels_.expand(arms_, at_.q, shifts_);
-  turn(frame_, shifts_, at_.centre, rows_out_);
-  rows_.write(rows_out_, x);
+  drawn_.expand(drawn_arms_, at_.q.cast<float>(), moved_);
+  rows_.write_turned(frame_, moved_, at_.centre, x);
 }
 
 void FloatingMotion::give(State<double>& state) const {
   state.t = t_;
-  draw(state.x);
+  panels_.expand(arms_, at_.q, shifts_);
+  turn(frame_, shifts_, at_.centre, rows_out_);
+  rows_.write(rows_out_, state.x);
   VectorXd speeds = VectorXd::Zero(panels_.padded_rows());
   panels_.expand(zero_, rates_, speeds);
   const auto part = [&](VectorXd& rows, int axis) { return rows.segment(axis * particles_, particles_); };

@@ -63,6 +63,9 @@ class FloatingMotion final : public ElasticMotion {
   ParticleRows rows_;
   Eigen::Index particles_;
   ShapePanels panels_;
+  ShapePanelsIn<float> drawn_;
+  Eigen::VectorXf drawn_arms_;
+  mutable Eigen::VectorXf moved_;
   Eigen::VectorXd squares_, damping_, masses_, arms_, zero_;
   double mass_;
   /// Stacked: sums of G by pair of axes, then A_c, each r x r; and A_c alone.

@@ -11,8 +11,9 @@ inline constexpr int panel_rows = 32;
 
 /// A tall matrix in panels of rows, each column by column: entry (i, c) is
 /// values[((i / panel_rows) columns + c) panel_rows + i % panel_rows].
+template <class Real>
 struct Panels {
-  const double* values = nullptr;
+  const Real* values = nullptr;
   std::ptrdiff_t panels = 0;
   int columns = 0;
 };
@@ -36,9 +37,11 @@ inline constexpr int most_coordinates = 96;
 struct ReductionKernels {
   const char* name;
   /// out[i] = base[i] + sum_c a_ic q_c, for all rows of all panels.
-  void (*expand)(const Panels& a, const double* base, const double* q, double* out);
+  void (*expand)(const Panels<double>& a, const double* base, const double* q, double* out);
+  /// The same in single precision, of half the memory, which is what it costs.
+  void (*expand_single)(const Panels<float>& a, const float* base, const float* q, float* out);
   /// p[c] = sum_i a_ic f_i, for all rows of all panels.
-  void (*project)(const Panels& a, const double* f, double* p);
+  void (*project)(const Panels<double>& a, const double* f, double* p);
   /// f has `padded` numbers.
   void (*cubic_force)(const CubicForce& polynomial, const double* q, double* f);
 };

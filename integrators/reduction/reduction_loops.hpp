@@ -9,29 +9,33 @@
 
 namespace mss::MSS_ISA {
 
-inline constexpr int packs_of_panel = panel_rows / lanes<double>;
+template <class Real>
+inline constexpr int packs_of_panel = panel_rows / lanes<Real>;
 
-inline void expand(const Panels& a, const double* base, const double* q, double* out) {
-  constexpr std::ptrdiff_t w = lanes<double>;
-  const double* column = a.values;
+template <class Real>
+inline void expand(const Panels<Real>& a, const Real* base, const Real* q, Real* out) {
+  constexpr std::ptrdiff_t w = lanes<Real>;
+  constexpr int packs = packs_of_panel<Real>;
+  const Real* column = a.values;
   for (std::ptrdiff_t panel = 0; panel < a.panels; ++panel, base += panel_rows, out += panel_rows) {
-    Pack<double> sum[packs_of_panel];
-    for (int k = 0; k < packs_of_panel; ++k) sum[k] = load(base + w * k);
+    Pack<Real> sum[packs];
+    for (int k = 0; k < packs; ++k) sum[k] = load(base + w * k);
     for (int c = 0; c < a.columns; ++c, column += panel_rows)
-      for (int k = 0; k < packs_of_panel; ++k) sum[k] += q[c] * load(column + w * k);
-    for (int k = 0; k < packs_of_panel; ++k) store(out + w * k, sum[k]);
+      for (int k = 0; k < packs; ++k) sum[k] += q[c] * load(column + w * k);
+    for (int k = 0; k < packs; ++k) store(out + w * k, sum[k]);
   }
 }
 
-inline void project(const Panels& a, const double* f, double* p) {
+inline void project(const Panels<double>& a, const double* f, double* p) {
   constexpr std::ptrdiff_t w = lanes<double>;
   Pack<double> sum[most_coordinates] = {};
   const double* column = a.values;
   for (std::ptrdiff_t panel = 0; panel < a.panels; ++panel, f += panel_rows) {
-    Pack<double> force[packs_of_panel];
-    for (int k = 0; k < packs_of_panel; ++k) force[k] = load(f + w * k);
+    constexpr int packs = packs_of_panel<double>;
+    Pack<double> force[packs];
+    for (int k = 0; k < packs; ++k) force[k] = load(f + w * k);
     for (int c = 0; c < a.columns; ++c, column += panel_rows)
-      for (int k = 0; k < packs_of_panel; ++k) sum[c] += force[k] * load(column + w * k);
+      for (int k = 0; k < packs; ++k) sum[c] += force[k] * load(column + w * k);
   }
   for (int c = 0; c < a.columns; ++c) {
     p[c] = 0;
@@ -80,7 +84,11 @@ inline void cubic_force(const CubicForce& polynomial, const double* q, double* f
 }
 
 inline ReductionKernels make_reduction_kernels(const char* name) {
-  return {.name = name, .expand = expand, .project = project, .cubic_force = cubic_force};
+  return {.name = name,
+          .expand = expand<double>,
+          .expand_single = expand<float>,
+          .project = project,
+          .cubic_force = cubic_force};
 }
 
 }  // namespace mss::MSS_ISA

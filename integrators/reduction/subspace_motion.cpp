@@ -25,6 +25,9 @@ SubspaceMotion::SubspaceMotion(const System<double>& system, const State<double>
       rows_(system),
       stretch_(stretch),
       panels_(divided(shapes.shapes, stretch)),
+      drawn_(divided(shapes.shapes, stretch)),
+      zero_of_drawn_(Eigen::VectorXf::Zero(drawn_.padded_rows())),
+      moved_(zero_of_drawn_),
       rest_(rows_.from(rest.x, panels_.padded_rows())),
       zero_(VectorXd::Zero(panels_.padded_rows())),
       outer_(std::move(outer)),
@@ -82,13 +85,14 @@ VectorXd SubspaceMotion::coordinates_at(const Field<double>& x) const {
 }
 
 void SubspaceMotion::draw(Field<double>& x) const {
-  place(q_, rows_out_);
-  rows_.write(rows_out_, x);
+  drawn_.expand(zero_of_drawn_, q_.cast<float>(), moved_);
+  rows_.write_sum(rest_, moved_, x);
 }
 
 void SubspaceMotion::give(State<double>& state) const {
   state.t = t_;
-  draw(state.x);
+  place(q_, rows_out_);
+  rows_.write(rows_out_, state.x);
   move(q_, rates_, rows_out_);
   rows_.write(rows_out_, state.v);
 }

@@ -88,6 +88,9 @@ class SubspaceMotion : public ElasticMotion {
   ParticleRows rows_;
   Eigen::VectorXd stretch_;
   ShapePanels panels_;
+  ShapePanelsIn<float> drawn_;
+  Eigen::VectorXf zero_of_drawn_;
+  mutable Eigen::VectorXf moved_;
   Eigen::VectorXd rest_, masses_, zero_;
   OuterForces outer_;
   Eigen::VectorXd pull_, forces_;

@@ -137,7 +137,8 @@ WarpedMotion::WarpedMotion(const System<double>& system, const Body& body, const
       shifts_(zero_),
       angle_rates_(zero_),
       shift_rates_(zero_),
-      turned_(zero_) {}
+      turned_(zero_),
+      placed_(zero_) {}
 
 void WarpedMotion::place(const VectorXd& q, VectorXd& rows) const {
   rotations_.expand(zero_, q, angles_);
@@ -149,6 +150,11 @@ void WarpedMotion::place(const VectorXd& q, VectorXd& rows) const {
     const Vec3 once = theta.cross(u);
     set(rows, particles_, p, at(rows, particles_, p) + u + r.b * once + r.c * theta.cross(once));
   }
+}
+
+void WarpedMotion::draw(Field<double>& x) const {
+  place(q_, placed_);
+  rows().write(placed_, x);
 }
 
 void WarpedMotion::move(const VectorXd& q, const VectorXd& rates, VectorXd& rows) const {

@@ -15,6 +15,8 @@ class WarpedMotion final : public ModalMotion {
   WarpedMotion(const System<double>& system, const Body& body, const State<double>& rest,
                const ReducedShapes& shapes, OuterForces outer);
 
+  void draw(Field<double>& x) const override;
+
  private:
   void place(const Eigen::VectorXd& q, Eigen::VectorXd& rows) const override;
   void move(const Eigen::VectorXd& q, const Eigen::VectorXd& rates, Eigen::VectorXd& rows) const override;
@@ -29,7 +31,7 @@ class WarpedMotion final : public ModalMotion {
   Eigen::Index particles_;
   ShapePanels rotations_;
   Eigen::VectorXd zero_;
-  mutable Eigen::VectorXd angles_, shifts_, angle_rates_, shift_rates_, turned_;
+  mutable Eigen::VectorXd angles_, shifts_, angle_rates_, shift_rates_, turned_, placed_;
 };
 
 /// Half the curl of displacements (ParticleRows by columns), by differences of second order to the next

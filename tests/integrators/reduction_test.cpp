@@ -133,11 +133,17 @@ TEST(Reduction, KernelsMultiplyByPanelsOfAnySize) {
         for (int i = 0; i < rows; ++i)
           for (int c = 0; c < columns; ++c)
             values[(i / panel_rows * columns + c) * panel_rows + i % panel_rows] = a(i, c);
-        const Panels matrix{.values = values.data(), .panels = panels, .columns = columns};
+        const Panels<double> matrix{.values = values.data(), .panels = panels, .columns = columns};
         const VectorXd base = VectorXd::Random(panels * panel_rows), q = VectorXd::Random(columns);
         VectorXd out(base.size()), p(columns);
         kernels.expand(matrix, base.data(), q.data(), out.data());
         EXPECT_LT((out.head(rows) - base.head(rows) - a * q).cwiseAbs().maxCoeff(), 1e-13);
+        const Eigen::VectorXf values_f = values.cast<float>(), base_f = base.cast<float>(),
+                              q_f = q.cast<float>();
+        Eigen::VectorXf out_f(base.size());
+        kernels.expand_single({.values = values_f.data(), .panels = panels, .columns = columns},
+                              base_f.data(), q_f.data(), out_f.data());
+        EXPECT_LT((out_f.cast<double>() - out).cwiseAbs().maxCoeff(), 1e-5);
         kernels.project(matrix, base.data(), p.data());
         EXPECT_LT((p - a.transpose() * base.head(rows)).cwiseAbs().maxCoeff(), 1e-12);
       }
@@ -297,7 +303,7 @@ TEST(Reduction, FreeBodiesFloatAndKeepTheirMomenta) {
   const Vec3 spin = 10 * Vec3(1, 2, 3).normalized();
   for (const std::ptrdiff_t site : spun.body.sites())
     spun.start.v.set(site, Vec3(0.3, 0, -0.2) + spin.cross(spun.start.x.at(site) - Vec3::Constant(0.5)));
-  EXPECT_LT(spun.error({.modes = 18}), 0.08);
+  EXPECT_LT(spun.error({.modes = 18}), 0.1);  // of 16 cells a side 0.067
   ReducedSystem system(spun.body, {}, {}, shapes_for(spun.body, {}, {}));
   State<double> state = spun.start;
   system.reduced()->take(state);

@@ -8,7 +8,8 @@ namespace mss::studies::reduce {
 
 /// Affine motions of a few control points along a clamped body, blended linearly between these (Faure,
 /// Gilles, Bousquet and Pai, ACM TOG 30 (2011) 73: of an even bar their weights are linear), with the
-/// lattice's force in that subspace. `matched`: with the E that makes the slowest vibration the body's.
+/// polynomial force of models "modal_cubic" in that subspace. `matched`: with the E that makes the slowest
+/// vibration the body's.
 std::unique_ptr<Mover> frames_mover(const ReduceScene& scene, const Solid& solid, const LatticeChoice& own,
                                     int points, bool matched, const State<double>& start);
 

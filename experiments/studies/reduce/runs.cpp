@@ -108,7 +108,7 @@ class SceneRuns {
   }
 
   void measure(Progress& progress) {
-    add_candidates();
+    add_candidates(progress);
     for (Candidate& c : candidates_) {
       if (progress.stopped()) return;
       find_error(c);
@@ -169,10 +169,11 @@ class SceneRuns {
     return all;
   }
 
-  void add_candidates() {
+  void add_candidates(const Progress& progress) {
     using Of = FrequencyMatch::Of;
     const Of first = scene_.happening == Happening::twist ? Of::torsion : Of::bending;
     for (const int cells : subject_.cells) {
+      if (progress.stopped()) return;
       add_lattice({cells, own_.young, own_.poisson, own_.face_share}, spring_model);
       if (cells == own_.cells) break;
       add_lattice({cells, own_.young, own_.poisson, 1}, spring_model);
@@ -182,6 +183,7 @@ class SceneRuns {
       if (subject_.all_modes) add_matched(cells, 1, Of::modes);
     }
     for (const ReducedModel& model : subject_.models) {
+      if (progress.stopped()) return;
       Candidate c{.model = model.name, .lattice = own_, .modes = model.modes};
       try {
         Scene scene = scene_on(scene_, subject_.solid, own_, model.name);
@@ -193,10 +195,10 @@ class SceneRuns {
       }
       candidates_.push_back(std::move(c));
     }
-    if (scene_.losses) add_losses();
+    if (scene_.losses) add_losses(progress);
   }
 
-  void add_losses() {
+  void add_losses(const Progress& progress) {
     for (const int points : {2, 3})
       for (const bool of_own_frequency : {false, true}) {
         const char* e = of_own_frequency ? "E matched" : "E as it is";
@@ -212,13 +214,14 @@ class SceneRuns {
     for (const int steps : {1, 16, 64}) {
       for (const int cells : subject_.cells)
         for (const int width : {1, 2, 4})
-          if (own_.cells % cells == 0 && 4 * width <= cells)
+          if (!progress.stopped() && own_.cells % cells == 0 && 4 * width <= cells)
             add_best("shape_matching", cells, fmt::format("regions of {}, {} steps", 2 * width + 1, steps),
                      [&](double alpha) {
                        return shape_mover(scene_, subject_.solid,
                                           {cells, own_.young, own_.poisson, own_.face_share},
                                           {width, steps, alpha}, body_);
                      });
+      if (progress.stopped()) return;
       add_best("adaptive_shape_matching", own_.cells, fmt::format("{} steps", steps), [&](double alpha) {
         return adaptive_shape_mover(scene_, subject_.solid, body_, start_, steps, alpha);
       });
@@ -294,7 +297,7 @@ class SceneRuns {
   long motions_in_a_row(Candidate& c) const {
     constexpr double least_seconds = 1e-4;
     c.mover->restart();
-    const double once = processor_seconds_of([&] { go_on(c, 1); });
+    const double once = std::max(1e-9, processor_seconds_of([&] { go_on(c, 1); }));
     return once < least_seconds ? std::lround(std::ceil(least_seconds / once)) : 1;
   }
 
@@ -378,11 +381,18 @@ ReduceTables measure_reduce(const ReduceConfig& config, Progress& progress) {
   for (std::size_t s = 0; s < config.scenes.size() && !progress.stopped(); ++s) {
     const ReduceScene& scene = config.scenes[s];
     progress.report(double(s) / double(config.scenes.size()), scene.name);
-    SceneRuns runs(config, scene, lattices[scene.solid]);
-    runs.measure(progress);
-    if (progress.stopped()) break;
-    runs.add_rows(tables.rows);
-    runs.add_scene(tables.scenes);
+    try {
+      SceneRuns runs(config, scene, lattices[scene.solid]);
+      runs.measure(progress);
+      if (progress.stopped()) break;
+      runs.add_rows(tables.rows);
+      runs.add_scene(tables.scenes);
+    } catch (const std::runtime_error& error) {  // no start, or no reference: the other scenes go on
+      const Solid& solid = config.subjects[scene.solid].solid;
+      tables.scenes.add({scene.name, scene.label, solid.name, scene.description,
+                         std::int64_t(config.subjects[scene.solid].cells.back()), std::int64_t(0), no_value,
+                         std::string(error.what())});
+    }
   }
   for (const MatchedLattices& of_subject : lattices) of_subject.add_rows(tables.matched);
   if (progress.stopped()) tables.status = Status::interrupted;

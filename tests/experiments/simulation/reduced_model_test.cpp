@@ -154,7 +154,7 @@ TEST(ReducedModel, GoesOnWithTheSameBits) {
 
 TEST(ReducedModel, IsShownInTheWindowAndNotPulledThere) {
   for (const char* model : {"modal", "modal_warped", "modal_cubic"}) {
-    Session session(parse_scene(held_beam, {std::string("material.model=\"") + model + "\""}));
+    view::Session session(parse_scene(held_beam, {std::string("material.model=\"") + model + "\""}));
     session.advance(0.05);
     session.record();
     EXPECT_EQ(session.status(), Status::ok) << model;
