@@ -407,7 +407,7 @@ TEST(Relaxation, IsRefusedByWhatDoesNotFollowIt) {
   SpringSystem<double> system(body, {});
   int refused = 0;
   for (const IntegratorInfo& method : integrators()) {
-    if (method.relaxes) continue;
+    if (method.relaxes || !method.moves_particles()) continue;
     const std::string problem = problem_of([&] { method.make<double>({})->check(system); });
     EXPECT_THAT(problem, ::testing::HasSubstr("material.relaxation")) << method.name;
     ++refused;

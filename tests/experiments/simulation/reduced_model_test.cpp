@@ -108,8 +108,8 @@ TEST(ReducedModel, KeepsItsShapesBesideTheScene) {
   Scene scene = load_scene(file);
   const auto kept = shapes_file(scene);
   EXPECT_EQ(kept, folder.path() / "beam.shapes");
-  const Body body(scene.body);
   const auto first_x = [&](const Scene& of) {
+    const Body body(of.body);
     const auto system = make_reduced(of, body);
     State<double> state = system->rest_state();
     system->reduced()->take(state);
