@@ -287,8 +287,7 @@ TEST(PrecisionSummary, NamesUnreachedErrors) {
 TEST(PrecisionConfigTest, TakesEveryMethodOfTheRegistry) {
   const auto taken = precision_config({.quick = true}).integrators;
   for (const IntegratorInfo& info : integrators())
-    EXPECT_EQ(std::count(taken.begin(), taken.end(), info.name),
-              info.moves_particles() && info.has_modulus)
+    EXPECT_EQ(std::count(taken.begin(), taken.end(), info.name), info.moves_particles() && info.has_modulus)
         << info.name;
   EXPECT_THROW(precision_config({.integrators = {"static"}}), InputError);
   EXPECT_EQ(precision_config({.integrators = {"rk4"}}).integrators, std::vector<std::string>{"rk4"});
