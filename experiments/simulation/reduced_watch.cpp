@@ -85,8 +85,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const ReducedFit& fit) 
   if (fit.lost > most_lost)
     warnings.push_back(
         fmt::format("{:.2g} percent of the start, or of what an impulse gives, is no motion of {}'s shapes "
-                    "and is lost; give "
-                    "more material.modes, or {}",
+                    "and is lost; give more material.modes, or {}",
                     100 * fit.lost, scene.model, others));
   if (fit.excess > (is_free || is_cubic ? most_excess_nonlinear : most_excess_linear)) {
     const std::string how =
@@ -94,15 +93,13 @@ std::vector<std::string> warnings_of(const Scene& scene, const ReducedFit& fit) 
                 : fmt::format("bent by {:.2g} percent of its longest side", 100 * fit.deflection);
     warnings.push_back(
         fmt::format("{} is at its end: the lattice it stands for would store {:.3g} times the energy in the "
-                    "body's shapes, "
-                    "{}; {}",
+                    "body's shapes, {}; {}",
                     scene.model, 1 + fit.excess, how, others));
   } else if (is_cubic && fit.deflection > most_deflection) {
-    warnings.push_back(
-        fmt::format("modal_cubic is at its end: the body moves by {:.2g} percent of its longest side, and "
-                    "its fast shapes, "
-                    "made heavy for longer steps, come late; give material.model = \"springs\"",
-                    100 * fit.deflection));
+    warnings.push_back(fmt::format(
+        "modal_cubic is at its end: the body moves by {:.2g} percent of its longest side, and "
+        "its fast shapes, made heavy for longer steps, come late; give material.model = \"springs\"",
+        100 * fit.deflection));
   }
   if (is_cubic && fit.twist > most_twist)
     warnings.push_back(fmt::format(

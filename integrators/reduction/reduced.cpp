@@ -48,8 +48,8 @@ class Reduced final : public Integrator<double> {
 IntegratorInfo reduced() {
   return {.name = "reduced",
           .summary =
-              "few coordinates of a reduced body (material.model = \"modal\" and others); exact for "
-              "vibrations, else leapfrog",
+              "few coordinates of a reduced body (material.model = \"modal\" and others): vibrations "
+              "exactly, others in small steps",
           .stepping = Stepping::reduced,
           .order_undamped = 2,
           .order_damped = 1,

@@ -53,9 +53,8 @@ ReducedShapes shapes_for(const Body& body, const Environment& environment, const
 ReducedSystem::ReducedSystem(const Body& body, const Environment& environment, const ReductionChoice& choice,
                              const ReducedShapes& shapes)
     : BodySystem<double>(body, environment, mss::spectral_bound(body), 1),
-      reduction_(choice.reduction),
       lattice_(body, environment, Execution{.threads = 1}) {
-  check(body, environment, reduction_);
+  check(body, environment, choice.reduction);
   const std::vector<Load>& loads = environment.loads;
   const bool presses = contact().has_penalties();
   OuterForces outer{
@@ -72,9 +71,9 @@ ReducedSystem::ReducedSystem(const Body& body, const Environment& environment, c
   const State<double> rest = rest_state();
   if (is_free(environment))
     motion_ = std::make_unique<FloatingMotion>(*this, rest, shapes, std::move(outer));
-  else if (reduction_ == Reduction::cubic)
+  else if (choice.reduction == Reduction::cubic)
     motion_ = std::make_unique<CubicMotion>(*this, body, rest, shapes, std::move(outer));
-  else if (reduction_ == Reduction::warped)
+  else if (choice.reduction == Reduction::warped)
     motion_ = std::make_unique<WarpedMotion>(*this, body, rest, shapes, std::move(outer));
   else
     motion_ = std::make_unique<ModalMotion>(*this, rest, shapes, std::move(outer));

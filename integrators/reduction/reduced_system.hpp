@@ -34,7 +34,6 @@ class ReducedSystem final : public BodySystem<double> {
   ReducedMotion* reduced() override { return motion_.get(); }
   /// What the lattice it stands for is.
   SpringSystem<double>& lattice() { return lattice_; }
-  Reduction reduction() const { return reduction_; }
   /// See ElasticMotion::lost().
   double lost() const { return motion_->lost(); }
 
@@ -52,8 +51,7 @@ class ReducedSystem final : public BodySystem<double> {
  private:
   void add_outer(double t, const State<double>& state, Field<double>& f);
 
-  Reduction reduction_;
-  mutable SpringSystem<double> lattice_;
+  SpringSystem<double> lattice_;
   std::unique_ptr<ElasticMotion> motion_;
 };
 

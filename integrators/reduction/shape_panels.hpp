@@ -20,7 +20,6 @@ class ShapePanelsIn {
   ShapePanelsIn(ShapePanelsIn&&) = default;
   ShapePanelsIn& operator=(ShapePanelsIn&&) = default;
 
-  int columns() const { return panels_.columns; }
   /// Rows, and those that pad them: the length of vectors below.
   Eigen::Index padded_rows() const { return panels_.panels * panel_rows; }
 
