@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <tuple>
+
 #include "core/base/error.hpp"
 #include "core/base/record.hpp"
 #include "integrators/collisions.hpp"
@@ -17,6 +19,13 @@ std::string no_relaxation(const IntegratorInfo& method) {
       method.needs_springs() || !method.has_modulus
           ? "moves springs in its own way, which does not relax"
           : "has stages that no relaxation of second order follows");
+}
+
+std::vector<std::string> methods_on_devices() {
+  std::vector<std::string> names;
+  for (const IntegratorInfo& info : integrators())
+    if (info.make_double_on_device) names.push_back(info.name);
+  return names;
 }
 
 /// Throws InputError where a method of particles meets a body that follows a few coordinates, or the reverse.
@@ -39,15 +48,21 @@ void check_coordinates(const IntegratorInfo& method, System<Real>& system) {
 
 template <class Real>
 std::unique_ptr<Integrator<Real>> IntegratorInfo::make(const IntegratorOptions& options) const {
-  std::unique_ptr<Integrator<Real>> method;
-  if constexpr (std::is_same_v<Real, float>) {
-    if (!make_single)
-      throw InputError(fmt::format(
-          "integrator '{}' computes in double precision only; give precision = \"double\"", name));
-    method = make_single(options);
-  } else {
-    method = make_double(options);
-  }
+  const bool on_device = options.device != "cpu";
+  const auto& [here, there] = [&] {
+    if constexpr (std::is_same_v<Real, float>)
+      return std::tie(make_single, make_single_on_device);
+    else
+      return std::tie(make_double, make_double_on_device);
+  }();
+  if (on_device && !make_double_on_device)
+    throw InputError(
+        fmt::format("integrator '{}' takes no steps on a device; give one of {}, or device = \"cpu\"", name,
+                    fmt::join(methods_on_devices(), ", ")));
+  if (!here)
+    throw InputError(
+        fmt::format("integrator '{}' computes in double precision only; give precision = \"double\"", name));
+  std::unique_ptr<Integrator<Real>> method = (on_device ? there : here)(options);
   method->collisions_ = collisions;
   method->check_ = [facts = *this, dt = options.dt](System<Real>& system) {
     check_coordinates(facts, system);
@@ -80,6 +95,8 @@ std::string_view to_string(Status status) {
       return "step_limit";
     case Status::tolerance_missed:
       return "tolerance_missed";
+    case Status::device_lost:
+      return "device_lost";
     case Status::interrupted:
       return "interrupted";
   }

@@ -22,6 +22,7 @@ enum class Status {
   linear_stalled,         ///< an iterative linear solver did not reach its tolerance
   step_limit,             ///< the allowed number of steps did not suffice
   tolerance_missed,       ///< no step however small met the tolerance
+  device_lost,            ///< a device stopped working
   interrupted             ///< the user stopped it
 };
 
@@ -76,6 +77,11 @@ class Integrator {
   /// When planes act on what it moves.
   Collisions collisions() const { return collisions_; }
 
+  /// Where it takes its steps; empty: on the processor.
+  virtual std::string device() const { return {}; }
+  /// Of all advances, how long states were carried between the processor and that device [s].
+  virtual double transfer_seconds() const { return 0; }
+
   /// Discards all history. Call it after editing a state, before the next advance.
   virtual void reset() {}
 
@@ -110,6 +116,7 @@ struct IntegratorOptions {
       0;                       ///< of vbd, Chebyshev's: spectral radius of a pass, from 0 to below 1; 0: none
   int region_width = 2;        ///< of shape_matching, in cells; 0: one region
   double alpha = 1;            ///< of shape_matching: share of the way to the goal, from 0 to 1
+  std::string device = "cpu";  ///< that takes the steps, of `mss list devices`
   double length_scale = 1;     ///< of positions [m]
   double speed_scale = 1;      ///< of velocities [m/s]
   long most_steps = 10000000;  ///< adaptive methods may take in one advance, or until its next event
@@ -203,6 +210,10 @@ struct IntegratorInfo {
   /// The method, which checks every system that it meets against these facts.
   template <class Real>
   std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) const;
+
+  /// The same steps taken on a device, see integrators/device/; empty: they are not.
+  std::function<std::unique_ptr<Integrator<float>>(const IntegratorOptions&)> make_single_on_device = {};
+  std::function<std::unique_ptr<Integrator<double>>(const IntegratorOptions&)> make_double_on_device = {};
 
   /// Empty: the method computes in double precision only.
   std::function<std::unique_ptr<Integrator<float>>(const IntegratorOptions&)> make_single = {};

@@ -10,6 +10,15 @@ namespace mss {
 
 namespace {
 
+/// Of entries ascending by site.
+template <class Entry>
+std::vector<std::ptrdiff_t> distinct_sites(const std::vector<Entry>& entries) {
+  std::vector<std::ptrdiff_t> sites;
+  for (const Entry& entry : entries)
+    if (sites.empty() || sites.back() != entry.site) sites.push_back(entry.site);
+  return sites;
+}
+
 /// Of a hold that turns: from its centre to the particle, without what moves both.
 Vec3 arm_of(const Hold& hold, const Vec3& rest, double t) {
   const Turn& turn = *hold.turn;
@@ -90,6 +99,8 @@ bool HeldSites::move(double t, std::ptrdiff_t first, std::ptrdiff_t last) const 
   return false;
 }
 
+std::vector<std::ptrdiff_t> HeldSites::sites() const { return distinct_sites(entries_); }
+
 bool HeldSites::holds(std::ptrdiff_t site, int axis) const {
   const auto begin = std::lower_bound(entries_.begin(), entries_.end(), site,
                                       [](const Entry& e, std::ptrdiff_t s) { return e.site < s; });
@@ -157,6 +168,12 @@ void LoadedSites::add_on_surface(const Body& body, std::size_t number) {
     surface.distribute(vertex, load.force / double(vertices.size()), forces);
   for (const std::ptrdiff_t site : body.sites())
     if (forces.at(site) != Vec3::Zero()) entries_.push_back({site, number, forces.at(site)});
+}
+
+std::vector<std::ptrdiff_t> LoadedSites::sites() const { return distinct_sites(entries_); }
+
+bool LoadedSites::change(double t) const {
+  return std::any_of(loads_.begin(), loads_.end(), [&](const Load& load) { return load.history.changes(t); });
 }
 
 template <class Real>

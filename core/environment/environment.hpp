@@ -119,6 +119,9 @@ class HeldSites {
   /// True if boundary conditions move a site in [first, last) at time t, or will.
   bool move(double t, std::ptrdiff_t first, std::ptrdiff_t last) const;
 
+  /// Sites that have a held coordinate, ascending.
+  std::vector<std::ptrdiff_t> sites() const;
+
   /// True if a coordinate of a site is held.
   bool holds(std::ptrdiff_t site, int axis) const;
 
@@ -170,6 +173,11 @@ class LoadedSites {
   LoadedSites(const std::vector<Level>& levels, const std::vector<Load>& loads);
 
   bool empty() const { return entries_.empty(); }
+
+  /// Sites that have a load at some time, ascending.
+  std::vector<std::ptrdiff_t> sites() const;
+  /// True if a load changes at time t, or later.
+  bool change(double t) const;
 
   /// Adds the loads at time t on sites in [first, last) to forces [N] stored from site `first` on, one array
   /// per axis.

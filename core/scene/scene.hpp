@@ -25,6 +25,7 @@ struct SolveConfig {
   double duration = 1;       ///< [s]
   int threads = 0;           ///< 0: as many as save time
   Precision precision = Precision::dbl;
+  std::string device = "cpu";               ///< that takes the steps
   std::string linear_solver = "automatic";  ///< of implicit methods
   std::string nonlinear_solver = "newton";  ///< of implicit methods and `static`
   int iterations = 0;                       ///< of it, in every stage; 0: as many as its tolerance needs

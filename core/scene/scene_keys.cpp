@@ -313,6 +313,8 @@ const SceneKeys<SolveConfig>& solve_keys() {
       number<S>("duration", duration, at(&S::duration), "what is simulated [s]"),
       whole<S>("threads", thread_count, at(&S::threads), "that compute forces; 0: as many as save time"),
       choice<S>("precision", "a precision", precisions, at(&S::precision), "of all numbers"),
+      name_of_method<S>("device", "a device", "\"cpu\", \"gpu\", or \"gpu:N\"", at(&S::device),
+                        "that takes the steps, of `mss list devices`; \"gpu\": the first that is a card"),
       name_of_method<S>("linear_solver", "a linear solver", "its name, such as \"cholmod\"",
                         at(&S::linear_solver), "of implicit methods, of `mss list linear_solvers`"),
       name_of_method<S>("nonlinear_solver", "a nonlinear solver", "its name, such as \"lbfgs\"",

@@ -46,9 +46,9 @@ std::string digest_of(const Json& head, std::span<const std::byte> record) {
 }
 
 Status status_named(const std::string& name) {
-  for (const Status status :
-       {Status::ok, Status::interrupted, Status::non_finite, Status::newton_stalled,
-        Status::not_positive_definite, Status::linear_stalled, Status::step_limit, Status::tolerance_missed})
+  for (const Status status : {Status::ok, Status::interrupted, Status::non_finite, Status::newton_stalled,
+                              Status::not_positive_definite, Status::linear_stalled, Status::step_limit,
+                              Status::tolerance_missed, Status::device_lost})
     if (to_string(status) == name) return status;
   throw InputError("unknown status");
 }

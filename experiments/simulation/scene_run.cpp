@@ -88,7 +88,8 @@ IntegratorOptions method_options(const Scene& scene, const SolidSystem<Real>& sy
       .iterations = scene.solve.iterations,
       .chebyshev_radius = scene.solve.chebyshev_radius,
       .region_width = scene.solve.region_width,
-      .alpha = scene.solve.alpha};
+      .alpha = scene.solve.alpha,
+      .device = scene.solve.device};
   scale_errors(options, system);
   check_scales(scene, options);
   return options;

@@ -6,6 +6,7 @@
 // polynomial on the test equation, W = w^2 dt^2, z = c dt, is l^3 - (2 - W - 3z/2) l^2 + (1 - 2z) l + z/2,
 // and Jury's conditions reduce to p(-1) < 0.
 #include "core/base/record.hpp"
+#include "integrators/device/on_device.hpp"
 #include "integrators/fixed_step.hpp"
 
 namespace mss {
@@ -63,14 +64,15 @@ double damped_verlet_limit(double omega, double damping) {
 }  // namespace
 
 IntegratorInfo damped_verlet() {
-  return describe<DampedVerlet>(
-      {.name = "damped_verlet",
-       .summary = "velocity Verlet, second order with damping too, one force a step",
-       .order_undamped = 2,
-       .order_damped = 2,
-       .relaxes = true,
-       .symplectic = true,
-       .limit = damped_verlet_limit});
+  return on_device(
+      DeviceSteps::damped_verlet,
+      describe<DampedVerlet>({.name = "damped_verlet",
+                              .summary = "velocity Verlet, second order with damping too, one force a step",
+                              .order_undamped = 2,
+                              .order_damped = 2,
+                              .relaxes = true,
+                              .symplectic = true,
+                              .limit = damped_verlet_limit}));
 }
 
 }  // namespace mss

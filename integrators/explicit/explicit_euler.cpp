@@ -1,6 +1,7 @@
 // Explicit (forward) Euler, thesis eq. 2-11:
 //   x_{n+1} = x_n + dt v_n,   v_{n+1} = v_n + dt M^-1 f(x_n, v_n).
 // First order. Stable iff w^2 dt < c and 2 c dt < 4 + w^2 dt^2; undamped never.
+#include "integrators/device/on_device.hpp"
 #include "integrators/fixed_step.hpp"
 
 namespace mss {
@@ -34,13 +35,15 @@ double explicit_euler_limit(double omega, double damping) {
 }  // namespace
 
 IntegratorInfo explicit_euler() {
-  return describe<ExplicitEuler>({.name = "explicit_euler",
-                                  .summary = "forward Euler (2-11): first order, unstable without damping",
-                                  .order_undamped = 1,
-                                  .order_damped = 1,
-                                  .relaxes = true,
-                                  .limit = explicit_euler_limit,
-                                  .polynomial = {1, 1}});
+  return on_device(
+      DeviceSteps::explicit_euler,
+      describe<ExplicitEuler>({.name = "explicit_euler",
+                               .summary = "forward Euler (2-11): first order, unstable without damping",
+                               .order_undamped = 1,
+                               .order_damped = 1,
+                               .relaxes = true,
+                               .limit = explicit_euler_limit,
+                               .polynomial = {1, 1}}));
 }
 
 }  // namespace mss

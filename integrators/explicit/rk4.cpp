@@ -3,6 +3,7 @@
 //   k3), y_{n+1} = y_n + dt/6 (k1 + 2 k2 + 2 k3 + k4).
 // Fourth order; four forces a step. Stable while |R(z)| <= 1, R = 1 + z + z^2/2 + z^3/6 + z^4/24, at the
 // roots of z^2 + c dt z + w^2 dt^2 = 0: w dt < 2 sqrt 2 without damping, where it slowly loses energy.
+#include "integrators/device/on_device.hpp"
 #include "integrators/fixed_step.hpp"
 
 namespace mss {
@@ -60,12 +61,13 @@ double rk4_limit(double omega, double damping) { return polynomial_limit(polynom
 }  // namespace
 
 IntegratorInfo rk4() {
-  return describe<Rk4>({.name = "rk4",
-                        .summary = "classical Runge-Kutta: fourth order, four forces a step",
-                        .order_undamped = 4,
-                        .order_damped = 4,
-                        .limit = rk4_limit,
-                        .polynomial = polynomial});
+  return on_device(DeviceSteps::rk4,
+                   describe<Rk4>({.name = "rk4",
+                                  .summary = "classical Runge-Kutta: fourth order, four forces a step",
+                                  .order_undamped = 4,
+                                  .order_damped = 4,
+                                  .limit = rk4_limit,
+                                  .polynomial = polynomial}));
 }
 
 }  // namespace mss

@@ -1,6 +1,7 @@
 // Semi-implicit (symplectic) Euler, thesis eq. 2-12:
 //   v_{n+1} = v_n + dt M^-1 f(x_n, v_n),   x_{n+1} = x_n + dt v_{n+1}.
 // First order, symplectic without damping. Stable iff w^2 dt^2 + 2 c dt < 4.
+#include "integrators/device/on_device.hpp"
 #include "integrators/fixed_step.hpp"
 
 namespace mss {
@@ -27,14 +28,16 @@ class SemiImplicitEuler final : public Integrator<Real> {
 }  // namespace
 
 IntegratorInfo semi_implicit_euler() {
-  return describe<SemiImplicitEuler>({.name = "semi_implicit_euler",
-                                      .summary = "symplectic Euler (2-12): first order, one force a step",
-                                      .order_undamped = 1,
-                                      .order_damped = 1,
-                                      .relaxes = true,
-                                      .local_steps = true,
-                                      .symplectic = true,
-                                      .limit = central_limit});
+  return on_device(
+      DeviceSteps::semi_implicit_euler,
+      describe<SemiImplicitEuler>({.name = "semi_implicit_euler",
+                                   .summary = "symplectic Euler (2-12): first order, one force a step",
+                                   .order_undamped = 1,
+                                   .order_damped = 1,
+                                   .relaxes = true,
+                                   .local_steps = true,
+                                   .symplectic = true,
+                                   .limit = central_limit}));
 }
 
 }  // namespace mss

@@ -5,6 +5,7 @@
 // force uses the velocity of half a step ago, which reduces it to first order. Stable iff w^2 dt^2 + 2 c dt
 // < 4. Swope, Andersen, Berens and Wilson, J. Chem. Phys. 76 (1982) 637.
 #include "core/base/record.hpp"
+#include "integrators/device/on_device.hpp"
 #include "integrators/fixed_step.hpp"
 
 namespace mss {
@@ -53,14 +54,16 @@ class VelocityVerlet final : public Integrator<Real> {
 }  // namespace
 
 IntegratorInfo velocity_verlet() {
-  return describe<VelocityVerlet>({.name = "velocity_verlet",
-                                   .summary = "kick-drift-kick: second order undamped, one force a step",
-                                   .order_undamped = 2,
-                                   .order_damped = 1,
-                                   .relaxes = true,
-                                   .local_steps = true,
-                                   .symplectic = true,
-                                   .limit = central_limit});
+  return on_device(
+      DeviceSteps::velocity_verlet,
+      describe<VelocityVerlet>({.name = "velocity_verlet",
+                                .summary = "kick-drift-kick: second order undamped, one force a step",
+                                .order_undamped = 2,
+                                .order_damped = 1,
+                                .relaxes = true,
+                                .local_steps = true,
+                                .symplectic = true,
+                                .limit = central_limit}));
 }
 
 }  // namespace mss

@@ -4,6 +4,7 @@
 // sampler of the exact (x, v) it is first order, not second as the thesis says: the start and the damping lag
 // by dt/2. Stable iff w^2 dt^2 + 2 c dt < 4.
 #include "core/base/record.hpp"
+#include "integrators/device/on_device.hpp"
 #include "integrators/fixed_step.hpp"
 
 namespace mss {
@@ -55,16 +56,18 @@ class Verlet final : public Integrator<Real> {
 }  // namespace
 
 IntegratorInfo verlet() {
-  return describe<Verlet>({.name = "verlet",
-                           .summary = "the thesis's Verlet (2-15, 2-21), first order, one force a step",
-                           .order_undamped = 1,
-                           .order_damped = 1,
-                           .relaxes = true,
-                           .local_steps = true,
-                           .symplectic = true,
-                           .limit = central_limit,
-                           .variant_of = "semi_implicit_euler",
-                           .variation = "the same recursion, kept as positions instead of velocities"});
+  return on_device(
+      DeviceSteps::semi_implicit_euler,
+      describe<Verlet>({.name = "verlet",
+                        .summary = "the thesis's Verlet (2-15, 2-21), first order, one force a step",
+                        .order_undamped = 1,
+                        .order_damped = 1,
+                        .relaxes = true,
+                        .local_steps = true,
+                        .symplectic = true,
+                        .limit = central_limit,
+                        .variant_of = "semi_implicit_euler",
+                        .variation = "the same recursion, kept as positions instead of velocities"}));
 }
 
 }  // namespace mss

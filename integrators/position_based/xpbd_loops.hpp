@@ -76,7 +76,7 @@ struct ProjectedCells {
     Pack<Real> lambda = load(c) * spring_shortening(p.rest_length[spring], s.squared, r);
     const Pack<Real> ratio = (Real(1) / scale2 * p.rest_length[spring]) * r,
                      factor = projection_factor(ratio, mobility(block, spring) * (scale2 * load(c)));
-    lambda = (factor * SpringLaw::secant(strain_of_ratio(ratio))) * lambda;
+    lambda = (factor * law_secant(strain_of_ratio(ratio))) * lambda;
     if constexpr (kind != Kind::undamped) lambda = lambda - factor * (load(c + W) * (dot(s.d, s.du) * r));
     if constexpr (kind == Kind::general) {
       Real* kept = multiplier(block, spring);

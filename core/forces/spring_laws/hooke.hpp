@@ -1,26 +1,7 @@
-#pragma once
+// T = k (L - L0). What a law has is described in core/forces/spring_law.hpp.
 
-#include "core/base/kernel_number.hpp"
+MSS_SPRING_LAW(hooke, true)
 
-namespace mss {
-
-/// T = k (L - L0). What a law has is described in core/forces/spring_law.hpp.
-struct SpringLaw {
-  static constexpr const char* name = "hooke";
-  static constexpr bool is_linear = true;
-
-  template <class Number>
-  MSS_INLINE static Number secant(Number) {
-    return constant<Number>(1);
-  }
-  template <class Number>
-  MSS_INLINE static Number tangent(Number) {
-    return constant<Number>(1);
-  }
-  template <class Number>
-  MSS_INLINE static Number energy(Number) {
-    return constant<Number>(1);
-  }
-};
-
-}  // namespace mss
+MSS_FORMULA Number law_secant(MSS_UNUSED Number e) { return MSS_NUMBER(1); }
+MSS_FORMULA Number law_tangent(MSS_UNUSED Number e) { return MSS_NUMBER(1); }
+MSS_FORMULA Number law_energy(MSS_UNUSED Number e) { return MSS_NUMBER(1); }

@@ -1,0 +1,110 @@
+// The acceleration of a particle: each thread adds up the springs and cells around one particle, so that no
+// two write to the same place and results are the same bits for any size of work groups. The sweep of the
+// processor computes each spring once; here it is computed at both of its ends.
+
+CONST_FIELD(0, Positions, x)
+CONST_FIELD(1, Velocities, v)
+#ifdef OUTER
+CONST_FIELD(2, OuterForces, outer)
+#endif
+
+uniform int lattice_row, lattice_plane;
+uniform real edge_length, face_length, body_length;  // at rest
+uniform real rest_volume;
+uniform real gravity_x, gravity_y, gravity_z;
+
+/// Number of the site one further by dx, dy, dz of the 27 around one, and where it is.
+#define AROUND(dx, dy, dz) (((dx) + 1) + 3 * ((dy) + 1) + 9 * ((dz) + 1))
+#define OFFSET(dx, dy, dz) ((dx) + lattice_row * (dy) + lattice_plane * (dz))
+
+/// Of a spring to a particle `d` away, which moves by `w` against this one: the coordinates of sites without
+/// a particle may be equal, and 0 times infinity must not arise there.
+rvec3 spring_force(int n, rvec3 d, rvec3 w, real rest_length, int row) {
+  real r = inversesqrt(dot(d, d) + real(1e-30));
+  real pull = tension_over_length(coefficients[row + n], rest_length * r);
+#ifdef DAMPED
+  pull += coefficients[row + 27 + n] * (dot(d, w) * (r * r));
+#endif
+  return pull * d;
+}
+
+/// Of a cell to its corner 0, over the sign that the corner has: eq. 3-7. Edges are four times too long, so
+/// the volume is 64 times too large.
+struct CellSlopes {
+  rvec3 x, y, z;
+  real volume;
+};
+CellSlopes cell_slopes(rvec3 a, rvec3 b, rvec3 c, rvec3 d) {
+  rvec3 x = mean_edge_x(a, b, c, d), y = mean_edge_y(a, b, c, d), z = mean_edge_z(a, b, c, d);
+  CellSlopes by;
+  by.x = slope_by_edge(y, z);
+  by.y = slope_by_edge(z, x);
+  by.z = slope_by_edge(x, y);
+  by.volume = real(1.0 / 64.0) * dot(x, by.x);
+  return by;
+}
+rvec3 slope_at(int corner, CellSlopes by) {
+  int lower = corner < 4 ? corner : 7 - corner;
+  rvec3 slope = lower == 0   ? at_corner_0(by.x, by.y, by.z)
+                : lower == 1 ? at_corner_1(by.x, by.y, by.z)
+                : lower == 2 ? at_corner_2(by.x, by.y, by.z)
+                             : at_corner_3(by.x, by.y, by.z);
+  return corner < 4 ? slope : -slope;
+}
+
+#ifdef DAMPED
+#define MOTION(dx, dy, dz) (AT(v, i + OFFSET(dx, dy, dz)) - own_velocity)
+#else
+#define MOTION(dx, dy, dz) rvec3(0)
+#endif
+#define SPRING(dx, dy, dz, length) \
+  force += spring_force(AROUND(dx, dy, dz), near[AROUND(dx, dy, dz)], MOTION(dx, dy, dz), length, row);
+
+/// Corner (cx, cy, cz) of the cell whose corner `own` = (ox, oy, oz) the particle is.
+#define CORNER(cx, cy, cz) near[AROUND((cx)-ox, (cy)-oy, (cz)-oz)]
+#define CELL(ox_, oy_, oz_) \
+  { \
+    const int ox = ox_, oy = oy_, oz = oz_, own = ox + 2 * oy + 4 * oz; \
+    CellSlopes by = cell_slopes(CORNER(1, 1, 1) - CORNER(0, 0, 0), CORNER(0, 1, 1) - CORNER(1, 0, 0), \
+                                CORNER(1, 0, 1) - CORNER(0, 1, 0), CORNER(0, 0, 1) - CORNER(1, 1, 0)); \
+    force += (coefficients[row + VOLUMES + own] * (by.volume - rest_volume)) * slope_at(own, by); \
+  }
+#define NEAR(dx, dy, dz) near[AROUND(dx, dy, dz)] = AT(x, i + OFFSET(dx, dy, dz)) - own_position;
+#define NEAR_ROW(dy, dz) NEAR(-1, dy, dz) NEAR(0, dy, dz) NEAR(1, dy, dz)
+
+/// Of springs and cells [N], on the particle at site i.
+rvec3 inner_force(int i, int row) {
+  rvec3 own_position = AT(x, i), force = rvec3(0);
+#ifdef DAMPED
+  rvec3 own_velocity = AT(v, i);
+#endif
+  rvec3 near[27];  // from the particle
+  NEAR_ROW(-1, -1) NEAR_ROW(0, -1) NEAR_ROW(1, -1)
+  NEAR_ROW(-1, 0) NEAR_ROW(0, 0) NEAR_ROW(1, 0)
+  NEAR_ROW(-1, 1) NEAR_ROW(0, 1) NEAR_ROW(1, 1)
+#ifdef SPRINGS
+  SPRING(-1, -1, -1, body_length) SPRING(0, -1, -1, face_length) SPRING(1, -1, -1, body_length)
+  SPRING(-1, 0, -1, face_length) SPRING(0, 0, -1, edge_length) SPRING(1, 0, -1, face_length)
+  SPRING(-1, 1, -1, body_length) SPRING(0, 1, -1, face_length) SPRING(1, 1, -1, body_length)
+  SPRING(-1, -1, 0, face_length) SPRING(0, -1, 0, edge_length) SPRING(1, -1, 0, face_length)
+  SPRING(-1, 0, 0, edge_length) SPRING(1, 0, 0, edge_length)
+  SPRING(-1, 1, 0, face_length) SPRING(0, 1, 0, edge_length) SPRING(1, 1, 0, face_length)
+  SPRING(-1, -1, 1, body_length) SPRING(0, -1, 1, face_length) SPRING(1, -1, 1, body_length)
+  SPRING(-1, 0, 1, face_length) SPRING(0, 0, 1, edge_length) SPRING(1, 0, 1, face_length)
+  SPRING(-1, 1, 1, body_length) SPRING(0, 1, 1, face_length) SPRING(1, 1, 1, body_length)
+#endif
+#ifdef CELLS
+  CELL(0, 0, 0) CELL(1, 0, 0) CELL(0, 1, 0) CELL(1, 1, 0)
+  CELL(0, 0, 1) CELL(1, 0, 1) CELL(0, 1, 1) CELL(1, 1, 1)
+#endif
+  return force;
+}
+
+/// [m/s^2], 0 along held axes.
+rvec3 acceleration_of(int i, int row) {
+  rvec3 force = inner_force(i, row);
+#ifdef OUTER
+  force += AT(outer, i);
+#endif
+  return inverse_mass(row) * force + free_axes(row) * rvec3(gravity_x, gravity_y, gravity_z);
+}

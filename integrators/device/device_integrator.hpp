@@ -1,0 +1,103 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include "core/device/device_system.hpp"
+#include "integrators/fixed_step.hpp"
+
+namespace mss {
+
+/// The steps of a method on a device, whose functions are called within a DeviceUse.
+template <class Real>
+class StepsOnDevice {
+ public:
+  StepsOnDevice() = default;
+  StepsOnDevice(const StepsOnDevice&) = delete;
+  StepsOnDevice& operator=(const StepsOnDevice&) = delete;
+  virtual ~StepsOnDevice() = default;
+
+  /// Takes so many steps of dt from time t.
+  virtual void take(DeviceSystem<Real>& system, double t, double dt, long steps) = 0;
+  virtual int forces_in_step() const { return 1; }
+  /// As Integrator's.
+  virtual void reset() {}
+  virtual void remember(DeviceSystem<Real>& system, Record& record) {
+    static_cast<void>(system), static_cast<void>(record);
+  }
+};
+
+/// A method of fixed step on a device: an advance carries the state there, takes its steps, and carries it
+/// back.
+template <class Real>
+class DeviceIntegrator final : public Integrator<Real> {
+ public:
+  /// Throws InputError if there is no such device.
+  DeviceIntegrator(const IntegratorOptions& options, std::unique_ptr<StepsOnDevice<Real>> steps)
+      : device_(Device::open(options.device)), steps_(std::move(steps)), dt_(options.dt) {}
+
+  std::string device() const override { return device_->info().name; }
+  double transfer_seconds() const override { return transfer_seconds_; }
+  void reset() override { steps_->reset(); }
+  void remember(System<Real>& system, Record& record) override {
+    const DeviceUse use(*device_);
+    steps_->remember(on_device(system), record);
+  }
+
+ private:
+  Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
+    const DeviceUse use(*device_);
+    DeviceSystem<Real>& body = on_device(system);
+    transfer([&] { body.load(state); });
+    const Status status = take_steps(body, state.t, t_end, work);
+    // What a lost device returns would be nothing; the state stays that of the last advance.
+    if (status == Status::device_lost) return status;
+    transfer([&] { body.store(state); });
+    return device_->is_lost() ? Status::device_lost : status;
+  }
+
+  Status take_steps(DeviceSystem<Real>& body, double& t, double t_end, Work& work) {
+    double now = t;
+    for (long left = std::lround((t_end - t) / dt_); left > 0;) {
+      const long n = std::min(left, steps_between_checks);
+      steps_->take(body, now, dt_, n);
+      for (long step = 0; step < n; ++step) now += dt_;  // the same bits as on the processor
+      left -= n;
+      const bool finite = body.is_finite();
+      if (device_->is_lost()) return Status::device_lost;
+      work.steps += n;
+      work.force_evaluations += n * steps_->forces_in_step();
+      t = now;
+      if (!finite) return Status::non_finite;
+    }
+    snap_to_end_time(t, dt_, t_end);
+    return Status::ok;
+  }
+
+  DeviceSystem<Real>& on_device(System<Real>& system) {
+    if (system_ != &system) {
+      body_.emplace(device_, system);
+      system_ = &system;
+      steps_->reset();
+    }
+    return *body_;
+  }
+
+  template <class Carry>
+  void transfer(Carry&& carry) {
+    const auto begun = std::chrono::steady_clock::now();
+    carry();
+    device_->finish();
+    transfer_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  }
+
+  std::shared_ptr<Device> device_;
+  std::unique_ptr<StepsOnDevice<Real>> steps_;
+  double dt_;
+  double transfer_seconds_ = 0;
+  System<Real>* system_ = nullptr;  ///< that body_ is of
+  std::optional<DeviceSystem<Real>> body_;
+};
+
+}  // namespace mss
