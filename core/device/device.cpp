@@ -293,6 +293,7 @@ DeviceMemory::~DeviceMemory() {
 }
 
 void DeviceMemory::write(const void* from, std::ptrdiff_t offset, std::ptrdiff_t bytes) {
+  glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, id_);
   glBufferSubData(GL_SHADER_STORAGE_BUFFER, offset, bytes, from);
 }
@@ -303,9 +304,10 @@ void DeviceMemory::read(void* to, std::ptrdiff_t offset, std::ptrdiff_t bytes) c
   glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, offset, bytes, to);
 }
 
+/// By a shader: what glClearBufferData() does was seen to overtake later writes.
 void DeviceMemory::clear() {
-  glBindBuffer(GL_SHADER_STORAGE_BUFFER, id_);
-  glClearBufferData(GL_SHADER_STORAGE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
+  static const std::string text(shader_text("clear"));
+  device_->program(text).bind(0, *this).run(bytes_ / std::ptrdiff_t(sizeof(std::uint32_t)));
 }
 
 void DeviceMemory::copy(const DeviceMemory& other) {
