@@ -74,6 +74,13 @@ void add_options(CLI::App& command, StudyChoice& choice, const std::vector<std::
   if (accepts.peers)
     command.add_flag("--peers", choice.options.peers,
                      "Time other programs' soft bodies too, where they are installed: Bullet's");
+  if (accepts.devices)
+    command
+        .add_flag(
+            "--devices", choice.options.devices,
+            "Time nothing but steps on devices (`mss list devices`), beside the processor's: every card, "
+            "or else the device in software")
+        ->excludes("--peers");
   if (accepts.seed)
     command.add_option("--seed", choice.options.seed, "Seed of the random numbers")
         ->check(whole_number(0, largest_seed))
@@ -137,6 +144,7 @@ void run_one(const ExperimentInfo& info, StudyChoice choice, int& exit_status) {
     choice.options.cells = parse_number_list(choice.cells, "--cells", info.accepts.largest_cells);
   if (info.accepts.integrators) info.accepts.integrators(choice.options.integrators);  // throws
   if (info.accepts.scenes) check_scenes(choice.options.scenes, info.accepts.scenes());
+  if (choice.options.devices) info.accepts.devices();  // throws
   check_model_name(choice.options.model);
   if (!choice.part.empty()) choice.options.part = parse_part(choice.part);
   prepare_directory(choice.directory);

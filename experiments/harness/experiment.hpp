@@ -31,6 +31,7 @@ struct ExperimentOptions {
   std::uint64_t seed = 1;
   std::vector<std::string> settings = {};  ///< "table.key=value", of the scenes that it computes
   bool peers = false;                      ///< other programs too, where they are installed
+  bool devices = false;                    ///< what devices do, and nothing else
   int processes = 0;                       ///< over which cases are split; 0: all cores
   CasePart part = {};                      ///< of the cases, those that are computed
   std::filesystem::path journal = {};      ///< file for results of finished cases; empty: none
@@ -49,7 +50,8 @@ struct ExperimentAccepts {
   bool seed = false;
   bool settings = false;
   bool peers = false;
-  bool processes = false;  ///< and keeps a journal, so that an interrupted run can be continued
+  void (*devices)() = nullptr;  ///< throws InputError where there is none to measure
+  bool processes = false;       ///< and keeps a journal, so that an interrupted run can be continued
 };
 
 struct NamedTable {

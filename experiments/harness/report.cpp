@@ -81,6 +81,7 @@ std::string command_line(const ExperimentInfo& info, const ExperimentOptions& op
   if (accepts.threads && options.threads != defaults.threads)
     line += fmt::format(" --threads {}", options.threads);
   if (accepts.peers && options.peers) line += " --peers";
+  if (accepts.devices && options.devices) line += " --devices";
   if (accepts.seed && options.seed != defaults.seed) line += fmt::format(" --seed {}", options.seed);
   if (accepts.processes && options.processes != defaults.processes)
     line += fmt::format(" --processes {}", options.processes);

@@ -10,6 +10,7 @@
 
 #include "experiments/harness/statistics.hpp"
 #include "experiments/harness/table.hpp"
+#include "experiments/studies/timing/devices.hpp"
 #include "experiments/studies/timing/timing.hpp"
 #include "reference/published_rates.hpp"
 
@@ -124,9 +125,10 @@ Largest largest_under(const Curve& curve, const std::optional<Fit>& law, double 
 std::string plural(int threads) { return fmt::format("{} thread{}", threads, threads == 1 ? "" : "s"); }
 
 std::string label(const std::string& method, const std::string& precision, int threads) {
-  const bool says_precision = method == "structured_sweep" || precision == "single";
-  return fmt::format("{}{}, {}", method_name(method), says_precision ? " in " + precision : "",
-                     plural(threads));
+  const bool is_device = threads == 0;
+  const bool says_precision = is_device || method == "structured_sweep" || precision == "single";
+  return fmt::format("{}{}{}", method_name(method), says_precision ? " in " + precision : "",
+                     is_device ? "" : ", " + plural(threads));
 }
 
 /// Of the thesis's two loops the chart shows those that explain its time; the table has all.
@@ -272,7 +274,7 @@ std::string method_name(const std::string& method) {
 
 ChartAxis cells_axis(double first, double last) {
   ChartAxis axis{.label = "cells per edge n", .logarithmic = true, .low = 0.9 * first, .high = 1.2 * last};
-  for (const double tick : {1, 2, 3, 4, 5, 7, 10, 15, 20, 30, 50, 100, 200})
+  for (const double tick : {1, 2, 3, 4, 5, 7, 10, 15, 20, 30, 50, 100, 200, 400, 800})
     if (tick >= axis.low && tick <= axis.high) axis.ticks.push_back(tick);
   return axis;
 }
@@ -407,6 +409,7 @@ Chart rates_chart(const Table& rows) {
 }
 
 Drawings draw_timing(const std::vector<NamedTable>& tables) {
+  if (!tables.empty() && tables.front().name == "devices") return draw_devices(tables.front().table);
   const Table& rows = find_table(tables, "timing");
   const Table& features = find_table(tables, "timing_features");
   Drawings drawings;

@@ -23,6 +23,7 @@
 #include "experiments/harness/measure.hpp"
 #include "experiments/harness/other_work.hpp"
 #include "experiments/simulation/simulation.hpp"
+#include "experiments/studies/timing/devices.hpp"
 #include "reference/algorithm1.hpp"
 #include "reference/plain_loop.hpp"
 
@@ -366,6 +367,7 @@ constexpr const char* caption =
     "for GPUs that these do not name, in primitives and elements; they were not measured here.";
 
 ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress) {
+  if (options.devices) return run_devices(options, progress);
   const TimingConfig config = timing_config(options);
   FeatureTimingConfig features;
   ShapeTimingConfig shapes;
@@ -457,6 +459,8 @@ TimingTables measure_timing(const TimingConfig& config, Progress& progress) {
 
 namespace {
 
+void check_devices() { timed_devices(); }
+
 /// Times depend on the machine; the timed bodies and their final states do not.
 Table baseline_table(const BaselineOptions& options, Progress& progress) {
   Table table(
@@ -485,7 +489,8 @@ ExperimentInfo experiment() {
       .name = "timing",
       .summary =
           "time of one update against cells per edge: Algorithm 1, plain loop, structured sweep (Fig. 5-3)",
-      .accepts = {.cells = true, .largest_cells = 200, .threads = true, .peers = true},
+      .accepts =
+          {.cells = true, .largest_cells = 200, .threads = true, .peers = true, .devices = check_devices},
       .run = run_timing,
       .draw = draw_timing,
       .baseline = {.keys = {"cells"},
