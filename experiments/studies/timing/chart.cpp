@@ -409,7 +409,8 @@ Chart rates_chart(const Table& rows) {
 }
 
 Drawings draw_timing(const std::vector<NamedTable>& tables) {
-  if (!tables.empty() && tables.front().name == "devices") return draw_devices(tables.front().table);
+  if (!tables.empty() && tables.front().name == "devices")
+    return draw_devices(tables.front().table, find_table(tables, "devices_time"));
   const Table& rows = find_table(tables, "timing");
   const Table& features = find_table(tables, "timing_features");
   Drawings drawings;

@@ -14,6 +14,7 @@
 #include "core/base/error.hpp"
 #include "core/springs/spring_system.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/other_work.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/studies/timing/timing.hpp"
 #include "integrators/integrator.hpp"
@@ -478,8 +479,11 @@ DeviceTables measure_devices(const DeviceTimingConfig& config, const std::vector
 ExperimentResult run_devices(const ExperimentOptions& options, Progress& progress) {
   const DeviceTimingConfig config = device_timing_config(options);
   const std::vector<TimedDevice> devices = timed_devices();
+  const OtherWorkWatch watch;
   DeviceTables tables = measure_devices(config, devices, progress);
-  const Table summary = devices_summary(tables.rows);
+  const double other_work = watch.so_far().value_or(OtherWork{}).share;
+  const Table summary = devices_summary(tables.rows, other_work),
+              time = devices_time(tables.rows, other_work);
   ExperimentResult result{.status = tables.status,
                           .caption = devices_caption,
                           .summary = devices_text(tables.rows, summary),
@@ -487,7 +491,7 @@ ExperimentResult run_devices(const ExperimentOptions& options, Progress& progres
   if (devices.front().is_software)
     result.summary += "no card is on this machine: its steps are the software's\n";
   for (const std::string& note : tables.notes) result.summary += note + "\n";
-  result.tables = {{"devices", std::move(tables.rows)}, {"devices_summary", summary}};
+  result.tables = {{"devices", std::move(tables.rows)}, {"devices_summary", summary}, {"devices_time", time}};
   return result;
 }
 

@@ -35,10 +35,9 @@ struct DeviceTimingConfig {
   std::vector<int> threads{1};      ///< of the processor
   std::vector<int> method_cells{};  ///< at which other methods than semi-implicit Euler are timed too
   int repetitions = 7;
-  double sample_seconds = 20e-3;  ///< of a sample, which consists of several steps
-  double seconds_per_row = 4;     ///< a size that would take longer, check included, is left out
-  double seconds_for_largest =
-      60;  ///< time for the largest cube that fits on a card; 0: it is not looked for
+  double sample_seconds = 20e-3;    ///< of a sample, which consists of several steps
+  double seconds_per_row = 6;       ///< a size that would take longer, check included, is left out
+  double seconds_for_largest = 40;  ///< to prepare the largest cube that fits on a card; 0: none
 };
 
 DeviceTimingConfig device_timing_config(const ExperimentOptions& options);
@@ -73,13 +72,16 @@ inline constexpr const char* wrong_motion = "wrong";
 inline bool is_right(double error, bool single) { return error <= allowed_error(single); }  // NaN is not
 
 /// For every device and precision its highest rate with semi-implicit Euler, and the cells per edge from
-/// which on it is faster than two threads of the processor: where the lines between measured sizes cross
-/// (both axes logarithmic), `how` = "interpolated"; the smallest size, "every size"; NaN and why otherwise.
-Table devices_summary(const Table& rows);
+/// which on it is faster than two threads of the processor: where lines between measured sizes cross (both
+/// axes logarithmic), `how` = "interpolated"; or the smallest size, "every size"; or NaN, and why.
+Table devices_summary(const Table& rows, double other_work = 0);
 std::string devices_text(const Table& rows, const Table& summary);
 
-/// Rates and times against resolution.
-Drawings draw_devices(const Table& rows);
+/// The summary of `timing` for devices and the processor.
+Table devices_time(const Table& rows, double other_work = 0);
+
+/// Rates, and times as `timing` has them, against resolution.
+Drawings draw_devices(const Table& rows, const Table& time);
 
 /// What `mss timing --devices` is.
 ExperimentResult run_devices(const ExperimentOptions& options, Progress& progress);

@@ -82,6 +82,7 @@ TEST(Program, RefusesBadUsageInOneSentence) {
   expect_refused({"stability", "--seed", "-1"}, "--seed: -1 is out of range; give a number from 0 to");
   expect_refused({"stability", "--integrators", "cvode_bdf"}, "cvode_bdf has no largest step");
   expect_refused({"timing", "--out", "/dev/null/here"}, "/dev/null/here cannot be written");
+  expect_refused({"timing", "--devices", "--peers"}, "--peers excludes --devices");
   const Directory directory;
   const std::string out = directory / "none";
   for (const char* experiment : {"precision", "energy"}) {
@@ -847,6 +848,17 @@ TEST(TimingCommand, KeepsItsRowsWithoutGnuplot) {
   EXPECT_NE(run.output.find("gnuplot-nox"), std::string::npos) << run.output;
   EXPECT_EQ(parse_csv(read_file(out / "timing.csv")).size(), 1 + timed_methods);
   EXPECT_FALSE(fs::exists(out / "timing.svg"));
+}
+
+/// Where EGL finds no driver; a program without devices refuses in other words.
+TEST(TimingCommand, SaysThatNoDeviceIsThere) {
+  const Directory out;
+  const ProgramRun run = run_program({"env", "__EGL_VENDOR_LIBRARY_FILENAMES=/nowhere", MSS_PROGRAM, "timing",
+                                      "--devices", "--out", out.string()});
+  EXPECT_EQ(run.exit_status, 2) << run.output;
+  EXPECT_NE(run.output.find("device"), std::string::npos) << run.output;
+  EXPECT_EQ(std::count(run.output.begin(), run.output.end(), '\n'), 1) << run.output;
+  EXPECT_FALSE(fs::exists(out.string()));
 }
 
 /// Runs a program for so many seconds of processor time.
