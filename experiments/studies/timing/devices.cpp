@@ -308,6 +308,8 @@ class DeviceStudy {
       LastTime& last = last_time(cube->place, cube->single, method.name);
       last.springs = double(body.spring_count());
       last.seconds = cube->length.seconds_per_step;
+      if (cube->samples.empty())
+        end_at(n + 1, fmt::format("its motion is {} at {}", rows.text(rows.size() - 1, "status"), n), last);
     }
     return true;
   }
@@ -450,7 +452,10 @@ DeviceTimingConfig device_timing_config(const ExperimentOptions& options) {
   DeviceTimingConfig config{.cells = {7, 10, 15, 20, 30, 50, 70, 100, 150, 200}, .method_cells = {20, 100}};
   if (options.quick)
     config = {.cells = {7, 10}, .method_cells = {7}, .repetitions = 3, .seconds_for_largest = 0};
-  if (!options.cells.empty()) config.cells = config.method_cells = options.cells;
+  if (!options.cells.empty()) {
+    config.cells = config.method_cells = options.cells;
+    config.seconds_for_largest = 0;
+  }
   const int most = options.threads > 0 ? options.threads : available_cores();
   if (most > 1) config.threads.push_back(2);
   if (most > 2) config.threads.push_back(most);
