@@ -65,7 +65,7 @@ class Device {
 
   std::unique_ptr<Context> context_;
   DeviceInfo info_;
-  int group_size_ = 64;
+  int group_size_ = 128;
   std::int64_t largest_buffer_ = 0;
   bool is_lost_ = false;
   std::recursive_mutex in_use_;
