@@ -28,7 +28,7 @@ readonly grace=10
 left() { echo $((seconds - SECONDS)); }
 
 # Runs a part: part NAME LIMIT COMMAND ... puts its output into OUT/NAME.txt and a row into OUT/parts.csv. One that is over its limit [s], or
-# over what is left, gets SIGINT, upon which mss keeps its rows.
+# over what is left, gets one SIGINT (timeout without --foreground sends two), upon which mss keeps its rows.
 part() {
   local name=$1 limit=$2 status=0 verdict began=$EPOCHREALTIME
   ((limit <= $(left) - grace)) || limit=$(($(left) - grace))
@@ -37,7 +37,7 @@ part() {
     echo "$verdict" >"$out/$name.txt"
   else
     say "$name: at most $limit s"
-    timeout --signal=INT --kill-after="$grace" "$limit" "${@:3}" >"$out/$name.txt" 2>&1 </dev/null || status=$?
+    timeout --foreground --signal=INT --kill-after="$grace" "$limit" "${@:3}" >"$out/$name.txt" 2>&1 </dev/null || status=$?
     case $status in
       0) verdict=ok ;;
       77) verdict="skipped: there is no device" ;;
@@ -136,7 +136,7 @@ command -v xz >/dev/null || command -v python3 >/dev/null || refuse "there is ne
 SECONDS=0
 work=$(mktemp -d)
 trap 'rm -rf -- "$work"' EXIT
-unpack "$archive" "$work" || refuse "$archive is no archive of tests/device/pack.sh"
+unpack "$archive" "$work" 2>"$work/problem" || refuse "$archive cannot be unpacked: $(head -n 1 "$work/problem")"
 start=$work/mss_check/start.sh
 [[ -x $start ]] || refuse "$archive is no archive of tests/device/pack.sh"
 mkdir -p -- "$out"
