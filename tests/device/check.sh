@@ -61,29 +61,35 @@ unpack() {
   fi | tar --extract --directory "$2" --no-same-owner
 }
 
-# Of NVIDIA's driver, whether or not it told the system where it is.
+# Of NVIDIA's driver, whether or not this system's own loader would find it.
 driver_library() {
-  local file
-  for file in {/usr/lib/x86_64-linux-gnu,/lib/x86_64-linux-gnu,/usr/lib64,/usr/local/nvidia/lib64,/usr/lib/nvidia,/usr/lib}/libEGL_nvidia.so.*; do
-    [[ ! -f $file ]] || { echo "$file"; return; }
+  local folder file folders
+  IFS=: read -r -a folders <<<"${LD_LIBRARY_PATH:-}"
+  folders+=(/usr/lib/x86_64-linux-gnu /usr/lib64 /usr/lib /usr/local/nvidia/lib64 /usr/local/lib)
+  for folder in "${folders[@]}"; do
+    for file in "$folder"/libEGL_nvidia.so.*; do
+      [[ ! -s $file ]] || { echo "$file"; return; }
+    done
   done
 }
 
-# Tells EGL's loader which driver to take: NVIDIA's where there is one, by its own file or, where that is missing, by one
-# written here; without one, whatever this machine's folders name.
+# Tells EGL's loader to take NVIDIA's driver, by a vendor file with the library's path; where the library is not found, by the vendor
+# file that came with it; without either, whatever this machine's folders name is taken.
 choose_driver() {
   local folder file library
   [[ -z ${__EGL_VENDOR_LIBRARY_FILENAMES:-} ]] || return 0
   library=$(driver_library)
-  [[ -z $library ]] || export LD_LIBRARY_PATH=${LD_LIBRARY_PATH:+$LD_LIBRARY_PATH:}${library%/*}
-  for folder in {/usr/share,/etc,/usr/local/share,/usr/local/nvidia/share,/usr/local/etc}/glvnd/egl_vendor.d; do
+  if [[ -n $library ]]; then
+    echo "{\"file_format_version\": \"1.0.0\", \"ICD\": {\"library_path\": \"$library\"}}" >"$work/nvidia.json"
+    export LD_LIBRARY_PATH=${LD_LIBRARY_PATH:+$LD_LIBRARY_PATH:}${library%/*}
+    export __EGL_VENDOR_LIBRARY_FILENAMES=$work/nvidia.json
+    return
+  fi
+  for folder in {/usr/share,/etc,/usr/local/share,/usr/local/nvidia/share}/glvnd/egl_vendor.d; do
     for file in "$folder"/*nvidia*.json; do
       [[ ! -f $file ]] || { export __EGL_VENDOR_LIBRARY_FILENAMES=$file; return; }
     done
   done
-  [[ -n $library ]] || return 0
-  echo "{\"file_format_version\": \"1.0.0\", \"ICD\": {\"library_path\": \"$library\"}}" >"$work/nvidia.json"
-  export __EGL_VENDOR_LIBRARY_FILENAMES=$work/nvidia.json
 }
 
 card() {
@@ -103,7 +109,12 @@ machine() {
   local library
   library=$(driver_library)
   echo "NVIDIA's library: ${library:-none}"
-  [[ -z $library ]] || ldd "$library" || true
+  if [[ -n $library ]]; then
+    ldd "$library" || true
+  else
+    echo "NVIDIA's other libraries:"
+    timeout 10 find /usr /opt /run -name 'lib*nvidia*.so.*' -o -name 'libcuda.so.*' 2>/dev/null | head -n 40 || true
+  fi
   ls -l /dev/nvidia* /dev/dri || true
 }
 
