@@ -154,7 +154,7 @@ mkdir -p -- "$out"
 out=$(cd -- "$out" && pwd)
 
 choose_driver
-machine >"$out/machine.txt" 2>&1
+machine >"$out/machine.txt" 2>&1 || true  # what is missing says so there
 card >"$out/card.csv"
 part devices 60 "$start" mss list devices
 part tests $((seconds * 2 / 5)) "$start" mss_device_tests --gtest_brief=1
