@@ -125,7 +125,7 @@ summary() {
   echo "the devices (devices.txt):"
   head -n 20 -- "$out/devices.txt"
   echo "the tests end with (tests.txt):"
-  tail -n 5 -- "$out/tests.txt"
+  tail -n 12 -- "$out/tests.txt"
   echo "the timing ends with (timing.txt):"
   tail -n 40 -- "$out/timing.txt"
   echo "the card before and after (card.csv):"
@@ -157,7 +157,7 @@ choose_driver
 machine >"$out/machine.txt" 2>&1 || true  # what is missing says so there
 card >"$out/card.csv"
 part devices 60 "$start" mss list devices
-part tests $((seconds * 2 / 5)) "$start" mss_device_tests --gtest_brief=1
+part tests $((seconds * 2 / 5)) "$start" mss_device_tests  # without --gtest_brief, so that one that is ended has said how far it came
 part timing "$seconds" "$start" mss timing --devices --out "$out/timing" "$@"
 card | tail -n 1 >>"$out/card.csv"
 summary | tee "$out/summary.txt"
