@@ -43,6 +43,7 @@ struct Device::Context {
 namespace {
 
 constexpr int least_version = 43;  ///< of OpenGL, times ten
+constexpr int most_buffers = 12;   ///< that a shader of ours reaches; bindings are below 16
 
 /// Throws InputError if EGL is not there; epoxy would end the program.
 void find_egl() {
@@ -108,6 +109,10 @@ DeviceInfo describe_current() {
                   .has_double = epoxy_gl_version() >= 40 || epoxy_has_gl_extension("GL_ARB_gpu_shader_fp64")};
   if (epoxy_gl_version() < least_version)
     info.fault = fmt::format("its OpenGL is {}, and compute shaders need 4.3", info.version);
+  GLint buffers = 0;
+  if (info.fault.empty()) glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &buffers);
+  if (info.fault.empty() && buffers < most_buffers)
+    info.fault = fmt::format("its shaders reach {} buffers, and some here need {}", buffers, most_buffers);
   return info;
 }
 

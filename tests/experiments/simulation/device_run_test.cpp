@@ -66,7 +66,7 @@ GLenum lost_after_some_calls() { return calls_before_loss-- > 0 ? GL_NO_ERROR : 
 TEST(DeviceRun, KeepsTheRowsBeforeTheDeviceWasLost) {
   if (!has_device()) GTEST_SKIP() << "no device";
   const auto honest = epoxy_glGetGraphicsResetStatus;
-  calls_before_loss = 150;
+  calls_before_loss = 45;
   epoxy_glGetGraphicsResetStatus = lost_after_some_calls;
   Progress quiet;
   const SimulationResult result = simulate(falling_cube("gpu"), quiet);
