@@ -18,6 +18,10 @@ install(FILES ${PROJECT_BINARY_DIR}/mssConfig.cmake ${PROJECT_BINARY_DIR}/mssCon
         DESTINATION ${config_folder} COMPONENT development)
 
 file(RELATIVE_PATH prefix_from_pkgconfig /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
+set(epoxy_of_pkgconfig "")
+if(MSS_HAS_DEVICES)
+  set(epoxy_of_pkgconfig " epoxy")
+endif()
 configure_file(${PROJECT_SOURCE_DIR}/cmake/mss.pc.in ${PROJECT_BINARY_DIR}/mss.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/mss.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 
@@ -39,6 +43,9 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "libraries, headers, CMake and pkg-config files")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
     "g++, libeigen3-dev, libfmt-dev, libtomlplusplus-dev, libsuitesparse-dev, libopenblas-dev, libsundials-dev")
+if(MSS_HAS_DEVICES)
+  string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", pkgconf, libepoxy-dev")
+endif()
 set(notices libmss-dev)
 
 if(MSS_PROGRAM)

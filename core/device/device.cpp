@@ -12,6 +12,7 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -42,6 +43,7 @@ struct Device::Context {
 namespace {
 
 constexpr int least_version = 43;  ///< of OpenGL, times ten
+constexpr int most_buffers = 12;   ///< that a shader of ours reaches; bindings are below 16
 
 /// Throws InputError if EGL is not there; epoxy would end the program.
 void find_egl() {
@@ -107,6 +109,10 @@ DeviceInfo describe_current() {
                   .has_double = epoxy_gl_version() >= 40 || epoxy_has_gl_extension("GL_ARB_gpu_shader_fp64")};
   if (epoxy_gl_version() < least_version)
     info.fault = fmt::format("its OpenGL is {}, and compute shaders need 4.3", info.version);
+  GLint buffers = 0;
+  if (info.fault.empty()) glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &buffers);
+  if (info.fault.empty() && buffers < most_buffers)
+    info.fault = fmt::format("its shaders reach {} buffers, and some here need {}", buffers, most_buffers);
   return info;
 }
 
@@ -178,6 +184,30 @@ std::size_t first_card(const std::vector<DeviceInfo>& all) {
       fmt::format("no device with OpenGL 4.3{}; install a driver, or give device = \"cpu\"", faults));
 }
 
+[[noreturn]] void refuse(const DeviceInfo& info) {
+  throw InputError(fmt::format("device {} cannot be used: {}; give another one, or device = \"cpu\"",
+                               info.name, info.fault));
+}
+
+/// Whether numbers that are written there, changed by a shader, copied and read are what they should be.
+bool computes_rightly(const std::shared_ptr<Device>& device) {
+  const DeviceUse use(*device);
+  std::vector<std::uint32_t> numbers(1000);
+  std::iota(numbers.begin(), numbers.end(), 1U);
+  const auto bytes = std::ptrdiff_t(numbers.size() * sizeof(numbers[0]));
+  const DeviceMemory given(device, bytes, numbers.data());
+  DeviceMemory changed(device, bytes), copied(device, bytes);
+  changed.clear();
+  static const std::string text(shader_text("trial"));
+  device->program(text).bind(14, given).bind(3, changed).set("factor", 3).run(std::ptrdiff_t(numbers.size()));
+  copied.copy(changed);
+  std::vector<std::uint32_t> found(numbers.size());
+  copied.read(found.data(), 0, bytes);
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    if (found[i] != 3 * numbers[i]) return false;
+  return true;
+}
+
 }  // namespace
 
 std::shared_ptr<Device> Device::open(const std::string& choice) {
@@ -189,7 +219,8 @@ std::shared_ptr<Device> Device::open(const std::string& choice) {
   if (choice == "gpu" && of_gpu == std::numeric_limits<std::size_t>::max())
     of_gpu = first_card(list_devices());
   const std::size_t number = choice == "gpu" ? of_gpu : number_in(choice);
-  if (const auto found = opened.find(number); found != opened.end()) return found->second;
+  if (const auto found = opened.find(number); found != opened.end() && !found->second->is_lost_)
+    return found->second;
   find_egl();
   const std::vector<EGLDisplay> all = displays();
   if (number >= all.size())
@@ -198,17 +229,20 @@ std::shared_ptr<Device> Device::open(const std::string& choice) {
   auto context = std::make_unique<Context>();
   context->display = found.display;
   context->context = found.context;
-  if (!found.info.fault.empty())
-    throw InputError(
-        fmt::format("device '{}', {}, cannot be used: {}", choice, found.info.name, found.info.fault));
-  return opened[number] = std::shared_ptr<Device>(new Device(std::move(context)));
+  if (!found.info.fault.empty()) refuse(found.info);
+  return opened[number] = checked(std::move(context));
 }
 
-std::shared_ptr<Device> Device::adopt_current() {
-  auto device = std::shared_ptr<Device>(new Device(std::make_unique<Context>()));
-  if (!device->info_.fault.empty())
-    throw InputError(
-        fmt::format("the window's device, {}, cannot be used: {}", device->info_.name, device->info_.fault));
+std::shared_ptr<Device> Device::adopt_current() { return checked(std::make_unique<Context>()); }
+
+/// Throws InputError for a device that does not do what it is asked for.
+std::shared_ptr<Device> Device::checked(std::unique_ptr<Context> context) {
+  auto device = std::shared_ptr<Device>(new Device(std::move(context)));
+  if (!device->info_.fault.empty()) refuse(device->info_);
+  if (!computes_rightly(device)) {
+    device->info_.fault = "its driver does not compute what a small shader says";
+    refuse(device->info_);
+  }
   return device;
 }
 
@@ -245,14 +279,15 @@ void Device::finish() { glFinish(); }
 bool Device::is_lost() {
   if (is_lost_) return true;
   const bool tells = epoxy_gl_version() >= 45 || epoxy_has_gl_extension("GL_KHR_robustness");
-  const bool was_reset = tells && glGetGraphicsResetStatus() != GL_NO_ERROR;
-  bool failed = false;
-  for (GLenum error = glGetError(); error != GL_NO_ERROR && !failed; error = glGetError())
-    failed = error == GL_OUT_OF_MEMORY || error == GL_CONTEXT_LOST;
-  return is_lost_ = was_reset || failed;
+  is_lost_ = tells && glGetGraphicsResetStatus() != GL_NO_ERROR;
+  for (GLenum error = glGetError(); error != GL_NO_ERROR && !is_lost_; error = glGetError()) {
+    is_lost_ = error == GL_OUT_OF_MEMORY || error == GL_CONTEXT_LOST;
+    if (!is_lost_) throw std::logic_error(fmt::format("OpenGL refuses a call, with error {:#x}", error));
+  }
+  return is_lost_;
 }
 
-DeviceMemory::DeviceMemory(const std::shared_ptr<Device>& device, std::ptrdiff_t bytes)
+DeviceMemory::DeviceMemory(const std::shared_ptr<Device>& device, std::ptrdiff_t bytes, const void* from)
     : device_(device), bytes_(std::max<std::ptrdiff_t>(bytes, 16)) {
   const auto refuse = [&](const char* why) {
     throw InputError(
@@ -261,17 +296,18 @@ DeviceMemory::DeviceMemory(const std::shared_ptr<Device>& device, std::ptrdiff_t
                     device_->info().name, why, double(bytes_) / 1e6));
   };
   if (bytes_ > device_->largest_buffer()) refuse("lets shaders reach no buffer");
-  while (glGetError() != GL_NO_ERROR) {
-  }
+  device_->is_lost();
   glGenBuffers(1, &id_);
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, id_);
-  glBufferData(GL_SHADER_STORAGE_BUFFER, bytes_, nullptr, GL_DYNAMIC_COPY);
+  // Numbers go along with the memory: what glClearBufferData() does was seen to overtake later writes.
+  const std::vector<char> zeros(std::size_t(from && bytes == bytes_ ? 0 : bytes_));
+  glBufferData(GL_SHADER_STORAGE_BUFFER, bytes_, zeros.empty() ? from : zeros.data(), GL_DYNAMIC_COPY);
   if (glGetError() != GL_NO_ERROR) {
     glDeleteBuffers(1, &id_);
     id_ = 0;
     refuse("has no memory left for a buffer");
   }
-  clear();
+  if (from && !zeros.empty()) write(from, 0, bytes);
 }
 
 DeviceMemory::DeviceMemory(DeviceMemory&& other) noexcept
@@ -304,7 +340,6 @@ void DeviceMemory::read(void* to, std::ptrdiff_t offset, std::ptrdiff_t bytes) c
   glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, offset, bytes, to);
 }
 
-/// By a shader: what glClearBufferData() does was seen to overtake later writes.
 void DeviceMemory::clear() {
   static const std::string text(shader_text("clear"));
   device_->program(text).bind(0, *this).run(bytes_ / std::ptrdiff_t(sizeof(std::uint32_t)));

@@ -52,7 +52,8 @@ class Device {
   ShaderProgram& program(const std::string& text);
   /// Waits until everything asked for is done.
   void finish();
-  /// Whether it has stopped working, since when nothing it returns means anything.
+  /// Whether it has stopped working, since when nothing it returns means anything. Throws std::logic_error if
+  /// OpenGL has refused a call.
   bool is_lost();
 
  private:
@@ -60,10 +61,11 @@ class Device {
   struct Context;
 
   explicit Device(std::unique_ptr<Context> context);
+  static std::shared_ptr<Device> checked(std::unique_ptr<Context> context);
 
   std::unique_ptr<Context> context_;
   DeviceInfo info_;
-  int group_size_ = 64;
+  int group_size_ = 128;
   std::int64_t largest_buffer_ = 0;
   bool is_lost_ = false;
   std::recursive_mutex in_use_;
@@ -88,8 +90,9 @@ class DeviceUse {
 class DeviceMemory {
  public:
   DeviceMemory() = default;
-  /// Throws InputError if the device has not so much memory, or its shaders cannot reach so much.
-  DeviceMemory(const std::shared_ptr<Device>& device, std::ptrdiff_t bytes);
+  /// With a copy of what is at `from`, unless that is nullptr. Throws InputError if the device has not so
+  /// much memory, or its shaders cannot reach so much.
+  DeviceMemory(const std::shared_ptr<Device>& device, std::ptrdiff_t bytes, const void* from = nullptr);
   DeviceMemory(DeviceMemory&& other) noexcept;
   DeviceMemory& operator=(DeviceMemory&& other) noexcept;
   ~DeviceMemory();

@@ -77,10 +77,7 @@ void append_coefficients(const Body& body, const ParticleKind& kind, bool damped
 
 template <class T>
 DeviceMemory memory_of(const std::shared_ptr<Device>& device, const std::vector<T>& values) {
-  const auto bytes = std::ptrdiff_t(values.size() * sizeof(T));
-  DeviceMemory memory(device, bytes);
-  if (bytes > 0) memory.write(values.data(), 0, bytes);
-  return memory;
+  return {device, std::ptrdiff_t(values.size() * sizeof(T)), values.data()};
 }
 
 std::vector<std::int32_t> as_int(const std::vector<std::ptrdiff_t>& sites) {

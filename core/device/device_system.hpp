@@ -87,9 +87,9 @@ class DeviceSystem {
   const SpringSystem<Real>& springs_;
   PlaneImpulses* impulses_;  ///< nullptr: no planes
   std::ptrdiff_t stride_ = 0, pad_ = 0;
-  std::vector<std::string> defines_;  ///< words that describe the body
+  std::vector<std::string> defines_;                          ///< words that describe the body
   std::unordered_map<std::string, ShaderProgram*> programs_;  ///< of program(), by what it was given
-  std::vector<std::uint32_t> kinds_;  ///< by site
+  std::vector<std::uint32_t> kinds_;                          ///< by site
   DeviceMemory kind_of_, coefficients_;
   Vectors x_, v_, x_next_, v_next_, x_before_, v_before_;
 

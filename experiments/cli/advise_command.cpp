@@ -155,7 +155,18 @@ void advise_static_scene(const Scene& scene, const AdviseChoice& choice, const A
   say_how_it_ended(scene.name, advice.stopped, advice.explanation, exit_status);
 }
 
-void run_advise(const AdviseChoice& choice, int& exit_status) {
+/// Costs are the processor's, and most methods that are tried step on no device.
+AdviseChoice on_processor(AdviseChoice choice) {
+  const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+  if (scene.solve.device == SolveConfig{}.device) return choice;
+  fmt::print(stderr, "mss: {}: what is advised is for the processor, not for solve.device = \"{}\"\n",
+             scene.name, scene.solve.device);
+  choice.overrides.emplace_back("solve.device=\"cpu\"");
+  return choice;
+}
+
+void run_advise(const AdviseChoice& given, int& exit_status) {
+  const AdviseChoice choice = on_processor(given);
   AdviseRequest request = read_request(choice);
   const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
   if (!scene.body.is_solid())

@@ -1,4 +1,4 @@
-// `mss list`: integrators, solvers, models, scenes and experiments, one line each.
+// `mss list`: integrators, solvers, models, devices, scenes and experiments, one line each.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -8,6 +8,7 @@
 
 #include "core/base/error.hpp"
 #include "core/base/suggest.hpp"
+#include "core/device/device.hpp"
 #include "core/scene/scene_reference.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/harness/experiment.hpp"
@@ -51,6 +52,23 @@ Lines experiment_lines() {
   return lines;
 }
 
+/// What solve.device may be. Where there is none, says why.
+Lines device_lines() {
+  Lines lines{{"cpu", "the processor"}};
+  try {
+    for (const DeviceInfo& info : list_devices())
+      lines.emplace_back(fmt::format("gpu:{}", lines.size() - 1),
+                         info.fault.empty()
+                             ? fmt::format("{}, OpenGL {}, {}, {}", info.name, info.version,
+                                           info.is_software ? "in software" : "a card",
+                                           info.has_double ? "single and double" : "single precision only")
+                             : fmt::format("{}: {}", info.name, info.fault));
+  } catch (const InputError& error) {
+    lines.emplace_back("gpu", error.what());
+  }
+  return lines;
+}
+
 void print(const Lines& lines, const char* indent) {
   std::size_t width = 0;
   for (const auto& [name, text] : lines) width = std::max(width, name.size());
@@ -62,6 +80,7 @@ void list(const std::string& kind) {
                                                                {"linear_solvers", linear_solver_lines},
                                                                {"nonlinear_solvers", nonlinear_solver_lines},
                                                                {"models", models},
+                                                               {"devices", device_lines},
                                                                {"scenes", listed_scenes},
                                                                {"experiments", experiment_lines},
                                                                {"scene_keys", scene_key_lines}};
@@ -83,11 +102,12 @@ void list(const std::string& kind) {
 void add_list(CLI::App& app, int&) {
   CLI::App* command = app.add_subcommand("list",
                                          "names that the other commands take: integrators, solvers, models, "
-                                         "scenes, experiments; keys of scenes");
+                                         "devices, scenes, experiments; keys of scenes");
   const auto kind = std::make_shared<std::string>();
-  command->add_option("kind", *kind,
-                      "integrators, linear_solvers, nonlinear_solvers, models, scenes or experiments; all if "
-                      "left out; or scene_keys");
+  command->add_option(
+      "kind", *kind,
+      "integrators, linear_solvers, nonlinear_solvers, models, devices, scenes or experiments; all if "
+      "left out; or scene_keys");
   command->callback([kind] { list(*kind); });
 }
 

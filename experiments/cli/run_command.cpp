@@ -215,6 +215,8 @@ Json summary(const MatchedScene& ready, const SimulationResult& result, const Ta
           {"threads", result.threads},
           {"threads_working", result.threads_working},
           {"kernel", result.kernel},
+          {"device", result.device.empty() ? Json() : Json(result.device)},
+          {"transfer_seconds", result.transfer_seconds},
           {"steps", result.work.steps},
           {"simulated_seconds", result.simulated_seconds},
           {"wall_seconds", result.wall_seconds},
@@ -322,6 +324,9 @@ void report(const Scene& scene, const SimulationResult& result, const fs::path& 
                         is_static(scene) ? "" : fmt::format("{:.4g} s simulated ", result.simulated_seconds);
   fmt::print("{}: {} after {} steps {}, {}in {:.3g} s; see {}\n", scene.name, to_string(result.status),
              result.work.steps, step, simulated, result.wall_seconds, directory.string());
+  if (!result.device.empty())
+    fmt::print("{}: on {}; carrying states there and back took {:.3g} s more\n", scene.name, result.device,
+               result.transfer_seconds);
   if (!result.continued.empty()) print(scene, result.continued);
   if (is_refined(scene)) fmt::print("{}: {}\n", scene.name, description(result.levels));
   if (estimates) print(scene.name, *estimates);

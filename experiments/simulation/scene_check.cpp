@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "core/base/error.hpp"
+#include "core/device/device.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/reduced_model.hpp"
 #include "integrators/analysis/stable_step.hpp"
@@ -180,6 +181,7 @@ void check_shared(const Scene& scene) {
   if (scene.model != spring_model) refuse(fmt::format("model \"{}\"", scene.model));
   if (is_refined(scene)) refuse(scene.auto_refinement ? "body.refinement" : "[[refine]]");
   if (scene.solve.sleep.bound > 0) refuse("sleep");
+  if (scene.solve.device != SolveConfig{}.device) refuse("solve.device");
   if (scene.environment.contact_surface) refuse("contact_on = \"surface\"");
   const auto acts_on_surface = [](const auto& action) { return action.surface != nullptr; };
   const auto& [holds, loads] = std::tie(scene.environment.holds, scene.environment.loads);
@@ -205,6 +207,7 @@ void check_solve(const Scene& scene) {
     check_refined(scene, method);
     check_dimensions(scene, method);
     check_local_steps(scene, method);
+    if (scene.solve.device != SolveConfig{}.device) Device::open(scene.solve.device);
   });
   check_table(scene, "plane", [&] { check_contact(scene, find_integrator(scene.solve.integrator)); });
   if (scene.solve.dt && *scene.solve.dt > scene.solve.duration)

@@ -58,11 +58,16 @@ double kinetic_energy(const SolidSystem<Real>& system, const Field<Real>& v) {
   return sum;
 }
 
-/// Throws InputError, with the scene's file, where the method cannot serve the system.
+/// Throws InputError, with the scene's file, where the method cannot serve the system, or the device cannot
+/// hold it.
 template <class Real>
-void check_method(const Scene& scene, const Integrator<Real>& method, System<Real>& system) {
+void check_method(const Scene& scene, Integrator<Real>& method, System<Real>& driven, State<Real> state) {
   try {
-    method.check(system);
+    Work none;
+    if (method.device().empty())
+      method.check(driven);
+    else
+      method.advance(driven, state, state.t, none);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", scene.file.string(), error.what()));
   }
@@ -121,7 +126,7 @@ SceneRun<Real>::SceneRun(const Scene& scene, const Body& body, long most_steps)
   options_.most_steps = most_steps;
   if (scene.solve.local_steps) in_local_steps_ = system_->with_local_steps(options_.dt);
   method_ = info_->template make<Real>(options_);
-  check_method(scene, *method_, *system_);
+  check_method(scene, *method_, *system_, start_state(*system_, scene));
   std::stable_sort(strikes_.begin(), strikes_.end(),
                    [](const Strike& a, const Strike& b) { return a.at < b.at; });
   go_on_from(start_state(*system_, scene));

@@ -58,6 +58,9 @@ class SceneRun {
   const State<Real>& state() const { return state_; }
   /// Of adaptive methods the first; 0 if that is their choice [s].
   double dt() const { return options_.dt; }
+  /// As Integrator's.
+  std::string device() const { return method_->device(); }
+  double transfer_seconds() const { return method_->transfer_seconds(); }
   /// Kinetic energy that strikes have added [J].
   double struck() const { return struck_; }
 

@@ -74,6 +74,7 @@ class Simulation final : public Stops {
     if (!method.implicit || method.springs_only) stretch_ = group_ = steps_between_checks;
     result.threads = run_.system().threads();
     result.kernel = run_.system().kernel_name();
+    result.device = run_.device();
     result.levels = count_levels(run_.system());
     if (scene.solve.sleep.bound > 0) reference_.emplace(scene, body);
     if constexpr (std::is_same_v<Real, double>)
@@ -163,9 +164,12 @@ void Simulation<Real>::advance(double t_end) {
   seconds_stopped_ = 0;
   row_end_ = t_end;
   const double scheduled = double(row_) * scene_.solve.every, seconds_before = result_.wall_seconds;
+  const double transfers_before = run_.transfer_seconds();
   const Stopwatch begun;
   const auto count_seconds = [&] {
-    result_.wall_seconds = seconds_before + begun.seconds() - seconds_stopped_;
+    result_.transfer_seconds = run_.transfer_seconds();
+    result_.wall_seconds =
+        seconds_before + begun.seconds() - seconds_stopped_ - (result_.transfer_seconds - transfers_before);
   };
   const typename SceneRun<Real>::Journey journey{.goal = scheduled, .group = group_, .at_last_group = [&] {
                                                    count_seconds();

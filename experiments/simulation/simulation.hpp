@@ -54,10 +54,12 @@ struct SimulationResult {
   SureSteps sure_steps;
   bool in_local_steps = false;  ///< some cells take longer steps than others
   double simulated_seconds = 0;
-  double wall_seconds = 0;  ///< of stepping; measuring and setting up not counted
+  double wall_seconds = 0;  ///< of stepping; measuring, setting up and transfers not counted
   int threads = 1;
   double threads_working = 1;        ///< on average
   std::string kernel;                ///< instruction set of the sweep
+  std::string device;                ///< that took the steps; empty: the processor
+  double transfer_seconds = 0;       ///< of carrying states there and back, in no other number
   std::vector<LevelCount> levels;    ///< the largest cells first
   std::optional<SleepReport> sleep;  ///< where the scene has particles sleep
   std::optional<EnergyGain> gain;

@@ -50,11 +50,16 @@ class DeviceIntegrator final : public Integrator<Real> {
     const DeviceUse use(*device_);
     DeviceSystem<Real>& body = on_device(system);
     transfer([&] { body.load(state); });
-    const Status status = take_steps(body, state.t, t_end, work);
-    // What a lost device returns would be nothing; the state stays that of the last advance.
+    double t = state.t;
+    const Status status = take_steps(body, t, t_end, work);
+    // What a lost device returns means nothing: the state stays that of the last advance.
     if (status == Status::device_lost) return status;
-    transfer([&] { body.store(state); });
-    return device_->is_lost() ? Status::device_lost : status;
+    State<Real> found = state;
+    transfer([&] { body.store(found); });
+    if (device_->is_lost()) return Status::device_lost;
+    found.t = t;
+    std::swap(state, found);
+    return status;
   }
 
   Status take_steps(DeviceSystem<Real>& body, double& t, double t_end, Work& work) {

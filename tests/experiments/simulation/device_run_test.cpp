@@ -1,0 +1,110 @@
+// Runs of scenes on a device: the rows of one that is lost are kept, and what cannot run there is refused.
+#include <epoxy/gl.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "core/base/error.hpp"
+#include "core/device/device.hpp"
+#include "core/scene/scene.hpp"
+#include "experiments/io/process.hpp"
+#include "experiments/simulation/simulation.hpp"
+#include "tests/core/scene/scene_texts.hpp"
+
+namespace mss {
+namespace {
+
+Scene falling_cube(const std::string& device, const std::string& integrator = "velocity_verlet") {
+  return parse_scene(testing::cube_text("0.1") + fmt::format(R"([environment]
+gravity = [0, 0, -9.81]
+[[plane]]
+point = [0, 0, -0.01]
+normal = [0, 0, 1]
+[[strike]]
+box = [[0, 0, 0], [0, 1, 1]]
+at = 0.0123
+impulse = [0.1, 0, 0]
+[solve]
+integrator = "{}"
+device = "{}"
+dt = 1e-3
+duration = 0.1
+)",
+                                                             integrator, device));
+}
+
+/// Says why, and returns false, where there is none.
+bool has_device() {
+  try {
+    Device::open("gpu");
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+TEST(DeviceRun, HasTheRowsOfTheProcessor) {
+  if (!has_device()) GTEST_SKIP() << "no device";
+  Progress quiet;
+  const SimulationResult there = simulate(falling_cube("gpu"), quiet),
+                         here = simulate(falling_cube("cpu"), quiet);
+  EXPECT_EQ(there.status, Status::ok);
+  EXPECT_EQ(there.device, Device::open("gpu")->info().name);
+  EXPECT_EQ(here.device, "");
+  EXPECT_GT(there.transfer_seconds, 0);
+  EXPECT_EQ(here.transfer_seconds, 0);
+  ASSERT_EQ(there.series.size(), here.series.size());
+  for (std::size_t row = 0; row < here.series.size(); ++row) {
+    EXPECT_EQ(there.series[row].t, here.series[row].t);
+    EXPECT_NEAR(there.series[row].total(), here.series[row].total(), 1e-9 * std::abs(here.series[1].total()));
+    EXPECT_NEAR(there.series[row].reactions.planes[0][2], here.series[row].reactions.planes[0][2], 1e-6);
+  }
+}
+
+int calls = 0, first_lost_call = 0;
+GLenum lost_from_a_call_on() { return ++calls < first_lost_call ? GL_NO_ERROR : GL_UNKNOWN_CONTEXT_RESET; }
+
+/// A run on a device that is lost at a question whether it is, the first of which is 1.
+SimulationResult run_lost_at(int call) {
+  const auto honest = epoxy_glGetGraphicsResetStatus;
+  calls = 0;
+  first_lost_call = call;
+  epoxy_glGetGraphicsResetStatus = lost_from_a_call_on;
+  Progress quiet;
+  const SimulationResult result = simulate(falling_cube("gpu"), quiet);
+  epoxy_glGetGraphicsResetStatus = honest;
+  return result;
+}
+
+TEST(DeviceRun, KeepsTheRowsBeforeTheDeviceWasLost) {
+  if (!has_device()) GTEST_SKIP() << "no device";
+  EXPECT_EQ(run_lost_at(1000000).status, Status::ok);
+  const SimulationResult result = run_lost_at(calls - 5);
+  EXPECT_EQ(to_string(result.status), "device_lost");
+  EXPECT_GT(result.series.size(), 1U);
+  EXPECT_LT(result.series.size(), 11U);
+}
+
+void expect_refused(const std::vector<std::string>& arguments, const std::string& part) {
+  const ProgramRun run = run_program(arguments);
+  EXPECT_EQ(run.exit_status, 2) << run.output;
+  EXPECT_EQ(std::count(run.output.begin(), run.output.end(), '\n'), 1) << run.output;
+  EXPECT_NE(run.output.find(part), std::string::npos) << run.output;
+}
+
+TEST(DeviceRun, IsRefusedInASentence) {
+  const auto run_on_gpu = [](const std::string& variable) {
+    return std::vector<std::string>{
+        "/usr/bin/env",         variable, MSS_PROGRAM,      "run", "cantilever", "--set",
+        "solve.device=\"gpu\"", "--out",  "/dev/null/never"};
+  };
+  expect_refused(run_on_gpu("__EGL_VENDOR_LIBRARY_FILENAMES=/nonexistent"), "no device with OpenGL 4.3");
+  if (has_device() && Device::open("gpu")->info().is_software)
+    expect_refused(run_on_gpu("MESA_GL_VERSION_OVERRIDE=4.2"), "it has no context of OpenGL 4.3");
+  if (!has_device()) return;
+  Progress quiet;
+  EXPECT_THROW(simulate(falling_cube("gpu", "backward_euler"), quiet), InputError);
+  EXPECT_THROW(simulate(falling_cube("gpu:42"), quiet), InputError);
+}
+
+}  // namespace
+}  // namespace mss
