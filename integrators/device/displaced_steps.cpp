@@ -19,18 +19,29 @@ template <class Real>
 ContactOnDevice<Real>::ContactOnDevice(DeviceSystem<Real>& system)
     : near_(system.shared_device(), std::ptrdiff_t(sizeof(std::uint32_t)) * system.stride()),
       multipliers_(system.shared_device(), std::ptrdiff_t(sizeof(double)) * 4 * system.stride() *
-                                               std::ptrdiff_t(system.springs().bounds()->planes().size())) {}
+                                               std::ptrdiff_t(system.springs().bounds()->planes().size())),
+      meetings_(system.shared_device(), sizeof(Meetings)) {}
+
+template <class Real>
+const std::vector<std::string> ContactOnDevice<Real>::parts{"planes", "impulse", "multipliers"};
+
+template <class Real>
+void ContactOnDevice<Real>::set_planes(DeviceSystem<Real>& system, ShaderProgram& program) {
+  const double cell_size = system.springs().bounds()->cell_size();
+  system.set_planes(program);
+  program.set("push_out_speed", push_out_rate * cell_size)
+      .set("behind_by_rounding", behind_by_rounding * cell_size);
+  program.bind(5, near_).bind(6, multipliers_);
+}
 
 template <class Real>
 ShaderProgram& ContactOnDevice<Real>::program(DeviceSystem<Real>& system, const std::string& part, double dt,
                                               const Vectors& u) {
-  ShaderProgram& program = system.program({part}, {"planes", "impulse", "displacement_contact"});
-  const double cell_size = system.springs().bounds()->cell_size();
-  system.set_planes(program);
-  program.set("step_size", dt)
-      .set("push_out_speed", push_out_rate * cell_size)
-      .set("behind_by_rounding", behind_by_rounding * cell_size);
-  return program.bind(0, system.x()).bind(1, system.v()).bind(2, near_).bind(3, u).bind(4, multipliers_);
+  std::vector<std::string> all = parts;
+  all.emplace_back("displacement_contact");
+  ShaderProgram& program = system.program({part}, all);
+  set_planes(system, program);
+  return program.set("step_size", dt).bind(0, system.x()).bind(1, system.v()).bind(3, u).bind(4, meetings_);
 }
 
 template <class Real>
@@ -56,6 +67,48 @@ void ContactOnDevice<Real>::end_step(DeviceSystem<Real>& system, double dt, cons
 }
 
 template <class Real>
+void ContactOnDevice<Real>::put_in_front(DeviceSystem<Real>& system, double dt, const Vectors& u) {
+  const Meetings none;
+  meetings_.write(&none, 0, sizeof(none));
+  program(system, "PUT_IN_FRONT", dt, u).run(system.sites());
+}
+
+template <class Real>
+int ContactOnDevice<Real>::impact() const {
+  Meetings met;
+  meetings_.read(&met, 0, sizeof(met));
+  return met.comes_to == UINT32_MAX ? -1 : int(met.comes_to);
+}
+
+template <class Real>
+void ContactOnDevice<Real>::remember(DeviceSystem<Real>& system, Record& record) {
+  const auto stride = std::size_t(system.stride());
+  const std::size_t planes = system.springs().bounds()->planes().size();
+  std::vector<std::uint32_t> near(stride);
+  std::vector<double> multipliers(4 * stride * planes);
+  near_.read(near.data(), 0, near_.bytes());
+  multipliers_.read(multipliers.data(), 0, multipliers_.bytes());
+  std::vector<std::ptrdiff_t> pushed;
+  for (const std::ptrdiff_t site : system.springs().particles())
+    for (std::size_t p = 0; near[std::size_t(site)] != 0 && p < planes; ++p)
+      if (multipliers[4 * p * stride + std::size_t(site)] > 0) {
+        pushed.push_back(site);
+        break;
+      }
+  record.keep(pushed);
+  if (!record.reads()) return;
+  near.assign(near.size(), 0);
+  for (const std::ptrdiff_t site : pushed) {  // until the next step begins
+    near[std::size_t(site)] = 1;
+    multipliers[std::size_t(site)] = 1;
+  }
+  near_.write(near.data(), 0, near_.bytes());
+  multipliers_.write(multipliers.data(), 0, multipliers_.bytes());
+  const Meetings met{.any_pushed = pushed.empty() ? 0U : 1U};
+  meetings_.write(&met, 0, sizeof(met));
+}
+
+template <class Real>
 void DisplacedSteps<Real>::begin(DeviceSystem<Real>& system) {
   const SpringSystem<Real>& springs = system.springs();
   u_ = system.make_vectors();
@@ -69,8 +122,9 @@ template <class Real>
 void DisplacedSteps<Real>::take(DeviceSystem<Real>& system, double t, double dt, long steps) {
   for (long n = 0; n < steps; ++n, t += dt) {
     if (holds_move_) system.constrain(t + dt, end_x_, end_v_);
-    begin_passes(system, t);
+    displace(system, t);
     if (contact_) contact_->begin_step(system, dt, u_);
+    begin_passes(system);
     for (int i = 0; i < passes_; ++i) pass(system);
     if (contact_)
       contact_->end_step(system, dt, u_);

@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "core/base/record.hpp"
 #include "integrators/device/device_integrator.hpp"
 
 namespace mss {
@@ -27,6 +28,9 @@ class ContactOnDevice {
  public:
   using Vectors = typename DeviceSystem<Real>::Vectors;
 
+  /// The parts of shaders that have planes and multipliers.
+  static const std::vector<std::string> parts;
+
   explicit ContactOnDevice(DeviceSystem<Real>& system);
 
   /// Begins a step of dt [s] whose displacements are u.
@@ -36,10 +40,25 @@ class ContactOnDevice {
   /// Ends passes and the step.
   void end_step(DeviceSystem<Real>& system, double dt, const Vectors& u);
 
+  /// Moves what is behind a plane onto it, and finds impact(); what pushes() is forgotten.
+  void put_in_front(DeviceSystem<Real>& system, double dt, const Vectors& u);
+  /// The plane that a particle comes to in this step, see DisplacementContact; -1: none. Waits for the
+  /// device.
+  int impact() const;
+  /// Whether a plane pushed a particle in the last step that has ended: a buffer that begins with a flag.
+  const DeviceMemory& pushes() const { return meetings_; }
+  /// Sets what `parts` ask for.
+  void set_planes(DeviceSystem<Real>& system, ShaderProgram& program);
+  /// Which particles planes have pushed in the last step. See core/base/record.hpp.
+  void remember(DeviceSystem<Real>& system, Record& record);
+
  private:
+  struct Meetings {
+    std::uint32_t any_pushed = 0, comes_to = UINT32_MAX;
+  };
   ShaderProgram& program(DeviceSystem<Real>& system, const std::string& part, double dt, const Vectors& u);
 
-  DeviceMemory near_, multipliers_;
+  DeviceMemory near_, multipliers_, meetings_;
 };
 
 /// Methods whose steps are passes that move particles by displacements u = x - x_n: their beginning and end,
@@ -57,8 +76,10 @@ class DisplacedSteps : public StepsOnDevice<Real> {
   /// In steps of dt [s].
   DisplacedSteps(double dt, int passes) : dt_(dt), passes_(passes) {}
 
-  /// Leaves in u where passes begin.
-  virtual void begin_passes(DeviceSystem<Real>& system, double t) = 0;
+  /// Leaves in u where passes begin, by displacement().
+  virtual void displace(DeviceSystem<Real>& system, double t) = 0;
+  /// What else passes need, when contact has begun.
+  virtual void begin_passes(DeviceSystem<Real>& system) = 0;
   virtual void pass(DeviceSystem<Real>& system) = 0;
 
   /// The shader `displace`, ready for XPBD, whose passes begin where particles would be without springs.

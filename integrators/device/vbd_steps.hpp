@@ -11,7 +11,6 @@ template <class Real>
 class VbdSteps final : public DisplacedSteps<Real> {
  public:
   explicit VbdSteps(const IntegratorOptions& options);
-  /// Throws InputError for planes.
   void begin(DeviceSystem<Real>& system) override;
   void reset() override { has_step_before_ = false; }
   void remember(DeviceSystem<Real>& system, Record& record) override;
@@ -19,9 +18,12 @@ class VbdSteps final : public DisplacedSteps<Real> {
  private:
   using Vectors = typename DeviceSystem<Real>::Vectors;
 
-  void begin_passes(DeviceSystem<Real>& system, double t) override;
+  void displace(DeviceSystem<Real>& system, double t) override;
+  void begin_passes(DeviceSystem<Real>& system) override;
   void pass(DeviceSystem<Real>& system) override;
   void descend(DeviceSystem<Real>& system);
+  void shorten_guess(DeviceSystem<Real>& system, const Vec3& normal);
+  double objective(DeviceSystem<Real>& system, const Field<Real>& u) const;
 
   double squared_radius_;  ///< of a pass
   double weight_ = 1;      ///< w_k of Chebyshev's semi-iteration

@@ -90,8 +90,12 @@ void XpbdSteps<Real>::begin(DeviceSystem<Real>& system) {
 }
 
 template <class Real>
-void XpbdSteps<Real>::begin_passes(DeviceSystem<Real>& system, double t) {
+void XpbdSteps<Real>::displace(DeviceSystem<Real>& system, double t) {
   this->displacement(system, t, {}).run(system.sites());
+}
+
+template <class Real>
+void XpbdSteps<Real>::begin_passes(DeviceSystem<Real>&) {
   if (keeps_multipliers_) multipliers_.clear();
 }
 

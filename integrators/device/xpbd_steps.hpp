@@ -13,7 +13,8 @@ class XpbdSteps final : public DisplacedSteps<Real> {
   void begin(DeviceSystem<Real>& system) override;
 
  private:
-  void begin_passes(DeviceSystem<Real>& system, double t) override;
+  void displace(DeviceSystem<Real>& system, double t) override;
+  void begin_passes(DeviceSystem<Real>& system) override;
   void pass(DeviceSystem<Real>& system) override;
 
   bool keeps_multipliers_;

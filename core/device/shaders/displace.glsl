@@ -15,6 +15,9 @@ CONST_FIELD(4, PositionsAtEnd, x_end)
 FIELD(5, Targets, target)
 FIELD(6, Drifts, drift_before)
 uniform int has_step_before;
+#ifdef PLANES
+layout(std430, binding = 7) restrict readonly buffer Meetings { uint any_pushed; };
+#endif
 #endif
 uniform real step_size;
 uniform real gravity_x, gravity_y, gravity_z;
@@ -24,7 +27,15 @@ uniform real gravity_x, gravity_y, gravity_z;
 rvec3 guessed_change(rvec3 change, rvec3 pull) {
   real most = length(pull);
   rvec3 down = most > real(0) ? pull / most : rvec3(0);
-  return clamp(dot(down, change), real(0), most) * down;
+  real along = dot(down, change);
+  rvec3 guess = clamp(along, real(0), most) * down;
+#ifdef PLANES
+  rvec3 across = change - along * down;
+  real size = length(across);
+  if (size > most) across *= most / size;
+  if (any_pushed != 0u) guess += across;
+#endif
+  return guess;
 }
 #endif
 

@@ -4,22 +4,13 @@
 FIELD(0, Positions, x)      // x_n until END
 FIELD(1, Velocities, v)
 FIELD(3, Displacements, u)
-/// Whether a particle is near a plane in this step.
-layout(std430, binding = 2) restrict buffer Near { uint near[]; };
-/// Of every plane that along its normal and the three along the plane [kg m], by site.
-layout(std430, binding = 4) restrict buffer Multipliers { double multipliers[]; };
+layout(std430, binding = 4) restrict buffer Meetings {
+  uint any_pushed;  ///< whether a plane has pushed a particle in this step
+  uint comes_to;    ///< the plane that a particle comes to
+};
 uniform double step_size;
 uniform int first_site;
-
-double normal_of(int p, int i) { return multipliers[4 * p * stride + i]; }
-dvec3 tangential_of(int p, int i) {
-  int at = (4 * p + 1) * stride + i;
-  return dvec3(multipliers[at], multipliers[at + stride], multipliers[at + 2 * stride]);
-}
-void set_multipliers(int p, int i, double normal, dvec3 tangential) {
-  multipliers[4 * p * stride + i] = normal;
-  for (int axis = 0; axis < 3; ++axis) multipliers[(4 * p + 1 + axis) * stride + i] = tangential[axis];
-}
+uniform real gravity_x, gravity_y, gravity_z;
 
 #ifdef BEGIN
 void main() {
@@ -32,7 +23,8 @@ void main() {
     is_near = is_near || min(gap(plane, before), gap(plane, after)) < cell_size;
   }
   is_near = is_near && inverse_mass(coefficients_of(kind_of[i])) != rvec3(0);
-  near[i] = is_near ? 1u : 0u;
+  bool was_pushed = is_pushed(i);
+  near[i] = is_near ? (was_pushed ? 2u : 1u) : 0u;
   for (int p = 0; is_near && p < plane_count; ++p) set_multipliers(p, i, 0.0lf, dvec3(0));
 }
 #endif
@@ -64,11 +56,7 @@ void main() {
 }
 #endif
 
-#ifdef END
-uniform real rate;  // 1 / dt
-uniform real gravity_x, gravity_y, gravity_z;
-uniform int may_leave;
-
+#if defined(PUT_IN_FRONT) || defined(END)
 /// move_in_front(), where `scale` times a move is what the plane gives.
 dvec3 moved_in_front(int i, dvec3 free, dvec3 before, dvec3 moved, double scale) {
   for (int round = 0; round < 8; ++round) {
@@ -80,13 +68,40 @@ dvec3 moved_in_front(int i, dvec3 free, dvec3 before, dvec3 moved, double scale)
       if (!(missing < 0.0lf) || n == dvec3(0)) continue;
       dvec3 by = -missing / dot(n, n) * n;
       moved += by;
-      give(p, i, scale * by);
+      if (scale > 0.0lf) give(p, i, scale * by);
       changed = true;
     }
     if (!changed) break;
   }
   return moved;
 }
+#endif
+
+#ifdef PUT_IN_FRONT
+/// DisplacementContact::impact(): atomicMin() finds the first such plane.
+void note_impacts(int i) {
+  Motion before = Motion(dvec3(AT(x, i)), dvec3(AT(v, i)));
+  double slow = 2.0lf * length(dvec3(gravity_x, gravity_y, gravity_z)) * step_size;
+  for (int p = 0; p < plane_count; ++p) {
+    Plane plane = plane_number(p);
+    bool comes = -dot(plane.normal, before.v) > slow;
+    if (comes && gap(plane, before.x + step_size * before.v) < 0.0lf) atomicMin(comes_to, uint(p));
+  }
+}
+
+void main() {
+  int i = thread();
+  if (i >= thread_count || kind_of[i] == 0u) return;
+  dvec3 start = dvec3(AT(u, i)), free = dvec3(free_axes(coefficients_of(kind_of[i])));
+  dvec3 moved = moved_in_front(i, free, dvec3(AT(x, i)), start, 0.0lf);
+  if (moved != start) SET(u, i, rvec3(moved))
+  if (near[i] == 1u) note_impacts(i);
+}
+#endif
+
+#ifdef END
+uniform real rate;  // 1 / dt
+uniform int may_leave;
 
 /// rebound() of core/environment/contact.cpp, for steps that are exact to first order.
 void rebound(Plane plane, dvec3 gravity, Motion before, inout Motion after) {
@@ -144,5 +159,6 @@ void main() {
   }
   SET(x, i, x_end)
   SET(v, i, v_end)
+  if (is_pushed(i)) any_pushed = 1u;
 }
 #endif

@@ -106,6 +106,23 @@ rvec3 solve() {
                        azx * force.x + (ayz * force.y + azz * force.z));
 }
 
+#ifdef PLANES
+/// VertexContact::move(), of a particle near a plane.
+rvec3 moved_in_contact(int i, rvec3 free, rvec3 moved) {
+  VertexModel model;
+  model.hessian = dmat3(xx, xy, zx, xy, yy, yz, zx, yz, zz);
+  model.force = dvec3(force);
+  model.free = dvec3(free);
+  model.before = dvec3(AT(x, i));
+  model.u = dvec3(moved);
+  model.dt = double(step_size);
+  double pressures[PLANE_COUNT];
+  dvec3 by = move_in_cone(model, pressures);
+  keep(i, model.free, reaction(model, by), model.dt, pressures);
+  return rvec3(mix(model.u, model.u + by, model.free));
+}
+#endif
+
 void main() {
   int n = thread();
   if (n >= thread_count) return;
@@ -115,6 +132,11 @@ void main() {
   force = isotropic * (AT(target, i) - moved);
   xx = yy = zz = yz = zx = xy = real(0);
   add_neighbours(i, moved, row);
-  hold(free_axes(row));
-  SET(u, i, moved + solve())
+  rvec3 free = free_axes(row);
+  hold(free);
+  rvec3 end = moved + solve();
+#ifdef PLANES
+  if (near[i] != 0u) end = moved_in_contact(i, free, moved);
+#endif
+  SET(u, i, end)
 }
