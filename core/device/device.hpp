@@ -111,6 +111,12 @@ class DeviceMemory {
   std::ptrdiff_t bytes_ = 0;
 };
 
+/// Memory that holds these values.
+template <class T>
+DeviceMemory memory_of(const std::shared_ptr<Device>& device, const std::vector<T>& values) {
+  return {device, std::ptrdiff_t(values.size() * sizeof(T)), values.data()};
+}
+
 /// A compiled compute shader. Its functions need a DeviceUse.
 class ShaderProgram {
  public:

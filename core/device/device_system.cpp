@@ -75,17 +75,9 @@ void append_coefficients(const Body& body, const ParticleKind& kind, bool damped
   append(kind.mass);
 }
 
-template <class T>
-DeviceMemory memory_of(const std::shared_ptr<Device>& device, const std::vector<T>& values) {
-  return {device, std::ptrdiff_t(values.size() * sizeof(T)), values.data()};
-}
-
 std::vector<std::int32_t> as_int(const std::vector<std::ptrdiff_t>& sites) {
   return {sites.begin(), sites.end()};
 }
-
-/// Of the law of springs and what follows from it; the same text that C++ includes.
-const std::vector<std::string> formulas{"spring_law", "spring_formulas.inc", "cell_formulas.inc"};
 
 }  // namespace
 
@@ -278,36 +270,16 @@ ShaderProgram& DeviceSystem<Real>::program(const std::vector<std::string>& defin
                                            const std::vector<std::string>& parts) {
   ShaderProgram*& program = programs_[fmt::format("{} {}", fmt::join(defines, " "), fmt::join(parts, " "))];
   if (!program) program = &device_->program(text_of(defines, parts));
-  const Lattice& lattice = springs_.body().lattice();
-  program->set("stride", int(stride_)).set("pad", int(pad_));
-  program->set("lattice_row", int(lattice.row)).set("lattice_plane", int(lattice.plane));
+  set_body(*program);
   return program->bind(14, kind_of_).bind(15, coefficients_);
 }
 
 template <class Real>
-std::string DeviceSystem<Real>::text_of(const std::vector<std::string>& defines,
-                                        const std::vector<std::string>& parts) const {
-  std::string text;
-  for (const std::string& word : defines_) text += fmt::format("#define {}\n", word);
-  for (const std::string& word : defines) text += fmt::format("#define {}\n", word);
-  text += shader_text("prelude");
-  for (const std::string& part : parts) text += shader_text(part);
-  return text;
-}
-
-template <class Real>
-std::vector<std::string> DeviceSystem<Real>::force_parts(const std::string& last) const {
-  std::vector<std::string> parts = formulas;
-  if (has_planes()) parts.emplace_back("planes");
-  parts.insert(parts.end(), {"force", last});
-  return parts;
-}
-
-template <class Real>
-void DeviceSystem<Real>::set_force(ShaderProgram& program, const Vectors& x, const Vectors& v) {
+void DeviceSystem<Real>::set_body(ShaderProgram& program) const {
   const Body& body = springs_.body();
-  program.bind(0, x).bind(1, v);
-  if (guarded_ || !loaded_sites_.empty()) program.bind(2, guarded_ ? outer_ : loads_);
+  const Lattice& lattice = body.lattice();
+  program.set("stride", int(stride_)).set("pad", int(pad_));
+  program.set("lattice_row", int(lattice.row)).set("lattice_plane", int(lattice.plane));
   const auto length = [&](SpringSlot::Class kind) { return static_cast<Real>(body.rest_length(kind)); };
   program.set("edge_length", length(SpringSlot::Class::edge));
   program.set("face_length", length(SpringSlot::Class::face));
@@ -316,6 +288,32 @@ void DeviceSystem<Real>::set_force(ShaderProgram& program, const Vectors& x, con
   constexpr const char* gravity[3] = {"gravity_x", "gravity_y", "gravity_z"};
   for (int axis = 0; axis < 3; ++axis)
     program.set(gravity[axis], static_cast<Real>(springs_.environment().gravity[axis]));
+}
+
+template <class Real>
+std::string DeviceSystem<Real>::text_of(const std::vector<std::string>& defines,
+                                        const std::vector<std::string>& parts) const {
+  std::string text;
+  for (const std::string& word : defines_) text += fmt::format("#define {}\n", word);
+  for (const std::string& word : defines) text += fmt::format("#define {}\n", word);
+  for (const char* part : {"prelude", "spring_law", "spring_formulas.inc", "cell_formulas.inc"})
+    text += shader_text(part);
+  for (const std::string& part : parts) text += shader_text(part);
+  return text;
+}
+
+template <class Real>
+std::vector<std::string> DeviceSystem<Real>::force_parts(const std::string& last) const {
+  std::vector<std::string> parts;
+  if (has_planes()) parts.emplace_back("planes");
+  parts.insert(parts.end(), {"neighbours", "force", last});
+  return parts;
+}
+
+template <class Real>
+void DeviceSystem<Real>::set_force(ShaderProgram& program, const Vectors& x, const Vectors& v) {
+  program.bind(0, x).bind(1, v);
+  if (guarded_ || !loaded_sites_.empty()) program.bind(2, guarded_ ? outer_ : loads_);
 }
 
 template <class Real>
@@ -373,6 +371,12 @@ void DeviceSystem<Real>::prepare_outer(double t, const Vectors& x) {
       .bind(3, outer_)
       .bind(5, guard_marks_)
       .run(sites());
+}
+
+template <class Real>
+const typename DeviceSystem<Real>::Vectors* DeviceSystem<Real>::loads_at(double t) {
+  update_loads(t);
+  return loaded_sites_.empty() ? nullptr : &loads_;
 }
 
 template <class Real>
@@ -465,7 +469,7 @@ void DeviceSystem<Real>::collide(double dt) {
   if (!has_planes()) return;
   collided_.clear();
   const double cell_size = springs_.body().config().cell_size;
-  ShaderProgram& shader = program({}, {"planes", "collide"});
+  ShaderProgram& shader = program({}, {"planes", "impulse", "collide"});
   set_planes(shader);
   shader.set("step_size", dt)
       .set("push_out_speed", push_out_speed_)

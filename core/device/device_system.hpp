@@ -32,6 +32,8 @@ class DeviceSystem {
   bool has_planes() const { return plane_count_ > 0; }
 
   Vectors make_vectors() const;
+  /// From a field's stream of one axis to that of the next, the least that one number a site needs.
+  std::ptrdiff_t stride() const { return stride_; }
   void write(const Field<Real>& from, Vectors& to) const;
   void read(const Vectors& from, Field<Real>& to) const;
 
@@ -60,9 +62,14 @@ class DeviceSystem {
   /// Whether all positions and velocities are finite. Waits for the device.
   bool is_finite();
 
+  /// Forces of loads at time t; nullptr: there are none.
+  const Vectors* loads_at(double t);
+
   /// A shader of this body: its text after prelude, formulas and `parts`, texts of shaders/, with words
-  /// defined before them. Sizes and tables are bound.
+  /// defined before them. Sizes, lengths, gravity and tables are set.
   ShaderProgram& program(const std::vector<std::string>& defines, const std::vector<std::string>& parts);
+  /// Sets what the part `planes` asks for, if there are planes.
+  void set_planes(ShaderProgram& program);
   /// Sites of the lattice, the number of threads that shaders of sites run in.
   std::ptrdiff_t sites() const { return springs_.body().lattice().sites; }
   const std::vector<std::uint32_t>& site_kinds() const { return kinds_; }
@@ -76,8 +83,8 @@ class DeviceSystem {
   void check(const System<Real>& system) const;
   std::string text_of(const std::vector<std::string>& defines, const std::vector<std::string>& parts) const;
   std::vector<std::string> force_parts(const std::string& last) const;
+  void set_body(ShaderProgram& program) const;
   void set_force(ShaderProgram& program, const Vectors& x, const Vectors& v);
-  void set_planes(ShaderProgram& program);
   void set_update(ShaderProgram& program, const KickDrift& update);
   void prepare_outer(double t, const Vectors& x);
   void update_loads(double t);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -18,6 +19,8 @@ class StepsOnDevice {
   StepsOnDevice& operator=(const StepsOnDevice&) = delete;
   virtual ~StepsOnDevice() = default;
 
+  /// Once, before the first step of a body. Throws InputError for one that it does not step.
+  virtual void begin(DeviceSystem<Real>& system) { static_cast<void>(system); }
   /// Takes so many steps of dt from time t.
   virtual void take(DeviceSystem<Real>& system, double t, double dt, long steps) = 0;
   virtual int forces_in_step() const { return 1; }
@@ -33,9 +36,16 @@ class StepsOnDevice {
 template <class Real>
 class DeviceIntegrator final : public Integrator<Real> {
  public:
+  /// Throws InputError for bodies that the method does not step.
+  using CheckBody = std::function<void(const BodyConfig&)>;
+
   /// Throws InputError if there is no such device.
-  DeviceIntegrator(const IntegratorOptions& options, std::unique_ptr<StepsOnDevice<Real>> steps)
-      : device_(Device::open(options.device)), steps_(std::move(steps)), dt_(options.dt) {}
+  DeviceIntegrator(const IntegratorOptions& options, std::unique_ptr<StepsOnDevice<Real>> steps,
+                   CheckBody check = {})
+      : device_(Device::open(options.device)),
+        steps_(std::move(steps)),
+        check_(std::move(check)),
+        dt_(options.dt) {}
 
   std::string device() const override { return device_->info().name; }
   double transfer_seconds() const override { return transfer_seconds_; }
@@ -82,9 +92,12 @@ class DeviceIntegrator final : public Integrator<Real> {
 
   DeviceSystem<Real>& on_device(System<Real>& system) {
     if (system_ != &system) {
+      system_ = nullptr;
       body_.emplace(device_, system);
-      system_ = &system;
+      if (check_) check_(body_->springs().body().config());
       steps_->reset();
+      steps_->begin(*body_);
+      system_ = &system;
     }
     return *body_;
   }
@@ -99,6 +112,7 @@ class DeviceIntegrator final : public Integrator<Real> {
 
   std::shared_ptr<Device> device_;
   std::unique_ptr<StepsOnDevice<Real>> steps_;
+  CheckBody check_;
   double dt_;
   double transfer_seconds_ = 0;
   System<Real>* system_ = nullptr;  ///< that body_ is of

@@ -4,7 +4,7 @@
 
 namespace mss {
 
-IntegratorInfo on_device(DeviceSteps, IntegratorInfo info) {
+IntegratorInfo on_device(DeviceSteps, IntegratorInfo info, CheckBody) {
   info.make_single_on_device = [](const IntegratorOptions&) -> std::unique_ptr<Integrator<float>> {
     list_devices();  // throws
     return nullptr;

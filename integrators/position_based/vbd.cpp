@@ -7,6 +7,7 @@
 // momentum, because the last particle moves among neighbours that have moved already. Stable at any step.
 // `solve.chebyshev_radius` rho > 0 adds Chebyshev's semi-iteration, for rho the spectral radius of a pass;
 // too large a rho makes passes diverge.
+#include "integrators/device/on_device.hpp"
 #include "integrators/position_based/position_based_integrator.hpp"
 #include "integrators/position_based/vbd_solver.hpp"
 
@@ -29,19 +30,21 @@ std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) {
 }  // namespace
 
 IntegratorInfo vbd() {
-  return {
-      .name = "vbd",
-      .summary =
-          "vertex block descent: a pass over all particles a step, or `iterations`, towards backward Euler; "
-          "any step; few passes lose energy in motion and gain it on planes",
-      .order_undamped = 1,
-      .order_damped = 1,
-      .collisions = Collisions::inside_steps,
-      .iterates = true,
-      .springs_only = true,
-      .variants = {":5", ":20"},
-      .make_single = make<float>,
-      .make_double = make<double>};
+  return on_device(
+      DeviceSteps::vbd,
+      IntegratorInfo{.name = "vbd",
+                     .summary = "vertex block descent: a pass over all particles a step, or `iterations`, "
+                                "towards backward Euler; any step; few passes lose energy in motion and "
+                                "gain it on planes",
+                     .order_undamped = 1,
+                     .order_damped = 1,
+                     .collisions = Collisions::inside_steps,
+                     .iterates = true,
+                     .springs_only = true,
+                     .variants = {":5", ":20"},
+                     .make_single = make<float>,
+                     .make_double = make<double>},
+      check_local_solutions);
 }
 
 }  // namespace mss

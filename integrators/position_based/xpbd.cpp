@@ -9,6 +9,7 @@
 // to backward Euler without the springs' geometric stiffness, which is not quite backward Euler. Every
 // projection keeps linear momentum. Stable at any step; loses energy, but on
 // planes few passes of a stiff body gain it.
+#include "integrators/device/on_device.hpp"
 #include "integrators/position_based/position_based_integrator.hpp"
 #include "integrators/position_based/xpbd_solver.hpp"
 
@@ -32,19 +33,21 @@ std::unique_ptr<Integrator<Real>> make(const IntegratorOptions& options) {
 }  // namespace
 
 IntegratorInfo xpbd() {
-  return {
-      .name = "xpbd",
-      .summary =
-          "extended position-based dynamics: a pass over all springs a step, or `iterations`; first order, "
-          "any step; few passes lose energy in motion and gain it on planes",
-      .order_undamped = 1,
-      .order_damped = 1,
-      .collisions = Collisions::inside_steps,
-      .iterates = true,
-      .springs_only = true,
-      .variants = {":5", ":20"},
-      .make_single = make<float>,
-      .make_double = make<double>};
+  return on_device(
+      DeviceSteps::xpbd,
+      IntegratorInfo{.name = "xpbd",
+                     .summary = "extended position-based dynamics: a pass over all springs a step, or "
+                                "`iterations`; first order, any step; few passes lose energy in motion and "
+                                "gain it on planes",
+                     .order_undamped = 1,
+                     .order_damped = 1,
+                     .collisions = Collisions::inside_steps,
+                     .iterates = true,
+                     .springs_only = true,
+                     .variants = {":5", ":20"},
+                     .make_single = make<float>,
+                     .make_double = make<double>},
+      check_local_solutions);
 }
 
 }  // namespace mss

@@ -67,6 +67,8 @@ IntegratorInfo variant(const std::string& name) {
   info.variants.clear();
   info.make_single = with<float>(info.make_single, solver, iterations);
   info.make_double = with<double>(info.make_double, solver, iterations);
+  info.make_single_on_device = with<float>(info.make_single_on_device, solver, iterations);
+  info.make_double_on_device = with<double>(info.make_double_on_device, solver, iterations);
   return info;
 }
 
