@@ -274,6 +274,15 @@ Device::Device(std::unique_ptr<Context> context) : context_(std::move(context)) 
 Device::~Device() {
   const DeviceUse use(*this);
   programs_.clear();
+  glDeleteBuffers(1, &outlet_);
+}
+
+unsigned Device::outlet() {
+  if (outlet_ != 0) return outlet_;
+  glGenBuffers(1, &outlet_);
+  glBindBuffer(GL_COPY_WRITE_BUFFER, outlet_);
+  glBufferData(GL_COPY_WRITE_BUFFER, outlet_bytes, nullptr, GL_STREAM_READ);
+  return outlet_;
 }
 
 DeviceUse::DeviceUse(Device& device) : device_(device), lock_(device.in_use_) {
@@ -315,7 +324,7 @@ DeviceMemory::DeviceMemory(const std::shared_ptr<Device>& device, std::ptrdiff_t
   device_->is_lost();
   glGenBuffers(1, &id_);
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, id_);
-  // Numbers go along with the memory: what glClearBufferData() does was seen to overtake later writes.
+  // Numbers go along with the memory: after glClearBufferData() one driver was seen to lose what was written.
   const std::vector<char> zeros(std::size_t(from && bytes == bytes_ ? 0 : bytes_));
   glBufferData(GL_SHADER_STORAGE_BUFFER, bytes_, zeros.empty() ? from : zeros.data(), GL_DYNAMIC_COPY);
   if (glGetError() != GL_NO_ERROR) {
@@ -350,10 +359,16 @@ void DeviceMemory::write(const void* from, std::ptrdiff_t offset, std::ptrdiff_t
   glBufferSubData(GL_SHADER_STORAGE_BUFFER, offset, bytes, from);
 }
 
+/// By way of a small buffer that is there for it: drivers move what is read often out of the device's memory.
 void DeviceMemory::read(void* to, std::ptrdiff_t offset, std::ptrdiff_t bytes) const {
   glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-  glBindBuffer(GL_SHADER_STORAGE_BUFFER, id_);
-  glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, offset, bytes, to);
+  glBindBuffer(GL_COPY_READ_BUFFER, id_);
+  glBindBuffer(GL_COPY_WRITE_BUFFER, device_->outlet());
+  for (std::ptrdiff_t done = 0; done < bytes; done += Device::outlet_bytes) {
+    const std::ptrdiff_t part = std::min(bytes - done, Device::outlet_bytes);
+    glCopyBufferSubData(GL_COPY_READ_BUFFER, GL_COPY_WRITE_BUFFER, offset + done, 0, part);
+    glGetBufferSubData(GL_COPY_WRITE_BUFFER, 0, part, static_cast<char*>(to) + done);
+  }
 }
 
 void DeviceMemory::clear() {

@@ -59,10 +59,14 @@ class Device {
 
  private:
   friend class DeviceUse;
+  friend class DeviceMemory;
   struct Context;
+  static constexpr std::ptrdiff_t outlet_bytes = std::ptrdiff_t{1} << 24;
 
   explicit Device(std::unique_ptr<Context> context);
   static std::shared_ptr<Device> checked(std::unique_ptr<Context> context);
+  /// A buffer of outlet_bytes through which the processor reads.
+  unsigned outlet();
 
   std::unique_ptr<Context> context_;
   DeviceInfo info_;
@@ -71,6 +75,7 @@ class Device {
   bool is_lost_ = false;
   std::recursive_mutex in_use_;
   int uses_ = 0;
+  unsigned outlet_ = 0;
   std::unordered_map<std::string, std::unique_ptr<ShaderProgram>> programs_;
 };
 

@@ -262,6 +262,7 @@ Status SceneRun<Real>::advance_towards(const Journey& journey, double t_end, Wor
 
 template <class Real>
 void SceneRun<Real>::remember(Record& record) {
+  if (!record.reads()) fetch();
   std::uint64_t next = next_;
   record.keep(next, struck_, way_, state_.t);
   next_ = std::size_t(next);

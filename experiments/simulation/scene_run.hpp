@@ -138,7 +138,7 @@ class SceneRun {
   std::unique_ptr<System<Real>> in_local_steps_;  ///< where the scene has them
   std::unique_ptr<Integrator<Real>> method_;
   StateOnDevice<Real>* left_ = nullptr;  ///< of method_, if the state is left there
-  const IntegratorInfo* info_;  ///< of the scene's method
+  const IntegratorInfo* info_;           ///< of the scene's method
   State<Real> state_;
   ReactionGauge<Real> gauge_;
 };

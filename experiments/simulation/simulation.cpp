@@ -75,6 +75,7 @@ class Simulation final : public Stops {
     result.threads = run_.system().threads();
     result.kernel = run_.system().kernel_name();
     result.device = run_.device();
+    run_.leave_on_device();
     result.levels = count_levels(run_.system());
     if (scene.solve.sleep.bound > 0) reference_.emplace(scene, body);
     if constexpr (std::is_same_v<Real, double>)
@@ -125,6 +126,8 @@ class Simulation final : public Stops {
                  of_frames_->read(run_.driven(), state));
     of_frames_->begin(state.t);
   }
+  /// What the bits of results depend on, beside the build.
+  const std::string& computed_by() const { return result_.device.empty() ? result_.kernel : result_.device; }
   bool in_fixed_steps() const { return find_integrator(scene_.solve.integrator).stepping == Stepping::fixed; }
 
   const Scene& scene_;
@@ -178,6 +181,7 @@ void Simulation<Real>::advance(double t_end) {
   result_.status = in_fixed_steps() && t_end < scheduled
                        ? run_.advance_towards(journey, t_end, result_.work, *this)
                        : run_.advance(t_end, result_.work, in_fixed_steps() ? this : nullptr);
+  run_.fetch();
   count_seconds();
   result_.simulated_seconds = run_.state().t;
 }
@@ -204,6 +208,7 @@ template <class Real>
 long Simulation<Real>::steps_before_last() {
   const long left = std::lround((row_end_ - run_.state().t) / run_.dt());
   if (left > 1) return left - 1;
+  run_.fetch();
   before_last_ = run_.state();
   struck_before_ = run_.struck();
   return 1;
@@ -222,9 +227,11 @@ template <class Real>
 bool Simulation<Real>::reached(bool at_end) {
   constexpr double quick = 0.1;  // [s]
   const bool took_little = stretch_begun_.seconds() < quick;
+  const bool at_frame = frames_ && result_.work.steps % frame_every_ == 0;
   bool go_on = true;
+  if (at_frame) run_.fetch();
   seconds_stopped_ += seconds_of([&] {
-    if (frames_ && result_.work.steps % frame_every_ == 0) add_frame();
+    if (at_frame) add_frame();
     if (at_end) return;
     if (result_.work.steps - steps_begun_ == stretch_ && shared_.ranks.all(took_little)) stretch_ *= 2;
     report();
@@ -294,7 +301,7 @@ void Simulation<Real>::go_on() {
                     from.version));
   }
   if (!is_in_row_) last_ = run_.state();
-  const bool is_same_program = from.kernel == result_.kernel && from.build == build_description();
+  const bool is_same_program = from.kernel == computed_by() && from.build == build_description();
   result_.continued.push_back(
       {run_.state().t, is_same_program && find_integrator(scene_.solve.integrator).exact_restart});
 }
@@ -309,7 +316,7 @@ void Simulation<Real>::keep(Status status) {
   restart_.keep({.status = status,
                  .t = run_.state().t,
                  .dt = run_.dt(),
-                 .kernel = result_.kernel,
+                 .kernel = computed_by(),
                  .version = program_version(),
                  .build = build_description(),
                  .spring_law = spring_law_name(),

@@ -57,6 +57,7 @@ class DeviceIntegrator final : public Integrator<Real>, public StateOnDevice<Rea
   void remember(System<Real>& system, Record& record) override {
     const DeviceUse use(*device_);
     steps_->remember(on_device(system), record);
+    if (record.reads()) is_there_ = false;
   }
   void leave_there() override { stays_ = true; }
   void fetch(State<Real>& state) override {

@@ -28,7 +28,7 @@ template <class Real>
 class StepsWithAcceleration : public StepsOnDevice<Real> {
  public:
   void take(DeviceSystem<Real>& system, double t, double dt, long steps) final {
-    begin(system, t);
+    find_acceleration(system, t);
     take_from(system, t, dt, steps);
   }
   void reset() final { is_known_ = false; }
@@ -51,7 +51,7 @@ class StepsWithAcceleration : public StepsOnDevice<Real> {
   Vectors& acceleration() { return acceleration_; }
 
  private:
-  void begin(DeviceSystem<Real>& system, double t) {
+  void find_acceleration(DeviceSystem<Real>& system, double t) {
     if (is_known_) return;
     acceleration_ = system.make_vectors();
     system.acceleration(t, system.x(), system.v(), acceleration_);
