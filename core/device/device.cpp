@@ -208,6 +208,12 @@ bool computes_rightly(const std::shared_ptr<Device>& device) {
   return true;
 }
 
+/// A window's.
+std::weak_ptr<Device>& adopted() {
+  static std::weak_ptr<Device> device;
+  return device;
+}
+
 }  // namespace
 
 std::shared_ptr<Device> Device::open(const std::string& choice) {
@@ -215,6 +221,12 @@ std::shared_ptr<Device> Device::open(const std::string& choice) {
   static std::mutex opening;
   static auto& opened = *new std::map<std::size_t, std::shared_ptr<Device>>;
   const std::lock_guard<std::mutex> lock(opening);
+  if (auto of_window = adopted().lock()) {
+    if (choice == "gpu") return of_window;
+    throw InputError(
+        fmt::format("device '{}': in a window steps are taken by what draws it, {}; give device = \"gpu\"",
+                    choice, of_window->info().name));
+  }
   static std::size_t of_gpu = std::numeric_limits<std::size_t>::max();
   if (choice == "gpu" && of_gpu == std::numeric_limits<std::size_t>::max())
     of_gpu = first_card(list_devices());
@@ -233,7 +245,11 @@ std::shared_ptr<Device> Device::open(const std::string& choice) {
   return opened[number] = checked(std::move(context));
 }
 
-std::shared_ptr<Device> Device::adopt_current() { return checked(std::make_unique<Context>()); }
+std::shared_ptr<Device> Device::adopt_current() {
+  auto device = checked(std::make_unique<Context>());
+  adopted() = device;
+  return device;
+}
 
 /// Throws InputError for a device that does not do what it is asked for.
 std::shared_ptr<Device> Device::checked(std::unique_ptr<Context> context) {

@@ -34,8 +34,9 @@ class Device {
   /// "gpu": the first card, else the first that runs in software; "gpu:N": number N of list_devices(). One
   /// that is in use is shared. Throws InputError if there is none, or it cannot be used.
   static std::shared_ptr<Device> open(const std::string& choice);
-  /// The context that is current in this thread, a window's, which must outlive it. Throws InputError if that
-  /// is before OpenGL 4.3.
+  /// The context that is current in this thread, a window's, which must outlive it. While it lives it is what
+  /// open("gpu") finds, and open() finds no other: a thread has one context at a time. Throws InputError if
+  /// it is before OpenGL 4.3.
   static std::shared_ptr<Device> adopt_current();
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;

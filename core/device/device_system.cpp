@@ -90,6 +90,7 @@ DeviceSystem<Real>::DeviceSystem(std::shared_ptr<Device> device, System<Real>& s
             "a device steps bodies of springs in cells of one size, and this body is of another kind; give "
             "device = \"cpu\"");
       }()),
+      tethered_(dynamic_cast<const TetheredSystem<Real>*>(&system)),
       impulses_(system.plane_impulses()) {
   check(system);
   const Lattice& lattice = springs_.body().lattice();
@@ -115,7 +116,8 @@ void DeviceSystem<Real>::check(const System<Real>& system) const {
   };
   if (!device_->info().has_double)
     refuse(fmt::format("anything without double precision, which {} lacks", device_->info().name));
-  if (static_cast<const System<Real>*>(&springs_) != &system) refuse("forces that a program adds");
+  const System<Real>& stepped = tethered_ ? tethered_->untied() : system;
+  if (static_cast<const System<Real>*>(&springs_) != &stepped) refuse("forces that a program adds");
   if (springs_.body().ranks().are_several()) refuse("a body that ranks share");
   if (springs_.body().config().relaxation.acts()) refuse("material.relaxation");
   if (const StepEvents<Real>* events = const_cast<System<Real>&>(system).events(); events && events->sleeps())
@@ -145,6 +147,7 @@ void DeviceSystem<Real>::describe_body() {
   if (any([](const SiteElements& e) { return e.volume != 0; })) defines_.emplace_back("CELLS");
   guarded_ = any([](const SiteElements& e) { return e.fold_guard != 0; });
   if (guarded_ || !springs_.loads().empty()) defines_.emplace_back("OUTER");
+  if (tethered_) defines_.emplace_back("TETHERED");
   if (std::any_of(springs_.environment().planes.begin(), springs_.environment().planes.end(),
                   [](const Plane&) { return true; }))
     defines_.emplace_back("PLANES");
@@ -288,6 +291,20 @@ void DeviceSystem<Real>::set_body(ShaderProgram& program) const {
   constexpr const char* gravity[3] = {"gravity_x", "gravity_y", "gravity_z"};
   for (int axis = 0; axis < 3; ++axis)
     program.set(gravity[axis], static_cast<Real>(springs_.environment().gravity[axis]));
+  set_tether(program);
+}
+
+template <class Real>
+void DeviceSystem<Real>::set_tether(ShaderProgram& program) const {
+  if (!tethered_) return;
+  program.set("tether_site", -1);
+  if (!tethered_->tether()) return;
+  const auto& [site, anchor, stiffness, damping] = *tethered_->tether();
+  program.set("tether_site", int(site));
+  program.set("tether_stiffness", static_cast<Real>(stiffness));
+  program.set("tether_damping", static_cast<Real>(damping));
+  constexpr const char* place[3] = {"anchor_x", "anchor_y", "anchor_z"};
+  for (int axis = 0; axis < 3; ++axis) program.set(place[axis], static_cast<Real>(anchor[axis]));
 }
 
 template <class Real>

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/device/device.hpp"
+#include "core/environment/tethered_system.hpp"
 #include "core/springs/spring_system.hpp"
 
 namespace mss {
@@ -23,7 +24,7 @@ class DeviceSystem {
   using Vectors = DeviceMemory;
 
   /// All must outlive it. Throws InputError for what a device does not do: relaxation, sleep, ranks, planes
-  /// of other laws than `impulse` or that touch a surface, wrapped systems.
+  /// of other laws than `impulse` or that touch a surface, wrapped systems other than a TetheredSystem.
   DeviceSystem(std::shared_ptr<Device> device, System<Real>& system);
 
   Device& device() { return *device_; }
@@ -85,6 +86,7 @@ class DeviceSystem {
   std::vector<std::string> force_parts(const std::string& last) const;
   void set_body(ShaderProgram& program) const;
   void set_force(ShaderProgram& program, const Vectors& x, const Vectors& v);
+  void set_tether(ShaderProgram& program) const;
   void set_update(ShaderProgram& program, const KickDrift& update);
   void prepare_outer(double t, const Vectors& x);
   void update_loads(double t);
@@ -92,7 +94,8 @@ class DeviceSystem {
 
   std::shared_ptr<Device> device_;
   const SpringSystem<Real>& springs_;
-  PlaneImpulses* impulses_;  ///< nullptr: no planes
+  const TetheredSystem<Real>* tethered_;  ///< nullptr: nothing can be tied
+  PlaneImpulses* impulses_;               ///< nullptr: no planes
   std::ptrdiff_t stride_ = 0, pad_ = 0;
   std::vector<std::string> defines_;                          ///< words that describe the body
   std::unordered_map<std::string, ShaderProgram*> programs_;  ///< of program(), by what it was given

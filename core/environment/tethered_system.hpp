@@ -36,6 +36,8 @@ class TetheredSystem final : public SystemWrapper<Real> {
   /// Ties, moves or releases. Integrators that keep a history must be reset when that happens, and what
   /// sleeps in the other system woken; nothing falls asleep while a particle is tied.
   void tie(const std::optional<Tether>& tether) { tether_ = tether; }
+  const std::optional<Tether>& tether() const { return tether_; }
+  const System<Real>& untied() const { return this->other(); }
 
   void force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) override;
   void acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) override;

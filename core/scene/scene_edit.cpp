@@ -66,7 +66,8 @@ SceneEdit edit_of(const Scene& scene) {
           .precision = solve.precision,
           .linear_solver = solve.linear_solver,
           .tolerance = solve.tolerance,
-          .threads = solve.threads};
+          .threads = solve.threads,
+          .device = solve.device};
 }
 
 int level_of(const Scene& scene) {
@@ -101,6 +102,7 @@ Scene edited(Scene scene, const SceneEdit& edit) {
   scene.solve.linear_solver = edit.linear_solver;
   scene.solve.tolerance = edit.tolerance;
   scene.solve.threads = edit.threads;
+  scene.solve.device = edit.device;
   if (edit.level != before) check_boxes(scene);
   scene.warnings = scene_warnings(scene);
   return scene;

@@ -25,6 +25,7 @@ struct SceneEdit {
   std::string linear_solver{};
   double tolerance = 1e-6;
   int threads = 0;
+  std::string device = "cpu";
 };
 
 /// The edit that changes nothing.

@@ -153,8 +153,21 @@ void SceneRun<Real>::go_on_from(const State<Real>& state) {
 
 template <class Real>
 void SceneRun<Real>::use(std::unique_ptr<Integrator<Real>> method) {
+  fetch();
+  left_ = nullptr;
   method_ = std::move(method);
   disturb();
+}
+
+template <class Real>
+void SceneRun<Real>::leave_on_device() {
+  if (strikes_.empty()) left_ = dynamic_cast<StateOnDevice<Real>*>(method_.get());
+  if (left_) left_->leave_there();
+}
+
+template <class Real>
+void SceneRun<Real>::fetch() {
+  if (left_) left_->fetch(state_);
 }
 
 template <class Real>

@@ -11,6 +11,7 @@
 #include "core/refinement/refined_body.hpp"
 #include "core/scene/scene.hpp"
 #include "integrators/analysis/error_scale.hpp"
+#include "integrators/device/state_on_device.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {
@@ -104,6 +105,13 @@ class SceneRun {
   /// To be called after anything that acts on the body has changed.
   void disturb();
 
+  /// Lets a method on a device leave the state there between advances; not that of a body that is struck on
+  /// the way. Then state() is what the last fetch() found, but for its time.
+  void leave_on_device();
+  void fetch();
+  /// The body whose state was left there; nullptr: state() has it.
+  DeviceSystem<Real>* on_device() { return left_ ? left_->body() : nullptr; }
+
  private:
   /// Steps to a time as they were counted where the way to it began: counted again on it, half a step may
   /// round to one more.
@@ -129,6 +137,7 @@ class SceneRun {
   IntegratorOptions options_;
   std::unique_ptr<System<Real>> in_local_steps_;  ///< where the scene has them
   std::unique_ptr<Integrator<Real>> method_;
+  StateOnDevice<Real>* left_ = nullptr;  ///< of method_, if the state is left there
   const IntegratorInfo* info_;  ///< of the scene's method
   State<Real> state_;
   ReactionGauge<Real> gauge_;

@@ -34,6 +34,21 @@ class DrawnSurface {
   /// Moves the particles to x [m] and gives those of sites() their values.
   virtual void update(const Field<double>& x, const std::vector<float>& values) = 0;
 
+  /// How particles alone move its vertices, at all times: what update() does, for others to do.
+  struct Motion {
+    struct Share {
+      std::size_t entry;  ///< a place in sites(),
+      double weight;      ///< and what of that particle's position and value the vertex has
+    };
+    std::vector<std::vector<Share>> shares{};  ///< by vertex
+    /// Four vertices each, counter-clockwise; in triangles the last one twice.
+    std::vector<std::array<std::uint32_t, 4>> faces{};
+    std::vector<std::vector<std::uint32_t>>
+        faces_at{};  ///< by vertex: those whose areas add up to its normal
+  };
+  /// Empty: they have more to do with it.
+  virtual std::optional<Motion> motion() const = 0;
+
   /// Particles that move it, as lattice sites, ascending.
   const std::vector<std::ptrdiff_t>& sites() const { return sites_; }
   const std::vector<SurfaceVertex>& vertices() const { return vertices_; }

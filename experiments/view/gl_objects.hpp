@@ -1,7 +1,7 @@
 #pragma once
 
-// GLEW before any other header of OpenGL.
-#include <GL/glew.h>
+// epoxy before any other header of OpenGL.
+#include <epoxy/gl.h>
 
 #include <utility>
 

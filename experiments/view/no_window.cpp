@@ -6,9 +6,8 @@ namespace mss::view {
 
 Status show(const Scene&, const ViewOptions&) {
   throw InputError(
-      "this program was built without a window; install libglfw3-dev, libimgui-dev, libstb-dev, libglew-dev "
-      "and "
-      "libpng-dev, and configure and build it again");
+      "this program was built without a window; install libglfw3-dev, libimgui-dev, libstb-dev, "
+      "libepoxy-dev and libpng-dev, and configure and build it again");
 }
 
 }  // namespace mss::view

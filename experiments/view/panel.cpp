@@ -80,6 +80,7 @@ void draw_state(const Session& session, const Display& display) {
   if (display.frame_seconds > 0)
     text(fmt::format("frame {:.1f} ms, of it {:.1f} ms for {:.3g} steps", 1e3 * display.frame_seconds,
                      1e3 * display.step_seconds, display.steps_per_frame));
+  if (session.settings().device != "cpu") wrap(fmt::format("on {}", display.device));
   wrap(fmt::format("largest stretch {:.3g}, smallest Jacobian {:.3g}", m.max_stretch, m.min_jacobian));
   if (session.status() != Status::ok)
     text_in_red(fmt::format(
@@ -112,7 +113,7 @@ Panel::Requests Panel::draw(const Session& session, Display& display, const Layo
     draw_state(session, display);
     draw_buttons(session, display, requests);
     SceneEdit settings = session.settings();
-    const bool material = draw_material(session, settings), method = draw_method(session, settings);
+    const bool material = draw_material(session, settings), method = draw_method(session, display, settings);
     if (material || method) requests.settings = settings;
     draw_display(display, requests);
   }
@@ -193,7 +194,7 @@ bool Panel::draw_springs(const Session& session, SceneEdit& settings) {
   return true;
 }
 
-bool Panel::draw_method(const Session& session, SceneEdit& settings) {
+bool Panel::draw_method(const Session& session, const Display& display, SceneEdit& settings) {
   heading("Method");
   std::vector<std::string> names;
   std::size_t chosen = 0;
@@ -206,6 +207,7 @@ bool Panel::draw_method(const Session& session, SceneEdit& settings) {
     choose(integrators()[chosen], session.dt(), settings);
     changed = true;
   }
+  changed |= draw_device(display, settings);
   if (find_integrator(settings.integrator).stepping != Stepping::fixed) return changed;
   bool safe = !settings.dt;
   if (toggle("safe step", safe)) {
@@ -218,6 +220,15 @@ bool Panel::draw_method(const Session& session, SceneEdit& settings) {
     settings.dt = dt;
     changed = true;
   }
+  return changed;
+}
+
+/// Whether the device that draws takes the steps too.
+bool Panel::draw_device(const Display& display, SceneEdit& settings) {
+  bool there = settings.device != "cpu";
+  const bool changed = toggle("on the graphics card", there);
+  if (ImGui::IsItemHovered() && !display.device.empty()) ImGui::SetTooltip("%s", display.device.c_str());
+  if (changed) settings.device = there ? "gpu" : "cpu";
   return changed;
 }
 

@@ -23,6 +23,7 @@ struct Display {
   bool has_mesh = false;       ///< the body was given as one,
   bool shows_mesh = false;     ///< and that is drawn, not the faces of cells
   double ground_spacing = 1;   ///< [m]
+  std::string device;          ///< that draws, and can take steps; empty: it cannot
   std::string message;         ///< why the last request was refused; empty if it was not
   double frame_seconds = 0;    ///< from one frame to the next
   double step_seconds = 0;     ///< of that, simulating
@@ -59,7 +60,8 @@ class Panel {
   bool draw_material(const Session& session, SceneEdit& settings);  ///< true if something was changed
   bool draw_damping(Damping& damping);
   bool draw_springs(const Session& session, SceneEdit& settings);
-  bool draw_method(const Session& session, SceneEdit& settings);
+  bool draw_method(const Session& session, const Display& display, SceneEdit& settings);
+  bool draw_device(const Display& display, SceneEdit& settings);
   void draw_display(Display& display, Requests& requests);
 
   bool slider(const char* name, double& value, double least, double most, bool by_powers);

@@ -124,11 +124,6 @@ Renderer::Renderer()
       mark_array_(make_vertex_array()) {
   make_colour_texture(colours_);
   glBindVertexArray(surface_array_.name());
-  glBindBuffer(GL_ARRAY_BUFFER, vertices_.name());
-  attribute(0, 3, sizeof(SurfaceVertex), offsetof(SurfaceVertex, position));
-  attribute(1, 3, sizeof(SurfaceVertex), offsetof(SurfaceVertex, normal));
-  attribute(2, 1, sizeof(SurfaceVertex), offsetof(SurfaceVertex, value));
-  attribute(3, 2, sizeof(SurfaceVertex), offsetof(SurfaceVertex, cells));
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, triangles_.name());
   glBindVertexArray(mark_array_.name());
   glBindBuffer(GL_ARRAY_BUFFER, marks_.name());
@@ -155,19 +150,28 @@ void Renderer::draw(const Picture& picture, const Camera& camera, const Viewport
   glEnable(GL_PROGRAM_POINT_SIZE);
   const Eigen::Matrix4f to_eye = camera.view_matrix().cast<float>();
   const Eigen::Matrix4f projection = camera.projection(view).cast<float>();
-  upload(picture.mesh);
+  upload(picture);
   if (picture.surface) draw_surface(picture, to_eye, projection);
   draw_marks(picture, (camera.projection(view) * camera.view_matrix()).cast<float>());
   glBindVertexArray(0);
   glDisable(GL_DEPTH_TEST);
 }
 
-void Renderer::upload(const DrawnSurface& mesh) {
-  fill(GL_ARRAY_BUFFER, vertices_, mesh.vertices(), GL_STREAM_DRAW);
-  if (uploaded_ == &mesh) return;
-  uploaded_ = &mesh;
+void Renderer::upload(const Picture& picture) {
   glBindVertexArray(surface_array_.name());
-  fill(GL_ELEMENT_ARRAY_BUFFER, triangles_, mesh.triangles(), GL_STATIC_DRAW);
+  if (picture.vertices == 0) {
+    fill(GL_ARRAY_BUFFER, vertices_, picture.mesh.vertices(), GL_STREAM_DRAW);
+  } else {
+    glMemoryBarrier(GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT);  // shaders have written them
+    glBindBuffer(GL_ARRAY_BUFFER, picture.vertices);
+  }
+  attribute(0, 3, sizeof(SurfaceVertex), offsetof(SurfaceVertex, position));
+  attribute(1, 3, sizeof(SurfaceVertex), offsetof(SurfaceVertex, normal));
+  attribute(2, 1, sizeof(SurfaceVertex), offsetof(SurfaceVertex, value));
+  attribute(3, 2, sizeof(SurfaceVertex), offsetof(SurfaceVertex, cells));
+  if (uploaded_ == &picture.mesh) return;
+  uploaded_ = &picture.mesh;
+  fill(GL_ELEMENT_ARRAY_BUFFER, triangles_, picture.mesh.triangles(), GL_STATIC_DRAW);
 }
 
 void Renderer::draw_surface(const Picture& picture, const Eigen::Matrix4f& view,

@@ -11,7 +11,8 @@ namespace mss::view {
 /// What is to be drawn.
 struct Picture {
   const DrawnSurface& mesh;
-  ValueRange range{};  ///< of the mesh's values
+  unsigned vertices = 0;  ///< of the mesh, in a buffer of the context; 0: those that the mesh has
+  ValueRange range{};     ///< of the mesh's values
   bool surface = true;
   bool edges = true;  ///< of cells, on their faces
   Marks lines{};      ///< two marks each
@@ -28,7 +29,7 @@ class Renderer {
   void draw(const Picture& picture, const Camera& camera, const Viewport& view, int width, int height);
 
  private:
-  void upload(const DrawnSurface& mesh);
+  void upload(const Picture& picture);
   void draw_surface(const Picture& picture, const Eigen::Matrix4f& view, const Eigen::Matrix4f& projection);
   void draw_marks(const Picture& picture, const Eigen::Matrix4f& transform);
 

@@ -26,14 +26,15 @@ class Simulation {
   virtual ~Simulation() = default;
 
   virtual Status advance(double t_end, Work& work) = 0;
-  virtual std::optional<Measures> measure() const = 0;
+  virtual std::optional<Measures> measure() = 0;
+  virtual Session::BodyOnDevice on_device() = 0;
   virtual double time() const = 0;
   virtual const std::vector<Level>& levels() const = 0;
   virtual std::ptrdiff_t size() const = 0;
   virtual std::size_t particle_count() const = 0;
   virtual bool moves_by_itself(std::ptrdiff_t site) const = 0;
   virtual double dt() const = 0;
-  virtual void read(Field<double>& x, Field<double>& v) const = 0;
+  virtual void read(Field<double>& x, Field<double>& v) = 0;
   virtual void write(double t, const Field<double>& x, const Field<double>& v) = 0;
   virtual Tether stable_tether(std::ptrdiff_t site) const = 0;
   virtual void tie(const std::optional<Tether>& tether) = 0;
@@ -44,17 +45,27 @@ namespace {
 template <class Real>
 class SimulationIn final : public Simulation {
  public:
-  SimulationIn(const Scene& scene, const Body& body) : run_(scene, body), tethered_(run_.driven()) {}
+  SimulationIn(const Scene& scene, const Body& body) : run_(scene, body), tethered_(run_.driven()) {
+    run_.leave_on_device();
+  }
 
   Status advance(double t_end, Work& work) override { return run_.advance(tethered_, t_end, work); }
-  std::optional<Measures> measure() const override { return run_.measure(); }
+  std::optional<Measures> measure() override {
+    run_.fetch();
+    return run_.measure();
+  }
+  Session::BodyOnDevice on_device() override {
+    if (DeviceSystem<Real>* body = run_.on_device()) return body;
+    return {};
+  }
   double time() const override { return run_.state().t; }
   const std::vector<Level>& levels() const override { return run_.system().levels(); }
   std::ptrdiff_t size() const override { return run_.system().size(); }
   std::size_t particle_count() const override { return run_.system().particles().size(); }
   bool moves_by_itself(std::ptrdiff_t site) const override { return run_.system().mass(site) > 0; }
   double dt() const override { return run_.dt(); }
-  void read(Field<double>& x, Field<double>& v) const override {
+  void read(Field<double>& x, Field<double>& v) override {
+    run_.fetch();
     for (const auto& [body, first] : levels())
       for (const std::ptrdiff_t site : body.sites()) {
         x.set(first + site, run_.state().x.at(first + site));
@@ -75,6 +86,7 @@ class SimulationIn final : public Simulation {
     return mss::stable_tether(run_.system().mass(site), run_.bound(), site);
   }
   void tie(const std::optional<Tether>& tether) override {
+    run_.fetch();
     tethered_.tie(tether);
     run_.disturb();
   }
@@ -124,17 +136,36 @@ void Session::restart() {
   start_ = history_.front();
 }
 
-/// Copies the state of the simulation.
+/// Copies the state of the simulation, unless a device has it.
 void Session::read_state() {
   t_ = simulation_->time();
+  is_behind_ = simulation_->on_device().index() > 0;
+  if (is_behind_) return;
   simulation_->read(x_, v_);
+  fetched_at_ = t_;
+}
+
+/// The state of the simulation from a device.
+void Session::fetch() const {
+  if (!is_behind_) return;
+  simulation_->read(x_, v_);
+  fetched_at_ = t_;
+  is_behind_ = false;
+  ++fetches_;
+}
+
+Session::BodyOnDevice Session::body_on_device() const {
+  if (status_ != Status::ok) return {};
+  return simulation_->on_device();
 }
 
 void Session::advance(double seconds) {
   if (status_ != Status::ok) return;
   target_ += seconds;
   status_ = simulation_->advance(target_, work_);
-  if (status_ == Status::ok) read_state();
+  if (status_ == Status::ok) return read_state();
+  is_behind_ = false;
+  t_ = fetched_at_;
 }
 
 double Session::advance_within(double seconds, double budget) {
@@ -163,7 +194,7 @@ void Session::change(const SceneEdit& settings) {
   check_solve(scene);
   auto body = std::make_unique<Body>(scene.body);
   auto simulation = simulation_of(scene, *body);
-  simulation->write(t_, x_, v_);
+  simulation->write(t_, positions(), velocities());
   if (tether_) {  // a pull as strong as the new material allows
     const Vec3 anchor = tether_->anchor;
     tether_ = simulation->stable_tether(tether_->site);
@@ -182,7 +213,7 @@ bool Session::grab(std::ptrdiff_t site) {
   if (reduction_named(scene_.model) || !simulation_->moves_by_itself(site)) return false;
   if (held.holds(site, 0) && held.holds(site, 1) && held.holds(site, 2)) return false;
   tether_ = simulation_->stable_tether(site);
-  pull(x_.at(site));
+  pull(positions().at(site));
   return true;
 }
 
@@ -198,11 +229,12 @@ void Session::release() {
 
 std::optional<Session::Pull> Session::pulled() const {
   if (!tether_) return std::nullopt;
-  return Pull{x_.at(tether_->site), tether_->anchor};
+  return Pull{positions().at(tether_->site), tether_->anchor};
 }
 
 void Session::record() {
   if (status_ != Status::ok) return;
+  fetch();
   const std::optional<Measures> measures = simulation_->measure();
   if (!measures) status_ = Status::non_finite;
   if (status_ != Status::ok && !history_.empty()) return;

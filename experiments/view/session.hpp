@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 
 #include "core/environment/tethered_system.hpp"
 #include "core/measures/measures.hpp"
@@ -11,6 +12,11 @@
 #include "core/scene/scene_edit.hpp"
 #include "core/springs/body_system.hpp"
 #include "integrators/integrator.hpp"
+
+namespace mss {
+template <class Real>
+class DeviceSystem;
+}
 
 namespace mss::view {
 
@@ -41,8 +47,21 @@ class Session {
   Status status() const { return status_; }
 
   /// Positions [m] and velocities [m/s] of all particles.
-  const Field<double>& positions() const { return x_; }
-  const Field<double>& velocities() const { return v_; }
+  const Field<double>& positions() const {
+    fetch();
+    return x_;
+  }
+  const Field<double>& velocities() const {
+    fetch();
+    return v_;
+  }
+
+  /// The body, if a device has its state; it is then fetched for positions() and velocities(), for
+  /// record() and where a particle is tied only, and after a failure they are the last that were fetched.
+  using BodyOnDevice = std::variant<std::monostate, DeviceSystem<float>*, DeviceSystem<double>*>;
+  BodyOnDevice body_on_device() const;
+  /// How often that was so.
+  long fetches() const { return fetches_; }
 
   /// Simulates this many seconds, in whole steps of methods that have them; the remainder is carried over to
   /// the next call. Does nothing after a failure.
@@ -83,6 +102,7 @@ class Session {
 
  private:
   void read_state();
+  void fetch() const;
   void forget_target() { target_ = t_; }
 
   Scene scene_;
@@ -91,7 +111,10 @@ class Session {
   std::unique_ptr<Simulation> simulation_;
   double t_ = 0;
   double target_ = 0;  ///< time that was requested, which whole steps need not reach [s]
-  Field<double> x_, v_;
+  mutable Field<double> x_, v_;
+  mutable double fetched_at_ = 0;   ///< time of these, behind t_ if `is_behind_` [s]
+  mutable bool is_behind_ = false;  ///< a device has later ones
+  mutable long fetches_ = 0;
   Status status_ = Status::ok;
   Work work_;
   std::optional<Tether> tether_;

@@ -189,6 +189,23 @@ void SurfaceMesh::update(const Field<double>& x, const std::vector<float>& value
   normalise();
 }
 
+std::optional<DrawnSurface::Motion> SurfaceMesh::motion() const {
+  if (section_) return std::nullopt;
+  Motion motion;
+  motion.shares.resize(vertices_.size());
+  motion.faces_at.resize(vertices_.size());
+  for (std::size_t v = 0; v < corner_entry_.size(); ++v) motion.shares[v] = {{corner_entry_[v], 1}};
+  for (std::size_t f = 0; f < faces_.size(); ++f) {
+    motion.faces.push_back(faces_[f]);
+    motion.faces_at[centre(f)] = {std::uint32_t(f)};
+    for (const std::uint32_t corner : faces_[f]) {
+      motion.shares[centre(f)].push_back({corner_entry_[corner], 0.25});
+      motion.faces_at[corner].push_back(std::uint32_t(f));
+    }
+  }
+  return motion;
+}
+
 std::ptrdiff_t SurfaceMesh::site_at(std::size_t triangle, const Vec3& point) const {
   const std::uint32_t first = triangles_[triangle], second = triangles_[triangle + 1];
   return corner_site_[distance(second, point) < distance(first, point) ? second : first];

@@ -36,6 +36,8 @@ class SurfaceMesh final : public DrawnSurface {
   explicit SurfaceMesh(const Body& body) : SurfaceMesh(std::vector<Level>{{body}}) {}
 
   void update(const Field<double>& x, const std::vector<float>& values) override;
+  /// Of solids.
+  std::optional<Motion> motion() const override;
 
  private:
   using Face = std::array<std::uint32_t, 4>;  ///< vertices, counter-clockwise as seen from outside

@@ -62,6 +62,21 @@ void TrueSurface::update(const Field<double>& x, const std::vector<float>& value
   normalise();
 }
 
+std::optional<DrawnSurface::Motion> TrueSurface::motion() const {
+  Motion motion;
+  motion.shares.resize(vertices_.size());
+  motion.faces_at.resize(vertices_.size());
+  for (std::size_t v = 0; v < vertices_.size(); ++v)
+    for (std::size_t c = 0; c < 8; ++c)
+      motion.shares[v].push_back({entry_[8 * point_of_[v] + c], surface_.weights(point_of_[v])[c]});
+  for (std::size_t i = 0; i < triangles_.size(); i += 3) {
+    for (std::size_t corner = i; corner < i + 3; ++corner)
+      motion.faces_at[triangles_[corner]].push_back(std::uint32_t(motion.faces.size()));
+    motion.faces.push_back({triangles_[i], triangles_[i + 1], triangles_[i + 2], triangles_[i + 2]});
+  }
+  return motion;
+}
+
 std::ptrdiff_t TrueSurface::site_at(std::size_t triangle, const Vec3& point) const {
   const auto first = triangles_.begin() + std::ptrdiff_t(triangle);
   const std::uint32_t nearest = *std::min_element(first, first + 3, [&](std::uint32_t a, std::uint32_t b) {

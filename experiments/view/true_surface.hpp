@@ -14,6 +14,7 @@ class TrueSurface final : public DrawnSurface {
   TrueSurface(const TriangleMesh& mesh, const Body& body);
 
   void update(const Field<double>& x, const std::vector<float>& values) override;
+  std::optional<Motion> motion() const override;
 
  private:
   /// Of the corner nearest to the point, the particle with the largest weight.

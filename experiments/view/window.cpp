@@ -1,9 +1,9 @@
 // The window of `mss view`: GLFW's events become what the session, the camera and the display do.
 #include "experiments/view/window.hpp"
 
-// GLEW before any other header of OpenGL.
-#include <GL/glew.h>
+#define GLFW_INCLUDE_NONE  // epoxy has OpenGL
 #include <GLFW/glfw3.h>
+#include <epoxy/gl.h>
 #include <fmt/format.h>
 #include <imgui.h>
 #include <imgui_impl_glfw.h>
@@ -13,9 +13,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <map>
+#include <memory>
 #include <utility>
 
 #include "core/base/error.hpp"
+#include "core/device/device.hpp"
 #include "experiments/harness/progress.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
@@ -23,6 +26,7 @@
 #include "experiments/view/panel.hpp"
 #include "experiments/view/renderer.hpp"
 #include "experiments/view/surface_mesh.hpp"
+#include "experiments/view/surface_on_device.hpp"
 #include "experiments/view/true_surface.hpp"
 
 namespace mss::view {
@@ -36,7 +40,8 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// A window with a current context of OpenGL 3.3. Throws InputError if there is none to be had.
+/// A window with a current context of OpenGL 4.3, whose shaders can step bodies, or else 3.3. Throws
+/// InputError if there is none to be had.
 class Window {
  public:
   Window(const ViewOptions& options, const std::string& title) {
@@ -49,10 +54,6 @@ class Window {
       open(options, title, 0);
     }
     glfwSwapInterval(1);
-    glewExperimental = GL_TRUE;
-    const GLenum loaded = glewInit();
-    if (loaded != GLEW_OK && loaded != GLEW_ERROR_NO_GLX_DISPLAY)  // the latter: on Wayland, and harmless
-      throw std::runtime_error("OpenGL cannot be loaded");
     glfwSetWindowUserPointer(window_, this);
     glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
       auto& keys = static_cast<Window*>(glfwGetWindowUserPointer(window))->keys_;
@@ -76,13 +77,16 @@ class Window {
 
  private:
   void open(const ViewOptions& options, const std::string& title, int samples) {
-    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
-    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
     glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
     glfwWindowHint(GLFW_SAMPLES, samples);
     glfwWindowHint(GLFW_VISIBLE, options.shot.empty() ? GLFW_TRUE : GLFW_FALSE);
-    window_ = glfwCreateWindow(options.width, options.height, title.c_str(), nullptr, nullptr);
+    for (const int major : {4, 3}) {
+      glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, major);
+      glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+      window_ = glfwCreateWindow(options.width, options.height, title.c_str(), nullptr, nullptr);
+      if (window_ != nullptr) break;
+    }
     if (window_ == nullptr) fail();
     glfwMakeContextCurrent(window_);
   }
@@ -100,6 +104,32 @@ class Window {
 
   GLFWwindow* window_ = nullptr;
   std::vector<Key> keys_;
+};
+
+/// What draws a window, as a device that takes steps.
+class WindowDevice {
+ public:
+  /// Throws InputError if a scene needs it and it cannot; needs a current context.
+  explicit WindowDevice(const Scene& scene) {
+    try {
+      device_ = Device::adopt_current();
+    } catch (const InputError& error) {
+      if (scene.solve.device != "cpu") throw;
+      fault_ = error.what();
+    }
+  }
+
+  /// Empty: it cannot.
+  std::string name() const { return device_ ? device_->info().name : ""; }
+  const std::shared_ptr<Device>& get() const { return device_; }
+  /// Throws InputError if a setting needs it and it cannot.
+  void check(const SceneEdit& settings) const {
+    if (settings.device != "cpu" && !device_) throw InputError(fault_);
+  }
+
+ private:
+  std::shared_ptr<Device> device_;
+  std::string fault_;
 };
 
 /// Dear ImGui in a window, in the style of this program.
@@ -148,8 +178,9 @@ class Viewer {
  public:
   Viewer(const Scene& scene, const ViewOptions& options)
       : options_(options),
-        session_(scene),
         window_(options, "mss view: " + scene.name),
+        device_(scene),
+        session_(scene),
         gui_(window_),
         panel_(scene),
         cells_(session_.levels()),
@@ -158,6 +189,7 @@ class Viewer {
     if (scene.mesh) true_surface_.emplace(scene.mesh->surface(), session_.body());
     display_.has_mesh = display_.shows_mesh = scene.mesh.has_value();
     display_.ground_spacing = grids_.front().spacing;
+    display_.device = device_.name();
     see_all();
     fit_colours();
   }
@@ -179,6 +211,9 @@ class Viewer {
   void see_all();
   void fit_colours();
   void colour();
+  bool move_on_device();
+  void move_on_processor();
+  SurfaceOnDevice* surface_on_device();
   Layout arrangement() const;
   void draw(const Layout& places, int width, int height);
   void draw_on(const Canvas& canvas);
@@ -190,12 +225,15 @@ class Viewer {
   }
 
   ViewOptions options_;
-  Session session_;
   Window window_;
+  WindowDevice device_;
+  Session session_;
   Gui gui_;
   Panel panel_;
   SurfaceMesh cells_;
-  std::optional<TrueSurface> true_surface_;  ///< of a body given as a mesh
+  std::optional<TrueSurface> true_surface_;                                    ///< of a body given as a mesh
+  std::map<const DrawnSurface*, std::unique_ptr<SurfaceOnDevice>> on_device_;  ///< nullptr: not to be had
+  unsigned vertices_ = 0;  ///< of the surface, if they were moved on the device, see Picture
   std::vector<GridPlane> grids_;
   Renderer renderer_;
   Camera camera_;
@@ -226,6 +264,8 @@ void Viewer::log(const std::string& event) const {
                   {"dt", session_.dt()},
                   {"integrator", session_.settings().integrator},
                   {"edge", session_.scene().body.springs.edge},
+                  {"device", session_.settings().device},
+                  {"fetches", session_.fetches()},
                   {"kinetic", session_.measures().kinetic},
                   {"yaw", camera_.yaw()},
                   {"distance", camera_.distance()},
@@ -302,6 +342,7 @@ void Viewer::apply(const Panel::Requests& requests) {
   if (!requests.commands.empty() || requests.settings) display_.message.clear();
   try {
     if (requests.settings) {
+      device_.check(*requests.settings);
       session_.change(*requests.settings);
       log("change");
     }
@@ -348,6 +389,8 @@ void Viewer::do_mouse(const Viewport& view) {
 }
 
 void Viewer::start_dragging(const Ray& ray) {
+  if (vertices_ != 0)
+    surface().update(session_.positions(), std::vector<float>(surface().sites().size(), 0.0F));
   const auto hit = surface().hit(ray);
   if (!hit || session_.status() != Status::ok || !session_.grab(hit->site)) return;
   grabbed_depth_ = (session_.positions().at(hit->site) - camera_.eye()).dot(camera_.forward());
@@ -390,18 +433,47 @@ void Viewer::simulate_frame() {
 
 /// The colour bar covers all values since it was fitted last.
 void Viewer::colour() {
+  vertices_ = 0;
+  if (!move_on_device()) move_on_processor();
+  display_.range = round_range(shown_low_, shown_high_, 0);
+}
+
+/// Where the body is, if what is drawn of it can be found there.
+SurfaceOnDevice* Viewer::surface_on_device() {
+  const auto [place, is_new] = on_device_.try_emplace(&surface());
+  if (is_new)
+    if (const auto motion = surface().motion())
+      place->second = std::make_unique<SurfaceOnDevice>(surface(), *motion, device_.get());
+  return place->second.get();
+}
+
+bool Viewer::move_on_device() {
+  const Session::BodyOnDevice body = session_.body_on_device();
+  if (body.index() == 0 || !SurfaceOnDevice::knows(display_.quantity)) return false;
+  SurfaceOnDevice* there = surface_on_device();
+  if (there == nullptr) return false;
+  const auto update = [&](auto* system) {
+    shown_high_ = std::max(shown_high_, there->update(*system, display_.quantity));
+  };
+  if (const auto* single = std::get_if<DeviceSystem<float>*>(&body)) update(*single);
+  if (const auto* dbl = std::get_if<DeviceSystem<double>*>(&body)) update(*dbl);
+  vertices_ = there->vertices();
+  return true;
+}
+
+void Viewer::move_on_processor() {
   const auto values = values_at(surface().sites(), display_.quantity, session_.levels(), session_.positions(),
                                 session_.velocities());
   for (const float value : values) {
     shown_low_ = std::min(shown_low_, double(value));
     shown_high_ = std::max(shown_high_, double(value));
   }
-  display_.range = round_range(shown_low_, shown_high_, 0);
   surface().update(session_.positions(), values);
 }
 
 void Viewer::draw(const Layout& places, int width, int height) {
   Picture picture{.mesh = surface(),
+                  .vertices = vertices_,
                   .range = display_.range,
                   .surface = display_.surface,
                   .edges = display_.edges && !display_.shows_mesh};

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/device/device_system.hpp"
+#include "integrators/device/state_on_device.hpp"
 #include "integrators/fixed_step.hpp"
 
 namespace mss {
@@ -32,9 +33,9 @@ class StepsOnDevice {
 };
 
 /// A method of fixed step on a device: an advance carries the state there, takes its steps, and carries it
-/// back.
+/// back, or leaves it there.
 template <class Real>
-class DeviceIntegrator final : public Integrator<Real> {
+class DeviceIntegrator final : public Integrator<Real>, public StateOnDevice<Real> {
  public:
   /// Throws InputError for bodies that the method does not step.
   using CheckBody = std::function<void(const BodyConfig&)>;
@@ -49,27 +50,45 @@ class DeviceIntegrator final : public Integrator<Real> {
 
   std::string device() const override { return device_->info().name; }
   double transfer_seconds() const override { return transfer_seconds_; }
-  void reset() override { steps_->reset(); }
+  void reset() override {
+    steps_->reset();
+    is_there_ = false;
+  }
   void remember(System<Real>& system, Record& record) override {
     const DeviceUse use(*device_);
     steps_->remember(on_device(system), record);
   }
+  void leave_there() override { stays_ = true; }
+  void fetch(State<Real>& state) override {
+    if (!is_there_ || is_here_) return;
+    const DeviceUse use(*device_);
+    is_here_ = is_there_ = give_back(state);
+  }
+  DeviceSystem<Real>* body() override { return is_there_ ? &*body_ : nullptr; }
 
  private:
   Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     const DeviceUse use(*device_);
     DeviceSystem<Real>& body = on_device(system);
-    transfer([&] { body.load(state); });
+    if (!is_there_) transfer([&] { body.load(state); });
+    is_there_ = is_here_ = false;
     double t = state.t;
     const Status status = take_steps(body, t, t_end, work);
     // What a lost device returns means nothing: the state stays that of the last advance.
     if (status == Status::device_lost) return status;
-    State<Real> found = state;
-    transfer([&] { body.store(found); });
-    if (device_->is_lost()) return Status::device_lost;
-    found.t = t;
-    std::swap(state, found);
+    is_there_ = stays_;
+    if (!stays_ && !give_back(state)) return Status::device_lost;
+    state.t = t;
     return status;
+  }
+
+  /// But for its time; false, and nothing, if the device is lost.
+  bool give_back(State<Real>& state) {
+    State<Real> found = state;
+    transfer([&] { body_->store(found); });
+    if (device_->is_lost()) return false;
+    std::swap(state, found);
+    return true;
   }
 
   Status take_steps(DeviceSystem<Real>& body, double& t, double t_end, Work& work) {
@@ -95,7 +114,7 @@ class DeviceIntegrator final : public Integrator<Real> {
       system_ = nullptr;
       body_.emplace(device_, system);
       if (check_) check_(body_->springs().body().config());
-      steps_->reset();
+      reset();
       steps_->begin(*body_);
       system_ = &system;
     }
@@ -115,6 +134,9 @@ class DeviceIntegrator final : public Integrator<Real> {
   CheckBody check_;
   double dt_;
   double transfer_seconds_ = 0;
+  bool stays_ = false;              ///< the state, on the device between advances
+  bool is_there_ = false;           ///< the state that the next advance begins with,
+  bool is_here_ = false;            ///< and was fetched
   System<Real>* system_ = nullptr;  ///< that body_ is of
   std::optional<DeviceSystem<Real>> body_;
 };

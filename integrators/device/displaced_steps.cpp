@@ -140,9 +140,9 @@ ShaderProgram& DisplacedSteps<Real>::displacement(DeviceSystem<Real>& system, do
   if (holds_move_) words.emplace_back("HOLDS_MOVE");
   const Vectors* loads = system.loads_at(t);
   ShaderProgram& program = system.program(words, {"displace"});
-  program.set("step_size", static_cast<Real>(dt_)).bind(0, system.v()).bind(3, u_);
+  program.set("step_size", static_cast<Real>(dt_)).bind(0, system.v()).bind(2, system.x()).bind(3, u_);
   if (loads) program.bind(1, *loads);
-  if (holds_move_) program.bind(2, system.x()).bind(4, end_x_);
+  if (holds_move_) program.bind(4, end_x_);
   return program;
 }
 

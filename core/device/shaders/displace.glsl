@@ -7,8 +7,8 @@ FIELD(3, Displacements, u)
 #ifdef OUTER
 CONST_FIELD(1, Loads, load)
 #endif
-#ifdef HOLDS_MOVE
 CONST_FIELD(2, Positions, x)
+#ifdef HOLDS_MOVE
 CONST_FIELD(4, PositionsAtEnd, x_end)
 #endif
 #ifdef GUESS
@@ -47,6 +47,9 @@ void main() {
   rvec3 free = free_axes(row), gravity = rvec3(gravity_x, gravity_y, gravity_z), a = free * gravity;
 #ifdef OUTER
   a += inverse_mass(row) * AT(load, i);
+#endif
+#ifdef TETHERED
+  if (i == tether_site) a += inverse_mass(row) * tether_force(AT(x, i), AT(v, i));
 #endif
   rvec3 drift = dt * AT(v, i), end = drift + (dt * dt) * a;
 #ifdef GUESS

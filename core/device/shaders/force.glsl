@@ -75,5 +75,8 @@ rvec3 acceleration_of(int i, int row) {
 #ifdef OUTER
   force += AT(outer, i);
 #endif
+#ifdef TETHERED
+  if (i == tether_site) force += tether_force(AT(x, i), AT(v, i));
+#endif
   return inverse_mass(row) * force + free_axes(row) * rvec3(gravity_x, gravity_y, gravity_z);
 }

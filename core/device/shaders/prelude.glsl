@@ -55,3 +55,13 @@ rvec3 inverse_mass(int row) {
 /// 1 along free axes, 0 along held ones.
 rvec3 free_axes(int row) { return sign(inverse_mass(row)); }
 real mass(int row) { return coefficients[row + MASSES + 3]; }
+
+#ifdef TETHERED
+uniform int tether_site;  // -1: nothing is tied
+uniform real tether_stiffness, tether_damping, anchor_x, anchor_y, anchor_z;
+
+/// See Tether in core/environment/tethered_system.hpp.
+rvec3 tether_force(rvec3 at, rvec3 velocity) {
+  return tether_stiffness * (rvec3(anchor_x, anchor_y, anchor_z) - at) - tether_damping * velocity;
+}
+#endif

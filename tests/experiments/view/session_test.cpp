@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "core/base/error.hpp"
+#include "core/device/device.hpp"
 #include "experiments/simulation/scene_files.hpp"
 #include "experiments/simulation/simulation.hpp"
 
@@ -230,6 +231,131 @@ TEST(Session, RemembersMeasuresFromItsStart) {
   EXPECT_NEAR(session.measures().total(), session.start().total(), 1e-3 * session.start().total());
   session.restart();
   EXPECT_EQ(session.history().size(), 1U);
+}
+
+/// Sessions whose steps a device takes; skipped where there is none.
+class SessionOnDevice : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    try {
+      Device::open("gpu");
+    } catch (const InputError& error) {
+      GTEST_SKIP() << error.what();
+    }
+  }
+
+  static Scene on(const std::string& device, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> settings{"solve.device='" + device + "'", "start.velocity=[0,0,0]",
+                                      "start.angular_velocity=[0,0,1]"};
+    settings.insert(settings.end(), more.begin(), more.end());
+    return scene("free_cube", settings);
+  }
+};
+
+TEST_F(SessionOnDevice, LeavesTheStateThereUntilSomeoneAsks) {
+  for (const char* precision : {"solve.precision='double'", "solve.precision='single'"}) {
+    const double rounding = precision[17] == 'd' ? 1e-10 : 1e-5;
+    Session here(on("cpu", {precision})), there(on("gpu", {precision}));
+    const long before = there.fetches();
+    for (int frame = 0; frame < 6; ++frame) {
+      here.advance(1.0 / 60);
+      there.advance(1.0 / 60);
+    }
+    EXPECT_GT(there.body_on_device().index(), 0U);
+    EXPECT_EQ(here.body_on_device().index(), 0U);
+    EXPECT_EQ(there.time(), here.time());
+    EXPECT_EQ(there.steps(), here.steps());
+    EXPECT_EQ(there.fetches(), before);
+    EXPECT_LT(largest_difference(here.positions(), there.positions()), rounding);
+    EXPECT_LT(largest_difference(here.velocities(), there.velocities()), 1e2 * rounding);
+    EXPECT_EQ(there.fetches(), before + 1);
+    here.record();
+    there.record();
+    EXPECT_NEAR(there.measures().total() / here.measures().total(), 1, rounding);
+    EXPECT_EQ(there.fetches(), before + 1);  // nothing has moved since
+    there.advance(1.0 / 60);
+    there.record();
+    EXPECT_EQ(there.fetches(), before + 2);
+  }
+}
+
+TEST_F(SessionOnDevice, IsPulledAndChangedAsOnTheProcessor) {
+  for (const char* method : {"semi_implicit_euler", "verlet", "rk4", "xpbd", "vbd"}) {
+    const std::string integrator = std::string("solve.integrator=") + method;
+    Session here(on("cpu", {integrator})), there(on("gpu", {integrator}));
+    for (Session* session : {&here, &there}) {
+      session->advance(0.02);
+      const std::ptrdiff_t corner = session->body().sites().back();
+      ASSERT_TRUE(session->grab(corner));
+      session->pull(session->positions().at(corner) + Vec3(0.3, 0, 0.1));
+      session->advance(0.02);
+      session->pull(session->positions().at(corner) + Vec3(0, 0.2, 0));
+      session->advance(0.02);
+      SceneEdit settings = session->settings();
+      settings.damping = {.law = Damping::Law::ratio, .zeta = 0.1};
+      session->change(settings);
+      session->advance(0.02);
+      session->release();
+      session->advance(0.02);
+    }
+    EXPECT_LT(largest_difference(here.positions(), there.positions()), 1e-10) << method;
+    Session alone(on("gpu", {integrator}));
+    alone.advance(0.1);
+    EXPECT_GT(largest_difference(there.positions(), alone.positions()), 1e-3) << method;
+    SceneEdit settings = there.settings();
+    settings.device = "cpu";
+    there.change(settings);
+    EXPECT_EQ(there.body_on_device().index(), 0U);
+    EXPECT_LT(largest_difference(here.positions(), there.positions()), 1e-10) << method;
+  }
+}
+
+TEST_F(SessionOnDevice, ShowsWhatWasFetchedLastAfterAFailure) {
+  Session session(on("gpu", {"solve.dt=0.02"}));  // many times what is stable
+  for (int frame = 0; frame < 600 && session.status() == Status::ok; ++frame) {
+    session.advance(1.0 / 60);
+    if (frame == 1) session.record();
+  }
+  EXPECT_EQ(session.status(), Status::non_finite);
+  EXPECT_EQ(session.body_on_device().index(), 0U);
+  EXPECT_TRUE(session.positions().array().isFinite().all());
+  EXPECT_EQ(session.time(), session.measures().t);
+  SceneEdit settings = session.settings();
+  settings.dt.reset();
+  session.change(settings);
+  session.restart();
+  session.advance(0.1);
+  EXPECT_EQ(session.status(), Status::ok);
+}
+
+TEST_F(SessionOnDevice, SaysAtOnceWhatADeviceCannotDo) {
+  Session session(on("cpu", {"material.relaxation={ratio=0.5, time=0.1}"}));
+  SceneEdit settings = session.settings();
+  settings.device = "gpu";
+  const auto refusal = [&] {
+    try {
+      session.change(settings);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(refusal().find("a device does not do material.relaxation"), std::string::npos) << refusal();
+  settings.integrator = "backward_euler";
+  EXPECT_NE(refusal().find("takes no steps on a device"), std::string::npos) << refusal();
+  EXPECT_EQ(session.settings().device, "cpu");
+  session.advance(0.01);
+  EXPECT_EQ(session.status(), Status::ok);
+}
+
+TEST_F(SessionOnDevice, IsStruckAsOnTheProcessor) {
+  const std::vector<std::string> strike{"strike=[{box=[[-9,-9,-9],[9,9,9]], at=0.05, impulse=[200,0,0]}]"};
+  Session here(on("cpu", strike)), there(on("gpu", strike));
+  for (Session* session : {&here, &there})
+    for (int frame = 0; frame < 6; ++frame) session->advance(1.0 / 60);
+  EXPECT_LT(largest_difference(here.positions(), there.positions()), 1e-10);
+  there.record();
+  EXPECT_NEAR(there.measures().momentum[0], 200, 1e-6);
 }
 
 }  // namespace

@@ -149,5 +149,55 @@ TEST_F(Shot, GoesNowhereIfItCannotBeWritten) {
   EXPECT_NE(run.output.find("/dev/null cannot be written"), std::string::npos) << run.output;
 }
 
+/// Whether the device that draws can take steps, as software does.
+bool says_too_old(const ProgramRun& run) {
+  return run.exit_status == 2 && run.output.find("OpenGL 4.3") != std::string::npos;
+}
+
+// The device draws where it has the body, the processor what it has computed: pixels differ where an edge is
+// on the border of another pixel by rounding.
+TEST_F(Shot, IsTheSameOfABodyOnADevice) {
+  write_obj(file("ball.obj"), icosphere(0.5, 8));
+  std::ofstream(file("ball.toml")) << "[body]\nmesh = \"ball.obj\"\ncells_across = 5\n"
+                                      "[material]\ndensity = 1000\nyoung = 1e5\npoisson = 0.3\n"
+                                      "[environment]\ngravity = [0, 0, -9.81]\n"
+                                      "[[hold]]\nbox = [[-1, -1, -1], [1, 1, -0.3]]\n"
+                                      "[solve]\nintegrator = \"semi_implicit_euler\"\nduration = 1\n";
+  for (const std::string& of : {file("ball.toml").string(), std::string("voxel_creature")}) {
+    for (const char* device : {"cpu", "gpu"}) {
+      const ProgramRun run =
+          take(std::string(device) + ".png", {of, "--frames", "12", "--plain", "--size", "800x500", "--set",
+                                              std::string("solve.device='") + device + "'"});
+      if (says_too_old(run)) GTEST_SKIP() << run.output;
+      ASSERT_EQ(run.exit_status, 0) << run.output;
+    }
+    const Picture here(file("cpu.png")), there(file("gpu.png"));
+    int coloured = 0, other = 0;
+    for (int y = 0; y < here.height; ++y)
+      for (int x = 0; x < here.width; ++x) {
+        const Colour c = here.at(x, y);
+        if (std::max({c[0], c[1], c[2]}) - std::min({c[0], c[1], c[2]}) > 0.15F) ++coloured;
+        if (distance(c, there.at(x, y)) > 0.02) ++other;
+      }
+    EXPECT_GT(coloured, 20000) << of;
+    EXPECT_LT(other, coloured / 1000) << of;
+  }
+}
+
+TEST_F(Shot, SaysWhereADeviceIsTooOldOrAnother) {
+  const std::vector<std::string> more{"view", "free_cube", "--shot", file("a.png").string(), "--set"};
+  std::vector<std::string> old{"env", "MESA_GL_VERSION_OVERRIDE=3.3", MSS_PROGRAM};
+  old.insert(old.end(), more.begin(), more.end());
+  old.emplace_back("solve.device='gpu'");
+  const ProgramRun run = run_program(old);
+  EXPECT_EQ(run.exit_status, 2);
+  EXPECT_NE(run.output.find("OpenGL 4.3"), std::string::npos) << run.output;
+  old.back() = "solve.device='cpu'";  // which needs no more than that
+  EXPECT_EQ(run_program(old).exit_status, 0);
+  const ProgramRun second = take("b.png", {"free_cube", "--set", "solve.device='gpu:0'"});
+  EXPECT_EQ(second.exit_status, 2);
+  EXPECT_NE(second.output.find("in a window"), std::string::npos) << second.output;
+}
+
 }  // namespace
 }  // namespace mss::view

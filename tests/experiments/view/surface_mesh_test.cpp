@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/measures/measures.hpp"
+#include "tests/experiments/view/motion.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss::view {
@@ -159,6 +160,21 @@ TEST(SurfaceMesh, IsHitWhereItIs) {
   EXPECT_NEAR((body.rest_position(hit->site) - (origin + Vec3(0.4, 0.4, 0.4))).norm(), 0, 1e-12);
   EXPECT_FALSE(mesh.hit({origin + Vec3(0.5, 0.3, 5), -up}));  // past it
   EXPECT_FALSE(mesh.hit({origin + Vec3(0.3, 0.3, 5), up}));   // behind
+}
+
+TEST(SurfaceMesh, SaysHowParticlesMoveIt) {
+  const Body body(testing::test_config(VoxelGrid::box(3, 2, 2)));
+  SurfaceMesh mesh(body);
+  Field<double> x(body.lattice().size);
+  for (const std::ptrdiff_t site : body.sites()) {  // bent: faces are not flat
+    const Vec3 at = body.rest_position(site);
+    x.set(site, at + 0.3 * Vec3(at[1] * at[2], at[0] * at[2], at[0] * at[0]));
+  }
+  std::vector<float> values;
+  for (const std::ptrdiff_t site : mesh.sites()) values.push_back(float(x.at(site).sum()));
+  mesh.update(x, values);
+  testing::expect_motion_is_that_of_update(mesh, x, values);
+  EXPECT_FALSE(SurfaceMesh(Body(thin_body(4, 3, 0))).motion());  // its thickness is none of its particles'
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "core/mesh/mesh_fill.hpp"
 #include "core/mesh/shapes.hpp"
+#include "tests/experiments/view/motion.hpp"
 
 namespace mss::view {
 namespace {
@@ -87,6 +88,21 @@ TEST(TrueSurface, IsHitWhereItIs) {
             0.15);  // a cell's diagonal is .17
   EXPECT_TRUE(body.particle(hit->site) >= 0);
   EXPECT_FALSE(surface.hit({Vec3(0.51, 0, 5), -Vec3::UnitZ()}));  // past it
+}
+
+TEST(TrueSurface, SaysHowParticlesMoveIt) {
+  const TriangleMesh box = box_mesh(Vec3::Zero(), Vec3(1, 0.7, 0.5));  // with edges
+  const Body body = body_of(box, 0.13);
+  TrueSurface surface(box, body);
+  Field<double> x(body.lattice().size);
+  std::vector<float> values;
+  for (const std::ptrdiff_t site : surface.sites()) {
+    const Vec3 at = body.rest_position(site);
+    x.set(site, at + 0.3 * Vec3(at[1] * at[2], at[0] * at[2], at[0] * at[0]));
+    values.push_back(float(at.sum()));
+  }
+  surface.update(x, values);
+  testing::expect_motion_is_that_of_update(surface, x, values);
 }
 
 }  // namespace

@@ -127,6 +127,25 @@ turn_and_zoom() {
   fail "not turned and zoomed"
 }
 
+# Where the driver is Mesa's in software, which has OpenGL 4.5, and on all cards of the last ten years.
+take_to_the_device() {
+  local x y
+  read -r x y <<<"$(point 'on the graphics card' 0.1)"
+  press "$x" "$y"
+  expect change
+  [[ $(field device) == gpu ]] || fail "not on the device"
+  key space
+  expect play
+  drag_the_body
+  key space
+  expect pause
+  [[ $(field status) == ok ]] || fail "failed on the device"
+  read -r x y <<<"$(point 'on the graphics card' 0.1)"
+  press "$x" "$y"
+  expect change
+  [[ $(field device) == cpu ]] || fail "not back from the device"
+}
+
 fail_and_restart() {
   local x y
   read -r x y <<<"$(point 'safe step' 0.1)"
@@ -168,7 +187,8 @@ restart
 move_a_slider
 play_by_button
 turn_and_zoom
+take_to_the_device
 resize
 fail_and_restart
 close
-echo "dragged, paused, stepped, restarted, slid, played, turned, resized, failed, closed"
+echo "dragged, paused, stepped, restarted, slid, played, turned, stepped on the device, resized, failed, closed"
