@@ -274,7 +274,6 @@ ShaderProgram& DeviceSystem<Real>::program(const std::vector<std::string>& defin
   ShaderProgram*& program = programs_[fmt::format("{} {}", fmt::join(defines, " "), fmt::join(parts, " "))];
   if (!program) program = &device_->program(text_of(defines, parts));
   set_body(*program);
-  set_tether(*program);
   return program->bind(14, kind_of_).bind(15, coefficients_);
 }
 
@@ -292,6 +291,20 @@ void DeviceSystem<Real>::set_body(ShaderProgram& program) const {
   constexpr const char* gravity[3] = {"gravity_x", "gravity_y", "gravity_z"};
   for (int axis = 0; axis < 3; ++axis)
     program.set(gravity[axis], static_cast<Real>(springs_.environment().gravity[axis]));
+  set_tether(program);
+}
+
+template <class Real>
+void DeviceSystem<Real>::set_tether(ShaderProgram& program) const {
+  if (!tethered_) return;
+  program.set("tether_site", -1);
+  if (!tethered_->tether()) return;
+  const auto& [site, anchor, stiffness, damping] = *tethered_->tether();
+  program.set("tether_site", int(site));
+  program.set("tether_stiffness", static_cast<Real>(stiffness));
+  program.set("tether_damping", static_cast<Real>(damping));
+  constexpr const char* place[3] = {"anchor_x", "anchor_y", "anchor_z"};
+  for (int axis = 0; axis < 3; ++axis) program.set(place[axis], static_cast<Real>(anchor[axis]));
 }
 
 template <class Real>
@@ -318,20 +331,6 @@ template <class Real>
 void DeviceSystem<Real>::set_force(ShaderProgram& program, const Vectors& x, const Vectors& v) {
   program.bind(0, x).bind(1, v);
   if (guarded_ || !loaded_sites_.empty()) program.bind(2, guarded_ ? outer_ : loads_);
-}
-
-/// Of what holds a particle now, for the shaders that move particles.
-template <class Real>
-void DeviceSystem<Real>::set_tether(ShaderProgram& program) {
-  if (!tethered_) return;
-  program.set("tether_site", -1);
-  if (!tethered_->tether()) return;
-  const auto& [site, anchor, stiffness, damping] = *tethered_->tether();
-  program.set("tether_site", int(site));
-  program.set("tether_stiffness", static_cast<Real>(stiffness));
-  program.set("tether_damping", static_cast<Real>(damping));
-  constexpr const char* place[3] = {"anchor_x", "anchor_y", "anchor_z"};
-  for (int axis = 0; axis < 3; ++axis) program.set(place[axis], static_cast<Real>(anchor[axis]));
 }
 
 template <class Real>

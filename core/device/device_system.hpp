@@ -86,7 +86,7 @@ class DeviceSystem {
   std::vector<std::string> force_parts(const std::string& last) const;
   void set_body(ShaderProgram& program) const;
   void set_force(ShaderProgram& program, const Vectors& x, const Vectors& v);
-  void set_tether(ShaderProgram& program);
+  void set_tether(ShaderProgram& program) const;
   void set_update(ShaderProgram& program, const KickDrift& update);
   void prepare_outer(double t, const Vectors& x);
   void update_loads(double t);

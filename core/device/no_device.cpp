@@ -17,4 +17,6 @@ namespace {
 
 std::vector<DeviceInfo> list_devices() { refuse(); }
 
+std::shared_ptr<Device> Device::open(const std::string&) { refuse(); }
+
 }  // namespace mss

@@ -9,11 +9,6 @@ namespace {
 
 constexpr int floats_to(std::size_t bytes) { return int(bytes / sizeof(float)); }
 
-template <class T>
-DeviceMemory memory_with(const std::shared_ptr<Device>& device, const std::vector<T>& values) {
-  return {device, std::ptrdiff_t(values.size() * sizeof(T)), values.data()};
-}
-
 /// Where each of some lists would begin if they were one, and where the last ends.
 template <class Item>
 std::vector<std::int32_t> firsts_of(const std::vector<std::vector<Item>>& lists) {
@@ -39,31 +34,27 @@ SurfaceOnDevice::SurfaceOnDevice(const DrawnSurface& surface, const DrawnSurface
       vertex_count_(std::ptrdiff_t(surface.vertices().size())) {
   using Share = DrawnSurface::Motion::Share;
   const DeviceUse use(*device);
-  sites_ = memory_with(device, std::vector<std::int32_t>(surface.sites().begin(), surface.sites().end()));
+  sites_ = memory_of(device, std::vector<std::int32_t>(surface.sites().begin(), surface.sites().end()));
   values_ = DeviceMemory(device, entry_count_ * std::ptrdiff_t(sizeof(float)));
   largest_ = DeviceMemory(device, sizeof(float));
-  first_share_ = memory_with(device, firsts_of(motion.shares));
-  entries_ = memory_with(device, joined<std::int32_t>(motion.shares, [](const Share& s) { return s.entry; }));
-  weights_ = memory_with(device, joined<float>(motion.shares, [](const Share& s) { return s.weight; }));
-  first_face_ = memory_with(device, firsts_of(motion.faces_at));
+  first_share_ = memory_of(device, firsts_of(motion.shares));
+  entries_ = memory_of(device, joined<std::int32_t>(motion.shares, [](const Share& s) { return s.entry; }));
+  weights_ = memory_of(device, joined<float>(motion.shares, [](const Share& s) { return s.weight; }));
+  first_face_ = memory_of(device, firsts_of(motion.faces_at));
   faces_at_ =
-      memory_with(device, joined<std::int32_t>(motion.faces_at, [](std::uint32_t face) { return face; }));
-  faces_ = memory_with(device, motion.faces);
-  vertices_ = memory_with(device, surface.vertices());
+      memory_of(device, joined<std::int32_t>(motion.faces_at, [](std::uint32_t face) { return face; }));
+  faces_ = memory_of(device, motion.faces);
+  vertices_ = memory_of(device, surface.vertices());
 }
 
 template <class Real>
 double SurfaceOnDevice::update(DeviceSystem<Real>& body, DisplayedQuantity quantity) {
   const DeviceUse use(body.device());
   constexpr int stride = floats_to(sizeof(SurfaceVertex));
-  const Body& of = body.springs().body();
-  const auto length = [&](SpringSlot::Class kind) { return static_cast<Real>(of.rest_length(kind)); };
   largest_.clear();
   const bool speed = quantity == DisplayedQuantity::speed;
-  body.program(speed ? std::vector<std::string>{"SPEED"} : std::vector<std::string>{}, {"surface_values"})
-      .set("edge_length", length(SpringSlot::Class::edge))
-      .set("face_length", length(SpringSlot::Class::face))
-      .set("body_length", length(SpringSlot::Class::body))
+  body.program(speed ? std::vector<std::string>{"SPEED"} : std::vector<std::string>{},
+               {"neighbours", "surface_values"})
       .bind(0, body.x())
       .bind(1, body.v())
       .bind(2, sites_)

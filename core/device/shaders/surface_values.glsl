@@ -7,9 +7,6 @@ layout(std430, binding = 2) restrict readonly buffer Sites { int site_of[]; };
 layout(std430, binding = 3) restrict writeonly buffer Values { float value_of[]; };
 layout(std430, binding = 4) restrict buffer Largest { uint largest; };
 
-uniform int lattice_row, lattice_plane;
-uniform real edge_length, face_length, body_length;  // at rest
-
 real stretch_at(int i) {
   int row = coefficients_of(kind_of[i]);
   real most = real(0);
@@ -18,7 +15,7 @@ real stretch_at(int i) {
     ivec3 to = ivec3(n % 3, n / 3 % 3, n / 9) - 1;
     int axes = abs(to.x) + abs(to.y) + abs(to.z);
     real rest = axes == 1 ? edge_length : axes == 2 ? face_length : body_length;
-    rvec3 d = AT(x, i + to.x + lattice_row * to.y + lattice_plane * to.z) - AT(x, i);
+    rvec3 d = AT(x, i + OFFSET(to.x, to.y, to.z)) - AT(x, i);
     most = max(most, abs(length(d) / rest - real(1)));
   }
   return most;

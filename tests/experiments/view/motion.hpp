@@ -6,16 +6,16 @@
 
 #include "experiments/view/drawn_surface.hpp"
 
-namespace mss::view::testing {
+namespace mss::testing {
 
 inline Vec3 as_vec3(const std::array<float, 3>& p) { return {p[0], p[1], p[2]}; }
 
 /// That what motion() says moves the vertices as update(x, values) has; lengths are about 1.
-inline void expect_motion_is_that_of_update(const DrawnSurface& surface, const Field<double>& x,
+inline void expect_motion_is_that_of_update(const view::DrawnSurface& surface, const Field<double>& x,
                                             const std::vector<float>& values) {
   const auto motion = surface.motion();
   ASSERT_TRUE(motion);
-  const std::vector<SurfaceVertex>& expected = surface.vertices();
+  const std::vector<view::SurfaceVertex>& expected = surface.vertices();
   std::vector<Vec3> points;
   for (std::size_t v = 0; v < expected.size(); ++v) {
     Vec3 at = Vec3::Zero();
@@ -38,4 +38,4 @@ inline void expect_motion_is_that_of_update(const DrawnSurface& surface, const F
   }
 }
 
-}  // namespace mss::view::testing
+}  // namespace mss::testing
