@@ -64,11 +64,13 @@ class DeviceIntegrator final : public Integrator<Real> {
     const Status status = take_steps(body, t, t_end, work);
     // What a lost device returns means nothing: the state stays that of the last advance.
     if (status == Status::device_lost) return status;
-    State<Real> found = state;
-    transfer([&] { body.store(found); });
+    transfer([&] {
+      found_ = state;
+      body.store(found_);
+    });
     if (device_->is_lost()) return Status::device_lost;
-    found.t = t;
-    std::swap(state, found);
+    found_.t = t;
+    std::swap(state, found_);
     return status;
   }
 
@@ -115,6 +117,7 @@ class DeviceIntegrator final : public Integrator<Real> {
   CheckBody check_;
   double dt_;
   double transfer_seconds_ = 0;
+  State<Real> found_;               ///< what the device gives back, kept so that no advance asks for memory
   System<Real>* system_ = nullptr;  ///< that body_ is of
   std::optional<DeviceSystem<Real>> body_;
 };
