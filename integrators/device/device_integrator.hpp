@@ -85,10 +85,12 @@ class DeviceIntegrator final : public Integrator<Real>, public StateOnDevice<Rea
 
   /// But for its time; false, and nothing, if the device is lost.
   bool give_back(State<Real>& state) {
-    State<Real> found = state;
-    transfer([&] { body_->store(found); });
+    transfer([&] {
+      found_ = state;
+      body_->store(found_);
+    });
     if (device_->is_lost()) return false;
-    std::swap(state, found);
+    std::swap(state, found_);
     return true;
   }
 
@@ -138,6 +140,7 @@ class DeviceIntegrator final : public Integrator<Real>, public StateOnDevice<Rea
   bool stays_ = false;              ///< the state, on the device between advances
   bool is_there_ = false;           ///< the state that the next advance begins with,
   bool is_here_ = false;            ///< and was fetched
+  State<Real> found_;               ///< what the device gives back, kept so that no advance asks for memory
   System<Real>* system_ = nullptr;  ///< that body_ is of
   std::optional<DeviceSystem<Real>> body_;
 };

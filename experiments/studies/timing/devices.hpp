@@ -36,7 +36,7 @@ struct DeviceTimingConfig {
   std::vector<int> method_cells{};  ///< at which other methods than semi-implicit Euler are timed too
   int repetitions = 7;
   double sample_seconds = 20e-3;    ///< of a sample, which consists of several steps
-  double seconds_per_row = 6;       ///< a size that would take longer, check included, is left out
+  double seconds_per_row = 4;       ///< a size that would take longer, check included, is left out
   double seconds_for_largest = 40;  ///< to prepare the largest cube that fits on a card; 0: none
 };
 
