@@ -93,22 +93,26 @@ double friction_limit(PlaneList on, double pressures[PLANE_COUNT]) {
   return limit;
 }
 
-/// Touching::move().
+/// Touching::move(): where it sticks, then where it slides, in turn with the friction there.
 dvec3 move(PlaneList on, VertexModel model, out double pressures[PLANE_COUNT]) {
   Touching t = touching(on, model);
-  dvec3 stuck = t.onto - t.along * (model.u + t.onto);
-  split_by_normals(on, model.free, reaction(model, stuck), pressures);
-  dvec3 held = t.along * reaction(model, stuck);
-  double limit = friction_limit(on, pressures);
-  if (trace(t.along) < 0.5lf || (limit > 0.0lf && length(held) <= limit)) return stuck;
-  dvec3 direction = unit_of(held), moved = stuck;
-  for (int round = 0; round < 5; ++round) {
-    moved = t.onto + slide(t, model, limit * direction);
+  dvec3 stuck = t.onto - t.along * (model.u + t.onto), moved = stuck, direction = dvec3(0);
+  double pressures_stuck[PLANE_COUNT], limit = 0.0lf;
+  for (int round = -1; round < 5; ++round) {
+    if (round >= 0) moved = t.onto + slide(t, model, limit * direction);
     split_by_normals(on, model.free, reaction(model, moved), pressures);
+    if (round < 0) {
+      pressures_stuck = pressures;
+      dvec3 held = t.along * reaction(model, stuck);
+      limit = friction_limit(on, pressures);
+      if (trace(t.along) < 0.5lf || (limit > 0.0lf && length(held) <= limit)) break;
+      direction = unit_of(held);
+      continue;
+    }
     if (limit == 0.0lf && round > 0) break;
     dvec3 slid = t.along * (model.u + moved);
     if (limit > 0.0lf && dot(slid, direction) >= 0.0lf) {
-      split_by_normals(on, model.free, reaction(model, stuck), pressures);
+      pressures = pressures_stuck;
       return stuck;
     }
     limit = friction_limit(on, pressures);
@@ -133,24 +137,27 @@ dvec3 move_in_cone(VertexModel model, out double pressures[PLANE_COUNT]) {
   on.count = 0;
   for (int p = 0; p < PLANE_COUNT; ++p) pressures[p] = 0.0lf;
   dvec3 moved = solve_definite(model.hessian, model.force);
-  for (int round = 0; round < 2 * PLANE_COUNT + 1; ++round) {
+  bool has_let_go = false;  // of a plane that pulled
+  for (int left = 2 * PLANE_COUNT + 1; left > 0;) {
     int worst = -1;
     double deepest = 0.0lf;
-    for (int p = 0; p < PLANE_COUNT; ++p) {
+    for (int p = 0; p < PLANE_COUNT && !has_let_go; ++p) {
       if (contains(on, p)) continue;
       double missing = gap(plane_number(p), model.before + model.u + moved) - allowed_gap(p, model);
       if (missing < deepest) deepest = missing, worst = p;
     }
-    if (worst < 0) break;
-    on.at[on.count] = worst;
-    ++on.count;
+    if (worst < 0 && !has_let_go) break;
+    if (worst >= 0) {
+      on.at[on.count] = worst;
+      ++on.count;
+    }
     moved = move(on, model, pressures);
     int pulls = -1;
-    for (int k = on.count - 1; k >= 0; --k)
+    for (int k = on.count - 1; k >= 0 && !has_let_go; --k)
       if (pressures[on.at[k]] < 0.0lf) pulls = k;
-    if (pulls < 0 || on.count == 1) continue;
-    on = without(on, pulls);
-    moved = move(on, model, pressures);
+    has_let_go = pulls >= 0 && on.count > 1;
+    if (has_let_go) on = without(on, pulls);
+    if (!has_let_go) --left;
   }
   for (int p = 0; p < PLANE_COUNT; ++p) pressures[p] = max(0.0lf, pressures[p]);
   return moved;

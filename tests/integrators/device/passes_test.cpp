@@ -165,6 +165,7 @@ TEST(DevicePasses, ShortenGuessesOfImpactsAlike) {
   config.springs = {.edge = 1e6, .face = 1e6, .body = 1e6, .volume = 1e6};
   Environment environment{.gravity = pull};
   environment.planes.push_back({.point = Vec3(0, 0, 0.5), .restitution = 0.3, .friction = 0.4});
+  environment.planes.push_back({.point = Vec3(-50, 0, 0), .normal = Vec3::UnitX()});
   HereAndThere<double> pair(config, environment, "vbd", {.dt = dt}, 0);
   for (const int steps : {1, 2, 20}) {  // what lies on the plane already comes to it no more
     for (const std::ptrdiff_t site : pair.here.body.sites()) {
@@ -218,10 +219,8 @@ std::vector<float> bits_after(const std::string& method, const Environment& envi
   return bits;
 }
 
-/// Every method, on planes and free.
 std::vector<std::pair<std::string, Environment>> pass_scenes() {
-  return {
-      {"xpbd:5", wedge(0.6)}, {"xpbd", {.gravity = pull}}, {"vbd", {.gravity = pull}}, {"vbd:5", wedge(0.6)}};
+  return {{"xpbd:5", wedge(0.6)}, {"vbd:5", wedge(0.6)}};
 }
 
 TEST(DevicePasses, AreTheSameBitsInEveryRun) {
