@@ -94,6 +94,16 @@ TEST(DevicePasses, OneStepEqualsTheProcessors) {
   }
 }
 
+/// Their springs lie in one plane or line, and sites beyond have no particle.
+TEST(DevicePasses, OneStepOfSheetsAndRopesToo) {
+  for (const VoxelGrid& voxels : {VoxelGrid::box(6, 5, 0), VoxelGrid::box(7, 0, 0)})
+    for (const std::string method : {"xpbd", "vbd"}) {
+      BodyConfig config = testing::test_config(voxels);
+      config.springs.volume = 0;
+      EXPECT_LT(error_of_a_pass<double>(config, {.gravity = pull}, method), 1e-13) << method;
+    }
+}
+
 /// A box is among the tests of all methods, with one pass a step.
 TEST(DevicePasses, FollowTheProcessorsFor200Steps) {
   const double dt = 1e-3;
