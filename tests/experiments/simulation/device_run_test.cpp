@@ -7,6 +7,7 @@
 #include "core/device/device.hpp"
 #include "core/scene/scene.hpp"
 #include "experiments/io/process.hpp"
+#include "experiments/simulation/scene_files.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "tests/core/scene/scene_texts.hpp"
 
@@ -58,6 +59,38 @@ TEST(DeviceRun, HasTheRowsOfTheProcessor) {
     EXPECT_NEAR(there.series[row].total(), here.series[row].total(), 1e-9 * std::abs(here.series[1].total()));
     EXPECT_NEAR(there.series[row].reactions.planes[0][2], here.series[row].reactions.planes[0][2], 1e-6);
   }
+}
+
+/// The bear, spinning into a floor: the largest difference of a particle after 200 steps over the largest
+/// way.
+double difference_of_bears(const std::string& precision) {
+  const auto bear = [&](const std::string& device) {
+    const Scene scene =
+        load_scene(scene_file("mesh_bear"),
+                   {"body.contact_on=\"particles\"", "plane=[{point=[0,0,0.195],normal=[0,0,1]}]",
+                    "start.angular_velocity=[8,5,3]", "solve.dt=1e-4", "solve.duration=0.02",
+                    "solve.precision=\"" + precision + "\"", "solve.device=\"" + device + "\"",
+                    "solve.integrator=\"velocity_verlet\""});
+    Progress quiet;
+    const SimulationResult result = simulate(scene, quiet);
+    EXPECT_EQ(result.status, Status::ok);
+    EXPECT_EQ(result.work.steps, 200);
+    EXPECT_GT(result.series.back().reactions.planes[0][2], 1);
+    return result.particles;
+  };
+  const std::vector<ParticleRecord> there = bear("gpu"), here = bear("cpu");
+  double way = 0, difference = 0;
+  for (std::size_t id = 0; id < here.size(); ++id) {
+    way = std::max(way, (here[id].x - here[id].rest).norm());
+    difference = std::max(difference, (here[id].x - there[id].x).norm());
+  }
+  return difference / way;
+}
+
+TEST(DeviceRun, MovesTheBearAsTheProcessorDoes) {
+  if (!has_device()) GTEST_SKIP() << "no device";
+  EXPECT_LT(difference_of_bears("double"), 1e-10);
+  EXPECT_LT(difference_of_bears("single"), 1e-4);
 }
 
 int calls = 0, first_lost_call = 0;

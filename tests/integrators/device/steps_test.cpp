@@ -107,5 +107,13 @@ TEST(DeviceSteps, FollowTheProcessorsByEveryMethod) {
     }
 }
 
+TEST(DeviceSteps, FollowTheProcessorsWithEveryBody) {
+  for (const auto& [name, config] : bodies()) {
+    if (name.rfind("random30", 0) != 0 && name.rfind("beam", 0) != 0) continue;
+    EXPECT_LT(difference_after<double>(config, {.gravity = gravity}, "velocity_verlet", 1e-3), 1e-10) << name;
+    EXPECT_LT(difference_after<float>(config, {.gravity = gravity}, "velocity_verlet", 1e-3), 1e-4) << name;
+  }
+}
+
 }  // namespace
 }  // namespace mss
