@@ -1,4 +1,4 @@
-# mss_shader_texts(RESULT FOLDER FILE...) writes the source of shader_text(), declared in core/device/device.hpp: the texts of
+# mss_shader_texts(RESULT FOLDER LAW FILE...) writes the source of shader_text(), declared in core/device/device.hpp: the texts of
 # all FOLDER/NAME.glsl by NAME, and of the files, which C++ includes too, by their names; the law of springs as "spring_law".
 # Leaves the source's path in RESULT.
 function(mss_shader_texts result folder law)
@@ -18,6 +18,7 @@ function(mss_shader_texts result folder law)
   set(path ${CMAKE_CURRENT_BINARY_DIR}/shader_texts)
   file(CONFIGURE OUTPUT ${path}.cpp @ONLY CONTENT "// Generated from ${CMAKE_CURRENT_SOURCE_DIR}/${folder}.
 #include <map>
+#include <stdexcept>
 #include <string>
 
 #include \"core/device/device.hpp\"
@@ -27,7 +28,9 @@ namespace mss {
 std::string_view shader_text(std::string_view name) {
   static const std::map<std::string, std::string, std::less<>> texts{
 ${entries}  };
-  return texts.find(name)->second;
+  const auto found = texts.find(name);
+  if (found == texts.end()) throw std::logic_error(\"there is no shader text \" + std::string(name));
+  return found->second;
 }
 
 }  // namespace mss

@@ -32,18 +32,39 @@ struct Device::Context {
     if (context != EGL_NO_CONTEXT) eglDestroyContext(display, context);
   }
   bool is_adopted() const { return context == EGL_NO_CONTEXT; }
-  bool make_current() const {
-    return is_adopted() || eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context) == EGL_TRUE;
+  /// A thread's choice of API and its context are its own, and what was current before comes back.
+  bool make_current() {
+    if (is_adopted()) return true;
+    eglBindAPI(EGL_OPENGL_API);
+    display_before = eglGetCurrentDisplay();
+    context_before = eglGetCurrentContext();
+    return eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context) == EGL_TRUE;
   }
   void release() const {
-    if (!is_adopted()) eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    if (is_adopted()) return;
+    eglBindAPI(EGL_OPENGL_API);
+    if (context_before == EGL_NO_CONTEXT)
+      eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    else
+      eglMakeCurrent(display_before, EGL_NO_SURFACE, EGL_NO_SURFACE, context_before);
   }
+
+ private:
+  EGLDisplay display_before = EGL_NO_DISPLAY;
+  EGLContext context_before = EGL_NO_CONTEXT;
+};
+
+/// What EGL shows at a place: a device that has passed its trial, or why there is none.
+struct Device::Tried {
+  std::shared_ptr<Device> device{};
+  DeviceInfo info{};
 };
 
 namespace {
 
 constexpr int least_version = 43;  ///< of OpenGL, times ten
-constexpr int most_buffers = 12;   ///< that a shader of ours reaches; bindings are below 16
+constexpr int most_buffers = 12;   ///< that a shader of ours reaches,
+constexpr int most_bindings = 16;  ///< by numbers below this
 
 /// Throws InputError if EGL is not there; epoxy would end the program.
 void find_egl() {
@@ -105,45 +126,18 @@ DeviceInfo describe_current() {
   const auto contains = [&](std::string_view part) { return name.find(part) != std::string::npos; };
   DeviceInfo info{.name = name,
                   .version = gl_text(GL_VERSION),
-                  .is_software = contains("llvmpipe") || contains("softpipe") || contains("SwiftShader"),
-                  .has_double = epoxy_gl_version() >= 40 || epoxy_has_gl_extension("GL_ARB_gpu_shader_fp64")};
+                  .is_software = contains("llvmpipe") || contains("softpipe") || contains("SwiftShader")};
   if (epoxy_gl_version() < least_version)
     info.fault = fmt::format("its OpenGL is {}, and compute shaders need 4.3", info.version);
   GLint buffers = 0;
   if (info.fault.empty()) glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &buffers);
   if (info.fault.empty() && buffers < most_buffers)
     info.fault = fmt::format("its shaders reach {} buffers, and some here need {}", buffers, most_buffers);
+  GLint bindings = most_bindings;
+  if (info.fault.empty()) glGetIntegerv(GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS, &bindings);
+  if (bindings < most_bindings)
+    info.fault = fmt::format("it binds {} buffers, and this needs {}", bindings, most_bindings);
   return info;
-}
-
-/// What EGL shows at a place, opened; nullptr and why not, if it cannot be.
-struct Opened {
-  EGLDisplay display = EGL_NO_DISPLAY;
-  EGLContext context = EGL_NO_CONTEXT;
-  DeviceInfo info{};
-};
-Opened open_display(EGLDisplay display, int number) {
-  Opened opened{.display = display};
-  opened.info.name = fmt::format("EGL's device {}", number);
-  EGLint major = 0, minor = 0;
-  if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor)) {
-    opened.info.fault = "EGL cannot start its driver";
-    return opened;
-  }
-  if (!eglBindAPI(EGL_OPENGL_API)) {
-    opened.info.fault = "it has no OpenGL";
-    return opened;
-  }
-  opened.context = create_context(display);
-  if (opened.context == EGL_NO_CONTEXT ||
-      !eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, opened.context)) {
-    if (const char* vendor = eglQueryString(display, EGL_VENDOR)) opened.info.name = vendor;
-    opened.info.fault = "it has no context of OpenGL 4.3";
-    return opened;
-  }
-  opened.info = describe_current();
-  eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-  return opened;
 }
 
 /// Throws InputError.
@@ -162,11 +156,7 @@ std::size_t number_in(const std::string& choice) {
 std::vector<DeviceInfo> list_devices() {
   find_egl();
   std::vector<DeviceInfo> all;
-  for (EGLDisplay display : displays()) {
-    const Opened opened = open_display(display, int(all.size()));
-    if (opened.context != EGL_NO_CONTEXT) eglDestroyContext(display, opened.context);
-    all.push_back(opened.info);
-  }
+  for (EGLDisplay display : displays()) all.push_back(Device::try_display(display, all.size()).info);
   return all;
 }
 
@@ -189,20 +179,34 @@ std::size_t first_card(const std::vector<DeviceInfo>& all) {
                                info.name, info.fault));
 }
 
-/// Whether numbers that are written there, changed by a shader, copied and read are what they should be.
+/// Whether it does what steps are made of: numbers are written, changed by one shader after the other, and
+/// written and zeroed in between, copied and read.
 bool computes_rightly(const std::shared_ptr<Device>& device) {
   const DeviceUse use(*device);
-  std::vector<std::uint32_t> numbers(1000);
-  std::iota(numbers.begin(), numbers.end(), 1U);
+  std::vector<float> numbers(1000);
+  std::iota(numbers.begin(), numbers.end(), 1.0F);
   const auto bytes = std::ptrdiff_t(numbers.size() * sizeof(numbers[0]));
-  const DeviceMemory given(device, bytes, numbers.data());
-  DeviceMemory changed(device, bytes), copied(device, bytes);
-  changed.clear();
+  DeviceMemory given(device, bytes), sums(device, bytes), copied(device, bytes);
   static const std::string text(shader_text("trial"));
-  device->program(text).bind(14, given).bind(3, changed).set("factor", 3).run(std::ptrdiff_t(numbers.size()));
-  copied.copy(changed);
-  std::vector<std::uint32_t> found(numbers.size());
+  const auto add = [&](double factor) {
+    device->program(text)
+        .bind(14, given)
+        .bind(3, sums)
+        .set("factor", factor)
+        .run(std::ptrdiff_t(numbers.size()));
+  };
+  given.write(numbers.data(), 0, bytes);
+  add(7);
+  sums.clear();
+  add(2);
+  add(0.5);
+  const float first = 100;
+  given.write(&first, 0, sizeof(first));
+  add(0.5);
+  copied.copy(sums);
+  std::vector<float> found(numbers.size());
   copied.read(found.data(), 0, bytes);
+  numbers[0] = (2.5F + 50) / 3;
   for (std::size_t i = 0; i < numbers.size(); ++i)
     if (found[i] != 3 * numbers[i]) return false;
   return true;
@@ -237,29 +241,54 @@ std::shared_ptr<Device> Device::open(const std::string& choice) {
   const std::vector<EGLDisplay> all = displays();
   if (number >= all.size())
     throw InputError(fmt::format("device '{}' is not there; `mss list devices` has {}", choice, all.size()));
-  const Opened found = open_display(all[number], int(number));
-  auto context = std::make_unique<Context>();
-  context->display = found.display;
-  context->context = found.context;
-  if (!found.info.fault.empty()) refuse(found.info);
-  return opened[number] = checked(std::move(context));
+  const Tried tried = try_display(all[number], number);
+  if (!tried.device) refuse(tried.info);
+  return opened[number] = tried.device;
 }
 
 std::shared_ptr<Device> Device::adopt_current() {
-  auto device = checked(std::make_unique<Context>());
+  auto device = tried(std::make_unique<Context>());
+  if (!device->info_.fault.empty()) refuse(device->info_);
   adopted() = device;
   return device;
 }
 
-/// Throws InputError for a device that does not do what it is asked for.
-std::shared_ptr<Device> Device::checked(std::unique_ptr<Context> context) {
+/// A fault says what is wrong with it.
+std::shared_ptr<Device> Device::tried(std::unique_ptr<Context> context) {
   auto device = std::shared_ptr<Device>(new Device(std::move(context)));
-  if (!device->info_.fault.empty()) refuse(device->info_);
-  if (!computes_rightly(device)) {
+  if (device->info_.fault.empty() && !computes_rightly(device))
     device->info_.fault = "its driver does not compute what a small shader says";
-    refuse(device->info_);
-  }
   return device;
+}
+
+Device::Tried Device::try_display(void* display, std::size_t number) {
+  Tried none{.info = {.name = fmt::format("EGL's device {}", number)}};
+  EGLint major = 0, minor = 0;
+  if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor)) {
+    none.info.fault = "EGL cannot start its driver";
+    return none;
+  }
+  if (!eglBindAPI(EGL_OPENGL_API)) {
+    none.info.fault = "it has no OpenGL";
+    return none;
+  }
+  auto context = std::make_unique<Context>();
+  context->display = display;
+  context->context = create_context(display);
+  if (context->context == EGL_NO_CONTEXT) {
+    if (const char* vendor = eglQueryString(display, EGL_VENDOR)) none.info.name = vendor;
+    none.info.fault = "it has no context of OpenGL 4.3";
+    return none;
+  }
+  try {
+    Tried found{.device = tried(std::move(context))};
+    found.info = found.device->info_;
+    if (!found.info.fault.empty()) found.device.reset();
+    return found;
+  } catch (const std::exception& problem) {
+    none.info.fault = problem.what();
+    return none;
+  }
 }
 
 Device::Device(std::unique_ptr<Context> context) : context_(std::move(context)) {
@@ -272,9 +301,13 @@ Device::Device(std::unique_ptr<Context> context) : context_(std::move(context)) 
 }
 
 Device::~Device() {
-  const DeviceUse use(*this);
-  programs_.clear();
-  glDeleteBuffers(1, &outlet_);
+  try {
+    const DeviceUse use(*this);
+    programs_.clear();
+    glDeleteBuffers(1, &outlet_);
+  } catch (const DeviceLost&) {  // and what it held with it
+    for (auto& [text, program] : programs_) static_cast<void>(program.release());
+  }
 }
 
 unsigned Device::outlet() {
@@ -286,7 +319,11 @@ unsigned Device::outlet() {
 }
 
 DeviceUse::DeviceUse(Device& device) : device_(device), lock_(device.in_use_) {
-  if (device_.uses_++ == 0 && !device_.context_->make_current()) device_.is_lost_ = true;
+  if (device_.uses_ == 0 && !device_.context_->make_current()) {
+    device_.is_lost_ = true;
+    throw DeviceLost();
+  }
+  ++device_.uses_;
 }
 
 DeviceUse::~DeviceUse() {
@@ -295,7 +332,13 @@ DeviceUse::~DeviceUse() {
 
 ShaderProgram& Device::program(const std::string& text) {
   std::unique_ptr<ShaderProgram>& program = programs_[fmt::format("{}\n{}", group_size_, text)];
-  if (!program) program = std::make_unique<ShaderProgram>(text, group_size_);
+  if (program) return *program;
+  try {
+    program = std::make_unique<ShaderProgram>(text, group_size_);
+  } catch (const std::logic_error&) {
+    if (is_lost()) throw DeviceLost();
+    throw;
+  }
   return *program;
 }
 
@@ -306,7 +349,10 @@ bool Device::is_lost() {
   const bool tells = epoxy_gl_version() >= 45 || epoxy_has_gl_extension("GL_KHR_robustness");
   is_lost_ = tells && glGetGraphicsResetStatus() != GL_NO_ERROR;
   for (GLenum error = glGetError(); error != GL_NO_ERROR && !is_lost_; error = glGetError()) {
-    is_lost_ = error == GL_OUT_OF_MEMORY || error == GL_CONTEXT_LOST;
+    if (error == GL_OUT_OF_MEMORY)
+      throw InputError(
+          fmt::format("{} has no memory left; give a smaller body, or device = \"cpu\"", info_.name));
+    is_lost_ = error == GL_CONTEXT_LOST;
     if (!is_lost_) throw std::logic_error(fmt::format("OpenGL refuses a call, with error {:#x}", error));
   }
   return is_lost_;
@@ -321,15 +367,16 @@ DeviceMemory::DeviceMemory(const std::shared_ptr<Device>& device, std::ptrdiff_t
                     device_->info().name, why, double(bytes_) / 1e6));
   };
   if (bytes_ > device_->largest_buffer()) refuse("lets shaders reach no buffer");
-  device_->is_lost();
+  if (device_->is_lost()) throw DeviceLost();
   glGenBuffers(1, &id_);
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, id_);
   // Numbers go along with the memory: after glClearBufferData() one driver was seen to lose what was written.
   const std::vector<char> zeros(std::size_t(from && bytes == bytes_ ? 0 : bytes_));
   glBufferData(GL_SHADER_STORAGE_BUFFER, bytes_, zeros.empty() ? from : zeros.data(), GL_DYNAMIC_COPY);
-  if (glGetError() != GL_NO_ERROR) {
+  if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
     glDeleteBuffers(1, &id_);
     id_ = 0;
+    if (error == GL_CONTEXT_LOST) throw DeviceLost();
     refuse("has no memory left for a buffer");
   }
   if (from && !zeros.empty()) write(from, 0, bytes);
@@ -349,8 +396,11 @@ DeviceMemory& DeviceMemory::operator=(DeviceMemory&& other) noexcept {
 
 DeviceMemory::~DeviceMemory() {
   if (id_ == 0) return;
-  const DeviceUse use(*device_);
-  glDeleteBuffers(1, &id_);
+  try {
+    const DeviceUse use(*device_);
+    glDeleteBuffers(1, &id_);
+  } catch (const DeviceLost&) {  // and the memory with it
+  }
 }
 
 void DeviceMemory::write(const void* from, std::ptrdiff_t offset, std::ptrdiff_t bytes) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -18,8 +19,14 @@ struct DeviceInfo {
   std::string name{};        ///< as its driver calls it
   std::string version{};     ///< of OpenGL, as its driver says
   bool is_software = false;  ///< its shaders run on the processor
-  bool has_double = false;   ///< its shaders compute in double precision
   std::string fault{};       ///< why it cannot be used; empty: it can
+};
+
+/// Thrown where a device turns out to have stopped working: nothing that it returned meanwhile means
+/// anything.
+class DeviceLost : public std::runtime_error {
+ public:
+  DeviceLost() : std::runtime_error("the device has stopped working") {}
 };
 
 /// Every device that EGL shows, usable or not. Throws InputError if the program was built without devices, or
@@ -49,12 +56,13 @@ class Device {
   /// Largest buffer that a shader can reach [bytes].
   std::int64_t largest_buffer() const { return largest_buffer_; }
 
-  /// The program of a text in GLSL, compiled once. Throws std::logic_error for text that is not GLSL.
+  /// The program of a text in GLSL, compiled once. Throws std::logic_error for text that is not GLSL, and
+  /// DeviceLost.
   ShaderProgram& program(const std::string& text);
   /// Waits until everything asked for is done.
   void finish();
-  /// Whether it has stopped working, since when nothing it returns means anything. Throws std::logic_error if
-  /// OpenGL has refused a call.
+  /// Whether it has stopped working, since when nothing it returns means anything. Throws InputError if it
+  /// ran out of memory, and std::logic_error if OpenGL has refused a call.
   bool is_lost();
 
  private:
@@ -63,8 +71,12 @@ class Device {
   struct Context;
   static constexpr std::ptrdiff_t outlet_bytes = std::ptrdiff_t{1} << 24;
 
+  friend std::vector<DeviceInfo> list_devices();
+  struct Tried;
+
   explicit Device(std::unique_ptr<Context> context);
-  static std::shared_ptr<Device> checked(std::unique_ptr<Context> context);
+  static Tried try_display(void* display, std::size_t number);
+  static std::shared_ptr<Device> tried(std::unique_ptr<Context> context);
   /// A buffer of outlet_bytes through which the processor reads.
   unsigned outlet();
 
@@ -79,7 +91,8 @@ class Device {
   std::unordered_map<std::string, std::unique_ptr<ShaderProgram>> programs_;
 };
 
-/// While it lives, this thread calls a device, and no other thread can.
+/// While it lives, this thread calls a device, and no other thread can. Throws DeviceLost if it has no
+/// context any more.
 class DeviceUse {
  public:
   explicit DeviceUse(Device& device);
@@ -97,7 +110,7 @@ class DeviceMemory {
  public:
   DeviceMemory() = default;
   /// With a copy of what is at `from`, unless that is nullptr. Throws InputError if the device has not so
-  /// much memory, or its shaders cannot reach so much.
+  /// much memory, or its shaders cannot reach so much, and DeviceLost.
   DeviceMemory(const std::shared_ptr<Device>& device, std::ptrdiff_t bytes, const void* from = nullptr);
   DeviceMemory(DeviceMemory&& other) noexcept;
   DeviceMemory& operator=(DeviceMemory&& other) noexcept;

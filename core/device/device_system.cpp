@@ -8,6 +8,7 @@
 #include <map>
 
 #include "core/base/error.hpp"
+#include "core/base/record.hpp"
 #include "core/forces/fold_guard.hpp"
 
 namespace mss {
@@ -94,7 +95,6 @@ DeviceSystem<Real>::DeviceSystem(std::shared_ptr<Device> device, System<Real>& s
       impulses_(system.plane_impulses()) {
   check(system);
   const Lattice& lattice = springs_.body().lattice();
-  const Field<Real> one(lattice.size);
   pad_ = lattice.plane + lattice.row + 1;
   pad_ = (pad_ + 63) / 64 * 64;
   stride_ = lattice.size + pad_;
@@ -114,8 +114,6 @@ void DeviceSystem<Real>::check(const System<Real>& system) const {
   const auto refuse = [](const std::string& what) {
     throw InputError(fmt::format("a device does not do {}; leave it out, or give device = \"cpu\"", what));
   };
-  if (!device_->info().has_double)
-    refuse(fmt::format("anything without double precision, which {} lacks", device_->info().name));
   const System<Real>& stepped = tethered_ ? tethered_->untied() : system;
   if (static_cast<const System<Real>*>(&springs_) != &stepped) refuse("forces that a program adds");
   if (springs_.body().ranks().are_several()) refuse("a body that ranks share");
@@ -148,9 +146,7 @@ void DeviceSystem<Real>::describe_body() {
   guarded_ = any([](const SiteElements& e) { return e.fold_guard != 0; });
   if (guarded_ || !springs_.loads().empty()) defines_.emplace_back("OUTER");
   if (tethered_) defines_.emplace_back("TETHERED");
-  if (std::any_of(springs_.environment().planes.begin(), springs_.environment().planes.end(),
-                  [](const Plane&) { return true; }))
-    defines_.emplace_back("PLANES");
+  if (!springs_.environment().planes.empty()) defines_.emplace_back("PLANES");
 }
 
 template <class Real>
@@ -249,23 +245,39 @@ void DeviceSystem<Real>::load(const State<Real>& state) {
   // What shaders leave alone, sites without a particle, is in both copies.
   x_next_.copy(x_);
   v_next_.copy(v_);
-  if (has_planes()) given_.clear();
 }
 
 template <class Real>
 void DeviceSystem<Real>::store(State<Real>& state) {
   read(x_, state.x);
   read(v_, state.v);
-  if (!has_planes()) return;
-  std::vector<double> given(std::size_t(3 * plane_count_ * stride_));
-  given_.read(given.data(), 0, given_.bytes());
-  given_.clear();
+  if (has_planes()) {
+    given_here_.resize(std::size_t(3 * plane_count_ * stride_));
+    given_.read(given_here_.data(), 0, given_.bytes());
+    given_.clear();
+  }
+  if (device_->is_lost()) throw DeviceLost();
   for (int p = 0; p < plane_count_; ++p)
     for (const std::ptrdiff_t site : springs_.particles()) {
-      const double* of_plane = given.data() + 3 * p * stride_ + site;
+      const double* of_plane = given_here_.data() + 3 * p * stride_ + site;
       const Vec3 impulse(of_plane[0], of_plane[stride_], of_plane[2 * stride_]);
       if (!impulse.isZero(0)) impulses_->add(std::size_t(p), site, impulse);
     }
+}
+
+template <class Real>
+void DeviceSystem<Real>::remember_sticking(Record& record) {
+  if (!has_planes()) return;
+  std::vector<double> force(std::size_t(3 * stride_));
+  std::vector<std::uint32_t> by(std::size_t(stride_), 0);
+  if (!record.reads()) {
+    held_force_.read(force.data(), 0, held_force_.bytes());
+    held_by_.read(by.data(), 0, held_by_.bytes());
+  }
+  record.keep(force, by);
+  if (!record.reads()) return;
+  held_force_.write(force.data(), 0, held_force_.bytes());
+  held_by_.write(by.data(), 0, held_by_.bytes());
 }
 
 template <class Real>

@@ -38,9 +38,12 @@ class DeviceSystem {
   void write(const Field<Real>& from, Vectors& to) const;
   void read(const Vectors& from, Field<Real>& to) const;
 
-  /// Takes over positions and velocities, and gives them back, with what planes have given meanwhile.
+  /// Takes over positions and velocities, and gives them back, with what planes have given since the last
+  /// time. Throws DeviceLost, and planes have given nothing.
   void load(const State<Real>& state);
   void store(State<Real>& state);
+  /// Keeps in a record, or takes from one, what holds the particles that stick to planes.
+  void remember_sticking(Record& record);
   Vectors& x() { return x_; }
   Vectors& v() { return v_; }
 
@@ -115,6 +118,7 @@ class DeviceSystem {
 
   int plane_count_ = 0;
   double push_out_speed_ = 0;
+  std::vector<double> given_here_;
   DeviceMemory planes_, given_, held_force_, held_by_, collided_, non_finite_;
 };
 

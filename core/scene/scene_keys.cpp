@@ -314,7 +314,8 @@ const SceneKeys<SolveConfig>& solve_keys() {
       whole<S>("threads", thread_count, at(&S::threads), "that compute forces; 0: as many as save time"),
       choice<S>("precision", "a precision", precisions, at(&S::precision), "of all numbers"),
       name_of_method<S>("device", "a device", "\"cpu\", \"gpu\", or \"gpu:N\"", at(&S::device),
-                        "that takes the steps, of `mss list devices`; \"gpu\": the first that is a card"),
+                        "that takes the steps, of `mss list devices`; \"gpu\": the first card, or else "
+                        "software in its place"),
       name_of_method<S>("linear_solver", "a linear solver", "its name, such as \"cholmod\"",
                         at(&S::linear_solver), "of implicit methods, of `mss list linear_solvers`"),
       name_of_method<S>("nonlinear_solver", "a nonlinear solver", "its name, such as \"lbfgs\"",

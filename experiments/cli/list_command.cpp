@@ -59,10 +59,9 @@ Lines device_lines() {
     for (const DeviceInfo& info : list_devices())
       lines.emplace_back(fmt::format("gpu:{}", lines.size() - 1),
                          info.fault.empty()
-                             ? fmt::format("{}, OpenGL {}, {}, {}", info.name, info.version,
-                                           info.is_software ? "in software" : "a card",
-                                           info.has_double ? "single and double" : "single precision only")
-                             : fmt::format("{}: {}", info.name, info.fault));
+                             ? fmt::format("{}, OpenGL {}, {}, single and double", info.name, info.version,
+                                           info.is_software ? "in software" : "a card")
+                             : fmt::format("unusable: {}: {}", info.name, info.fault));
   } catch (const InputError& error) {
     lines.emplace_back("gpu", error.what());
   }

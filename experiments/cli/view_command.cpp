@@ -44,7 +44,9 @@ void view_scene(ViewChoice& choice, int& exit_status) {
   choice.options.shot = choice.shot;
   const MatchedScene ready = load_matched_scene(scene_file(choice.scene), choice.overrides);
   const Scene& scene = ready.scene;
-  check_solve(scene);
+  Scene on_processor = scene;  // what draws the window takes the steps, if it can
+  on_processor.solve.device = SolveConfig{}.device;
+  check_solve(on_processor);
   if (ready.report) {
     for (const std::string& line : description(*ready.report)) fmt::print("{}: {}\n", scene.name, line);
     fmt::print("{}: in cells of another size the window keeps these moduli, which are not matched there\n",

@@ -66,8 +66,8 @@ void check_method(const Scene& scene, Integrator<Real>& method, System<Real>& dr
     Work none;
     if (method.device().empty())
       method.check(driven);
-    else
-      method.advance(driven, state, state.t, none);
+    else if (method.advance(driven, state, state.t, none) != Status::ok)
+      throw InputError(fmt::format("{} has stopped working", method.device()));
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", scene.file.string(), error.what()));
   }
@@ -127,6 +127,7 @@ SceneRun<Real>::SceneRun(const Scene& scene, const Body& body, long most_steps)
   if (scene.solve.local_steps) in_local_steps_ = system_->with_local_steps(options_.dt);
   method_ = info_->template make<Real>(options_);
   check_method(scene, *method_, *system_, start_state(*system_, scene));
+  transfers_before_ = method_->transfer_seconds();
   std::stable_sort(strikes_.begin(), strikes_.end(),
                    [](const Strike& a, const Strike& b) { return a.at < b.at; });
   go_on_from(start_state(*system_, scene));
@@ -166,8 +167,9 @@ void SceneRun<Real>::leave_on_device() {
 }
 
 template <class Real>
-void SceneRun<Real>::fetch() {
-  if (left_) left_->fetch(state_);
+Status SceneRun<Real>::fetch() {
+  if (left_ && of_device_ == Status::ok) of_device_ = left_->fetch(state_);
+  return of_device_;
 }
 
 template <class Real>
@@ -226,7 +228,9 @@ Status SceneRun<Real>::take_steps(System<Real>& driven, long steps, Way way, dou
     const Status status =
         method_->advance(driven, state_, end_of_steps(now, whole && steps == 0, t_end), work);
     if (status != Status::ok) return status;
-    if (stops.reached(steps == 0) || steps == 0) continue;
+    const bool goes_on = stops.reached(steps == 0);
+    if (of_device_ != Status::ok) return of_device_;
+    if (goes_on || steps == 0) continue;
     way_ = way;
     return Status::interrupted;
   }

@@ -61,7 +61,7 @@ class SceneRun {
   double dt() const { return options_.dt; }
   /// As Integrator's.
   std::string device() const { return method_->device(); }
-  double transfer_seconds() const { return method_->transfer_seconds(); }
+  double transfer_seconds() const { return method_->transfer_seconds() - transfers_before_; }
   /// Kinetic energy that strikes have added [J].
   double struck() const { return struck_; }
 
@@ -108,7 +108,9 @@ class SceneRun {
   /// Lets a method on a device leave the state there between advances; not that of a body that is struck on
   /// the way. Then state() is what the last fetch() found, but for its time.
   void leave_on_device();
-  void fetch();
+  /// On Status::device_lost, which all later advances give too, the state is that of the last time, time
+  /// included.
+  Status fetch();
   /// The body whose state was left there; nullptr: state() has it.
   DeviceSystem<Real>* on_device() { return left_ ? left_->body() : nullptr; }
 
@@ -137,6 +139,8 @@ class SceneRun {
   IntegratorOptions options_;
   std::unique_ptr<System<Real>> in_local_steps_;  ///< where the scene has them
   std::unique_ptr<Integrator<Real>> method_;
+  double transfers_before_ = 0;          ///< the run
+  Status of_device_ = Status::ok;        ///< device_lost: what was left there is gone
   StateOnDevice<Real>* left_ = nullptr;  ///< of method_, if the state is left there
   const IntegratorInfo* info_;           ///< of the scene's method
   State<Real> state_;

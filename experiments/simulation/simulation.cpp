@@ -181,7 +181,7 @@ void Simulation<Real>::advance(double t_end) {
   result_.status = in_fixed_steps() && t_end < scheduled
                        ? run_.advance_towards(journey, t_end, result_.work, *this)
                        : run_.advance(t_end, result_.work, in_fixed_steps() ? this : nullptr);
-  run_.fetch();
+  if (const Status fetched = run_.fetch(); fetched != Status::ok) result_.status = fetched;
   count_seconds();
   result_.simulated_seconds = run_.state().t;
 }
@@ -229,7 +229,7 @@ bool Simulation<Real>::reached(bool at_end) {
   const bool took_little = stretch_begun_.seconds() < quick;
   const bool at_frame = frames_ && result_.work.steps % frame_every_ == 0;
   bool go_on = true;
-  if (at_frame) run_.fetch();
+  if (at_frame && run_.fetch() != Status::ok) return false;
   seconds_stopped_ += seconds_of([&] {
     if (at_frame) add_frame();
     if (at_end) return;
@@ -311,6 +311,7 @@ template <class Real>
 void Simulation<Real>::keep(Status status) {
   if (!restart_.keep) return;
   Record record;
+  if (const Status fetched = run_.fetch(); fetched != Status::ok) status = fetched;
   const bool goes_on = status == Status::ok || status == Status::interrupted;
   if (goes_on) remember(record);
   restart_.keep({.status = status,

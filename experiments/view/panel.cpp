@@ -226,7 +226,7 @@ bool Panel::draw_method(const Session& session, const Display& display, SceneEdi
 /// Whether the device that draws takes the steps too.
 bool Panel::draw_device(const Display& display, SceneEdit& settings) {
   bool there = settings.device != "cpu";
-  const bool changed = toggle("on the graphics card", there);
+  const bool changed = toggle("on the device that draws", there);
   if (ImGui::IsItemHovered() && !display.device.empty()) ImGui::SetTooltip("%s", display.device.c_str());
   if (changed) settings.device = there ? "gpu" : "cpu";
   return changed;

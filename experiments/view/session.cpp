@@ -26,7 +26,8 @@ class Simulation {
   virtual ~Simulation() = default;
 
   virtual Status advance(double t_end, Work& work) = 0;
-  virtual std::optional<Measures> measure() = 0;
+  virtual Status fetch() = 0;
+  virtual std::optional<Measures> measure() const = 0;
   virtual Session::BodyOnDevice on_device() = 0;
   virtual double time() const = 0;
   virtual const std::vector<Level>& levels() const = 0;
@@ -34,7 +35,7 @@ class Simulation {
   virtual std::size_t particle_count() const = 0;
   virtual bool moves_by_itself(std::ptrdiff_t site) const = 0;
   virtual double dt() const = 0;
-  virtual void read(Field<double>& x, Field<double>& v) = 0;
+  virtual void read(Field<double>& x, Field<double>& v) const = 0;
   virtual void write(double t, const Field<double>& x, const Field<double>& v) = 0;
   virtual Tether stable_tether(std::ptrdiff_t site) const = 0;
   virtual void tie(const std::optional<Tether>& tether) = 0;
@@ -50,10 +51,8 @@ class SimulationIn final : public Simulation {
   }
 
   Status advance(double t_end, Work& work) override { return run_.advance(tethered_, t_end, work); }
-  std::optional<Measures> measure() override {
-    run_.fetch();
-    return run_.measure();
-  }
+  Status fetch() override { return run_.fetch(); }
+  std::optional<Measures> measure() const override { return run_.measure(); }
   Session::BodyOnDevice on_device() override {
     if (DeviceSystem<Real>* body = run_.on_device()) return body;
     return {};
@@ -64,8 +63,7 @@ class SimulationIn final : public Simulation {
   std::size_t particle_count() const override { return run_.system().particles().size(); }
   bool moves_by_itself(std::ptrdiff_t site) const override { return run_.system().mass(site) > 0; }
   double dt() const override { return run_.dt(); }
-  void read(Field<double>& x, Field<double>& v) override {
-    run_.fetch();
+  void read(Field<double>& x, Field<double>& v) const override {
     for (const auto& [body, first] : levels())
       for (const std::ptrdiff_t site : body.sites()) {
         x.set(first + site, run_.state().x.at(first + site));
@@ -148,6 +146,11 @@ void Session::read_state() {
 /// The state of the simulation from a device.
 void Session::fetch() const {
   if (!is_behind_) return;
+  if (const Status found = simulation_->fetch(); found != Status::ok) {
+    status_ = found;
+    is_behind_ = false;
+    return;
+  }
   simulation_->read(x_, v_);
   fetched_at_ = t_;
   is_behind_ = false;
@@ -235,6 +238,7 @@ std::optional<Session::Pull> Session::pulled() const {
 void Session::record() {
   if (status_ != Status::ok) return;
   fetch();
+  if (status_ != Status::ok) return;
   const std::optional<Measures> measures = simulation_->measure();
   if (!measures) status_ = Status::non_finite;
   if (status_ != Status::ok && !history_.empty()) return;

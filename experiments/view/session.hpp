@@ -115,7 +115,7 @@ class Session {
   mutable double fetched_at_ = 0;   ///< time of these, behind t_ if `is_behind_` [s]
   mutable bool is_behind_ = false;  ///< a device has later ones
   mutable long fetches_ = 0;
-  Status status_ = Status::ok;
+  mutable Status status_ = Status::ok;
   Work work_;
   std::optional<Tether> tether_;
   std::deque<Measures> history_;

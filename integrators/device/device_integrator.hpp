@@ -48,7 +48,7 @@ class DeviceIntegrator final : public Integrator<Real>, public StateOnDevice<Rea
         check_(std::move(check)),
         dt_(options.dt) {}
 
-  std::string device() const override { return device_->info().name; }
+  std::string device() const override { return device_->info().name + ", OpenGL " + device_->info().version; }
   double transfer_seconds() const override { return transfer_seconds_; }
   void reset() override {
     steps_->reset();
@@ -60,38 +60,55 @@ class DeviceIntegrator final : public Integrator<Real>, public StateOnDevice<Rea
     if (record.reads()) is_there_ = false;
   }
   void leave_there() override { stays_ = true; }
-  void fetch(State<Real>& state) override {
-    if (!is_there_ || is_here_) return;
-    const DeviceUse use(*device_);
-    is_here_ = is_there_ = give_back(state);
+  Status fetch(State<Real>& state) override {
+    if (!is_there_ || is_here_) return Status::ok;
+    return unless_lost(state, [&] {
+      const DeviceUse use(*device_);
+      give_back(state, state.t);
+      is_here_ = true;
+      return Status::ok;
+    });
   }
   DeviceSystem<Real>* body() override { return is_there_ ? &*body_ : nullptr; }
 
  private:
   Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
-    const DeviceUse use(*device_);
-    DeviceSystem<Real>& body = on_device(system);
-    if (!is_there_) transfer([&] { body.load(state); });
-    is_there_ = is_here_ = false;
-    double t = state.t;
-    const Status status = take_steps(body, t, t_end, work);
-    // What a lost device returns means nothing: the state stays that of the last advance.
-    if (status == Status::device_lost) return status;
-    is_there_ = stays_;
-    if (!stays_ && !give_back(state)) return Status::device_lost;
-    state.t = t;
-    return status;
+    return unless_lost(state, [&] {
+      const DeviceUse use(*device_);
+      DeviceSystem<Real>& body = on_device(system);
+      if (!is_there_) {
+        transfer([&] { body.load(state); });
+        time_here_ = state.t;
+      }
+      is_there_ = is_here_ = false;
+      double t = state.t;
+      const Status status = take_steps(body, t, t_end, work);
+      if (!stays_) give_back(state, t);
+      is_there_ = stays_;
+      state.t = t;
+      return status;
+    });
   }
 
-  /// But for its time; false, and nothing, if the device is lost.
-  bool give_back(State<Real>& state) {
+  /// What a lost device returns means nothing: then the state goes back to where it was last here.
+  template <class Call>
+  Status unless_lost(State<Real>& state, Call&& call) {
+    try {
+      return call();
+    } catch (const DeviceLost&) {
+      is_there_ = is_here_ = false;
+      state.t = time_here_;
+      return Status::device_lost;
+    }
+  }
+
+  void give_back(State<Real>& state, double t) {
     transfer([&] {
       found_ = state;
       body_->store(found_);
     });
-    if (device_->is_lost()) return false;
+    found_.t = time_here_ = t;
     std::swap(state, found_);
-    return true;
   }
 
   Status take_steps(DeviceSystem<Real>& body, double& t, double t_end, Work& work) {
@@ -102,7 +119,7 @@ class DeviceIntegrator final : public Integrator<Real>, public StateOnDevice<Rea
       for (long step = 0; step < n; ++step) now += dt_;  // the same bits as on the processor
       left -= n;
       const bool finite = body.is_finite();
-      if (device_->is_lost()) return Status::device_lost;
+      if (device_->is_lost()) throw DeviceLost();
       work.steps += n;
       work.force_evaluations += n * steps_->forces_in_step();
       t = now;
@@ -115,6 +132,7 @@ class DeviceIntegrator final : public Integrator<Real>, public StateOnDevice<Rea
   DeviceSystem<Real>& on_device(System<Real>& system) {
     if (system_ != &system) {
       system_ = nullptr;
+      is_there_ = false;
       body_.emplace(device_, system);
       if (check_) check_(body_->springs().body().config());
       reset();
@@ -140,7 +158,8 @@ class DeviceIntegrator final : public Integrator<Real>, public StateOnDevice<Rea
   bool stays_ = false;              ///< the state, on the device between advances
   bool is_there_ = false;           ///< the state that the next advance begins with,
   bool is_here_ = false;            ///< and was fetched
-  State<Real> found_;               ///< what the device gives back, kept so that no advance asks for memory
+  double time_here_ = 0;            ///< of the positions and velocities that were last here
+  State<Real> found_;               ///< what the device gives back; kept, because memory costs time
   System<Real>* system_ = nullptr;  ///< that body_ is of
   std::optional<DeviceSystem<Real>> body_;
 };

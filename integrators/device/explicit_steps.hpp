@@ -42,6 +42,7 @@ class StepsWithAcceleration : public StepsOnDevice<Real> {
     is_known_ = kept.size() > 0;
     if (is_known_ && acceleration_.bytes() == 0) acceleration_ = system.make_vectors();
     if (is_known_) system.write(kept, acceleration_);
+    system.remember_sticking(record);
   }
 
  protected:

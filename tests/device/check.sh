@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The whole check of a card, in one bounded call that waits for nobody: its devices, their tests, their times. Of an archive of pack.sh;
-# the machine needs bash, coreutils, tar, xz or Python 3, and the card's driver.
+# the machine needs
+# bash 5, coreutils, awk, sed, grep, find, ldd, tar, xz or Python 3, and the card's driver.
 set -euo pipefail
 
 usage() {
@@ -157,6 +158,10 @@ choose_driver
 machine >"$out/machine.txt" 2>&1 || true  # what is missing says so there
 card >"$out/card.csv"
 part devices 60 "$start" mss list devices
+if ! grep -q ', a card, ' "$out/devices.txt"; then
+  echo "card,0.0,0,there is no card that can be used: what follows is of software" >>"$out/parts.csv"
+  failed=1
+fi
 part tests $((seconds * 2 / 5)) "$start" mss_device_tests  # without --gtest_brief, so that one that is ended has said how far it came
 part timing "$seconds" "$start" mss timing --devices --out "$out/timing" "$@"
 card | tail -n 1 >>"$out/card.csv"

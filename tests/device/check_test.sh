@@ -25,7 +25,7 @@ archive() {
   printf '#!/bin/sh\nexit %s\n' "$2" >"$root/bin/mss_device_tests"
   cat >"$root/bin/mss" <<SCRIPT
 #!/bin/sh
-[ "\$1" = list ] && echo "a card" && exit 0
+[ "\$1" = list ] && echo "gpu:0  Card, OpenGL 4.6, a card, single and double" && exit 0
 mkdir -p "\$4" && printf '{\n  "status": "%s",\n}\n' "$4" >"\$4/meta.json"
 echo "timing was given \$*"
 exit $3

@@ -1,4 +1,4 @@
-// The same from a given acceleration.
+// The update that kick_drift.glsl makes, from a given acceleration.
 
 FIELD(3, Positions, x)
 FIELD(4, Velocities, v)

@@ -4,11 +4,10 @@ CONST_FIELD(0, Positions, x)
 CONST_FIELD(1, Velocities, v)
 layout(std430, binding = 3) buffer Flag { uint flag; };
 
-/// False for what is infinite or not a number, whose comparisons are false.
-bool are_finite(rvec3 a) {
-  const real largest = real(3.4e38);
-  return abs(a.x) <= largest && abs(a.y) <= largest && abs(a.z) <= largest;
-}
+// By exponents, because shaders need not know what is infinite or not a number.
+bool is_finite(float a) { return (floatBitsToUint(a) & 0x7f800000u) != 0x7f800000u; }
+bool is_finite(double a) { return (unpackDouble2x32(a).y & 0x7ff00000u) != 0x7ff00000u; }
+bool are_finite(rvec3 a) { return is_finite(a.x) && is_finite(a.y) && is_finite(a.z); }
 
 void main() {
   int i = thread();

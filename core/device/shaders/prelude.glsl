@@ -1,5 +1,5 @@
 // Before every shader: the words of formulas (core/base/formula.hpp) for one number, threads, and fields. The
-// program puts `real`, float or double, before it, rvec3 and rmat3 of these, and what a shader is to contain.
+// program puts `real`, float or double, before it, rvec3 of these, and what a shader is to contain.
 
 #define MSS_FORMULA
 #define MSS_FORMULA_WITH_STIFFNESS

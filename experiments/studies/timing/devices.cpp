@@ -28,6 +28,7 @@ constexpr const char* processor = "processor";
 constexpr const char* main_method = "semi_implicit_euler";
 constexpr long most_steps_in_sample =
     1024;                             // the cube falls: after more, single precision has few digits left
+constexpr int small_cube = 7;         ///< cells per edge, that tells what larger ones would take
 constexpr int largest_lattice = 890;  // cells per edge whose sites shaders can number
 
 /// A method at the step that it is timed at.
@@ -261,14 +262,35 @@ class DeviceStudy {
     return found != last_.end() ? *found : *last_.insert(last_.end(), {name, method, 1, 0, false});
   }
 
-  /// Whether a row would not take too long, by the size before.
+  /// Whether a row would not take too long, by the size before, or a small one that has no row.
   bool is_affordable(const TimedPlace& place, bool single, const std::string& method, int n) {
     LastTime& last = last_time(place, single, method);
+    if (!last.ended && last.seconds == 0 && n > small_cube) estimate(place, single, method, last);
     const int steps = steps_of_check(method, n) + config_.repetitions + 2;
     if (last.ended || last.seconds * springs_of_cube(n) / last.springs * steps <= config_.seconds_per_row)
       return !last.ended;
     end_at(n, fmt::format("it would take longer than {} s", config_.seconds_per_row), last);
     return false;
+  }
+
+  void estimate(const TimedPlace& place, bool single, const std::string& name, LastTime& last) {
+    const Body body(timing_cube(small_cube));
+    const DeviceMethod method = device_method(name, small_cube);
+    constexpr long steps = 8;
+    double seconds = 0;
+    const auto time_steps = [&](SteppedCube& cube) {
+      cube.take(steps);  // compiles shaders
+      seconds = cube.take(steps);
+    };
+    if (single) {
+      SteppedCubeOf<float> cube(body, place, method);
+      time_steps(cube);
+    } else {
+      SteppedCubeOf<double> cube(body, place, method);
+      time_steps(cube);
+    }
+    last.springs = double(body.spring_count());
+    last.seconds = seconds / double(steps);
   }
 
   void end_at(int n, const std::string& why, LastTime& last) {

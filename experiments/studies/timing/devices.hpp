@@ -17,7 +17,7 @@ struct TimedDevice {
   bool is_software = false;  ///< its shaders run on the processor
 };
 
-/// Every card that computes in double precision, or else the first device that does so in software. Throws
+/// Every card that can be used, or else the first device that computes in software. Throws
 /// InputError if there is none.
 std::vector<TimedDevice> timed_devices();
 

@@ -20,10 +20,6 @@ gravity = [0, 0, -9.81]
 [[plane]]
 point = [0, 0, -0.01]
 normal = [0, 0, 1]
-[[strike]]
-box = [[0, 0, 0], [0, 1, 1]]
-at = 0.0123
-impulse = [0.1, 0, 0]
 [solve]
 integrator = "{}"
 device = "{}"
@@ -33,7 +29,6 @@ duration = 0.1
                                                              integrator, device));
 }
 
-/// Says why, and returns false, where there is none.
 bool has_device() {
   try {
     Device::open("gpu");
@@ -49,7 +44,7 @@ TEST(DeviceRun, HasTheRowsOfTheProcessor) {
   const SimulationResult there = simulate(falling_cube("gpu"), quiet),
                          here = simulate(falling_cube("cpu"), quiet);
   EXPECT_EQ(there.status, Status::ok);
-  EXPECT_EQ(there.device, Device::open("gpu")->info().name);
+  EXPECT_EQ(there.device.rfind(Device::open("gpu")->info().name, 0), 0U) << there.device;
   EXPECT_EQ(here.device, "");
   EXPECT_GT(there.transfer_seconds, 0);
   EXPECT_EQ(here.transfer_seconds, 0);
@@ -108,13 +103,24 @@ SimulationResult run_lost_at(int call) {
   return result;
 }
 
+/// Wherever it is lost: no row is kept that a whole run has otherwise.
 TEST(DeviceRun, KeepsTheRowsBeforeTheDeviceWasLost) {
   if (!has_device()) GTEST_SKIP() << "no device";
-  EXPECT_EQ(run_lost_at(1000000).status, Status::ok);
-  const SimulationResult result = run_lost_at(calls - 5);
-  EXPECT_EQ(to_string(result.status), "device_lost");
-  EXPECT_GT(result.series.size(), 1U);
-  EXPECT_LT(result.series.size(), 11U);
+  const SimulationResult whole = run_lost_at(1000000);
+  EXPECT_EQ(whole.status, Status::ok);
+  const int asked = calls;
+  std::size_t most_rows = 0;
+  for (int call = asked; call > asked / 2; call -= 2) {
+    const SimulationResult result = run_lost_at(call);
+    EXPECT_EQ(to_string(result.status), "device_lost") << call;
+    EXPECT_LT(result.series.size(), whole.series.size()) << call;
+    for (std::size_t row = 0; row < result.series.size(); ++row) {
+      EXPECT_EQ(result.series[row].t, whole.series[row].t) << call;
+      EXPECT_EQ(result.series[row].total(), whole.series[row].total()) << call << " row " << row;
+    }
+    most_rows = std::max(most_rows, result.series.size());
+  }
+  EXPECT_EQ(most_rows + 1, whole.series.size());
 }
 
 void expect_refused(const std::vector<std::string>& arguments, const std::string& part) {

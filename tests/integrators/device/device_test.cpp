@@ -8,6 +8,8 @@
 
 #include "core/base/error.hpp"
 #include "core/base/record.hpp"
+#include "core/system/plane_impulses.hpp"
+#include "integrators/device/state_on_device.hpp"
 #include "tests/integrators/device/on_device.hpp"
 
 namespace mss {
@@ -65,8 +67,7 @@ TEST(DeviceBits, AreTheSameInTenRunsAndForAllWorkGroups) {
   expect_the_same_bits<float>("semi_implicit_euler");
 }
 
-TEST(DeviceBits, DoNotDependOnWhereAnAdvanceEnds) {
-  const State<double> whole = state_after<double>(40, "velocity_verlet");
+TEST(DeviceSteps, DependOnWhereAnAdvanceEndsByRoundingOnly) {
   BodyConfig config = testing::test_config(VoxelGrid::box(4, 3, 3));
   for (const char* method : {"velocity_verlet", "damped_verlet", "rk4", "explicit_euler"}) {
     Driven<double> once(config, {}, method, {.dt = 1e-3, .device = "gpu"}),
@@ -79,22 +80,37 @@ TEST(DeviceBits, DoNotDependOnWhereAnAdvanceEnds) {
   }
 }
 
-/// Another process goes on with the same bits.
+Vec3 given_by_plane(const Driven<double>& driven) {
+  Vec3 sum = Vec3::Zero();
+  for (const std::ptrdiff_t site : driven.body.sites()) sum += driven.system.plane_impulses()->at(0, site);
+  return sum;
+}
+
+/// Another process goes on with the same bits, also where particles stick to a plane.
 TEST(DeviceBits, GoOnFromARecord) {
   const BodyConfig config = testing::test_config(VoxelGrid::box(4, 3, 3));
+  const Environment lying{.gravity = {0.5, 0, -9.81},
+                          .planes = {{.point = Vec3(0, 0, 0.5), .friction = 0.6}}};
   for (const char* method : {"semi_implicit_euler", "velocity_verlet", "damped_verlet"}) {
-    Driven<double> first(config, {}, method, {.dt = 1e-3, .device = "gpu"}),
-        second(config, {}, method, {.dt = 1e-3, .device = "gpu"});
-    testing::randomise(first.body, first.state, 0.2, 0.5, 3);
-    ASSERT_EQ(first.advance(0.02), Status::ok);
+    const auto make = [&] {
+      return std::make_unique<Driven<double>>(config, lying, method,
+                                              IntegratorOptions{.dt = 1e-3, .device = "gpu"});
+    };
+    const auto first = make(), second = make();
+    ASSERT_EQ(first->advance(0.3), Status::ok);
     Record kept;
-    first.method->remember(first.system, kept);
+    first->system.remember(kept);
+    first->method->remember(first->system, kept);
     Record found(kept.take_bytes());
-    second.method->remember(second.system, found);
-    second.state = first.state;
-    ASSERT_EQ(first.advance(0.04), Status::ok);
-    ASSERT_EQ(second.advance(0.04), Status::ok);
-    EXPECT_TRUE(are_equal(first.state, second.state)) << method;
+    second->system.remember(found);
+    second->method->remember(second->system, found);
+    second->state = first->state;
+    const Vec3 before = given_by_plane(*first);
+    ASSERT_EQ(first->advance(0.34), Status::ok);
+    ASSERT_EQ(second->advance(0.34), Status::ok);
+    EXPECT_TRUE(are_equal(first->state, second->state)) << method;
+    EXPECT_EQ(given_by_plane(*first), given_by_plane(*second)) << method;
+    EXPECT_GT((given_by_plane(*first) - before)[2], 1) << method;
   }
 }
 
@@ -109,23 +125,64 @@ TEST(DeviceStatus, SaysThatStepsDiverge) {
 int calls_before_reset = 0;
 GLenum reset_after_some_calls() { return calls_before_reset-- > 0 ? GL_NO_ERROR : GL_UNKNOWN_CONTEXT_RESET; }
 
-/// What a reset of the driver looks like, without one.
+/// What a reset of the driver looks like, without one, while it lives: after so many questions.
+class Reset {
+ public:
+  explicit Reset(int calls) {
+    calls_before_reset = calls;
+    epoxy_glGetGraphicsResetStatus = reset_after_some_calls;
+  }
+  ~Reset() { epoxy_glGetGraphicsResetStatus = honest_; }
+  Reset(const Reset&) = delete;
+  Reset& operator=(const Reset&) = delete;
+
+ private:
+  PFNGLGETGRAPHICSRESETSTATUSPROC honest_ = epoxy_glGetGraphicsResetStatus;
+};
+
+const Environment on_a_plane{.gravity = {0, 0, -9.81}, .planes = {{.point = Vec3(0, 0, 0.5)}}};
+
+Driven<double> lying_body() {
+  return {testing::test_config(VoxelGrid::box(3, 3, 3)),
+          on_a_plane,
+          "velocity_verlet",
+          {.dt = 1e-3, .device = "gpu"}};
+}
+
 TEST(DeviceStatus, SaysThatTheDeviceWasLostAndKeepsTheState) {
-  const BodyConfig config = testing::test_config(VoxelGrid::box(3, 3, 3));
-  Driven<double> driven(config, {.gravity = {0, 0, -9.81}}, "semi_implicit_euler",
-                        {.dt = 1e-3, .device = "gpu"});
-  ASSERT_EQ(driven.advance(0.1), Status::ok);
-  const State<double> before = driven.state;
-  const auto honest = epoxy_glGetGraphicsResetStatus;
-  calls_before_reset = 2;
-  epoxy_glGetGraphicsResetStatus = reset_after_some_calls;
-  EXPECT_EQ(driven.advance(1), Status::device_lost);
-  epoxy_glGetGraphicsResetStatus = honest;
-  EXPECT_TRUE(are_equal(before, driven.state));
-  // The next one that asks for it gets it anew.
-  Driven<double> again(config, {.gravity = {0, 0, -9.81}}, "semi_implicit_euler",
-                       {.dt = 1e-3, .device = "gpu"});
-  EXPECT_EQ(again.advance(0.1), Status::ok);
+  for (const int calls : {0, 1, 3}) {  // at the first question, later, and while the state is carried back
+    Driven<double> driven = lying_body();
+    ASSERT_EQ(driven.advance(0.1), Status::ok);
+    const State<double> before = driven.state;
+    const Vec3 given = given_by_plane(driven);
+    {
+      const Reset reset(calls);
+      EXPECT_EQ(driven.advance(0.19), Status::device_lost) << calls;
+    }
+    EXPECT_TRUE(are_equal(before, driven.state)) << calls;
+    EXPECT_EQ(given_by_plane(driven), given) << calls;
+    EXPECT_EQ(driven.advance(0.2), Status::device_lost) << calls;
+    // The next one that asks for it gets it anew.
+    Driven<double> again = lying_body();
+    EXPECT_EQ(again.advance(0.1), Status::ok);
+  }
+}
+
+/// A method that has left the state there has that of the last time that it was fetched, time included.
+TEST(DeviceStatus, SaysThatTheDeviceWasLostWithTheState) {
+  for (const bool in_fetch : {false, true}) {
+    Driven<double> driven = lying_body();
+    auto& left = dynamic_cast<StateOnDevice<double>&>(*driven.method);
+    left.leave_there();
+    ASSERT_EQ(driven.advance(0.05), Status::ok);
+    ASSERT_EQ(left.fetch(driven.state), Status::ok);
+    const State<double> before = driven.state;
+    ASSERT_EQ(driven.advance(0.1), Status::ok);
+    EXPECT_EQ(driven.state.t, 0.1);
+    const Reset reset(0);
+    EXPECT_EQ(in_fetch ? left.fetch(driven.state) : driven.advance(0.2), Status::device_lost);
+    EXPECT_TRUE(are_equal(before, driven.state)) << in_fetch;
+  }
 }
 
 std::string refusal(const std::string& method, const Environment& environment, const BodyConfig& config,
@@ -148,6 +205,12 @@ TEST(DeviceRefuses, WhatItDoesNotDo) {
   EXPECT_THAT(refusal("verlet", {}, relaxing), HasSubstr("a device does not do material.relaxation"));
   EXPECT_THAT(refusal("verlet", {.planes = {{.contact = ContactLaw::penalty}}}, config),
               HasSubstr("planes of another law than \"impulse\""));
+  EXPECT_THAT(refusal("verlet", {.planes = {{.contact = ContactLaw::thesis}}}, config),
+              HasSubstr("planes of another law than \"impulse\""));
+  EXPECT_THAT(refusal("pefrl", {}, config), HasSubstr("takes no steps on a device"));
+  BodyConfig guarded = config;
+  guarded.fold_guard = 400;
+  EXPECT_THAT(refusal("vbd", {}, guarded), HasSubstr("has no local solution for fold_guard"));
   EXPECT_THAT(refusal("verlet", {}, config, "gpu:99"), HasSubstr("device 'gpu:99' is not there"));
   EXPECT_THAT(refusal("verlet", {}, config, "card"), HasSubstr("device 'card' is unknown; give"));
 }
