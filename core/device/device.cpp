@@ -128,7 +128,7 @@ DeviceInfo describe_current() {
                   .version = gl_text(GL_VERSION),
                   .is_software = contains("llvmpipe") || contains("softpipe") || contains("SwiftShader")};
   if (epoxy_gl_version() < least_version)
-    info.fault = fmt::format("its OpenGL is {}, and compute shaders need 4.3", info.version);
+    info.fault = fmt::format("its OpenGL is {}, and compute shaders need OpenGL 4.3", info.version);
   GLint buffers = 0;
   if (info.fault.empty()) glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &buffers);
   if (info.fault.empty() && buffers < most_buffers)

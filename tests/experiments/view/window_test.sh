@@ -130,7 +130,7 @@ turn_and_zoom() {
 # Where the driver is Mesa's in software, which has OpenGL 4.5, and on all cards of the last ten years.
 take_to_the_device() {
   local x y
-  read -r x y <<<"$(point 'on the graphics card' 0.1)"
+  read -r x y <<<"$(point 'on the device that draws' 0.1)"
   press "$x" "$y"
   expect change
   [[ $(field device) == gpu ]] || fail "not on the device"
@@ -140,7 +140,7 @@ take_to_the_device() {
   key space
   expect pause
   [[ $(field status) == ok ]] || fail "failed on the device"
-  read -r x y <<<"$(point 'on the graphics card' 0.1)"
+  read -r x y <<<"$(point 'on the device that draws' 0.1)"
   press "$x" "$y"
   expect change
   [[ $(field device) == cpu ]] || fail "not back from the device"
