@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <random>
 
 #include "core/base/error.hpp"
 #include "core/base/record.hpp"
@@ -508,6 +509,35 @@ void DeviceSystem<Real>::collide(double dt) {
       .bind(3, x_)
       .bind(4, v_)
       .run(sites());
+}
+
+template <class Real>
+double DeviceSystem<Real>::error_of_accelerations(System<Real>& system, double t) {
+  constexpr double rough = 0.05;  // of a cell, and of what a cell of the fastest vibration moves at
+  const double size = rough * springs_.body().config().cell_size, speed = size * springs_.body_bound().omega;
+  std::mt19937 numbers(1);
+  const auto rough_number = [&] { return 2 * double(numbers()) / double(std::mt19937::max()) - 1; };
+  State<Real> state = springs_.rest_state();
+  for (const std::ptrdiff_t site : springs_.particles()) {
+    Vec3 x = state.x.at(site), v;
+    for (int axis = 0; axis < 3; ++axis) x[axis] += size * rough_number(), v[axis] = speed * rough_number();
+    state.x.set(site, x);
+    state.v.set(site, v);
+  }
+  Field<Real> force(springs_.size()), found(springs_.size());
+  system.force(t, state.x, state.v, force);
+  load(state);
+  Vectors a = make_vectors();
+  acceleration(t, x_, v_, a);
+  read(a, found);
+  double largest = 0, error = 0;
+  for (const std::ptrdiff_t site : springs_.particles()) {
+    const Vec3 expected = springs_.held().free_axes(site).cwiseProduct(force.at(site)) / springs_.mass(site);
+    const double off = (found.at(site) - expected).norm();
+    largest = std::max(largest, expected.norm());
+    error = off <= error ? error : off;  // not a number stays
+  }
+  return largest > 0 ? error / largest : error;
 }
 
 template <class Real>

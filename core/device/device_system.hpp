@@ -59,6 +59,10 @@ class DeviceSystem {
   /// out = base + scale added; they may be the same.
   void combine(const Vectors& base, double scale, const Vectors& added, Vectors& out);
 
+  /// How far accelerations are from those of the system that it was made of, over the largest: in a state in
+  /// which every spring is strained and every particle moves. The present state is lost.
+  double error_of_accelerations(System<Real>& system, double t);
+
   /// Remembers the present state as that before a step; ends a step of dt from there with its collisions.
   void step_begins();
   void collide(double dt);

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
 
+#include "core/base/error.hpp"
 #include "core/device/device_system.hpp"
 #include "integrators/device/state_on_device.hpp"
 #include "integrators/fixed_step.hpp"
@@ -56,7 +59,7 @@ class DeviceIntegrator final : public Integrator<Real>, public StateOnDevice<Rea
   }
   void remember(System<Real>& system, Record& record) override {
     const DeviceUse use(*device_);
-    steps_->remember(on_device(system), record);
+    steps_->remember(on_device(system, 0), record);
     if (record.reads()) is_there_ = false;
   }
   void leave_there() override { stays_ = true; }
@@ -75,7 +78,7 @@ class DeviceIntegrator final : public Integrator<Real>, public StateOnDevice<Rea
   Status do_advance(System<Real>& system, State<Real>& state, double t_end, Work& work) override {
     return unless_lost(state, [&] {
       const DeviceUse use(*device_);
-      DeviceSystem<Real>& body = on_device(system);
+      DeviceSystem<Real>& body = on_device(system, state.t);
       if (!is_there_) {
         transfer([&] { body.load(state); });
         time_here_ = state.t;
@@ -129,12 +132,25 @@ class DeviceIntegrator final : public Integrator<Real>, public StateOnDevice<Rea
     return Status::ok;
   }
 
-  DeviceSystem<Real>& on_device(System<Real>& system) {
+  /// Throws InputError if a driver, however well it passed its trial, computes other forces than the
+  /// processor.
+  void check_forces(System<Real>& system, double t) {
+    const double error = body_->error_of_accelerations(system, t);
+    if (device_->is_lost()) throw DeviceLost();
+    if (!(error < (sizeof(Real) == sizeof(float) ? 1e-3 : 1e-9)))
+      throw InputError(
+          fmt::format("{} computes accelerations of this body that are off by {:.2g} of the largest; give "
+                      "device = \"cpu\"",
+                      device(), error));
+  }
+
+  DeviceSystem<Real>& on_device(System<Real>& system, double t) {
     if (system_ != &system) {
       system_ = nullptr;
       is_there_ = false;
       body_.emplace(device_, system);
       if (check_) check_(body_->springs().body().config());
+      check_forces(system, t);
       reset();
       steps_->begin(*body_);
       system_ = &system;

@@ -93,6 +93,7 @@ GLenum lost_from_a_call_on() { return ++calls < first_lost_call ? GL_NO_ERROR : 
 
 /// A run on a device that is lost at a question whether it is, the first of which is 1.
 SimulationResult run_lost_at(int call) {
+  Device::open("gpu");
   const auto honest = epoxy_glGetGraphicsResetStatus;
   calls = 0;
   first_lost_call = call;

@@ -196,6 +196,20 @@ std::string refusal(const std::string& method, const Environment& environment, c
   return "";
 }
 
+void GLAPIENTRY do_nothing(GLuint, GLuint, GLuint) {}
+
+/// As one was seen to: whatever it was asked for, nothing moved.
+TEST(DeviceRefuses, ADriverThatComputesOtherForces) {
+  Device::open("gpu");  // where it is there
+  const auto honest = epoxy_glDispatchCompute;
+  epoxy_glDispatchCompute = do_nothing;
+  const std::string said =
+      refusal("verlet", {.gravity = {0, 0, -9.81}}, testing::test_config(VoxelGrid::box(3, 3, 3)));
+  epoxy_glDispatchCompute = honest;
+  EXPECT_THAT(said,
+              ::testing::HasSubstr("computes accelerations of this body that are off by 1 of the largest"));
+}
+
 TEST(DeviceRefuses, WhatItDoesNotDo) {
   using ::testing::HasSubstr;
   const BodyConfig config = testing::test_config(VoxelGrid::box(3, 3, 3));
