@@ -336,7 +336,7 @@ template <class Real>
 std::vector<std::string> DeviceSystem<Real>::force_parts(const std::string& last) const {
   std::vector<std::string> parts;
   if (has_planes()) parts.emplace_back("planes");
-  parts.insert(parts.end(), {"neighbours", "force", last});
+  parts.insert(parts.end(), {"neighbours", "force", "update", last});
   return parts;
 }
 
@@ -462,7 +462,7 @@ void DeviceSystem<Real>::kick_drift(const KickDrift& update, double t, double t_
 
 template <class Real>
 void DeviceSystem<Real>::apply(const KickDrift& update, const Vectors& a, double t_end) {
-  ShaderProgram& shader = program({}, {"apply"});
+  ShaderProgram& shader = program({}, {"update", "apply"});
   set_update(shader, update);
   shader.bind(3, x_).bind(4, v_).bind(5, a).run(sites());
   kicked_for(update.kick_before + update.kick_after);

@@ -61,8 +61,10 @@ template <class Real>
 void VbdSteps<Real>::shorten_guess(DeviceSystem<Real>& system, const Vec3& normal) {
   Field<Real> whole(system.springs().size());
   system.read(this->u(), whole);
-  Field<Real> best = whole, u = whole;
-  double least = objective(system, whole);
+  Field<Real> best = whole, u = whole, x(whole), target(whole);
+  system.read(system.x(), x);
+  system.read(target_, target);
+  double least = objective(system.springs(), x, target, whole);
   for (const double share : {0.5, 0.25, 0.125, 0.0}) {
     for (const std::ptrdiff_t site : system.springs().particles()) {
       const Vec3 moved = whole.at(site);
@@ -72,7 +74,7 @@ void VbdSteps<Real>::shorten_guess(DeviceSystem<Real>& system, const Vec3& norma
     system.write(u, this->u());
     this->contact()->put_in_front(system, this->dt(), this->u());
     system.read(this->u(), u);
-    if (const double value = objective(system, u); value < least) {
+    if (const double value = objective(system.springs(), x, target, u); value < least) {
       least = value;
       best = u;
     }
@@ -82,17 +84,15 @@ void VbdSteps<Real>::shorten_guess(DeviceSystem<Real>& system, const Vec3& norma
 
 /// See VbdSolver::objective() [J].
 template <class Real>
-double VbdSteps<Real>::objective(DeviceSystem<Real>& system, const Field<Real>& u) const {
-  const SpringSystem<Real>& springs = system.springs();
-  Field<Real> x(springs.size()), target(springs.size());
-  system.read(system.x(), x);
-  system.read(target_, target);
+double VbdSteps<Real>::objective(const SpringSystem<Real>& springs, const Field<Real>& x,
+                                 const Field<Real>& target, const Field<Real>& u) const {
+  Field<Real> moved = x;
   double inertia = 0;
   for (const std::ptrdiff_t site : springs.particles()) {
     inertia += springs.body().mass(site) * (u.at(site) - target.at(site)).squaredNorm();
-    x.set(site, x.at(site) + u.at(site));
+    moved.set(site, x.at(site) + u.at(site));
   }
-  const StoredEnergy stored = springs.stored_energy(x);
+  const StoredEnergy stored = springs.stored_energy(moved);
   return inertia / (2 * this->dt() * this->dt()) + stored.elastic + stored.volume;
 }
 

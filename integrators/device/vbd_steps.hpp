@@ -23,7 +23,8 @@ class VbdSteps final : public DisplacedSteps<Real> {
   void pass(DeviceSystem<Real>& system) override;
   void descend(DeviceSystem<Real>& system);
   void shorten_guess(DeviceSystem<Real>& system, const Vec3& normal);
-  double objective(DeviceSystem<Real>& system, const Field<Real>& u) const;
+  double objective(const SpringSystem<Real>& springs, const Field<Real>& x, const Field<Real>& target,
+                   const Field<Real>& u) const;
 
   double squared_radius_;  ///< of a pass
   double weight_ = 1;      ///< w_k of Chebyshev's semi-iteration

@@ -27,8 +27,8 @@ std::uint32_t moved_corners(const SiteElements& e) {
   return corners;
 }
 
-CellKind kind_at(const Body& body, const HeldSites& held, std::ptrdiff_t site) {
-  CellKind kind{.elements = body.kind(site), .moves = moved_corners(body.elements_at(site))};
+CellKind kind_at(const Body& body, const HeldSites& held, std::uint32_t moves, std::ptrdiff_t site) {
+  CellKind kind{.elements = body.kind(site), .moves = moves};
   for (int c = 0; c < 8; ++c)
     if ((kind.moves >> c & 1) != 0) {
       const std::ptrdiff_t corner = site + body.lattice().corner(c);
@@ -52,10 +52,19 @@ void append_constraints(const Body& body, const CellKind& kind, double dt, std::
   table.push_back(static_cast<Real>(e.volume * dt * dt / body.cell_volume()));
 }
 
-std::vector<std::ptrdiff_t> sites_with_constraints(const Body& body) {
+/// By kind of site.
+std::vector<std::uint32_t> moved_corners_of_kinds(const SiteKinds& kinds) {
+  std::vector<std::uint32_t> moves;
+  for (std::uint32_t kind = 0; kind < kinds.size(); ++kind)
+    moves.push_back(moved_corners(kinds.elements(kind)));
+  return moves;
+}
+
+std::vector<std::ptrdiff_t> sites_with_constraints(const Body& body,
+                                                   const std::vector<std::uint32_t>& moves) {
   std::vector<std::ptrdiff_t> sites;
   for (std::ptrdiff_t site = 0; site < body.lattice().sites; ++site)
-    if (moved_corners(body.elements_at(site)) != 0) sites.push_back(site);
+    if (moves[body.kind(site)] != 0) sites.push_back(site);
   return sites;
 }
 
@@ -70,12 +79,13 @@ template <class Real>
 void XpbdSteps<Real>::begin(DeviceSystem<Real>& system) {
   DisplacedSteps<Real>::begin(system);
   const Body& body = system.springs().body();
-  const SitesByColour& cells = cells_.emplace(body.lattice(), sites_with_constraints(body));
+  const std::vector<std::uint32_t> moves = moved_corners_of_kinds(body.kinds());
+  const SitesByColour& cells = cells_.emplace(body.lattice(), sites_with_constraints(body, moves));
   std::map<CellKind, std::uint32_t> rows;
   std::vector<Real> table;
   std::vector<std::uint32_t> list;
   for (const std::ptrdiff_t site : cells.sites) {
-    const CellKind kind = kind_at(body, system.springs().held(), site);
+    const CellKind kind = kind_at(body, system.springs().held(), moves[body.kind(site)], site);
     const auto [row, is_new] = rows.try_emplace(kind, std::uint32_t(rows.size()));
     if (is_new) append_constraints(body, kind, this->dt(), table);
     list.push_back(std::uint32_t(site));

@@ -26,20 +26,15 @@ rvec3 spring_force(int n, rvec3 d, rvec3 w, real rest_length, int row) {
 #else
 #define MOTION(dx, dy, dz) rvec3(0)
 #endif
+#define TAKE(dx, dy, dz) SITE(dx, dy, dz) = AT(x, i + OFFSET(dx, dy, dz)) - own_position;
 #define SPRING(dx, dy, dz, length) \
-  force += spring_force(AROUND(dx, dy, dz), near[AROUND(dx, dy, dz)], MOTION(dx, dy, dz), length, row);
-
-/// Corner (cx, cy, cz) of the cell whose corner `own` = (ox, oy, oz) the particle is.
-#define CORNER(cx, cy, cz) near[AROUND((cx)-ox, (cy)-oy, (cz)-oz)]
-#define CELL(ox_, oy_, oz_) \
+  force += spring_force(AROUND(dx, dy, dz), SITE(dx, dy, dz), MOTION(dx, dy, dz), length, row);
+#define CELL(ox, oy, oz) \
   { \
-    const int ox = ox_, oy = oy_, oz = oz_, own = ox + 2 * oy + 4 * oz; \
-    CellSlopes by = cell_slopes(CORNER(1, 1, 1) - CORNER(0, 0, 0), CORNER(0, 1, 1) - CORNER(1, 0, 0), \
-                                CORNER(1, 0, 1) - CORNER(0, 1, 0), CORNER(0, 0, 1) - CORNER(1, 1, 0)); \
+    const int own = ox + 2 * oy + 4 * oz; \
+    CellSlopes by = SLOPES_OF_CELL(ox, oy, oz); \
     force += (coefficients[row + VOLUMES + own] * (by.volume - rest_volume)) * slope_at(own, by); \
   }
-#define NEAR(dx, dy, dz) near[AROUND(dx, dy, dz)] = AT(x, i + OFFSET(dx, dy, dz)) - own_position;
-#define NEAR_ROW(dy, dz) NEAR(-1, dy, dz) NEAR(0, dy, dz) NEAR(1, dy, dz)
 
 /// Of springs and cells [N], on the particle at site i.
 rvec3 inner_force(int i, int row) {
@@ -47,25 +42,10 @@ rvec3 inner_force(int i, int row) {
 #ifdef DAMPED
   rvec3 own_velocity = AT(v, i);
 #endif
-  rvec3 near[27];  // from the particle
-  NEAR_ROW(-1, -1) NEAR_ROW(0, -1) NEAR_ROW(1, -1)
-  NEAR_ROW(-1, 0) NEAR_ROW(0, 0) NEAR_ROW(1, 0)
-  NEAR_ROW(-1, 1) NEAR_ROW(0, 1) NEAR_ROW(1, 1)
-#ifdef SPRINGS
-  SPRING(-1, -1, -1, body_length) SPRING(0, -1, -1, face_length) SPRING(1, -1, -1, body_length)
-  SPRING(-1, 0, -1, face_length) SPRING(0, 0, -1, edge_length) SPRING(1, 0, -1, face_length)
-  SPRING(-1, 1, -1, body_length) SPRING(0, 1, -1, face_length) SPRING(1, 1, -1, body_length)
-  SPRING(-1, -1, 0, face_length) SPRING(0, -1, 0, edge_length) SPRING(1, -1, 0, face_length)
-  SPRING(-1, 0, 0, edge_length) SPRING(1, 0, 0, edge_length)
-  SPRING(-1, 1, 0, face_length) SPRING(0, 1, 0, edge_length) SPRING(1, 1, 0, face_length)
-  SPRING(-1, -1, 1, body_length) SPRING(0, -1, 1, face_length) SPRING(1, -1, 1, body_length)
-  SPRING(-1, 0, 1, face_length) SPRING(0, 0, 1, edge_length) SPRING(1, 0, 1, face_length)
-  SPRING(-1, 1, 1, body_length) SPRING(0, 1, 1, face_length) SPRING(1, 1, 1, body_length)
-#endif
-#ifdef CELLS
-  CELL(0, 0, 0) CELL(1, 0, 0) CELL(0, 1, 0) CELL(1, 1, 0)
-  CELL(0, 0, 1) CELL(1, 0, 1) CELL(0, 1, 1) CELL(1, 1, 1)
-#endif
+  rvec3 at[27];  // from the particle
+  TAKE_SITES
+  ADD_SPRINGS
+  ADD_CELLS
   return force;
 }
 

@@ -1,14 +1,12 @@
-// One step of a method with one acceleration, see KickDrift in core/system/system.hpp.
+// One step of a method with one acceleration.
 
 FIELD(3, NewPositions, x_new)
 FIELD(4, NewVelocities, v_new)
-uniform real kick_before, kick_after, drift_old, drift_new;
 
 void main() {
   int i = thread();
   if (i >= thread_count || kind_of[i] == 0u) return;
-  rvec3 a = acceleration_of(i, coefficients_of(kind_of[i])), v_old = AT(v, i);
-  rvec3 v_end = (v_old + kick_before * a) + kick_after * a;
+  rvec3 v_old = AT(v, i), v_end = kicked(v_old, acceleration_of(i, coefficients_of(kind_of[i])));
   SET(v_new, i, v_end)
-  SET(x_new, i, AT(x, i) + drift_old * v_old + drift_new * v_end)
+  SET(x_new, i, drifted(AT(x, i), v_old, v_end))
 }

@@ -31,3 +31,40 @@ rvec3 slope_at(int corner, CellSlopes by) {
                              : at_corner_3(by.x, by.y, by.z);
   return corner < 4 ? slope : -slope;
 }
+
+// A shader that visits all of them has `rvec3 at[27]`, fills it by TAKE(dx, dy, dz), and says what SPRING(dx,
+// dy, dz, rest length) and CELL(ox, oy, oz), by the corner that the particle is of the cell, are to do.
+#define SITE(dx, dy, dz) at[AROUND(dx, dy, dz)]
+
+#define TAKE_ROW(dy, dz) TAKE(-1, dy, dz) TAKE(0, dy, dz) TAKE(1, dy, dz)
+#define TAKE_PLANE(dz) TAKE_ROW(-1, dz) TAKE_ROW(0, dz) TAKE_ROW(1, dz)
+#define TAKE_SITES TAKE_PLANE(-1) TAKE_PLANE(0) TAKE_PLANE(1)
+
+#define OUTER_SPRINGS(dz) \
+  SPRING(-1, -1, dz, body_length) SPRING(0, -1, dz, face_length) SPRING(1, -1, dz, body_length) \
+  SPRING(-1, 0, dz, face_length) SPRING(0, 0, dz, edge_length) SPRING(1, 0, dz, face_length) \
+  SPRING(-1, 1, dz, body_length) SPRING(0, 1, dz, face_length) SPRING(1, 1, dz, body_length)
+#define LEVEL_SPRINGS \
+  SPRING(-1, -1, 0, face_length) SPRING(0, -1, 0, edge_length) SPRING(1, -1, 0, face_length) \
+  SPRING(-1, 0, 0, edge_length) SPRING(1, 0, 0, edge_length) \
+  SPRING(-1, 1, 0, face_length) SPRING(0, 1, 0, edge_length) SPRING(1, 1, 0, face_length)
+#ifdef SPRINGS
+#define ADD_SPRINGS OUTER_SPRINGS(-1) LEVEL_SPRINGS OUTER_SPRINGS(1)
+#else
+#define ADD_SPRINGS
+#endif
+
+#ifdef CELLS
+#define ADD_CELLS \
+  CELL(0, 0, 0) CELL(1, 0, 0) CELL(0, 1, 0) CELL(1, 1, 0) CELL(0, 0, 1) CELL(1, 0, 1) CELL(0, 1, 1) CELL(1, 1, 1)
+#else
+#define ADD_CELLS
+#endif
+
+/// Of the cell whose corner (ox, oy, oz) the particle is, by its four diagonals.
+#define CORNER(cx, cy, cz, ox, oy, oz) SITE((cx) - (ox), (cy) - (oy), (cz) - (oz))
+#define SLOPES_OF_CELL(ox, oy, oz) \
+  cell_slopes(CORNER(1, 1, 1, ox, oy, oz) - CORNER(0, 0, 0, ox, oy, oz), \
+              CORNER(0, 1, 1, ox, oy, oz) - CORNER(1, 0, 0, ox, oy, oz), \
+              CORNER(1, 0, 1, ox, oy, oz) - CORNER(0, 1, 0, ox, oy, oz), \
+              CORNER(0, 0, 1, ox, oy, oz) - CORNER(1, 1, 0, ox, oy, oz))

@@ -37,51 +37,30 @@ void add_spring(int n, rvec3 d, rvec3 w, real rest_length, int row) {
   add_to_hessian(along * (r * r), d);
 }
 
-#define SITE(dx, dy, dz) at[AROUND(dx, dy, dz)]
 #ifdef DAMPED
 #define MOVED(dx, dy, dz) (AT(u, i + OFFSET(dx, dy, dz)) - moved)
 #else
 #define MOVED(dx, dy, dz) rvec3(0)
 #endif
+#define TAKE(dx, dy, dz) \
+  SITE(dx, dy, dz) = AT(x, i + OFFSET(dx, dy, dz)) + AT(u, i + OFFSET(dx, dy, dz));
 #define SPRING(dx, dy, dz, length) \
   add_spring(AROUND(dx, dy, dz), SITE(dx, dy, dz) - SITE(0, 0, 0), MOVED(dx, dy, dz), length, row);
-
-/// Corner (cx, cy, cz) of the cell whose corner (ox, oy, oz) the particle is.
-#define CORNER(cx, cy, cz) SITE((cx)-ox, (cy)-oy, (cz)-oz)
-#define CELL(ox_, oy_, oz_) \
+#define CELL(ox, oy, oz) \
   { \
-    const int ox = ox_, oy = oy_, oz = oz_, own = ox + 2 * oy + 4 * oz; \
-    CellSlopes by = cell_slopes(CORNER(1, 1, 1) - CORNER(0, 0, 0), CORNER(0, 1, 1) - CORNER(1, 0, 0), \
-                                CORNER(1, 0, 1) - CORNER(0, 1, 0), CORNER(0, 0, 1) - CORNER(1, 1, 0)); \
+    const int own = ox + 2 * oy + 4 * oz; \
+    CellSlopes by = SLOPES_OF_CELL(ox, oy, oz); \
     real stiffness = coefficients[row + VOLUMES + own]; \
     rvec3 slope = slope_at(own, by); \
     force += (stiffness * (by.volume - rest_volume)) * slope; \
     add_to_hessian(real(1.0 / 64.0) * stiffness, slope); \
   }
-#define TAKE(dx, dy, dz) \
-  SITE(dx, dy, dz) = AT(x, i + OFFSET(dx, dy, dz)) + AT(u, i + OFFSET(dx, dy, dz));
-#define TAKE_ROW(dy, dz) TAKE(-1, dy, dz) TAKE(0, dy, dz) TAKE(1, dy, dz)
 
 void add_neighbours(int i, rvec3 moved, int row) {
   rvec3 at[27];
-  TAKE_ROW(-1, -1) TAKE_ROW(0, -1) TAKE_ROW(1, -1)
-  TAKE_ROW(-1, 0) TAKE_ROW(0, 0) TAKE_ROW(1, 0)
-  TAKE_ROW(-1, 1) TAKE_ROW(0, 1) TAKE_ROW(1, 1)
-#ifdef SPRINGS
-  SPRING(-1, -1, -1, body_length) SPRING(0, -1, -1, face_length) SPRING(1, -1, -1, body_length)
-  SPRING(-1, 0, -1, face_length) SPRING(0, 0, -1, edge_length) SPRING(1, 0, -1, face_length)
-  SPRING(-1, 1, -1, body_length) SPRING(0, 1, -1, face_length) SPRING(1, 1, -1, body_length)
-  SPRING(-1, -1, 0, face_length) SPRING(0, -1, 0, edge_length) SPRING(1, -1, 0, face_length)
-  SPRING(-1, 0, 0, edge_length) SPRING(1, 0, 0, edge_length)
-  SPRING(-1, 1, 0, face_length) SPRING(0, 1, 0, edge_length) SPRING(1, 1, 0, face_length)
-  SPRING(-1, -1, 1, body_length) SPRING(0, -1, 1, face_length) SPRING(1, -1, 1, body_length)
-  SPRING(-1, 0, 1, face_length) SPRING(0, 0, 1, edge_length) SPRING(1, 0, 1, face_length)
-  SPRING(-1, 1, 1, body_length) SPRING(0, 1, 1, face_length) SPRING(1, 1, 1, body_length)
-#endif
-#ifdef CELLS
-  CELL(0, 0, 0) CELL(1, 0, 0) CELL(0, 1, 0) CELL(1, 1, 0)
-  CELL(0, 0, 1) CELL(1, 0, 1) CELL(0, 1, 1) CELL(1, 1, 1)
-#endif
+  TAKE_SITES
+  ADD_SPRINGS
+  ADD_CELLS
 }
 
 /// Held axes do not move, and the others as if they were alone.

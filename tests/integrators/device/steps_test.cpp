@@ -107,6 +107,16 @@ TEST(DeviceSteps, FollowTheProcessorsByEveryMethod) {
     }
 }
 
+TEST(DeviceSteps, FollowTheProcessorsWithSheetsAndRopes) {
+  for (const auto& cells : {std::array{9, 6, 0}, std::array{0, 7, 5}, std::array{12, 0, 0}}) {
+    BodyConfig config = testing::test_config(VoxelGrid::box(cells[0], cells[1], cells[2]));
+    config.thickness = 0.1;
+    config.springs.volume = 0;
+    EXPECT_LT(difference_after<double>(config, busy_environment(), "damped_verlet", 1e-3), 1e-10) << cells[0];
+    EXPECT_LT(difference_after<float>(config, busy_environment(), "damped_verlet", 1e-3), 1e-4) << cells[0];
+  }
+}
+
 TEST(DeviceSteps, FollowTheProcessorsWithEveryBody) {
   for (const auto& [name, config] : bodies()) {
     if (name.rfind("random30", 0) != 0 && name.rfind("beam", 0) != 0) continue;
