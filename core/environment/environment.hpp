@@ -78,6 +78,16 @@ struct Plane {
   double gap(const Vec3& x) const { return normal.dot(x - point); }
 };
 
+/// Which surfaces of bodies touch, by a smooth force, see core/bodies/contact_law.hpp.
+struct BodyContact {
+  bool bodies = false;    ///< those of different bodies
+  bool self = false;      ///< parts of one body's
+  double friction = 0.4;  ///< Coulomb's coefficient
+  double stiffness = 1;   ///< of contact over that of the bodies' cells
+
+  bool acts() const { return bodies || self; }
+};
+
 /// External influences on a body.
 struct Environment {
   Vec3 gravity = Vec3::Zero();  ///< [m/s^2]
@@ -87,6 +97,7 @@ struct Environment {
   std::vector<Plane> planes{};
   /// The mesh, carried by the body's cells, whose vertices planes touch; none: they touch particles.
   std::shared_ptr<const TriangleMesh> contact_surface{};
+  BodyContact contact{};
 };
 
 /// Position and velocity that a boundary condition prescribes at time t for a particle resting at `rest`.
