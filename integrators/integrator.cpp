@@ -21,6 +21,18 @@ std::string no_relaxation(const IntegratorInfo& method) {
           : "has stages that no relaxation of second order follows");
 }
 
+/// Throws InputError where a method does not tell a system's memory what it has to.
+template <class Real>
+void check_memory(const IntegratorInfo& method, System<Real>& system) {
+  StepMemory<Real>* memory = system.memory();
+  if (memory && memory->limits_order() && !method.relaxes) throw InputError(no_relaxation(method));
+  if (memory && memory->matters() && method.stepping == Stepping::adaptive)
+    throw InputError(fmt::format(
+        "friction between bodies depends on where steps end, and {} tries steps; give contact.friction = 0, "
+        "or another solve.integrator",
+        method.name));
+}
+
 std::vector<std::string> methods_on_devices() {
   std::vector<std::string> names;
   for (const IntegratorInfo& info : integrators())
@@ -67,7 +79,7 @@ std::unique_ptr<Integrator<Real>> IntegratorInfo::make(const IntegratorOptions& 
   method->check_ = [facts = *this, dt = options.dt](System<Real>& system) {
     check_coordinates(facts, system);
     check_collisions(facts, system, dt);
-    if (system.memory() && !facts.relaxes) throw InputError(no_relaxation(facts));
+    check_memory(facts, system);
     if (system.in_local_steps() && !facts.local_steps)
       throw InputError(
           fmt::format("{} has more than one force a step, and local steps take the place of one; "

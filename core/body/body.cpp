@@ -167,4 +167,21 @@ std::vector<std::ptrdiff_t> select(const std::vector<Level>& levels, const Box& 
   return selected;
 }
 
+template <class Real>
+void copy_level(const Field<Real>& whole, const Level& level, Field<Real>& part) {
+  for (int axis = 0; axis < 3; ++axis)
+    std::copy_n(whole.axis(axis) + level.first, level.body.lattice().size, part.axis(axis));
+}
+
+template <class Real>
+void copy_level(const Level& level, const Field<Real>& part, Field<Real>& whole) {
+  for (int axis = 0; axis < 3; ++axis)
+    std::copy_n(part.axis(axis), level.body.lattice().size, whole.axis(axis) + level.first);
+}
+
+template void copy_level(const Field<float>&, const Level&, Field<float>&);
+template void copy_level(const Field<double>&, const Level&, Field<double>&);
+template void copy_level(const Level&, const Field<float>&, Field<float>&);
+template void copy_level(const Level&, const Field<double>&, Field<double>&);
+
 }  // namespace mss

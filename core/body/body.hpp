@@ -150,6 +150,12 @@ struct Level {
   std::ptrdiff_t first = 0;
 };
 
+/// Copies what is a level's between a field of the whole and one of the level.
+template <class Real>
+void copy_level(const Field<Real>& whole, const Level& level, Field<Real>& part);
+template <class Real>
+void copy_level(const Level& level, const Field<Real>& part, Field<Real>& whole);
+
 /// Sites in fields of the particles whose rest position lies in a closed box, widened by 1e-9 cell.
 std::vector<std::ptrdiff_t> select(const std::vector<Level>& levels, const Box& box);
 

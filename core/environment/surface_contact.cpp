@@ -5,10 +5,7 @@
 
 namespace mss {
 
-namespace {
-
-/// Of every vertex a third of its triangles' areas.
-std::vector<double> shares_of_area(const TriangleMesh& mesh) {
+std::vector<double> vertex_areas(const TriangleMesh& mesh) {
   std::vector<double> shares(mesh.vertices.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto [a, b, c] = mesh.corners(t);
@@ -17,8 +14,9 @@ std::vector<double> shares_of_area(const TriangleMesh& mesh) {
   return shares;
 }
 
-std::vector<double> masses(const TriangleMesh& mesh, const EmbeddedSurface& surface, const Body& body) {
-  const std::vector<double> shares = shares_of_area(mesh);
+std::vector<double> vertex_masses(const TriangleMesh& mesh, const EmbeddedSurface& surface,
+                                  const Body& body) {
+  const std::vector<double> shares = vertex_areas(mesh);
   std::vector<double> sums(std::size_t(body.lattice().size));  // W_i by site
   const auto for_each_corner = [&](std::size_t s, auto&& visit) {
     for (int c = 0; c < 8; ++c)
@@ -42,6 +40,8 @@ std::vector<double> masses(const TriangleMesh& mesh, const EmbeddedSurface& surf
   return masses;
 }
 
+namespace {
+
 Field<double> inverse_masses(const Body& body, const HeldSites& held) {
   Field<double> inverse(body.lattice().size);
   for (const std::ptrdiff_t site : body.sites())
@@ -57,7 +57,7 @@ SurfaceContact::SurfaceContact(const TriangleMesh& mesh, const Body& body, const
     : body_(body),
       planes_(planes),
       surface_(mesh, body.config().voxels, body.config().cell_size, body.config().origin),
-      mass_(masses(mesh, surface_, body)),
+      mass_(vertex_masses(mesh, surface_, body)),
       inverse_mass_(inverse_masses(body, held)) {}
 
 template <class Real>

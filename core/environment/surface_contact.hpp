@@ -11,6 +11,12 @@
 
 namespace mss {
 
+/// Of every vertex a third of its triangles' areas [m^2].
+std::vector<double> vertex_areas(const TriangleMesh& mesh);
+
+/// Of every vertex the mass m_s [kg] that penalties push, see SurfaceContact.
+std::vector<double> vertex_masses(const TriangleMesh& mesh, const EmbeddedSurface& surface, const Body& body);
+
 /// Planes that touch the vertices of a mesh which the cells of a body carry, `contact_on = "surface"`. What
 /// happens to a vertex is handed to the eight particles of its cell by its weights w_i, so that linear and
 /// angular momentum change by what the plane gives and nothing else. All is done in the order of vertices, by

@@ -51,6 +51,7 @@ class TetheredSystem final : public SystemWrapper<Real> {
     explicit TetheredTangents(TetheredSystem& system) : system_(system) {}
     const std::vector<FreeDof>& unknowns() override { return other().unknowns(); }
     SparseMatrix pattern() override { return other().pattern(); }
+    bool has_fixed_pattern() const override { return other().has_fixed_pattern(); }
     void values(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                 SparseMatrix& matrix) override;
     void product(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,

@@ -129,7 +129,8 @@ Measures measure(const SolidSystem<Real>& system, const State<Real>& state) {
   const StoredEnergy energy = system.stored_energy(state.x);
   m.elastic = energy.elastic;
   m.volume_energy = energy.volume;
-  m.relaxes = system.levels().front().body.config().relaxation.acts();
+  m.relaxes = std::any_of(system.levels().begin(), system.levels().end(),
+                          [](const Level& level) { return level.body.config().relaxation.acts(); });
   m.relaxing = energy.relaxing;
   m.relaxed = system.dissipated_by_relaxation();
   measure_motion(system, state, m);

@@ -88,10 +88,4 @@ class RefinedBody {
   double total_mass_ = 0;
 };
 
-/// Copies what is a level's between a field of the whole and one of the level.
-template <class Real>
-void copy_level(const Field<Real>& whole, const Level& level, Field<Real>& part);
-template <class Real>
-void copy_level(const Level& level, const Field<Real>& part, Field<Real>& whole);
-
 }  // namespace mss

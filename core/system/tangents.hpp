@@ -49,6 +49,8 @@ class Tangents {
 
   /// A matrix with an entry for every number that may not be zero; all are zero.
   virtual SparseMatrix pattern() = 0;
+  /// False: what touches what changes from state to state, and with it the entries that values() writes.
+  virtual bool has_fixed_pattern() const { return true; }
 
   /// Rewrites the values of a matrix from pattern() in place.
   virtual void values(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,

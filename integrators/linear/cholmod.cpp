@@ -5,7 +5,10 @@
 #include <fmt/format.h>
 #include <suitesparse/cholmod.h>
 
+#include <algorithm>
+#include <span>
 #include <stdexcept>
+#include <vector>
 
 #include "integrators/linear/linear_solver.hpp"
 #include "integrators/linear/one_thread.hpp"
@@ -48,6 +51,7 @@ struct Cholesky::Workspace {
   cholmod_common common{};
   cholmod_factor* factor = nullptr;
   cholmod_dense *x = nullptr, *y = nullptr, *e = nullptr;
+  std::vector<int> starts, columns;  ///< of the pattern analysed
 
   Workspace() {
     cholmod_start(&common);
@@ -57,6 +61,16 @@ struct Cholesky::Workspace {
     common.method[0].ordering = CHOLMOD_NESDIS;
     common.quick_return_if_not_posdef = 1;
   }
+  /// Whether its pattern is not the last one's.
+  bool has_changed(const SparseMatrix& matrix) {
+    const std::span<const int> now(matrix.outerIndexPtr(), std::size_t(matrix.rows()) + 1),
+        of_rows(matrix.innerIndexPtr(), std::size_t(matrix.nonZeros()));
+    if (std::ranges::equal(now, starts) && std::ranges::equal(of_rows, columns)) return false;
+    starts.assign(now.begin(), now.end());
+    columns.assign(of_rows.begin(), of_rows.end());
+    return true;
+  }
+
   Workspace(const Workspace&) = delete;
   Workspace& operator=(const Workspace&) = delete;
   ~Workspace() {
@@ -74,7 +88,10 @@ Status Cholesky::factor(const SparseMatrix& matrix) {
   const OneThread one_thread;
   Workspace& w = *workspace_;
   cholmod_sparse a = view(matrix);
-  if (!w.factor) w.factor = cholmod_analyze(&a, &w.common);
+  if (w.has_changed(matrix)) {
+    cholmod_free_factor(&w.factor, &w.common);
+    w.factor = cholmod_analyze(&a, &w.common);
+  }
   if (!w.factor) throw std::bad_alloc();
   cholmod_factorize(&a, w.factor, &w.common);
   if (w.common.status < CHOLMOD_OK) throw std::bad_alloc();  // out of memory, or too large for int

@@ -19,8 +19,8 @@ class Cholesky {
   Cholesky(const Cholesky&) = delete;
   Cholesky& operator=(const Cholesky&) = delete;
 
-  /// Factors a symmetric matrix, of which the lower triangle is read. Analyses the first one; later ones must
-  /// have the same pattern. Status ok or not_positive_definite.
+  /// Factors a symmetric matrix, of which the lower triangle is read. Analyses the first one, and those whose
+  /// pattern is not the last one's. Status ok or not_positive_definite.
   Status factor(const SparseMatrix& matrix);
 
   /// Solves with the last factor: a vector, or a matrix whose columns are right-hand sides.

@@ -110,6 +110,7 @@ class BoundedSystem final : public SystemWrapper<double> {
     explicit BoundedTangents(BoundedSystem& system) : system_(system) {}
     const std::vector<FreeDof>& unknowns() override { return other().unknowns(); }
     SparseMatrix pattern() override { return other().pattern(); }
+    bool has_fixed_pattern() const override { return other().has_fixed_pattern(); }
     void values(double t, const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,
                 SparseMatrix& matrix) override;
     void product(double t, const Field<double>& x, const Field<double>& v, const TangentCoefficients& sum,

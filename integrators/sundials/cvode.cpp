@@ -9,6 +9,7 @@
 
 #include <stdexcept>
 
+#include "core/base/error.hpp"
 #include "integrators/linear/conjugate_gradients.hpp"
 #include "integrators/linear/unknowns.hpp"
 #include "integrators/sundials/eliminated.hpp"
@@ -139,6 +140,10 @@ void Session::attach_eliminated(const IntegratorOptions& options) {
 
 /// dg/dy = [0, I; -M^-1 K, -M^-1 C], by rows, with an entry for every diagonal element.
 void Session::attach_klu() {
+  if (!tangents_->has_fixed_pattern())
+    throw InputError(
+        "cvode_bdf_klu keeps the pattern of its matrix, and contact between bodies changes it; leave "
+        "[contact] out, or give cvode_bdf");
   stiffness_ = damping_ = tangents_->pattern();
   const Eigen::Index size = problem_.size();
   matrix_.reset(

@@ -1,0 +1,413 @@
+#include "core/bodies/contact_forces.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "core/base/record.hpp"
+
+namespace mss {
+
+namespace {
+
+/// Lengths of the law in cells.
+constexpr double reach_share = 0.5, layer_share = 0.002, rim_share_of_cell = 0.05, skin_share = 0.25;
+/// Parts of a body no farther apart at rest are neighbours, in cells.
+constexpr double neighbours_share = 1.5;
+
+bool overlap(const Box& a, const Box& b, double distance) {
+  return (a.lower - b.upper).maxCoeff() <= distance && (b.lower - a.upper).maxCoeff() <= distance;
+}
+
+bool contains(const Box& box, const Vec3& x, double distance) {
+  return (box.lower - x).maxCoeff() <= distance && (x - box.upper).maxCoeff() <= distance;
+}
+
+}  // namespace
+
+ContactForces::ContactForces(const std::vector<Toucher>& bodies, const BodyContact& rules, ThreadTeam& team)
+    : rules_(rules), team_(team), bodies_(bodies), first_vertex_{0}, first_triangle_{0} {
+  skin_ = std::numeric_limits<double>::infinity();
+  for (const auto& [body, mesh, omega] : bodies_) {
+    const ContactSurface& surface = surfaces_.emplace_back(*body, mesh);
+    trees_.emplace_back(surface.mesh());
+    for (const auto& [a, b, c] : surface.mesh().triangles)
+      triangles_.push_back({a + first_vertex_.back(), b + first_vertex_.back(), c + first_vertex_.back()});
+    const int number = int(surfaces_.size()) - 1;
+    body_of_vertex_.resize(body_of_vertex_.size() + surface.size(), number);
+    body_of_triangle_.resize(triangles_.size(), number);
+    first_vertex_.push_back(int(body_of_vertex_.size()));
+    first_triangle_.push_back(int(triangles_.size()));
+    skin_ = std::min(skin_, skin_share * body->config().cell_size);
+  }
+  forces_.assign(body_of_vertex_.size(), Vec3::Zero());
+}
+
+ContactForces::Pair ContactForces::pair_of(int a, int b) const {
+  const auto per_area = [&](int i) {
+    const double omega = bodies_[std::size_t(i)].omega;
+    return omega * omega * surfaces_[std::size_t(i)].mass_per_area();
+  };
+  const double cell = std::min(bodies_[std::size_t(a)].body->config().cell_size,
+                               bodies_[std::size_t(b)].body->config().cell_size);
+  return {rules_.stiffness / 4 * std::min(per_area(a), per_area(b)),
+          {reach_share * cell, layer_share * cell, rim_share_of_cell * cell}};
+}
+
+std::array<Vec3, 3> ContactForces::corners(int triangle) const {
+  const auto& [a, b, c] = triangles_[std::size_t(triangle)];
+  return {positions_[std::size_t(a)], positions_[std::size_t(b)], positions_[std::size_t(c)]};
+}
+
+/// The sum of its triangles' areas as vectors.
+Vec3 ContactForces::outwards_at(int vertex) const {
+  const auto body = std::size_t(body_of_vertex_[std::size_t(vertex)]);
+  Vec3 sum = Vec3::Zero();
+  for (const int triangle : surfaces_[body].triangles_at(std::size_t(vertex - first_vertex_[body]))) {
+    const auto [a, b, c] = corners(first_triangle_[body] + triangle);
+    sum += (b - a).cross(c - a);
+  }
+  return sum.stableNormalized();
+}
+
+bool ContactForces::is_far_at_rest(int vertex, int triangle) const {
+  const auto body = std::size_t(body_of_vertex_[std::size_t(vertex)]);
+  const TriangleMesh& rest = surfaces_[body].mesh();
+  const Vec3& x = rest.vertices[std::size_t(vertex - first_vertex_[body])];
+  const Vec3 nearest = nearest_point(x, rest.corners(std::size_t(triangle - first_triangle_[body]))).at;
+  return (nearest - x).norm() > neighbours_share * bodies_[body].body->config().cell_size;
+}
+
+/// False if nothing has moved.
+template <class Real>
+bool ContactForces::gather(Positions<Real> x) {
+  std::vector<Vec3> at(body_of_vertex_.size());
+  constexpr std::ptrdiff_t portion = 512;
+  const auto count = std::ptrdiff_t(at.size());
+  team_.for_each((count + portion - 1) / portion, [&](std::ptrdiff_t p) {
+    for (std::ptrdiff_t v = p * portion; v < std::min(count, (p + 1) * portion); ++v) {
+      const auto body = std::size_t(body_of_vertex_[std::size_t(v)]);
+      at[std::size_t(v)] = surfaces_[body].at(std::size_t(v - first_vertex_[body]), *x[body]);
+    }
+  });
+  const bool same = at == positions_;
+  positions_ = std::move(at);
+  return !same;
+}
+
+template <class Real>
+void ContactForces::find(Positions<Real> x) {
+  if (!gather(x)) return;
+  double moved = searched_at_.empty() ? std::numeric_limits<double>::infinity() : 0;
+  for (std::size_t v = 0; v < searched_at_.size(); ++v)
+    moved = std::max(moved, (positions_[v] - searched_at_[v]).squaredNorm());
+  if (!(std::sqrt(moved) <= skin_ / 2)) find_candidates();
+  find_contacts();
+}
+
+void ContactForces::find_candidates() {
+  searched_at_ = positions_;
+  candidates_.clear();
+  const auto count = std::ptrdiff_t(surfaces_.size());
+  team_.for_each(count, [&](std::ptrdiff_t i) {
+    const auto begin = positions_.begin() + first_vertex_[std::size_t(i)],
+               end = positions_.begin() + first_vertex_[std::size_t(i) + 1];
+    trees_[std::size_t(i)].fit(std::vector<Vec3>(begin, end));
+  });
+  std::vector<std::vector<Candidate>> of_body(surfaces_.size());
+  team_.for_each(count, [&](std::ptrdiff_t i) {
+    for (int other = 0; other < int(count); ++other)
+      if (may_touch(int(i), other)) find_candidates(int(i), other, of_body[std::size_t(i)]);
+    std::sort(of_body[std::size_t(i)].begin(), of_body[std::size_t(i)].end(),
+              [](const Candidate& a, const Candidate& b) {
+                return std::tie(a.vertex, a.triangle) < std::tie(b.vertex, b.triangle);
+              });
+  });
+  for (const std::vector<Candidate>& found : of_body)
+    candidates_.insert(candidates_.end(), found.begin(), found.end());
+}
+
+/// Vertices of a body near triangles of another, or of the same.
+void ContactForces::find_candidates(int body, int other, std::vector<Candidate>& found) const {
+  const TriangleTree& tree = trees_[std::size_t(other)];
+  const double distance = pair_of(body, other).lengths.reach + skin_;
+  if (!overlap(trees_[std::size_t(body)].bounds(), tree.bounds(), distance)) return;
+  for (int v = first_vertex_[std::size_t(body)]; v < first_vertex_[std::size_t(body) + 1]; ++v) {
+    const Vec3& x = positions_[std::size_t(v)];
+    if (!contains(tree.bounds(), x, distance)) continue;
+    tree.for_each_near(x, distance, [&](std::size_t t) {
+      const int triangle = first_triangle_[std::size_t(other)] + int(t);
+      if (body != other || is_far_at_rest(v, triangle)) found.push_back({v, triangle});
+    });
+  }
+}
+
+/// In portions of candidates that begin with a vertex's first.
+void ContactForces::find_contacts() {
+  constexpr std::size_t portion = 256;
+  std::vector<std::size_t> begins;
+  for (std::size_t i = 0; i < candidates_.size(); ++i)
+    if ((begins.empty() || i - begins.back() >= portion) &&
+        (i == 0 || candidates_[i].vertex != candidates_[i - 1].vertex))
+      begins.push_back(i);
+  begins.push_back(candidates_.size());
+  std::vector<std::vector<Contact>> found(begins.size() - 1);
+  team_.for_each(std::ptrdiff_t(found.size()), [&](std::ptrdiff_t p) {
+    add_contacts_of(begins[std::size_t(p)], begins[std::size_t(p) + 1], found[std::size_t(p)]);
+  });
+  contacts_.clear();
+  for (const std::vector<Contact>& part : found) contacts_.insert(contacts_.end(), part.begin(), part.end());
+}
+
+/// Candidates of a vertex and a body follow each other: the nearest of them counts.
+void ContactForces::add_contacts_of(std::size_t begin, std::size_t end, std::vector<Contact>& found) const {
+  Vec3 outwards = Vec3::Zero();
+  for (std::size_t i = begin; i < end; ++i) {
+    const auto& [vertex, triangle] = candidates_[i];
+    if (i == begin || vertex != candidates_[i - 1].vertex) outwards = outwards_at(vertex);
+    const auto body = std::size_t(body_of_vertex_[std::size_t(vertex)]);
+    const int other = body_of_triangle_[std::size_t(triangle)];
+    const Pair pair = pair_of(int(body), other);
+    const std::optional<Touch> now =
+        touch(positions_[std::size_t(vertex)], outwards, corners(triangle), pair.lengths);
+    if (!now) continue;
+    const bool is_first = found.empty() || found.back().vertex != vertex ||
+                          body_of_triangle_[std::size_t(found.back().triangle)] != other;
+    if (!is_first && found.back().touch.from_nearest.squaredNorm() <= now->from_nearest.squaredNorm())
+      continue;
+    if (is_first) found.emplace_back();
+    const double area = surfaces_[body].area(std::size_t(vertex - first_vertex_[body]));
+    found.back() = {vertex, triangle, *now, pair.per_area * area, touch_pressure(*now, pair.lengths),
+                    nullptr};
+  }
+  for (Contact& contact : found) hold_by_friction(contact);
+}
+
+const ContactForces::Anchor* ContactForces::anchor_of(int vertex, int body) const {
+  const auto found = std::lower_bound(
+      anchors_.begin(), anchors_.end(), std::tie(vertex, body),
+      [](const Anchor& anchor, const auto& key) { return std::tie(anchor.vertex, anchor.body) < key; });
+  return found != anchors_.end() && found->vertex == vertex && found->body == body ? &*found : nullptr;
+}
+
+void ContactForces::hold_by_friction(Contact& contact) const {
+  contact.anchor = anchor_of(contact.vertex, body_of_triangle_[std::size_t(contact.triangle)]);
+  if (!contact.anchor) return;
+  contact.offset = offset_from(contact.anchor->weights, positions_[std::size_t(contact.vertex)],
+                               corners(contact.anchor->triangle));
+  const double limit = rules_.friction * contact.pressure, length = contact.offset.along.norm();
+  contact.held = length > limit ? limit / length : 1;
+}
+
+template <class Real>
+void ContactForces::come_to(Positions<Real> x) {
+  find(x);
+  std::vector<Anchor> anchors;
+  for (const Contact& contact : contacts_) {
+    const int other = body_of_triangle_[std::size_t(contact.triangle)];
+    Anchor anchor{contact.vertex, other, contact.triangle, contact.touch.foot};
+    if (contact.anchor && contact.held == 1 && contact.anchor->triangle == contact.triangle)
+      anchor = *contact.anchor;
+    else if (contact.anchor)
+      anchor.weights = foot_on(positions_[std::size_t(contact.vertex)] - contact.held * contact.offset.along,
+                               corners(contact.triangle));
+    anchors.push_back(anchor);
+    const Pair pair = pair_of(body_of_vertex_[std::size_t(contact.vertex)], other);
+    depth_so_far_ = std::max(depth_so_far_, contact.touch.depth * reach_share / pair.lengths.reach);
+    reach_so_far_ = std::max(reach_so_far_, contact.touch.depth / pair.lengths.reach);
+  }
+  anchors_ = rules_.friction > 0 ? std::move(anchors) : std::vector<Anchor>();
+  for (Contact& contact : contacts_) {
+    contact.held = 0;
+    hold_by_friction(contact);
+  }
+  watch_motion();
+}
+
+void ContactForces::forget() {
+  anchors_.clear();
+  stepped_from_.clear();
+  for (Contact& contact : contacts_) {
+    contact.anchor = nullptr;
+    contact.held = 0;
+  }
+}
+
+/// Boxes about where bodies were and are say which may have met.
+void ContactForces::watch_motion() {
+  const std::vector<Vec3> from = std::exchange(stepped_from_, positions_);
+  if (from.empty()) return;
+  struct Swept {
+    Box box;
+    Vec3 motion;
+  };
+  std::vector<Swept> swept;
+  for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+    const auto begin = std::size_t(first_vertex_[i]), end = std::size_t(first_vertex_[i + 1]);
+    Swept now{{from[begin], from[begin]}, Vec3::Zero()};
+    for (std::size_t v = begin; v < end; ++v) {
+      now.box.lower = now.box.lower.cwiseMin(from[v]).cwiseMin(positions_[v]);
+      now.box.upper = now.box.upper.cwiseMax(from[v]).cwiseMax(positions_[v]);
+      now.motion += (positions_[v] - from[v]) / double(end - begin);
+    }
+    swept.push_back(now);
+  }
+  for (std::size_t a = 0; a < swept.size() && rules_.bodies; ++a)
+    for (std::size_t b = a + 1; b < swept.size(); ++b)
+      if (overlap(swept[a].box, swept[b].box, 0))
+        motion_so_far_ = std::max(motion_so_far_, (swept[a].motion - swept[b].motion).norm() /
+                                                      pair_of(int(a), int(b)).lengths.reach);
+}
+
+/// Forces of all touches, by vertex.
+void ContactForces::add_to_vertices() {
+  const auto push = [&](int vertex, const Vec3& force) {
+    forces_[std::size_t(vertex)] += force;
+    pushed_.push_back(vertex);
+  };
+  for (const Contact& contact : contacts_) {
+    const Pair pair = pair_of(body_of_vertex_[std::size_t(contact.vertex)],
+                              body_of_triangle_[std::size_t(contact.triangle)]);
+    const TouchForces forces = touch_forces(contact.touch, pair.lengths);
+    push(contact.vertex, contact.stiffness * forces.vertex);
+    for (std::size_t i = 0; i < 3; ++i)
+      push(triangles_[std::size_t(contact.triangle)][i], contact.stiffness * forces.corners[i]);
+    if (!contact.anchor) continue;
+    const double friction = contact.stiffness * contact.held;
+    push(contact.vertex, -friction * contact.offset.along);
+    for (std::size_t i = 0; i < 3; ++i)
+      push(triangles_[std::size_t(contact.anchor->triangle)][i], friction * contact.offset.by_corner[i]);
+  }
+  std::sort(pushed_.begin(), pushed_.end());
+  pushed_.erase(std::unique(pushed_.begin(), pushed_.end()), pushed_.end());
+}
+
+void ContactForces::clear_vertices() {
+  for (const int vertex : pushed_) forces_[std::size_t(vertex)].setZero();
+  pushed_.clear();
+}
+
+template <class Real>
+void ContactForces::add_forces(Fields<Real> forces) {
+  add_to_vertices();
+  for (const int vertex : pushed_) {
+    const auto body = std::size_t(body_of_vertex_[std::size_t(vertex)]);
+    for (const auto& [site, weight] : surfaces_[body].shares(std::size_t(vertex - first_vertex_[body])))
+      forces[body]->set(site, forces[body]->at(site) + weight * forces_[std::size_t(vertex)]);
+  }
+  clear_vertices();
+}
+
+template <class Real>
+void ContactForces::add_accelerations(Fields<Real> accelerations) {
+  add_to_vertices();
+  for (const int vertex : pushed_) {
+    const auto body = std::size_t(body_of_vertex_[std::size_t(vertex)]);
+    Field<Real>& a = *accelerations[body];
+    for (const auto& [site, weight] : surfaces_[body].shares(std::size_t(vertex - first_vertex_[body])))
+      a.set(site, a.at(site) + weight / bodies_[body].body->mass(site) * forces_[std::size_t(vertex)]);
+  }
+  clear_vertices();
+}
+
+double ContactForces::energy() const {
+  double sum = 0;
+  for (const Contact& contact : contacts_) {
+    const Pair pair = pair_of(body_of_vertex_[std::size_t(contact.vertex)],
+                              body_of_triangle_[std::size_t(contact.triangle)]);
+    sum += contact.stiffness * (touch_energy(contact.touch, pair.lengths) +
+                                (contact.held * contact.offset.along).squaredNorm() / 2);
+  }
+  return sum;
+}
+
+ContactReport ContactForces::report() const {
+  ContactReport report{.touches = contacts_.size(),
+                       .energy = energy(),
+                       .depth_so_far = depth_so_far_,
+                       .reach_so_far = reach_so_far_,
+                       .motion_so_far = motion_so_far_};
+  for (const Contact& contact : contacts_) {
+    report.depth = std::max(report.depth, contact.touch.depth);
+    report.force += contact.stiffness * contact.pressure;
+  }
+  return report;
+}
+
+std::vector<ContactForces::Point> ContactForces::points() const {
+  std::vector<Point> points;
+  for (const Contact& contact : contacts_) {
+    const int body = body_of_vertex_[std::size_t(contact.vertex)],
+              other = body_of_triangle_[std::size_t(contact.triangle)];
+    points.push_back({body, other, positions_[std::size_t(contact.vertex)],
+                      contact.stiffness * (touch_forces(contact.touch, pair_of(body, other).lengths).vertex -
+                                           contact.held * contact.offset.along)});
+  }
+  return points;
+}
+
+void ContactForces::add_carriers(int vertex, double weight, std::vector<Carrier>& carriers) const {
+  const int body = body_of_vertex_[std::size_t(vertex)];
+  for (const auto& [site, share] :
+       surfaces_[std::size_t(body)].shares(std::size_t(vertex - first_vertex_[std::size_t(body)]))) {
+    const auto known = std::find_if(carriers.begin(), carriers.end(), [&, at = site](const Carrier& carrier) {
+      return carrier.body == body && carrier.site == at;
+    });
+    if (known == carriers.end())
+      carriers.push_back({body, site, weight * share});
+    else
+      known->weight += weight * share;
+  }
+}
+
+/// The normal spring's, or friction's; without carriers where there is none.
+Eigen::Matrix3d ContactForces::stiffness_of(const Contact& contact, bool friction,
+                                            std::vector<Carrier>& carriers) const {
+  carriers.clear();
+  if (friction && !contact.anchor) return {};
+  const int triangle = friction ? contact.anchor->triangle : contact.triangle;
+  const std::array<double, 3>& weights = friction ? contact.anchor->weights : contact.touch.foot;
+  add_carriers(contact.vertex, 1, carriers);
+  for (std::size_t i = 0; i < 3; ++i)
+    add_carriers(triangles_[std::size_t(triangle)][i], -weights[i], carriers);
+  if (!friction) {
+    const Pair pair = pair_of(body_of_vertex_[std::size_t(contact.vertex)],
+                              body_of_triangle_[std::size_t(contact.triangle)]);
+    return contact.stiffness * touch_stiffness(contact.touch, pair.lengths);
+  }
+  const Vec3& n = contact.offset.normal;
+  Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - n * n.transpose();
+  if (contact.held < 1) {
+    const Vec3 along = contact.offset.along.stableNormalized();
+    across -= along * along.transpose();
+  }
+  return contact.stiffness * contact.held * across;
+}
+
+void ContactForces::Anchor::remember(Record& record) {
+  record.keep(vertex, body, triangle);
+  for (double& weight : weights) record.keep(weight);
+}
+
+/// Candidates follow from positions; what is found does not depend on when they were looked for.
+void ContactForces::remember(Record& record) {
+  record.keep(anchors_, depth_so_far_, reach_so_far_, motion_so_far_);
+  std::uint64_t stepped = stepped_from_.size();
+  record.keep(stepped);
+  stepped_from_.resize(std::size_t(stepped));
+  for (Vec3& x : stepped_from_) record.keep(x);
+  if (record.reads()) positions_.clear();
+}
+
+template void ContactForces::find(Positions<float>);
+template void ContactForces::find(Positions<double>);
+template void ContactForces::come_to(Positions<float>);
+template void ContactForces::come_to(Positions<double>);
+template void ContactForces::add_forces(Fields<float>);
+template void ContactForces::add_forces(Fields<double>);
+template void ContactForces::add_accelerations(Fields<float>);
+template void ContactForces::add_accelerations(Fields<double>);
+
+}  // namespace mss

@@ -1,0 +1,116 @@
+#include "core/bodies/touch.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/mesh/triangle_tree.hpp"
+
+namespace mss {
+
+namespace {
+
+/// N over its length, its slope and its second derivative.
+double spring_energy_of(double depth, double layer) {
+  if (depth <= layer) return depth * depth * depth / (6 * layer);
+  return depth * (depth - layer) / 2 + layer * layer / 6;
+}
+double spring_force_of(double depth, double layer) {
+  return depth <= layer ? depth * depth / (2 * layer) : depth - layer / 2;
+}
+
+double rim_share(double beside, double rim) {
+  const double rest = std::max(0.0, 1 - beside / (rim * rim));
+  return rest * rest;
+}
+/// By s^2.
+double rim_slope(double beside, double rim) {
+  return -2 * std::max(0.0, 1 - beside / (rim * rim)) / (rim * rim);
+}
+
+}  // namespace
+
+std::array<double, 3> foot_on(const Vec3& point, const std::array<Vec3, 3>& corners) {
+  const auto& [a, b, c] = corners;
+  const Vec3 area = (b - a).cross(c - a);
+  const double squared = area.squaredNorm();
+  const double of_b = (point - a).cross(c - a).dot(area) / squared,
+               of_c = (b - a).cross(point - a).dot(area) / squared;
+  return {1 - of_b - of_c, of_b, of_c};
+}
+
+std::optional<Touch> touch(const Vec3& point, const Vec3& outwards, const std::array<Vec3, 3>& corners,
+                           const TouchLengths& lengths) {
+  constexpr double faces = -0.2;  // cosine of the angle between normals
+  const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  const double size = area.norm();
+  if (!(size > 0)) return std::nullopt;
+  Touch touch{.normal = area / size};
+  touch.depth = -touch.normal.dot(point - corners[0]);
+  if (!(touch.depth > 0) || touch.depth >= lengths.reach || !(touch.normal.dot(outwards) < faces))
+    return std::nullopt;
+  const NearestPoint nearest = nearest_point(point, corners);
+  touch.from_nearest = point - nearest.at;
+  touch.beside = std::max(0.0, touch.from_nearest.squaredNorm() - touch.depth * touch.depth);
+  if (touch.beside >= lengths.rim * lengths.rim) return std::nullopt;
+  touch.nearest = nearest.weights;
+  touch.foot = foot_on(point, corners);
+  return touch;
+}
+
+double touch_energy(const Touch& touch, const TouchLengths& lengths) {
+  return spring_energy_of(touch.depth, lengths.layer) * rim_share(touch.beside, lengths.rim);
+}
+
+double touch_pressure(const Touch& touch, const TouchLengths& lengths) {
+  return spring_force_of(touch.depth, lengths.layer) * rim_share(touch.beside, lengths.rim);
+}
+
+/// In d and s, whose gradients are -n and the direction aside.
+Eigen::Matrix3d touch_stiffness(const Touch& touch, const TouchLengths& lengths) {
+  const double energy = spring_energy_of(touch.depth, lengths.layer),
+               force = spring_force_of(touch.depth, lengths.layer),
+               slope = std::min(1.0, touch.depth / lengths.layer);
+  const double share = rim_share(touch.beside, lengths.rim), by_square = rim_slope(touch.beside, lengths.rim);
+  if (touch.beside == 0 || by_square == 0) return slope * share * touch.normal * touch.normal.transpose();
+  const double s = std::sqrt(touch.beside), e2 = lengths.rim * lengths.rim;
+  const double by_both = force * by_square * 2 * s,
+               by_s = energy * (2 * by_square + 8 * touch.beside / (e2 * e2));
+  Eigen::Matrix2d planar;
+  planar << slope * share, by_both, by_both, by_s;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> parts(planar);
+  planar =
+      parts.eigenvectors() * parts.eigenvalues().cwiseMax(0).asDiagonal() * parts.eigenvectors().transpose();
+  Eigen::Matrix<double, 3, 2> axes;
+  axes << -touch.normal, (touch.from_nearest + touch.depth * touch.normal).stableNormalized();
+  return axes * planar * axes.transpose();
+}
+
+/// With d' = -n and s^2' = 2 (p - c) + 2 d n for the vertex; d' = foot_i n and
+/// s^2' = -2 nearest_i (p - c) - 2 d foot_i n for corners.
+TouchForces touch_forces(const Touch& touch, const TouchLengths& lengths) {
+  const double press = touch_pressure(touch, lengths),
+               aside = spring_energy_of(touch.depth, lengths.layer) * rim_slope(touch.beside, lengths.rim);
+  const Vec3 inwards = touch.depth * touch.normal;
+  TouchForces forces{press * touch.normal - 2 * aside * (touch.from_nearest + inwards), {}};
+  for (std::size_t i = 0; i < 3; ++i)
+    forces.corners[i] = -press * touch.foot[i] * touch.normal +
+                        2 * aside * (touch.nearest[i] * touch.from_nearest + touch.foot[i] * inwards);
+  return forces;
+}
+
+Offset offset_from(const std::array<double, 3>& anchor, const Vec3& point,
+                   const std::array<Vec3, 3>& corners) {
+  const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  Offset offset{.normal = area.stableNormalized()};
+  const Vec3 at = anchor[0] * corners[0] + anchor[1] * corners[1] + anchor[2] * corners[2];
+  const Vec3 whole = point - at;
+  const double gap = offset.normal.dot(point - corners[0]);
+  offset.along = whole - gap * offset.normal;
+  const std::array<double, 3> foot = foot_on(point, corners);
+  for (std::size_t i = 0; i < 3; ++i) offset.by_corner[i] = anchor[i] * whole - gap * foot[i] * offset.normal;
+  return offset;
+}
+
+}  // namespace mss

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "core/base/field.hpp"
+
+namespace mss {
+
+/// A vertex of one surface behind a triangle of another, or of the same: how far, and where.
+///
+/// The force of a touch is minus the gradient of the energy
+///   E = k N(d) R(s^2),  N(d) = d^3 / (6 l) for d <= l, d (d - l) / 2 + l^2 / 6 beyond,
+///   R = (1 - s^2 / e^2)^2 for s < e, else 0,
+/// where d is how far the vertex is behind the triangle's plane, and s how far the foot of its perpendicular
+/// is outside the triangle. So N is a one-sided spring that is linear but for its first l, where its slope
+/// starts at zero, as that of penalty planes, and R lets it end smoothly at a surface's rim. d and s depend
+/// on distances of the vertex and the corners alone, so a touch changes neither momentum nor angular
+/// momentum, and without friction no energy.
+struct Touch {
+  Vec3 normal = Vec3::UnitZ();       ///< of the triangle, outwards
+  double depth = 0;                  ///< d [m]
+  double beside = 0;                 ///< s^2 [m^2]
+  Vec3 from_nearest = Vec3::Zero();  ///< from the triangle's nearest point to the vertex [m]
+  std::array<double, 3> foot{};      ///< weights of the corners in the foot of the perpendicular
+  std::array<double, 3> nearest{};   ///< and in the triangle's nearest point
+};
+
+/// Lengths of the law [m].
+struct TouchLengths {
+  double reach = 0;  ///< deepest that a vertex is followed
+  double layer = 0;  ///< l
+  double rim = 0;    ///< e
+};
+
+/// Whether and how a vertex at a point touches a triangle; `outwards`: the normal of its own surface there.
+/// Surfaces that do not face each other do not touch: so the rims of two blocks, one on the other, do not
+/// hold each other's sides. Flat triangles touch nothing.
+std::optional<Touch> touch(const Vec3& point, const Vec3& outwards, const std::array<Vec3, 3>& corners,
+                           const TouchLengths& lengths);
+
+/// Energy over stiffness [m^2].
+double touch_energy(const Touch& touch, const TouchLengths& lengths);
+
+/// The pressing force over stiffness, N'(d) R [m].
+double touch_pressure(const Touch& touch, const TouchLengths& lengths);
+
+/// The second derivative of the energy with respect to the vertex, over stiffness, as if the triangle did not
+/// turn, made positive semidefinite.
+Eigen::Matrix3d touch_stiffness(const Touch& touch, const TouchLengths& lengths);
+
+/// Forces over stiffness [m]: on the vertex, and on the triangle's corners. They add up to nothing.
+struct TouchForces {
+  Vec3 vertex;
+  std::array<Vec3, 3> corners;
+};
+TouchForces touch_forces(const Touch& touch, const TouchLengths& lengths);
+
+/// A vertex held by friction to a point of a triangle, the anchor: its offset along the triangle, and the
+/// gradients that make of a scalar times it forces without momentum and angular momentum. With
+///   e = p - a,  g = n.(p - x_1),  offset^2 = |e|^2 - g^2
+/// the energy k offset^2 / 2 depends on distances alone.
+struct Offset {
+  Vec3 along = Vec3::Zero();  ///< the part of e in the triangle's plane [m]
+  Vec3 normal = Vec3::UnitZ();
+  std::array<Vec3, 3> by_corner{};  ///< minus the gradient of offset^2 / 2 with respect to the corners [m]
+};
+Offset offset_from(const std::array<double, 3>& anchor, const Vec3& point,
+                   const std::array<Vec3, 3>& corners);
+
+/// Weights of the corners in the foot of a point's perpendicular on the triangle's plane; they add up to 1.
+std::array<double, 3> foot_on(const Vec3& point, const std::array<Vec3, 3>& corners);
+
+}  // namespace mss
