@@ -21,6 +21,12 @@ bool overlap(const Box& a, const Box& b, double distance) {
   return (a.lower - b.upper).maxCoeff() <= distance && (b.lower - a.upper).maxCoeff() <= distance;
 }
 
+/// Of two triangles of a body those whose rim the vertex is within come first, then the nearer.
+bool is_better(const Touch& a, const Touch& b, const TouchLengths& lengths) {
+  const bool a_within = is_within_rim(a, lengths), b_within = is_within_rim(b, lengths);
+  return a_within != b_within ? a_within : a.from_nearest.squaredNorm() < b.from_nearest.squaredNorm();
+}
+
 bool contains(const Box& box, const Vec3& x, double distance) {
   return (box.lower - x).maxCoeff() <= distance && (x - box.upper).maxCoeff() <= distance;
 }
@@ -158,7 +164,15 @@ void ContactForces::find_contacts() {
     add_contacts_of(begins[std::size_t(p)], begins[std::size_t(p) + 1], found[std::size_t(p)]);
   });
   contacts_.clear();
-  for (const std::vector<Contact>& part : found) contacts_.insert(contacts_.end(), part.begin(), part.end());
+  beside_.clear();
+  for (const std::vector<Contact>& part : found)
+    for (const Contact& contact : part)
+      if (contact.touches)
+        contacts_.push_back(contact);
+      else
+        beside_.push_back({.vertex = contact.vertex,
+                           .body = body_of_triangle_[std::size_t(contact.triangle)],
+                           .depth = contact.touch.depth});
 }
 
 /// Candidates of a vertex and a body follow each other: the nearest of them counts.
@@ -175,28 +189,39 @@ void ContactForces::add_contacts_of(std::size_t begin, std::size_t end, std::vec
     if (!now) continue;
     const bool is_first = found.empty() || found.back().vertex != vertex ||
                           body_of_triangle_[std::size_t(found.back().triangle)] != other;
-    if (!is_first && found.back().touch.from_nearest.squaredNorm() <= now->from_nearest.squaredNorm())
-      continue;
+    if (!is_first && !is_better(*now, found.back().touch, pair.lengths)) continue;
     if (is_first) found.emplace_back();
     const double area = surfaces_[body].area(std::size_t(vertex - first_vertex_[body]));
-    found.back() = {vertex, triangle, *now, pair.per_area * area, touch_pressure(*now, pair.lengths),
-                    nullptr};
+    found.back() = {vertex, triangle, *now, pair.per_area * area, 0, nullptr, false};
   }
-  for (Contact& contact : found) hold_by_friction(contact);
+  for (Contact& contact : found) judge(contact);
 }
 
-const ContactForces::Anchor* ContactForces::anchor_of(int vertex, int body) const {
+const ContactForces::Trace* ContactForces::trace_of(int vertex, int body) const {
   const auto found = std::lower_bound(
-      anchors_.begin(), anchors_.end(), std::tie(vertex, body),
-      [](const Anchor& anchor, const auto& key) { return std::tie(anchor.vertex, anchor.body) < key; });
-  return found != anchors_.end() && found->vertex == vertex && found->body == body ? &*found : nullptr;
+      traces_.begin(), traces_.end(), std::tie(vertex, body),
+      [](const Trace& trace, const auto& key) { return std::tie(trace.vertex, trace.body) < key; });
+  return found != traces_.end() && found->vertex == vertex && found->body == body ? &*found : nullptr;
+}
+
+/// A vertex that was beside, and is half as deep at most, comes through another side.
+void ContactForces::judge(Contact& contact) const {
+  const int body = body_of_triangle_[std::size_t(contact.triangle)];
+  const TouchLengths lengths = pair_of(body_of_vertex_[std::size_t(contact.vertex)], body).lengths;
+  contact.trace = trace_of(contact.vertex, body);
+  const bool touched = contact.trace && contact.trace->touches,
+             was_beside = contact.trace && !touched && contact.touch.depth >= contact.trace->depth / 2;
+  contact.touches = touched || (!was_beside && is_within_rim(contact.touch, lengths));
+  if (touched) contact.touch.growth = most_growth;
+  contact.pressure = touch_pressure(contact.touch, lengths);
+  hold_by_friction(contact);
 }
 
 void ContactForces::hold_by_friction(Contact& contact) const {
-  contact.anchor = anchor_of(contact.vertex, body_of_triangle_[std::size_t(contact.triangle)]);
-  if (!contact.anchor) return;
-  contact.offset = offset_from(contact.anchor->weights, positions_[std::size_t(contact.vertex)],
-                               corners(contact.anchor->triangle));
+  contact.held = 0;
+  if (!has_friction() || !contact.trace || !contact.trace->touches) return;
+  contact.offset = offset_from(contact.trace->anchor, positions_[std::size_t(contact.vertex)],
+                               corners(contact.trace->triangle));
   const double limit = rules_.friction * contact.pressure, length = contact.offset.along.norm();
   contact.held = length > limit ? limit / length : 1;
 }
@@ -204,35 +229,39 @@ void ContactForces::hold_by_friction(Contact& contact) const {
 template <class Real>
 void ContactForces::come_to(Positions<Real> x) {
   find(x);
-  std::vector<Anchor> anchors;
+  std::vector<Trace> traces = beside_;
   for (const Contact& contact : contacts_) {
-    const int other = body_of_triangle_[std::size_t(contact.triangle)];
-    Anchor anchor{contact.vertex, other, contact.triangle, contact.touch.foot};
-    if (contact.anchor && contact.held == 1 && contact.anchor->triangle == contact.triangle)
-      anchor = *contact.anchor;
-    else if (contact.anchor)
-      anchor.weights = foot_on(positions_[std::size_t(contact.vertex)] - contact.held * contact.offset.along,
-                               corners(contact.triangle));
-    anchors.push_back(anchor);
-    const Pair pair = pair_of(body_of_vertex_[std::size_t(contact.vertex)], other);
+    traces.push_back(trace_after(contact));
+    const Pair pair = pair_of(body_of_vertex_[std::size_t(contact.vertex)], traces.back().body);
     depth_so_far_ = std::max(depth_so_far_, contact.touch.depth * reach_share / pair.lengths.reach);
     reach_so_far_ = std::max(reach_so_far_, contact.touch.depth / pair.lengths.reach);
   }
-  anchors_ = rules_.friction > 0 ? std::move(anchors) : std::vector<Anchor>();
-  for (Contact& contact : contacts_) {
-    contact.held = 0;
-    hold_by_friction(contact);
-  }
+  std::sort(traces.begin(), traces.end(), [](const Trace& a, const Trace& b) {
+    return std::tie(a.vertex, a.body) < std::tie(b.vertex, b.body);
+  });
+  traces_ = std::move(traces);
+  for (Contact& contact : contacts_) judge(contact);
   watch_motion();
 }
 
+/// The anchor of a vertex that slips is as far from it as friction can hold.
+ContactForces::Trace ContactForces::trace_after(const Contact& contact) const {
+  if (contact.held == 1 && contact.trace->triangle == contact.triangle) return *contact.trace;
+  Trace trace{.vertex = contact.vertex,
+              .body = body_of_triangle_[std::size_t(contact.triangle)],
+              .touches = true,
+              .triangle = contact.triangle,
+              .anchor = contact.touch.foot};
+  if (is_held(contact))
+    trace.anchor = foot_on(positions_[std::size_t(contact.vertex)] - contact.held * contact.offset.along,
+                           corners(contact.triangle));
+  return trace;
+}
+
 void ContactForces::forget() {
-  anchors_.clear();
+  traces_.clear();
   stepped_from_.clear();
-  for (Contact& contact : contacts_) {
-    contact.anchor = nullptr;
-    contact.held = 0;
-  }
+  if (!positions_.empty()) find_contacts();
 }
 
 /// Boxes about where bodies were and are say which may have met.
@@ -274,11 +303,11 @@ void ContactForces::add_to_vertices() {
     push(contact.vertex, contact.stiffness * forces.vertex);
     for (std::size_t i = 0; i < 3; ++i)
       push(triangles_[std::size_t(contact.triangle)][i], contact.stiffness * forces.corners[i]);
-    if (!contact.anchor) continue;
+    if (!is_held(contact)) continue;
     const double friction = contact.stiffness * contact.held;
     push(contact.vertex, -friction * contact.offset.along);
     for (std::size_t i = 0; i < 3; ++i)
-      push(triangles_[std::size_t(contact.anchor->triangle)][i], friction * contact.offset.by_corner[i]);
+      push(triangles_[std::size_t(contact.trace->triangle)][i], friction * contact.offset.by_corner[i]);
   }
   std::sort(pushed_.begin(), pushed_.end());
   pushed_.erase(std::unique(pushed_.begin(), pushed_.end()), pushed_.end());
@@ -366,9 +395,9 @@ void ContactForces::add_carriers(int vertex, double weight, std::vector<Carrier>
 Eigen::Matrix3d ContactForces::stiffness_of(const Contact& contact, bool friction,
                                             std::vector<Carrier>& carriers) const {
   carriers.clear();
-  if (friction && !contact.anchor) return {};
-  const int triangle = friction ? contact.anchor->triangle : contact.triangle;
-  const std::array<double, 3>& weights = friction ? contact.anchor->weights : contact.touch.foot;
+  if (friction && !is_held(contact)) return Eigen::Matrix3d::Zero();
+  const int triangle = friction ? contact.trace->triangle : contact.triangle;
+  const std::array<double, 3>& weights = friction ? contact.trace->anchor : contact.touch.foot;
   add_carriers(contact.vertex, 1, carriers);
   for (std::size_t i = 0; i < 3; ++i)
     add_carriers(triangles_[std::size_t(triangle)][i], -weights[i], carriers);
@@ -386,14 +415,14 @@ Eigen::Matrix3d ContactForces::stiffness_of(const Contact& contact, bool frictio
   return contact.stiffness * contact.held * across;
 }
 
-void ContactForces::Anchor::remember(Record& record) {
-  record.keep(vertex, body, triangle);
-  for (double& weight : weights) record.keep(weight);
+void ContactForces::Trace::remember(Record& record) {
+  record.keep(vertex, body, touches, depth, triangle);
+  for (double& weight : anchor) record.keep(weight);
 }
 
 /// Candidates follow from positions; what is found does not depend on when they were looked for.
 void ContactForces::remember(Record& record) {
-  record.keep(anchors_, depth_so_far_, reach_so_far_, motion_so_far_);
+  record.keep(traces_, depth_so_far_, reach_so_far_, motion_so_far_);
   std::uint64_t stepped = stepped_from_.size();
   record.keep(stepped);
   stepped_from_.resize(std::size_t(stepped));

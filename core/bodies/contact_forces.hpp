@@ -39,9 +39,10 @@ struct ContactReport {
 /// omega^2 to the squared frequencies; as triangles as much, if the vertices behind a triangle have its
 /// area, and twice if they have twice that.
 ///
-/// Friction holds a vertex where it first touched, at its anchor, by a spring of the same stiffness along the
-/// triangle, up to Coulomb's limit; where it slips the anchor follows at the ends of steps, come_to().
-/// Cundall & Strack, Geotechnique 29 (1979) 47.
+/// What happens depends on the ends of steps, come_to(), too. Friction holds a vertex where it first touched,
+/// at its anchor, by a spring of the same stiffness along the triangle, up to Coulomb's limit; where it slips
+/// the anchor follows. Cundall & Strack, Geotechnique 29 (1979) 47. And a vertex that has come behind a
+/// triangle's plane beside it, as of a block that passes another, does not touch when it comes nearer.
 ///
 /// Everything is found and added in an order that threads do not change.
 class ContactForces {
@@ -76,10 +77,10 @@ class ContactForces {
   double energy() const;
   ContactReport report() const;
 
-  /// The system has come to positions, at the end of a step: friction's anchors follow.
+  /// The system has come to positions, at the end of a step.
   template <class Real>
   void come_to(Positions<Real> x);
-  /// No vertex has an anchor; what was worst so far remains.
+  /// No step has ended yet; what was worst so far remains.
   void forget();
 
   /// A touch for studies: the force [N] on the vertex's body at the vertex [m].
@@ -120,20 +121,25 @@ class ContactForces {
   struct Candidate {
     int vertex, triangle;  ///< of all
   };
-  struct Anchor {
+  /// What a vertex was to a body where the last step ended: it touched it, held by friction to a point of a
+  /// triangle, or was beside its rim, so deep.
+  struct Trace {
     int vertex = 0, body = 0;
+    bool touches = false;
+    double depth = 0;
     int triangle = 0;
-    std::array<double, 3> weights{};
+    std::array<double, 3> anchor{};
     void remember(Record& record);
   };
   struct Contact {
     int vertex, triangle;
     Touch touch;
-    double stiffness;      ///< k [N/m]
-    double pressure;       ///< over k [m]
-    const Anchor* anchor;  ///< nullptr: none yet
-    Offset offset{};       ///< from it
-    double held = 0;       ///< share of the offset that friction can hold
+    double stiffness;    ///< k [N/m]
+    double pressure;     ///< over k [m]
+    const Trace* trace;  ///< nullptr: none
+    bool touches;        ///< else it is beside
+    Offset offset{};     ///< from the anchor
+    double held = 0;     ///< share of the offset that friction can hold
   };
   struct Pair {
     double per_area = 0;  ///< k / A [N/m^3]
@@ -151,8 +157,12 @@ class ContactForces {
   void find_candidates(int body, int other, std::vector<Candidate>& found) const;
   void find_contacts();
   void add_contacts_of(std::size_t begin, std::size_t end, std::vector<Contact>& found) const;
+  void judge(Contact& contact) const;
   void hold_by_friction(Contact& contact) const;
-  const Anchor* anchor_of(int vertex, int body) const;
+  const Trace* trace_of(int vertex, int body) const;
+  Trace trace_after(const Contact& contact) const;
+  bool is_held(const Contact& contact) const { return contact.held > 0; }
+
   void add_to_vertices();
   void clear_vertices();
   Eigen::Matrix3d stiffness_of(const Contact& contact, bool friction, std::vector<Carrier>& carriers) const;
@@ -172,7 +182,7 @@ class ContactForces {
   std::vector<Vec3> positions_, searched_at_, stepped_from_;  ///< by vertex; empty: never
   std::vector<Candidate> candidates_;                         ///< by vertex, then triangle
   std::vector<Contact> contacts_;                             ///< by vertex, then body
-  std::vector<Anchor> anchors_;                               ///< by vertex, then body
+  std::vector<Trace> beside_, traces_;                        ///< by vertex, then body
   std::vector<Vec3> forces_;                                  ///< by vertex
   std::vector<int> pushed_;                                   ///< vertices with forces, ascending
   double depth_so_far_ = 0, reach_so_far_ = 0, motion_so_far_ = 0;

@@ -20,13 +20,20 @@ double spring_force_of(double depth, double layer) {
   return depth <= layer ? depth * depth / (2 * layer) : depth - layer / 2;
 }
 
-double rim_share(double beside, double rim) {
-  const double rest = std::max(0.0, 1 - beside / (rim * rim));
-  return rest * rest;
+/// R and its derivatives.
+struct Rim {
+  double share, slope, curvature;
+};
+Rim rim_of(double q) {
+  const double rest = std::max(0.0, 1 - q);
+  return {rest * rest, -2 * rest, rest > 0 ? 2.0 : 0.0};
 }
-/// By s^2.
-double rim_slope(double beside, double rim) {
-  return -2 * std::max(0.0, 1 - beside / (rim * rim)) / (rim * rim);
+double rim_width(const Touch& touch, const TouchLengths& lengths) {
+  return lengths.rim + touch.growth * touch.depth;
+}
+double q_of(const Touch& touch, const TouchLengths& lengths) {
+  const double rim = rim_width(touch, lengths);
+  return touch.beside / (rim * rim);
 }
 
 }  // namespace
@@ -53,18 +60,23 @@ std::optional<Touch> touch(const Vec3& point, const Vec3& outwards, const std::a
   const NearestPoint nearest = nearest_point(point, corners);
   touch.from_nearest = point - nearest.at;
   touch.beside = std::max(0.0, touch.from_nearest.squaredNorm() - touch.depth * touch.depth);
-  if (touch.beside >= lengths.rim * lengths.rim) return std::nullopt;
+  touch.growth = most_growth;
+  if (q_of(touch, lengths) >= 1) return std::nullopt;
+  touch.growth = 0;
   touch.nearest = nearest.weights;
   touch.foot = foot_on(point, corners);
   return touch;
 }
 
 double touch_energy(const Touch& touch, const TouchLengths& lengths) {
-  return spring_energy_of(touch.depth, lengths.layer) * rim_share(touch.beside, lengths.rim);
+  return spring_energy_of(touch.depth, lengths.layer) * rim_of(q_of(touch, lengths)).share;
 }
 
 double touch_pressure(const Touch& touch, const TouchLengths& lengths) {
-  return spring_force_of(touch.depth, lengths.layer) * rim_share(touch.beside, lengths.rim);
+  const double q = q_of(touch, lengths), q_by_depth = -2 * touch.growth * q / rim_width(touch, lengths);
+  const Rim rim = rim_of(q);
+  return spring_force_of(touch.depth, lengths.layer) * rim.share +
+         spring_energy_of(touch.depth, lengths.layer) * rim.slope * q_by_depth;
 }
 
 /// In d and s, whose gradients are -n and the direction aside.
@@ -72,13 +84,17 @@ Eigen::Matrix3d touch_stiffness(const Touch& touch, const TouchLengths& lengths)
   const double energy = spring_energy_of(touch.depth, lengths.layer),
                force = spring_force_of(touch.depth, lengths.layer),
                slope = std::min(1.0, touch.depth / lengths.layer);
-  const double share = rim_share(touch.beside, lengths.rim), by_square = rim_slope(touch.beside, lengths.rim);
-  if (touch.beside == 0 || by_square == 0) return slope * share * touch.normal * touch.normal.transpose();
-  const double s = std::sqrt(touch.beside), e2 = lengths.rim * lengths.rim;
-  const double by_both = force * by_square * 2 * s,
-               by_s = energy * (2 * by_square + 8 * touch.beside / (e2 * e2));
+  const double q = q_of(touch, lengths), e = rim_width(touch, lengths), s = std::sqrt(touch.beside),
+               g = touch.growth;
+  const Rim rim = rim_of(q);
+  if (q == 0) return slope * rim.share * touch.normal * touch.normal.transpose();
+  const double qd = -2 * g * q / e, qs = 2 * s / (e * e);
+  const double qdd = 6 * g * g * q / (e * e), qds = -4 * g * s / (e * e * e), qss = 2 / (e * e);
   Eigen::Matrix2d planar;
-  planar << slope * share, by_both, by_both, by_s;
+  planar(0, 0) =
+      slope * rim.share + 2 * force * rim.slope * qd + energy * (rim.curvature * qd * qd + rim.slope * qdd);
+  planar(0, 1) = planar(1, 0) = force * rim.slope * qs + energy * (rim.curvature * qd * qs + rim.slope * qds);
+  planar(1, 1) = energy * (rim.curvature * qs * qs + rim.slope * qss);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> parts(planar);
   planar =
       parts.eigenvectors() * parts.eigenvalues().cwiseMax(0).asDiagonal() * parts.eigenvectors().transpose();
@@ -90,8 +106,9 @@ Eigen::Matrix3d touch_stiffness(const Touch& touch, const TouchLengths& lengths)
 /// With d' = -n and s^2' = 2 (p - c) + 2 d n for the vertex; d' = foot_i n and
 /// s^2' = -2 nearest_i (p - c) - 2 d foot_i n for corners.
 TouchForces touch_forces(const Touch& touch, const TouchLengths& lengths) {
-  const double press = touch_pressure(touch, lengths),
-               aside = spring_energy_of(touch.depth, lengths.layer) * rim_slope(touch.beside, lengths.rim);
+  const double rim = rim_width(touch, lengths), press = touch_pressure(touch, lengths),
+               aside = spring_energy_of(touch.depth, lengths.layer) * rim_of(q_of(touch, lengths)).slope /
+                       (rim * rim);
   const Vec3 inwards = touch.depth * touch.normal;
   TouchForces forces{press * touch.normal - 2 * aside * (touch.from_nearest + inwards), {}};
   for (std::size_t i = 0; i < 3; ++i)

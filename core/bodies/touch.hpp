@@ -10,13 +10,15 @@ namespace mss {
 /// A vertex of one surface behind a triangle of another, or of the same: how far, and where.
 ///
 /// The force of a touch is minus the gradient of the energy
-///   E = k N(d) R(s^2),  N(d) = d^3 / (6 l) for d <= l, d (d - l) / 2 + l^2 / 6 beyond,
-///   R = (1 - s^2 / e^2)^2 for s < e, else 0,
+///   E = k N(d) R(q),  N(d) = d^3 / (6 l) for d <= l, d (d - l) / 2 + l^2 / 6 beyond,
+///   R = (1 - q)^2 for q < 1, else 0,  q = (s / (e + g d))^2,
 /// where d is how far the vertex is behind the triangle's plane, and s how far the foot of its perpendicular
 /// is outside the triangle. So N is a one-sided spring that is linear but for its first l, where its slope
-/// starts at zero, as that of penalty planes, and R lets it end smoothly at a surface's rim. d and s depend
-/// on distances of the vertex and the corners alone, so a touch changes neither momentum nor angular
-/// momentum, and without friction no energy.
+/// starts at zero, as that of penalty planes, and R lets it end smoothly at a surface's rim. A vertex that
+/// has touched before may slide off it: then the deeper it is, the farther out it ends, g = 2, so that no
+/// slope is much steeper than the spring's. Another is at the rim, or beside it, g = 0. d and s depend on
+/// distances of the vertex and the corners alone, so a touch changes neither momentum nor angular momentum,
+/// and without friction no energy.
 struct Touch {
   Vec3 normal = Vec3::UnitZ();       ///< of the triangle, outwards
   double depth = 0;                  ///< d [m]
@@ -24,7 +26,11 @@ struct Touch {
   Vec3 from_nearest = Vec3::Zero();  ///< from the triangle's nearest point to the vertex [m]
   std::array<double, 3> foot{};      ///< weights of the corners in the foot of the perpendicular
   std::array<double, 3> nearest{};   ///< and in the triangle's nearest point
+  double growth = 0;                 ///< g
 };
+
+/// g of vertices that have touched before.
+inline constexpr double most_growth = 2;
 
 /// Lengths of the law [m].
 struct TouchLengths {
@@ -35,14 +41,20 @@ struct TouchLengths {
 
 /// Whether and how a vertex at a point touches a triangle; `outwards`: the normal of its own surface there.
 /// Surfaces that do not face each other do not touch: so the rims of two blocks, one on the other, do not
-/// hold each other's sides. Flat triangles touch nothing.
+/// hold each other's sides. Flat triangles touch nothing. Those beside the rim of g = 0 too are found, as far
+/// out as vertices that have touched may slide.
 std::optional<Touch> touch(const Vec3& point, const Vec3& outwards, const std::array<Vec3, 3>& corners,
                            const TouchLengths& lengths);
+
+/// Whether it is within the rim of g = 0.
+inline bool is_within_rim(const Touch& touch, const TouchLengths& lengths) {
+  return touch.beside < lengths.rim * lengths.rim;
+}
 
 /// Energy over stiffness [m^2].
 double touch_energy(const Touch& touch, const TouchLengths& lengths);
 
-/// The pressing force over stiffness, N'(d) R [m].
+/// The pressing force over stiffness, the energy's derivative with respect to d [m].
 double touch_pressure(const Touch& touch, const TouchLengths& lengths);
 
 /// The second derivative of the energy with respect to the vertex, over stiffness, as if the triangle did not
