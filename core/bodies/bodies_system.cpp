@@ -90,7 +90,7 @@ BodiesSystem<Real>::BodiesSystem(Bodies bodies, const Environment& environment, 
       remembers_(have_memory<Real>(bodies)),
       events_(*this),
       memory_(*this) {
-  check(environment);
+  check(environment, surfaces);
   for (auto& body : bodies) {
     for (const std::ptrdiff_t site : body->particles()) sites_.push_back(size_ + site);
     size_ += body->size();
@@ -106,8 +106,10 @@ template <class Real>
 BodiesSystem<Real>::~BodiesSystem() = default;
 
 template <class Real>
-void BodiesSystem<Real>::check(const Environment& environment) const {
-  if (environment.contact_surface && contact_.has_collisions())
+void BodiesSystem<Real>::check(const Environment& environment, const Surfaces& surfaces) const {
+  const bool on_mesh =
+      std::any_of(surfaces.begin(), surfaces.end(), [](const auto& mesh) { return mesh != nullptr; });
+  if (on_mesh && contact_.has_collisions())
     throw InputError(
         "planes of contact = \"impulse\" touch the particles of several bodies; give contact_on = "
         "\"particles\", or contact = \"penalty\"");

@@ -126,7 +126,7 @@ class BodiesSystem final : public SolidSystem<Real> {
     BodiesSystem& system_;
   };
 
-  void check(const Environment& environment) const;
+  void check(const Environment& environment, const Surfaces& surfaces) const;
   void make_contact(const BodyContact& rules, const Surfaces& surfaces);
   void load_state(const Field<Real>& x, const Field<Real>& v);
   void load_positions(const Field<Real>& x) const;

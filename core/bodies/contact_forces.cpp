@@ -21,12 +21,6 @@ bool overlap(const Box& a, const Box& b, double distance) {
   return (a.lower - b.upper).maxCoeff() <= distance && (b.lower - a.upper).maxCoeff() <= distance;
 }
 
-/// Of two triangles of a body those whose rim the vertex is within come first, then the nearer.
-bool is_better(const Touch& a, const Touch& b, const TouchLengths& lengths) {
-  const bool a_within = is_within_rim(a, lengths), b_within = is_within_rim(b, lengths);
-  return a_within != b_within ? a_within : a.from_nearest.squaredNorm() < b.from_nearest.squaredNorm();
-}
-
 bool contains(const Box& box, const Vec3& x, double distance) {
   return (box.lower - x).maxCoeff() <= distance && (x - box.upper).maxCoeff() <= distance;
 }
@@ -164,15 +158,7 @@ void ContactForces::find_contacts() {
     add_contacts_of(begins[std::size_t(p)], begins[std::size_t(p) + 1], found[std::size_t(p)]);
   });
   contacts_.clear();
-  beside_.clear();
-  for (const std::vector<Contact>& part : found)
-    for (const Contact& contact : part)
-      if (contact.touches)
-        contacts_.push_back(contact);
-      else
-        beside_.push_back({.vertex = contact.vertex,
-                           .body = body_of_triangle_[std::size_t(contact.triangle)],
-                           .depth = contact.touch.depth});
+  for (const std::vector<Contact>& part : found) contacts_.insert(contacts_.end(), part.begin(), part.end());
 }
 
 /// Candidates of a vertex and a body follow each other: the nearest of them counts.
@@ -189,12 +175,12 @@ void ContactForces::add_contacts_of(std::size_t begin, std::size_t end, std::vec
     if (!now) continue;
     const bool is_first = found.empty() || found.back().vertex != vertex ||
                           body_of_triangle_[std::size_t(found.back().triangle)] != other;
-    if (!is_first && !is_better(*now, found.back().touch, pair.lengths)) continue;
+    if (!is_first && !is_nearer(*now, found.back().touch)) continue;
     if (is_first) found.emplace_back();
     const double area = surfaces_[body].area(std::size_t(vertex - first_vertex_[body]));
-    found.back() = {vertex, triangle, *now, pair.per_area * area, 0, nullptr, false};
+    found.back() = {vertex, triangle, *now, pair.per_area * area, 0, nullptr};
   }
-  for (Contact& contact : found) judge(contact);
+  std::erase_if(found, [&](Contact& contact) { return !begins_or_goes_on(contact); });
 }
 
 const ContactForces::Trace* ContactForces::trace_of(int vertex, int body) const {
@@ -204,22 +190,33 @@ const ContactForces::Trace* ContactForces::trace_of(int vertex, int body) const 
   return found != traces_.end() && found->vertex == vertex && found->body == body ? &*found : nullptr;
 }
 
-/// A vertex that was beside, and is half as deep at most, comes through another side.
-void ContactForces::judge(Contact& contact) const {
+/// Whether a vertex touched where the last step ended, or has come through the triangle since; with what
+/// follows from that.
+bool ContactForces::begins_or_goes_on(Contact& contact) const {
+  if (!(contact.touch.depth > 0)) return false;
   const int body = body_of_triangle_[std::size_t(contact.triangle)];
   const TouchLengths lengths = pair_of(body_of_vertex_[std::size_t(contact.vertex)], body).lengths;
   contact.trace = trace_of(contact.vertex, body);
-  const bool touched = contact.trace && contact.trace->touches,
-             was_beside = contact.trace && !touched && contact.touch.depth >= contact.trace->depth / 2;
-  contact.touches = touched || (!was_beside && is_within_rim(contact.touch, lengths));
-  if (touched) contact.touch.growth = most_growth;
+  if (contact.trace)
+    contact.touch.growth = most_growth;
+  else if (!is_within_rim(contact.touch, lengths) || was_behind(contact, lengths.layer))
+    return false;
   contact.pressure = touch_pressure(contact.touch, lengths);
   hold_by_friction(contact);
+  return true;
+}
+
+bool ContactForces::was_behind(const Contact& contact, double by) const {
+  if (stepped_from_.empty()) return false;
+  const auto& [a, b, c] = triangles_[std::size_t(contact.triangle)];
+  const Vec3& corner = stepped_from_[std::size_t(a)];
+  const Vec3 area = (stepped_from_[std::size_t(b)] - corner).cross(stepped_from_[std::size_t(c)] - corner);
+  return area.dot(corner - stepped_from_[std::size_t(contact.vertex)]) > by * area.norm();
 }
 
 void ContactForces::hold_by_friction(Contact& contact) const {
   contact.held = 0;
-  if (!has_friction() || !contact.trace || !contact.trace->touches) return;
+  if (!has_friction() || !contact.trace) return;
   contact.offset = offset_from(contact.trace->anchor, positions_[std::size_t(contact.vertex)],
                                corners(contact.trace->triangle));
   const double limit = rules_.friction * contact.pressure, length = contact.offset.along.norm();
@@ -229,18 +226,15 @@ void ContactForces::hold_by_friction(Contact& contact) const {
 template <class Real>
 void ContactForces::come_to(Positions<Real> x) {
   find(x);
-  std::vector<Trace> traces = beside_;
+  std::vector<Trace> traces;
   for (const Contact& contact : contacts_) {
     traces.push_back(trace_after(contact));
     const Pair pair = pair_of(body_of_vertex_[std::size_t(contact.vertex)], traces.back().body);
     depth_so_far_ = std::max(depth_so_far_, contact.touch.depth * reach_share / pair.lengths.reach);
     reach_so_far_ = std::max(reach_so_far_, contact.touch.depth / pair.lengths.reach);
   }
-  std::sort(traces.begin(), traces.end(), [](const Trace& a, const Trace& b) {
-    return std::tie(a.vertex, a.body) < std::tie(b.vertex, b.body);
-  });
   traces_ = std::move(traces);
-  for (Contact& contact : contacts_) judge(contact);
+  for (Contact& contact : contacts_) begins_or_goes_on(contact);
   watch_motion();
 }
 
@@ -249,7 +243,6 @@ ContactForces::Trace ContactForces::trace_after(const Contact& contact) const {
   if (contact.held == 1 && contact.trace->triangle == contact.triangle) return *contact.trace;
   Trace trace{.vertex = contact.vertex,
               .body = body_of_triangle_[std::size_t(contact.triangle)],
-              .touches = true,
               .triangle = contact.triangle,
               .anchor = contact.touch.foot};
   if (is_held(contact))
@@ -415,8 +408,12 @@ Eigen::Matrix3d ContactForces::stiffness_of(const Contact& contact, bool frictio
   return contact.stiffness * contact.held * across;
 }
 
+void ContactReport::remember(Record& record) {
+  record.keep(touches, depth, energy, force, depth_so_far, reach_so_far, motion_so_far);
+}
+
 void ContactForces::Trace::remember(Record& record) {
-  record.keep(vertex, body, touches, depth, triangle);
+  record.keep(vertex, body, triangle);
   for (double& weight : anchor) record.keep(weight);
 }
 

@@ -24,11 +24,14 @@ struct ContactReport {
   double depth_so_far = 0;   ///< of the deepest after any step, over the smallest cell's size
   double reach_so_far = 0;   ///< the same over what contact can follow: from 1 on it loses a vertex
   double motion_so_far = 0;  ///< the most that near bodies moved by each other in a step, over that
+
+  /// See core/base/record.hpp.
+  void remember(Record& record);
 };
 
 /// Contact between the surfaces of bodies, and of a body's with itself: a force on every vertex that is
 /// behind a triangle it faces, and the opposite one on the triangle's corners (touch.hpp). Of several
-/// triangles of a body a vertex touches the nearest. Triangles that are no farther than 1.5 cells from a
+/// triangles of a body a vertex may touch the nearest. Triangles that are no farther than 1.5 cells from a
 /// vertex of the same body at rest do not touch it.
 ///
 /// Between bodies a and b a vertex with a share A of the surface has the stiffness
@@ -39,10 +42,11 @@ struct ContactReport {
 /// omega^2 to the squared frequencies; as triangles as much, if the vertices behind a triangle have its
 /// area, and twice if they have twice that.
 ///
-/// What happens depends on the ends of steps, come_to(), too. Friction holds a vertex where it first touched,
-/// at its anchor, by a spring of the same stiffness along the triangle, up to Coulomb's limit; where it slips
-/// the anchor follows. Cundall & Strack, Geotechnique 29 (1979) 47. And a vertex that has come behind a
-/// triangle's plane beside it, as of a block that passes another, does not touch when it comes nearer.
+/// What happens depends on the ends of steps, come_to(), too. A vertex begins to touch a triangle by coming
+/// through it: one that was behind its plane before, beside it, as of a block that passes another, does not
+/// touch when it comes nearer. And friction holds a vertex where it first touched, at its anchor, by a spring
+/// of the same stiffness along the triangle, up to Coulomb's limit; where it slips the anchor follows.
+/// Cundall & Strack, Geotechnique 29 (1979) 47.
 ///
 /// Everything is found and added in an order that threads do not change.
 class ContactForces {
@@ -121,12 +125,10 @@ class ContactForces {
   struct Candidate {
     int vertex, triangle;  ///< of all
   };
-  /// What a vertex was to a body where the last step ended: it touched it, held by friction to a point of a
-  /// triangle, or was beside its rim, so deep.
+  /// A vertex that touched a body where the last step ended, and the point of a triangle to which friction
+  /// holds it.
   struct Trace {
     int vertex = 0, body = 0;
-    bool touches = false;
-    double depth = 0;
     int triangle = 0;
     std::array<double, 3> anchor{};
     void remember(Record& record);
@@ -137,7 +139,6 @@ class ContactForces {
     double stiffness;    ///< k [N/m]
     double pressure;     ///< over k [m]
     const Trace* trace;  ///< nullptr: none
-    bool touches;        ///< else it is beside
     Offset offset{};     ///< from the anchor
     double held = 0;     ///< share of the offset that friction can hold
   };
@@ -157,7 +158,8 @@ class ContactForces {
   void find_candidates(int body, int other, std::vector<Candidate>& found) const;
   void find_contacts();
   void add_contacts_of(std::size_t begin, std::size_t end, std::vector<Contact>& found) const;
-  void judge(Contact& contact) const;
+  bool begins_or_goes_on(Contact& contact) const;
+  bool was_behind(const Contact& contact, double by) const;
   void hold_by_friction(Contact& contact) const;
   const Trace* trace_of(int vertex, int body) const;
   Trace trace_after(const Contact& contact) const;
@@ -182,7 +184,7 @@ class ContactForces {
   std::vector<Vec3> positions_, searched_at_, stepped_from_;  ///< by vertex; empty: never
   std::vector<Candidate> candidates_;                         ///< by vertex, then triangle
   std::vector<Contact> contacts_;                             ///< by vertex, then body
-  std::vector<Trace> beside_, traces_;                        ///< by vertex, then body
+  std::vector<Trace> traces_;                                 ///< by vertex, then body
   std::vector<Vec3> forces_;                                  ///< by vertex
   std::vector<int> pushed_;                                   ///< vertices with forces, ascending
   double depth_so_far_ = 0, reach_so_far_ = 0, motion_so_far_ = 0;

@@ -55,17 +55,23 @@ std::optional<Touch> touch(const Vec3& point, const Vec3& outwards, const std::a
   if (!(size > 0)) return std::nullopt;
   Touch touch{.normal = area / size};
   touch.depth = -touch.normal.dot(point - corners[0]);
-  if (!(touch.depth > 0) || touch.depth >= lengths.reach || !(touch.normal.dot(outwards) < faces))
-    return std::nullopt;
+  if (!(std::abs(touch.depth) < lengths.reach) || !(touch.normal.dot(outwards) < faces)) return std::nullopt;
   const NearestPoint nearest = nearest_point(point, corners);
   touch.from_nearest = point - nearest.at;
   touch.beside = std::max(0.0, touch.from_nearest.squaredNorm() - touch.depth * touch.depth);
   touch.growth = most_growth;
-  if (q_of(touch, lengths) >= 1) return std::nullopt;
+  if (touch.depth > 0 && q_of(touch, lengths) >= 1) return std::nullopt;
   touch.growth = 0;
   touch.nearest = nearest.weights;
   touch.foot = foot_on(point, corners);
   return touch;
+}
+
+bool is_nearer(const Touch& a, const Touch& b) {
+  constexpr double rounding = 1e-9;
+  const double of_a = a.from_nearest.squaredNorm(), of_b = b.from_nearest.squaredNorm();
+  if (std::abs(of_a - of_b) > rounding * (of_a + of_b)) return of_a < of_b;
+  return std::abs(a.depth) > std::abs(b.depth);
 }
 
 double touch_energy(const Touch& touch, const TouchLengths& lengths) {

@@ -7,7 +7,7 @@
 
 namespace mss {
 
-/// A vertex of one surface behind a triangle of another, or of the same: how far, and where.
+/// A vertex of one surface near a triangle of another, or of the same: how far behind it, and where.
 ///
 /// The force of a touch is minus the gradient of the energy
 ///   E = k N(d) R(q),  N(d) = d^3 / (6 l) for d <= l, d (d - l) / 2 + l^2 / 6 beyond,
@@ -21,7 +21,7 @@ namespace mss {
 /// and without friction no energy.
 struct Touch {
   Vec3 normal = Vec3::UnitZ();       ///< of the triangle, outwards
-  double depth = 0;                  ///< d [m]
+  double depth = 0;                  ///< d [m]; negative in front
   double beside = 0;                 ///< s^2 [m^2]
   Vec3 from_nearest = Vec3::Zero();  ///< from the triangle's nearest point to the vertex [m]
   std::array<double, 3> foot{};      ///< weights of the corners in the foot of the perpendicular
@@ -39,12 +39,17 @@ struct TouchLengths {
   double rim = 0;    ///< e
 };
 
-/// Whether and how a vertex at a point touches a triangle; `outwards`: the normal of its own surface there.
-/// Surfaces that do not face each other do not touch: so the rims of two blocks, one on the other, do not
-/// hold each other's sides. Flat triangles touch nothing. Those beside the rim of g = 0 too are found, as far
-/// out as vertices that have touched may slide.
+/// How a vertex at a point lies to a triangle near it that it faces; `outwards`: the normal of its own
+/// surface there. Surfaces that do not face each other do not touch: so the rims of two blocks, one on the
+/// other, do not hold each other's sides. It touches if it is behind the triangle, d > 0, and that is the
+/// nearest; one in front of the nearest is outside. Flat triangles touch nothing, nor does what is behind
+/// one, but farther out than what touched before may slide.
 std::optional<Touch> touch(const Vec3& point, const Vec3& outwards, const std::array<Vec3, 3>& corners,
                            const TouchLengths& lengths);
+
+/// Of two triangles the nearer; of those with a nearest point in common the one whose plane is farther, which
+/// tells inside from outside.
+bool is_nearer(const Touch& a, const Touch& b);
 
 /// Whether it is within the rim of g = 0.
 inline bool is_within_rim(const Touch& touch, const TouchLengths& lengths) {
@@ -75,7 +80,9 @@ TouchForces touch_forces(const Touch& touch, const TouchLengths& lengths);
 struct Offset {
   Vec3 along = Vec3::Zero();  ///< the part of e in the triangle's plane [m]
   Vec3 normal = Vec3::UnitZ();
-  std::array<Vec3, 3> by_corner{};  ///< minus the gradient of offset^2 / 2 with respect to the corners [m]
+  std::array<Vec3, 3> by_corner{
+      Vec3::Zero(), Vec3::Zero(),
+      Vec3::Zero()};  ///< minus the gradient of offset^2 / 2 with respect to the corners [m]
 };
 Offset offset_from(const std::array<double, 3>& anchor, const Vec3& point,
                    const std::array<Vec3, 3>& corners);

@@ -47,6 +47,8 @@ inline constexpr Quantity relaxation_time{"a time", "a positive number of second
 inline constexpr Quantity damping_ratio{"a damping ratio", "a number that is not negative, or thesis = true",
                                         not_negative};
 inline constexpr Quantity viscosity{"a viscosity", "a number of Pa s that is not negative", not_negative};
+inline constexpr Quantity contact_stiffness{"a stiffness of contact",
+                                            "a positive number of stiffnesses of cells", positive};
 inline constexpr Quantity acceleration{"an acceleration", "three finite numbers of m/s^2", any};
 inline constexpr Quantity velocity{"a velocity", "three finite numbers of m/s", any};
 inline constexpr Quantity displacement{"a displacement", "three finite numbers of metres", any};

@@ -7,11 +7,10 @@
 #include <vector>
 
 #include "core/base/limits.hpp"
-#include "core/body/body.hpp"
 #include "core/environment/environment.hpp"
 #include "core/environment/sleep_tracker.hpp"
 #include "core/refinement/refined_body.hpp"
-#include "core/scene/scene_mesh.hpp"
+#include "core/scene/scene_body.hpp"
 #include "core/system/system.hpp"
 
 namespace mss {
@@ -53,14 +52,6 @@ inline constexpr const char* energy_drift = "energy_drift";
 /// Mean displacement from rest of the particles, or of the mesh's vertices, in a box [m].
 inline constexpr const char* mean_displacement = "displacement";
 
-/// Name of the model whose cells are springs with the volume force of eq. 3-7, and of the one with
-/// Mollemans's (reference/mollemans.hpp); the others are laws of finite elements (reference/fem).
-inline constexpr const char* spring_model = "springs";
-inline constexpr const char* mollemans_model = "mollemans";
-inline bool has_springs(const std::string& model) {
-  return model == spring_model || model == mollemans_model;
-}
-
 /// Cells that are chosen to be smaller, by an estimate of the error of a quantity at rest.
 struct AutoRefinement {
   enum class Goal {
@@ -93,28 +84,29 @@ const std::string& to_string(Tangent tangent);
 const std::string& to_string(AutoRefinement::Goal goal);
 const std::string& to_string(FrequencyMatch::Of of);
 
-/// A scene file, read and checked.
-struct Scene {
+/// A scene file, read and checked. Its first body is a base of it: most scenes have no other.
+struct Scene : SceneBody {
   std::filesystem::path file;
-  std::string name;        ///< file name without extension
-  BodyConfig body;         ///< its cells as they are after `refine`, its springs as calibrated
-  std::string voxel_file;  ///< where its cells come from, relative to the scene's folder; empty: a box,
-  std::optional<SceneMesh> mesh{};          ///< or a mesh's
-  int refine = 1;                           ///< parts that an edge of a cell of the file is split into
-  std::vector<RefinedBox> refined_boxes{};  ///< where its cells are split further,
+  std::string name;                                 ///< file name without extension
+  std::vector<RefinedBox> refined_boxes{};          ///< where cells of its only body are split further,
   std::optional<AutoRefinement> auto_refinement{};  ///< or what chooses where
-  std::optional<FrequencyMatch> match{};            ///< what its moduli are to be changed for
+  std::optional<FrequencyMatch> match{};            ///< what that body's moduli are to be changed for
   int modes = 0;                                    ///< of reduced models; 0: as many as the model takes
-  double face_share = 0.5;                          ///< t of calibrated springs
-  bool volume_force = true;                         ///< false: left out of calibrated springs
-  std::string model = spring_model;                 ///< what fills the cells, by name
+  std::vector<SceneBody> others{};                  ///< bodies after the first
+  bool states_contact = false;                      ///< has a [contact], so that what it leaves out is meant
   Environment environment;
-  Vec3 start_velocity = Vec3::Zero();          ///< [m/s]
-  Vec3 start_angular_velocity = Vec3::Zero();  ///< [rad/s] about the centre of mass
   SolveConfig solve;
   std::vector<Expectation> expectations;
   std::vector<std::string> warnings;  ///< sentences for the user
 };
+
+/// All of a scene's bodies, the first one first.
+std::vector<const SceneBody*> bodies_of(const Scene& scene);
+
+/// Whether a scene needs core/bodies: it has several bodies, or one that may touch itself.
+inline bool has_bodies_system(const Scene& scene) {
+  return !scene.others.empty() || scene.environment.contact.acts();
+}
 
 /// Reads a scene (TOML, SI units). `overrides` are "table.key=value" with TOML values, applied before
 /// checking, as in

@@ -16,24 +16,26 @@ namespace mss {
 
 namespace {
 
-/// Calls visit(table, index, box) for every box of particles that something acts on.
-void for_each_box(
-    const Scene& scene,
-    const std::function<void(std::string_view table, std::size_t index, const Box& box)>& visit) {
-  const auto each = [&](std::string_view table, const auto& all) {
-    for (std::size_t i = 0; i < all.size(); ++i) visit(table, i, all[i].box);
+/// Calls visit(place, box) for every box of particles that something acts on.
+void for_each_box(const Scene& scene,
+                  const std::function<void(const PlaceOfBox& place, const Box& box)>& visit) {
+  const auto each = [&](PlaceOfBox place, const auto& all) {
+    for (place.index = 0; place.index < all.size(); ++place.index) visit(place, all[place.index].box);
   };
-  const auto each_without_surface = [&](std::string_view table, const auto& all) {
-    for (std::size_t i = 0; i < all.size(); ++i)
-      if (!all[i].surface) visit(table, i, all[i].box);
+  const auto each_without_surface = [&](PlaceOfBox place, const auto& all) {
+    for (place.index = 0; place.index < all.size(); ++place.index)
+      if (!all[place.index].surface) visit(place, all[place.index].box);
   };
-  each_without_surface("hold", scene.environment.holds);
-  each_without_surface("load", scene.environment.loads);
-  each("strike", scene.environment.strikes);
-  each("weight", scene.body.weights);
+  each_without_surface({.table = "hold"}, scene.environment.holds);
+  each_without_surface({.table = "load"}, scene.environment.loads);
+  each({.table = "strike"}, scene.environment.strikes);
+  if (scene.others.empty()) return each({.table = "weight"}, scene.body.weights);
+  const std::vector<const SceneBody*> bodies = bodies_of(scene);
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    each({.table = "weight", .body = b}, bodies[b]->body.weights);
 }
 
-/// Which boxes have particles of a scene's body, whose lattice is made only if there is a box.
+/// Which boxes have particles of a scene's bodies, whose lattices are made only if there is a box.
 class Particles {
  public:
   explicit Particles(const Scene& scene) : scene_(scene) {
@@ -41,27 +43,39 @@ class Particles {
       refined_ = refined_body(scene);  // chosen cells have all of a body's particles
   }
 
-  bool any_in(const Box& box) {
-    if (!refined_) {
-      if (!body_) body_.emplace(scene_.body);
-      return !body_->select(box.lower, box.upper).empty();
+  /// Of all bodies, or of one.
+  bool any_in(const Box& box, std::optional<std::size_t> of = {}) {
+    if (refined_) {
+      const std::vector<std::ptrdiff_t> sites = select(refined_->levels(), box);
+      return std::any_of(sites.begin(), sites.end(),
+                         [&](std::ptrdiff_t site) { return refined_->mass(site) > 0; });
     }
-    const std::vector<std::ptrdiff_t> sites = select(refined_->levels(), box);
-    return std::any_of(sites.begin(), sites.end(),
-                       [&](std::ptrdiff_t site) { return refined_->mass(site) > 0; });
+    if (bodies_.empty())
+      for (const SceneBody* one : bodies_of(scene_))
+        bodies_.push_back(std::make_unique<const Body>(one->body));
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      if ((!of || b == *of) && !bodies_[b]->select(box.lower, box.upper).empty()) return true;
+    return false;
   }
   /// Of a box without one.
   std::string complaint() const {
-    return fmt::format("contains no particle; give one that does, {}", extent_at_rest(scene_.body));
+    return scene_.others.empty()
+               ? fmt::format("contains no particle; give one that does, {}", extent_at_rest(scene_.body))
+               : std::string("contains no particle; give one that does");
   }
 
  private:
   const Scene& scene_;
-  std::optional<Body> body_;
+  std::vector<std::unique_ptr<const Body>> bodies_;
   std::unique_ptr<const RefinedBody> refined_;
 };
 
 }  // namespace
+
+std::string to_string(const PlaceOfBox& place) {
+  return place.body ? fmt::format("body.{}.{}.{}", *place.body, place.table, place.index)
+                    : fmt::format("{}.{}", place.table, place.index);
+}
 
 std::string extent_at_rest(const BodyConfig& config) {
   const Vec3 lower = config.origin;
@@ -71,17 +85,18 @@ std::string extent_at_rest(const BodyConfig& config) {
                      lower[1], lower[2], upper[0], upper[1], upper[2]);
 }
 
-void find_empty_boxes(const Scene& scene, const std::function<void(std::string_view table, std::size_t index,
-                                                                   const std::string& complaint)>& report) {
+void find_empty_boxes(
+    const Scene& scene,
+    const std::function<void(const PlaceOfBox& place, const std::string& complaint)>& report) {
   Particles particles(scene);
-  for_each_box(scene, [&](std::string_view table, std::size_t index, const Box& box) {
-    if (!particles.any_in(box)) report(table, index, particles.complaint());
+  for_each_box(scene, [&](const PlaceOfBox& place, const Box& box) {
+    if (!particles.any_in(box, place.body)) report(place, particles.complaint());
   });
 }
 
 void check_boxes(const Scene& scene) {
-  find_empty_boxes(scene, [&](std::string_view table, std::size_t index, const std::string& complaint) {
-    throw InputError(fmt::format("{}: {}.{}.box {}", scene.file.string(), table, index, complaint));
+  find_empty_boxes(scene, [&](const PlaceOfBox& place, const std::string& complaint) {
+    throw InputError(fmt::format("{}: {}.box {}", scene.file.string(), to_string(place), complaint));
   });
 }
 

@@ -290,11 +290,23 @@ const SceneKeys<RefinedBox>& refine_keys() {
   return keys;
 }
 
-const SceneKeys<Scene>& start_keys() {
-  static const SceneKeys<Scene> keys{
-      vector<Scene>("velocity", velocity, at(&Scene::start_velocity), "of the body [m/s]"),
-      vector<Scene>("angular_velocity", angular_velocity, at(&Scene::start_angular_velocity),
-                    "of the body about its centre of mass [rad/s]")};
+const SceneKeys<BodyContact>& contact_keys() {
+  using C = BodyContact;
+  static const SceneKeys<C> keys{
+      truth<C>("bodies", at(&C::bodies), "bodies touch each other"),
+      truth<C>("self", at(&C::self), "bodies touch themselves"),
+      number<C>("friction", friction, at(&C::friction), "Coulomb's coefficient"),
+      number<C>("stiffness", contact_stiffness, at(&C::stiffness),
+                "of a touch over that of the cells that touch, see core/bodies/README.md")};
+  return keys;
+}
+
+const SceneKeys<SceneBody>& start_keys() {
+  using S = SceneBody;
+  static const SceneKeys<S> keys{
+      vector<S>("velocity", velocity, at(&S::start_velocity), "of the body [m/s]"),
+      vector<S>("angular_velocity", angular_velocity, at(&S::start_angular_velocity),
+                "of the body about its centre of mass [rad/s]")};
   return keys;
 }
 
@@ -382,7 +394,13 @@ const std::vector<Together>& read_together() {
         {"fill", "\"local\", \"staircase\"",
          "what a mesh fills of a cell, see core/mesh/README.md; \"local\""},
         {"contact_on", "\"particles\", \"surface\"",
-         "what planes touch: particles, or the mesh's vertices; \"particles\""}}},
+         "what planes touch: particles, or the mesh's vertices; \"particles\""},
+        {"name", "a text", "of one of several bodies, which are [[body]]"},
+        {"material", "a table", "as [material], whose keys it stands for"},
+        {"damping", "a table", "as [damping], in place of it"},
+        {"start", "a table", "as [start], whose keys it stands for"},
+        {"part", "an array of tables", "as [[part]]"},
+        {"weight", "an array of tables", "as [[weight]]"}}},
       {"body.mesh_rotation",
        {{"axis", std::string(axis.allowed), "about which"}, {"degrees", "a finite number", "how far"}}},
       {"material",
@@ -445,6 +463,7 @@ std::vector<TextTable> all_tables() {
   all.push_back(texts("weight", weight_keys(), false));
   all.push_back(texts("refine", refine_keys(), true));
   all.push_back(texts("environment", environment_keys(), true));
+  all.push_back(texts("contact", contact_keys(), true));
   all.push_back(texts("hold", hold_keys(), true));
   all.push_back(texts("hold.turn", turn_keys(), false));
   all.push_back(texts("load", load_keys(), false));
@@ -457,20 +476,26 @@ std::vector<TextTable> all_tables() {
 
 KnownKeys make_keys() {
   KnownKeys keys{{"",
-                  {"body", "material", "damping", "part", "weight", "refine", "environment", "hold", "load",
-                   "strike", "plane", "start", "solve", "expect"}},
+                  {"body", "material", "damping", "part", "weight", "refine", "environment", "contact",
+                   "hold", "load", "strike", "plane", "start", "solve", "expect"}},
                  {"expect", {energy_drift, mean_displacement}},
                  {"expect.energy_drift", {"value", "within"}}};
   for (const TextTable& table : all_tables())
     for (const KeyText& text : table.keys) keys[table.heading].push_back(text.name);
   keys["part.damping"] = keys["damping"];
+  for (const char* table : {"part", "part.damping", "weight", "material", "material.springs",
+                            "material.relaxation", "damping", "start"})
+    keys[fmt::format("body.{}", table)] = keys[table];
   for (const MeasureColumn& column : measure_columns) {
     keys["expect"].emplace_back(column.name);
     keys["expect." + std::string(column.name)] = {"value", "within"};
   }
-  for (const char* force : {"hold_#_x", "hold_#_y", "hold_#_z", "plane_#_x", "plane_#_y", "plane_#_z"}) {
-    keys["expect"].emplace_back(force);
-    keys["expect." + std::string(force)] = {"value", "within"};
+  for (const char* column :
+       {"hold_#_x", "hold_#_y", "hold_#_z", "plane_#_x", "plane_#_y", "plane_#_z", "body_#_x", "body_#_y",
+        "body_#_z", "body_#_kinetic", "body_#_volume_ratio", "body_#_min_jacobian", "contact_touches",
+        "contact_depth", "contact_force", "contact_energy"}) {
+    keys["expect"].emplace_back(column);
+    keys["expect." + std::string(column)] = {"value", "within"};
   }
   return keys;
 }

@@ -45,9 +45,10 @@ const SceneKeys<Load>& load_keys();
 const SceneKeys<Strike>& strike_keys();
 const SceneKeys<Plane>& plane_keys();
 const SceneKeys<Environment>& environment_keys();
+const SceneKeys<BodyContact>& contact_keys();
 const SceneKeys<Weight>& weight_keys();
 const SceneKeys<RefinedBox>& refine_keys();
-const SceneKeys<Scene>& start_keys();
+const SceneKeys<SceneBody>& start_keys();
 const SceneKeys<SolveConfig>& solve_keys();
 
 nlohmann::ordered_json to_json(const Vec3& v);

@@ -71,16 +71,15 @@ double longest_edge(const TriangleMesh& mesh) {
 }
 
 /// What was found in the meshes of a scene.
-void add_meshes(const Scene& scene, std::vector<std::string>& warnings) {
+void add_meshes(const SceneBody& scene, bool has_planes, std::vector<std::string>& warnings) {
   if (!scene.mesh) return;
   for (std::size_t i = 0; i < scene.mesh->reports.size(); ++i)
     for (const std::string& note : scene.mesh->reports[i].notes())
       warnings.push_back(
           fmt::format("{}: {}", i == 0 ? scene.mesh->file : scene.mesh->part_files[i - 1], note));
-  if (!scene.environment.contact_surface || scene.environment.planes.empty()) return;
+  if (!scene.contact_surface || !has_planes) return;
   constexpr double most = 2;
-  if (const double edge = longest_edge(*scene.environment.contact_surface) / scene.body.cell_size;
-      edge > most)
+  if (const double edge = longest_edge(*scene.contact_surface) / scene.body.cell_size; edge > most)
     warnings.push_back(
         fmt::format("body.contact_on = \"surface\": planes touch vertices alone, and the mesh has edges of "
                     "up to {:.3g} cells, "
@@ -107,8 +106,8 @@ void for_each_corner(const BodyConfig& body, const Vec3& lower, Visit&& visit) {
 /// Calls visit(x) for what planes touch of a body at rest: the vertices of its surface, or else the corners
 /// of its cells.
 template <class Visit>
-void for_each_touched(const Scene& scene, Visit&& visit) {
-  if (const auto& surface = scene.environment.contact_surface) {
+void for_each_touched(const SceneBody& scene, Visit&& visit) {
+  if (const auto& surface = scene.contact_surface) {
     for (const Vec3& vertex : surface->vertices) visit(vertex);
     return;
   }
@@ -155,12 +154,13 @@ const char* fate_behind(ContactLaw law) {
 }
 
 /// A body that starts behind a plane, or partly so.
-void add_start_behind(const Scene& scene, std::size_t index, std::vector<std::string>& warnings) {
+void add_start_behind(const Scene& scene, const SceneBody& one, std::size_t index,
+                      std::vector<std::string>& warnings) {
   const Plane& plane = scene.environment.planes[index];
-  const double rounding = 1e-9 * scene.body.cell_size;
+  const double rounding = 1e-9 * one.body.cell_size;
   bool whole = true;  // none is in front
   double deepest = 0;
-  for_each_touched(scene, [&](const Vec3& x) {
+  for_each_touched(one, [&](const Vec3& x) {
     const double depth = -plane.gap(x);
     const bool held = is_held(scene, x);
     whole &= depth > -rounding && !held;
@@ -173,7 +173,7 @@ void add_start_behind(const Scene& scene, std::size_t index, std::vector<std::st
     warnings.push_back(fmt::format(
         "plane.{}: {:.3g} percent of the body start behind it, up to {:.3g} m deep: {}; move the body or the "
         "plane by as much",
-        index, 100 * share_behind(plane, scene.body), deepest, fate_behind(plane.contact)));
+        index, 100 * share_behind(plane, one.body), deepest, fate_behind(plane.contact)));
 }
 
 /// A restitution that was chosen as if it were the body's.
@@ -214,18 +214,18 @@ double most_apart(const Hold& a, const Hold& b, const Vec3& rest, int axis, doub
 
 /// Two holds that prescribe different motions of the same particles; of a mesh's faces they are not looked
 /// at.
-void add_contradictions(const Scene& scene, std::vector<std::string>& warnings) {
+void add_contradictions(const Scene& scene, const BodyConfig& body, std::vector<std::string>& warnings) {
   const std::vector<Hold>& holds = scene.environment.holds;
   for (std::size_t b = 1; b < holds.size(); ++b)
     for (std::size_t a = 0; a < b; ++a) {
       if (holds[a].surface || holds[b].surface) continue;
       double apart = 0;
-      for_each_corner_in(holds[a].box, holds[b].box, scene.body, [&](const Vec3& x) {
+      for_each_corner_in(holds[a].box, holds[b].box, body, [&](const Vec3& x) {
         for (int axis = 0; axis < 3; ++axis)
           if (holds[a].axes[std::size_t(axis)] && holds[b].axes[std::size_t(axis)])
             apart = std::max(apart, most_apart(holds[a], holds[b], x, axis, scene.solve.duration));
       });
-      if (apart > 1e-9 * scene.body.cell_size)
+      if (apart > 1e-9 * body.cell_size)
         warnings.push_back(fmt::format(
             "hold.{} and hold.{} prescribe different motions of the same particles, up to {:.3g} m apart: "
             "they obey hold.{}; give boxes without common particles, or different axes",
@@ -234,7 +234,7 @@ void add_contradictions(const Scene& scene, std::vector<std::string>& warnings) 
 }
 
 /// A load that acts on what is held: it changes the hold's force and nothing else.
-void add_loads_on_held(const Scene& scene, std::vector<std::string>& warnings) {
+void add_loads_on_held(const Scene& scene, const BodyConfig& body, std::vector<std::string>& warnings) {
   const auto& [holds, loads] = std::tie(scene.environment.holds, scene.environment.loads);
   for (std::size_t l = 0; l < loads.size(); ++l)
     for (std::size_t h = 0; h < holds.size(); ++h) {
@@ -244,7 +244,7 @@ void add_loads_on_held(const Scene& scene, std::vector<std::string>& warnings) {
         is_along |= loads[l].force[axis] != 0 && holds[h].axes[std::size_t(axis)];
       if (!is_along) continue;
       bool in_vain = false;
-      for_each_corner_in(loads[l].box, holds[h].box, scene.body, [&](const Vec3&) { in_vain = true; });
+      for_each_corner_in(loads[l].box, holds[h].box, body, [&](const Vec3&) { in_vain = true; });
       if (in_vain)
         warnings.push_back(
             fmt::format("load.{} acts on particles that hold.{} holds along it: there it "
@@ -281,7 +281,7 @@ double full_mass(const BodyConfig& body) {
 }
 
 /// Sizes and masses that nobody simulates in metres and kilograms, and many in other units.
-void add_other_units(const Scene& scene, std::vector<std::string>& warnings) {
+void add_other_units(const SceneBody& scene, std::vector<std::string>& warnings) {
   constexpr double largest = 50;  // [m]
   const VoxelGrid& cells = scene.body.voxels;
   const double extent = scene.body.cell_size * std::max({cells.nx(), cells.ny(), cells.nz()});
@@ -306,17 +306,12 @@ void add_without_effect(const Scene& scene, std::vector<std::string>& warnings) 
     if (strikes[i].at > scene.solve.duration)
       warnings.push_back(fmt::format("strike.{}.at = {:.6g} s is after the end: solve.duration = {:.6g} s", i,
                                      strikes[i].at, scene.solve.duration));
-  for (std::size_t i = 0; i < planes.size(); ++i) {
-    add_start_behind(scene, i, warnings);
-    add_restitution(scene, i, warnings);
-  }
-  add_contradictions(scene, warnings);
-  add_loads_on_held(scene, warnings);
+  for (std::size_t i = 0; i < planes.size(); ++i) add_restitution(scene, i, warnings);
   add_endless_fall(scene, warnings);
 }
 
 /// What only bodies of springs have. The constants assume the full, weighted lattice.
-void add_springs(const Scene& scene, std::vector<std::string>& warnings) {
+void add_springs(const SceneBody& scene, std::vector<std::string>& warnings) {
   const BodyConfig& body = scene.body;
   if (!body.is_solid()) {
     if (body.voxels.dimensions() == 2 && body.springs.face == 0)
@@ -342,14 +337,63 @@ void add_springs(const Scene& scene, std::vector<std::string>& warnings) {
         "\"weighted\" keeps it");
 }
 
+std::vector<std::string> warnings_of_body(const Scene& scene, const SceneBody& one) {
+  std::vector<std::string> warnings;
+  const std::size_t planes = scene.environment.planes.size();
+  add_meshes(one, planes > 0, warnings);
+  add_other_units(one, warnings);
+  for (std::size_t p = 0; p < planes; ++p) add_start_behind(scene, one, p, warnings);
+  add_contradictions(scene, one.body, warnings);
+  add_loads_on_held(scene, one.body, warnings);
+  if (has_springs(one.model)) add_springs(one, warnings);
+  return warnings;
+}
+
+/// Whether cells face each other across a gap along an axis: as of a ring, an arch, or legs.
+bool faces_itself(const VoxelGrid& voxels) {
+  const std::array<int, 3> size = voxels.size();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t second = (axis + 1) % 3, third = (axis + 2) % 3;
+    std::array<int, 3> at{};
+    for (at[second] = 0; at[second] < std::max(1, size[second]); ++at[second])
+      for (at[third] = 0; at[third] < std::max(1, size[third]); ++at[third]) {
+        bool was_filled = false, has_gap = false;
+        for (at[axis] = 0; at[axis] < size[axis]; ++at[axis]) {
+          const bool is_filled = voxels.at(at[0], at[1], at[2]);
+          if (is_filled && has_gap) return true;
+          has_gap |= was_filled && !is_filled;
+          was_filled |= is_filled;
+        }
+      }
+  }
+  return false;
+}
+
+/// Bodies, or parts of one, that go through each other.
+void add_missing_contact(const Scene& scene, std::vector<std::string>& warnings) {
+  if (scene.states_contact) return;
+  if (!scene.others.empty())
+    warnings.emplace_back(
+        "bodies do not touch each other: they go through each other without a force; give [contact] with "
+        "bodies = true, or false if that is meant");
+  const std::vector<const SceneBody*> bodies = bodies_of(scene);
+  if (std::any_of(bodies.begin(), bodies.end(),
+                  [](const SceneBody* one) { return faces_itself(one->body.voxels); }))
+    warnings.emplace_back(
+        "the body has parts that face each other across a gap, and they would go through each other without "
+        "a force; give [contact] with self = true, or false if they stay apart");
+}
+
 }  // namespace
 
 std::vector<std::string> scene_warnings(const Scene& scene) {
   std::vector<std::string> warnings;
-  add_meshes(scene, warnings);
-  add_other_units(scene, warnings);
+  const std::vector<const SceneBody*> bodies = bodies_of(scene);
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    for (const std::string& warning : warnings_of_body(scene, *bodies[b]))
+      warnings.push_back(scene.others.empty() ? warning : fmt::format("body.{}: {}", b, warning));
   add_without_effect(scene, warnings);
-  if (has_springs(scene.model)) add_springs(scene, warnings);
+  add_missing_contact(scene, warnings);
   return warnings;
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "core/scene/scene_keys.hpp"
@@ -29,28 +30,20 @@ Json to_json(const Placement& placement) {
           {"mesh_translation", to_json(placement.translation)}};
 }
 
-Json body_to_json(const Scene& scene) {
+Json body_to_json(const SceneBody& scene) {
   const BodyConfig& body = scene.body;
   Json json;
+  if (!scene.body_name.empty()) json["name"] = scene.body_name;
   if (scene.mesh) {
     json["mesh"] = scene.mesh->file;
     json.update(to_json(scene.mesh->placement));
     json["fill"] = to_string(scene.mesh->config.mode);
-    json["contact_on"] = scene.environment.contact_surface ? "surface" : "particles";
+    json["contact_on"] = scene.contact_surface ? "surface" : "particles";
   } else if (scene.voxel_file.empty())
     for (const int count : body.voxels.size()) json["cells"].push_back(count / scene.refine);
   else
     json["voxels"] = scene.voxel_file;
   json["refine"] = scene.refine;
-  if (scene.auto_refinement) {
-    json["refinement"] = "auto";
-    json["refinement_levels"] = scene.auto_refinement->levels;
-    json["refinement_goal"] = to_string(scene.auto_refinement->goal);
-  }
-  if (scene.match) {
-    json["match"] = to_string(scene.match->of);
-    if (scene.match->parts > 0) json["match_to"] = scene.match->parts;
-  }
   json["cell_count"] = body.voxels.count();
   json["cell_size"] = size_before(body.cell_size, scene.refine);
   if (!body.is_solid()) json["thickness"] = body.across();
@@ -60,10 +53,9 @@ Json body_to_json(const Scene& scene) {
   return json;
 }
 
-Json material_to_json(const Scene& scene) {
+Json material_to_json(const SceneBody& scene) {
   const BodyConfig& body = scene.body;
   Json json{{"model", scene.model}, {"density", body.density}};
-  if (scene.modes > 0) json["modes"] = scene.modes;
   if (body.elastic) {
     json["young"] = body.elastic->young;
     if (body.is_solid()) {
@@ -124,30 +116,91 @@ Json to_json(const std::vector<Expectation>& expectations) {
   return json;
 }
 
+/// Of a scene's only body.
+void add_changes_of_body(const Scene& scene, Json& json) {
+  if (scene.auto_refinement) {
+    json["body"]["refinement"] = "auto";
+    json["body"]["refinement_levels"] = scene.auto_refinement->levels;
+    json["body"]["refinement_goal"] = to_string(scene.auto_refinement->goal);
+  }
+  if (scene.match) {
+    json["body"]["match"] = to_string(scene.match->of);
+    if (scene.match->parts > 0) json["body"]["match_to"] = scene.match->parts;
+  }
+  if (scene.modes > 0) json["material"]["modes"] = scene.modes;
+}
+
+Json parts_to_json(const SceneBody& scene) {
+  Json parts = Json::array();
+  for (const Part& part : scene.body.parts) {
+    parts.push_back(to_json(part));
+    if (scene.mesh) parts.back()["mesh"] = scene.mesh->part_files[parts.size() - 1];
+  }
+  return parts;
+}
+
+template <class Target>
+Json array_of(const SceneKeys<Target>& keys, const std::vector<Target>& targets) {
+  Json array = Json::array();
+  for (const Target& target : targets) array.push_back(written(keys, target));
+  return array;
+}
+
+/// One of several bodies, with all that the file says of it.
+Json one_to_json(const SceneBody& one) {
+  Json json = body_to_json(one);
+  json["material"] = material_to_json(one);
+  json["damping"] = to_json(one.body.damping);
+  json["start"] = written(start_keys(), one);
+  if (!one.body.parts.empty()) json["part"] = parts_to_json(one);
+  if (!one.body.weights.empty()) json["weight"] = array_of(weight_keys(), one.body.weights);
+  return json;
+}
+
+/// Leaves out what follows from something else; files are named from `folder` on.
+void make_file_of(const SceneBody& one, const std::function<std::string(const std::string&)>& from_folder,
+                  Json& body, Json& material, Json& damping, Json& parts) {
+  body.erase("cell_count");
+  if (!one.voxel_file.empty()) body["voxels"] = from_folder(one.voxel_file);
+  if (one.mesh) body["mesh"] = from_folder(one.mesh->file);
+  for (std::size_t i = 0; one.mesh && i < one.mesh->part_files.size(); ++i)
+    parts[i]["mesh"] = from_folder(one.mesh->part_files[i]);
+  if (one.body.elastic)
+    for (const char* key : {"springs", "volume"}) material.erase(key);
+  damping = damping_of_file(one.body.damping);
+}
+
 /// What a scene file has of it: nothing that follows from something else.
 Json file_of(const Scene& scene, const std::filesystem::path& folder) {
   Json json = to_json(scene);
   json.erase("name");
-  json["body"].erase("cell_count");
   const auto from_folder = [&](const std::string& file) {
     return std::filesystem::absolute(scene.file.parent_path() / file)
         .lexically_proximate(std::filesystem::absolute(folder))
         .generic_string();
   };
-  if (!scene.voxel_file.empty()) json["body"]["voxels"] = from_folder(scene.voxel_file);
-  if (scene.mesh) json["body"]["mesh"] = from_folder(scene.mesh->file);
-  for (std::size_t i = 0; scene.mesh && i < scene.mesh->part_files.size(); ++i)
-    json["part"][i]["mesh"] = from_folder(scene.mesh->part_files[i]);
-  if (scene.body.elastic)
-    for (const char* key : {"springs", "volume"}) json["material"].erase(key);
-  json["damping"] = damping_of_file(scene.body.damping);
+  if (scene.others.empty()) {
+    make_file_of(scene, from_folder, json["body"], json["material"], json["damping"], json["part"]);
+    return json;
+  }
+  const std::vector<const SceneBody*> bodies = bodies_of(scene);
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    Json& body = json["body"][b];
+    Json none = Json::array();
+    make_file_of(*bodies[b], from_folder, body, body["material"], body["damping"],
+                 body.contains("part") ? body["part"] : none);
+  }
   return json;
 }
 
 /// JSON's texts, numbers, truth values and arrays are TOML's too, and a table on one line nearly.
 std::string value_to_toml(const Json& value) {
-  if (!value.is_object()) return value.dump(-1, ' ', false, Json::error_handler_t::replace);
   std::vector<std::string> entries;
+  if (value.is_array() && !value.empty() && value.front().is_object()) {
+    for (const Json& inner : value) entries.push_back(value_to_toml(inner));
+    return fmt::format("[{}]", fmt::join(entries, ", "));
+  }
+  if (!value.is_object()) return value.dump(-1, ' ', false, Json::error_handler_t::replace);
   for (const auto& [key, inner] : value.items())
     entries.push_back(fmt::format("{} = {}", key, value_to_toml(inner)));
   return fmt::format("{{ {} }}", fmt::join(entries, ", "));
@@ -162,33 +215,32 @@ void add_table(std::string& text, const std::string& heading, const Json& table)
 }  // namespace
 
 Json to_json(const Scene& scene) {
-  Json parts = Json::array(), weights = Json::array(), holds = Json::array(), loads = Json::array(),
-       strikes = Json::array(), planes = Json::array(), boxes = Json::array();
-  for (const Part& part : scene.body.parts) {
-    parts.push_back(to_json(part));
-    if (scene.mesh) parts.back()["mesh"] = scene.mesh->part_files[parts.size() - 1];
+  const Environment& environment = scene.environment;
+  Json holds = Json::array();
+  for (const Hold& hold : environment.holds) holds.push_back(to_json(hold));
+  Json json{{"name", scene.name}};
+  if (scene.others.empty()) {
+    json["body"] = body_to_json(scene);
+    json["material"] = material_to_json(scene);
+    add_changes_of_body(scene, json);
+    json["damping"] = to_json(scene.body.damping);
+    json["part"] = parts_to_json(scene);
+    json["weight"] = array_of(weight_keys(), scene.body.weights);
+    json["refine"] = array_of(refine_keys(), scene.refined_boxes);
+  } else {
+    for (const SceneBody* one : bodies_of(scene)) json["body"].push_back(one_to_json(*one));
   }
-  for (const Weight& weight : scene.body.weights) weights.push_back(written(weight_keys(), weight));
-  for (const RefinedBox& refined : scene.refined_boxes) boxes.push_back(written(refine_keys(), refined));
-  for (const Hold& hold : scene.environment.holds) holds.push_back(to_json(hold));
-  for (const Load& load : scene.environment.loads) loads.push_back(written(load_keys(), load));
-  for (const Strike& strike : scene.environment.strikes) strikes.push_back(written(strike_keys(), strike));
-  for (const Plane& plane : scene.environment.planes) planes.push_back(written(plane_keys(), plane));
-  return {{"name", scene.name},
-          {"body", body_to_json(scene)},
-          {"material", material_to_json(scene)},
-          {"damping", to_json(scene.body.damping)},
-          {"part", parts},
-          {"weight", weights},
-          {"refine", boxes},
-          {"environment", written(environment_keys(), scene.environment)},
-          {"hold", holds},
-          {"load", loads},
-          {"strike", strikes},
-          {"plane", planes},
-          {"start", written(start_keys(), scene)},
-          {"solve", written(solve_keys(), scene.solve)},
-          {"expect", to_json(scene.expectations)}};
+  json["environment"] = written(environment_keys(), environment);
+  if (scene.states_contact || environment.contact.acts())
+    json["contact"] = written(contact_keys(), environment.contact);
+  json["hold"] = holds;
+  json["load"] = array_of(load_keys(), environment.loads);
+  json["strike"] = array_of(strike_keys(), environment.strikes);
+  json["plane"] = array_of(plane_keys(), environment.planes);
+  if (scene.others.empty()) json["start"] = written(start_keys(), static_cast<const SceneBody&>(scene));
+  json["solve"] = written(solve_keys(), scene.solve);
+  json["expect"] = to_json(scene.expectations);
+  return json;
 }
 
 std::string to_toml(const Scene& scene, const std::filesystem::path& folder) {

@@ -156,11 +156,13 @@ bool is_number(std::string_view key) {
   return !key.empty() && key.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-/// A key with # in place of a number between its first and its last _, as lists of known keys have it.
+/// A key with # in place of a number between its first two _, as lists of known keys have it.
 std::string numbered(const std::string& key) {
-  const std::size_t first = key.find('_'), last = key.rfind('_');
-  if (first == last || !is_number(std::string_view(key).substr(first + 1, last - first - 1))) return key;
-  return key.substr(0, first + 1) + "#" + key.substr(last);
+  const std::size_t first = key.find('_');
+  const std::size_t next = first == std::string::npos ? first : key.find('_', first + 1);
+  if (next == std::string::npos || !is_number(std::string_view(key).substr(first + 1, next - first - 1)))
+    return key;
+  return key.substr(0, first + 1) + "#" + key.substr(next);
 }
 
 /// An override makes the tables on the way to its key; they stand on no line.
@@ -334,6 +336,19 @@ std::string shown(const toml::node& node) {
   return text.substr(0, cut) + "...";
 }
 
+TomlTable TomlTable::over(const TomlTable& below, const std::vector<std::string>& but) const {
+  TomlTable both = *this;
+  both.below_ = std::make_shared<const TomlTable>(below);
+  both.hidden_ = but;
+  return both;
+}
+
+const TomlTable& TomlTable::owner(std::string_view key) const {
+  if (own(key) != nullptr || !below_) return *this;
+  const bool is_hidden = std::find(hidden_.begin(), hidden_.end(), key) != hidden_.end();
+  return !is_hidden && (table_ == nullptr || below_->has(key)) ? below_->owner(key) : *this;
+}
+
 TomlTable TomlTable::table(std::string_view key) const {
   const toml::node* node = find(key);
   if (node != nullptr && !node->is_table())
@@ -504,12 +519,12 @@ std::size_t TomlTable::choose(std::string_view key, std::string_view noun,
 void TomlTable::reject(std::string_view key, const std::string& complaint) const {
   const toml::node* node = find(key);
   const std::string value = node == nullptr ? "" : " = " + shown(*node);
-  file_->reject(path_of(key), node == nullptr ? table_ : node,
+  file_->reject(path_of(key), node == nullptr ? owner(key).table_ : node,
                 fmt::format("{}{} {}", path_of(key), value, complaint));
 }
 
 void TomlTable::reject_missing(std::string_view key, std::string_view remedy) const {
-  file_->reject(path_of(key), table_, fmt::format("{} is missing; {}", path_of(key), remedy));
+  file_->reject(path_of(key), owner(key).table_, fmt::format("{} is missing; {}", path_of(key), remedy));
 }
 
 const toml::node& TomlTable::need(std::string_view key, std::string_view allowed) const {
@@ -517,7 +532,7 @@ const toml::node& TomlTable::need(std::string_view key, std::string_view allowed
   return *find(key);
 }
 
-std::string TomlTable::path_of(std::string_view key) const { return join(path_, key); }
+std::string TomlTable::path_of(std::string_view key) const { return join(owner(key).path_, key); }
 
 void TomlTable::refuse(std::string_view key, std::string_view noun, std::string_view allowed) const {
   reject(key, fmt::format("is not {}; give {}", noun, allowed));

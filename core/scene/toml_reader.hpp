@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -78,9 +79,13 @@ class TomlTable {
   explicit TomlTable(const TomlFile& file) : file_(&file), table_(&file.root()) {}
 
   bool has(std::string_view key) const { return find(key) != nullptr; }
+  bool is_array(std::string_view key) const { return has(key) && find(key)->is_array(); }
   bool is_text(std::string_view key) const { return has(key) && find(key)->is_string(); }
   const std::string& path() const { return path_; }
   std::vector<std::string> keys() const;
+
+  /// This table and, of the keys that it lacks, another's, but for some.
+  TomlTable over(const TomlTable& below, const std::vector<std::string>& but = {}) const;
 
   /// The table under `key`, or an empty one.
   TomlTable table(std::string_view key) const;
@@ -122,9 +127,10 @@ class TomlTable {
   TomlTable(const TomlFile& file, const toml::table* table, std::string path)
       : file_(&file), table_(table), path_(std::move(path)) {}
 
-  const toml::node* find(std::string_view key) const {
-    return table_ == nullptr ? nullptr : table_->get(key);
-  }
+  const toml::node* own(std::string_view key) const { return table_ == nullptr ? nullptr : table_->get(key); }
+  /// The table that has a key, or would.
+  const TomlTable& owner(std::string_view key) const;
+  const toml::node* find(std::string_view key) const { return owner(key).own(key); }
   const toml::node& need(std::string_view key, std::string_view allowed) const;
   std::size_t choose(std::string_view key, std::string_view noun,
                      const std::vector<std::string>& known) const;
@@ -132,8 +138,10 @@ class TomlTable {
   [[noreturn]] void refuse(std::string_view key, std::string_view noun, std::string_view allowed) const;
 
   const TomlFile* file_;
-  const toml::table* table_;  ///< null: absent
-  std::string path_;          ///< full key, "" at the top level
+  const toml::table* table_;                  ///< null: absent
+  std::string path_;                          ///< full key, "" at the top level
+  std::shared_ptr<const TomlTable> below_{};  ///< has what this lacks, but for `hidden_`
+  std::vector<std::string> hidden_{};
 };
 
 }  // namespace mss

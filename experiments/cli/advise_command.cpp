@@ -169,6 +169,7 @@ void run_advise(const AdviseChoice& given, int& exit_status) {
   const AdviseChoice choice = on_processor(given);
   AdviseRequest request = read_request(choice);
   const Scene scene = load_scene(scene_file(choice.scene), choice.overrides);
+  check_one_body(scene, "mss advise");
   if (!scene.body.is_solid())
     throw InputError(
         fmt::format("{}: mss advise chooses among cells of three dimensions, and body.cells make {}",

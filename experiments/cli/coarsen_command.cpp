@@ -53,6 +53,7 @@ void check_coarsenable(const Scene& scene) {
   const auto refuse = [&](const char* problem) {
     throw InputError(fmt::format("{}: {}", scene.file.string(), problem));
   };
+  check_one_body(scene, "mss coarsen");
   if (scene.match)
     refuse("body.match is of its own cells, and coarser ones are to be matched to these; leave it out");
   if (is_refined(scene)) refuse("its cells are of several sizes; leave [[refine]] and body.refinement out");

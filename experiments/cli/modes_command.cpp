@@ -149,7 +149,8 @@ void run_modes(const ModesChoice& choice, int& exit_status) {
       choice.directory.empty() ? fs::path("out") / (scene.name + "_modes") : fs::path(choice.directory);
   const Body body(scene.body);
   const std::unique_ptr<const RefinedBody> refined = refined_body_of(scene);
-  const auto system = make_solid<double>(unreduced(scene), body, refined.get());
+  const OtherBodies others = other_bodies(scene);
+  const auto system = make_solid<double>(unreduced(scene), body, refined.get(), others);
   if (unknowns_of(*system).empty())
     throw InputError(fmt::format("{}: everything is held, so nothing can vibrate", scene.file.string()));
   prepare_directory(directory);

@@ -15,6 +15,7 @@
 #include "experiments/peer/report.hpp"
 #include "experiments/simulation/matched_scene.hpp"
 #include "experiments/simulation/moving_body.hpp"
+#include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
 
 namespace mss::cli {
@@ -31,6 +32,7 @@ struct ExportChoice {
 void run_export(const ExportChoice& choice, int& exit_status) {
   const Scene scene = load_matched_scene(scene_file(choice.scene), choice.overrides).scene;
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
+  check_one_body(scene, "mss peer export");
   const std::string directory = choice.directory.empty() ? "out/" + scene.name + "_export" : choice.directory;
   peer::Exchange exchange = peer::make_exchange(scene, choice.spacing);
   {

@@ -101,6 +101,7 @@ void check_observations(Observations& data, const std::vector<std::string>& star
     RunSpec& run = data.runs[r];
     const Scene scene = run.load(starts);
     run.name = scene.name;
+    check_one_body(scene, "mss fit");
     if (run.modes) {
       check_model(scene);
       continue;

@@ -153,7 +153,7 @@ class Recorder {
   bool add_row() {
     const std::optional<Measures> measures = run_.measure();
     if (!measures) return false;
-    const SeriesRow row{*measures, run_.reactions(run_.driven())};
+    const SeriesRow row{*measures, run_.reactions(run_.driven()), {}};
     if (!row.reactions.is_finite()) return false;
     run_.begin_means();
     for (std::size_t k = 0; k < found_.size(); ++k) {
@@ -239,7 +239,7 @@ ObservedValues observe_in(const Scene& scene, double every,
 ObservedValues modes_of(const Scene& scene, const std::vector<const Observation*>& observations) {
   const Body body(scene.body);
   const std::unique_ptr<const RefinedBody> refined = refined_body_of(scene);
-  const auto system = make_solid<double>(unreduced(scene), body, refined.get());
+  const auto system = make_solid<double>(unreduced(scene), body, refined.get(), {});
   int count = 0;
   for (const Observation* o : observations) count = std::max(count, o->mode);
   Work work;

@@ -32,6 +32,7 @@ Row row_of(const Measures& m) {
 Row row_of(const SeriesRow& m) {
   Row row = row_of(static_cast<const Measures&>(m));
   for_each_component(m.reactions, [&](const std::string& name, double force) { row[name] = force; });
+  for_each_column(m.bodies, [&](const std::string& name, const char*, double number) { row[name] = number; });
   return row;
 }
 
@@ -224,7 +225,8 @@ SceneEnd read_scene_end(const Scene& of, const fs::path& directory) {
   scene.solve.threads = 1;
   const Body body(scene.body);
   const std::unique_ptr<const RefinedBody> refined = refined_body_of(scene);
-  const auto system = make_solid<double>(scene, body, refined.get());
+  const OtherBodies others = other_bodies(scene);
+  const auto system = make_solid<double>(scene, body, refined.get(), others);
   check_velocities(particles, scene);
   const State<double> state = read_state(particles, scene, *system);
   SceneEnd end{.status = summary.status};
@@ -247,7 +249,8 @@ std::vector<std::string> doubts_about(const Scene& scene, const SceneEnd& end) {
 }
 
 bool follows_from_state(const Scene& scene, const std::string& quantity) {
-  if (quantity.starts_with("hold_") || quantity.starts_with("plane_")) return false;
+  for (const char* of_the_past : {"hold_", "plane_", "body_", "contact_"})
+    if (quantity.starts_with(of_the_past)) return false;
   static const std::set<std::string> of_the_past{"total", energy_drift, "relaxing_energy", "relaxed_energy"};
   return !scene.body.relaxation.acts() || !of_the_past.contains(quantity);
 }

@@ -6,6 +6,7 @@
 
 #include "core/base/error.hpp"
 #include "core/base/suggest.hpp"
+#include "core/bodies/bodies_system.hpp"
 #include "core/springs/spring_system.hpp"
 #include "experiments/simulation/reduced_model.hpp"
 #include "integrators/analysis/chosen_refinement.hpp"
@@ -102,8 +103,27 @@ void add_model_to_subtitle(Chart& chart, const std::string& model) {
 namespace {
 
 template <class Real>
+std::unique_ptr<SolidSystem<Real>> make_several(const Scene& scene, const Body& first,
+                                                const OtherBodies& others) {
+  std::vector<const Body*> bodies{&first};
+  for (const auto& other : others) bodies.push_back(other.get());
+  const BodyThreads threads = threads_of(bodies, scene.solve.threads);
+  const std::vector<const SceneBody*> said = bodies_of(scene);
+  typename BodiesSystem<Real>::Bodies systems;
+  typename BodiesSystem<Real>::Surfaces surfaces;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const auto& surface = surfaces.emplace_back(said[b]->contact_surface);
+    systems.push_back(make_system<Real>(said[b]->model, *bodies[b],
+                                        environment_of_body(scene.environment, surface), threads.each));
+  }
+  return std::make_unique<BodiesSystem<Real>>(std::move(systems), scene.environment, surfaces,
+                                              threads.together);
+}
+
+template <class Real>
 std::unique_ptr<SolidSystem<Real>> make_unreduced(const Scene& scene, const Body& body,
-                                                  const RefinedBody* refined) {
+                                                  const RefinedBody* refined, const OtherBodies& others) {
+  if (has_bodies_system(scene)) return make_several<Real>(scene, body, others);
   if (!refined)
     return make_system<Real>(scene.model, body, scene.environment, scene.solve.threads, scene.solve.sleep);
   return std::make_unique<RefinedSystem<Real>>(*refined, scene.environment,
@@ -127,16 +147,22 @@ std::unique_ptr<const RefinedBody> refined_body_of(const Scene& scene) {
   }
 }
 
+OtherBodies other_bodies(const Scene& scene) {
+  OtherBodies bodies;
+  for (const SceneBody& other : scene.others) bodies.push_back(std::make_unique<const Body>(other.body));
+  return bodies;
+}
+
 template <>
 std::unique_ptr<SolidSystem<double>> make_solid(const Scene& scene, const Body& body,
-                                                const RefinedBody* refined) {
+                                                const RefinedBody* refined, const OtherBodies& others) {
   if (reduction_named(scene.model)) return make_reduced(scene, body);
-  return make_unreduced<double>(scene, body, refined);
+  return make_unreduced<double>(scene, body, refined, others);
 }
 template <>
 std::unique_ptr<SolidSystem<float>> make_solid(const Scene& scene, const Body& body,
-                                               const RefinedBody* refined) {
-  return make_unreduced<float>(scene, body, refined);
+                                               const RefinedBody* refined, const OtherBodies& others) {
+  return make_unreduced<float>(scene, body, refined, others);
 }
 
 template <>

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/refinement/refined_system.hpp"
 #include "core/scene/scene.hpp"
@@ -37,16 +38,21 @@ std::unique_ptr<BodySystem<double>> make_system(const std::string& model, const 
 /// InputError as choose_refinement() in integrators/analysis/chosen_refinement.hpp does.
 std::unique_ptr<const RefinedBody> refined_body_of(const Scene& scene);
 
-/// The system of a scene: of its body, or of the refined one if that is given. Both must outlive it.
+/// The bodies of a scene after the first.
+using OtherBodies = std::vector<std::unique_ptr<const Body>>;
+OtherBodies other_bodies(const Scene& scene);
+
+/// The system of a scene: of its body, or of the refined one if that is given, or of all its bodies. They
+/// must outlive it. Throws InputError where BodiesSystem does.
 template <class Real>
 std::unique_ptr<SolidSystem<Real>> make_solid(const Scene& scene, const Body& body,
-                                              const RefinedBody* refined);
+                                              const RefinedBody* refined, const OtherBodies& others);
 template <>
 std::unique_ptr<SolidSystem<float>> make_solid(const Scene& scene, const Body& body,
-                                               const RefinedBody* refined);
+                                               const RefinedBody* refined, const OtherBodies& others);
 template <>
 std::unique_ptr<SolidSystem<double>> make_solid(const Scene& scene, const Body& body,
-                                                const RefinedBody* refined);
+                                                const RefinedBody* refined, const OtherBodies& others);
 
 /// Throws InputError for an unknown name.
 void check_model_name(const std::string& model);

@@ -20,12 +20,17 @@ Table series_table(const std::vector<SeriesRow>& series) {
   for_each_component(series.front().reactions, [&](const std::string& name, double) {
     columns.push_back({name, "N"});
   });
+  for_each_column(series.front().bodies, [&](const std::string& name, const char* unit, double) {
+    columns.push_back({name, unit});
+  });
   Table table(std::move(columns));
   for (const SeriesRow& m : series) {
     std::vector<Cell> row;
     row.reserve(table.columns().size());
     for (const MeasureColumn& column : measured) row.emplace_back(column.value(m));
     for_each_component(m.reactions, [&](const std::string&, double force) { row.emplace_back(force); });
+    for_each_column(m.bodies,
+                    [&](const std::string&, const char*, double number) { row.emplace_back(number); });
     table.add(std::move(row));
   }
   return table;

@@ -120,6 +120,32 @@ void check_dimensions(const Scene& scene, const IntegratorInfo& method) {
   if (nonlinear != SolveConfig{}.nonlinear_solver) refuse("nonlinear solver", nonlinear, "\"newton\"");
 }
 
+/// What takes one body by itself, where several may touch, or one itself.
+void check_bodies(const Scene& scene, const IntegratorInfo& method) {
+  if (!has_bodies_system(scene)) return;
+  const char* given = scene.others.empty() ? "[contact]" : "[[body]]";
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(
+        fmt::format("{} is for one body that does not touch itself, and the scene has {}; give "
+                    "another one, or leave it out",
+                    what, given));
+  };
+  const SolveConfig& solve = scene.solve;
+  if (method.needs_springs()) refuse(fmt::format("integrator '{}'", method.name));
+  if (method.stepping == Stepping::reduced) refuse(fmt::format("integrator '{}'", method.name));
+  if (method.implicit && find_linear_solver(solve.linear_solver).one_lattice)
+    refuse(fmt::format("linear solver '{}'", solve.linear_solver));
+  const std::string& nonlinear =
+      method.nonlinear_solver.empty() ? solve.nonlinear_solver : method.nonlinear_solver;
+  if (method.implicit && nonlinear != SolveConfig{}.nonlinear_solver)
+    refuse(fmt::format("nonlinear solver '{}'", nonlinear));
+  if (is_refined(scene)) refuse(scene.auto_refinement ? "body.refinement" : "[[refine]]");
+  if (solve.sleep.bound > 0) refuse("sleep");
+  if (solve.device != SolveConfig{}.device) refuse(fmt::format("device '{}'", solve.device));
+  for (const SceneBody* one : bodies_of(scene))
+    if (reduction_named(one->model)) refuse(fmt::format("model '{}'", one->model));
+}
+
 /// Sleeping particles have no acceleration, but other methods evaluate forces on all of them.
 void check_sleep(const Scene& scene, const IntegratorInfo& method) {
   if (scene.solve.sleep.bound == 0) return;
@@ -151,8 +177,10 @@ void check_model(const Scene& scene) {
         "{}: body.match changes moduli, which was not done here; leave it out, or give the moduli "
         "that `mss run` prints",
         scene.file.string()));
-  check_table(scene, "material",
-              [&] { check_model(scene.model, scene.body, scene.solve.precision == Precision::single); });
+  const bool single = scene.solve.precision == Precision::single;
+  check_table(scene, "material", [&] {
+    for (const SceneBody* one : bodies_of(scene)) check_model(one->model, one->body, single);
+  });
 }
 
 bool is_static(const Scene& scene) {
@@ -180,6 +208,7 @@ void check_shared(const Scene& scene) {
                     scene.file.string(), method.name, scene.solve.linear_solver));
   if (scene.model != spring_model) refuse(fmt::format("model \"{}\"", scene.model));
   if (is_refined(scene)) refuse(scene.auto_refinement ? "body.refinement" : "[[refine]]");
+  if (has_bodies_system(scene)) refuse(scene.others.empty() ? "[contact]" : "[[body]]");
   if (scene.solve.sleep.bound > 0) refuse("sleep");
   if (scene.solve.device != SolveConfig{}.device) refuse("solve.device");
   if (scene.environment.contact_surface) refuse("contact_on = \"surface\"");
@@ -187,6 +216,13 @@ void check_shared(const Scene& scene) {
   const auto& [holds, loads] = std::tie(scene.environment.holds, scene.environment.loads);
   if (std::any_of(holds.begin(), holds.end(), acts_on_surface)) refuse("a hold of a mesh's faces");
   if (std::any_of(loads.begin(), loads.end(), acts_on_surface)) refuse("a load on a mesh's vertices");
+}
+
+void check_one_body(const Scene& scene, const std::string& what) {
+  if (has_bodies_system(scene))
+    throw InputError(fmt::format("{}: {} is for one body that does not touch itself, and the scene has {}",
+                                 scene.file.string(), what,
+                                 scene.others.empty() ? "[contact]" : "several [[body]]"));
 }
 
 void check_solve(const Scene& scene) {
@@ -207,6 +243,7 @@ void check_solve(const Scene& scene) {
     check_refined(scene, method);
     check_dimensions(scene, method);
     check_local_steps(scene, method);
+    check_bodies(scene, method);
     if (scene.solve.device != SolveConfig{}.device) Device::open(scene.solve.device);
   });
   check_table(scene, "plane", [&] { check_contact(scene, find_integrator(scene.solve.integrator)); });

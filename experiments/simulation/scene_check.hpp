@@ -16,4 +16,8 @@ void check_shared(const Scene& scene);
 /// Throws InputError if the scene's model, method or step cannot be used.
 void check_solve(const Scene& scene);
 
+/// Throws InputError for a scene of several bodies, or of one that touches itself: `what`, such as "mss fit",
+/// is for others.
+void check_one_body(const Scene& scene, const std::string& what);
+
 }  // namespace mss

@@ -5,9 +5,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/base/error.hpp"
-#include "experiments/simulation/model.hpp"
 #include "integrators/analysis/error_scale.hpp"
 #include "integrators/analysis/stable_step.hpp"
 #include "integrators/fixed_step.hpp"
@@ -100,17 +100,44 @@ IntegratorOptions method_options(const Scene& scene, const SolidSystem<Real>& sy
   return options;
 }
 
+namespace {
+
+/// Of one of several bodies.
+template <class Real>
+std::span<const std::ptrdiff_t> particles_of(const SolidSystem<Real>& system, std::size_t body) {
+  const auto& [of_body, first] = system.levels()[body];
+  const std::vector<std::ptrdiff_t>& sites = system.particles();
+  const auto begin = std::lower_bound(sites.begin(), sites.end(), first);
+  const auto end = std::lower_bound(begin, sites.end(), first + of_body.lattice().size);
+  return {begin, end};
+}
+
+template <class Real>
+void set_velocities(const SolidSystem<Real>& system, const SceneBody& body,
+                    std::span<const std::ptrdiff_t> sites, State<Real>& state) {
+  double mass = 0;
+  system.ranks().add_in_order(mass, [&] {
+    for (const std::ptrdiff_t site : sites) mass += system.mass(site);
+  });
+  Vec3 centre = Vec3::Zero();
+  system.ranks().add_in_order(centre, [&] {
+    for (const std::ptrdiff_t site : sites) centre += system.mass(site) / mass * state.x.at(site);
+  });
+  for (const std::ptrdiff_t site : sites)
+    state.v.set(site, body.start_velocity + body.start_angular_velocity.cross(state.x.at(site) - centre));
+}
+
+}  // namespace
+
 template <class Real>
 State<Real> start_state(const SolidSystem<Real>& system, const Scene& scene) {
   State<Real> state = system.rest_state();
-  const double mass = system.total_mass();
-  Vec3 centre = Vec3::Zero();
-  system.ranks().add_in_order(centre, [&] {
-    for (const std::ptrdiff_t site : system.particles())
-      centre += system.mass(site) / mass * state.x.at(site);
-  });
-  for (const std::ptrdiff_t site : system.particles())
-    state.v.set(site, scene.start_velocity + scene.start_angular_velocity.cross(state.x.at(site) - centre));
+  const std::vector<const SceneBody*> bodies = bodies_of(scene);
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const std::span<const std::ptrdiff_t> sites =
+        bodies.size() == 1 ? std::span(system.particles()) : particles_of(system, b);
+    set_velocities(system, *bodies[b], sites, state);
+  }
   system.constrain(0, state.x, state.v);
   return state;
 }
@@ -119,7 +146,8 @@ template <class Real>
 SceneRun<Real>::SceneRun(const Scene& scene, const Body& body, long most_steps)
     : strikes_(scene.environment.strikes),
       refined_(refined_body_of(scene)),
-      system_(make_solid<Real>(scene, body, refined_.get())),
+      others_(other_bodies(scene)),
+      system_(make_solid<Real>(scene, body, refined_.get(), others_)),
       options_(method_options(scene, *system_)),
       info_(&find_integrator(scene.solve.integrator)),
       gauge_(*system_, scene.environment) {

@@ -10,13 +10,14 @@
 #include "core/measures/reactions.hpp"
 #include "core/refinement/refined_body.hpp"
 #include "core/scene/scene.hpp"
+#include "experiments/simulation/model.hpp"
 #include "integrators/analysis/error_scale.hpp"
 #include "integrators/device/state_on_device.hpp"
 #include "integrators/integrator.hpp"
 
 namespace mss {
 
-/// The solid of a scene as it starts: at rest, in its holds, moving and spinning as [start] says.
+/// The bodies of a scene as they start: at rest, in their holds, moving and spinning as [start] says of each.
 template <class Real>
 State<Real> start_state(const SolidSystem<Real>& system, const Scene& scene);
 
@@ -50,7 +51,7 @@ class Stops {
 template <class Real>
 class SceneRun {
  public:
-  /// The body, which is the scene's without refinement, must outlive it. Adaptive methods may take
+  /// The body, which is the scene's first without refinement, must outlive it. Adaptive methods may take
   /// `most_steps` in one advance.
   SceneRun(const Scene& scene, const Body& body, long most_steps = IntegratorOptions{}.most_steps);
 
@@ -135,6 +136,7 @@ class SceneRun {
   const Journey* journey_ = nullptr;            ///< of the advance, if it ends before the goal
   std::optional<Way> way_;                      ///< that an advance has not gone to its end
   std::unique_ptr<const RefinedBody> refined_;  ///< where the scene refines
+  OtherBodies others_;                          ///< where it has several bodies
   std::unique_ptr<SolidSystem<Real>> system_;
   IntegratorOptions options_;
   std::unique_ptr<System<Real>> in_local_steps_;  ///< where the scene has them

@@ -95,8 +95,8 @@ class Simulation final : public Stops {
   bool reached(bool at_end) override;
   /// False if a force is not finite.
   bool add_row(const Measures& measures) {
-    const SeriesRow row{measures, run_.reactions(run_.driven())};
-    if (!row.reactions.is_finite()) return false;
+    const SeriesRow row{measures, run_.reactions(run_.driven()), measure_bodies(run_.system(), run_.state())};
+    if (!row.reactions.is_finite() || !row.bodies.is_finite()) return false;
     run_.begin_means();
     result_.series.push_back(row);
     shared_.on_row(row);
@@ -388,6 +388,7 @@ void Simulation<Real>::rows() {
   result_.gain = energy_.gain();
   result_.penetrations = planes_.found();
   result_.reduced = reduced_.found();
+  result_.contact = result_.series.back().bodies.contact;
   if (balance_) result_.imbalance = balance_->imbalance();
   result_.threads_working = run_.driven().threads_working();
   result_.particles = record_particles(run_.system(), last_);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/bodies/bodies_measures.hpp"
 #include "core/measures/measures.hpp"
 #include "core/scene/scene.hpp"
 #include "core/springs/body_system.hpp"
@@ -38,10 +39,11 @@ struct LevelCount {
 /// A row of series.csv. Forces of planes that give impulses are means over the time since the row before.
 struct SeriesRow : Measures {
   Reactions reactions;
+  BodiesMeasures bodies;
 
   void remember(Record& record) {
     Measures::remember(record);
-    record.keep(reactions);
+    record.keep(reactions, bodies);
   }
 };
 
@@ -64,8 +66,9 @@ struct SimulationResult {
   std::optional<SleepReport> sleep;  ///< where the scene has particles sleep
   std::optional<EnergyGain> gain;
   std::vector<Penetration> penetrations;
-  std::optional<ReducedFit> reduced;   ///< of a reduced body
-  std::optional<Imbalance> imbalance;  ///< of some steps, where StepBalance applies
+  std::optional<ReducedFit> reduced;     ///< of a reduced body
+  std::optional<ContactReport> contact;  ///< between or within bodies, at the end and so far
+  std::optional<Imbalance> imbalance;    ///< of some steps, where StepBalance applies
   /// Where restitution acts in steps shorter than this one only, which is near that length [s].
   std::optional<double> rebounding_step;
   std::vector<SeriesRow> series;

@@ -111,7 +111,7 @@ std::unique_ptr<Mover> lattice_mover(const ReduceScene& scene, const Solid& soli
 }
 
 std::unique_ptr<Mover> reduced_mover(const Scene& scene, const Body& body, const State<double>& start) {
-  std::unique_ptr<SolidSystem<double>> system = make_solid<double>(scene, body, nullptr);
+  std::unique_ptr<SolidSystem<double>> system = make_solid<double>(scene, body, nullptr, {});
   if (!system->reduced()) throw InputError(fmt::format("model '{}' reduces no bodies", scene.model));
   return reduced_mover(nullptr, std::move(system), start);
 }
