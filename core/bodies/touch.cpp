@@ -71,7 +71,7 @@ bool is_nearer(const Touch& a, const Touch& b) {
   constexpr double rounding = 1e-9;
   const double of_a = a.from_nearest.squaredNorm(), of_b = b.from_nearest.squaredNorm();
   if (std::abs(of_a - of_b) > rounding * (of_a + of_b)) return of_a < of_b;
-  return std::abs(a.depth) > std::abs(b.depth);
+  return a.beside < b.beside;
 }
 
 double touch_energy(const Touch& touch, const TouchLengths& lengths) {

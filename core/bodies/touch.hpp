@@ -47,8 +47,8 @@ struct TouchLengths {
 std::optional<Touch> touch(const Vec3& point, const Vec3& outwards, const std::array<Vec3, 3>& corners,
                            const TouchLengths& lengths);
 
-/// Of two triangles the nearer; of those with a nearest point in common the one whose plane is farther, which
-/// tells inside from outside.
+/// Of two triangles the nearer; of those with a nearest point in common the one that the vertex is less
+/// beside: its plane is farther, which tells inside from outside.
 bool is_nearer(const Touch& a, const Touch& b);
 
 /// Whether it is within the rim of g = 0.

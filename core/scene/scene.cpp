@@ -237,6 +237,17 @@ std::vector<const SceneBody*> bodies_of(const Scene& scene) {
   return bodies;
 }
 
+Box box_at_rest(const Scene& scene) {
+  Box box{scene.body.origin, scene.body.origin};
+  for (const SceneBody* one : bodies_of(scene)) {
+    const BodyConfig& body = one->body;
+    const Vec3 upper =
+        body.origin + body.cell_size * Vec3(body.voxels.nx(), body.voxels.ny(), body.voxels.nz());
+    box = {box.lower.cwiseMin(body.origin), box.upper.cwiseMax(upper)};
+  }
+  return box;
+}
+
 std::unique_ptr<const RefinedBody> refined_body(const Scene& scene) {
   if (scene.auto_refinement)
     throw InputError(fmt::format(

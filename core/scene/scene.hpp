@@ -103,6 +103,9 @@ struct Scene : SceneBody {
 /// All of a scene's bodies, the first one first.
 std::vector<const SceneBody*> bodies_of(const Scene& scene);
 
+/// What a scene's bodies span at rest [m].
+Box box_at_rest(const Scene& scene);
+
 /// Whether a scene needs core/bodies: it has several bodies, or one that may touch itself.
 inline bool has_bodies_system(const Scene& scene) {
   return !scene.others.empty() || scene.environment.contact.acts();

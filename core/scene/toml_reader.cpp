@@ -140,8 +140,11 @@ bool lies_in_table_of_tables(const std::string& pattern, const KnownKeys& known)
 std::string suggestion(const std::string& pattern, const std::string& key, const KnownKeys& known) {
   const auto question = [](const std::string& meant) { return fmt::format("; did you mean {}?", meant); };
   if (!lies_in_table_of_tables(pattern, known))
-    for (const auto& [table, keys] : known)
-      if (std::find(keys.begin(), keys.end(), key) != keys.end()) return question(join(table, key));
+    for (const bool at_top : {true, false})
+      for (const auto& [table, keys] : known)
+        if (at_top == (table.find('.') == std::string::npos) &&
+            std::find(keys.begin(), keys.end(), key) != keys.end())
+          return question(join(table, key));
   const std::string near = nearest(key, known.at(pattern));
   return are_alike(key, near) ? question(join(pattern, near)) : std::string();
 }
@@ -272,6 +275,17 @@ std::vector<std::string> with_axes_joined(const std::vector<std::string>& names)
   return joined;
 }
 
+/// As many as a sentence holds.
+std::string listed(const std::vector<std::string>& names) {
+  constexpr std::size_t longest = 250;
+  std::string text;
+  for (const std::string& name : with_axes_joined(names)) {
+    if (text.size() + name.size() > longest) return text + ", ...";
+    text += (text.empty() ? "" : ", ") + name;
+  }
+  return text;
+}
+
 }  // namespace
 
 void TomlFile::check_keys(const toml::table& table, const std::string& path, const std::string& pattern,
@@ -289,7 +303,7 @@ void TomlFile::check_keys(const toml::table& table, const std::string& path, con
     if (!contains(known, pattern, general))
       reject(full, node,
              fmt::format("{} is not a known {} (known: {}){}", full, node->is_table() ? "table" : "key",
-                         fmt::join(with_axes_joined(entry->second), ", "), suggestion(pattern, name, known)));
+                         listed(entry->second), suggestion(pattern, name, known)));
     if (const toml::table* child = node->as_table()) check_keys(*child, full, inner, known);
     if (const toml::array* children = node->as_array())
       for (std::size_t i = 0; i < children->size(); ++i)

@@ -142,6 +142,18 @@ Json to_json(const std::vector<LevelCount>& levels) {
   return json;
 }
 
+/// Null where contact of bodies is not asked for.
+Json to_json(const std::optional<ContactReport>& contact) {
+  if (!contact) return {};
+  return {{"touches", contact->touches},
+          {"depth", contact->depth},
+          {"force", contact->force},
+          {"energy", contact->energy},
+          {"depth_in_cells_so_far", contact->depth_so_far},
+          {"depth_over_reach_so_far", contact->reach_so_far},
+          {"motion_over_reach_so_far", contact->motion_so_far}};
+}
+
 std::string description(const std::vector<LevelCount>& levels) {
   std::vector<std::string> parts;
   std::size_t particles = 0;
@@ -212,6 +224,7 @@ Json summary(const MatchedScene& ready, const SimulationResult& result, const Ta
           {"stable_dt", result.sure_steps.free},  // null where it is infinite
           {"stable_dt_guarded", result.sure_steps.guarded},
           {"levels", to_json(result.levels)},
+          {"contact", to_json(result.contact)},
           {"threads", result.threads},
           {"threads_working", result.threads_working},
           {"kernel", result.kernel},
@@ -302,7 +315,7 @@ std::string body_in_words(const Scene& scene, const SimulationResult& result) {
     mass += p.mass;
   }
   for (const LevelCount& level : result.levels) cells += level.cells;
-  return mss::body_in_words(scene.body, extent.sizes(), mass, cells, result.particles.size());
+  return mss::body_in_words(scene, extent.sizes(), mass, cells, result.particles.size());
 }
 
 void print(const Scene& scene, const std::vector<Continuation>& continued) {
@@ -382,7 +395,7 @@ void print_preview(const Scene& scene, int& exit_status) {
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "mss: warning: {}\n", warning);
   const RunPreview preview = preview_run(scene);
   const auto line = [&](const std::string& text) { fmt::print("{}: {}\n", scene.name, text); };
-  line(mss::body_in_words(scene.body, preview.extent, preview.mass, preview.cells, preview.particles));
+  line(mss::body_in_words(scene, preview.extent, preview.mass, preview.cells, preview.particles));
   if (is_static(scene)) return line(fmt::format("{}: an equilibrium, no steps", scene.solve.integrator));
   const double duration = scene.solve.duration;
   line(std::isnan(preview.dt)

@@ -15,6 +15,7 @@
 #include "experiments/simulation/matched_scene.hpp"
 #include "experiments/simulation/model.hpp"
 #include "experiments/simulation/reduced_model.hpp"
+#include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
 #include "integrators/analysis/modes.hpp"
 
@@ -125,38 +126,71 @@ py::dict energies(Simulation& simulation) {
   return by_old_names_too(energies);
 }
 
+std::size_t particle_count(const Simulation& simulation) {
+  std::size_t count = 0;
+  for (const Level& level : simulation.levels()) count += level.body.particle_count();
+  return count;
+}
+
+/// By body, in the scene's order: its name, or None, and its particles as a slice of arrays.
+py::list bodies(const Simulation& simulation) {
+  py::list all;
+  const std::vector<const SceneBody*> said = bodies_of(simulation.scene());
+  std::size_t first = 0;
+  for (std::size_t b = 0; b < said.size(); ++b) {
+    const std::size_t last = first + simulation.levels()[b].body.particle_count();
+    const std::string& name = said[b]->body_name;
+    all.append(py::make_tuple(name.empty() ? py::object(py::none()) : py::object(py::str(name)),
+                              py::slice(py::ssize_t(first), py::ssize_t(last), 1)));
+    first = last;
+  }
+  return all;
+}
+
 Doubles masses(const Simulation& simulation) {
-  const Body& body = simulation.body();
-  Doubles masses(py::ssize_t(body.particle_count()));
+  Doubles masses(py::ssize_t(particle_count(simulation)));
   double* out = masses.mutable_data();
-  for (const std::ptrdiff_t site : body.sites()) *out++ = body.mass(site);
+  for (const auto& [body, first] : simulation.levels())
+    for (const std::ptrdiff_t site : body.sites()) *out++ = body.mass(site);
   return masses;
 }
 
 Doubles rest_positions(const Simulation& simulation) {
-  const Body& body = simulation.body();
-  Doubles positions({py::ssize_t(body.particle_count()), py::ssize_t(3)});
+  Doubles positions({py::ssize_t(particle_count(simulation)), py::ssize_t(3)});
   double* out = positions.mutable_data();
-  for (const std::ptrdiff_t site : body.sites())
-    for (int axis = 0; axis < 3; ++axis) *out++ = body.rest_position(site)[axis];
+  for (const auto& [body, first] : simulation.levels())
+    for (const std::ptrdiff_t site : body.sites())
+      for (int axis = 0; axis < 3; ++axis) *out++ = body.rest_position(site)[axis];
   return positions;
 }
 
 py::array_t<int> cells(const Simulation& simulation) {
-  const Body& body = simulation.body();
-  py::array_t<int> cells({py::ssize_t(body.cell_count()), py::ssize_t(body.corners().size())});
+  const std::size_t corners = simulation.levels().front().body.corners().size();
+  std::size_t count = 0;
+  for (const auto& [body, first] : simulation.levels()) {
+    count += body.cell_count();
+    if (body.corners().size() != corners)
+      throw InputError(simulation.scene().name + ": some bodies are of cells, others of squares or links");
+  }
+  py::array_t<int> cells({py::ssize_t(count), py::ssize_t(corners)});
   int* out = cells.mutable_data();
-  body.for_each_piece([&](std::ptrdiff_t site) {
-    for (const int c : body.corners()) *out++ = body.particle(site + body.lattice().corner(c));
-  });
+  int particles = 0;  // of the bodies before
+  for (const auto& level : simulation.levels()) {
+    const Body& body = level.body;
+    body.for_each_piece([&](std::ptrdiff_t site) {
+      for (const int c : body.corners()) *out++ = particles + body.particle(site + body.lattice().corner(c));
+    });
+    particles += int(body.particle_count());
+  }
   return cells;
 }
 
 Modes rest_modes(const Simulation& simulation, int count) {
   const py::gil_scoped_release free;
   const Scene scene = unreduced(simulation.scene());
-  const auto system =
-      make_system<double>(scene.model, simulation.body(), scene.environment, scene.solve.threads);
+  check_one_body(scene, "modes()");
+  const auto system = make_system<double>(scene.model, simulation.levels().front().body, scene.environment,
+                                          scene.solve.threads);
   if (unknowns_of(*system).empty())
     throw InputError(scene.name + ": everything is held, so nothing can vibrate");
   Work work;
@@ -170,11 +204,11 @@ py::dict modes(const Simulation& simulation, int count) {
   if (count < 1)
     throw InputError("count is " + std::to_string(count) + "; give a number of modes, 1 or more");
   const std::vector<Mode> found = rest_modes(simulation, count).modes;
-  const auto n = py::ssize_t(simulation.body().particle_count());
+  const auto n = py::ssize_t(particle_count(simulation));
   Doubles omega(py::ssize_t(found.size())), shapes({py::ssize_t(found.size()), n, py::ssize_t(3)});
   for (std::size_t m = 0; m < found.size(); ++m) {
     omega.mutable_data()[m] = found[m].omega;
-    const Doubles shape = vectors_of(found[m].shape, simulation.body().sites());
+    const Doubles shape = vectors_of(found[m].shape, simulation.levels().front().body.sites());
     std::copy_n(shape.data(), 3 * n, shapes.mutable_data() + 3 * n * py::ssize_t(m));
   }
   py::dict result;
@@ -235,7 +269,7 @@ dampers. von Mises' stress is sqrt(3/2) of the norm of the deviator. Raises Inpu
           "measures", &measures,
           R"(The columns of series.csv at the present state: energies [J], volume ratios, momentum_x, y, z [kg m/s],
 angular_momentum_x, y, z [kg m^2/s], max_speed [m/s], max_stretch, min_jacobian, t [s], and the forces [N] that holds and planes exert: hold_0_x, y, z,
-..., plane_0_x, y, z, ... Those of planes that act by impulses are means over the last advance().)")
+..., plane_0_x, y, z, ..., and of several bodies body_0_x, ..., contact_depth, ... Those of planes that act by impulses are means over the last advance().)")
       .def(
           "energies", &energies,
           R"(Those of the measures that are energies [J]: kinetic, elastic, volume_energy, external_potential and their total.)")
@@ -256,6 +290,9 @@ of which each has q.M q = 1}.)")
           "dt", &Simulation::dt,
           "Step [s], \"safe\" resolved; of methods that choose their steps the first, or 0.")
       .def_property_readonly("work", &work, "Counts of steps, force evaluations, solves and so on so far.")
+      .def_property_readonly(
+          "bodies", &bodies,
+          "A list of (name or None, slice): which rows of arrays (N, 3) are the particles of each body.")
       .def_property_readonly("positions", &Simulation::positions, "Positions (N, 3) [m], a copy.")
       .def_property_readonly("velocities", &Simulation::velocities, "Velocities (N, 3) [m/s], a copy.")
       .def_property_readonly("rest_positions", &rest_positions, "Positions at rest (N, 3) [m].")

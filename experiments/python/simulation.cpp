@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/base/error.hpp"
+#include "core/bodies/bodies_measures.hpp"
 #include "core/measures/cell_stress.hpp"
 #include "experiments/python/callbacks.hpp"
 #include "experiments/simulation/diagnostics.hpp"
@@ -44,7 +45,7 @@ class SimulationIn final : public Simulation {
   }
 
   const Scene& scene() const override { return scene_; }
-  const Body& body() const override { return body_; }
+  const std::vector<Level>& levels() const override { return run_.system().levels(); }
   double dt() const override { return run_.dt(); }
   double time() const override {
     const Use use(used_);
@@ -56,11 +57,11 @@ class SimulationIn final : public Simulation {
   }
   Doubles positions() const override {
     const Use use(used_);
-    return vectors_of(run_.state().x, body_.sites());
+    return vectors_of(run_.state().x, run_.system().particles());
   }
   Doubles velocities() const override {
     const Use use(used_);
-    return vectors_of(run_.state().v, body_.sites());
+    return vectors_of(run_.state().v, run_.system().particles());
   }
   Doubles forces() override;
   Doubles cell_stress(bool damping) const override;
@@ -103,7 +104,7 @@ Doubles SimulationIn<Real>::forces() {
     driven().force(state.t, state.x, state.v, forces);
   }
   if (forced_) forced_->rethrow();
-  return vectors_of(forces, body_.sites());
+  return vectors_of(forces, run_.system().particles());
 }
 
 template <class Real>
@@ -131,16 +132,20 @@ py::dict SimulationIn<Real>::measures() {
   const Use use(used_);
   Measures measures;
   Reactions reactions;
+  BodiesMeasures bodies;
   {
     const py::gil_scoped_release free;
     measures = mss::measure(run_.system(), run_.state());
+    bodies = measure_bodies(run_.system(), run_.state());
     reactions = run_.reactions(driven());
   }
   if (forced_) forced_->rethrow();
   py::dict named;
   for (const MeasureColumn& column : columns_of(measures))
     named[py::str(std::string(column.name))] = column.value(measures);
-  for_each_component(reactions, [&](const std::string& name, double force) { named[py::str(name)] = force; });
+  const auto add = [&](const std::string& name, double number) { named[py::str(name)] = number; };
+  for_each_component(reactions, add);
+  for_each_column(bodies, [&](const std::string& name, const char*, double number) { add(name, number); });
   return named;
 }
 
@@ -181,8 +186,8 @@ void SimulationIn<Real>::set_state(double t, const Doubles& x, const Doubles& v)
   const Use use(used_);
   State<Real> state = run_.state();
   state.t = t;
-  set_vectors(state.x, body_.sites(), x, "positions");
-  set_vectors(state.v, body_.sites(), v, "velocities");
+  set_vectors(state.x, run_.system().particles(), x, "positions");
+  set_vectors(state.v, run_.system().particles(), v, "velocities");
   if (!std::isfinite(t) || !is_finite(state))
     throw InputError(
         "the state has numbers that are not finite; give finite times, positions and velocities");

@@ -29,7 +29,8 @@ class Simulation {
   virtual ~Simulation() = default;
 
   virtual const Scene& scene() const = 0;
-  virtual const Body& body() const = 0;
+  /// Its bodies.
+  virtual const std::vector<Level>& levels() const = 0;
   virtual double time() const = 0;
   virtual double dt() const = 0;
   virtual const Work& work() const = 0;

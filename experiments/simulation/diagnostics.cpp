@@ -136,6 +136,24 @@ void add_lost_restitution(const Scene& scene, const SimulationResult& result,
           p, planes[p].restitution, result.dt, *result.rebounding_step));
 }
 
+/// Of contact between or within bodies.
+void add_contact(const ContactReport& contact, std::vector<std::string>& diagnostics) {
+  constexpr double deep = 0.1, nearly = 0.9;
+  const char* remedy = "give a larger contact.stiffness, smaller cells, or a slower impact";
+  if (contact.reach_so_far > nearly)
+    diagnostics.push_back(
+        fmt::format("surfaces were so deep in each other, {:.2g} cells, that contact may have lost them; {}",
+                    contact.depth_so_far, remedy));
+  else if (contact.depth_so_far > deep)
+    diagnostics.push_back(
+        fmt::format("surfaces were up to {:.2g} cells deep in each other; {}", contact.depth_so_far, remedy));
+  if (contact.motion_so_far > 1)
+    diagnostics.push_back(fmt::format(
+        "bodies moved by each other {:.2g} times as far in a step as contact reaches, so that one may have "
+        "passed through another; give a shorter solve.dt",
+        contact.motion_so_far));
+}
+
 /// Of what a run watched of itself.
 void add_watched(const Scene& scene, const SimulationResult& result, std::vector<std::string>& diagnostics) {
   if (result.status == Status::non_finite) return;  // everything follows from that
@@ -144,6 +162,7 @@ void add_watched(const Scene& scene, const SimulationResult& result, std::vector
   if (result.imbalance && result.imbalance->share > StepBalance::tolerated)
     diagnostics.push_back(on_imbalance(scene, *result.imbalance));
   add_lost_restitution(scene, result, diagnostics);
+  if (result.contact) add_contact(*result.contact, diagnostics);
   if (result.reduced)
     for (std::string& warning : warnings_of(scene, *result.reduced))
       diagnostics.push_back(std::move(warning));
@@ -156,6 +175,7 @@ std::string on_holds(const Scene& scene, const SimulationResult& result) {
   if (scene.environment.holds.empty())
     return "nothing holds the body in place; where a scene has no [[hold]], few are at rest";
   if (!scene.environment.planes.empty()) return {};  // which may hold what the holds leave free
+  if (!scene.others.empty()) return {};
   const Eigen::Index motions = free_motions(scene, result.particles);
   if (motions == 0) return {};
   return fmt::format(

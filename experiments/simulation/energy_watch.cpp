@@ -14,9 +14,8 @@ namespace {
 template <class Real>
 double energy_of_rounding(const SolidSystem<Real>& system, const Scene& scene, double potential) {
   constexpr double rounding = 64 * double(std::numeric_limits<Real>::epsilon());
-  const VoxelGrid& voxels = scene.body.voxels;
-  const double reach =
-      scene.body.origin.norm() + scene.body.cell_size * Vec3(voxels.nx(), voxels.ny(), voxels.nz()).norm();
+  const Box box = box_at_rest(scene);
+  const double reach = box.lower.norm() + (box.upper - box.lower).norm();
   const double speed = rounding * reach * system.spectral_bound().omega;
   return system.total_mass() * speed * speed + rounding * std::abs(potential);
 }

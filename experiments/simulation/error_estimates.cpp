@@ -215,6 +215,10 @@ SceneEstimates estimate_errors(const Scene& scene, const std::vector<ParticleRec
     estimates.none = "an estimate of the error is of bodies with cells of one size";
     return estimates;
   }
+  if (has_bodies_system(scene)) {
+    estimates.none = "an estimate of the error is of one body that does not touch itself";
+    return estimates;
+  }
   if (!scene.body.is_solid()) {
     estimates.none = fmt::format("an estimate of the error is of cells of three dimensions, and this is {}",
                                  scene.body.noun());

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/base/field_part.hpp"
+
 namespace mss {
 
 namespace {
@@ -28,12 +30,21 @@ template <class Real>
 PlaneWatch<Real>::PlaneWatch(const Scene& scene, const SolidSystem<Real>& system)
     : planes_(scene.environment.planes), system_(system), watched_(planes_.size()) {
   if (planes_.empty()) return;
-  if (const auto& mesh = scene.environment.contact_surface)
-    surface_.emplace(*mesh, scene.body.voxels, scene.body.cell_size, scene.body.origin);
+  const std::vector<const SceneBody*> bodies = bodies_of(scene);
+  std::vector<std::ptrdiff_t> particles = system.particles();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (!bodies[b]->contact_surface) continue;
+    const BodyConfig& body = bodies[b]->body;
+    const auto& [of_level, first] = system.levels()[b];
+    const std::ptrdiff_t size = of_level.lattice().size, from = first;
+    surfaces_.push_back(
+        {EmbeddedSurface(*bodies[b]->contact_surface, body.voxels, body.cell_size, body.origin), from, size});
+    std::erase_if(particles, [&](std::ptrdiff_t site) { return site >= from && site < from + size; });
+  }
   const HeldSites held(system.levels(), scene.environment.holds);
   for (std::size_t p = 0; p < planes_.size(); ++p) {
     watched_[p].tolerated = tolerated_depth(planes_[p], scene.body, tolerated_by_penalties);
-    for (const std::ptrdiff_t site : system.particles())
+    for (const std::ptrdiff_t site : particles)
       if (!is_held(held, site, planes_[p])) watched_[p].sites.push_back(site);
   }
 }
@@ -50,10 +61,9 @@ typename PlaneWatch<Real>::Depths PlaneWatch<Real>::depths(std::size_t plane,
     depths.rounding = std::max(depths.rounding, rounding * x.norm());
     depths.largest = std::max(depths.largest, depth);
   };
-  for (std::size_t vertex = 0; surface_ && vertex < surface_->size(); ++vertex)
-    take(surface_->at(vertex, state.x));
-  if (!surface_)
-    for (const std::ptrdiff_t site : watched_[plane].sites) take(state.x.at(site));
+  for (const auto& [surface, first, size] : surfaces_)
+    for (const Vec3& vertex : surface.interpolate(part_of(state.x, first, size))) take(vertex);
+  for (const std::ptrdiff_t site : watched_[plane].sites) take(state.x.at(site));
   const Communicator& ranks = system_.ranks();
   return {ranks.largest(depths.largest), -ranks.largest(-depths.smallest), ranks.largest(depths.rounding)};
 }
@@ -85,7 +95,7 @@ std::vector<Penetration> PlaneWatch<Real>::found() const {
   std::vector<Penetration> found;
   for (std::size_t p = 0; p < watched_.size(); ++p)
     if (watched_[p].depth > 0)
-      found.push_back({p, watched_[p].t, watched_[p].depth, watched_[p].ends_whole, surface_.has_value()});
+      found.push_back({p, watched_[p].t, watched_[p].depth, watched_[p].ends_whole, !surfaces_.empty()});
   return found;
 }
 

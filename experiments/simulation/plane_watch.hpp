@@ -60,7 +60,12 @@ class PlaneWatch {
 
   const std::vector<Plane>& planes_;
   const SolidSystem<Real>& system_;
-  std::optional<EmbeddedSurface> surface_;
+  /// A mesh that planes touch, and the part of the fields that carries it.
+  struct Touched {
+    EmbeddedSurface surface;
+    std::ptrdiff_t first, size;
+  };
+  std::vector<Touched> surfaces_;
   std::vector<Watched> watched_;  ///< by plane
 };
 

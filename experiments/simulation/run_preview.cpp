@@ -52,8 +52,8 @@ RunPreview preview_in(const Scene& scene) {
   const Body body(scene.body);
   SceneRun<Real> run(scene, body);
   const IntegratorInfo& method = find_integrator(scene.solve.integrator);
-  const VoxelGrid& cells = scene.body.voxels;
-  RunPreview preview{.extent = scene.body.cell_size * Vec3(cells.nx(), cells.ny(), cells.nz()),
+  const Box box = box_at_rest(scene);
+  RunPreview preview{.extent = box.upper - box.lower,
                      .mass = run.system().total_mass(),
                      .particles = run.system().particles().size()};
   for (const Level& level : run.system().levels()) preview.cells += level.body.cell_count();
@@ -76,13 +76,18 @@ RunPreview preview_run(const Scene& scene) {
   return scene.solve.precision == Precision::single ? preview_in<float>(scene) : preview_in<double>(scene);
 }
 
-std::string body_in_words(const BodyConfig& body, const Vec3& extent, double mass, std::size_t cells,
+std::string body_in_words(const Scene& scene, const Vec3& extent, double mass, std::size_t cells,
                           std::size_t particles) {
+  const BodyConfig& body = scene.body;
   std::vector<std::string> edges;
   for (int axis = 0; axis < 3; ++axis)
-    if (body.voxels.size()[std::size_t(axis)] > 0) edges.push_back(fmt::format("{:.4g}", extent[axis]));
+    if (body.voxels.size()[std::size_t(axis)] > 0 || !scene.others.empty())
+      edges.push_back(fmt::format("{:.4g}", extent[axis]));
   std::string size = fmt::format("{} m", fmt::join(edges, " x "));
-  if (!body.is_solid()) size = fmt::format("{} of {}, {:.4g} m thick", body.noun(), size, body.across());
+  if (!scene.others.empty())
+    size = fmt::format("{} bodies in {}", scene.others.size() + 1, size);
+  else if (!body.is_solid())
+    size = fmt::format("{} of {}, {:.4g} m thick", body.noun(), size, body.across());
   return fmt::format("{}, {:.4g} kg, {} cells, {} particles", size, mass, cells, particles);
 }
 

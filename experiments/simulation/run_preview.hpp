@@ -31,7 +31,7 @@ RunPreview preview_run(const Scene& scene);
 
 /// Extent, mass and cells, as in "0.4 x 0.1 x 0.1 m, 4 kg, 32 cells, 81 particles"; of a sheet or a rope "a
 /// rope of 0.8 m, 0.1 m thick, ...".
-std::string body_in_words(const BodyConfig& body, const Vec3& extent, double mass, std::size_t cells,
+std::string body_in_words(const Scene& scene, const Vec3& extent, double mass, std::size_t cells,
                           std::size_t particles);
 
 }  // namespace mss

@@ -50,6 +50,15 @@ std::optional<double> rebounding_step(const Scene& scene, const SolidSystem<Real
   return 1 / system.spectral_bound().omega;
 }
 
+/// Meshes that bodies were given as.
+std::vector<VtkSurface> surfaces_of(const Scene& scene) {
+  std::vector<VtkSurface> surfaces;
+  const std::vector<const SceneBody*> bodies = bodies_of(scene);
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (bodies[b]->mesh) surfaces.push_back({bodies[b]->mesh->surface(), b});
+  return surfaces;
+}
+
 /// One simulation: advances from row to row, and stops at frames, or when it is told to, on the way.
 template <class Real>
 class Simulation final : public Stops {
@@ -82,8 +91,7 @@ class Simulation final : public Stops {
       if (StepBalance::applies_to(scene) && !shared.ranks.are_several())
         balance_.emplace(scene, run_.system(), run_.dt());
     if (frame_every_ == 0) return;
-    frames_.emplace(vtk.directory, run_.system().levels(),
-                    scene.mesh ? std::optional(scene.mesh->surface()) : std::nullopt);
+    frames_.emplace(vtk.directory, run_.system().levels(), surfaces_of(scene), !scene.others.empty());
     of_frames_.emplace(run_.system(), scene.environment);
   }
 

@@ -31,9 +31,9 @@ StepBalance::StepBalance(const Scene& scene, SolidSystem<double>& system, double
       margin_(margin_of(scene, dt)),
       free_axes_(system.size()),
       force_(system.size()) {
-  const VoxelGrid& voxels = scene.body.voxels;
-  const Vec3 half = scene.body.cell_size / 2 * Vec3(voxels.nx(), voxels.ny(), voxels.nz());
-  middle_ = scene.body.origin + half;
+  const Box box = box_at_rest(scene);
+  const Vec3 half = (box.upper - box.lower) / 2;
+  middle_ = box.lower + half;
   reach_ = half.norm();
   Eigen::Matrix<double, functions, functions> gram;
   gram.setZero();

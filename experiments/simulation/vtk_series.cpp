@@ -11,6 +11,7 @@
 #include <span>
 
 #include "core/base/error.hpp"
+#include "core/base/field_part.hpp"
 #include "core/forces/cell_geometry.hpp"
 #include "core/forces/spring_law.hpp"
 #include "core/measures/cell_stress.hpp"
@@ -221,10 +222,15 @@ std::vector<double> by_vertex(const std::vector<Vec3>& vectors) {
   return values;
 }
 
-std::vector<std::int64_t> triangle_corners(const TriangleMesh& mesh) {
+/// Of all one after the other; their vertices are counted together.
+std::vector<std::int64_t> triangle_corners(const std::vector<VtkSurface>& surfaces, std::int64_t& vertices) {
   std::vector<std::int64_t> corners;
-  for (const std::array<int, 3>& triangle : mesh.triangles)
-    corners.insert(corners.end(), triangle.begin(), triangle.end());
+  vertices = 0;
+  for (const VtkSurface& surface : surfaces) {
+    for (const std::array<int, 3>& triangle : surface.mesh.triangles)
+      for (const int corner : triangle) corners.push_back(vertices + corner);
+    vertices += std::int64_t(surface.mesh.vertices.size());
+  }
   return corners;
 }
 
@@ -301,18 +307,23 @@ void remove_vtk_series(const fs::path& directory) {
   fs::remove(directory / "vtk", ignored);  // if nothing else is in it
 }
 
-VtkSeries::VtkSeries(fs::path directory, std::vector<Level> levels,
-                     const std::optional<TriangleMesh>& surface)
-    : directory_(std::move(directory)), levels_(std::move(levels)) {
+VtkSeries::VtkSeries(fs::path directory, std::vector<Level> levels, const std::vector<VtkSurface>& surfaces,
+                     bool several_bodies)
+    : directory_(std::move(directory)), levels_(std::move(levels)), several_bodies_(several_bodies) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // failures are exceptions, not pages on stderr
+  for (const Level& level : levels_)
+    if (level.body.config().voxels.dimensions() != levels_.front().body.config().voxels.dimensions())
+      throw InputError("files for ParaView are of bodies that are all solid, all sheets or all ropes");
   number_points();
-  const BodyConfig& config = levels_.front().body.config();
-  if (surface) surface_.emplace(*surface, config.voxels, config.cell_size, config.origin);
+  for (const auto& [mesh, level] : surfaces) {
+    const BodyConfig& config = levels_[level].body.config();
+    surfaces_.push_back({EmbeddedSurface(mesh, config.voxels, config.cell_size, config.origin), level});
+  }
   if (ranks().is_lowest()) {
     remove_vtk_series(directory_);
     prepare_directory(directory_ / "vtk");
   }
-  write_mesh(surface);
+  write_mesh(surfaces);
 }
 
 /// In the order of particles; each rank those of its own planes and of the ghosts above, where its cells end.
@@ -337,7 +348,7 @@ fs::path VtkSeries::frame_file(const std::string& kind, std::size_t frame) const
   return directory_ / "vtk" / fmt::format("{}_{:06}.vtkhdf", kind, frame);
 }
 
-void VtkSeries::write_mesh(const std::optional<TriangleMesh>& surface) const {
+void VtkSeries::write_mesh(const std::vector<VtkSurface>& surfaces) const {
   std::vector<std::int64_t> cells, springs;
   const VtkShape shape = vtk_shape(levels_.front().body);
   for (const Level& level : levels_) {
@@ -355,9 +366,10 @@ void VtkSeries::write_mesh(const std::optional<TriangleMesh>& surface) const {
     write_shapes(ranks(), new_group(file, "cells"), shape.kind, std::int64_t(shape.corners.size()), points_,
                  cells);
     write_shapes(ranks(), new_group(file, "springs"), vtk_line, 2, points_, springs);
-    if (surface)
-      write_shapes(ranks(), new_group(file, "surface"), vtk_triangle, 3,
-                   std::int64_t(surface->vertices.size()), triangle_corners(*surface));
+    if (surfaces.empty()) return;
+    std::int64_t vertices = 0;
+    const std::vector<std::int64_t> corners = triangle_corners(surfaces, vertices);
+    write_shapes(ranks(), new_group(file, "surface"), vtk_triangle, 3, vertices, corners);
   });
 }
 
@@ -375,6 +387,7 @@ void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v, const 
       const Handle values = new_group(grid, "CellData");
       write_cell_values(values, levels_, x);
       if (stress) write_stress(ranks(), values, *stress);
+      if (several_bodies_) write_bodies(values);
     }
     write_reactions(grid, reactions);
   });
@@ -384,8 +397,28 @@ void VtkSeries::add(double t, const Field<Real>& x, const Field<Real>& v, const 
     link(grid, "Points", cells, "/VTKHDF/Points");
     write_spring_values(new_group(grid, "CellData"), levels_, x);
   });
-  if (surface_) add_surface(frame_file("surface", frame), x, v);
+  if (!surfaces_.empty()) add_surface(frame_file("surface", frame), x, v);
   times_.push_back(t);
+}
+
+void VtkSeries::write_bodies(std::int64_t group) const {
+  std::vector<std::uint8_t> bodies;
+  for (std::size_t b = 0; b < levels_.size(); ++b)
+    levels_[b].body.for_each_cell([&](std::ptrdiff_t) { bodies.push_back(std::uint8_t(b)); });
+  write_all(ranks(), group, "body", bodies);
+}
+
+/// By vertex.
+template <class Real>
+std::vector<double> VtkSeries::on_surfaces(const Field<Real>& field) const {
+  std::vector<double> values;
+  for (const auto& [surface, level] : surfaces_) {
+    const auto& [body, first] = levels_[level];
+    const std::vector<double> of_one =
+        by_vertex(surface.interpolate(part_of(field, first, body.lattice().size)));
+    values.insert(values.end(), of_one.begin(), of_one.end());
+  }
+  return values;
 }
 
 template <class Real>
@@ -393,15 +426,15 @@ void VtkSeries::add_surface(const fs::path& file, const Field<Real>& x, const Fi
   write_file(ranks(), file, [&](hid_t h5) {
     const Handle grid = new_group(h5, "VTKHDF");
     describe_grid(grid, "surface", "mesh.h5");
-    write(grid, "Points", by_vertex(surface_->interpolate(x)), 3);
-    write(new_group(grid, "PointData"), "velocity", by_vertex(surface_->interpolate(v)), 3);
+    write(grid, "Points", on_surfaces(x), 3);
+    write(new_group(grid, "PointData"), "velocity", on_surfaces(v), 3);
   });
 }
 
 void VtkSeries::finish() const {
   if (!ranks().is_lowest()) return;
   for (const std::string kind : kinds) {
-    if (kind == "surface" && !surface_) continue;
+    if (kind == "surface" && surfaces_.empty()) continue;
     Json frames = Json::array();
     for (std::size_t i = 0; i < times_.size(); ++i)
       frames.push_back({{"name", "vtk/" + frame_file(kind, i).filename().string()}, {"time", times_[i]}});

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +15,12 @@ namespace mss {
 /// Removes the series that an earlier run left in a directory, and nothing else.
 void remove_vtk_series(const std::filesystem::path& directory);
 
+/// A mesh that a body was given as.
+struct VtkSurface {
+  TriangleMesh mesh;
+  std::size_t level = 0;  ///< whose cells carry it
+};
+
 /// A series that ParaView opens, in VTK's own format on HDF5: in a directory the files `cells.vtkhdf.series`,
 /// `springs.vtkhdf.series` and, of a body given as a mesh, `surface.vtkhdf.series`, each of which lists its
 /// frames with their times; the frames in `vtk/`.
@@ -27,16 +32,18 @@ void remove_vtk_series(const std::filesystem::path& directory);
 /// lines between the same points, with their stretch and their class (0 edge, 1 face diagonal, 2 body
 /// diagonal). The surface is the mesh's triangles where the cells carry them, with the velocity of their
 /// corners. Cells have the forces [N] of holds and planes as field data, hold_0, ... plane_0, ... Which
-/// points belong together is stored once, in `vtk/mesh.h5`.
+/// points belong together is stored once, in `vtk/mesh.h5`. Several bodies are one after the other, and which
+/// one a cell is of is its `body`, from 0.
 ///
 /// Where ranks share the body all of them make a series and call its functions; the lowest writes the files,
 /// as one process would.
 class VtkSeries {
  public:
-  /// `levels`: the body's, which must outlive it. `surface`: the mesh that it was given as, if it was, of a
-  /// body in one process. Throws InputError if the directory cannot be written to.
+  /// `levels`: the body's, which must outlive it, or of `several_bodies` one each. `surfaces`: of bodies in
+  /// one process. Throws InputError if the directory cannot be written to, and for bodies of which some are
+  /// solid and others sheets or ropes.
   VtkSeries(std::filesystem::path directory, std::vector<Level> levels,
-            const std::optional<TriangleMesh>& surface = std::nullopt);
+            const std::vector<VtkSurface>& surfaces = {}, bool several_bodies = false);
 
   /// Writes a frame, whole or not at all; ghosts must be up to date. Throws InputError if that fails.
   template <class Real>
@@ -50,13 +57,21 @@ class VtkSeries {
   const Communicator& ranks() const { return levels_.front().body.ranks(); }
   void number_points();
   std::filesystem::path frame_file(const std::string& kind, std::size_t frame) const;
-  void write_mesh(const std::optional<TriangleMesh>& surface) const;
+  void write_mesh(const std::vector<VtkSurface>& surfaces) const;
+  void write_bodies(std::int64_t group) const;
+  template <class Real>
+  std::vector<double> on_surfaces(const Field<Real>& field) const;
   template <class Real>
   void add_surface(const std::filesystem::path& file, const Field<Real>& x, const Field<Real>& v) const;
 
   std::filesystem::path directory_;
   std::vector<Level> levels_;
-  std::optional<EmbeddedSurface> surface_;
+  struct Carried {
+    EmbeddedSurface surface;
+    std::size_t level;
+  };
+  std::vector<Carried> surfaces_;
+  bool several_bodies_;
   std::vector<std::int64_t> point_of_;  ///< by site
   std::int64_t points_ = 0;
   std::vector<double> times_;  ///< of the frames so far [s]

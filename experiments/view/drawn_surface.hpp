@@ -64,9 +64,13 @@ class DrawnSurface {
   };
   /// Where a ray first meets the surface.
   std::optional<Hit> hit(const Ray& ray) const;
+  /// The particle of a triangle, by its first index in triangles(), that a point on it stands for.
+  std::ptrdiff_t particle_at(std::size_t triangle, const Vec3& point) const {
+    return site_at(triangle, point);
+  }
 
  protected:
-  /// The particle of a triangle, by its first index in triangles(), that a point on it stands for.
+  /// As particle_at().
   virtual std::ptrdiff_t site_at(std::size_t triangle, const Vec3& point) const = 0;
 
   Vec3 position(std::uint32_t vertex) const;

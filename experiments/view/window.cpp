@@ -22,12 +22,11 @@
 #include "experiments/harness/progress.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/io/output.hpp"
+#include "experiments/view/bodies_surface.hpp"
 #include "experiments/view/image.hpp"
 #include "experiments/view/panel.hpp"
 #include "experiments/view/renderer.hpp"
-#include "experiments/view/surface_mesh.hpp"
 #include "experiments/view/surface_on_device.hpp"
-#include "experiments/view/true_surface.hpp"
 
 namespace mss::view {
 
@@ -183,11 +182,13 @@ class Viewer {
         session_(scene),
         gui_(window_),
         panel_(scene),
-        cells_(session_.levels()),
+        cells_(surface_of_cells(scene, session_.levels())),
         grids_(grids_of(session_.body(), scene.environment)) {
     glfwGetFramebufferSize(window_.get(), &width_, &height_);
-    if (scene.mesh) true_surface_.emplace(scene.mesh->surface(), session_.body());
-    display_.has_mesh = display_.shows_mesh = scene.mesh.has_value();
+    const std::vector<const SceneBody*> bodies = bodies_of(scene);
+    display_.has_mesh = display_.shows_mesh =
+        std::any_of(bodies.begin(), bodies.end(), [](const SceneBody* one) { return one->mesh.has_value(); });
+    if (display_.has_mesh) true_surface_ = surface_of_meshes(scene, session_.levels());
     display_.ground_spacing = grids_.front().spacing;
     display_.device = device_.name();
     see_all();
@@ -221,7 +222,7 @@ class Viewer {
   /// What is drawn of the body.
   DrawnSurface& surface() {
     if (display_.shows_mesh) return *true_surface_;
-    return cells_;
+    return *cells_;
   }
 
   ViewOptions options_;
@@ -230,8 +231,8 @@ class Viewer {
   Session session_;
   Gui gui_;
   Panel panel_;
-  SurfaceMesh cells_;
-  std::optional<TrueSurface> true_surface_;                                    ///< of a body given as a mesh
+  std::unique_ptr<DrawnSurface> cells_;
+  std::unique_ptr<DrawnSurface> true_surface_;                                 ///< of bodies given as meshes
   std::map<const DrawnSurface*, std::unique_ptr<SurfaceOnDevice>> on_device_;  ///< nullptr: not to be had
   unsigned vertices_ = 0;  ///< of the surface, if they were moved on the device, see Picture
   std::vector<GridPlane> grids_;
@@ -292,15 +293,15 @@ void Viewer::play_or_pause() {
 }
 
 void Viewer::see_all() {
-  Vec3 lower = session_.positions().at(cells_.sites().front()), upper = lower;
-  for (const std::ptrdiff_t site : cells_.sites()) {
+  Vec3 lower = session_.positions().at(cells_->sites().front()), upper = lower;
+  for (const std::ptrdiff_t site : cells_->sites()) {
     lower = lower.cwiseMin(session_.positions().at(site));
     upper = upper.cwiseMax(session_.positions().at(site));
   }
   camera_.fit(lower, upper, arrangement().body);
   if (!options_.plain) return;
   std::vector<Vec3> points;
-  for (const std::ptrdiff_t site : cells_.sites()) points.push_back(session_.positions().at(site));
+  for (const std::ptrdiff_t site : cells_->sites()) points.push_back(session_.positions().at(site));
   camera_.fill(points, arrangement().body);
 }
 

@@ -212,6 +212,28 @@ class Motion(unittest.TestCase):
             np.testing.assert_allclose(lengths, 0.1, rtol=1e-12)
             self.assertEqual(flat.energies()["volume_energy"], 0)
 
+    def test_several_bodies_are_parts_of_arrays(self):
+        scene = dict(
+            BLOCK,
+            body=[dict(BLOCK["body"], name="lower"), {"cells": [2, 2, 2], "cell_size": 0.1, "origin": [0, 0, 0.2]}],
+            contact={"bodies": True},
+        )
+        simulation = mss.load(scene)
+        self.assertEqual(simulation.bodies, [("lower", slice(0, 36, 1)), (None, slice(36, 63, 1))])
+        upper = simulation.bodies[1][1]
+        self.assertEqual(simulation.rest_positions[upper, 2].min(), 0.2)
+        self.assertEqual(simulation.cells.shape, (12 + 8, 8))
+        self.assertGreaterEqual(simulation.cells[12:].min(), 36)
+        v = np.zeros((63, 3))
+        v[upper, 2] = -0.5
+        simulation.set_state(0, simulation.positions, v)
+        simulation.advance(0.01)
+        self.assertGreater(simulation.measures()["contact_force"], 0)
+        momentum = simulation.masses @ simulation.velocities
+        self.assertTrue(np.allclose(momentum, [0, 0, -0.5 * simulation.masses[upper].sum()], atol=1e-12))
+        with self.assertRaisesRegex(ValueError, "is for one body"):
+            simulation.modes()
+
     def test_stress_of_cells_is_hookes_and_kelvin_and_voigts(self):
         lame = 1e5 * 0.3 / (1.3 * 0.4), 1e5 / 2.6
         strain = 1e-6 * np.array([[1, 0.5, -0.2], [0.5, -0.7, 0.4], [-0.2, 0.4, 0.9]])

@@ -311,10 +311,11 @@ TEST(QuasiNewton, GivesTheSameBitsOfCellsOfSeveralSizesForAnyNumberOfThreads) {
   }
 }
 
-// It lands on its smallest cells, on an edge of the larger ones, and slides.
+// It lands on its smallest cells, on an edge of the larger ones, and slides. With a friction of 0.3 the
+// fourth step's equations have several solutions, and rounding chooses among them.
 TEST(QuasiNewton, KeepsContactOfCellsOfSeveralSizesInsideSteps) {
   const RefinedBody body = refined_rubber_block();
-  const Plane ground{.point = Vec3(0, 0, -0.05), .normal = Vec3(0.1, 0.05, 1).normalized(), .friction = 0.3};
+  const Plane ground{.point = Vec3(0, 0, -0.05), .normal = Vec3(0.1, 0.05, 1).normalized(), .friction = 0.2};
   RefinedSystem<double> system(body, {.gravity = Vec3(0, 0, -9.81), .planes = {ground}});
   State<double> start = system.rest_state();
   for (const std::ptrdiff_t site : system.particles()) start.v.set(site, Vec3(1, 0, -1));
