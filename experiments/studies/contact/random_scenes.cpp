@@ -12,6 +12,7 @@
 #include "experiments/harness/progress.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/simulation.hpp"
+#include "experiments/studies/contact/scene_text.hpp"
 #include "integrators/analysis/stable_step.hpp"
 
 namespace mss::studies::contact {
@@ -43,7 +44,6 @@ class Dice {
 /// A number as scene files have it, short: what it was before does not matter.
 double rounded(double x) { return std::stod(fmt::format("{:.4g}", x)); }
 Vec3 rounded(const Vec3& x) { return {rounded(x[0]), rounded(x[1]), rounded(x[2])}; }
-std::string text(const Vec3& x) { return fmt::format("[{}, {}, {}]", x[0], x[1], x[2]); }
 
 struct RandomBody {
   std::array<int, 3> cells{};
@@ -127,7 +127,7 @@ std::string planes_of(const std::vector<RandomBody>& bodies, Dice& dice) {
     const Vec3 point = rounded(Vec3(lowest * 1.001 * normal.normalized()));
     said += fmt::format(
         "[[plane]]\npoint = {}\nnormal = {}\ncontact = \"{}\"\nfriction = {}\nrestitution = {}\n\n",
-        text(point), text(normal), law, rounded(dice.between(0, 1)), rounded(dice.between(0, 1)));
+        scene_text(point), scene_text(normal), law, rounded(dice.between(0, 1)), rounded(dice.between(0, 1)));
   }
   return said;
 }
@@ -153,11 +153,11 @@ double duration_of(const std::vector<RandomBody>& bodies) {
 std::string text_of(const RandomBody& body) {
   std::string said =
       fmt::format("[[body]]\ncells = [{}, {}, {}]\ncell_size = {}\norigin = {}\n", body.cells[0],
-                  body.cells[1], body.cells[2], body.cell_size, text(body.origin));
+                  body.cells[1], body.cells[2], body.cell_size, scene_text(body.origin));
   said += fmt::format("material = {{ young = {}, poisson = {}, density = {} }}\n", body.young, body.poisson,
                       body.density);
-  return said + fmt::format("start = {{ velocity = {}, angular_velocity = {} }}\n\n", text(body.velocity),
-                            text(body.turn));
+  return said + fmt::format("start = {{ velocity = {}, angular_velocity = {} }}\n\n",
+                            scene_text(body.velocity), scene_text(body.turn));
 }
 
 }  // namespace
@@ -186,12 +186,13 @@ namespace {
 constexpr double kept = 1e-9;            ///< of momentum
 constexpr double energy_allowed = 0.01;  ///< of explicit methods, at half their safe steps
 constexpr double energy_allowed_of_frames = 0.05;
+constexpr double deepest_followed = 0.48;  ///< cells; from half a cell on contact loses a vertex
 
 /// What is compared of a run.
 struct Balance {
   std::size_t touches = 0;
   double depth = 0;     ///< deepest, over the smallest cell's size
-  double momentum = 0;  ///< change that gravity does not explain, over what moves
+  double momentum = 0;  ///< change that gravity does not explain, over what moves; 0 where planes take it
   double spin = 0;      ///< the same of angular momentum about the common centre of mass
   double energy = 0;    ///< largest gain over what is at play
 };
@@ -221,8 +222,10 @@ Balance balance_of(const Scene& scene, const SimulationResult& result) {
   double size = 0;
   for (const SceneBody* one : bodies_of(scene)) size = std::max(size, one->body.origin.norm());
   balance.depth = result.contact ? result.contact->depth_so_far : 0;
-  balance.momentum = off / moving;
-  balance.spin = turned / std::max(turning, size * moving);
+  if (scene.environment.planes.empty()) {
+    balance.momentum = off / moving;
+    balance.spin = turned / std::max(turning, size * moving);
+  }
   balance.energy = gained / at_play;
   return balance;
 }
@@ -232,22 +235,21 @@ bool keeps_spin(const IntegratorInfo& method) { return method.symplectic && !met
 
 std::string judge(const Scene& scene, const Balance& balance) {
   const IntegratorInfo& method = find_integrator(scene.solve.integrator);
-  const bool is_free = scene.environment.planes.empty();
-  if (is_free && !(balance.momentum < kept)) return "gains_momentum";
-  if (is_free && keeps_spin(method) && !(balance.spin < kept)) return "turns";
+  if (!(balance.momentum < kept)) return "gains_momentum";
+  if (keeps_spin(method) && !(balance.spin < kept)) return "turns";
   if (!(balance.energy < (method.limit ? energy_allowed : energy_allowed_of_frames))) return "gains_energy";
-  return "ok";
+  return balance.depth < deepest_followed ? "ok" : "sinks_in";
 }
 
 /// Half the safe step, at which explicit methods keep energy, where they are to.
 void halve_step(Scene& scene) {
-  if (scene.solve.dt) return;
+  const IntegratorInfo& method = find_integrator(scene.solve.integrator);
+  if (!method.limit) return;
   const Scene& known = scene;
   const Body body(known.body);
   const OtherBodies others = other_bodies(known);
   const auto system = make_solid<double>(known, body, nullptr, others);
-  scene.solve.dt =
-      safe_share / 2 * stable_step(find_integrator(scene.solve.integrator), system->spectral_bound());
+  scene.solve.dt = safe_share / 2 * stable_step(method, system->spectral_bound());
 }
 
 void add(std::uint64_t seed, const Scene& scene, double dt, const Balance& b, const std::string& status,
@@ -292,7 +294,7 @@ void add_random_scene(std::uint64_t seed, Table& rows) {
     Progress silent;
     const SimulationResult result = simulate(scene, silent);
     const Balance balance = balance_of(scene, result);
-    add(seed, scene, result.dt, balance,
+    add(seed, scene, std::isfinite(result.dt) ? result.dt : 0, balance,
         result.status == Status::ok ? judge(scene, balance) : std::string(to_string(result.status)), "",
         rows);
   } catch (const InputError& error) {
