@@ -159,6 +159,7 @@ void ContactForces::find_contacts() {
   });
   contacts_.clear();
   for (const std::vector<Contact>& part : found) contacts_.insert(contacts_.end(), part.begin(), part.end());
+  find_grips();
 }
 
 /// Candidates of a vertex and a body follow each other: the nearest of them counts.
@@ -167,9 +168,8 @@ void ContactForces::add_contacts_of(std::size_t begin, std::size_t end, std::vec
   for (std::size_t i = begin; i < end; ++i) {
     const auto& [vertex, triangle] = candidates_[i];
     if (i == begin || vertex != candidates_[i - 1].vertex) outwards = outwards_at(vertex);
-    const auto body = std::size_t(body_of_vertex_[std::size_t(vertex)]);
-    const int other = body_of_triangle_[std::size_t(triangle)];
-    const Pair pair = pair_of(int(body), other);
+    const int body = body_of_vertex_[std::size_t(vertex)], other = body_of_triangle_[std::size_t(triangle)];
+    const Pair pair = pair_of(body, other);
     const std::optional<Touch> now =
         touch(positions_[std::size_t(vertex)], outwards, corners(triangle), pair.lengths);
     if (!now) continue;
@@ -177,10 +177,33 @@ void ContactForces::add_contacts_of(std::size_t begin, std::size_t end, std::vec
                           body_of_triangle_[std::size_t(found.back().triangle)] != other;
     if (!is_first && !is_nearer(*now, found.back().touch)) continue;
     if (is_first) found.emplace_back();
-    const double area = surfaces_[body].area(std::size_t(vertex - first_vertex_[body]));
-    found.back() = {vertex, triangle, *now, pair.per_area * area, 0, nullptr};
+    found.back() = {vertex, triangle, *now, stiffness_at(vertex, other), 0, nullptr};
   }
+  for (Contact& contact : found)
+    if (is_in_valley(contact)) round_off(contact.touch, corners(contact.triangle));
   std::erase_if(found, [&](Contact& contact) { return !begins_or_goes_on(contact); });
+}
+
+/// Whether it is behind an edge or a corner all of whose triangles it faces: elsewhere that is a rim.
+bool ContactForces::is_in_valley(const Contact& contact) const {
+  const Touch& now = contact.touch;
+  if (!(now.depth > 0) || !(now.beside > 0)) return false;
+  std::array<int, 2> ends{-1, -1};
+  for (std::size_t i = 0, count = 0; i < 3; ++i) {
+    if (!(now.nearest[i] > 0)) continue;
+    if (count == 2) return false;
+    ends[count++] = triangles_[std::size_t(contact.triangle)][i];
+  }
+  if (ends[1] < 0) ends[1] = ends[0];
+  const auto body = std::size_t(body_of_triangle_[std::size_t(contact.triangle)]);
+  const Vec3 outwards = outwards_at(contact.vertex);
+  for (const int around : surfaces_[body].triangles_at(std::size_t(ends[0] - first_vertex_[body]))) {
+    const int triangle = first_triangle_[body] + around;
+    const std::array<int, 3>& of = triangles_[std::size_t(triangle)];
+    if (std::find(of.begin(), of.end(), ends[1]) != of.end() && !faces(outwards, corners(triangle)))
+      return false;
+  }
+  return true;
 }
 
 const ContactForces::Trace* ContactForces::trace_of(int vertex, int body) const {
@@ -202,7 +225,6 @@ bool ContactForces::begins_or_goes_on(Contact& contact) const {
   else if (!is_within_rim(contact.touch, lengths) || was_behind(contact, lengths.layer))
     return false;
   contact.pressure = touch_pressure(contact.touch, lengths);
-  hold_by_friction(contact);
   return true;
 }
 
@@ -214,13 +236,32 @@ bool ContactForces::was_behind(const Contact& contact, double by) const {
   return area.dot(corner - stepped_from_[std::size_t(contact.vertex)]) > by * area.norm();
 }
 
-void ContactForces::hold_by_friction(Contact& contact) const {
-  contact.held = 0;
-  if (!has_friction() || !contact.trace) return;
-  contact.offset = offset_from(contact.trace->anchor, positions_[std::size_t(contact.vertex)],
-                               corners(contact.trace->triangle));
-  const double limit = rules_.friction * contact.pressure, length = contact.offset.along.norm();
-  contact.held = length > limit ? limit / length : 1;
+/// Of a vertex and another body.
+double ContactForces::stiffness_at(int vertex, int other) const {
+  const int body = body_of_vertex_[std::size_t(vertex)];
+  const double area =
+      surfaces_[std::size_t(body)].area(std::size_t(vertex - first_vertex_[std::size_t(body)]));
+  return pair_of(body, other).per_area * area;
+}
+
+void ContactForces::find_grips() {
+  grips_.resize(traces_.size());
+  constexpr std::ptrdiff_t portion = 256;
+  const auto count = std::ptrdiff_t(traces_.size());
+  team_.for_each((count + portion - 1) / portion, [&](std::ptrdiff_t p) {
+    for (std::ptrdiff_t i = p * portion; i < std::min(count, (p + 1) * portion); ++i)
+      grips_[std::size_t(i)] = grip_of(traces_[std::size_t(i)]);
+  });
+}
+
+ContactForces::Grip ContactForces::grip_of(const Trace& trace) const {
+  Grip grip;
+  if (!(trace.limit > 0)) return grip;
+  grip.stiffness = stiffness_at(trace.vertex, trace.body);
+  grip.offset = offset_from(trace.anchor, positions_[std::size_t(trace.vertex)], corners(trace.triangle));
+  const double length = grip.offset.along.norm();
+  grip.held = length > trace.limit ? trace.limit / length : 1;
+  return grip;
 }
 
 template <class Real>
@@ -235,24 +276,30 @@ void ContactForces::come_to(Positions<Real> x) {
   }
   traces_ = std::move(traces);
   for (Contact& contact : contacts_) begins_or_goes_on(contact);
+  find_grips();
   watch_motion();
 }
 
 /// The anchor of a vertex that slips is as far from it as friction can hold.
 ContactForces::Trace ContactForces::trace_after(const Contact& contact) const {
-  if (contact.held == 1 && contact.trace->triangle == contact.triangle) return *contact.trace;
   Trace trace{.vertex = contact.vertex,
               .body = body_of_triangle_[std::size_t(contact.triangle)],
               .triangle = contact.triangle,
-              .anchor = contact.touch.foot};
-  if (is_held(contact))
-    trace.anchor = foot_on(positions_[std::size_t(contact.vertex)] - contact.held * contact.offset.along,
+              .anchor = contact.touch.foot,
+              .limit = rules_.friction * contact.pressure};
+  const Grip* grip = grip_at(contact);
+  if (!grip || !(grip->held > 0)) return trace;
+  if (grip->held == 1 && contact.trace->triangle == contact.triangle)
+    trace.anchor = contact.trace->anchor;
+  else
+    trace.anchor = foot_on(positions_[std::size_t(contact.vertex)] - grip->held * grip->offset.along,
                            corners(contact.triangle));
   return trace;
 }
 
 void ContactForces::forget() {
   traces_.clear();
+  grips_.clear();
   stepped_from_.clear();
   if (!positions_.empty()) find_contacts();
 }
@@ -296,11 +343,13 @@ void ContactForces::add_to_vertices() {
     push(contact.vertex, contact.stiffness * forces.vertex);
     for (std::size_t i = 0; i < 3; ++i)
       push(triangles_[std::size_t(contact.triangle)][i], contact.stiffness * forces.corners[i]);
-    if (!is_held(contact)) continue;
-    const double friction = contact.stiffness * contact.held;
-    push(contact.vertex, -friction * contact.offset.along);
+  }
+  for (std::size_t t = 0; t < traces_.size(); ++t) {
+    const double friction = grips_[t].stiffness * grips_[t].held;
+    if (!(friction > 0)) continue;
+    push(traces_[t].vertex, -friction * grips_[t].offset.along);
     for (std::size_t i = 0; i < 3; ++i)
-      push(triangles_[std::size_t(contact.trace->triangle)][i], friction * contact.offset.by_corner[i]);
+      push(triangles_[std::size_t(traces_[t].triangle)][i], friction * grips_[t].offset.by_corner[i]);
   }
   std::sort(pushed_.begin(), pushed_.end());
   pushed_.erase(std::unique(pushed_.begin(), pushed_.end()), pushed_.end());
@@ -339,9 +388,9 @@ double ContactForces::energy() const {
   for (const Contact& contact : contacts_) {
     const Pair pair = pair_of(body_of_vertex_[std::size_t(contact.vertex)],
                               body_of_triangle_[std::size_t(contact.triangle)]);
-    sum += contact.stiffness * (touch_energy(contact.touch, pair.lengths) +
-                                (contact.held * contact.offset.along).squaredNorm() / 2);
+    sum += contact.stiffness * touch_energy(contact.touch, pair.lengths);
   }
+  for (const Grip& grip : grips_) sum += grip.stiffness * (grip.held * grip.offset.along).squaredNorm() / 2;
   return sum;
 }
 
@@ -363,9 +412,9 @@ std::vector<ContactForces::Point> ContactForces::points() const {
   for (const Contact& contact : contacts_) {
     const int body = body_of_vertex_[std::size_t(contact.vertex)],
               other = body_of_triangle_[std::size_t(contact.triangle)];
-    points.push_back({body, other, positions_[std::size_t(contact.vertex)],
-                      contact.stiffness * (touch_forces(contact.touch, pair_of(body, other).lengths).vertex -
-                                           contact.held * contact.offset.along)});
+    Vec3 force = contact.stiffness * touch_forces(contact.touch, pair_of(body, other).lengths).vertex;
+    if (const Grip* grip = grip_at(contact)) force -= grip->stiffness * grip->held * grip->offset.along;
+    points.push_back({body, other, positions_[std::size_t(contact.vertex)], force});
   }
   return points;
 }
@@ -384,28 +433,32 @@ void ContactForces::add_carriers(int vertex, double weight, std::vector<Carrier>
   }
 }
 
-/// The normal spring's, or friction's; without carriers where there is none.
-Eigen::Matrix3d ContactForces::stiffness_of(const Contact& contact, bool friction,
-                                            std::vector<Carrier>& carriers) const {
+void ContactForces::set_carriers(int vertex, int triangle, const std::array<double, 3>& weights,
+                                 std::vector<Carrier>& carriers) const {
   carriers.clear();
-  if (friction && !is_held(contact)) return Eigen::Matrix3d::Zero();
-  const int triangle = friction ? contact.trace->triangle : contact.triangle;
-  const std::array<double, 3>& weights = friction ? contact.trace->anchor : contact.touch.foot;
-  add_carriers(contact.vertex, 1, carriers);
+  add_carriers(vertex, 1, carriers);
   for (std::size_t i = 0; i < 3; ++i)
     add_carriers(triangles_[std::size_t(triangle)][i], -weights[i], carriers);
-  if (!friction) {
-    const Pair pair = pair_of(body_of_vertex_[std::size_t(contact.vertex)],
-                              body_of_triangle_[std::size_t(contact.triangle)]);
-    return contact.stiffness * touch_stiffness(contact.touch, pair.lengths);
-  }
-  const Vec3& n = contact.offset.normal;
+}
+
+Eigen::Matrix3d ContactForces::stiffness_of(const Contact& contact, std::vector<Carrier>& carriers) const {
+  set_carriers(contact.vertex, contact.triangle, contact.touch.foot, carriers);
+  const Pair pair =
+      pair_of(body_of_vertex_[std::size_t(contact.vertex)], body_of_triangle_[std::size_t(contact.triangle)]);
+  return contact.stiffness * touch_stiffness(contact.touch, pair.lengths);
+}
+
+Eigen::Matrix3d ContactForces::stiffness_of_grip(std::size_t index, std::vector<Carrier>& carriers) const {
+  const Trace& trace = traces_[index];
+  const Grip& grip = grips_[index];
+  set_carriers(trace.vertex, trace.triangle, trace.anchor, carriers);
+  const Vec3& n = grip.offset.normal;
   Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - n * n.transpose();
-  if (contact.held < 1) {
-    const Vec3 along = contact.offset.along.stableNormalized();
+  if (grip.held < 1) {
+    const Vec3 along = grip.offset.along.stableNormalized();
     across -= along * along.transpose();
   }
-  return contact.stiffness * contact.held * across;
+  return grip.stiffness * grip.held * across;
 }
 
 void ContactReport::remember(Record& record) {
@@ -413,7 +466,7 @@ void ContactReport::remember(Record& record) {
 }
 
 void ContactForces::Trace::remember(Record& record) {
-  record.keep(vertex, body, triangle);
+  record.keep(vertex, body, triangle, limit);
   for (double& weight : anchor) record.keep(weight);
 }
 
@@ -424,7 +477,7 @@ void ContactForces::remember(Record& record) {
   record.keep(stepped);
   stepped_from_.resize(std::size_t(stepped));
   for (Vec3& x : stepped_from_) record.keep(x);
-  if (record.reads()) positions_.clear();
+  if (record.reads()) positions_.clear(), grips_.assign(traces_.size(), {});
 }
 
 template void ContactForces::find(Positions<float>);

@@ -46,7 +46,8 @@ struct ContactReport {
 /// through it: one that was behind its plane before, beside it, as of a block that passes another, does not
 /// touch when it comes nearer. And friction holds a vertex where it first touched, at its anchor, by a spring
 /// of the same stiffness along the triangle, up to Coulomb's limit; where it slips the anchor follows.
-/// Cundall & Strack, Geotechnique 29 (1979) 47.
+/// Cundall & Strack, Geotechnique 29 (1979) 47. The limit is that of the pressure where the last step ended:
+/// so within a step friction has an energy, and what implicit methods solve is symmetric.
 ///
 /// Everything is found and added in an order that threads do not change.
 class ContactForces {
@@ -76,7 +77,7 @@ class ContactForces {
   /// Adds the forces over the particles' masses [m/s^2].
   template <class Real>
   void add_accelerations(Fields<Real> accelerations);
-  bool touches() const { return !contacts_.empty(); }
+  bool touches() const { return !contacts_.empty() || !grips_.empty(); }
   bool has_friction() const { return rules_.friction > 0; }
   double energy() const;
   ContactReport report() const;
@@ -106,11 +107,15 @@ class ContactForces {
   template <class Visit>
   void for_each_stiffness(Visit&& visit) const {
     std::vector<Carrier> carriers;
-    for (const Contact& contact : contacts_)
-      for (const bool friction : {false, true}) {
-        const Eigen::Matrix3d block = stiffness_of(contact, friction, carriers);
-        if (!carriers.empty()) visit(std::span<const Carrier>(carriers), block);
-      }
+    for (const Contact& contact : contacts_) {
+      const Eigen::Matrix3d block = stiffness_of(contact, carriers);
+      visit(std::span<const Carrier>(carriers), block);
+    }
+    for (std::size_t i = 0; i < grips_.size(); ++i) {
+      if (!(grips_[i].held > 0)) continue;
+      const Eigen::Matrix3d block = stiffness_of_grip(i, carriers);
+      visit(std::span<const Carrier>(carriers), block);
+    }
   }
 
   /// What the bound on squared frequencies is multiplied by.
@@ -125,12 +130,13 @@ class ContactForces {
   struct Candidate {
     int vertex, triangle;  ///< of all
   };
-  /// A vertex that touched a body where the last step ended, and the point of a triangle to which friction
-  /// holds it.
+  /// A vertex that touched a body where the last step ended, the point of a triangle to which friction holds
+  /// it, and how much of an offset it can hold.
   struct Trace {
     int vertex = 0, body = 0;
     int triangle = 0;
     std::array<double, 3> anchor{};
+    double limit = 0;  ///< [m]
     void remember(Record& record);
   };
   struct Contact {
@@ -139,8 +145,13 @@ class ContactForces {
     double stiffness;    ///< k [N/m]
     double pressure;     ///< over k [m]
     const Trace* trace;  ///< nullptr: none
-    Offset offset{};     ///< from the anchor
-    double held = 0;     ///< share of the offset that friction can hold
+  };
+  /// How friction holds a vertex until the step ends, whether it still touches or not: so what is held does
+  /// not change from one moment to the next.
+  struct Grip {
+    double stiffness = 0;  ///< k [N/m]
+    Offset offset{};       ///< from the anchor
+    double held = 0;       ///< share of the offset that friction can hold
   };
   struct Pair {
     double per_area = 0;  ///< k / A [N/m^3]
@@ -158,16 +169,24 @@ class ContactForces {
   void find_candidates(int body, int other, std::vector<Candidate>& found) const;
   void find_contacts();
   void add_contacts_of(std::size_t begin, std::size_t end, std::vector<Contact>& found) const;
+  bool is_in_valley(const Contact& contact) const;
   bool begins_or_goes_on(Contact& contact) const;
   bool was_behind(const Contact& contact, double by) const;
-  void hold_by_friction(Contact& contact) const;
+  void find_grips();
+  Grip grip_of(const Trace& trace) const;
+  double stiffness_at(int vertex, int other) const;
   const Trace* trace_of(int vertex, int body) const;
   Trace trace_after(const Contact& contact) const;
-  bool is_held(const Contact& contact) const { return contact.held > 0; }
+  const Grip* grip_at(const Contact& contact) const {
+    return contact.trace ? &grips_[std::size_t(contact.trace - traces_.data())] : nullptr;
+  }
 
   void add_to_vertices();
   void clear_vertices();
-  Eigen::Matrix3d stiffness_of(const Contact& contact, bool friction, std::vector<Carrier>& carriers) const;
+  Eigen::Matrix3d stiffness_of(const Contact& contact, std::vector<Carrier>& carriers) const;
+  Eigen::Matrix3d stiffness_of_grip(std::size_t trace, std::vector<Carrier>& carriers) const;
+  void set_carriers(int vertex, int triangle, const std::array<double, 3>& weights,
+                    std::vector<Carrier>& carriers) const;
   void add_carriers(int vertex, double weight, std::vector<Carrier>& carriers) const;
   void watch_motion();
 
@@ -185,6 +204,7 @@ class ContactForces {
   std::vector<Candidate> candidates_;                         ///< by vertex, then triangle
   std::vector<Contact> contacts_;                             ///< by vertex, then body
   std::vector<Trace> traces_;                                 ///< by vertex, then body
+  std::vector<Grip> grips_;                                   ///< one for each trace
   std::vector<Vec3> forces_;                                  ///< by vertex
   std::vector<int> pushed_;                                   ///< vertices with forces, ascending
   double depth_so_far_ = 0, reach_so_far_ = 0, motion_so_far_ = 0;

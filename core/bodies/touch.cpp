@@ -47,15 +47,18 @@ std::array<double, 3> foot_on(const Vec3& point, const std::array<Vec3, 3>& corn
   return {1 - of_b - of_c, of_b, of_c};
 }
 
+bool faces(const Vec3& outwards, const std::array<Vec3, 3>& corners) {
+  constexpr double most = -0.2;  // cosine of the angle between normals
+  const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  return area.dot(outwards) < most * area.norm();
+}
+
 std::optional<Touch> touch(const Vec3& point, const Vec3& outwards, const std::array<Vec3, 3>& corners,
                            const TouchLengths& lengths) {
-  constexpr double faces = -0.2;  // cosine of the angle between normals
-  const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-  const double size = area.norm();
-  if (!(size > 0)) return std::nullopt;
-  Touch touch{.normal = area / size};
+  if (!faces(outwards, corners)) return std::nullopt;
+  Touch touch{.normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized()};
   touch.depth = -touch.normal.dot(point - corners[0]);
-  if (!(std::abs(touch.depth) < lengths.reach) || !(touch.normal.dot(outwards) < faces)) return std::nullopt;
+  if (!(std::abs(touch.depth) < lengths.reach)) return std::nullopt;
   const NearestPoint nearest = nearest_point(point, corners);
   touch.from_nearest = point - nearest.at;
   touch.beside = std::max(0.0, touch.from_nearest.squaredNorm() - touch.depth * touch.depth);
@@ -65,6 +68,19 @@ std::optional<Touch> touch(const Vec3& point, const Vec3& outwards, const std::a
   touch.nearest = nearest.weights;
   touch.foot = foot_on(point, corners);
   return touch;
+}
+
+void round_off(Touch& touch, const std::array<Vec3, 3>& corners) {
+  const double distance = touch.from_nearest.norm();
+  touch.is_rounded = true;
+  touch.normal = -touch.from_nearest / distance;
+  touch.depth = distance;
+  touch.beside = 0;
+  touch.foot = touch.nearest;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (touch.nearest[i] > 0 && touch.nearest[j] > 0)
+        touch.edge = (corners[i] - corners[j]).stableNormalized();
 }
 
 bool is_nearer(const Touch& a, const Touch& b) {
@@ -93,6 +109,11 @@ Eigen::Matrix3d touch_stiffness(const Touch& touch, const TouchLengths& lengths)
   const double q = q_of(touch, lengths), e = rim_width(touch, lengths), s = std::sqrt(touch.beside),
                g = touch.growth;
   const Rim rim = rim_of(q);
+  if (touch.is_rounded)
+    return slope * touch.normal * touch.normal.transpose() +
+           force / touch.depth *
+               (Eigen::Matrix3d::Identity() - touch.normal * touch.normal.transpose() -
+                touch.edge * touch.edge.transpose());
   if (q == 0) return slope * rim.share * touch.normal * touch.normal.transpose();
   const double qd = -2 * g * q / e, qs = 2 * s / (e * e);
   const double qdd = 6 * g * g * q / (e * e), qds = -4 * g * s / (e * e * e), qss = 2 / (e * e);

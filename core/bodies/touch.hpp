@@ -27,6 +27,8 @@ struct Touch {
   std::array<double, 3> foot{};      ///< weights of the corners in the foot of the perpendicular
   std::array<double, 3> nearest{};   ///< and in the triangle's nearest point
   double growth = 0;                 ///< g
+  bool is_rounded = false;           ///< see round_off()
+  Vec3 edge = Vec3::Zero();  ///< along which a rounded one slides freely, of length 1; of a corner none
 };
 
 /// g of vertices that have touched before.
@@ -39,6 +41,9 @@ struct TouchLengths {
   double rim = 0;    ///< e
 };
 
+/// Whether a surface with a normal and a triangle face each other. Flat triangles face nothing.
+bool faces(const Vec3& outwards, const std::array<Vec3, 3>& corners);
+
 /// How a vertex at a point lies to a triangle near it that it faces; `outwards`: the normal of its own
 /// surface there. Surfaces that do not face each other do not touch: so the rims of two blocks, one on the
 /// other, do not hold each other's sides. It touches if it is behind the triangle, d > 0, and that is the
@@ -50,6 +55,11 @@ std::optional<Touch> touch(const Vec3& point, const Vec3& outwards, const std::a
 /// Of two triangles the nearer; of those with a nearest point in common the one that the vertex is less
 /// beside: its plane is farther, which tells inside from outside.
 bool is_nearer(const Touch& a, const Touch& b);
+
+/// Makes the distance from the triangle's nearest point d, and the direction to there the normal: for a point
+/// behind a valley of the surface, nearest to the valley's edge or corner, where the planes of the triangles
+/// about it would have the force jump from one to the other. N(d) goes on smoothly there from beside it.
+void round_off(Touch& touch, const std::array<Vec3, 3>& corners);
 
 /// Whether it is within the rim of g = 0.
 inline bool is_within_rim(const Touch& touch, const TouchLengths& lengths) {
