@@ -8,6 +8,9 @@
 
 #include "core/base/error.hpp"
 #include "core/measures/reactions.hpp"
+#include "core/mesh/closed_surface.hpp"
+#include "core/mesh/read_mesh.hpp"
+#include "core/mesh/shapes.hpp"
 #include "core/refinement/refined_system.hpp"
 #include "core/scene/allowed.hpp"
 #include "core/scene/scene_boxes.hpp"
@@ -458,19 +461,51 @@ void read_contact_surface(const TomlTable& root, const std::shared_ptr<const Tri
   scene.environment.contact_surface = surface;
 }
 
-/// Adds the forces of holds and planes among the keys of [expect].
+/// A mesh is turned to face outward.
+Obstacle read_obstacle(const TomlTable& table, const std::filesystem::path& folder) {
+  Obstacle obstacle;
+  read_keys(obstacle_keys(), table, obstacle);
+  if (table.has("turn")) read_keys(turn_keys(), table.table("turn"), obstacle.turn.emplace());
+  if (obstacle.shape != ObstacleShape::mesh) return obstacle;
+  try {
+    TriangleMesh mesh = read_mesh(folder / obstacle.mesh_file).mesh;
+    place(mesh, {.scale = obstacle.mesh_scale});
+    if (enclosed_volume(mesh) < 0) mesh = turned_inside_out(mesh);
+    obstacle.mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
+    ClosedSurface{*obstacle.mesh};
+  } catch (const InputError& error) {
+    table.reject("mesh", fmt::format("does not give an obstacle: {}", error.what()));
+  }
+  return obstacle;
+}
+
+void read_obstacles(const TomlTable& root, Scene& scene) {
+  for (const TomlTable& table : root.tables("obstacle")) {
+    scene.environment.obstacles.push_back(read_obstacle(table, scene.file.parent_path()));
+    if (scene.environment.contact_surface && scene.environment.obstacles.back().contact == ContactLaw::thesis)
+      table.reject("contact",
+                   "is a law of particles, and body.contact_on is \"surface\"; give \"impulse\" or "
+                   "\"penalty\"");
+  }
+}
+
+/// Adds the forces of holds, planes and obstacles among the keys of [expect].
 void add_expected_forces(const TomlTable& expect, const Environment& environment,
                          std::vector<std::string>& quantities) {
   const Reactions reactions{.holds = std::vector<Vec3>(environment.holds.size(), Vec3::Zero()),
-                            .planes = std::vector<Vec3>(environment.planes.size(), Vec3::Zero())};
+                            .planes = std::vector<Vec3>(environment.planes.size(), Vec3::Zero()),
+                            .obstacles = std::vector<Vec3>(environment.obstacles.size(), Vec3::Zero()),
+                            .torques = std::vector<Vec3>(environment.obstacles.size(), Vec3::Zero())};
   std::vector<std::string> forces;
   for_each_component(reactions, [&](const std::string& name, double) { forces.push_back(name); });
   const std::vector<std::string> others = quantities;
   for (const std::string& key : expect.keys()) {
     if (std::find(others.begin(), others.end(), key) != others.end()) continue;
     if (std::find(forces.begin(), forces.end(), key) == forces.end())
-      expect.reject(key, fmt::format("is of none of the scene's {} holds and {} planes; count them from 0",
-                                     environment.holds.size(), environment.planes.size()));
+      expect.reject(
+          key,
+          fmt::format("is of none of the scene's {} holds, {} planes and {} obstacles; count them from 0",
+                      environment.holds.size(), environment.planes.size(), environment.obstacles.size()));
     quantities.push_back(key);
   }
 }
@@ -538,6 +573,7 @@ Scene scene_of(const TomlFile& toml) {
   read_keys(start_keys(), root.table("start"), scene);
   read_keys(solve_keys(), root.table("solve"), scene.solve);
   read_contact_surface(root, surface, scene);
+  read_obstacles(root, scene);
   scene.expectations = read_expectations(root.table("expect"), scene.environment, surface.get(), cell_size);
   read_match(root, scene);
   read_refinement(root, scene);

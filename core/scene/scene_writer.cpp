@@ -112,6 +112,12 @@ Json to_json(const Hold& hold) {
   return json;
 }
 
+Json to_json(const Obstacle& obstacle) {
+  Json json = written(obstacle_keys(), obstacle);
+  if (obstacle.turn) json["turn"] = written(turn_keys(), *obstacle.turn);
+  return json;
+}
+
 Json to_json(const std::vector<Expectation>& expectations) {
   Json json = Json::object();
   for (const Expectation& e : expectations) {
@@ -138,6 +144,8 @@ Json file_of(const Scene& scene, const std::filesystem::path& folder) {
   if (scene.mesh) json["body"]["mesh"] = from_folder(scene.mesh->file);
   for (std::size_t i = 0; scene.mesh && i < scene.mesh->part_files.size(); ++i)
     json["part"][i]["mesh"] = from_folder(scene.mesh->part_files[i]);
+  for (Json& obstacle : json["obstacle"])
+    if (obstacle.contains("mesh")) obstacle["mesh"] = from_folder(obstacle["mesh"]);
   if (scene.body.elastic)
     for (const char* key : {"springs", "volume"}) json["material"].erase(key);
   json["damping"] = damping_of_file(scene.body.damping);
@@ -163,7 +171,7 @@ void add_table(std::string& text, const std::string& heading, const Json& table)
 
 Json to_json(const Scene& scene) {
   Json parts = Json::array(), weights = Json::array(), holds = Json::array(), loads = Json::array(),
-       strikes = Json::array(), planes = Json::array(), boxes = Json::array();
+       strikes = Json::array(), planes = Json::array(), obstacles = Json::array(), boxes = Json::array();
   for (const Part& part : scene.body.parts) {
     parts.push_back(to_json(part));
     if (scene.mesh) parts.back()["mesh"] = scene.mesh->part_files[parts.size() - 1];
@@ -174,6 +182,7 @@ Json to_json(const Scene& scene) {
   for (const Load& load : scene.environment.loads) loads.push_back(written(load_keys(), load));
   for (const Strike& strike : scene.environment.strikes) strikes.push_back(written(strike_keys(), strike));
   for (const Plane& plane : scene.environment.planes) planes.push_back(written(plane_keys(), plane));
+  for (const Obstacle& obstacle : scene.environment.obstacles) obstacles.push_back(to_json(obstacle));
   return {{"name", scene.name},
           {"body", body_to_json(scene)},
           {"material", material_to_json(scene)},
@@ -186,6 +195,7 @@ Json to_json(const Scene& scene) {
           {"load", loads},
           {"strike", strikes},
           {"plane", planes},
+          {"obstacle", obstacles},
           {"start", written(start_keys(), scene)},
           {"solve", written(solve_keys(), scene.solve)},
           {"expect", to_json(scene.expectations)}};

@@ -247,7 +247,8 @@ std::vector<std::string> doubts_about(const Scene& scene, const SceneEnd& end) {
 }
 
 bool follows_from_state(const Scene& scene, const std::string& quantity) {
-  if (quantity.starts_with("hold_") || quantity.starts_with("plane_")) return false;
+  if (quantity.starts_with("hold_") || quantity.starts_with("plane_") || quantity.starts_with("obstacle_"))
+    return false;
   static const std::set<std::string> of_the_past{"total", energy_drift, "relaxing_energy", "relaxed_energy"};
   return !scene.body.relaxation.acts() || !of_the_past.contains(quantity);
 }
