@@ -72,9 +72,10 @@ double calibrated_kappa(double k_vol, double cell_size) {
   return 3 * k_vol / (sum * cell_size);
 }
 
-/// Penalty planes depend on the body's stiffness, which is more than the springs'.
+/// Penalties depend on the body's stiffness, which is more than the springs'.
 Environment without_planes(Environment environment) {
   environment.planes.clear();
+  environment.obstacles.clear();
   return environment;
 }
 
@@ -161,7 +162,7 @@ void MollemansSystem::force(double t, const Field<double>& x, const Field<double
   springs_.force(t, x, v, f);
   cells_.add(
       *this, [&](std::ptrdiff_t site) { return cell_force(corners_at(body(), x, site)); }, f);
-  add_penalty_force(x, v, f);
+  add_penalty_force(t, x, v, f);
 }
 
 CellMatrix MollemansSystem::MollemansTangents::cell(const Field<double>& x, std::ptrdiff_t site,

@@ -63,6 +63,8 @@ Environment environment_of_body(const Environment& environment, std::shared_ptr<
   part.loads.clear();
   part.strikes.clear();
   std::erase_if(part.planes, [](const Plane& plane) { return plane.contact != ContactLaw::penalty; });
+  std::erase_if(part.obstacles,
+                [](const Obstacle& obstacle) { return obstacle.contact != ContactLaw::penalty; });
   part.contact_surface = std::move(surface);
   part.contact = {};
   return part;
@@ -111,7 +113,8 @@ void BodiesSystem<Real>::check(const Environment& environment, const Surfaces& s
       std::any_of(surfaces.begin(), surfaces.end(), [](const auto& mesh) { return mesh != nullptr; });
   if (on_mesh && contact_.has_collisions())
     throw InputError(
-        "planes of contact = \"impulse\" touch the particles of several bodies; give contact_on = "
+        "planes and obstacles of contact = \"impulse\" touch the particles of several bodies; give "
+        "contact_on = "
         "\"particles\", or contact = \"penalty\"");
   const auto on_surface = [](const Load& load) { return load.surface != nullptr; };
   if (std::any_of(environment.loads.begin(), environment.loads.end(), on_surface))
@@ -187,17 +190,17 @@ void BodiesSystem<Real>::accelerate(double t) {
         part.a.set(site, part.a.at(site) + forces.at(level.first + site) / level.body.mass(site));
     });
   }
-  if (contact_.has_collisions()) stop_sticking();
+  if (contact_.has_collisions()) stop_sticking(t);
   for (const auto& part : parts_) part->system->clear_prescribed(part->a);
 }
 
 /// As BodySystem::stop_sticking().
 template <class Real>
-void BodiesSystem<Real>::stop_sticking() {
+void BodiesSystem<Real>::stop_sticking(double t) {
   for_each_part([&](Part& part, const Level& level) {
     for (const std::ptrdiff_t site : level.body.sites())
-      mss::stop_sticking({contact_, held_, impulses_.get()}, level.first + site, level.body.mass(site), site,
-                         part.state.x, part.state.v, part.a);
+      mss::stop_sticking({contact_, held_, impulses_.get()}, level.first + site, level.body.mass(site), t,
+                         site, part.state.x, part.state.v, part.a);
   });
 }
 
@@ -308,7 +311,7 @@ double BodiesSystem<Real>::outer_potential(double t, const Field<Real>& x) const
 }
 
 template <class Real>
-void BodiesSystem<Real>::add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const {
+void BodiesSystem<Real>::add_penalty_forces(const State<Real>& state, std::vector<Wrench>& forces) const {
   if (!contact_.has_penalties()) return;
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     Part& part = *parts_[i];

@@ -77,7 +77,7 @@ class BodiesSystem final : public SolidSystem<Real> {
                                                            const Field<Real>& v) const override;
   /// That of contact is part of it.
   double outer_potential(double t, const Field<Real>& x) const override;
-  void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const override;
+  void add_penalty_forces(const State<Real>& state, std::vector<Wrench>& forces) const override;
   SpectralBound spectral_bound() const override { return bound_; }
   int threads() const override;
   const char* kernel_name() const override { return parts_.front()->system->kernel_name(); }
@@ -105,8 +105,8 @@ class BodiesSystem final : public SolidSystem<Real> {
     bool sleeps() const override { return false; }
     bool settle(State<Real>&) override { return false; }
     bool all_asleep() const override { return false; }
-    std::vector<double> event_functions(const Field<Real>& x) const override {
-      return system_.contact_.smallest_gaps(system_.particles(), x);
+    std::vector<double> event_functions(double t, const Field<Real>& x) const override {
+      return system_.contact_.smallest_gaps(system_.particles(), x, t);
     }
 
    private:
@@ -131,7 +131,7 @@ class BodiesSystem final : public SolidSystem<Real> {
   void load_state(const Field<Real>& x, const Field<Real>& v);
   void load_positions(const Field<Real>& x) const;
   void accelerate(double t);
-  void stop_sticking();
+  void stop_sticking(double t);
   /// Calls visit(part, level) for each body, on all threads where each has one.
   template <class Visit>
   void for_each_part(Visit&& visit) const {

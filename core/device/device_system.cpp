@@ -124,6 +124,7 @@ void DeviceSystem<Real>::check(const System<Real>& system) const {
   if (springs_.surface_contact()) refuse("contact_on = \"surface\"");
   for (const Plane& plane : springs_.environment().planes)
     if (plane.contact != ContactLaw::impulse) refuse("planes of another law than \"impulse\"");
+  if (!springs_.environment().obstacles.empty()) refuse("[[obstacle]]");
 }
 
 template <class Real>

@@ -41,7 +41,8 @@ bool collide_touching(const Colliding& colliding, std::ptrdiff_t site, double ma
   const auto give = [&](std::size_t plane, const Vec3& dv) {
     if (colliding.impulses) colliding.impulses->add(plane, site, mass * free_part(colliding.held, site, dv));
   };
-  if (!colliding.contact.collide({before.x.at(site), before.v.at(site)}, dt, after, give)) return false;
+  if (!colliding.contact.collide({before.x.at(site), before.v.at(site)}, state.t, dt, after, give))
+    return false;
   if (const Vec3 free = free_part(colliding.held, site, Vec3::Ones()); !free.isOnes(0)) {
     const Vec3 goal = after.x;
     for (int axis = 0; axis < 3; ++axis)
@@ -49,7 +50,7 @@ bool collide_touching(const Colliding& colliding, std::ptrdiff_t site, double ma
         after.x[axis] = double(state.x.axis(axis)[site]);
         after.v[axis] = double(state.v.axis(axis)[site]);
       }
-    colliding.contact.collide_held(free, goal, after, give);
+    colliding.contact.collide_held(free, state.t, goal, after, give);
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (colliding.held.holds(site, axis)) continue;
@@ -60,10 +61,10 @@ bool collide_touching(const Colliding& colliding, std::ptrdiff_t site, double ma
 }
 
 template <class Real>
-void stop_resting(const Colliding& colliding, std::ptrdiff_t at, double mass, const Vec3& x,
+void stop_resting(const Colliding& colliding, std::ptrdiff_t at, double mass, double t, const Vec3& x,
                   std::ptrdiff_t site, Field<Real>& a) {
   const Vec3 acceleration = a.at(site);
-  const std::optional<std::size_t> plane = colliding.contact.sticks_to(x, acceleration);
+  const std::optional<std::size_t> plane = colliding.contact.sticks_to(x, t, acceleration);
   if (plane) a.set(site, Vec3::Zero());
   if (!colliding.impulses) return;
   if (plane)
@@ -75,7 +76,10 @@ void stop_resting(const Colliding& colliding, std::ptrdiff_t at, double mass, co
 template <class Real>
 bool BodyEvents<Real>::settle(State<Real>& state) {
   const std::ptrdiff_t plane = body_.lattice().plane;
-  const auto is_driven = [&](int k) { return colliding_.held.move(state.t, plane * k, plane * (k + 1)); };
+  const bool all = colliding_.contact.moves(state.t);  // an obstacle that moves, or will, keeps all awake
+  const auto is_driven = [&](int k) {
+    return all || colliding_.held.move(state.t, plane * k, plane * (k + 1));
+  };
   if (!sleep_ || !sleep_->update(state, is_driven)) return false;
   if (!colliding_.impulses) return true;
   let_go_awake();
@@ -118,7 +122,7 @@ void BodyEvents<Real>::hold_asleep(const State<Real>& state) {
   for (const std::ptrdiff_t site : body_.sites()) {
     if (!sleep_->asleep(int(site / plane))) continue;
     const Vec3 force = free_part(colliding_.held, site, forces.at(site));
-    if (const auto p = colliding_.contact.carries(state.x.at(site), force))
+    if (const auto p = colliding_.contact.carries(state.x.at(site), state.t, force))
       colliding_.impulses->hold(*p, site, -force);
   }
 }
@@ -127,9 +131,9 @@ template bool collide_touching(const Colliding&, std::ptrdiff_t, double, const S
                                State<float>&);
 template bool collide_touching(const Colliding&, std::ptrdiff_t, double, const State<double>&, double,
                                State<double>&);
-template void stop_resting(const Colliding&, std::ptrdiff_t, double, const Vec3&, std::ptrdiff_t,
+template void stop_resting(const Colliding&, std::ptrdiff_t, double, double, const Vec3&, std::ptrdiff_t,
                            Field<float>&);
-template void stop_resting(const Colliding&, std::ptrdiff_t, double, const Vec3&, std::ptrdiff_t,
+template void stop_resting(const Colliding&, std::ptrdiff_t, double, double, const Vec3&, std::ptrdiff_t,
                            Field<double>&);
 template class BodyEvents<float>;
 template class BodyEvents<double>;

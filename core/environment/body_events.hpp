@@ -27,21 +27,22 @@ bool collide_touching(const Colliding& colliding, std::ptrdiff_t site, double ma
 template <class Real>
 bool collide_particle(const Colliding& colliding, std::ptrdiff_t site, double mass, const State<Real>& before,
                       double dt, State<Real>& state) {
-  return colliding.contact.touches(state.x.at(site)) &&
+  const auto began = [&] { return before.x.at(site); };
+  return colliding.contact.touches(began, state.x.at(site), state.t, dt) &&
          collide_touching(colliding, site, mass, before, dt, state);
 }
 
-/// Takes the acceleration of a particle that is at rest where it sticks to a plane. `at`: its index in the
-/// impulses.
+/// Takes the acceleration of a particle that is at rest where it sticks to a plane, or an obstacle at rest.
+/// `at`: its index in the impulses.
 template <class Real>
-void stop_resting(const Colliding& colliding, std::ptrdiff_t at, double mass, const Vec3& x,
+void stop_resting(const Colliding& colliding, std::ptrdiff_t at, double mass, double t, const Vec3& x,
                   std::ptrdiff_t site, Field<Real>& a);
 /// The same for any particle.
 template <class Real>
-void stop_sticking(const Colliding& colliding, std::ptrdiff_t at, double mass, std::ptrdiff_t site,
+void stop_sticking(const Colliding& colliding, std::ptrdiff_t at, double mass, double t, std::ptrdiff_t site,
                    const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   if (v.axis(0)[site] == 0 && v.axis(1)[site] == 0 && v.axis(2)[site] == 0)
-    stop_resting(colliding, at, mass, x.at(site), site, a);
+    stop_resting(colliding, at, mass, t, x.at(site), site, a);
   else if (colliding.impulses)
     colliding.impulses->let_go(at);
 }
@@ -64,9 +65,9 @@ class BodyEvents final : public StepEvents<Real> {
   bool settle(State<Real>& state) override;
   bool all_asleep() const override { return sleep_ && sleep_->all_asleep(); }
   /// Of every penalty plane, the smallest gap of a particle, or of a vertex of the surface.
-  std::vector<double> event_functions(const Field<Real>& x) const override {
-    if (surface_) return surface_->smallest_gaps(x);
-    return colliding_.contact.smallest_gaps(body_.sites(), x);
+  std::vector<double> event_functions(double t, const Field<Real>& x) const override {
+    if (surface_) return surface_->smallest_gaps(x, t);
+    return colliding_.contact.smallest_gaps(body_.sites(), x, t);
   }
 
   /// Must be called after a change of velocities, and of positions or of what acts on the body.

@@ -78,6 +78,19 @@ bool rebound(const Plane& plane, const Vec3& gravity, const FreeStep& step, bool
   return leaves;
 }
 
+bool collide_moving(const MovingPlane& met, double gap, const PushOut& out, const Motion& before, double dt,
+                    Motion& after) {
+  const auto& [plane, velocity, moved] = met;
+  Motion end{after.x, after.v - velocity};
+  const Motion start{before.x + moved, before.v - velocity};
+  const bool began_behind = gap < -out.close;
+  const bool changed = plane.contact == ContactLaw::thesis ? collide_thesis(plane, start, end)
+                       : began_behind ? push_out(plane, std::min(0.0, gap + out.speed * dt), end)
+                                      : collide_impulse(plane, start, dt, end);
+  if (changed) after = {end.x, end.v + velocity};
+  return changed;
+}
+
 bool sticks(const Plane& plane, const Motion& motion, const Vec3& acceleration, double close) {
   if (!motion.v.isZero(0) || std::abs(plane.gap(motion.x)) > close) return false;
   const double lift = plane.normal.dot(acceleration);
@@ -148,11 +161,19 @@ Penalty::Penalty(const Plane& plane, const SpectralBound& body, double gravity, 
       loss_((1 - plane.restitution * plane.restitution) / (1 + plane.restitution * plane.restitution)),
       rate_(rate_share * omega_) {}
 
+Penalty Penalty::on(const MovingPlane& other) const {
+  Penalty penalty = *this;
+  penalty.plane_ = other.plane;
+  penalty.velocity_ = other.velocity;
+  return penalty;
+}
+
 Penalty::Parts Penalty::parts(const Motion& motion) const {
   const Spring n = spring(-gap(motion.x), layer_);
   const double press = omega_ * omega_ * n.force;
-  Parts parts{.speed = plane_.normal.dot(motion.v), .slope = omega_ * omega_ * n.slope};
-  parts.slip = motion.v - parts.speed * plane_.normal;
+  const Vec3 v = motion.v - velocity_;
+  Parts parts{.speed = plane_.normal.dot(v), .slope = omega_ * omega_ * n.slope};
+  parts.slip = v - parts.speed * plane_.normal;
   parts.loss = drag(std::abs(parts.speed), loss_ * press, rate_);
   parts.pressure = press - parts.loss.over_speed * parts.speed;
   parts.friction = drag(parts.slip.norm(), plane_.friction * parts.pressure, rate_);

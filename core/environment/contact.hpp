@@ -2,6 +2,7 @@
 
 #include "core/body/spectral_bound.hpp"
 #include "core/environment/environment.hpp"
+#include "core/environment/obstacle.hpp"
 #include "core/system/system.hpp"
 
 namespace mss {
@@ -49,6 +50,16 @@ struct FreeStep {
 bool rebound(const Plane& plane, const Vec3& gravity, const FreeStep& step, bool may_leave,
              const Motion& before, Motion& after);
 
+/// What an obstacle's surface does in a step of dt to a particle that its plane stops, by the law of the
+/// plane: seen from the point that is touched, whose motion is straight, the plane rests. `gap`: that of the
+/// particle where it began the step [m]; what began behind is pushed out at a speed [m/s], but for `close`
+/// [m], or all at once if that is infinite. False if nothing changes.
+struct PushOut {
+  double speed, close;
+};
+bool collide_moving(const MovingPlane& met, double gap, const PushOut& out, const Motion& before, double dt,
+                    Motion& after);
+
 /// Whether a particle at rest sticks to a plane of that law: it lies on it, within `close` [m], and the
 /// acceleration it would have without the plane points into the plane and lies inside Coulomb's cone.
 bool sticks(const Plane& plane, const Motion& motion, const Vec3& acceleration, double close);
@@ -77,12 +88,17 @@ class Penalty {
   /// [m/s^2] would press a single particle deeper than l that way, stiff enough. l is a hundredth of a cell.
   Penalty(const Plane& plane, const SpectralBound& body, double gravity, double cell_size);
 
+  /// The same law on another plane of the same restitution and friction, which may move: losses are of
+  /// velocities relative to it.
+  Penalty on(const MovingPlane& other) const;
+
   double gap(const Vec3& x) const { return plane_.gap(x); }
 
   /// Force over mass [m/s^2].
   Vec3 acceleration(const Motion& motion) const;
 
-  /// b C + c K of a sum, over mass. The exact one contains the change of friction with pressure, which is
+  /// b C + c K of a sum, over mass. Without the turning of an obstacle's normal along it, a depth over a
+  /// radius of what is there. The exact one contains the change of friction with pressure, which is
   /// unsymmetric; the others are symmetric and positive semidefinite.
   Eigen::Matrix3d tangent(const Motion& motion, const TangentCoefficients& sum) const;
 
@@ -97,10 +113,11 @@ class Penalty {
   Parts parts(const Motion& motion) const;
 
   Plane plane_;
-  double omega_;  ///< [rad/s]
-  double layer_;  ///< l [m]
-  double loss_;   ///< r
-  double rate_;   ///< [1/s]
+  Vec3 velocity_ = Vec3::Zero();  ///< of the plane [m/s]
+  double omega_;                  ///< [rad/s]
+  double layer_;                  ///< l [m]
+  double loss_;                   ///< r
+  double rate_;                   ///< [1/s]
 };
 
 /// Splits what planes give one particle together by plane: along their normals as these make it up, the rest

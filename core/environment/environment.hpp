@@ -4,6 +4,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/base/field.hpp"
@@ -78,6 +79,32 @@ struct Plane {
   double gap(const Vec3& x) const { return normal.dot(x - point); }
 };
 
+enum class ObstacleShape { sphere, box, capsule, cylinder, mesh };
+
+/// A solid that particles cannot enter, which moves as a function of time alone. At rest it is its shape,
+/// about its own axes, turned and moved to `centre`; from there
+///   x(t) = R(t) (rest - c) + c + path(t),   c the centre of its turn.
+struct Obstacle {
+  ObstacleShape shape = ObstacleShape::sphere;
+  double radius = 0;         ///< of a sphere, a capsule and a cylinder [m]
+  double length = 0;         ///< of a capsule between the centres of its caps, of a cylinder its height [m]
+  Vec3 size = Vec3::Zero();  ///< edges of a box [m]
+  std::shared_ptr<const TriangleMesh> mesh{};  ///< closed, facing outward [m]
+  std::string mesh_file{};                     ///< as the scene has it
+  double mesh_scale = 1;                       ///< that it was read with
+  Vec3 centre = Vec3::Zero();                  ///< of a mesh, where its origin is [m]
+  Vec3 axis = Vec3::UnitZ();  ///< of a capsule and a cylinder; others are rotated about it, by `degrees`
+  double degrees = 0;
+  PiecewiseLinear<Vec3> path{};  ///< [m]; none: stays at 0
+  std::optional<Turn> turn{};
+  ContactLaw contact = ContactLaw::impulse;
+  double restitution = 0.5;  ///< as a plane's
+  double friction = 0.4;
+
+  /// Whether it moves at a time, or later.
+  bool moves(double t = 0) const { return (turn && turn->rate != 0 && t < turn->until) || path.changes(t); }
+};
+
 /// Which surfaces of bodies touch, by a smooth force, see core/bodies/contact_law.hpp.
 struct BodyContact {
   bool bodies = false;    ///< those of different bodies
@@ -95,7 +122,9 @@ struct Environment {
   std::vector<Load> loads{};
   std::vector<Strike> strikes{};
   std::vector<Plane> planes{};
-  /// The mesh, carried by the body's cells, whose vertices planes touch; none: they touch particles.
+  std::vector<Obstacle> obstacles{};
+  /// The mesh, carried by the body's cells, whose vertices planes and obstacles touch; none: they touch
+  /// particles.
   std::shared_ptr<const TriangleMesh> contact_surface{};
   BodyContact contact{};
 };

@@ -61,16 +61,17 @@ SurfaceContact::SurfaceContact(const TriangleMesh& mesh, const Body& body, const
       inverse_mass_(inverse_masses(body, held)) {}
 
 template <class Real>
-void SurfaceContact::add_force(const Field<Real>& x, const Field<Real>& v, Field<Real>& f) const {
-  for_each_pressed(x, [&](std::size_t s, const Vec3& at) {
-    surface_.distribute(s, mass_[s] * planes_.acceleration({at, surface_.at(s, v)}), f);
+void SurfaceContact::add_force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) const {
+  for_each_pressed(t, x, [&](std::size_t s, const Vec3& at) {
+    surface_.distribute(s, mass_[s] * planes_.acceleration({at, surface_.at(s, v)}, t), f);
   });
 }
 
 template <class Real>
-void SurfaceContact::add_acceleration(const Field<Real>& x, const Field<Real>& v, Field<Real>& a) const {
-  for_each_pressed(x, [&](std::size_t s, const Vec3& at) {
-    const Vec3 force = mass_[s] * planes_.acceleration({at, surface_.at(s, v)});
+void SurfaceContact::add_acceleration(double t, const Field<Real>& x, const Field<Real>& v,
+                                      Field<Real>& a) const {
+  for_each_pressed(t, x, [&](std::size_t s, const Vec3& at) {
+    const Vec3 force = mass_[s] * planes_.acceleration({at, surface_.at(s, v)}, t);
     for (int c = 0; c < 8; ++c) {
       const std::ptrdiff_t site = surface_.site(s) + body_.lattice().corner(c);
       a.set(site, a.at(site) + surface_.weights(s)[std::size_t(c)] / body_.mass(site) * force);
@@ -79,29 +80,22 @@ void SurfaceContact::add_acceleration(const Field<Real>& x, const Field<Real>& v
 }
 
 template <class Real>
-double SurfaceContact::potential(const Field<Real>& x) const {
+double SurfaceContact::potential(double t, const Field<Real>& x) const {
   double sum = 0;
-  for_each_pressed(x, [&](std::size_t s, const Vec3& at) {
+  for_each_pressed(t, x, [&](std::size_t s, const Vec3& at) {
     double over_mass = 0;
-    planes_.add_potential(at, over_mass);
+    planes_.add_potential(at, t, over_mass);
     sum += mass_[s] * over_mass;
   });
   return sum;
 }
 
 template <class Real>
-void SurfaceContact::add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const {
-  for_each_pressed(state.x, [&](std::size_t s, const Vec3& at) {
-    for (std::size_t p = 0; p < planes_.penalties(); ++p)
-      forces[p] += mass_[s] * planes_.acceleration(p, {at, surface_.at(s, state.v)});
-  });
-}
-
-template <class Real>
 bool SurfaceContact::collide(const State<Real>& before, double dt, State<Real>& state,
                              PlaneImpulses* impulses) const {
   bool any = false;
-  for (std::size_t s = 0; !any && s < surface_.size(); ++s) any = planes_.touches(surface_.at(s, state.x));
+  for (std::size_t s = 0; !any && s < surface_.size(); ++s)
+    any = planes_.touches([&] { return surface_.at(s, before.x); }, surface_.at(s, state.x), state.t, dt);
   if (!any) return false;
   std::vector<Flight> flights;
   flights.reserve(surface_.size());
@@ -120,16 +114,17 @@ bool SurfaceContact::sweep(const std::vector<Flight>& flights, double dt, State<
   std::vector<Push> pushes;
   for (std::size_t s = 0; s < flights.size(); ++s) {
     const Motion now = motion(s, state);
-    if (!planes_.touches(now.x)) continue;
     const auto& [before, after] = flights[s];
+    const auto began = [&, from = &before.x] { return *from; };
+    if (!planes_.touches(began, now.x, state.t, dt)) continue;
     const bool is_pushed = now.x != after.x || now.v != after.v;
-    if (is_pushed && planes_.is_free(now, dt)) continue;
+    if (is_pushed && planes_.is_free(now, state.t, dt)) continue;
     const Vec3 gained = now.v - after.v;
     const Motion start{before.x + now.x - after.x - dt * gained, before.v + gained};
     Motion corrected = now;
     pushes.clear();
     const auto give = [&](std::size_t plane, const Vec3& dv) { pushes.push_back({plane, dv}); };
-    if (!planes_.collide(start, dt, corrected, give, true)) continue;
+    if (!planes_.collide(start, state.t, dt, corrected, give, true)) continue;
     push(s, corrected.x - now.x, corrected.v - now.v, state);
     if (impulses) add_impulses(s, pushes, *impulses);
     any = true;
@@ -174,15 +169,16 @@ void SurfaceContact::add_impulses(std::size_t vertex, const std::vector<Push>& p
     }
 }
 
-template void SurfaceContact::add_force(const Field<float>&, const Field<float>&, Field<float>&) const;
-template void SurfaceContact::add_force(const Field<double>&, const Field<double>&, Field<double>&) const;
-template void SurfaceContact::add_acceleration(const Field<float>&, const Field<float>&, Field<float>&) const;
-template void SurfaceContact::add_acceleration(const Field<double>&, const Field<double>&,
+template void SurfaceContact::add_force(double, const Field<float>&, const Field<float>&,
+                                        Field<float>&) const;
+template void SurfaceContact::add_force(double, const Field<double>&, const Field<double>&,
+                                        Field<double>&) const;
+template void SurfaceContact::add_acceleration(double, const Field<float>&, const Field<float>&,
+                                               Field<float>&) const;
+template void SurfaceContact::add_acceleration(double, const Field<double>&, const Field<double>&,
                                                Field<double>&) const;
-template double SurfaceContact::potential(const Field<float>&) const;
-template double SurfaceContact::potential(const Field<double>&) const;
-template void SurfaceContact::add_penalty_forces(const State<float>&, std::vector<Vec3>&) const;
-template void SurfaceContact::add_penalty_forces(const State<double>&, std::vector<Vec3>&) const;
+template double SurfaceContact::potential(double, const Field<float>&) const;
+template double SurfaceContact::potential(double, const Field<double>&) const;
 template bool SurfaceContact::collide(const State<float>&, double, State<float>&, PlaneImpulses*) const;
 template bool SurfaceContact::collide(const State<double>&, double, State<double>&, PlaneImpulses*) const;
 

@@ -17,10 +17,10 @@ std::vector<double> vertex_areas(const TriangleMesh& mesh);
 /// Of every vertex the mass m_s [kg] that penalties push, see SurfaceContact.
 std::vector<double> vertex_masses(const TriangleMesh& mesh, const EmbeddedSurface& surface, const Body& body);
 
-/// Planes that touch the vertices of a mesh which the cells of a body carry, `contact_on = "surface"`. What
-/// happens to a vertex is handed to the eight particles of its cell by its weights w_i, so that linear and
-/// angular momentum change by what the plane gives and nothing else. All is done in the order of vertices, by
-/// one thread.
+/// Planes and obstacles that touch the vertices of a mesh which the cells of a body carry, `contact_on =
+/// "surface"`. What happens to a vertex is handed to the eight particles of its cell by its weights w_i, so
+/// that linear and angular momentum change by what the plane gives and nothing else. All is done in the order
+/// of vertices, by one thread.
 ///
 /// Penalties are forces per mass. A vertex s of the share a_s of the surface has the mass
 ///   m_s = a_s min_i m_i / W_i,   W_i = sum_s a_s L_s |w_si|,   L_s = sum_i |w_si|,
@@ -46,28 +46,28 @@ class SurfaceContact {
 
   /// Adds what penalties do to particles: forces [N],
   template <class Real>
-  void add_force(const Field<Real>& x, const Field<Real>& v, Field<Real>& f) const;
+  void add_force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f) const;
   /// accelerations [m/s^2], also of held coordinates;
   template <class Real>
-  void add_acceleration(const Field<Real>& x, const Field<Real>& v, Field<Real>& a) const;
+  void add_acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) const;
   /// their energy [J].
   template <class Real>
-  double potential(const Field<Real>& x) const;
+  double potential(double t, const Field<Real>& x) const;
 
   /// Calls visit(vertex, T) with the 3 x 3 tangent T of every vertex that penalties press: the block of
   /// corners i and j is w_i w_j T.
   template <class Real, class Visit>
-  void for_each_tangent(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
+  void for_each_tangent(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                         Visit&& visit) const {
-    for_each_pressed(x, [&](std::size_t vertex, const Vec3& at) {
-      visit(vertex, planes_.tangent({at, surface_.at(vertex, v)}, sum, mass_[vertex]));
+    for_each_pressed(t, x, [&](std::size_t vertex, const Vec3& at) {
+      visit(vertex, planes_.tangent({at, surface_.at(vertex, v)}, t, sum, mass_[vertex]));
     });
   }
   /// Adds its blocks on the diagonal: add(site, block).
   template <class Real, class Add>
-  void for_each_diagonal(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
+  void for_each_diagonal(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                          Add&& add) const {
-    for_each_tangent(x, v, sum, [&](std::size_t vertex, const Eigen::Matrix3d& tangent) {
+    for_each_tangent(t, x, v, sum, [&](std::size_t vertex, const Eigen::Matrix3d& tangent) {
       for (int c = 0; c < 8; ++c) {
         const double weight = surface_.weights(vertex)[std::size_t(c)];
         add(surface_.site(vertex) + body_.lattice().corner(c), Eigen::Matrix3d(weight * weight * tangent));
@@ -75,9 +75,14 @@ class SurfaceContact {
     });
   }
 
-  /// Adds the force of every penalty plane [N].
-  template <class Real>
-  void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const;
+  /// Calls visit(penalty, place, force) for what every penalty plane does to a vertex [N].
+  template <class Real, class Visit>
+  void for_each_penalty_force(const State<Real>& state, Visit&& visit) const {
+    for_each_pressed(state.t, state.x, [&](std::size_t s, const Vec3& at) {
+      for (std::size_t p = 0; p < planes_.penalties(); ++p)
+        visit(p, at, Vec3(mass_[s] * planes_.acceleration(p, {at, surface_.at(s, state.v)}, state.t)));
+    });
+  }
 
   /// Applies the collisions of a step of dt from `before` to `state`, and adds what planes give to `impulses`
   /// if there are some. False if nothing changed.
@@ -86,8 +91,8 @@ class SurfaceContact {
 
   /// For every penalty plane the smallest gap of a vertex [m].
   template <class Real>
-  std::vector<double> smallest_gaps(const Field<Real>& x) const {
-    return planes_.smallest_gaps(surface_.interpolate(x));
+  std::vector<double> smallest_gaps(const Field<Real>& x, double t) const {
+    return planes_.smallest_gaps(surface_.interpolate(x), t);
   }
 
  private:
@@ -100,9 +105,9 @@ class SurfaceContact {
     return {surface_.at(vertex, state.x), surface_.at(vertex, state.v)};
   }
   template <class Real, class Visit>
-  void for_each_pressed(const Field<Real>& x, Visit&& visit) const {
+  void for_each_pressed(double t, const Field<Real>& x, Visit&& visit) const {
     for (std::size_t s = 0; planes_.has_penalties() && s < surface_.size(); ++s)
-      if (const Vec3 at = surface_.at(s, x); planes_.presses(at)) visit(s, at);
+      if (const Vec3 at = surface_.at(s, x); planes_.presses(at, t)) visit(s, at);
   }
   /// A change of a vertex's velocity by a plane.
   struct Push {

@@ -81,8 +81,8 @@ class TetheredSystem final : public SystemWrapper<Real> {
     bool sleeps() const override { return other().sleeps(); }
     bool settle(State<Real>& state) override { return !system_.tether_ && other().settle(state); }
     bool all_asleep() const override { return other().all_asleep(); }
-    std::vector<double> event_functions(const Field<Real>& x) const override {
-      return other().event_functions(x);
+    std::vector<double> event_functions(double t, const Field<Real>& x) const override {
+      return other().event_functions(t, x);
     }
 
    private:

@@ -24,16 +24,20 @@ bool Reactions::is_finite() const {
   const auto all_finite = [](const std::vector<Vec3>& forces) {
     return std::all_of(forces.begin(), forces.end(), [](const Vec3& force) { return force.allFinite(); });
   };
-  return all_finite(holds) && all_finite(planes);
+  return all_finite(holds) && all_finite(planes) && all_finite(obstacles) && all_finite(torques);
 }
 
-void Reactions::remember(Record& record) { record.keep(holds, planes); }
+void Reactions::remember(Record& record) { record.keep(holds, planes, obstacles, torques); }
 
 void for_each(const Reactions& reactions, const std::function<void(const std::string&, const Vec3&)>& visit) {
   for (std::size_t i = 0; i < reactions.holds.size(); ++i)
     visit(fmt::format("hold_{}", i), reactions.holds[i]);
   for (std::size_t i = 0; i < reactions.planes.size(); ++i)
     visit(fmt::format("plane_{}", i), reactions.planes[i]);
+  for (std::size_t i = 0; i < reactions.obstacles.size(); ++i) {
+    visit(fmt::format("obstacle_{}", i), reactions.obstacles[i]);
+    visit(fmt::format("obstacle_{}_torque", i), reactions.torques[i]);
+  }
 }
 
 void for_each_component(const Reactions& reactions,
@@ -47,13 +51,29 @@ template <class Real>
 ReactionGauge<Real>::ReactionGauge(SolidSystem<Real>& system, const Environment& environment)
     : system_(system), holds_(environment.holds.size()), held_(system.levels(), environment.holds) {
   for (const Plane& plane : environment.planes) laws_.push_back(plane.contact);
+  for (const Obstacle& obstacle : environment.obstacles) {
+    laws_.push_back(obstacle.contact);
+    obstacles_.emplace_back(obstacle);
+  }
+  keep_given();
+}
+
+template <class Real>
+void ReactionGauge<Real>::keep_given() {
   given_ = impulses();
+  given_at_.clear();
+  const PlaneImpulses* impulses = system_.plane_impulses();
+  if (!impulses || obstacles_.empty()) return;
+  for (std::size_t p = 0; p < given_.size(); ++p) {
+    Field<double>& given = given_at_.emplace_back(system_.size());
+    for (const std::ptrdiff_t site : system_.particles()) given.set(site, impulses->at(p, site));
+  }
 }
 
 template <class Real>
 void ReactionGauge<Real>::begin(double t) {
   begun_ = t;
-  given_ = impulses();
+  keep_given();
 }
 
 /// By plane that gives impulses, all that it has given [N s].
@@ -70,9 +90,9 @@ std::vector<Vec3> ReactionGauge<Real>::impulses() const {
 }
 
 template <class Real>
-std::vector<Vec3> ReactionGauge<Real>::penalties(const State<Real>& state) const {
-  std::vector<Vec3> forces(std::size_t(std::count(laws_.begin(), laws_.end(), ContactLaw::penalty)),
-                           Vec3::Zero());
+std::vector<Wrench> ReactionGauge<Real>::penalties(const State<Real>& state) const {
+  std::vector<Wrench> forces(std::size_t(std::count(laws_.begin(), laws_.end(), ContactLaw::penalty)),
+                             Wrench::Zero());
   system_.add_penalty_forces(state, forces);
   return forces;
 }
@@ -99,24 +119,51 @@ Reactions ReactionGauge<Real>::read(System<Real>& driven, const State<Real>& sta
   Reactions reactions;
   reactions.holds.assign(holds_, Vec3::Zero());
   if (holds_ > 0) add_holds(driven, state, reactions.holds);
-  const std::vector<Vec3> given = impulses(), pushed = penalties(state);
+  const std::vector<Vec3> given = impulses();
+  const std::vector<Wrench> pushed = penalties(state);
   const double seconds = state.t - begun_;
+  const std::size_t planes = laws_.size() - obstacles_.size();
   std::size_t impulse = 0, penalty = 0;
-  for (const ContactLaw law : laws_) {
-    if (law == ContactLaw::penalty) {
-      reactions.planes.push_back(pushed[penalty++]);
+  for (std::size_t i = 0; i < laws_.size(); ++i) {
+    const bool presses = laws_[i] == ContactLaw::penalty;
+    Vec3 force = Vec3::Zero();
+    if (presses)
+      force = pushed[penalty].head<3>();
+    else if (seconds > 0)
+      force = (given[impulse] - given_[impulse]) / seconds;
+    if (i < planes) {
+      reactions.planes.push_back(force);
     } else {
-      const Vec3 gained = given[impulse] - given_[impulse];
-      reactions.planes.push_back(seconds > 0 ? Vec3(gained / seconds) : Vec3(Vec3::Zero()));
-      ++impulse;
+      const Vec3 centre = obstacles_[i - planes].centre(state.t);
+      reactions.obstacles.push_back(force);
+      reactions.torques.push_back(presses ? Vec3(pushed[penalty].tail<3>() - centre.cross(force))
+                                          : mean_torque(impulse, centre, state));
     }
+    ++(presses ? penalty : impulse);
   }
   return reactions;
 }
 
 template <class Real>
+Vec3 ReactionGauge<Real>::mean_torque(std::size_t impulse, const Vec3& about,
+                                      const State<Real>& state) const {
+  Vec3 torque = Vec3::Zero();
+  const double seconds = state.t - begun_;
+  if (!(seconds > 0)) return torque;
+  const PlaneImpulses& impulses = *system_.plane_impulses();
+  system_.ranks().add_in_order(torque, [&] {
+    for (const std::ptrdiff_t site : system_.particles()) {
+      const Vec3 gained = impulses.at(impulse, site) - given_at_[impulse].at(site);
+      torque += (state.x.at(site) - about).cross(gained) / seconds;
+    }
+  });
+  return torque;
+}
+
+template <class Real>
 void ReactionGauge<Real>::remember(Record& record) {
   record.keep(begun_, given_);
+  for (Field<double>& given : given_at_) record.keep_field(given, system_.size());
 }
 
 template class ReactionGauge<float>;

@@ -83,6 +83,21 @@ TriangleMesh box_mesh(const Vec3& lower, const Vec3& upper) {
   return mesh;
 }
 
+TriangleMesh cylinder_mesh(double radius, double length, int around) {
+  TriangleMesh mesh{{{0, 0, -length / 2}, {0, 0, length / 2}}, {}};
+  const auto at = [&](int i, int top) { return 2 + 2 * (i % around) + top; };
+  for (int i = 0; i < around; ++i) {
+    const double angle = 2 * std::numbers::pi * i / around;
+    for (const int side : {-1, 1})
+      mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), side * length / 2);
+    mesh.triangles.push_back({0, at(i + 1, 0), at(i, 0)});
+    mesh.triangles.push_back({1, at(i, 1), at(i + 1, 1)});
+    mesh.triangles.push_back({at(i, 0), at(i + 1, 0), at(i + 1, 1)});
+    mesh.triangles.push_back({at(i, 0), at(i + 1, 1), at(i, 1)});
+  }
+  return mesh;
+}
+
 TriangleMesh joined(const TriangleMesh& a, const TriangleMesh& b) {
   TriangleMesh mesh = a;
   const auto shift = int(a.vertices.size());

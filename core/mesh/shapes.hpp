@@ -17,6 +17,9 @@ TriangleMesh torus(double ring, double tube, int around, int across);
 /// An axis-aligned box of twelve triangles.
 TriangleMesh box_mesh(const Vec3& lower, const Vec3& upper);
 
+/// A cylinder about the z axis with its middle at the origin and its round side of `around` rectangles.
+TriangleMesh cylinder_mesh(double radius, double length, int around);
+
 /// Both in one mesh.
 TriangleMesh joined(const TriangleMesh& a, const TriangleMesh& b);
 

@@ -249,7 +249,7 @@ void LocalSteps<Real>::accelerate(double t) {
                      system_.levels_[span.level]->a.axis(axis) + plane * span.first,
                      [&](Real move) { return rates_[1].acceleration_of_move * move; });
   }
-  system_.finish_accelerations();
+  system_.finish_accelerations(t);
 }
 
 template <class Real>

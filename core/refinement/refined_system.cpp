@@ -20,6 +20,8 @@ Environment of_level(const Environment& environment) {
   part.loads.clear();
   part.strikes.clear();
   std::erase_if(part.planes, [](const Plane& plane) { return plane.contact != ContactLaw::penalty; });
+  std::erase_if(part.obstacles,
+                [](const Obstacle& obstacle) { return obstacle.contact != ContactLaw::penalty; });
   return part;
 }
 
@@ -139,23 +141,23 @@ void RefinedSystem<Real>::accelerate(double t) {
   for (const Loaded& l : loaded_)
     for (int axis = 0; axis < 3; ++axis)
       levels_[l.level]->a.axis(axis)[l.site] += static_cast<Real>(l.acceleration[axis]);
-  finish_accelerations();
+  finish_accelerations(t);
 }
 
 template <class Real>
-void RefinedSystem<Real>::finish_accelerations() {
-  if (contact_.has_collisions()) stop_sticking();
+void RefinedSystem<Real>::finish_accelerations(double t) {
+  if (contact_.has_collisions()) stop_sticking(t);
   for (const auto& level : levels_) level->system.clear_prescribed(level->a);
 }
 
 /// As BodySystem::stop_sticking().
 template <class Real>
-void RefinedSystem<Real>::stop_sticking() {
+void RefinedSystem<Real>::stop_sticking(double t) {
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     LevelState& level = *levels_[i];
     for_each_particle(level.system, [&](std::ptrdiff_t site) {
       const std::ptrdiff_t at = body_.site_in_field(i, site);
-      mss::stop_sticking({contact_, held_, impulses_.get()}, at, body_.mass(at), site, level.state.x,
+      mss::stop_sticking({contact_, held_, impulses_.get()}, at, body_.mass(at), t, site, level.state.x,
                          level.state.v, level.a);
     });
   }
@@ -326,7 +328,7 @@ double RefinedSystem<Real>::outer_potential(double t, const Field<Real>& x) cons
 }
 
 template <class Real>
-void RefinedSystem<Real>::add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const {
+void RefinedSystem<Real>::add_penalty_forces(const State<Real>& state, std::vector<Wrench>& forces) const {
   if (!contact_.has_penalties()) return;
   State<Real> whole = state;
   body_.interpolate(whole.x);

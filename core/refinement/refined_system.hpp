@@ -56,7 +56,7 @@ class RefinedSystem final : public SolidSystem<Real> {
   std::optional<std::vector<Eigen::Matrix3d>> cell_virials(const Field<Real>& x,
                                                            const Field<Real>& v) const override;
   double outer_potential(double t, const Field<Real>& x) const override;
-  void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const override;
+  void add_penalty_forces(const State<Real>& state, std::vector<Wrench>& forces) const override;
   SpectralBound spectral_bound() const override { return bound_; }
   SpectralBound local_bound() const override;
   std::unique_ptr<System<Real>> with_local_steps(double dt) override;
@@ -81,8 +81,8 @@ class RefinedSystem final : public SolidSystem<Real> {
     bool sleeps() const override { return false; }
     bool settle(State<Real>&) override { return false; }
     bool all_asleep() const override { return false; }
-    std::vector<double> event_functions(const Field<Real>& x) const override {
-      return system_.contact_.smallest_gaps(system_.particles(), x);
+    std::vector<double> event_functions(double t, const Field<Real>& x) const override {
+      return system_.contact_.smallest_gaps(system_.particles(), x, t);
     }
 
    private:
@@ -149,9 +149,9 @@ class RefinedSystem final : public SolidSystem<Real> {
   void accelerate(double t);
   void step_levels(const KickDrift& update, double dt, long steps, State<Real>& state,
                    const std::function<void(double)>& accelerate);
-  void stop_sticking();
+  void stop_sticking(double t);
   /// Of what is held or rests on a plane.
-  void finish_accelerations();
+  void finish_accelerations(double t);
   void store_accelerations(Field<Real>& a);
   /// Calls visit(system, positions) with what is each level's of positions x.
   template <class Visit>

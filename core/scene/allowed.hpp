@@ -58,6 +58,9 @@ inline constexpr Quantity angular_velocity{"an angular velocity", "three finite 
 inline constexpr Quantity force{"a force", "three finite numbers of newtons", any};
 inline constexpr Quantity path{
     "a path", "rows [t, dx, dy, dz] in seconds and metres, each later than the one before", any};
+inline constexpr Quantity box_edges{"a size", "three positive numbers of metres", positive};
+inline constexpr Quantity unit_of_mesh{"a scale", "a positive number", positive};
+inline constexpr Quantity turned_by{"an angle", "a finite number of degrees", any};
 inline constexpr Quantity history{
     "a history", "rows [t, share] of seconds and a number, each later than the one before", any};
 inline constexpr Quantity impulse{"an impulse", "three finite numbers of newton seconds", any};
@@ -104,6 +107,12 @@ inline const std::vector<std::pair<std::string, Sharing>> sharings{{"weighted", 
                                                                    {"uniform", Sharing::uniform}};
 inline const std::vector<std::pair<std::string, ContactLaw>> contact_laws{
     {"impulse", ContactLaw::impulse}, {"thesis", ContactLaw::thesis}, {"penalty", ContactLaw::penalty}};
+inline const std::vector<std::pair<std::string, ObstacleShape>> obstacle_shapes{
+    {"sphere", ObstacleShape::sphere},
+    {"box", ObstacleShape::box},
+    {"capsule", ObstacleShape::capsule},
+    {"cylinder", ObstacleShape::cylinder},
+    {"mesh", ObstacleShape::mesh}};
 inline const std::vector<std::pair<std::string, Tangent>> tangents{{"elastic", Tangent::elastic},
                                                                    {"projected", Tangent::projected}};
 inline const std::vector<std::pair<std::string, AutoRefinement::Goal>> refinement_goals{

@@ -9,6 +9,9 @@
 #include "core/base/error.hpp"
 #include "core/bodies/bodies_measures.hpp"
 #include "core/measures/reactions.hpp"
+#include "core/mesh/closed_surface.hpp"
+#include "core/mesh/read_mesh.hpp"
+#include "core/mesh/shapes.hpp"
 #include "core/refinement/refined_system.hpp"
 #include "core/scene/allowed.hpp"
 #include "core/scene/scene_boxes.hpp"
@@ -155,12 +158,15 @@ void read_refinement(const TomlTable& root, Scene& scene) {
   }
 }
 
+bool any_touches_by_mesh(const Scene& scene) {
+  const std::vector<const SceneBody*> bodies = bodies_of(scene);
+  return std::any_of(bodies.begin(), bodies.end(),
+                     [](const SceneBody* one) { return one->contact_surface != nullptr; });
+}
+
 /// What planes touch: the particles, or the surface of the mesh.
 void check_contact_surface(const TomlTable& root, const Scene& scene) {
-  const auto bodies = bodies_of(scene);
-  if (std::none_of(bodies.begin(), bodies.end(),
-                   [](const SceneBody* b) { return b->contact_surface != nullptr; }))
-    return;
+  if (!any_touches_by_mesh(scene)) return;
   const std::vector<Plane>& planes = scene.environment.planes;
   for (std::size_t i = 0; i < planes.size(); ++i)
     if (planes[i].contact == ContactLaw::thesis)
@@ -173,11 +179,41 @@ void check_contact_surface(const TomlTable& root, const Scene& scene) {
                                "of the two out");
 }
 
-/// Adds the columns of holds, planes, bodies and contact among the keys of [expect].
+/// A mesh is turned to face outward.
+Obstacle read_obstacle(const TomlTable& table, const std::filesystem::path& folder) {
+  Obstacle obstacle;
+  read_keys(obstacle_keys(), table, obstacle);
+  if (table.has("turn")) read_keys(turn_keys(), table.table("turn"), obstacle.turn.emplace());
+  if (obstacle.shape != ObstacleShape::mesh) return obstacle;
+  try {
+    TriangleMesh mesh = read_mesh(folder / obstacle.mesh_file).mesh;
+    place(mesh, {.scale = obstacle.mesh_scale});
+    if (enclosed_volume(mesh) < 0) mesh = turned_inside_out(mesh);
+    obstacle.mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
+    ClosedSurface{*obstacle.mesh};
+  } catch (const InputError& error) {
+    table.reject("mesh", fmt::format("does not give an obstacle: {}", error.what()));
+  }
+  return obstacle;
+}
+
+void read_obstacles(const TomlTable& root, Scene& scene) {
+  for (const TomlTable& table : root.tables("obstacle")) {
+    scene.environment.obstacles.push_back(read_obstacle(table, scene.file.parent_path()));
+    if (any_touches_by_mesh(scene) && scene.environment.obstacles.back().contact == ContactLaw::thesis)
+      table.reject("contact",
+                   "is a law of particles, and body.contact_on is \"surface\"; give \"impulse\" or "
+                   "\"penalty\"");
+  }
+}
+
+/// Adds the columns of holds, planes, obstacles, bodies and contact among the keys of [expect].
 void add_expected_columns(const TomlTable& expect, const Scene& scene, std::vector<std::string>& quantities) {
   const Environment& environment = scene.environment;
   const Reactions reactions{.holds = std::vector<Vec3>(environment.holds.size(), Vec3::Zero()),
-                            .planes = std::vector<Vec3>(environment.planes.size(), Vec3::Zero())};
+                            .planes = std::vector<Vec3>(environment.planes.size(), Vec3::Zero()),
+                            .obstacles = std::vector<Vec3>(environment.obstacles.size(), Vec3::Zero()),
+                            .torques = std::vector<Vec3>(environment.obstacles.size(), Vec3::Zero())};
   std::vector<std::string> columns;
   for_each_component(reactions, [&](const std::string& name, double) { columns.push_back(name); });
   BodiesMeasures measures;
@@ -188,10 +224,10 @@ void add_expected_columns(const TomlTable& expect, const Scene& scene, std::vect
   for (const std::string& key : expect.keys()) {
     if (std::find(others.begin(), others.end(), key) != others.end()) continue;
     if (std::find(columns.begin(), columns.end(), key) == columns.end())
-      expect.reject(
-          key, fmt::format("is of none of the scene's {} holds, {} planes and {} bodies; count them "
-                           "from 0",
-                           environment.holds.size(), environment.planes.size(), scene.others.size() + 1));
+      expect.reject(key, fmt::format("is of none of the scene's {} holds, {} planes, {} obstacles and {} "
+                                     "bodies; count them from 0",
+                                     environment.holds.size(), environment.planes.size(),
+                                     environment.obstacles.size(), scene.others.size() + 1));
     quantities.push_back(key);
   }
 }
@@ -325,6 +361,7 @@ Scene scene_of(const TomlFile& toml) {
   scene.states_contact = root.has("contact");
   read_keys(solve_keys(), root.table("solve"), scene.solve);
   check_contact_surface(root, scene);
+  read_obstacles(root, scene);
   scene.expectations = read_expectations(root.table("expect"), scene, surface.get());
   if (!root.is_array("body")) {
     read_match(root, scene);

@@ -181,6 +181,53 @@ void read_contact_law(const TomlTable& table, Plane& plane, const std::string& n
     plane.contact = table.choice(name, "a law of contact", contact_laws, plane.contact);
 }
 
+/// Which shapes have a key; all others are of every shape.
+bool has_key(ObstacleShape shape, std::string_view key) {
+  using enum ObstacleShape;
+  const bool round = shape == capsule || shape == cylinder;
+  if (key == "radius") return round || shape == sphere;
+  if (key == "length" || key == "axis") return round;
+  if (key == "size") return shape == box;
+  if (key == "mesh" || key == "mesh_scale") return shape == mesh;
+  return shape == box || shape == mesh;  // rotation
+}
+
+/// A key that only some shapes have.
+SceneKey<Obstacle> of_shape(const SceneKey<Obstacle>& key) {
+  SceneKey<Obstacle> limited = key;
+  limited.read = [key](const TomlTable& table, Obstacle& obstacle) {
+    if (has_key(obstacle.shape, key.name)) return key.read(table, obstacle);
+    if (table.has(key.name))
+      table.reject(key.name, fmt::format("is not of shape \"{}\"; leave it out, or give another shape",
+                                         name_of(obstacle.shape, obstacle_shapes)));
+  };
+  limited.write = [key](const Obstacle& obstacle, Json& json) {
+    if (has_key(obstacle.shape, key.name)) key.write(obstacle, json);
+  };
+  return limited;
+}
+
+const SceneKeys<Obstacle>& rotation_keys() {
+  static const SceneKeys<Obstacle> keys{
+      direction<Obstacle>("axis", axis, at(&Obstacle::axis), "about which"),
+      needed_number<Obstacle>("degrees", turned_by, at(&Obstacle::degrees), "how far")};
+  return keys;
+}
+
+/// How a path in time is read and written.
+template <class Target>
+SceneKey<Target> path_key(const char* meaning) {
+  return {{"path", std::string(path.allowed), meaning},
+          [](const TomlTable& table, Target& target) {
+            if (!table.has("path")) return;
+            for (const std::vector<double>& row : table.rows("path", path, 4))
+              target.path.points.push_back({row[0], Vec3(row[1], row[2], row[3])});
+          },
+          [](const Target& target, Json& json) {
+            for (const auto& [t, by] : target.path.points) json["path"].push_back({t, by[0], by[1], by[2]});
+          }};
+}
+
 void read_step(const TomlTable& table, SolveConfig& solve, const std::string& name) {
   if (table.is_text(name)) {
     if (table.text(name, step.noun, step.allowed) != "safe")
@@ -206,15 +253,7 @@ const SceneKeys<Hold>& hold_keys() {
            [](const Hold& hold) { return Json(written_axes(hold.axes)); }),
        vector<Hold>("velocity", velocity, at(&Hold::velocity), "with which it moves [m/s]"),
        vector<Hold>("displacement", displacement, at(&Hold::displacement), "by which it moves at once [m]"),
-       {{"path", std::string(path.allowed), "by which it moves in time, straight from row to row [s, m]"},
-        [](const TomlTable& table, Hold& hold) {
-          if (!table.has("path")) return;
-          for (const std::vector<double>& row : table.rows("path", path, 4))
-            hold.path.points.push_back({row[0], Vec3(row[1], row[2], row[3])});
-        },
-        [](const Hold& hold, Json& json) {
-          for (const auto& [t, by] : hold.path.points) json["path"].push_back({t, by[0], by[1], by[2]});
-        }},
+       path_key<Hold>("by which it moves in time, straight from row to row [s, m]"),
        {{"turn", "a table", "how it turns"}}});
   return keys;
 }
@@ -266,6 +305,55 @@ const SceneKeys<Plane>& plane_keys() {
       number<Plane>("restitution", restitution, at(&Plane::restitution),
                     "of a particle: its speed after a collision over that before"),
       number<Plane>("friction", friction, at(&Plane::friction), "Coulomb's coefficient")};
+  return keys;
+}
+
+const SceneKeys<Obstacle>& obstacle_keys() {
+  static const SceneKeys<Obstacle> keys{
+      key<Obstacle>(
+          "shape", listed(obstacle_shapes), "what it is",
+          [](const TomlTable& table, Obstacle& obstacle, const std::string& n) {
+            if (!table.has(n)) table.reject_missing(n, "give " + listed(obstacle_shapes));
+            obstacle.shape = table.choice(n, "a shape", obstacle_shapes, obstacle.shape);
+          },
+          [](const Obstacle& obstacle) { return Json(name_of(obstacle.shape, obstacle_shapes)); }),
+      of_shape(needed_number<Obstacle>("radius", length, at(&Obstacle::radius),
+                                       "of a sphere, a capsule, a cylinder [m]")),
+      of_shape(needed_number<Obstacle>(
+          "length", length, at(&Obstacle::length),
+          "of a capsule between the centres of its caps, of a cylinder between its faces [m]")),
+      of_shape(needed_vector<Obstacle>("size", box_edges, at(&Obstacle::size), "of a box, its edges [m]")),
+      of_shape(key<Obstacle>(
+          "mesh", "a file name", "a closed triangle mesh, by its path from the scene file",
+          [](const TomlTable& table, Obstacle& obstacle, const std::string& n) {
+            obstacle.mesh_file = table.text(n, "a file name",
+                                            "the path of an OBJ, STL or PLY file, relative to "
+                                            "the scene file");
+          },
+          [](const Obstacle& obstacle) { return Json(obstacle.mesh_file); })),
+      of_shape(number<Obstacle>("mesh_scale", unit_of_mesh, at(&Obstacle::mesh_scale),
+                                "metres to a unit of its file; 1")),
+      needed_vector<Obstacle>("centre", position, at(&Obstacle::centre),
+                              "where its centre is, of a mesh its origin [m]"),
+      of_shape(key<Obstacle>(
+          "axis", std::string(axis.allowed), "along which a capsule or a cylinder is; [0, 0, 1]",
+          [](const TomlTable& table, Obstacle& obstacle, const std::string&) {
+            if (table.has("axis")) rotation_keys().front().read(table, obstacle);
+          },
+          [](const Obstacle& obstacle) { return to_json(obstacle.axis); })),
+      of_shape({{"rotation", "a table", "turns a box or a mesh about its centre, before it moves"},
+                [](const TomlTable& table, Obstacle& obstacle) {
+                  if (table.has("rotation")) read_keys(rotation_keys(), table.table("rotation"), obstacle);
+                },
+                [](const Obstacle& obstacle, Json& json) {
+                  if (obstacle.degrees != 0) json["rotation"] = written(rotation_keys(), obstacle);
+                }}),
+      path_key<Obstacle>("by which it moves in time, straight from row to row [s, m]"),
+      {{"turn", "a table", "how it turns, as a hold does"}},
+      choice<Obstacle>("contact", "a law of contact", contact_laws, at(&Obstacle::contact),
+                       "as a plane's; \"impulse\""),
+      number<Obstacle>("restitution", restitution, at(&Obstacle::restitution), "as a plane's; 0.5"),
+      number<Obstacle>("friction", friction, at(&Obstacle::friction), "as a plane's; 0.4")};
   return keys;
 }
 
@@ -469,6 +557,9 @@ std::vector<TextTable> all_tables() {
   all.push_back(texts("load", load_keys(), false));
   all.push_back(texts("strike", strike_keys(), false));
   all.push_back(texts("plane", plane_keys(), true));
+  all.push_back(texts("obstacle", obstacle_keys(), false));
+  all.push_back(texts("obstacle.rotation", rotation_keys(), false));
+  all.push_back(texts("obstacle.turn", turn_keys(), false));
   all.push_back(texts("start", start_keys(), true));
   all.push_back(texts("solve", solve_keys(), true));
   return all;
@@ -477,7 +568,7 @@ std::vector<TextTable> all_tables() {
 KnownKeys make_keys() {
   KnownKeys keys{{"",
                   {"body", "material", "damping", "part", "weight", "refine", "environment", "contact",
-                   "hold", "load", "strike", "plane", "start", "solve", "expect"}},
+                   "hold", "load", "strike", "plane", "obstacle", "start", "solve", "expect"}},
                  {"expect", {energy_drift, mean_displacement}},
                  {"expect.energy_drift", {"value", "within"}}};
   for (const TextTable& table : all_tables())
@@ -490,10 +581,14 @@ KnownKeys make_keys() {
     keys["expect"].emplace_back(column.name);
     keys["expect." + std::string(column.name)] = {"value", "within"};
   }
+  for (const char* force : {"hold_#", "plane_#", "obstacle_#", "obstacle_#_torque"})
+    for (const char* axis : {"_x", "_y", "_z"}) {
+      keys["expect"].push_back(std::string(force) + axis);
+      keys["expect." + keys["expect"].back()] = {"value", "within"};
+    }
   for (const char* column :
-       {"hold_#_x", "hold_#_y", "hold_#_z", "plane_#_x", "plane_#_y", "plane_#_z", "body_#_x", "body_#_y",
-        "body_#_z", "body_#_kinetic", "body_#_volume_ratio", "body_#_min_jacobian", "contact_touches",
-        "contact_depth", "contact_force", "contact_energy"}) {
+       {"body_#_x", "body_#_y", "body_#_z", "body_#_kinetic", "body_#_volume_ratio", "body_#_min_jacobian",
+        "contact_touches", "contact_depth", "contact_force", "contact_energy"}) {
     keys["expect"].emplace_back(column);
     keys["expect." + std::string(column)] = {"value", "within"};
   }
@@ -501,7 +596,7 @@ KnownKeys make_keys() {
 }
 
 bool is_array(const std::string& table) {
-  for (const char* array : {"part", "weight", "refine", "hold", "load", "strike", "plane"})
+  for (const char* array : {"part", "weight", "refine", "hold", "load", "strike", "plane", "obstacle"})
     if (table == array) return true;
   return false;
 }

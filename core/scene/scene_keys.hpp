@@ -44,6 +44,7 @@ const SceneKeys<Turn>& turn_keys();
 const SceneKeys<Load>& load_keys();
 const SceneKeys<Strike>& strike_keys();
 const SceneKeys<Plane>& plane_keys();
+const SceneKeys<Obstacle>& obstacle_keys();
 const SceneKeys<Environment>& environment_keys();
 const SceneKeys<BodyContact>& contact_keys();
 const SceneKeys<Weight>& weight_keys();

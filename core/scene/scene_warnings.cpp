@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "core/body/material.hpp"
+#include "core/environment/obstacle.hpp"
 #include "core/scene/scene.hpp"
 
 namespace mss {
@@ -141,13 +142,13 @@ bool is_held(const Scene& scene, const Vec3& x) {
   });
 }
 
-/// What becomes of what starts behind a plane.
+/// What becomes of what starts behind a plane, or in an obstacle.
 const char* fate_behind(ContactLaw law) {
   switch (law) {
     case ContactLaw::impulse:
       return "it is pushed out, which deforms the body";
     case ContactLaw::penalty:
-      return "the plane's forces throw it out";
+      return "its forces throw it out";
     default:
       return "the law \"thesis\" leaves it there";
   }
@@ -176,16 +177,64 @@ void add_start_behind(const Scene& scene, const SceneBody& one, std::size_t inde
         index, 100 * share_behind(plane, one.body), deepest, fate_behind(plane.contact)));
 }
 
-/// A restitution that was chosen as if it were the body's.
-void add_restitution(const Scene& scene, std::size_t index, std::vector<std::string>& warnings) {
-  const Plane& plane = scene.environment.planes[index];
+/// A restitution that was chosen as if it were the body's, of a plane or an obstacle by its name.
+template <class Touched>
+void add_restitution(const Scene& scene, const Touched& touched, const std::string& name,
+                     std::vector<std::string>& warnings) {
   const VoxelGrid& voxels = scene.body.voxels;
   const bool is_one_cell = voxels.nx() * voxels.ny() * voxels.nz() == 1;
-  if (plane.contact != ContactLaw::impulse || is_one_cell || plane.restitution == Plane{}.restitution) return;
+  if (touched.contact != ContactLaw::impulse || is_one_cell || touched.restitution == Touched{}.restitution)
+    return;
   warnings.push_back(fmt::format(
-      "plane.{}.restitution = {} is that of each particle, not of the body: how high a body of several cells "
+      "{}.restitution = {} is that of each particle, not of the body: how high a body of several cells "
       "bounces follows from its springs and their damping; leave it out unless that is meant",
-      index, plane.restitution));
+      name, touched.restitution));
+}
+
+/// A body and an obstacle that begin in each other.
+void add_start_inside(const Scene& scene, const SceneBody& one, const ObstacleSurface& surface,
+                      const std::string& name, std::vector<std::string>& warnings) {
+  const BodyConfig& body = one.body;
+  const double rounding = 1e-9 * body.cell_size;
+  double deepest = 0;
+  for_each_touched(one, [&](const Vec3& x) {
+    if (!is_held(scene, x)) deepest = std::max(deepest, -surface.gap(x, 0));
+  });
+  bool has_centre = false;
+  for_each_cell(body, [&](const Vec3& lower) {
+    const Vec3 upper = lower + Vec3::Constant(body.cell_size);
+    has_centre |= body.is_solid() && contains({lower, upper}, surface.centre(0), 0);
+  });
+  if (deepest > rounding)
+    warnings.push_back(
+        fmt::format("{}: the body starts inside it, up to {:.3g} m deep: {}; move one of the two by as much",
+                    name, deepest, fate_behind(surface.obstacle().contact)));
+  else if (has_centre)
+    warnings.push_back(fmt::format(
+        "{}: its centre starts inside the body, between what touches: it goes where particles let it pass; "
+        "move one of the two",
+        name));
+}
+
+/// What particles pass on both sides.
+void add_small_obstacle(const SceneBody& one, const ObstacleSurface& surface, const std::string& name,
+                        std::vector<std::string>& warnings) {
+  const TriangleMesh triangles = surface.triangles(0);
+  const auto [lower, upper] = bounding_box(triangles);
+  if (one.contact_surface || (upper - lower).maxCoeff() >= one.body.cell_size) return;
+  warnings.push_back(
+      fmt::format("{}: it is smaller than a cell, and what touches it are particles, between which it may "
+                  "pass; give smaller cells",
+                  name));
+}
+
+void add_obstacles(const Scene& scene, const SceneBody& one, std::vector<std::string>& warnings) {
+  for (std::size_t i = 0; i < scene.environment.obstacles.size(); ++i) {
+    const ObstacleSurface surface(scene.environment.obstacles[i]);
+    const std::string name = fmt::format("obstacle.{}", i);
+    add_start_inside(scene, one, surface, name, warnings);
+    add_small_obstacle(one, surface, name, warnings);
+  }
 }
 
 /// Calls visit(x) for the corners of cells in both boxes, some of them more than once.
@@ -257,7 +306,7 @@ void add_loads_on_held(const Scene& scene, const BodyConfig& body, std::vector<s
 void add_endless_fall(const Scene& scene, std::vector<std::string>& warnings) {
   const auto& [gravity, holds, planes] =
       std::tie(scene.environment.gravity, scene.environment.holds, scene.environment.planes);
-  if (gravity.isZero(0) || !holds.empty() || planes.empty()) return;
+  if (gravity.isZero(0) || !holds.empty() || planes.empty() || !scene.environment.obstacles.empty()) return;
   if (std::none_of(planes.begin(), planes.end(),
                    [&](const Plane& plane) { return plane.normal.dot(gravity) < -1e-9 * gravity.norm(); }))
     warnings.emplace_back(
@@ -306,7 +355,11 @@ void add_without_effect(const Scene& scene, std::vector<std::string>& warnings) 
     if (strikes[i].at > scene.solve.duration)
       warnings.push_back(fmt::format("strike.{}.at = {:.6g} s is after the end: solve.duration = {:.6g} s", i,
                                      strikes[i].at, scene.solve.duration));
-  for (std::size_t i = 0; i < planes.size(); ++i) add_restitution(scene, i, warnings);
+  for (std::size_t i = 0; i < planes.size(); ++i)
+    add_restitution(scene, planes[i], fmt::format("plane.{}", i), warnings);
+  const std::vector<Obstacle>& obstacles = scene.environment.obstacles;
+  for (std::size_t i = 0; i < obstacles.size(); ++i)
+    add_restitution(scene, obstacles[i], fmt::format("obstacle.{}", i), warnings);
   add_endless_fall(scene, warnings);
 }
 
@@ -340,9 +393,10 @@ void add_springs(const SceneBody& scene, std::vector<std::string>& warnings) {
 std::vector<std::string> warnings_of_body(const Scene& scene, const SceneBody& one) {
   std::vector<std::string> warnings;
   const std::size_t planes = scene.environment.planes.size();
-  add_meshes(one, planes > 0, warnings);
+  add_meshes(one, planes > 0 || !scene.environment.obstacles.empty(), warnings);
   add_other_units(one, warnings);
   for (std::size_t p = 0; p < planes; ++p) add_start_behind(scene, one, p, warnings);
+  add_obstacles(scene, one, warnings);
   add_contradictions(scene, one.body, warnings);
   add_loads_on_held(scene, one.body, warnings);
   if (has_springs(one.model)) add_springs(one, warnings);

@@ -104,6 +104,12 @@ Json to_json(const Hold& hold) {
   return json;
 }
 
+Json to_json(const Obstacle& obstacle) {
+  Json json = written(obstacle_keys(), obstacle);
+  if (obstacle.turn) json["turn"] = written(turn_keys(), *obstacle.turn);
+  return json;
+}
+
 Json to_json(const std::vector<Expectation>& expectations) {
   Json json = Json::object();
   for (const Expectation& e : expectations) {
@@ -179,6 +185,8 @@ Json file_of(const Scene& scene, const std::filesystem::path& folder) {
         .lexically_proximate(std::filesystem::absolute(folder))
         .generic_string();
   };
+  for (Json& obstacle : json["obstacle"])
+    if (obstacle.contains("mesh")) obstacle["mesh"] = from_folder(obstacle["mesh"]);
   if (scene.others.empty()) {
     make_file_of(scene, from_folder, json["body"], json["material"], json["damping"], json["part"]);
     return json;
@@ -216,8 +224,9 @@ void add_table(std::string& text, const std::string& heading, const Json& table)
 
 Json to_json(const Scene& scene) {
   const Environment& environment = scene.environment;
-  Json holds = Json::array();
+  Json holds = Json::array(), obstacles = Json::array();
   for (const Hold& hold : environment.holds) holds.push_back(to_json(hold));
+  for (const Obstacle& obstacle : environment.obstacles) obstacles.push_back(to_json(obstacle));
   Json json{{"name", scene.name}};
   if (scene.others.empty()) {
     json["body"] = body_to_json(scene);
@@ -237,6 +246,7 @@ Json to_json(const Scene& scene) {
   json["load"] = array_of(load_keys(), environment.loads);
   json["strike"] = array_of(strike_keys(), environment.strikes);
   json["plane"] = array_of(plane_keys(), environment.planes);
+  json["obstacle"] = obstacles;
   if (scene.others.empty()) json["start"] = written(start_keys(), static_cast<const SceneBody&>(scene));
   json["solve"] = written(solve_keys(), scene.solve);
   json["expect"] = to_json(scene.expectations);

@@ -6,7 +6,8 @@ namespace {
 
 std::unique_ptr<SurfaceContact> surface_contact_of(const Environment& environment, const Body& body,
                                                    const HeldSites& held, const PlaneContact& planes) {
-  if (!environment.contact_surface || environment.planes.empty()) return nullptr;
+  if (!environment.contact_surface || (environment.planes.empty() && environment.obstacles.empty()))
+    return nullptr;
   return std::make_unique<SurfaceContact>(*environment.contact_surface, body, held, planes);
 }
 
@@ -47,7 +48,7 @@ void BodySystem<Real>::add_gravity(Field<Real>& f) const {
 template <class Real>
 void BodySystem<Real>::acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   System<Real>::acceleration(t, x, v, a);
-  stop_sticking(x, v, a);
+  stop_sticking(t, x, v, a);
   clear_prescribed(a);
 }
 
@@ -59,22 +60,28 @@ double BodySystem<Real>::outer_potential(double t, const Field<Real>& x) const {
     for (const std::ptrdiff_t site : body_.sites()) {
       const Vec3 at = x.at(site);
       double over_mass = -environment_.gravity.dot(at);
-      if (!surface_contact_) contact_.add_potential(at, over_mass);
+      if (!surface_contact_) contact_.add_potential(at, t, over_mass);
       sum += body_.mass(site) * over_mass;
     }
   });
-  if (surface_contact_) sum += surface_contact_->potential(x);
+  if (surface_contact_) sum += surface_contact_->potential(t, x);
   return sum;
 }
 
 template <class Real>
-void BodySystem<Real>::add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const {
+void BodySystem<Real>::add_penalty_forces(const State<Real>& state, std::vector<Wrench>& forces) const {
   if (!contact_.has_penalties()) return;
-  if (surface_contact_) return surface_contact_->add_penalty_forces(state, forces);
+  if (surface_contact_)
+    return surface_contact_->for_each_penalty_force(
+        state,
+        [&](std::size_t p, const Vec3& at, const Vec3& force) { mss::add_force(at, force, forces[p]); });
   for (std::size_t p = 0; p < contact_.penalties(); ++p)
     body_.ranks().add_in_order(forces[p], [&] {
       for (const std::ptrdiff_t site : body_.sites())
-        forces[p] += body_.mass(site) * contact_.acceleration(p, {state.x.at(site), state.v.at(site)});
+        mss::add_force(
+            state.x.at(site),
+            body_.mass(site) * contact_.acceleration(p, {state.x.at(site), state.v.at(site)}, state.t),
+            forces[p]);
     });
 }
 
@@ -89,28 +96,30 @@ void BodySystem<Real>::wake_all() {
 }
 
 template <class Real>
-void BodySystem<Real>::add_penalty_force(const Field<Real>& x, const Field<Real>& v, Field<Real>& f) {
+void BodySystem<Real>::add_penalty_force(double t, const Field<Real>& x, const Field<Real>& v,
+                                         Field<Real>& f) {
   if (!contact_.has_penalties()) return;
-  if (surface_contact_) return surface_contact_->add_force(x, v, f);
+  if (surface_contact_) return surface_contact_->add_force(t, x, v, f);
   for_each_particle(*this, [&](std::ptrdiff_t site) {
-    f.set(site, f.at(site) + body_.mass(site) * contact_.acceleration({x.at(site), v.at(site)}));
+    f.set(site, f.at(site) + body_.mass(site) * contact_.acceleration({x.at(site), v.at(site)}, t));
   });
 }
 
 template <class Real>
-void BodySystem<Real>::add_penalty_acceleration(const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
+void BodySystem<Real>::add_penalty_acceleration(double t, const Field<Real>& x, const Field<Real>& v,
+                                                Field<Real>& a) {
   if (!contact_.has_penalties()) return;
-  if (surface_contact_) return surface_contact_->add_acceleration(x, v, a);
+  if (surface_contact_) return surface_contact_->add_acceleration(t, x, v, a);
   events_.for_each_awake([&](std::ptrdiff_t site) {
-    a.set(site, a.at(site) + contact_.acceleration({x.at(site), v.at(site)}));
+    a.set(site, a.at(site) + contact_.acceleration({x.at(site), v.at(site)}, t));
   });
 }
 
 template <class Real>
-void BodySystem<Real>::stop_sticking(const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
+void BodySystem<Real>::stop_sticking(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a) {
   if (!contact_.has_collisions() || surface_contact_) return;
   events_.for_each_awake([&](std::ptrdiff_t site) {
-    mss::stop_sticking({contact_, held_, impulses_.get()}, site, body_.mass(site), site, x, v, a);
+    mss::stop_sticking({contact_, held_, impulses_.get()}, site, body_.mass(site), t, site, x, v, a);
   });
 }
 

@@ -41,7 +41,7 @@ class BodySystem : public SolidSystem<Real> {
   SpectralBound spectral_bound() const override { return contact_.with_penalties(bound_); }
 
   double outer_potential(double t, const Field<Real>& x) const override;
-  void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const override;
+  void add_penalty_forces(const State<Real>& state, std::vector<Wrench>& forces) const override;
   int threads() const override { return team_.size(); }
 
   std::ptrdiff_t size() const override { return body_.lattice().size; }
@@ -70,12 +70,12 @@ class BodySystem : public SolidSystem<Real> {
   void add_gravity(Field<Real>& f) const;
 
   /// Both add nothing and cost nothing without penalty planes.
-  void add_penalty_force(const Field<Real>& x, const Field<Real>& v, Field<Real>& f);
-  void add_penalty_acceleration(const Field<Real>& x, const Field<Real>& v, Field<Real>& a);
+  void add_penalty_force(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& f);
+  void add_penalty_acceleration(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a);
   /// Zeroes accelerations of what sticks to planes of the law `impulse`. Otherwise, in methods that evaluate
   /// forces within a step, the body would sink for half of it, and its neighbours would never come to rest.
   /// Where planes touch a surface it does nothing: no particle sticks.
-  void stop_sticking(const Field<Real>& x, const Field<Real>& v, Field<Real>& a);
+  void stop_sticking(double t, const Field<Real>& x, const Field<Real>& v, Field<Real>& a);
 
  private:
   const Body& body_;

@@ -41,15 +41,15 @@ class BodyTangents : public Tangents<Real> {
   /// Built at the first use: it is large, and only matrices that are stored need it.
   BlockMatrix& blocks();
   /// All of them in the matrix; their products with p, added to out; their blocks on the diagonal.
-  void add_penalties(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
+  void add_penalties(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                      BlockMatrix& matrix);
-  void add_penalties(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
+  void add_penalties(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                      const Field<Real>& p, Field<Real>& out);
-  void add_penalties(const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
+  void add_penalties(double t, const Field<Real>& x, const Field<Real>& v, const TangentCoefficients& sum,
                      std::vector<Eigen::Matrix3d>& diagonal);
-  Eigen::Matrix3d penalty_at(std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v,
+  Eigen::Matrix3d penalty_at(double t, std::ptrdiff_t site, const Field<Real>& x, const Field<Real>& v,
                              const TangentCoefficients& sum) const {
-    return system_.contact().tangent({x.at(site), v.at(site)}, sum, body().mass(site));
+    return system_.contact().tangent({x.at(site), v.at(site)}, t, sum, body().mass(site));
   }
 
   BodySystem<Real>& system_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -21,6 +22,13 @@ struct StoredEnergy {
   double volume = 0;    ///< eq. 3-1 summed over cells
   double relaxing = 0;  ///< of Maxwell branches, which their dampers dissipate
 };
+
+/// Forces of something on a solid: their sum [N], then that of their moments about the origin [N m].
+using Wrench = Eigen::Matrix<double, 6, 1>;
+inline void add_force(const Vec3& at, const Vec3& force, Wrench& sum) {
+  sum.head<3>() += force;
+  sum.tail<3>() += at.cross(force);
+}
 
 /// A deformable solid in its environment: what a simulation measures, writes and draws. BodySystem is one of
 /// cells of one size, RefinedSystem one of several.
@@ -57,8 +65,9 @@ class SolidSystem : public System<Real> {
   /// Potential of gravity, from z = 0, of loads and of penalty planes at time t and positions x [J].
   virtual double outer_potential(double t, const Field<Real>& x) const = 0;
 
-  /// Adds the forces of penalty planes, by such plane in the environment's order [N]. All ranks must call it.
-  virtual void add_penalty_forces(const State<Real>& state, std::vector<Vec3>& forces) const = 0;
+  /// Adds the forces of penalty planes, then of such obstacles, in the environment's order. All ranks must
+  /// call it.
+  virtual void add_penalty_forces(const State<Real>& state, std::vector<Wrench>& forces) const = 0;
 
   /// Bounds on the spectrum of the solid where it may touch planes.
   virtual SpectralBound spectral_bound() const = 0;

@@ -128,7 +128,7 @@ void SpringSystem<Real>::force(double t, const Field<Real>& x, const Field<Real>
   pipeline_->run({.finish = Pass::force, .t = t, .dt = 0, .x = &x, .v = &v, .out = &f}, 1);
   if (branches_) branches_->add_force(t, x, f);
   this->add_gravity(f);
-  this->add_penalty_force(x, v, f);
+  this->add_penalty_force(t, x, v, f);
 }
 
 template <class Real>
@@ -136,8 +136,8 @@ void SpringSystem<Real>::acceleration(double t, const Field<Real>& x, const Fiel
   pipeline_->run({.finish = Pass::acceleration, .t = t, .dt = 0, .x = &x, .v = &v, .out = &a}, 1);
   stop_sleeping(a);
   if (branches_) branches_->add_acceleration(t, x, a);
-  this->add_penalty_acceleration(x, v, a);
-  this->stop_sticking(x, v, a);
+  this->add_penalty_acceleration(t, x, v, a);
+  this->stop_sticking(t, x, v, a);
   this->held().clear(a);
 }
 

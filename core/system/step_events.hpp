@@ -44,9 +44,9 @@ class StepEvents {
   /// True if steps would change nothing but the time.
   virtual bool all_asleep() const = 0;
 
-  /// Functions of the positions that become negative where the force is not smooth [m]; none if it is smooth
-  /// everywhere. Methods that choose their steps should end one at such a root.
-  virtual std::vector<double> event_functions(const Field<Real>& x) const = 0;
+  /// Functions of time and positions that become negative where the force is not smooth [m]; none if it is
+  /// smooth everywhere. Methods that choose their steps should end one at such a root.
+  virtual std::vector<double> event_functions(double t, const Field<Real>& x) const = 0;
 };
 
 }  // namespace mss

@@ -52,6 +52,10 @@ void SceneFamily::add_contacts(const std::filesystem::path& file, const std::vec
   for (std::size_t p = 0; p < planes.size(); ++p)
     if (planes[p].contact != ContactLaw::impulse)
       choice.settings.push_back(fmt::format("plane.{}.contact=impulse", p));
+  const std::vector<Obstacle> obstacles = given().environment.obstacles;
+  for (std::size_t o = 0; o < obstacles.size(); ++o)
+    if (obstacles[o].contact != ContactLaw::impulse)
+      choice.settings.push_back(fmt::format("obstacle.{}.contact=impulse", o));
   const bool on_surface = given().environment.contact_surface != nullptr;
   const auto add = [&] {
     std::vector<std::string> all = overrides;
@@ -60,7 +64,7 @@ void SceneFamily::add_contacts(const std::filesystem::path& file, const std::vec
     contacts_.push_back(choice);
   };
   if (!choice.settings.empty()) add();
-  if (planes.empty() || !on_surface) return;
+  if ((planes.empty() && obstacles.empty()) || !on_surface) return;
   choice.name = "impulse on particles";
   choice.settings.emplace_back("body.contact_on=particles");
   add();

@@ -111,10 +111,10 @@ Status find_state(const ModesChoice& choice, const Scene& scene, SolidSystem<dou
                   State<double>& state) {
   state = system.undeformed_state();
   if (choice.about == "rest") return Status::ok;
-  if (!scene.environment.planes.empty())
+  if (!scene.environment.planes.empty() || !scene.environment.obstacles.empty())
     throw InputError(
-        fmt::format("{}: --about equilibrium is of bodies that touch nothing, and the scene has planes; "
-                    "leave out one of them",
+        fmt::format("{}: --about equilibrium is of bodies that touch nothing, and the scene has planes or "
+                    "obstacles; leave out one of them",
                     scene.file.string()));
   Work work;
   return find_integrator("static")

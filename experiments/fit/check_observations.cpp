@@ -29,6 +29,9 @@ std::vector<std::string> columns_of(const Scene& scene) {
   };
   add("hold", scene.environment.holds.size());
   add("plane", scene.environment.planes.size());
+  for (std::size_t i = 0; i < scene.environment.obstacles.size(); ++i)
+    for (const char* what : {"", "_torque"})
+      for (const char axis : {'x', 'y', 'z'}) names.push_back(fmt::format("obstacle_{}{}_{}", i, what, axis));
   return names;
 }
 

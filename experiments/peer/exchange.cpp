@@ -34,6 +34,7 @@ void check_exchangeable(const Scene& scene) {
   if (!scene.body.is_solid()) refuse(fmt::format("its body is {}, without cells", scene.body.noun()));
   if (scene.body.relaxation.acts()) refuse("material.relaxation is given");
   if (scene.environment.contact_surface) refuse("planes touch the vertices of its mesh (contact_on)");
+  if (!scene.environment.obstacles.empty()) refuse("it has an [[obstacle]]");
   if (!scene.environment.strikes.empty()) refuse("it has a [[strike]]");
   for (std::size_t h = 0; h < scene.environment.holds.size(); ++h) {
     const Hold& hold = scene.environment.holds[h];

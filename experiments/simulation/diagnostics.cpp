@@ -61,19 +61,24 @@ std::string on_gain(const Scene& scene, const EnergyGain& gain) {
 }
 
 std::string on_penetration(const Scene& scene, const Penetration& found) {
-  const Plane& plane = scene.environment.planes[found.plane];
+  const auto& [planes, obstacles] = std::tie(scene.environment.planes, scene.environment.obstacles);
+  const bool is_plane = found.plane < planes.size();
+  const ContactLaw law =
+      is_plane ? planes[found.plane].contact : obstacles[found.plane - planes.size()].contact;
+  const std::string where = is_plane ? fmt::format("behind plane.{}", found.plane)
+                                     : fmt::format("inside obstacle.{}", found.plane - planes.size());
   const std::string depth = fmt::format("{:.3g} m, {:.3g} percent of a cell,", found.depth,
                                         100 * found.depth / scene.body.cell_size);
   const char* remedy =
-      plane.contact == ContactLaw::impulse ? "a shorter solve.dt may help"
-      : plane.contact == ContactLaw::thesis
+      law == ContactLaw::impulse ? "a shorter solve.dt may help"
+      : law == ContactLaw::thesis
           ? "that law leaves there what has passed; give contact = \"impulse\""
           : "its forces are too weak for this fall; give contact = \"impulse\", or smaller cells";
   if (found.ends_whole)
-    return fmt::format("the whole body ends behind plane.{}, up to {} deep; unless it began there, {}",
-                       found.plane, depth, remedy);
-  return fmt::format("{} are up to {} behind plane.{} at t = {:.4g} s; {}",
-                     found.of_vertices ? "vertices of the surface" : "particles", depth, found.plane, found.t,
+    return fmt::format("the whole body ends {}, up to {} deep; unless it began there, {}", where, depth,
+                       remedy);
+  return fmt::format("{} are up to {} {} at t = {:.4g} s; {}",
+                     found.of_vertices ? "vertices of the surface" : "particles", depth, where, found.t,
                      remedy);
 }
 
@@ -122,18 +127,21 @@ void add_step(const Scene& scene, double dt, std::vector<std::string>& diagnosti
                     dt, dt / period, period, method.name, period / follows));
 }
 
-/// Of planes whose restitution was chosen and does nothing.
+/// Of planes and obstacles whose restitution was chosen and does nothing.
 void add_lost_restitution(const Scene& scene, const SimulationResult& result,
                           std::vector<std::string>& diagnostics) {
   if (!result.rebounding_step) return;
-  const std::vector<Plane>& planes = scene.environment.planes;
-  for (std::size_t p = 0; p < planes.size(); ++p)
-    if (planes[p].contact == ContactLaw::impulse && planes[p].restitution != Plane{}.restitution &&
-        planes[p].restitution > 0)
-      diagnostics.push_back(fmt::format(
-          "plane.{}.restitution = {} has no effect: a step of {:.4g} s does not resolve the body's fastest "
-          "motion, for which it had to be below about {:.2g} s; the body bounces by its springs alone",
-          p, planes[p].restitution, result.dt, *result.rebounding_step));
+  const auto add = [&](const char* table, const auto& all) {
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (all[i].contact == ContactLaw::impulse && all[i].restitution != Plane{}.restitution &&
+          all[i].restitution > 0)
+        diagnostics.push_back(fmt::format(
+            "{}.{}.restitution = {} has no effect: a step of {:.4g} s does not resolve the body's fastest "
+            "motion, for which it had to be below about {:.2g} s; the body bounces by its springs alone",
+            table, i, all[i].restitution, result.dt, *result.rebounding_step));
+  };
+  add("plane", scene.environment.planes);
+  add("obstacle", scene.environment.obstacles);
 }
 
 /// Of contact between or within bodies.
@@ -170,11 +178,13 @@ void add_watched(const Scene& scene, const SimulationResult& result, std::vector
 
 /// Of a static scene that found no rest.
 std::string on_holds(const Scene& scene, const SimulationResult& result) {
-  if (scene.environment.holds.empty() && !scene.environment.planes.empty())
-    return "nothing holds the body but planes, along which it may slide or turn freely; add a [[hold]]";
+  const bool touches = !scene.environment.planes.empty() || !scene.environment.obstacles.empty();
+  if (scene.environment.holds.empty() && touches)
+    return "nothing holds the body but planes and obstacles, along which it may slide or turn freely; add a "
+           "[[hold]]";
   if (scene.environment.holds.empty())
     return "nothing holds the body in place; where a scene has no [[hold]], few are at rest";
-  if (!scene.environment.planes.empty()) return {};  // which may hold what the holds leave free
+  if (touches) return {};  // which may hold what the holds leave free
   if (!scene.others.empty()) return {};
   const Eigen::Index motions = free_motions(scene, result.particles);
   if (motions == 0) return {};
@@ -226,7 +236,9 @@ std::vector<std::string> diagnostics_of(const Scene& scene, const SimulationResu
     diagnostics.push_back(
         fmt::format("a step's equations were not solved{}; give a shorter solve.dt, or another "
                     "solve.nonlinear_solver or solve.linear_solver",
-                    scene.environment.planes.empty() ? "" : ", contact with planes among them"));
+                    scene.environment.planes.empty() && scene.environment.obstacles.empty()
+                        ? ""
+                        : ", contact with planes and obstacles among them"));
   if (result.status == Status::ok && !result.series.empty() && result.series.back().min_jacobian <= 0)
     diagnostics.push_back(fmt::format(
         "the body ends folded: the smallest signed volume at a cell's corner is {:.3g} of the one "

@@ -25,7 +25,9 @@ void add_body(const BodyConfig& body, Digest& digest) {
 std::string digest_of(const std::vector<Level>& levels, const Scene& scene) {
   Digest digest;
   for (const Level& level : levels) add_body(level.body.config(), digest);
-  if (const auto& surface = scene.environment.contact_surface) {
+  for (const SceneBody* one : bodies_of(scene)) {
+    const auto& surface = one->contact_surface;
+    if (!surface) continue;
     for (const Vec3& vertex : surface->vertices)
       for (const double coordinate : {vertex[0], vertex[1], vertex[2]}) digest.add(coordinate);
     for (const auto& triangle : surface->triangles)

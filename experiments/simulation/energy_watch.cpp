@@ -29,11 +29,14 @@ EnergyWatch<Real>::EnergyWatch(const Scene& scene)
       watches_(method_.stepping != Stepping::equilibrium && method_.has_modulus &&
                scene.model != mollemans_model) {}
 
-/// Whether holds that move or loads that change work on the body at a time, or later.
+/// Whether holds or obstacles that move or loads that change work on the body at a time, or later.
 template <class Real>
 bool EnergyWatch<Real>::is_driven(double t) const {
   const auto& [holds, loads] = std::tie(scene_.environment.holds, scene_.environment.loads);
-  return std::any_of(holds.begin(), holds.end(), [&](const Hold& hold) { return hold.moves(t); }) ||
+  const std::vector<Obstacle>& obstacles = scene_.environment.obstacles;
+  return std::any_of(obstacles.begin(), obstacles.end(),
+                     [&](const Obstacle& obstacle) { return obstacle.moves(t); }) ||
+         std::any_of(holds.begin(), holds.end(), [&](const Hold& hold) { return hold.moves(t); }) ||
          std::any_of(loads.begin(), loads.end(), [&](const Load& load) { return load.history.changes(t); });
 }
 

@@ -18,9 +18,9 @@ struct EnergyGain {
 };
 
 /// Watches the energy balance of a run at its rows. Gravity, loads and penalty planes are in the potential,
-/// strikes are counted, everything else can only take energy. What moving holds do is not known at rows: the
-/// balance begins where none moves, and where all of the body is in front of planes, which lift what begins
-/// behind. Not watched: searches for equilibria, models without an energy
+/// strikes are counted, everything else can only take energy. What moving holds and obstacles do is not known
+/// at rows: the balance begins where none moves, and where all of the body is in front of planes, which lift
+/// what begins behind. Not watched: searches for equilibria, models without an energy
 /// (`mollemans`), methods whose motion is that of no material (shape_matching).
 template <class Real>
 class EnergyWatch {

@@ -249,7 +249,7 @@ std::vector<std::string> doubts_about(const Scene& scene, const SceneEnd& end) {
 }
 
 bool follows_from_state(const Scene& scene, const std::string& quantity) {
-  for (const char* of_the_past : {"hold_", "plane_", "body_", "contact_"})
+  for (const char* of_the_past : {"hold_", "plane_", "obstacle_", "body_", "contact_"})
     if (quantity.starts_with(of_the_past)) return false;
   static const std::set<std::string> of_the_past{"total", energy_drift, "relaxing_energy", "relaxed_energy"};
   return !scene.body.relaxation.acts() || !of_the_past.contains(quantity);

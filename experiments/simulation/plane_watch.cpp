@@ -9,18 +9,18 @@ namespace mss {
 
 namespace {
 
-double tolerated_depth(const Plane& plane, const BodyConfig& body, double penalties) {
+double tolerated_depth(ContactLaw law, const BodyConfig& body, double penalties) {
   constexpr double rounding = 1e-9;
-  if (plane.contact == ContactLaw::penalty) return penalties * body.cell_size;
+  if (law == ContactLaw::penalty) return penalties * body.cell_size;
   const VoxelGrid& voxels = body.voxels;
   return rounding * body.cell_size * Vec3(voxels.nx(), voxels.ny(), voxels.nz()).norm();
 }
 
-/// Whether a particle is held against a push of the plane.
-bool is_held(const HeldSites& held, std::ptrdiff_t site, const Plane& plane) {
+/// Whether a particle is held against a push of a plane with that normal.
+bool is_held(const HeldSites& held, std::ptrdiff_t site, const Vec3& normal) {
   if (held.empty()) return false;
   for (int axis = 0; axis < 3; ++axis)
-    if (plane.normal[axis] != 0 && held.holds(site, axis)) return true;
+    if (normal[axis] != 0 && held.holds(site, axis)) return true;
   return false;
 }
 
@@ -28,8 +28,11 @@ bool is_held(const HeldSites& held, std::ptrdiff_t site, const Plane& plane) {
 
 template <class Real>
 PlaneWatch<Real>::PlaneWatch(const Scene& scene, const SolidSystem<Real>& system)
-    : planes_(scene.environment.planes), system_(system), watched_(planes_.size()) {
-  if (planes_.empty()) return;
+    : planes_(scene.environment.planes),
+      obstacles_(scene.environment.obstacles.begin(), scene.environment.obstacles.end()),
+      system_(system),
+      watched_(planes_.size() + obstacles_.size()) {
+  if (watched_.empty()) return;
   const std::vector<const SceneBody*> bodies = bodies_of(scene);
   std::vector<std::ptrdiff_t> particles = system.particles();
   for (std::size_t b = 0; b < bodies.size(); ++b) {
@@ -42,10 +45,15 @@ PlaneWatch<Real>::PlaneWatch(const Scene& scene, const SolidSystem<Real>& system
     std::erase_if(particles, [&](std::ptrdiff_t site) { return site >= from && site < from + size; });
   }
   const HeldSites held(system.levels(), scene.environment.holds);
-  for (std::size_t p = 0; p < planes_.size(); ++p) {
-    watched_[p].tolerated = tolerated_depth(planes_[p], scene.body, tolerated_by_penalties);
+  constexpr double of_mesh = 0.01;
+  for (std::size_t p = 0; p < watched_.size(); ++p) {
+    const bool is_plane = p < planes_.size();
+    watched_[p].tolerated = tolerated_depth(law(p), scene.body, tolerated_by_penalties);
+    if (!is_plane && obstacles_[p - planes_.size()].obstacle().shape == ObstacleShape::mesh)
+      watched_[p].tolerated = std::max(watched_[p].tolerated, of_mesh * scene.body.cell_size);
+    const Vec3 normal = is_plane ? planes_[p].normal : Vec3(Vec3::Ones());  // an obstacle pushes anywhere
     for (const std::ptrdiff_t site : particles)
-      if (!is_held(held, site, planes_[p])) watched_[p].sites.push_back(site);
+      if (!is_held(held, site, normal)) watched_[p].sites.push_back(site);
   }
 }
 
@@ -56,7 +64,7 @@ typename PlaneWatch<Real>::Depths PlaneWatch<Real>::depths(std::size_t plane,
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Depths depths{-infinity, infinity, 0};
   const auto take = [&](const Vec3& x) {
-    const double depth = -planes_[plane].gap(x);
+    const double depth = -gap(plane, x, state.t);
     depths.smallest = std::min(depths.smallest, depth);
     depths.rounding = std::max(depths.rounding, rounding * x.norm());
     depths.largest = std::max(depths.largest, depth);
@@ -70,7 +78,7 @@ typename PlaneWatch<Real>::Depths PlaneWatch<Real>::depths(std::size_t plane,
 
 template <class Real>
 void PlaneWatch<Real>::add(const State<Real>& state) {
-  for (std::size_t p = 0; p < planes_.size(); ++p) {
+  for (std::size_t p = 0; p < watched_.size(); ++p) {
     Watched& watched = watched_[p];
     const auto [largest, smallest, rounding] = depths(p, state);
     const bool is_behind = largest > watched.tolerated + rounding;
@@ -85,8 +93,8 @@ void PlaneWatch<Real>::add(const State<Real>& state) {
 
 template <class Real>
 bool PlaneWatch<Real>::lifts() const {
-  for (std::size_t p = 0; p < planes_.size(); ++p)
-    if (planes_[p].contact == ContactLaw::impulse && !watched_[p].was_clear) return true;
+  for (std::size_t p = 0; p < watched_.size(); ++p)
+    if (law(p) == ContactLaw::impulse && !watched_[p].was_clear) return true;
   return false;
 }
 

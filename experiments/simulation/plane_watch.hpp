@@ -4,15 +4,16 @@
 #include <vector>
 
 #include "core/base/record.hpp"
+#include "core/environment/obstacle.hpp"
 #include "core/mesh/embedded_surface.hpp"
 #include "core/scene/scene.hpp"
 #include "core/springs/solid_system.hpp"
 
 namespace mss {
 
-/// Where a run had something behind a plane that should not be there.
+/// Where a run had something behind a plane, or in an obstacle, that should not be there.
 struct Penetration {
-  std::size_t plane = 0;
+  std::size_t plane = 0;     ///< in the environment's order; obstacles follow planes
   double t = 0;              ///< of the row where it was deepest [s]
   double depth = 0;          ///< [m]
   bool ends_whole = false;   ///< the whole body is behind the plane at the end
@@ -20,9 +21,10 @@ struct Penetration {
 };
 
 /// Watches at the rows of a run how deep the particles, or where planes touch a surface its vertices, are
-/// behind planes. Rounding is allowed, and of penalty planes, which push what is behind them, a share of a
-/// cell. Not counted: particles that are held against the plane, and what has been behind it from the start,
-/// unless it is still there at the end.
+/// behind planes or in obstacles. Rounding is allowed, and of penalty planes, which push what is behind them,
+/// a share of a cell. Not counted: particles that are held against the plane, and what has been behind it
+/// from the start, unless it is still there at the end. A mesh may be a hundredth of a cell deep, where its
+/// edges turn in.
 template <class Real>
 class PlaneWatch {
  public:
@@ -57,8 +59,16 @@ class PlaneWatch {
     bool ends_whole = false;
   };
   Depths depths(std::size_t plane, const State<Real>& state) const;
+  ContactLaw law(std::size_t plane) const {
+    return plane < planes_.size() ? planes_[plane].contact
+                                  : obstacles_[plane - planes_.size()].obstacle().contact;
+  }
+  double gap(std::size_t plane, const Vec3& x, double t) const {
+    return plane < planes_.size() ? planes_[plane].gap(x) : obstacles_[plane - planes_.size()].gap(x, t);
+  }
 
   const std::vector<Plane>& planes_;
+  std::vector<ObstacleSurface> obstacles_;
   const SolidSystem<Real>& system_;
   /// A mesh that planes touch, and the part of the fields that carries it.
   struct Touched {
@@ -66,7 +76,7 @@ class PlaneWatch {
     std::ptrdiff_t first, size;
   };
   std::vector<Touched> surfaces_;
-  std::vector<Watched> watched_;  ///< by plane
+  std::vector<Watched> watched_;  ///< by plane, then by obstacle
 };
 
 }  // namespace mss

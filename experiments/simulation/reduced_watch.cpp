@@ -65,7 +65,8 @@ void ReducedWatch<Real>::add(const Measures& row, const Reactions& reactions) {
     most_energy_ = std::max(most_energy_, energy);
     most_excess_ = std::max(most_excess_, lattice.elastic + lattice.volume - energy);
     if (most_energy_ > 0) fit_.excess = most_excess_ / most_energy_;
-    for (const Vec3& force : reactions.planes) fit_.touched = fit_.touched || !force.isZero(0);
+    for (const std::vector<Vec3>& forces : {reactions.planes, reactions.obstacles})
+      for (const Vec3& force : forces) fit_.touched = fit_.touched || !force.isZero(0);
     fit_.lost = system_->lost();
     if (system_->environment().holds.empty()) return;
     fit_.deflection = std::max(fit_.deflection, displacement() / longest_side(system_->body()));

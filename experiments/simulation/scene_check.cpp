@@ -63,14 +63,16 @@ void check_springs(const Scene& scene, const IntegratorInfo& method) {
 
 /// Collisions at the end of steps need a method of fixed step.
 void check_contact(const Scene& scene, const IntegratorInfo& method) {
-  const std::vector<Plane>& planes = scene.environment.planes;
-  const auto discrete = std::find_if(planes.begin(), planes.end(),
-                                     [](const Plane& plane) { return plane.contact != ContactLaw::penalty; });
-  if (discrete == planes.end() || method.collisions != Collisions::never) return;
-  throw InputError(
-      fmt::format("contact = \"{}\" acts in fixed steps, and {} has none; give contact = "
-                  "\"penalty\", or another solve.integrator",
-                  to_string(discrete->contact), method.name));
+  if (method.collisions != Collisions::never) return;
+  const auto check = [&](ContactLaw law) {
+    if (law != ContactLaw::penalty)
+      throw InputError(
+          fmt::format("contact = \"{}\" acts in fixed steps, and {} has none; give contact = "
+                      "\"penalty\", or another solve.integrator",
+                      to_string(law), method.name));
+  };
+  for (const Plane& plane : scene.environment.planes) check(plane.contact);
+  for (const Obstacle& obstacle : scene.environment.obstacles) check(obstacle.contact);
 }
 
 /// Local steps take the place of a step's only force.

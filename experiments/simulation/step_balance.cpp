@@ -12,7 +12,8 @@ namespace {
 double margin_of(const Scene& scene, double dt) {
   constexpr double rounding = 1e-6, cells = 2;
   const double h = scene.body.cell_size;
-  if (scene.environment.contact_surface) return cells * h;
+  for (const SceneBody* one : bodies_of(scene))
+    if (one->contact_surface) return cells * h;
   return rounding * h + scene.environment.gravity.norm() * dt * dt;
 }
 
@@ -29,6 +30,7 @@ StepBalance::StepBalance(const Scene& scene, SolidSystem<double>& system, double
       system_(system),
       dt_(dt),
       margin_(margin_of(scene, dt)),
+      obstacles_(scene.environment.obstacles.begin(), scene.environment.obstacles.end()),
       free_axes_(system.size()),
       force_(system.size()) {
   const Box box = box_at_rest(scene);
@@ -63,11 +65,18 @@ double StepBalance::squared_norm(const Moments& moments) const {
 }
 
 /// Also what has been stopped in the step, or has left.
-bool StepBalance::is_touched(const Vec3& x, const Vec3& next, const Vec3& v) const {
+bool StepBalance::is_touched(const Vec3& x, const Vec3& next, const Vec3& v, double t) const {
   const std::vector<Plane>& planes = scene_.environment.planes;
-  return std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) {
-    return std::min({plane.gap(x), plane.gap(next), plane.gap(x + dt_ * v)}) <= margin_;
-  });
+  return std::any_of(planes.begin(), planes.end(),
+                     [&](const Plane& plane) {
+                       return std::min({plane.gap(x), plane.gap(next), plane.gap(x + dt_ * v)}) <= margin_;
+                     }) ||
+         std::any_of(obstacles_.begin(), obstacles_.end(), [&](const ObstacleSurface& surface) {
+           // A bound may be a plane that touches a round obstacle beside the particle.
+           const double beside = (next - x - dt_ * v).norm();
+           return std::min({surface.gap(x, t - dt_), surface.gap(next, t), surface.gap(x + dt_ * v, t)}) <=
+                  margin_ + beside;
+         });
 }
 
 /// The velocities are the step's own, (x' - x) / dt: what planes have stopped has lost its own afterwards.
@@ -80,7 +89,7 @@ void StepBalance::add(const State<double>& before, const State<double>& after) {
     const Vec3 x = before.x.at(site), v = before.v.at(site);
     const Vec3 pull = system_.mass(site) * (velocity_.at(site) - v) / dt_;
     const Vec3 residual = pull - force_.at(site);
-    const Vec3 free = is_touched(x, after.x.at(site), v) ? Vec3(Vec3::Zero()) : free_axes_.at(site);
+    const Vec3 free = is_touched(x, after.x.at(site), v, after.t) ? Vec3(Vec3::Zero()) : free_axes_.at(site);
     const Values phi = values(site);
     residuals += phi * free.cwiseProduct(residual).transpose();
     reactions += phi * (Vec3::Ones() - free).cwiseProduct(residual).transpose();

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/record.hpp"
+#include "core/environment/obstacle.hpp"
 #include "core/scene/scene.hpp"
 #include "core/springs/solid_system.hpp"
 #include "integrators/integrator.hpp"
@@ -53,14 +54,15 @@ class StepBalance {
 
   Values values(std::ptrdiff_t site) const;
   double squared_norm(const Moments& moments) const;
-  bool is_touched(const Vec3& x, const Vec3& next, const Vec3& v) const;
+  bool is_touched(const Vec3& x, const Vec3& next, const Vec3& v, double t) const;
 
   const Scene& scene_;
   SolidSystem<double>& system_;
   double dt_;
   double margin_;  ///< from planes [m]
-  Vec3 middle_;    ///< of the body at rest [m]
-  double reach_;   ///< [m]
+  std::vector<ObstacleSurface> obstacles_;
+  Vec3 middle_;   ///< of the body at rest [m]
+  double reach_;  ///< [m]
   Eigen::Matrix<double, functions, functions> inverse_gram_;
   Field<double> free_axes_;  ///< 1 where nothing prescribes a coordinate
   Field<double> velocity_, force_;

@@ -279,7 +279,7 @@ void write_spring_values(hid_t group, const std::vector<Level>& levels, const Fi
 
 /// One vector each, as field data.
 void write_reactions(hid_t grid, const Reactions& reactions) {
-  if (reactions.holds.empty() && reactions.planes.empty()) return;
+  if (reactions.holds.empty() && reactions.planes.empty() && reactions.obstacles.empty()) return;
   const Handle group = new_group(grid, "FieldData");
   for_each(reactions, [&](const std::string& name, const Vec3& force) {
     write(group, name.c_str(), std::vector<double>{force[0], force[1], force[2]}, 3);

@@ -31,9 +31,9 @@ struct VtkSurface {
 /// other, and as points of a smaller cell the particles that follow those of larger ones too. Springs are
 /// lines between the same points, with their stretch and their class (0 edge, 1 face diagonal, 2 body
 /// diagonal). The surface is the mesh's triangles where the cells carry them, with the velocity of their
-/// corners. Cells have the forces [N] of holds and planes as field data, hold_0, ... plane_0, ... Which
-/// points belong together is stored once, in `vtk/mesh.h5`. Several bodies are one after the other, and which
-/// one a cell is of is its `body`, from 0.
+/// corners. Cells have the forces [N] of holds, planes and obstacles as field data, hold_0, ... plane_0, ...
+/// obstacle_0, and torques, obstacle_0_torque [N m]. Which points belong together is stored once, in
+/// `vtk/mesh.h5`. Several bodies are one after the other, and which one a cell is of is its `body`, from 0.
 ///
 /// Where ranks share the body all of them make a series and call its functions; the lowest writes the files,
 /// as one process would.

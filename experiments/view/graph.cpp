@@ -126,8 +126,9 @@ std::vector<Curve> energy_curves(const Session& session) {
       {"kinetic", IM_COL32(0, 114, 178, 255), [](const Measures& m) { return m.kinetic; }},
       {"elastic", IM_COL32(213, 94, 0, 255), [](const Measures& m) { return m.elastic + m.volume_energy; }}};
   const Environment& environment = session.scene().environment;
-  const bool planes = std::any_of(environment.planes.begin(), environment.planes.end(),
-                                  [](const Plane& plane) { return plane.contact == ContactLaw::penalty; });
+  const auto presses = [](const auto& one) { return one.contact == ContactLaw::penalty; };
+  const bool planes = std::any_of(environment.planes.begin(), environment.planes.end(), presses) ||
+                      std::any_of(environment.obstacles.begin(), environment.obstacles.end(), presses);
   if (planes || !environment.gravity.isZero(0) || !environment.loads.empty())
     curves.push_back({planes || !environment.loads.empty() ? "outer" : "weight", IM_COL32(0, 158, 115, 255),
                       [zero](const Measures& m) { return m.external_potential - zero; }});

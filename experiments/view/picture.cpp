@@ -106,6 +106,17 @@ void add_grid(Marks& lines, const GridPlane& plane) {
     }
 }
 
+void add_obstacle(Marks& lines, const ObstacleSurface& obstacle, double t) {
+  const TriangleMesh mesh = obstacle.triangles(t);
+  for (const std::array<int, 3>& triangle : mesh.triangles)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto a = std::size_t(triangle[i]), b = std::size_t(triangle[(i + 1) % 3]);
+      if (a > b) continue;  // the triangle on the other side draws it
+      lines.push_back(mark(mesh.vertices[a], grid_line, 0.6));
+      lines.push_back(mark(mesh.vertices[b], grid_line, 0.6));
+    }
+}
+
 namespace {
 
 Vec3 size_of(const BodyConfig& body) {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/environment/environment.hpp"
+#include "core/environment/obstacle.hpp"
 #include "experiments/view/colour_map.hpp"
 #include "experiments/view/drawn_surface.hpp"
 
@@ -55,6 +55,9 @@ struct GridPlane {
 };
 
 void add_grid(Marks& lines, const GridPlane& plane);
+
+/// Lines along the edges of an obstacle's triangles, where it is at time t.
+void add_obstacle(Marks& lines, const ObstacleSurface& obstacle, double t);
 
 /// The planes that a body may touch. Where there are none, one below it: where it stands, if its whole lowest
 /// layer is held, otherwise so far down that what hangs or falls does not soon pass through.

@@ -183,7 +183,8 @@ class Viewer {
         gui_(window_),
         panel_(scene),
         cells_(surface_of_cells(scene, session_.levels())),
-        grids_(grids_of(session_.body(), scene.environment)) {
+        grids_(grids_of(session_.body(), scene.environment)),
+        obstacles_(scene.environment.obstacles.begin(), scene.environment.obstacles.end()) {
     glfwGetFramebufferSize(window_.get(), &width_, &height_);
     const std::vector<const SceneBody*> bodies = bodies_of(scene);
     display_.has_mesh = display_.shows_mesh =
@@ -236,6 +237,7 @@ class Viewer {
   std::map<const DrawnSurface*, std::unique_ptr<SurfaceOnDevice>> on_device_;  ///< nullptr: not to be had
   unsigned vertices_ = 0;  ///< of the surface, if they were moved on the device, see Picture
   std::vector<GridPlane> grids_;
+  std::vector<ObstacleSurface> obstacles_;
   Renderer renderer_;
   Camera camera_;
   Display display_;
@@ -480,6 +482,7 @@ void Viewer::draw(const Layout& places, int width, int height) {
                   .edges = display_.edges && !display_.shows_mesh};
   if (display_.ground)
     for (const GridPlane& grid : grids_) add_grid(picture.lines, grid);
+  for (const ObstacleSurface& obstacle : obstacles_) add_obstacle(picture.lines, obstacle, session_.time());
   if (display_.springs)
     for (const Level& level : session_.levels())
       add_springs(picture.lines, level, session_.positions(),

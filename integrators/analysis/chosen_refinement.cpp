@@ -124,6 +124,7 @@ RefinementMap choose_refinement(const BodyConfig& config, const Environment& env
                                 const RefinementGoal& goal) {
   Environment acting = environment;
   acting.planes.clear();
+  acting.obstacles.clear();
   RefinementMap map;
   for (int level = 0; level < goal.levels; ++level) {
     const RefinedBody body(config, map);

@@ -123,7 +123,8 @@ void GoalEstimator::find_doubts() {
   if (recovery_.share_alone() > thin_share) doubts_.push_back(EstimateWarning::thin);
   if (recovery_.has_partial_cells()) doubts_.push_back(EstimateWarning::partial);
   if (!linear_ && largest_strain(body, at_->x) > small_strain) doubts_.push_back(EstimateWarning::strained);
-  if (!system_.environment().planes.empty()) doubts_.push_back(EstimateWarning::contact);
+  if (!system_.environment().planes.empty() || !system_.environment().obstacles.empty())
+    doubts_.push_back(EstimateWarning::contact);
 }
 
 void GoalEstimator::add_doubts(GoalEstimate& goal) const {

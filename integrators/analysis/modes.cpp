@@ -129,7 +129,7 @@ class MultigridSearch {
         in_(system.size()),
         out_(system.size()) {
     const TangentCoefficients sum{.mass = shift_for(system), .stiffness = 1, .kind = Tangent::projected};
-    status = v_cycle_.prepare(system, state.x, state.v, sum, mask_);
+    status = v_cycle_.prepare(system, state.t, state.x, state.v, sum, mask_);
   }
 
   LowestPairs lowest(const MatrixXd& found, Index count, double below) {

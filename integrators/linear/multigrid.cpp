@@ -13,9 +13,9 @@ class Multigrid final : public MatrixFree {
   using MatrixFree::MatrixFree;
 
  protected:
-  Status prepare_preconditioner(System<double>& system, double, const Field<double>& x,
+  Status prepare_preconditioner(System<double>& system, double t, const Field<double>& x,
                                 const Field<double>& v, const TangentCoefficients& sum, Work&) override {
-    return v_cycle_.prepare(system, x, v, sum, mask());
+    return v_cycle_.prepare(system, t, x, v, sum, mask());
   }
   Products precondition(const std::function<void(Range)>& update, const Field<double>& r, Field<double>& z,
                         double enough) override {

@@ -24,7 +24,7 @@ void VCycle::place(const BodySystem<double>& body_system, const Field<double>& x
 }
 
 /// What planes of the law `penalty` add, which lattices of springs do not know of.
-void VCycle::add_penalties(const BodySystem<double>& body_system, const Field<double>& x,
+void VCycle::add_penalties(const BodySystem<double>& body_system, double t, const Field<double>& x,
                            const Field<double>& v, const TangentCoefficients& sum) {
   if (!body_system.contact().has_penalties()) return;
   if (added_.straight.size() == 0)
@@ -35,17 +35,17 @@ void VCycle::add_penalties(const BodySystem<double>& body_system, const Field<do
   };
   if (const SurfaceContact* contact = body_system.surface_contact()) {
     std::vector<Eigen::Matrix3d> blocks(body_system.particles().size(), Eigen::Matrix3d::Zero());
-    contact->for_each_diagonal(x, v, sum, [&](std::ptrdiff_t site, const Eigen::Matrix3d& block) {
+    contact->for_each_diagonal(t, x, v, sum, [&](std::ptrdiff_t site, const Eigen::Matrix3d& block) {
       blocks[std::size_t(body_system.body().particle(site))] += block;
     });
     for (std::size_t p = 0; p < blocks.size(); ++p) set(body_system.particles()[p], blocks[p]);
     return;
   }
   for (const std::ptrdiff_t site : body_system.particles())
-    set(site, body_system.contact().tangent({x.at(site), v.at(site)}, sum, body_system.mass(site)));
+    set(site, body_system.contact().tangent({x.at(site), v.at(site)}, t, sum, body_system.mass(site)));
 }
 
-Status VCycle::prepare(System<double>& system, const Field<double>& x, const Field<double>& v,
+Status VCycle::prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
                        const TangentCoefficients& sum, const Field<double>& mask) {
   const BodySystem<double>* body_system = system.cells();
   if (!body_system)
@@ -61,7 +61,7 @@ Status VCycle::prepare(System<double>& system, const Field<double>& x, const Fie
   mask_ = &mask;
   if (!finest_) build(*body_system);
   place(*body_system, x);
-  add_penalties(*body_system, x, v, sum);
+  add_penalties(*body_system, t, x, v, sum);
   z_.array() = 0;
   return finest_->prepare(x_, sum, added_);
 }

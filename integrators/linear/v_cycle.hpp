@@ -15,7 +15,7 @@ class VCycle {
   /// Prepares for the projected matrix at a state. The system and its holds must be the same at every call.
   /// `mask`: 1 at unknowns, 0 elsewhere. Status as MultigridLevel::prepare(). Throws InputError if the system
   /// is no body of cells.
-  Status prepare(System<double>& system, const Field<double>& x, const Field<double>& v,
+  Status prepare(System<double>& system, double t, const Field<double>& x, const Field<double>& v,
                  const TangentCoefficients& sum, const Field<double>& mask);
 
   /// z = P r, 0 where there is no unknown; `norm`, of r, scales it to what single precision can hold.
@@ -24,8 +24,8 @@ class VCycle {
  private:
   void build(const BodySystem<double>& body_system);
   void place(const BodySystem<double>& body_system, const Field<double>& x);
-  void add_penalties(const BodySystem<double>& body_system, const Field<double>& x, const Field<double>& v,
-                     const TangentCoefficients& sum);
+  void add_penalties(const BodySystem<double>& body_system, double t, const Field<double>& x,
+                     const Field<double>& v, const TangentCoefficients& sum);
   /// Calls part(axis, first, last) for ranges of sites, on all threads.
   template <class Part>
   void for_each_coordinate(Part&& part);

@@ -40,11 +40,11 @@ constexpr double stiffer = 1e8;
 BoundedSystem::BoundedSystem(System<double>& other)
     : SystemWrapper<double>(other), bounds_(*other.bounds()), tangents_(*this) {
   constexpr std::size_t most = std::numeric_limits<Planes>::digits;
-  if (bounds_.planes().size() > most)
-    throw InputError(
-        fmt::format("at most {} planes can act inside the steps of implicit methods, and there are {}; "
-                    "leave out those that the body cannot meet, or take an explicit method",
-                    most, bounds_.planes().size()));
+  if (bounds_.size() > most)
+    throw InputError(fmt::format(
+        "at most {} planes and obstacles can act inside the steps of implicit methods, and there are {}; "
+        "leave out those that the body cannot meet, or take an explicit method",
+        most, bounds_.size()));
 }
 
 Vec3 BoundedSystem::contact_position(std::ptrdiff_t site, const Field<double>& v) const {
@@ -53,7 +53,40 @@ Vec3 BoundedSystem::contact_position(std::ptrdiff_t site, const Field<double>& v
 
 /// To where a plane may leave the particle.
 double BoundedSystem::gap(std::size_t plane, std::ptrdiff_t site, const Vec3& x) const {
-  return bounds_.planes()[plane].gap(x) - bounds_.allowed_gap(plane, start_->at(site), gamma_);
+  const std::size_t planes = bounds_.planes().size();
+  if (plane < planes)
+    return bounds_.planes()[plane].gap(x) - bounds_.allowed_gap(plane, start_->at(site), t_ - gamma_, gamma_);
+  const Met& met = met_[plane - planes][std::size_t(site)];
+  return met.plane.plane.gap(x) - met.allowed;
+}
+
+/// Particles are expected where their velocity at the stage's base and gravity take them. A search for an
+/// equilibrium takes no time.
+void BoundedSystem::find_obstacles(const ImplicitStage& stage) {
+  if (!bounds_.has_obstacles()) return;
+  const std::size_t planes = bounds_.planes().size();
+  met_.resize(bounds_.size() - planes, std::vector<Met>(std::size_t(size())));
+  const bool is_search = stage.force_velocity != nullptr;
+  const double time = is_search ? 0 : gamma_;
+  for_each_particle(*this, [&](std::ptrdiff_t site) {
+    const Vec3 from = start_->at(site), v = stage.v_base->at(site) + stage.gamma * bounds_.gravity();
+    const Vec3 to = base_->at(site) + bounds_.free_axes(site).cwiseProduct(gamma_ * v);
+    for (std::size_t o = 0; o < met_.size(); ++o) {
+      Met& met = met_[o][std::size_t(site)];
+      met = {bounds_.plane(planes + o, {from, to, t_, time}),
+             bounds_.allowed_gap(planes + o, from, t_ - time, gamma_)};
+      if (is_search) met.plane.velocity = Vec3::Zero();
+    }
+  });
+}
+
+/// With which what touches a particle moves, the mean of some planes [m/s].
+Vec3 BoundedSystem::velocity(std::ptrdiff_t site, Planes planes) const {
+  Vec3 sum = Vec3::Zero();
+  if (met_.empty() || planes == 0) return sum;
+  const std::vector<std::size_t> on = indices(planes);
+  for (const std::size_t p : on) sum += plane(p, site).velocity;
+  return sum / double(on.size());
 }
 
 void BoundedSystem::begin(const ImplicitStage& stage) {
@@ -62,6 +95,8 @@ void BoundedSystem::begin(const ImplicitStage& stage) {
   base_ = stage.bound_base ? stage.bound_base : stage.x_base;
   start_ = stage.start ? stage.start : base_;
   gamma_ = stage.bound_base ? stage.bound_gamma : stage.gamma_x;
+  t_ = stage.t;
+  find_obstacles(stage);
   double squares = 0;
   length_ = 0;
   for (const std::ptrdiff_t site : particles()) {
@@ -80,9 +115,9 @@ void BoundedSystem::begin(const ImplicitStage& stage) {
 void BoundedSystem::set_directions(std::ptrdiff_t site, Touch& touch) const {
   const Vec3 free = bounds_.free_axes(site);
   Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();
-  for (std::size_t p = 0; p < bounds_.planes().size(); ++p) {
+  for (std::size_t p = 0; p < bounds_.size(); ++p) {
     if ((touch.planes >> p & 1) == 0) continue;
-    Vec3 n = free.cwiseProduct(bounds_.planes()[p].normal);
+    Vec3 n = free.cwiseProduct(plane(p, site).plane.normal);
     n -= normals * n;
     if (n.norm() > 1e-6) normals += n.normalized() * n.normalized().transpose();
   }
@@ -103,15 +138,15 @@ bool BoundedSystem::jump(Field<double>& v, Field<double>& change) const {
   double largest = 0;
   change.array() = 0;
   for (const auto& [site, touch] : touches_) {
-    Vec3 by = touch.sticks ? Vec3(-(touch.slip * v.at(site))) : Vec3(Vec3::Zero());
+    Vec3 by =
+        touch.sticks ? Vec3(touch.slip * (velocity(site, touch.planes) - v.at(site))) : Vec3(Vec3::Zero());
     const Vec3 free = bounds_.free_axes(site);
     // Planes one after the other, each along what is left of its normal: exact for as many as there are.
     Eigen::Matrix3d done = Eigen::Matrix3d::Zero();
-    for (std::size_t p = 0; p < bounds_.planes().size(); ++p) {
+    for (std::size_t p = 0; p < bounds_.size(); ++p) {
       const bool touches = (touch.planes >> p & 1) != 0;
       if (!touches && !touch.sticks) continue;
-      const Plane& plane = bounds_.planes()[p];
-      Vec3 n = free.cwiseProduct(plane.normal);
+      Vec3 n = free.cwiseProduct(plane(p, site).plane.normal);
       n -= done * n;
       if (n.norm() <= 1e-6) continue;
       const double gap = this->gap(p, site, contact_position(site, v) + gamma_ * by);
@@ -130,7 +165,7 @@ bool BoundedSystem::jump(Field<double>& v, Field<double>& change) const {
 void BoundedSystem::add_friction(const Field<double>& v, Field<double>& impulse) {
   for (auto& [site, touch] : touches_) {
     if (touch.sticks || touch.limit == 0) continue;
-    const Vec3 sliding = touch.slip * v.at(site);
+    const Vec3 sliding = touch.slip * (v.at(site) - velocity(site, touch.planes));
     if (sliding.dot(touch.direction) > 0) touch.direction = sliding.normalized();
     impulse.set(site, impulse.at(site) - touch.limit * touch.direction);
   }
@@ -140,7 +175,7 @@ void BoundedSystem::add_friction(const Field<double>& v, Field<double>& impulse)
 Eigen::Matrix3d BoundedSystem::friction_block(std::ptrdiff_t site, const Touch& touch,
                                               const Field<double>& v) const {
   if (touch.sticks || touch.limit == 0) return Eigen::Matrix3d::Zero();
-  const Vec3 sliding = touch.slip * v.at(site);
+  const Vec3 sliding = touch.slip * (v.at(site) - velocity(site, touch.planes));
   if (!(sliding.dot(touch.direction) > 0)) return Eigen::Matrix3d::Zero();
   const Vec3 along = sliding.normalized();
   const double steepest = stiffer * mass(site);  // what turns on the spot must not drown the rest in rounding
@@ -166,7 +201,8 @@ bool BoundedSystem::slides() const {
 double BoundedSystem::slowest(const Field<double>& v) const {
   double least = std::numeric_limits<double>::max();
   for (const auto& [site, touch] : touches_)
-    if (!touch.sticks && touch.pressure > 0) least = std::min(least, (touch.slip * v.at(site)).norm());
+    if (!touch.sticks && touch.pressure > 0)
+      least = std::min(least, (touch.slip * (v.at(site) - velocity(site, touch.planes))).norm());
   return -ranks().largest(-least);
 }
 
@@ -184,7 +220,7 @@ std::vector<HeldParticle> BoundedSystem::held(const Field<double>& v) const {
 }
 
 void BoundedSystem::put_in_front(Field<double>& v) {
-  const std::vector<double> any(bounds_.planes().size(), negligible_gap * length_);
+  const std::vector<double> any(bounds_.size(), negligible_gap * length_);
   for (const std::ptrdiff_t site : particles()) close(site, v, any);
   Field<double> change(size());
   if (!jump(v, change)) return;
@@ -194,7 +230,8 @@ void BoundedSystem::put_in_front(Field<double>& v) {
 bool BoundedSystem::update(const Field<double>& residual, const Field<double>& v, double doubt) {
   bool changed = false;
   for (auto at = touches_.begin(); at != touches_.end();) {
-    changed |= judge(at->first, at->second, -residual.at(at->first), v.at(at->first), doubt);
+    const Vec3 relative = v.at(at->first) - velocity(at->first, at->second.planes);
+    changed |= judge(at->first, at->second, -residual.at(at->first), relative, doubt);
     at = at->second.planes == 0 ? touches_.erase(at) : std::next(at);
   }
   changed |= close_deepest(v);
@@ -205,7 +242,7 @@ bool BoundedSystem::update(const Field<double>& residual, const Field<double>& v
 /// there only because these have not stopped the body yet.
 bool BoundedSystem::close_deepest(const Field<double>& v) {
   std::vector<double> from;
-  for (std::size_t p = 0; p < bounds_.planes().size(); ++p) {
+  for (std::size_t p = 0; p < bounds_.size(); ++p) {
     double deepest = 0;
     for (const std::ptrdiff_t site : particles())
       deepest = std::max(deepest, -gap(p, site, contact_position(site, v)));
@@ -218,17 +255,17 @@ bool BoundedSystem::close_deepest(const Field<double>& v) {
 
 /// On planes this rough what slides is the exception, and the friction of pressures that are not known yet
 /// would throw it back.
-bool BoundedSystem::sticks_at_first(Planes planes) const {
+bool BoundedSystem::sticks_at_first(std::ptrdiff_t site, Planes planes) const {
   const std::vector<std::size_t> on = indices(planes);
   return std::any_of(on.begin(), on.end(),
-                     [&](std::size_t p) { return bounds_.planes()[p].friction >= rough; });
+                     [&](std::size_t p) { return plane(p, site).plane.friction >= rough; });
 }
 
 /// Takes planes that a particle is behind, by depths `from` on [m].
 bool BoundedSystem::close(std::ptrdiff_t site, const Field<double>& v, const std::vector<double>& from) {
   const Vec3 x = contact_position(site, v);
   Planes behind = 0;
-  for (std::size_t p = 0; p < bounds_.planes().size(); ++p)
+  for (std::size_t p = 0; p < bounds_.size(); ++p)
     if (-gap(p, site, x) > from[p]) behind |= Planes{1} << p;
   if (behind == 0 || bounds_.free_axes(site).isZero(0)) return false;
   const auto [at, is_new] = touches_.try_emplace(site);
@@ -237,8 +274,8 @@ bool BoundedSystem::close(std::ptrdiff_t site, const Field<double>& v, const std
   touch.planes |= behind;
   touch.sticks = false;
   set_directions(site, touch);
-  const Vec3 sliding = touch.slip * v.at(site);
-  touch.sticks = sliding.norm() * gamma_ < negligible_share * length_ || sticks_at_first(behind);
+  const Vec3 sliding = touch.slip * (v.at(site) - velocity(site, touch.planes));
+  touch.sticks = sliding.norm() * gamma_ < negligible_share * length_ || sticks_at_first(site, behind);
   if (!touch.sticks) touch.direction = sliding.normalized();
   if (is_new) touch.limit = 0;
   set_directions(site, touch);
@@ -250,10 +287,10 @@ double BoundedSystem::pressures(std::ptrdiff_t site, const Touch& touch, const V
                                 std::vector<std::pair<std::size_t, double>>& by_plane) const {
   const Vec3 free = bounds_.free_axes(site), on_free = free.cwiseProduct(reaction);
   by_plane.clear();
-  for (std::size_t p = 0; p < bounds_.planes().size(); ++p)
+  for (std::size_t p = 0; p < bounds_.size(); ++p)
     if ((touch.planes >> p & 1) != 0) by_plane.emplace_back(p, 0);
   const auto normal = [&](std::size_t k) -> Vec3 {
-    return free.cwiseProduct(bounds_.planes()[by_plane[k].first].normal);
+    return free.cwiseProduct(plane(by_plane[k].first, site).plane.normal);
   };
   if (by_plane.size() == 1) {
     const Vec3 n = normal(0);
@@ -265,8 +302,7 @@ double BoundedSystem::pressures(std::ptrdiff_t site, const Touch& touch, const V
     for (std::size_t k = 0; k < by_plane.size(); ++k) by_plane[k].second = all[Eigen::Index(k)];
   }
   double limit = 0;
-  for (const auto& [plane, pressure] : by_plane)
-    limit += bounds_.planes()[plane].friction * std::max(0.0, pressure);
+  for (const auto& [p, pressure] : by_plane) limit += plane(p, site).plane.friction * std::max(0.0, pressure);
   return limit;
 }
 
@@ -329,7 +365,7 @@ bool BoundedSystem::judge(std::ptrdiff_t site, Touch& touch, const Vec3& reactio
 
 std::vector<std::size_t> BoundedSystem::indices(Planes planes) const {
   std::vector<std::size_t> all;
-  for (std::size_t p = 0; p < bounds_.planes().size(); ++p)
+  for (std::size_t p = 0; p < bounds_.size(); ++p)
     if ((planes >> p & 1) != 0) all.push_back(p);
   return all;
 }
@@ -340,9 +376,11 @@ void BoundedSystem::give(std::ptrdiff_t site, Planes planes, const Vec3& impulse
   PlaneImpulses* impulses = plane_impulses();
   if (!impulses || impulse.isZero(0)) return;
   const std::vector<std::size_t> on = indices(planes);
-  const std::vector<Vec3> parts = split_by_plane(bounds_.planes(), on, bounds_.free_axes(site), impulse);
+  std::vector<Plane> all = bounds_.planes();
+  for (std::size_t p = all.size(); p < bounds_.size(); ++p) all.push_back(plane(p, site).plane);
+  const std::vector<Vec3> parts = split_by_plane(all, on, bounds_.free_axes(site), impulse);
   for (const std::size_t p : on)
-    if (!must_push || bounds_.planes()[p].normal.dot(parts[p]) > 0) impulses->add(p, site, parts[p]);
+    if (!must_push || all[p].normal.dot(parts[p]) > 0) impulses->add(p, site, parts[p]);
 }
 
 void BoundedSystem::end_stage(const ImplicitStage& stage, const Field<double>& residual) {
@@ -366,7 +404,7 @@ void BoundedSystem::end_step(const StepTaken& step, State<double>& state, Field<
     const auto pushed = [planes = planes](std::size_t p) { return (planes >> p & 1) != 0; };
     Motion after{state.x.at(site), state.v.at(site)};
     if (touch != touches_.end() && touch->second.sticks) {
-      const Vec3 sliding = touch->second.slip * after.v;
+      const Vec3 sliding = touch->second.slip * (after.v - velocity(site, planes));
       after.v -= sliding;
       give(site, planes, -mass(site) * sliding);
     }
@@ -374,7 +412,8 @@ void BoundedSystem::end_step(const StepTaken& step, State<double>& state, Field<
     const auto give_one = [&, at = site](std::size_t p, const Vec3& dv) {
       if (PlaneImpulses* impulses = plane_impulses()) impulses->add(p, at, mass(at) * dv);
     };
-    if (bounds_.rebound(site, step.free, before, pushed, after, give_one) && a)
+    const auto met = [this, at = site](std::size_t p) { return plane(p, at); };
+    if (bounds_.rebound(site, step.free, before, pushed, met, after, give_one) && a)
       a->set(site, bounds_.free_axes(site).cwiseProduct(bounds_.gravity()));
     if (a) give(site, planes, step.lag * mass(site) * (a->at(site) - lost.at(site)));
     state.x.set(site, after.x);

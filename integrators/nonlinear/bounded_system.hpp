@@ -26,6 +26,9 @@ inline constexpr double contact_tolerance = 1e-8;
 /// f [N s]. Alart and Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353; Bertails-Descoubes et al.,
 /// ACM TOG 30 (2011) 6, for the exact cone.
 ///
+/// An obstacle bounds a particle in a stage by a plane, see PlaneBounds, of whose point velocities of sliding
+/// are relative.
+///
 /// Held directions count as prescribed: clear_prescribed() removes them, and tangents hold them. The set
 /// stays from stage to stage.
 class BoundedSystem final : public SystemWrapper<double> {
@@ -125,23 +128,37 @@ class BoundedSystem final : public SystemWrapper<double> {
 
   void remember_touches();
   std::vector<std::size_t> indices(Planes planes) const;
+  void find_obstacles(const ImplicitStage& stage);
+  MovingPlane plane(std::size_t p, std::ptrdiff_t site) const {
+    const std::size_t planes = bounds_.planes().size();
+    return p < planes ? MovingPlane{bounds_.planes()[p]} : met_[p - planes][std::size_t(site)].plane;
+  }
+  Vec3 velocity(std::ptrdiff_t site, Planes planes) const;
   void give(std::ptrdiff_t site, Planes planes, const Vec3& impulse, bool must_push = false);
   Vec3 contact_position(std::ptrdiff_t site, const Field<double>& v) const;
   double gap(std::size_t plane, std::ptrdiff_t site, const Vec3& x) const;
   void set_directions(std::ptrdiff_t site, Touch& touch) const;
   Eigen::Matrix3d friction_block(std::ptrdiff_t site, const Touch& touch, const Field<double>& v) const;
-  bool sticks_at_first(Planes planes) const;
+  bool sticks_at_first(std::ptrdiff_t site, Planes planes) const;
   bool close_deepest(const Field<double>& v);
   bool close(std::ptrdiff_t site, const Field<double>& v, const std::vector<double>& from);
   double pressures(std::ptrdiff_t site, const Touch& touch, const Vec3& reaction,
                    std::vector<std::pair<std::size_t, double>>& by_plane) const;
   bool judge(std::ptrdiff_t site, Touch& touch, const Vec3& reaction, const Vec3& v, double doubt);
 
+  /// An obstacle's plane for a particle in this stage.
+  struct Met {
+    MovingPlane plane;
+    double allowed = 0;  ///< the gap that it asks for, 0 or less [m]
+  };
+
   const PlaneBounds& bounds_;
   BoundedTangents tangents_;
   const Field<double>* start_ = nullptr;  ///< of the step
   const Field<double>* base_ = nullptr;   ///< particles must be in front of planes at base + gamma v
   double gamma_ = 0;                      ///< [s]
+  double t_ = 0;                          ///< of the stage [s]
+  std::vector<std::vector<Met>> met_;     ///< by obstacle, by site
   double scale_ = 0;
   double length_ = 0;                                     ///< of a body, for what is small [m]
   std::map<std::ptrdiff_t, Touch> touches_;               ///< by site

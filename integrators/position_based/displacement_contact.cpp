@@ -38,10 +38,11 @@ bool DisplacementContact<Real>::is_pushed(const Near& near) {
 }
 
 template <class Real>
-void DisplacementContact<Real>::begin_step(double dt, const ConstStreams<Real>& x,
+void DisplacementContact<Real>::begin_step(double t, double dt, const ConstStreams<Real>& x,
                                            const ConstStreams<Real>& v, const ConstStreams<Real>& u) {
   const double close = body_.config().cell_size;
   const std::vector<Plane>& planes = bounds_.planes();
+  t_ = t;
   dt_ = dt;
   pushed_before_.clear();
   for (auto& of_plane : near_) {
@@ -53,18 +54,25 @@ void DisplacementContact<Real>::begin_step(double dt, const ConstStreams<Real>& 
   }
   for (std::size_t p = 0; p < index_.size(); ++p) {
     const Vec3 before = at(x, index_[p]), after = before + at(u, index_[p]);
-    const bool is_near = std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) {
+    bool is_near = std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) {
       return std::min(plane.gap(before), plane.gap(after)) < close;
     });
+    std::vector<MovingPlane> met;
+    for (std::size_t o = planes.size(); o < bounds_.size(); ++o) {
+      met.push_back(bounds_.plane(o, {before, after, t, dt}));
+      is_near |=
+          std::min(met.back().plane.gap(before + met.back().moved), met.back().plane.gap(after)) < close;
+    }
     if (!is_near || inverse_masses_[p].isZero(0)) continue;
     Near near{.particle = p,
               .index = index_[p],
               .inverse_mass = inverse_masses_[p],
+              .met = std::move(met),
               .before = {before, at(v, index_[p])}};
-    near.normal.assign(planes.size(), 0);
-    near.tangential.assign(planes.size(), Vec3::Zero());
-    for (std::size_t plane = 0; plane < planes.size(); ++plane)
-      near.gap.push_back(bounds_.allowed_gap(plane, before, dt));
+    near.normal.assign(bounds_.size(), 0);
+    near.tangential.assign(bounds_.size(), Vec3::Zero());
+    for (std::size_t plane = 0; plane < bounds_.size(); ++plane)
+      near.gap.push_back(bounds_.allowed_gap(plane, before, t - dt, dt));
     near_[std::size_t(body_.sites()[p] / body_.lattice().plane)].push_back(std::move(near));
   }
   for (auto& of_plane : near_)
@@ -81,15 +89,18 @@ bool DisplacementContact<Real>::pushes() const {
 }
 
 template <class Real>
-const Plane* DisplacementContact<Real>::impact(double dt) const {
+std::optional<Plane> DisplacementContact<Real>::impact(double dt) const {
   const double slow = 2 * bounds_.gravity().norm() * dt;
-  for (const Plane& plane : planes())
+  for (std::size_t p = 0; p < bounds_.size(); ++p)
     for (const std::vector<Near>& of_plane : near_)
-      for (const Near& near : of_plane)
-        if (!near.was_pushed && plane.normal.dot(near.before.v) < -slow &&
+      for (const Near& near : of_plane) {
+        if (near.was_pushed) continue;
+        const auto& [plane, velocity, moved] = this->plane(near, p);
+        if (plane.normal.dot(near.before.v - velocity) < -slow &&
             plane.gap(near.before.x + dt * near.before.v) < 0)
-          return &plane;
-  return nullptr;
+          return plane;
+      }
+  return std::nullopt;
 }
 
 template <class Real>
@@ -115,7 +126,7 @@ void DisplacementContact<Real>::project(Near& near, const ConstStreams<Real>& x,
 
 template <class Real>
 void DisplacementContact<Real>::project(Near& near, std::size_t p, const Vec3& x, Vec3& u) const {
-  const Plane& plane = bounds_.planes()[p];
+  const auto& [plane, velocity, way] = this->plane(near, p);
   const Vec3& w = near.inverse_mass;
   const double along = plane.normal.dot(w.cwiseProduct(plane.normal)), gap = plane.gap(x + u) - near.gap[p];
   double& normal = near.normal[p];
@@ -126,7 +137,7 @@ void DisplacementContact<Real>::project(Near& near, std::size_t p, const Vec3& x
   const auto tangential = [&](const Vec3& vector) {
     return Vec3(vector - plane.normal.dot(vector) * plane.normal);
   };
-  Vec3 held = near.tangential[p] - tangential(u) / w.maxCoeff();
+  Vec3 held = near.tangential[p] - tangential(u - way) / w.maxCoeff();
   const double limit = plane.friction * pressed, size = held.norm();
   if (size > limit) held *= size > 0 ? limit / size : 0;
   u += w.cwiseProduct(held - near.tangential[p]);
@@ -142,10 +153,10 @@ void DisplacementContact<Real>::move_in_front(const ConstStreams<Real>& x, const
     const Vec3 before = at(x, index_[p]), start = at(u, index_[p]);
     Vec3 moved = start;
     for (int round = 0; round < most_rounds; ++round)
-      for (std::size_t plane = 0; plane < planes().size(); ++plane) {
-        const Vec3& normal = planes()[plane].normal;
-        const Vec3 free = (inverse_masses_[p].array() > 0).select(normal, Vec3::Zero());
-        const double gap = planes()[plane].gap(before + moved) - bounds_.allowed_gap(plane, before, dt_);
+      for (std::size_t plane = 0; plane < bounds_.size(); ++plane) {
+        const Plane met = bounds_.plane(plane, {before, before + moved, t_, dt_}).plane;
+        const Vec3 free = (inverse_masses_[p].array() > 0).select(met.normal, Vec3::Zero());
+        const double gap = met.gap(before + moved) - bounds_.allowed_gap(plane, before, t_ - dt_, dt_);
         if (!(gap < 0) || free.isZero(0)) continue;
         const Vec3 by = -gap / free.squaredNorm() * free;
         moved += by;
@@ -167,7 +178,7 @@ void DisplacementContact<Real>::end_passes(double dt, const ConstStreams<Real>& 
     for (const Near& near : of_plane)
       for (std::size_t p = 0; impulses_ && p < near.normal.size(); ++p) {
         if (near.normal[p] == 0 && near.tangential[p].isZero(0)) continue;
-        const Vec3 given = near.normal[p] * planes()[p].normal + near.tangential[p];
+        const Vec3 given = near.normal[p] * plane(near, p).plane.normal + near.tangential[p];
         impulses_->add(p, sites[near.particle],
                        bounds_.free_axes(sites[near.particle]).cwiseProduct(given) / dt);
       }
@@ -184,7 +195,8 @@ void DisplacementContact<Real>::rebound(const FreeStep& step, State<Real>& state
       const auto pushed = [&](std::size_t p) { return near.normal[p] > 0; };
       const std::ptrdiff_t site = body_.sites()[near.particle];
       Motion after{state.x.at(site), state.v.at(site)};
-      bounds_.rebound(site, step, near.before, pushed, after, [&](std::size_t p, const Vec3& dv) {
+      const auto met = [&](std::size_t p) { return plane(near, p); };
+      bounds_.rebound(site, step, near.before, pushed, met, after, [&](std::size_t p, const Vec3& dv) {
         if (impulses_) impulses_->add(p, site, body_.mass(site) * dv);
       });
       state.x.set(site, after.x);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/base/record.hpp"
@@ -27,15 +29,15 @@ class DisplacementContact {
   DisplacementContact(const PlaneBounds& bounds, const Body& body, std::ptrdiff_t size,
                       const std::vector<std::ptrdiff_t>& index, PlaneImpulses* impulses);
 
-  /// Begins a step of dt from x: multipliers are zero. Particles within a cell's size of a plane, now or
-  /// where u takes them, are near it. `v`: velocities at its beginning.
-  void begin_step(double dt, const ConstStreams<Real>& x, const ConstStreams<Real>& v,
+  /// Begins a step of dt that ends at time t, from x: multipliers are zero. Particles within a cell's size of
+  /// a plane, now or where u takes them, are near it. `v`: velocities at its beginning.
+  void begin_step(double t, double dt, const ConstStreams<Real>& x, const ConstStreams<Real>& v,
                   const ConstStreams<Real>& u);
   /// Whether a plane has pushed a particle since the last step began.
   bool pushes() const;
   /// The plane that a particle comes to in this step, faster than gravity makes it in two, while no plane
-  /// pushed it in the step before; nullptr: none.
-  const Plane* impact(double dt) const;
+  /// pushed it in the step before; nothing: none.
+  std::optional<Plane> impact(double dt) const;
   /// Applies planes to the particles near them whose z is `first` or the next.
   void project(int first, const ConstStreams<Real>& x, const Streams<Real>& u);
   /// To all.
@@ -57,12 +59,35 @@ class DisplacementContact {
     std::vector<double> normal{};    ///< multipliers, by plane
     std::vector<Vec3> tangential{};  ///< along free axes
     std::vector<double> gap{};       ///< that planes ask for, 0 or less [m]
+    std::vector<MovingPlane> met{};  ///< obstacles', in this step
     Motion before{};                 ///< at the beginning of the step
     bool was_pushed = false;         ///< in the step before
   };
   /// The particle at an index; nullptr if it is not near a plane.
   Near* near(std::ptrdiff_t index) const { return near_at_[std::size_t(index)]; }
-  const std::vector<Plane>& planes() const { return bounds_.planes(); }
+  /// By what an index bounds a particle in this step.
+  MovingPlane plane(const Near& near, std::size_t p) const {
+    const std::size_t planes = bounds_.planes().size();
+    return p < planes ? MovingPlane{bounds_.planes()[p]} : near.met[p - planes];
+  }
+  /// The same of all indices; `scratch` is where they are, if there are obstacles.
+  const std::vector<Plane>& planes(const Near& near, std::vector<Plane>& scratch) const {
+    if (near.met.empty()) return bounds_.planes();
+    scratch = bounds_.planes();
+    for (const MovingPlane& met : near.met) scratch.push_back(met.plane);
+    return scratch;
+  }
+  /// How far what touches a particle at x has come in this step: the nearest obstacle, or a plane, which
+  /// rests.
+  Vec3 way(const Near& near, const Vec3& x) const {
+    MovingPlane nearest;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t p = 0; !near.met.empty() && p < bounds_.size(); ++p) {
+      const MovingPlane met = plane(near, p);
+      if (const double gap = met.plane.gap(x) - near.gap[p]; gap < least) least = gap, nearest = met;
+    }
+    return nearest.moved;
+  }
 
  private:
   static bool is_pushed(const Near& near);
@@ -73,7 +98,7 @@ class DisplacementContact {
   void project(Near& near, std::size_t plane, const Vec3& x, Vec3& u) const;
 
   const PlaneBounds& bounds_;
-  double dt_ = 0;
+  double t_ = 0, dt_ = 0;
   const Body& body_;
   const std::vector<std::ptrdiff_t>& index_;
   PlaneImpulses* impulses_;

@@ -49,10 +49,11 @@ const Field<Real>& OuterAcceleration<Real>::at(const State<Real>& state) {
   const SurfaceContact* surface = springs_.surface_contact();
   for_each_particle(system_, [&](std::ptrdiff_t site) {
     Vec3 a = sum_.at(site) / springs_.mass(site) + springs_.environment().gravity;
-    if (contact.has_penalties() && !surface) a += contact.acceleration({state.x.at(site), state.v.at(site)});
+    if (contact.has_penalties() && !surface)
+      a += contact.acceleration({state.x.at(site), state.v.at(site)}, state.t);
     sum_.set(site, a);
   });
-  if (surface) surface->add_acceleration(state.x, state.v, sum_);
+  if (surface) surface->add_acceleration(state.t, state.x, state.v, sum_);
   if (is_wrapped_) add_wrapper(state);
   return sum_;
 }

@@ -101,7 +101,7 @@ class PositionBasedIntegrator final : public Integrator<Real> {
     if (!knows_accelerations_ || outer_->varies()) particles.load_acceleration(outer_->at(state));
     knows_accelerations_ = true;
     particles.load_state(state);
-    passes_->begin_step();
+    passes_->begin_step(state.t);
     if (holds_move_) follow_holds(system, state);
     for (long n = 0; n < steps; ++n) {
       for (int i = 1; i < iterations_; ++i) passes_->iterate();

@@ -207,14 +207,14 @@ void ShapeMatching::store_state(State<double>& state) const {
     }
 }
 
-void ShapeMatching::begin_step() {
+void ShapeMatching::begin_step(double t) {
   const double dt2 = dt_ * dt_;
   for_each_plane([&](std::ptrdiff_t first, std::ptrdiff_t last) {
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (std::ptrdiff_t i = first; i < last; ++i)
         u_[axis][i] = dt_ * v_[axis][i] + dt2 * acceleration_[axis][i];
   });
-  if (contact_) contact_->begin_step(dt_, const_streams(x_), const_streams(v_), const_streams(u_));
+  if (contact_) contact_->begin_step(t + dt_, dt_, const_streams(x_), const_streams(v_), const_streams(u_));
 }
 
 void ShapeMatching::end_passes() {

@@ -36,7 +36,7 @@ class ShapeMatching {
   void store_state(State<double>& state) const;
 
   /// Begins a step: u = dt v + dt^2 a.
-  void begin_step();
+  void begin_step(double t);
   /// The displacement of a particle in this step [m].
   void set_displacement(std::ptrdiff_t site, int axis, double u);
   /// u += alpha (goal - x).

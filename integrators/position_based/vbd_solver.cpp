@@ -112,16 +112,16 @@ std::uint8_t VbdSolver<Real>::planes_of(const Real* coefficients) const {
 }
 
 template <class Real>
-void VbdSolver<Real>::begin_step() {
+void VbdSolver<Real>::begin_step(double t) {
   passes_ = 0;
   particles_.predict(dt_, target_);
   guess();
   if (!near_) return;
   const Streams<Real> u = particles_.moved();
-  near_->begin_step(dt_, particles_.before(), particles_.velocity_before(),
+  near_->begin_step(t + dt_, dt_, particles_.before(), particles_.velocity_before(),
                     {{u.axis[0], u.axis[1], u.axis[2]}});
   near_->put_in_front(particles_.before(), u);
-  if (const Plane* plane = near_->impact(dt_)) shorten_guess(plane->normal);
+  if (const std::optional<Plane> plane = near_->impact(dt_)) shorten_guess(plane->normal);
 }
 
 /// An impact that few passes cannot spread through a stiff body would leave the strain of the whole way that
@@ -224,8 +224,10 @@ void VertexContact<Real>::move(std::ptrdiff_t index, const Real (&hessian)[6], c
     x[axis] = double(before.axis[axis][index]);
     free[axis] = w.axis[axis][index] > 0 ? 1 : 0;
   }
-  const Vec3 start{double(u[0]), double(u[1]), double(u[2])};
-  const Vec3 by = move_in_cone(near_.planes(), near->gap, free, x, start, model, near->normal),
+  const Vec3 start{double(u[0]), double(u[1]), double(u[2])}, way = near_.way(*near, x + start);
+  std::vector<Plane> scratch;
+  const Vec3 by = move_in_cone(near_.planes(*near, scratch), near->gap, free, x + way, start - way, model,
+                               near->normal),
              moved = start + by;
   keep(model.hessian * by - model.force, free, *near);
   const Streams<Real> to = particles_.moved();
@@ -241,9 +243,11 @@ void VertexContact<Real>::keep(const Vec3& force, const Vec3& free,
   std::vector<std::size_t> on;
   for (std::size_t p = 0; p < near.normal.size(); ++p)
     if (near.normal[p] > 0) on.push_back(p);
-  const std::vector<Vec3> parts = split_by_plane(near_.planes(), on, free, force);
+  std::vector<Plane> scratch;
+  const std::vector<Plane>& planes = near_.planes(near, scratch);
+  const std::vector<Vec3> parts = split_by_plane(planes, on, free, force);
   for (std::size_t p = 0; p < near.normal.size(); ++p) {
-    const Vec3 normal = free.cwiseProduct(near_.planes()[p].normal);
+    const Vec3 normal = free.cwiseProduct(planes[p].normal);
     near.tangential[p] = dt_ * dt_ * (parts[p] - near.normal[p] * normal);
     near.normal[p] *= dt_ * dt_;
   }

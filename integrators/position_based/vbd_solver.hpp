@@ -51,7 +51,7 @@ class VbdSolver {
   /// dt^2 a, with the acceleration of the step before: along gravity cut to between 0 and g; in the
   /// first step gravity itself (Chen et al., section 3.7). Of bodies that touch planes also what is across
   /// gravity, cut to g: passes are slow to set a body sliding.
-  void begin_step();
+  void begin_step(double t);
   /// Where the system has bounds: after the last pass of a step, and after velocities have followed from it.
   void end_passes();
   void rebound(State<Real>& state) const;

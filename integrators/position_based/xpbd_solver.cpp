@@ -94,12 +94,12 @@ void XpbdSolver<Real>::fill_lane(const std::uint32_t* lane, Real* coefficients) 
 }
 
 template <class Real>
-void XpbdSolver<Real>::begin_step() {
+void XpbdSolver<Real>::begin_step(double t) {
   particles_.predict(dt_, particles_.displacement());
   forget_multipliers();
   if (contact_) {
     const Streams<Real> u = particles_.moved();
-    contact_->begin_step(dt_, particles_.before(), particles_.velocity_before(),
+    contact_->begin_step(t + dt_, dt_, particles_.before(), particles_.velocity_before(),
                          {{u.axis[0], u.axis[1], u.axis[2]}});
   }
 }

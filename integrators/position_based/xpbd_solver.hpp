@@ -27,7 +27,7 @@ class XpbdSolver {
   ColouredParticles<Real>& particles() { return particles_; }
 
   /// Begins a step: the particles' displacements without springs, multipliers 0.
-  void begin_step();
+  void begin_step(double t);
   /// Where the system has bounds: after the last pass of a step, and after velocities have followed from it.
   void end_passes();
   void rebound(State<Real>& state) const;

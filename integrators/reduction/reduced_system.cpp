@@ -17,12 +17,15 @@ namespace {
 bool is_free(const Environment& environment) { return environment.holds.empty(); }
 
 void check(const Body& body, const Environment& environment, Reduction reduction) {
-  for (const Plane& plane : environment.planes)
-    if (plane.contact != ContactLaw::penalty)
+  const auto check_law = [](ContactLaw law) {
+    if (law != ContactLaw::penalty)
       throw InputError(fmt::format(
           "contact = \"{}\" changes velocities of particles, which a reduced body's have none of their own; "
           "give contact = \"penalty\", or material.model = \"springs\"",
-          plane.contact == ContactLaw::impulse ? "impulse" : "thesis"));
+          law == ContactLaw::impulse ? "impulse" : "thesis"));
+  };
+  for (const Plane& plane : environment.planes) check_law(plane.contact);
+  for (const Obstacle& obstacle : environment.obstacles) check_law(obstacle.contact);
   if (body.config().relaxation.acts())
     throw InputError(
         "material.relaxation is of springs, and a reduced body has none; leave it out, or give "
@@ -87,7 +90,7 @@ void ReducedSystem::add_outer(double t, const State<double>& state, Field<double
   f.array() = 0;
   add_gravity(f);
   loads().add(t, 0, size(), std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
-  add_penalty_force(state.x, state.v, f);
+  add_penalty_force(t, state.x, state.v, f);
 }
 
 }  // namespace mss

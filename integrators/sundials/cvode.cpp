@@ -67,7 +67,7 @@ class Session {
   void attach_eliminated(const IntegratorOptions& options);
   void attach_klu();
   void attach_gmres();
-  void find_events(const Field<double>& x);
+  void find_events(double t, const Field<double>& x);
   void begin_again(double t);
   void count(Work& work);
   static int rate(double t, N_Vector y, N_Vector ydot, void* self);
@@ -112,7 +112,7 @@ Session::Session(System<double>& system, const State<double>& state, const Integ
   CVodeSetUserData(cvode_.get(), this);
   CVodeSetMaxNumSteps(cvode_.get(), options.most_steps);
   CVodeSetInitStep(cvode_.get(), options.dt);
-  find_events(state.x);
+  find_events(state.t, state.x);
   switch (linear) {
     case Linear::none:
       nonlinear_.reset(SUNNonlinSol_FixedPoint(problem_.y(), 0, context_.get()));
@@ -237,9 +237,9 @@ int Session::rate(double t, N_Vector y, N_Vector ydot, void* self) {
 }
 
 /// Only where they fall, as bodies begin to touch: when they part, the force goes to zero smoothly.
-void Session::find_events(const Field<double>& x) {
+void Session::find_events(double t, const Field<double>& x) {
   StepEvents<double>* events = problem_.system().events();
-  const std::size_t count = events ? events->event_functions(x).size() : 0;
+  const std::size_t count = events ? events->event_functions(t, x).size() : 0;
   if (count == 0) return;
   std::vector<int> directions(count, -1);
   CVodeRootInit(cvode_.get(), int(count), event_functions);
@@ -251,7 +251,7 @@ int Session::event_functions(double t, N_Vector y, double* values, void* self) {
   Session& s = *static_cast<Session*>(self);
   s.problem_.fields(t, y);
   System<double>& system = s.problem_.system();
-  for (const double gap : system.events()->event_functions(s.problem_.x()))
+  for (const double gap : system.events()->event_functions(t, s.problem_.x()))
     *values++ = -system.ranks().largest(-gap);  // the smallest of all
   return 0;
 }

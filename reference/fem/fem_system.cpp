@@ -271,7 +271,7 @@ void FemSystem::force(double t, const Field<double>& x, const Field<double>& v, 
       *this, [&](std::ptrdiff_t site) { return cell_force(x, v, site); }, f);
   loads().add(t, 0, size(), std::array<double*, 3>{f.axis(0), f.axis(1), f.axis(2)});
   add_gravity(f);
-  add_penalty_force(x, v, f);
+  add_penalty_force(t, x, v, f);
 }
 
 /// Element by element in order, so that sums are the same bits for any number of threads.

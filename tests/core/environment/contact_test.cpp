@@ -307,10 +307,10 @@ TEST(PenaltyPlanes, HaveAnEventWhereTheLowestParticleTouches) {
   const Body body(free_particles());
   SpringSystem<double> system(body, {.planes = {{.point = Vec3(0, 0, -0.2), .contact = ContactLaw::penalty},
                                                 {.contact = ContactLaw::impulse}}});
-  const std::vector<double> gaps = system.events()->event_functions(system.rest_state().x);
+  const std::vector<double> gaps = system.events()->event_functions(0, system.rest_state().x);
   ASSERT_EQ(gaps.size(), 1U);
   EXPECT_NEAR(gaps[0], 0.2, 1e-15);
-  EXPECT_TRUE(SpringSystem<double>(body, {}).events()->event_functions(system.rest_state().x).empty());
+  EXPECT_TRUE(SpringSystem<double>(body, {}).events()->event_functions(0, system.rest_state().x).empty());
 }
 
 /// A body above a floor and beside a wall, and the step that moved it through both.

@@ -137,7 +137,7 @@ TEST(SurfacePenalty, HasAnEventWhereTheLowestVertexTouches) {
   const Environment environment = testing::on_surface(
       {.planes = {{.point = Vec3(0, 0, -0.3), .contact = ContactLaw::penalty}, {}}}, ball.mesh);
   SpringSystem<double> system(ball.body, environment);
-  const std::vector<double> gaps = system.events()->event_functions(system.rest_state().x);
+  const std::vector<double> gaps = system.events()->event_functions(0, system.rest_state().x);
   ASSERT_EQ(gaps.size(), 1U);
   EXPECT_NEAR(gaps[0], ball.mesh.vertices[lowest_vertex(ball.mesh)][2] + 0.3, 1e-14);
 }

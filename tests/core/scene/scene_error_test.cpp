@@ -402,7 +402,8 @@ constexpr Malformed malformed_environments[]{
      "within "
      "= 1 }\n",
      15,
-     {"expect.plane_1_z = {...}", "none of the scene's 0 holds, 1 planes and 1 bodies", "from 0"}},
+     {"expect.plane_1_z = {...}", "none of the scene's 0 holds, 1 planes, 0 obstacles and 1 bodies",
+      "from 0"}},
     {"expects_a_force_along_no_axis",
      "duration = 1\n",
      "duration = 1\n[[plane]]\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\n[expect]\nplane_0_w = { value = 1, "
