@@ -18,14 +18,14 @@ class PlaneContact {
   PlaneContact(const Environment& environment, const SpectralBound& body, double cell_size);
 
   /// True if planes act at the end of steps: those of the laws `impulse` and `thesis`.
-  bool has_collisions() const { return !colliding_.empty(); }
+  bool has_collisions() const { return collisions() > 0; }
   /// Longest step that resolves the motion of what collides, 2 over its angular frequency [s].
   double resolved_step() const { return 2 / omega_; }
   /// Longest step in which gravity moves what collides by no more than 1/4000 of a cell; infinite without it
   /// [s].
   double fall_step() const { return fall_step_; }
   /// True if planes act by forces: those of the law `penalty`.
-  bool has_penalties() const { return !penalties_.empty(); }
+  bool has_penalties() const { return penalties() > 0; }
 
   /// Whether a particle that a step of dt took from before() to x is behind or on a plane that acts at the
   /// end of steps, or has met such an obstacle: otherwise none does anything.

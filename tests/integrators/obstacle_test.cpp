@@ -20,7 +20,7 @@
 #include "tests/random_bodies.hpp"
 #include "tests/several_bodies.hpp"
 
-namespace mss {
+namespace mss::obstacle_systems_test {
 namespace {
 
 using testing::g;
@@ -209,9 +209,10 @@ TEST(Obstacles, TouchTheSurfaceOfAMesh) {
     const Reactions mean = trial.mean_until(0.6);
     const Vec3 weight = trial.body.total_mass() * trial.system.gravity();
     EXPECT_NEAR(mean.obstacles[0][2], -weight[2], 0.05 * weight.norm());
-    if (law == ContactLaw::impulse)
+    if (law == ContactLaw::impulse) {
       EXPECT_LT((trial.momentum() - before - (trial.state.t - since) * (mean.obstacles[0] + weight)).norm(),
                 1e-12);
+    }
   }
 }
 
@@ -288,10 +289,12 @@ TEST(Obstacles, CarrySeveralBodies) {
     ASSERT_EQ(integrator->advance(system, state, 0.2, work), Status::ok);
     const Reactions mean = gauge.read(system, state);
     const Vec3 given = measure(system, state).momentum - before - 0.2 * weight;
-    if (law == ContactLaw::impulse) EXPECT_LT((0.2 * mean.obstacles[0] - given).norm(), 1e-10) << method;
+    if (law == ContactLaw::impulse) {
+      EXPECT_LT((0.2 * mean.obstacles[0] - given).norm(), 1e-10) << method;
+    }
     EXPECT_GT(given[2], 0.15 * weight.norm()) << method;
   }
 }
 
 }  // namespace
-}  // namespace mss
+}  // namespace mss::obstacle_systems_test

@@ -12,7 +12,7 @@
 #include "core/mesh/shapes.hpp"
 #include "core/mesh/winding.hpp"
 
-namespace mss {
+namespace mss::obstacle_test {
 namespace {
 
 using Random = std::mt19937;
@@ -100,7 +100,9 @@ TEST(Obstacle, DistancesAndNormalsAreThoseOfTheNearestOfManyPoints) {
       const int shape = int(o.shape);
       EXPECT_LE(std::abs(gap), nearest + 1e-12) << shape;
       EXPECT_NEAR(std::abs(gap), nearest, 0.02) << shape;
-      if (std::abs(gap) > 0.02) EXPECT_EQ(winding.at(x).winding > 0.5, gap < 0) << shape << " " << x;
+      if (std::abs(gap) > 0.02) {
+        EXPECT_EQ(winding.at(x).winding > 0.5, gap < 0) << shape << " " << x;
+      }
       const MovingPlane plane = surface.plane(x, 0, 0);
       EXPECT_NEAR(plane.plane.normal.norm(), 1, 1e-12);
       EXPECT_NEAR(plane.plane.gap(x), gap, 1e-12);
@@ -110,7 +112,9 @@ TEST(Obstacle, DistancesAndNormalsAreThoseOfTheNearestOfManyPoints) {
         slope[axis] =
             (surface.gap(x + 1e-6 * Vec3::Unit(axis), 0) - surface.gap(x - 1e-6 * Vec3::Unit(axis), 0)) /
             2e-6;
-      if (std::abs(slope.norm() - 1) < 1e-6) EXPECT_LT((slope - plane.plane.normal).norm(), 1e-5) << shape;
+      if (std::abs(slope.norm() - 1) < 1e-6) {
+        EXPECT_LT((slope - plane.plane.normal).norm(), 1e-5) << shape;
+      }
     }
   }
 }
@@ -187,10 +191,10 @@ TEST(Obstacle, StopsWhatWouldPassItInAStep) {
 TEST(Obstacle, PenaltiesLoseWhatIsRelativeToThem) {
   const MovingPlane still{.plane = {.friction = 0.7}}, moving{still.plane, Vec3(0.4, -0.2, 0.1)};
   const Penalty law(still.plane, {.omega = 100}, 9.81, 0.1);
-  const Motion motion{Vec3(0, 0, -0.003), Vec3(0.5, 0.1, -0.2)};
-  const Motion carried{motion.x, motion.v + moving.velocity};
-  EXPECT_LT((law.on(moving).acceleration(carried) - law.acceleration(motion)).norm(), 1e-12);
+  const Vec3 x(0, 0, -0.003), v(0.5, 0.1, -0.2);
+  const Vec3 carried = law.on(moving).acceleration({x, v + moving.velocity});
+  EXPECT_LT((carried - law.acceleration({x, v})).norm(), 1e-12);
 }
 
 }  // namespace
-}  // namespace mss
+}  // namespace mss::obstacle_test

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "core/base/error.hpp"
 #include "core/environment/obstacle.hpp"
 #include "core/mesh/shapes.hpp"
@@ -8,7 +10,7 @@
 #include "core/scene/scene_writer.hpp"
 #include "tests/core/scene/scene_texts.hpp"
 
-namespace mss {
+namespace mss::obstacle_scene_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -123,4 +125,4 @@ TEST(ObstacleScene, WarnsOfBodiesAndObstaclesInEachOther) {
 }
 
 }  // namespace
-}  // namespace mss
+}  // namespace mss::obstacle_scene_test
