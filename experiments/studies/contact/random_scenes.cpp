@@ -237,8 +237,8 @@ std::string judge(const Scene& scene, const Balance& balance) {
   const IntegratorInfo& method = find_integrator(scene.solve.integrator);
   if (!(balance.momentum < kept)) return "gains_momentum";
   if (keeps_spin(method) && !(balance.spin < kept)) return "turns";
-  if (!(balance.energy < (method.limit ? energy_allowed : energy_allowed_of_frames))) return "gains_energy";
-  return balance.depth < deepest_followed ? "ok" : "sinks_in";
+  if (!(balance.depth < deepest_followed)) return "sinks_in";
+  return balance.energy < (method.limit ? energy_allowed : energy_allowed_of_frames) ? "ok" : "gains_energy";
 }
 
 /// Half the safe step, at which explicit methods keep energy, where they are to.
