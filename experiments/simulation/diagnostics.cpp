@@ -122,6 +122,23 @@ void add_step(const Scene& scene, double dt, std::vector<std::string>& diagnosti
                     dt, dt / period, period, method.name, period / follows));
 }
 
+/// Of bodies that contact may have lost.
+void add_lost_contact(const SimulationResult& result, std::vector<std::string>& diagnostics) {
+  constexpr double near_the_end = 0.95;  // of what contact follows
+  if (!result.contact) return;
+  if (result.contact->reach_so_far > near_the_end)
+    diagnostics.push_back(fmt::format(
+        "bodies are up to {:.2g} of a cell in each other, and from half a cell on contact lets go "
+        "of them: they may have gone through; give a larger contact.stiffness, or slower or "
+        "stiffer bodies",
+        result.contact->depth_so_far));
+  if (result.contact->motion_so_far > 1)
+    diagnostics.push_back(
+        fmt::format("bodies near each other moved by each other by {:.2g} of what contact follows in a step: "
+                    "they may have gone through; give a shorter solve.dt",
+                    result.contact->motion_so_far));
+}
+
 /// Of planes whose restitution was chosen and does nothing.
 void add_lost_restitution(const Scene& scene, const SimulationResult& result,
                           std::vector<std::string>& diagnostics) {
@@ -213,6 +230,7 @@ std::vector<std::string> diagnostics_of(const Scene& scene, const SimulationResu
         "at rest (min_jacobian), and the largest stretch {:.3g}",
         result.series.back().min_jacobian, result.series.back().max_stretch));
   add_watched(scene, result, diagnostics);
+  add_lost_contact(result, diagnostics);
   if (result.status == Status::ok) add_step(scene, result.dt, diagnostics);
   if (in_fixed_steps(scene) && result.work.steps > 1 && result.dt > (1 + 1e-9) * scene.solve.every)
     diagnostics.push_back(
