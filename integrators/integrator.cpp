@@ -28,8 +28,8 @@ void check_memory(const IntegratorInfo& method, System<Real>& system) {
   if (memory && memory->limits_order() && !method.relaxes) throw InputError(no_relaxation(method));
   if (memory && memory->matters() && method.stepping == Stepping::adaptive)
     throw InputError(fmt::format(
-        "friction between bodies depends on where steps end, and {} tries steps; give contact.friction = 0, "
-        "or another solve.integrator",
+        "contact between bodies depends on where steps end, and {} tries steps; leave [contact] out, or give "
+        "another solve.integrator",
         method.name));
 }
 

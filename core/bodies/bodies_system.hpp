@@ -118,9 +118,7 @@ class BodiesSystem final : public SolidSystem<Real> {
     void come_to(const State<Real>& state) override;
     void forget() override;
     bool limits_order() const override;
-    bool matters() const override {
-      return limits_order() || (system_.forces_ && system_.forces_->has_friction());
-    }
+    bool matters() const override { return limits_order() || system_.forces_ != nullptr; }
 
    private:
     BodiesSystem& system_;

@@ -184,7 +184,7 @@ void ContactForces::add_contacts_of(std::size_t begin, std::size_t end, std::vec
   std::erase_if(found, [&](Contact& contact) { return !begins_or_goes_on(contact); });
 }
 
-/// Whether it is behind an edge or a corner all of whose triangles it faces: elsewhere that is a rim.
+/// Whether it is behind all triangles of an edge or a corner, and faces them: elsewhere that is a rim.
 bool ContactForces::is_in_valley(const Contact& contact) const {
   const Touch& now = contact.touch;
   if (!(now.depth > 0) || !(now.beside > 0)) return false;
@@ -195,13 +195,20 @@ bool ContactForces::is_in_valley(const Contact& contact) const {
     ends[count++] = triangles_[std::size_t(contact.triangle)][i];
   }
   if (ends[1] < 0) ends[1] = ends[0];
+  const int touching = body_of_vertex_[std::size_t(contact.vertex)];
   const auto body = std::size_t(body_of_triangle_[std::size_t(contact.triangle)]);
+  const TouchLengths lengths = pair_of(touching, int(body)).lengths;
+  if (!(now.from_nearest.norm() < lengths.reach)) return false;
   const Vec3 outwards = outwards_at(contact.vertex);
+  const auto is_behind = [&](int triangle) {
+    const std::optional<Touch> other =
+        touch(positions_[std::size_t(contact.vertex)], outwards, corners(triangle), lengths);
+    return other && other->depth > 0;
+  };
   for (const int around : surfaces_[body].triangles_at(std::size_t(ends[0] - first_vertex_[body]))) {
     const int triangle = first_triangle_[body] + around;
     const std::array<int, 3>& of = triangles_[std::size_t(triangle)];
-    if (std::find(of.begin(), of.end(), ends[1]) != of.end() && !faces(outwards, corners(triangle)))
-      return false;
+    if (std::find(of.begin(), of.end(), ends[1]) != of.end() && !is_behind(triangle)) return false;
   }
   return true;
 }

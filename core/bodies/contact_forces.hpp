@@ -78,7 +78,6 @@ class ContactForces {
   template <class Real>
   void add_accelerations(Fields<Real> accelerations);
   bool touches() const { return !contacts_.empty() || !grips_.empty(); }
-  bool has_friction() const { return rules_.friction > 0; }
   double energy() const;
   ContactReport report() const;
 

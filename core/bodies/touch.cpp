@@ -47,18 +47,15 @@ std::array<double, 3> foot_on(const Vec3& point, const std::array<Vec3, 3>& corn
   return {1 - of_b - of_c, of_b, of_c};
 }
 
-bool faces(const Vec3& outwards, const std::array<Vec3, 3>& corners) {
-  constexpr double most = -0.2;  // cosine of the angle between normals
-  const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-  return area.dot(outwards) < most * area.norm();
-}
-
 std::optional<Touch> touch(const Vec3& point, const Vec3& outwards, const std::array<Vec3, 3>& corners,
                            const TouchLengths& lengths) {
-  if (!faces(outwards, corners)) return std::nullopt;
-  Touch touch{.normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized()};
+  constexpr double faces = -0.2;  // cosine of the angle between normals
+  const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  const double size = area.norm();
+  if (!(size > 0)) return std::nullopt;
+  Touch touch{.normal = area / size};
   touch.depth = -touch.normal.dot(point - corners[0]);
-  if (!(std::abs(touch.depth) < lengths.reach)) return std::nullopt;
+  if (!(std::abs(touch.depth) < lengths.reach) || !(touch.normal.dot(outwards) < faces)) return std::nullopt;
   const NearestPoint nearest = nearest_point(point, corners);
   touch.from_nearest = point - nearest.at;
   touch.beside = std::max(0.0, touch.from_nearest.squaredNorm() - touch.depth * touch.depth);

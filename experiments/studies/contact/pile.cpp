@@ -31,7 +31,7 @@ std::string block_text(const std::array<int, 3>& cells, const Vec3& origin) {
 }
 
 std::string material_text(double young) {
-  return fmt::format("[material]\ndensity = 1000\nyoung = {}\npoisson = 0.3\n\n[damping]\nratio = 0.5\n\n",
+  return fmt::format("[material]\ndensity = 1000\nyoung = {}\npoisson = 0.3\n\n[damping]\nviscosity = 1200\n\n",
                      young);
 }
 

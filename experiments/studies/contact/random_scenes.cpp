@@ -237,19 +237,23 @@ std::string judge(const Scene& scene, const Balance& balance) {
   const IntegratorInfo& method = find_integrator(scene.solve.integrator);
   if (!(balance.momentum < kept)) return "gains_momentum";
   if (keeps_spin(method) && !(balance.spin < kept)) return "turns";
-  if (!(balance.energy < (method.limit ? energy_allowed : energy_allowed_of_frames))) return "gains_energy";
-  return balance.depth < deepest_followed ? "ok" : "sinks_in";
+  if (!(balance.depth < deepest_followed)) return "sinks_in";
+  return balance.energy < (method.limit ? energy_allowed : energy_allowed_of_frames) ? "ok" : "gains_energy";
 }
 
-/// Half the safe step, at which explicit methods keep energy, where they are to.
+/// Half the safe step, at which explicit methods keep energy, and not too many of them.
 void halve_step(Scene& scene) {
+  constexpr double most_steps = 3000;
   const IntegratorInfo& method = find_integrator(scene.solve.integrator);
   if (!method.limit) return;
   const Scene& known = scene;
   const Body body(known.body);
   const OtherBodies others = other_bodies(known);
   const auto system = make_solid<double>(known, body, nullptr, others);
-  scene.solve.dt = safe_share / 2 * stable_step(method, system->spectral_bound());
+  SolveConfig& solve = scene.solve;
+  solve.dt = safe_share / 2 * stable_step(method, system->spectral_bound());
+  solve.duration = std::min(solve.duration, most_steps * *solve.dt);
+  solve.every = std::min(solve.every, solve.duration / 20);
 }
 
 void add(std::uint64_t seed, const Scene& scene, double dt, const Balance& b, const std::string& status,
