@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <utility>
 
 #include "core/measures/measures.hpp"
 #include "core/springs/spring_system.hpp"
@@ -328,19 +329,39 @@ Json compute(const FloorRun& run) {
   return {{"floor", rows_of(rows)}};
 }
 
+Json compute(const BarRun& run) {
+  Table rows = empty_bars();
+  add_bar_run(run, rows);
+  return {{"bars", rows_of(rows)}};
+}
+
+Json compute(const BalanceRun& run) {
+  Table rows = empty_balance();
+  add_balance_run(run, rows);
+  return {{"balance", rows_of(rows)}};
+}
+
+template <class Run>
+void add_cases(const std::vector<Run>& runs, std::vector<Case>& cases) {
+  for (const Run& run : runs) cases.push_back({run.name(), [run] { return compute(run); }});
+}
+
 std::vector<Case> cases_of(const ContactConfig& config) {
   std::vector<Case> cases;
   for (const LawRun& run : law_runs(config))
     cases.push_back({fmt::format("laws, run {}", cases.size() + 1), [run] { return compute(run); }});
-  for (const FloorRun& run : floor_runs(config.floor))
-    cases.push_back({run.name(), [run] { return compute(run); }});
+  add_cases(floor_runs(config.floor), cases);
+  add_cases(config.collision.bars, cases);
+  add_cases(config.collision.blocks, cases);
   for (Case& one : cases) one.group = one.name;
   return cases;
 }
 
 /// Only the charted method's kinetic energies are kept.
 void add_result(const Json& result, ContactTables& tables) {
-  if (result.contains("floor")) return add_rows(result["floor"], tables.floor);
+  for (const auto& [name, table] : {std::pair{"floor", &tables.floor}, std::pair{"bars", &tables.bars},
+                                    std::pair{"balance", &tables.balance}})
+    if (result.contains(name)) return add_rows(result[name], *table);
   add_rows(result["rows"], tables.rows);
   Table rest = empty_rest();
   add_rows(result["rest"], rest);
@@ -352,7 +373,11 @@ void add_result(const Json& result, ContactTables& tables) {
 
 ContactTables measure_contact(const ContactConfig& config, int processes, Journal& journal,
                               Progress& progress) {
-  ContactTables tables{.rows = empty_rows(), .rest = empty_rest(), .floor = empty_floor()};
+  ContactTables tables{.rows = empty_rows(),
+                       .rest = empty_rest(),
+                       .floor = empty_floor(),
+                       .bars = empty_bars(),
+                       .balance = empty_balance()};
   tables.status = gather_cases(cases_of(config), processes, journal, progress,
                                [&](const Json& result) { add_result(result, tables); });
   return tables;
