@@ -331,7 +331,6 @@ std::vector<BodyTables> body_tables(const TomlTable& root) {
                    root.tables("part"), root.tables("weight")});
   else
     for (const TomlTable& body : root.tables("body")) all.push_back(tables_of_one(root, body));
-  if (all.empty()) root.reject("body", "has no body; write [body], or [[body]] above each of several");
   return all;
 }
 

@@ -166,7 +166,6 @@ Json one_to_json(const SceneBody& one) {
 /// Leaves out what follows from something else; files are named from `folder` on.
 void make_file_of(const SceneBody& one, const std::function<std::string(const std::string&)>& from_folder,
                   Json& body, Json& material, Json& damping, Json& parts) {
-  body.erase("cell_count");
   if (!one.voxel_file.empty()) body["voxels"] = from_folder(one.voxel_file);
   if (one.mesh) body["mesh"] = from_folder(one.mesh->file);
   for (std::size_t i = 0; one.mesh && i < one.mesh->part_files.size(); ++i)
@@ -188,12 +187,14 @@ Json file_of(const Scene& scene, const std::filesystem::path& folder) {
   for (Json& obstacle : json["obstacle"])
     if (obstacle.contains("mesh")) obstacle["mesh"] = from_folder(obstacle["mesh"]);
   if (scene.others.empty()) {
+    json["body"].erase("cell_count");
     make_file_of(scene, from_folder, json["body"], json["material"], json["damping"], json["part"]);
     return json;
   }
   const std::vector<const SceneBody*> bodies = bodies_of(scene);
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     Json& body = json["body"][b];
+    body.erase("cell_count");
     Json none = Json::array();
     make_file_of(*bodies[b], from_folder, body, body["material"], body["damping"],
                  body.contains("part") ? body["part"] : none);
