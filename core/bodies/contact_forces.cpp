@@ -274,6 +274,7 @@ ContactForces::Grip ContactForces::grip_of(const Trace& trace) const {
 template <class Real>
 void ContactForces::come_to(Positions<Real> x) {
   find(x);
+  if (positions_ == stepped_from_) return;
   std::vector<Trace> traces;
   for (const Contact& contact : contacts_) {
     traces.push_back(trace_after(contact));

@@ -81,7 +81,7 @@ class ContactForces {
   double energy() const;
   ContactReport report() const;
 
-  /// The system has come to positions, at the end of a step.
+  /// The system has come to positions, at the end of a step. To those of the last time: nothing happens.
   template <class Real>
   void come_to(Positions<Real> x);
   /// No step has ended yet; what was worst so far remains.

@@ -277,7 +277,7 @@ std::vector<std::string> with_axes_joined(const std::vector<std::string>& names)
 
 /// As many as a sentence holds.
 std::string listed(const std::vector<std::string>& names) {
-  constexpr std::size_t longest = 285;
+  constexpr std::size_t longest = 270;
   std::string text;
   for (const std::string& name : with_axes_joined(names)) {
     if (text.size() + name.size() > longest) return text + ", ...";
