@@ -54,6 +54,7 @@ class GeneralizedAlpha final : public Integrator<double> {
                                           .x_base = &x_base_,
                                           .v_base = &v_base_,
                                           .start = &x_,
+                                          .since = dt_,
                                           .impulse_weight = (1 - m) / gamma},
                                          state, work);
     if (status != Status::ok) return status;

@@ -36,6 +36,7 @@ class TrBdf2 final : public Integrator<double> {
     v_base_.array() = v_.array() + d * v_base_.array();
     x_base_ = x_;
     x_base_.array() += d * v_.array();
+    const double began = state.t;
     const auto solve = [&](double t, double weight) {
       return solver_->solve(system,
                             {.t = t,
@@ -43,6 +44,7 @@ class TrBdf2 final : public Integrator<double> {
                              .x_base = &x_base_,
                              .v_base = &v_base_,
                              .start = &x_,
+                             .since = t - began,
                              .impulse_weight = weight},
                             state, work);
     };

@@ -67,7 +67,7 @@ void BoundedSystem::find_obstacles(const ImplicitStage& stage) {
   const std::size_t planes = bounds_.planes().size();
   met_.resize(bounds_.size() - planes, std::vector<Met>(std::size_t(size())));
   const bool is_search = stage.force_velocity != nullptr;
-  const double time = is_search ? 0 : gamma_;
+  const double since = stage.start ? stage.since : gamma_, time = is_search ? 0 : since;
   for_each_particle(*this, [&](std::ptrdiff_t site) {
     const Vec3 from = start_->at(site), v = stage.v_base->at(site) + stage.gamma * bounds_.gravity();
     const Vec3 to = base_->at(site) + bounds_.free_axes(site).cwiseProduct(gamma_ * v);
@@ -95,7 +95,7 @@ void BoundedSystem::begin(const ImplicitStage& stage) {
   base_ = stage.bound_base ? stage.bound_base : stage.x_base;
   start_ = stage.start ? stage.start : base_;
   gamma_ = stage.bound_base ? stage.bound_gamma : stage.gamma_x;
-  t_ = stage.t;
+  t_ = stage.bound_base ? stage.t + stage.bound_gamma - stage.gamma : stage.t;
   find_obstacles(stage);
   double squares = 0;
   length_ = 0;

@@ -157,7 +157,7 @@ class BoundedSystem final : public SystemWrapper<double> {
   const Field<double>* start_ = nullptr;  ///< of the step
   const Field<double>* base_ = nullptr;   ///< particles must be in front of planes at base + gamma v
   double gamma_ = 0;                      ///< [s]
-  double t_ = 0;                          ///< of the stage [s]
+  double t_ = 0;                          ///< where that is so [s]
   std::vector<std::vector<Met>> met_;     ///< by obstacle, by site
   double scale_ = 0;
   double length_ = 0;                                     ///< of a body, for what is small [m]

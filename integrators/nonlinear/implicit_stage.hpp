@@ -33,6 +33,7 @@ struct ImplicitStage {
   const Field<double>* bound_base = nullptr;
   double bound_gamma = 0;                ///< [s]
   const Field<double>* start = nullptr;  ///< positions where the step began; without, bound_base or x_base
+  double since = 0;                      ///< how long ago that was, with `start` [s]
   /// By what impulses that planes give in it change velocities at the end of the step: then the system keeps
   /// them. 0: it does not, as in a search for an equilibrium.
   double impulse_weight = 0;

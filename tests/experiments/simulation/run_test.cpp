@@ -56,6 +56,25 @@ duration = 0.05
 every = 0.01
 )";
 
+TEST_F(RunCommand, WritesForcesAndTorquesOfObstacles) {
+  const std::string tables = R"([environment]
+gravity = [0, 0, -9.81]
+[[obstacle]]
+shape = "box"
+size = [1, 1, 0.2]
+centre = [0.3, 0, -0.1]
+[expect]
+obstacle_0_z = { value = 78.48, within = 30 }
+)";
+  const ProgramRun done = run(write("cube.toml", cube + tables));
+  ASSERT_EQ(done.exit_status, 0) << done.output;
+  const std::string header = read_file(out() / "series.csv").substr(0, 1000);
+  EXPECT_NE(header.find(",obstacle_0_x,obstacle_0_y,obstacle_0_z,obstacle_0_torque_x,obstacle_0_torque_y,"
+                        "obstacle_0_torque_z\n"),
+            std::string::npos)
+      << header;
+}
+
 // Overdamped and spinning fast: symmetric tangents leave out how dampers turn.
 TEST_F(RunCommand, AStalledNewtonReachesTheSummary) {
   const ProgramRun result = run(write("cube.toml", cube),
