@@ -49,7 +49,9 @@ TEST(Collision, BlocksKeepMomentumAndEnergy) {
       EXPECT_EQ(row.text(0, "status"), "ok") << row.csv();
       EXPECT_GT(row.number(0, "steps_touching"), 20);
       EXPECT_LT(row.number(0, "angular_momentum_change"), 1e-14);
-      if (friction > 0) EXPECT_LT(row.number(0, "energy_end"), -1e-2);
+      if (friction > 0) {
+        EXPECT_LT(row.number(0, "energy_end"), -1e-2);
+      }
     }
 }
 
