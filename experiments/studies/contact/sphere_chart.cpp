@@ -18,21 +18,21 @@ ChartSeries points_of(const Table& rows, const char* x, const char* y, std::stri
   return series;
 }
 
-/// Cells are compared on the plane of law `impulse`; what else they are pressed on at the finest.
+/// On the plane of law `impulse` the three finest spheres, on what else they are pressed the finest.
 void add_spheres(const Table& rows, Chart& chart) {
-  const std::vector<double> cells = rows.distinct_numbers("cells");
-  const double finest = *std::max_element(cells.begin(), cells.end());
   for (const std::string& on : rows.distinct("on"))
-    for (const double stiffness : rows.where("on", on).distinct_numbers("stiffness"))
-      for (const double n : cells) {
-        const Table runs = rows.where("on", on).where("stiffness", stiffness).where("cells", n);
-        const bool is_sphere = on == to_string(PressedOn::sphere);
-        if (runs.size() == 0 || (on != to_string(PressedOn::impulse) && n != finest)) continue;
-        chart.series.push_back(
-            points_of(runs, "approach_over_radius", "force_over_hertz",
-                      fmt::format("{}{}, {:g} cells", on,
-                                  is_sphere ? fmt::format(", stiffness {:g}", stiffness) : "", n)));
-      }
+    for (const double stiffness : rows.where("on", on).distinct_numbers("stiffness")) {
+      const Table runs = rows.where("on", on).where("stiffness", stiffness);
+      const std::string with =
+          on == to_string(PressedOn::sphere) ? fmt::format(", stiffness {:g}", stiffness) : "";
+      std::vector<double> cells = runs.distinct_numbers("cells");
+      const std::size_t shown =
+          std::min<std::size_t>(cells.size(), on == to_string(PressedOn::impulse) ? 3 : 1);
+      cells.erase(cells.begin(), cells.end() - std::ptrdiff_t(shown));
+      for (const double n : cells)
+        chart.series.push_back(points_of(runs.where("cells", n), "approach_over_radius", "force_over_hertz",
+                                         fmt::format("{}{}, {:g} cells", on, with, n)));
+    }
 }
 
 /// Of the power of speed that durations follow, from the slowest to the fastest.
@@ -57,7 +57,7 @@ Chart sphere_chart(const Table& rows) {
   Chart chart{.title = "An elastic sphere pressed on a plane and on its like",
               .subtitle = "force over Hertz's; vertices of the surface touch, about a cell apart; nu = 0.3",
               .x = {.label = "approach / radius", .low = 0, .high = 0.042},
-              .y = {.label = "force / Hertz's", .low = 0.6, .high = 1.4},
+              .y = {.label = "force / Hertz's", .low = 0.7, .high = 1.3},
               .lines = {{ReferenceLine::Direction::horizontal, 1, "Hertz", true}}};
   ChartSeries finite{.label = "finite sphere", .marked = false};
   for (int i = 1; i <= 80; ++i) finite.points.push_back({0.0005 * i, finite_over_hertz(0.0005 * i)});
