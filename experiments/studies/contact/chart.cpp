@@ -130,6 +130,10 @@ Drawings draw_contact(const std::vector<NamedTable>& tables) {
                        {"contact_rest", rest_chart(rows, find_table(tables, "contact_rest"))}};
   const Table& bars = find_table(tables, "contact_bars");
   if (bars.size() > 0) drawings.charts.push_back({"contact_bars", bars_chart(bars)});
+  const Table &spheres = find_table(tables, "contact_sphere"),
+              &impacts = find_table(tables, "contact_impact");
+  if (spheres.size() > 0) drawings.charts.push_back({"contact_sphere", sphere_chart(spheres)});
+  if (impacts.size() > 0) drawings.charts.push_back({"contact_impact", impact_chart(impacts)});
   if (floor.size() == 0) return drawings;
   drawings.charts.push_back({"contact_floor_steps", floor_steps_chart(floor)});
   drawings.maps.push_back({"contact_floor", floor_map(floor)});

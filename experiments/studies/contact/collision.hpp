@@ -36,8 +36,8 @@ struct BalanceRun {
 
 /// What `mss validate contact` computes of bodies that hit each other.
 struct CollisionConfig {
-  std::vector<BarRun> bars;
-  std::vector<BalanceRun> blocks;
+  std::vector<BarRun> bars{};
+  std::vector<BalanceRun> blocks{};
 };
 CollisionConfig collision_config(bool quick);
 

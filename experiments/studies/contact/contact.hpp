@@ -7,6 +7,7 @@
 #include "experiments/harness/experiment.hpp"
 #include "experiments/studies/contact/collision.hpp"
 #include "experiments/studies/contact/floor.hpp"
+#include "experiments/studies/contact/sphere.hpp"
 
 namespace mss::studies::contact {
 
@@ -32,6 +33,7 @@ struct ContactConfig {
   double rest_seconds = 8;                     ///< simulated time of the spinning cube
   FloorConfig floor{};
   CollisionConfig collision{};  ///< nothing where methods are named: these studies have their own
+  SphereConfig sphere{};        ///< likewise
 };
 ContactConfig contact_config(const ExperimentOptions& options);
 
@@ -41,6 +43,8 @@ struct ContactTables {
   Table floor;  ///< a body on the floor by every method and step
   Table bars;
   Table balance;
+  Table spheres;
+  Table impacts;
   Status status = Status::ok;
 };
 ContactTables measure_contact(const ContactConfig& config, int processes, Journal& journal,

@@ -341,6 +341,18 @@ Json compute(const BalanceRun& run) {
   return {{"balance", rows_of(rows)}};
 }
 
+Json compute(const PressRun& run) {
+  Table rows = empty_spheres();
+  add_press_run(run, rows);
+  return {{"spheres", rows_of(rows)}};
+}
+
+Json compute(const ImpactRun& run) {
+  Table rows = empty_impacts();
+  add_impact_run(run, rows);
+  return {{"impacts", rows_of(rows)}};
+}
+
 template <class Run>
 void add_cases(const std::vector<Run>& runs, std::vector<Case>& cases) {
   for (const Run& run : runs) cases.push_back({run.name(), [run] { return compute(run); }});
@@ -353,14 +365,18 @@ std::vector<Case> cases_of(const ContactConfig& config) {
   add_cases(floor_runs(config.floor), cases);
   add_cases(config.collision.bars, cases);
   add_cases(config.collision.blocks, cases);
+  add_cases(config.sphere.pressed, cases);
+  add_cases(config.sphere.impacts, cases);
   for (Case& one : cases) one.group = one.name;
   return cases;
 }
 
 /// Only the charted method's kinetic energies are kept.
 void add_result(const Json& result, ContactTables& tables) {
-  for (const auto& [name, table] : {std::pair{"floor", &tables.floor}, std::pair{"bars", &tables.bars},
-                                    std::pair{"balance", &tables.balance}})
+  for (const auto& [name, table] :
+       {std::pair{"floor", &tables.floor}, std::pair{"bars", &tables.bars},
+        std::pair{"balance", &tables.balance}, std::pair{"spheres", &tables.spheres},
+        std::pair{"impacts", &tables.impacts}})
     if (result.contains(name)) return add_rows(result[name], *table);
   add_rows(result["rows"], tables.rows);
   Table rest = empty_rest();
@@ -377,7 +393,9 @@ ContactTables measure_contact(const ContactConfig& config, int processes, Journa
                        .rest = empty_rest(),
                        .floor = empty_floor(),
                        .bars = empty_bars(),
-                       .balance = empty_balance()};
+                       .balance = empty_balance(),
+                       .spheres = empty_spheres(),
+                       .impacts = empty_impacts()};
   tables.status = gather_cases(cases_of(config), processes, journal, progress,
                                [&](const Json& result) { add_result(result, tables); });
   return tables;
