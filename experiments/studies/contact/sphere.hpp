@@ -56,7 +56,8 @@ void add_press_run(const PressRun& run, Table& rows);
 
 Table empty_impacts();
 /// Allowed at 40 cells: 5 percent of the duration beside the finite sphere's, and restitution .995. The
-/// status is `ok`; `off`; `not_claimed` at other cells; `never_left`; or how the method ended.
+/// status is `ok`; `off`; `not_claimed` at other cells; `never_left`; or how the method ended. Throws
+/// std::logic_error at a speed other than those of sphere_config().
 void add_impact_run(const ImpactRun& run, Table& rows);
 
 /// Worst figures, and exponents of duration by speed, a line each.

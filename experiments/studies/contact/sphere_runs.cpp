@@ -9,6 +9,7 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <stdexcept>
 
 #include "core/mesh/mesh_fill.hpp"
 #include "core/mesh/shapes.hpp"
@@ -376,6 +377,7 @@ void add_impact_run(const ImpactRun& run, Table& rows) {
   constexpr double most_error = 0.05, least_restitution = 0.995, longer = 1.3;
   const auto* known = std::find_if(std::begin(known_impacts), std::end(known_impacts),
                                    [&](const KnownImpact& one) { return one.speed == run.speed; });
+  if (known == std::end(known_impacts)) throw std::logic_error("no known duration of " + run.name());
   const double time = radius / c_of_sphere();
   const Impact impact = throw_at_plane(run, longer * known->duration * time);
   const auto add = [&](double duration, double restitution, std::string status) {
