@@ -128,6 +128,7 @@ Drawings draw_contact(const std::vector<NamedTable>& tables) {
     drawings.charts = {{"contact", laws_chart(rows)},
                        {"contact_stop", stop_chart(rows)},
                        {"contact_rest", rest_chart(rows, find_table(tables, "contact_rest"))}};
+  add_robustness_charts(tables, drawings);
   if (floor.size() == 0) return drawings;
   drawings.charts.push_back({"contact_floor_steps", floor_steps_chart(floor)});
   drawings.maps.push_back({"contact_floor", floor_map(floor)});

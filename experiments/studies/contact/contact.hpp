@@ -6,6 +6,7 @@
 #include "core/environment/environment.hpp"
 #include "experiments/harness/experiment.hpp"
 #include "experiments/studies/contact/floor.hpp"
+#include "experiments/studies/contact/robustness.hpp"
 
 namespace mss::studies::contact {
 
@@ -30,6 +31,7 @@ struct ContactConfig {
   std::vector<double> slope_frictions;         ///< on a slope of tan = 0.5
   double rest_seconds = 8;                     ///< simulated time of the spinning cube
   FloorConfig floor{};
+  RobustnessConfig robustness{};
 };
 ContactConfig contact_config(const ExperimentOptions& options);
 
@@ -37,6 +39,7 @@ struct ContactTables {
   Table rows;
   Table rest;   ///< kinetic energy of the cube against time, by the charted method
   Table floor;  ///< a body on the floor by every method and step
+  RobustnessTables robustness{};
   Status status = Status::ok;
 };
 ContactTables measure_contact(const ContactConfig& config, int processes, Journal& journal,

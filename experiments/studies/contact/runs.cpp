@@ -334,12 +334,14 @@ std::vector<Case> cases_of(const ContactConfig& config) {
     cases.push_back({fmt::format("laws, run {}", cases.size() + 1), [run] { return compute(run); }});
   for (const FloorRun& run : floor_runs(config.floor))
     cases.push_back({run.name(), [run] { return compute(run); }});
+  for (Case& one : robustness_cases(config.robustness)) cases.push_back(std::move(one));
   for (Case& one : cases) one.group = one.name;
   return cases;
 }
 
 /// Only the charted method's kinetic energies are kept.
 void add_result(const Json& result, ContactTables& tables) {
+  if (add_robustness_result(result, tables.robustness)) return;
   if (result.contains("floor")) return add_rows(result["floor"], tables.floor);
   add_rows(result["rows"], tables.rows);
   Table rest = empty_rest();
