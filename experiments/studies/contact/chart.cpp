@@ -134,6 +134,7 @@ Drawings draw_contact(const std::vector<NamedTable>& tables) {
               &impacts = find_table(tables, "contact_impact");
   if (spheres.size() > 0) drawings.charts.push_back({"contact_sphere", sphere_chart(spheres)});
   if (impacts.size() > 0) drawings.charts.push_back({"contact_impact", impact_chart(impacts)});
+  add_robustness_charts(tables, drawings);
   if (floor.size() == 0) return drawings;
   drawings.charts.push_back({"contact_floor_steps", floor_steps_chart(floor)});
   drawings.maps.push_back({"contact_floor", floor_map(floor)});

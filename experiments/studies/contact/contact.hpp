@@ -7,6 +7,7 @@
 #include "experiments/harness/experiment.hpp"
 #include "experiments/studies/contact/collision.hpp"
 #include "experiments/studies/contact/floor.hpp"
+#include "experiments/studies/contact/robustness.hpp"
 #include "experiments/studies/contact/sphere.hpp"
 
 namespace mss::studies::contact {
@@ -34,6 +35,7 @@ struct ContactConfig {
   FloorConfig floor{};
   CollisionConfig collision{};  ///< nothing where methods are named: these studies have their own
   SphereConfig sphere{};        ///< likewise
+  RobustnessConfig robustness{};
 };
 ContactConfig contact_config(const ExperimentOptions& options);
 
@@ -45,6 +47,7 @@ struct ContactTables {
   Table balance;
   Table spheres;
   Table impacts;
+  RobustnessTables robustness{};
   Status status = Status::ok;
 };
 ContactTables measure_contact(const ContactConfig& config, int processes, Journal& journal,

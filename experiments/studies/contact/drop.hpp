@@ -13,7 +13,7 @@ struct DropRun {
   int bodies = 0;
   std::string integrator;
   int threads = 1;
-  double seconds = 1.5;
+  double seconds = 0.75;
 
   std::string name() const;
 };

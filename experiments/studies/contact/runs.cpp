@@ -367,12 +367,14 @@ std::vector<Case> cases_of(const ContactConfig& config) {
   add_cases(config.collision.blocks, cases);
   add_cases(config.sphere.pressed, cases);
   add_cases(config.sphere.impacts, cases);
+  for (Case& one : robustness_cases(config.robustness)) cases.push_back(std::move(one));
   for (Case& one : cases) one.group = one.name;
   return cases;
 }
 
 /// Only the charted method's kinetic energies are kept.
 void add_result(const Json& result, ContactTables& tables) {
+  if (add_robustness_result(result, tables.robustness)) return;
   for (const auto& [name, table] :
        {std::pair{"floor", &tables.floor}, std::pair{"bars", &tables.bars},
         std::pair{"balance", &tables.balance}, std::pair{"spheres", &tables.spheres},

@@ -87,6 +87,34 @@ TEST(Touch, ForcesAreTheGradientOfTheEnergyAndGiveNoMomentum) {
   }
 }
 
+TEST(Touch, IsRoundedOffBehindAValley) {
+  const TouchLengths lengths{.reach = 0.5, .layer = 0.05, .rim = 0.1};
+  const std::array<Vec3, 3> corners{Vec3(0, -1, 0), Vec3(1, 0, 0.3), Vec3(0, 1, 0)};
+  const auto rounded = [&](const Vec3& point) {
+    std::optional<Touch> found = touch(point, -Vec3::UnitZ(), corners, lengths);
+    round_off(*found, corners);
+    return *found;
+  };
+  const Touch now = rounded(Vec3(0.01, 0.2, -0.2));  // below the edge along y
+  EXPECT_NEAR(now.depth, std::hypot(0.01, 0.2), 1e-12);
+  EXPECT_NEAR(std::abs(now.edge[1]), 1, 1e-12);
+  const TouchForces forces = touch_forces(now, lengths);
+  Vec3 moment = Vec3(0.01, 0.2, -0.2).cross(forces.vertex), sum = forces.vertex;
+  for (std::size_t i = 0; i < 3; ++i) {
+    moment += corners[i].cross(forces.corners[i]);
+    sum += forces.corners[i];
+  }
+  EXPECT_LT(moment.norm(), 1e-15);
+  EXPECT_LT(sum.norm(), 1e-15);
+  const Eigen::Matrix3d stiffness = touch_stiffness(now, lengths);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3 by = 1e-6 * Vec3::Unit(axis), at(0.01, 0.2, -0.2);
+    const Vec3 above = touch_forces(rounded(at + by), lengths).vertex,
+               below = touch_forces(rounded(at - by), lengths).vertex;
+    EXPECT_LT(((below - above) / 2e-6 - stiffness.col(axis)).norm(), 1e-8);
+  }
+}
+
 TEST(ContactSurface, FacesOfCellsEncloseThem) {
   VoxelGrid grid(3, 3, 2);
   for (const auto& [i, j, k] :

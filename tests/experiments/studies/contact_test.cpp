@@ -39,6 +39,7 @@ ContactTables measure(const ContactConfig& config) {
 /// All rows of one law by the thesis's method.
 Table rows_of(ContactLaw law) {
   ContactConfig config = contact_config({.quick = true, .integrators = {"verlet"}});
+  config.robustness = {};
   config.laws = {law};
   config.degrees = {0, 45};
   config.floor = {};
@@ -74,6 +75,7 @@ TEST(Contact, PenaltyStopsPushesButSinks) {
 
 TEST(Contact, DrawsFromItsFiles) {
   ContactConfig config = contact_config({.quick = true, .integrators = {"velocity_verlet", "verlet"}});
+  config.robustness = {};
   config.restitutions = {0.2, 0.6};
   config.degrees = {0, 45};
   config.slope_frictions = {0.2};
