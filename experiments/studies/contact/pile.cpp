@@ -72,11 +72,12 @@ std::string pile_scene(const PileRun& run) {
   return said + solve_text(run.integrator, run.seconds, 0.05);
 }
 
-/// Blocks of 1 MPa; the lower one is held, and gravity is tilted.
+/// Blocks of 1 MPa, their particles not above each other; the lower one is held, and gravity is tilted.
 std::string incline_scene(const InclineRun& run) {
   const double angle = std::atan(run.tangent);
   const double cell = pile_cell;
-  std::string said = block_text({30, 4, 1}, Vec3(0, 0, -cell)) + block_text({2, 2, 2}, Vec3(cell, cell, 0));
+  std::string said =
+      block_text({30, 4, 1}, Vec3(0, 0, -cell)) + block_text({2, 2, 2}, Vec3(1.3 * cell, 0.8 * cell, 0));
   said += material_text(1e6);
   said += fmt::format("[contact]\nbodies = true\nfriction = {}\n\n", incline_friction);
   said += fmt::format("[environment]\ngravity = {}\n\n",
