@@ -15,6 +15,12 @@ const Table& find_table(const std::vector<NamedTable>& tables, std::string_view 
   throw InputError(fmt::format("there is no table {}.csv, from which charts are drawn", name));
 }
 
+const Table* rows_of(const std::vector<NamedTable>& tables, std::string_view name) {
+  for (const NamedTable& named : tables)
+    if (named.name == name) return named.table.size() > 0 ? &named.table : nullptr;
+  return nullptr;
+}
+
 std::string table_of(std::string_view chart, const std::vector<NamedTable>& tables) {
   std::string longest;
   for (const NamedTable& named : tables)

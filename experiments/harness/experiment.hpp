@@ -62,6 +62,9 @@ struct NamedTable {
 /// The table of a name. Throws InputError if there is none, as in an incomplete results directory.
 const Table& find_table(const std::vector<NamedTable>& tables, std::string_view name);
 
+/// The same of a table that results of older versions lack: nullptr if there is none, or if it has no rows.
+const Table* rows_of(const std::vector<NamedTable>& tables, std::string_view name);
+
 struct NamedChart {
   std::string name;  ///< of the files, without extension
   Chart chart;

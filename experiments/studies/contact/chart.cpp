@@ -128,12 +128,12 @@ Drawings draw_contact(const std::vector<NamedTable>& tables) {
     drawings.charts = {{"contact", laws_chart(rows)},
                        {"contact_stop", stop_chart(rows)},
                        {"contact_rest", rest_chart(rows, find_table(tables, "contact_rest"))}};
-  const Table& bars = find_table(tables, "contact_bars");
-  if (bars.size() > 0) drawings.charts.push_back({"contact_bars", bars_chart(bars)});
-  const Table &spheres = find_table(tables, "contact_sphere"),
-              &impacts = find_table(tables, "contact_impact");
-  if (spheres.size() > 0) drawings.charts.push_back({"contact_sphere", sphere_chart(spheres)});
-  if (impacts.size() > 0) drawings.charts.push_back({"contact_impact", impact_chart(impacts)});
+  if (const Table* bars = rows_of(tables, "contact_bars"))
+    drawings.charts.push_back({"contact_bars", bars_chart(*bars)});
+  if (const Table* spheres = rows_of(tables, "contact_sphere"))
+    drawings.charts.push_back({"contact_sphere", sphere_chart(*spheres)});
+  if (const Table* impacts = rows_of(tables, "contact_impact"))
+    drawings.charts.push_back({"contact_impact", impact_chart(*impacts)});
   add_robustness_charts(tables, drawings);
   if (floor.size() == 0) return drawings;
   drawings.charts.push_back({"contact_floor_steps", floor_steps_chart(floor)});
