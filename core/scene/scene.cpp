@@ -14,6 +14,7 @@
 #include "core/mesh/shapes.hpp"
 #include "core/refinement/refined_system.hpp"
 #include "core/scene/allowed.hpp"
+#include "core/scene/scene_body_reader.hpp"
 #include "core/scene/scene_boxes.hpp"
 #include "core/scene/scene_keys.hpp"
 #include "core/scene/toml_reader.hpp"

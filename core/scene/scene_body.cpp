@@ -1,6 +1,4 @@
 // What a scene file says of a body.
-#include "core/scene/scene_body.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include "core/base/error.hpp"
 #include "core/base/limits.hpp"
 #include "core/scene/allowed.hpp"
+#include "core/scene/scene_body_reader.hpp"
 #include "core/scene/scene_keys.hpp"
 
 namespace mss {
