@@ -105,7 +105,7 @@ struct Obstacle {
   bool moves(double t = 0) const { return (turn && turn->rate != 0 && t < turn->until) || path.changes(t); }
 };
 
-/// Which surfaces of bodies touch, by a smooth force, see core/bodies/contact_law.hpp.
+/// Which surfaces of bodies touch, by a smooth force, see core/bodies/README.md.
 struct BodyContact {
   bool bodies = false;    ///< those of different bodies
   bool self = false;      ///< parts of one body's
