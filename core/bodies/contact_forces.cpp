@@ -21,6 +21,13 @@ bool overlap(const Box& a, const Box& b, double distance) {
   return (a.lower - b.upper).maxCoeff() <= distance && (b.lower - a.upper).maxCoeff() <= distance;
 }
 
+/// Zero of a flat triangle: nothing is behind it.
+Vec3 normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 area = (b - a).cross(c - a);
+  const double size = area.norm();
+  return size > 0 ? Vec3(area / size) : Vec3(Vec3::Zero());
+}
+
 bool contains(const Box& box, const Vec3& x, double distance) {
   return (box.lower - x).maxCoeff() <= distance && (x - box.upper).maxCoeff() <= distance;
 }
@@ -43,9 +50,12 @@ ContactForces::ContactForces(const std::vector<Toucher>& bodies, const BodyConta
     skin_ = std::min(skin_, skin_share * body->config().cell_size);
   }
   forces_.assign(body_of_vertex_.size(), Vec3::Zero());
+  planes_.resize(triangles_.size());
+  for (std::size_t a = 0; a < surfaces_.size(); ++a)
+    for (std::size_t b = 0; b < surfaces_.size(); ++b) pairs_.push_back(find_pair(int(a), int(b)));
 }
 
-ContactForces::Pair ContactForces::pair_of(int a, int b) const {
+ContactForces::Pair ContactForces::find_pair(int a, int b) const {
   const auto per_area = [&](int i) {
     const double omega = bodies_[std::size_t(i)].omega;
     return omega * omega * surfaces_[std::size_t(i)].mass_per_area();
@@ -127,6 +137,11 @@ void ContactForces::find_candidates() {
   });
   for (const std::vector<Candidate>& found : of_body)
     candidates_.insert(candidates_.end(), found.begin(), found.end());
+  std::vector<bool> is_near(triangles_.size());
+  for (const Candidate& candidate : candidates_) is_near[std::size_t(candidate.triangle)] = true;
+  near_triangles_.clear();
+  for (std::size_t t = 0; t < triangles_.size(); ++t)
+    if (is_near[t]) near_triangles_.push_back(int(t));
 }
 
 /// Vertices of a body near triangles of another, or of the same.
@@ -144,8 +159,22 @@ void ContactForces::find_candidates(int body, int other, std::vector<Candidate>&
   }
 }
 
+/// Of the triangles that vertices are near.
+void ContactForces::find_planes() {
+  constexpr std::ptrdiff_t portion = 256;
+  const auto count = std::ptrdiff_t(near_triangles_.size());
+  team_.for_each((count + portion - 1) / portion, [&](std::ptrdiff_t p) {
+    for (std::ptrdiff_t i = p * portion; i < std::min(count, (p + 1) * portion); ++i) {
+      const int triangle = near_triangles_[std::size_t(i)];
+      const auto [a, b, c] = corners(triangle);
+      planes_[std::size_t(triangle)] = {a, normal_of(a, b, c)};
+    }
+  });
+}
+
 /// In portions of candidates that begin with a vertex's first.
 void ContactForces::find_contacts() {
+  find_planes();
   constexpr std::size_t portion = 256;
   std::vector<std::size_t> begins;
   for (std::size_t i = 0; i < candidates_.size(); ++i)
@@ -164,24 +193,48 @@ void ContactForces::find_contacts() {
 
 /// Candidates of a vertex and a body follow each other: the nearest of them counts.
 void ContactForces::add_contacts_of(std::size_t begin, std::size_t end, std::vector<Contact>& found) const {
-  Vec3 outwards = Vec3::Zero();
-  for (std::size_t i = begin; i < end; ++i) {
-    const auto& [vertex, triangle] = candidates_[i];
-    if (i == begin || vertex != candidates_[i - 1].vertex) outwards = outwards_at(vertex);
-    const int body = body_of_vertex_[std::size_t(vertex)], other = body_of_triangle_[std::size_t(triangle)];
-    const Pair pair = pair_of(body, other);
-    const std::optional<Touch> now =
-        touch(positions_[std::size_t(vertex)], outwards, corners(triangle), pair.lengths);
-    if (!now) continue;
-    const bool is_first = found.empty() || found.back().vertex != vertex ||
-                          body_of_triangle_[std::size_t(found.back().triangle)] != other;
-    if (!is_first && !is_nearer(*now, found.back().touch)) continue;
-    if (is_first) found.emplace_back();
-    found.back() = {vertex, triangle, *now, stiffness_at(vertex, other), 0, nullptr};
+  const auto belong = [&](const Candidate& a, const Candidate& b) {
+    return a.vertex == b.vertex &&
+           body_of_triangle_[std::size_t(a.triangle)] == body_of_triangle_[std::size_t(b.triangle)];
+  };
+  for (std::size_t i = begin; i < end;) {
+    std::size_t next = i + 1;
+    while (next < end && belong(candidates_[i], candidates_[next])) ++next;
+    if (std::optional<Contact> contact = nearest_of(std::span(candidates_).subspan(i, next - i))) {
+      if (is_in_valley(*contact)) round_off(contact->touch, corners(contact->triangle));
+      if (begins_or_goes_on(*contact)) found.push_back(*contact);
+    }
+    i = next;
   }
-  for (Contact& contact : found)
-    if (is_in_valley(contact)) round_off(contact.touch, corners(contact.triangle));
-  std::erase_if(found, [&](Contact& contact) { return !begins_or_goes_on(contact); });
+}
+
+/// Of the triangles that it is behind, unless it is nearer to one that it is in front of. Most vertices are
+/// in front of all planes, which is quickly seen.
+std::optional<ContactForces::Contact> ContactForces::nearest_of(std::span<const Candidate> candidates) const {
+  constexpr double rounding = 1e-6;
+  const int vertex = candidates[0].vertex, body = body_of_vertex_[std::size_t(vertex)],
+            other = body_of_triangle_[std::size_t(candidates[0].triangle)];
+  const TouchLengths& lengths = pair_of(body, other).lengths;
+  const Vec3& at = positions_[std::size_t(vertex)];
+  std::optional<Vec3> outwards;
+  std::optional<Contact> nearest;
+  double farthest = lengths.reach;
+  for (const bool is_behind : {true, false}) {
+    for (const Candidate& candidate : candidates) {
+      const Plane& plane = planes_[std::size_t(candidate.triangle)];
+      const double depth = -plane.normal.dot(at - plane.point);
+      if ((depth > 0) != is_behind || !(std::abs(depth) <= farthest)) continue;
+      if (!outwards) outwards = outwards_at(vertex);
+      if (!faces(plane.normal, *outwards)) continue;
+      const std::optional<Touch> now = touch(at, *outwards, corners(candidate.triangle), lengths);
+      if (!now || (nearest && !is_nearer(*now, nearest->touch))) continue;
+      if (!is_behind) return std::nullopt;
+      farthest = (1 + rounding) * now->from_nearest.norm();
+      nearest = {vertex, candidate.triangle, *now, stiffness_at(vertex, other), 0, nullptr};
+    }
+    if (!nearest) return std::nullopt;
+  }
+  return nearest;
 }
 
 /// Whether it is behind all triangles of an edge or a corner, and faces them: elsewhere that is a rim.

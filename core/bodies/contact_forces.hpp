@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -157,7 +158,14 @@ class ContactForces {
     TouchLengths lengths{};
   };
 
-  Pair pair_of(int a, int b) const;
+  struct Plane {
+    Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
+  };
+
+  Pair find_pair(int a, int b) const;
+  const Pair& pair_of(int a, int b) const {
+    return pairs_[std::size_t(a) * surfaces_.size() + std::size_t(b)];
+  }
   std::array<Vec3, 3> corners(int triangle) const;
   Vec3 outwards_at(int vertex) const;
   bool may_touch(int body, int other) const { return body == other ? rules_.self : rules_.bodies; }
@@ -166,8 +174,10 @@ class ContactForces {
   bool gather(Positions<Real> x);
   void find_candidates();
   void find_candidates(int body, int other, std::vector<Candidate>& found) const;
+  void find_planes();
   void find_contacts();
   void add_contacts_of(std::size_t begin, std::size_t end, std::vector<Contact>& found) const;
+  std::optional<Contact> nearest_of(std::span<const Candidate> candidates) const;
   bool is_in_valley(const Contact& contact) const;
   bool begins_or_goes_on(Contact& contact) const;
   bool was_behind(const Contact& contact, double by) const;
@@ -197,10 +207,13 @@ class ContactForces {
   std::vector<int> first_vertex_, first_triangle_;  ///< by body, and one more
   std::vector<int> body_of_vertex_, body_of_triangle_;
   std::vector<std::array<int, 3>> triangles_;  ///< of vertices of all
+  std::vector<Pair> pairs_;                    ///< by body, then other
   double skin_ = 0;  ///< how much farther than they touch candidates are looked for [m]
 
   std::vector<Vec3> positions_, searched_at_, stepped_from_;  ///< by vertex; empty: never
   std::vector<Candidate> candidates_;                         ///< by vertex, then triangle
+  std::vector<int> near_triangles_;                           ///< of candidates, ascending
+  std::vector<Plane> planes_;                                 ///< by triangle, of those near vertices
   std::vector<Contact> contacts_;                             ///< by vertex, then body
   std::vector<Trace> traces_;                                 ///< by vertex, then body
   std::vector<Grip> grips_;                                   ///< one for each trace

@@ -47,15 +47,19 @@ std::array<double, 3> foot_on(const Vec3& point, const std::array<Vec3, 3>& corn
   return {1 - of_b - of_c, of_b, of_c};
 }
 
+bool faces(const Vec3& normal, const Vec3& outwards) {
+  constexpr double most_cosine = -0.2;
+  return normal.dot(outwards) < most_cosine;
+}
+
 std::optional<Touch> touch(const Vec3& point, const Vec3& outwards, const std::array<Vec3, 3>& corners,
                            const TouchLengths& lengths) {
-  constexpr double faces = -0.2;  // cosine of the angle between normals
   const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
   const double size = area.norm();
   if (!(size > 0)) return std::nullopt;
   Touch touch{.normal = area / size};
   touch.depth = -touch.normal.dot(point - corners[0]);
-  if (!(std::abs(touch.depth) < lengths.reach) || !(touch.normal.dot(outwards) < faces)) return std::nullopt;
+  if (!(std::abs(touch.depth) < lengths.reach) || !faces(touch.normal, outwards)) return std::nullopt;
   const NearestPoint nearest = nearest_point(point, corners);
   touch.from_nearest = point - nearest.at;
   touch.beside = std::max(0.0, touch.from_nearest.squaredNorm() - touch.depth * touch.depth);

@@ -41,6 +41,10 @@ struct TouchLengths {
   double rim = 0;    ///< e
 };
 
+/// Whether a triangle with a normal and a vertex with the normal of its own surface, `outwards`, face each
+/// other.
+bool faces(const Vec3& normal, const Vec3& outwards);
+
 /// How a vertex at a point lies to a triangle near it that it faces; `outwards`: the normal of its own
 /// surface there. Surfaces that do not face each other do not touch: so the rims of two blocks, one on the
 /// other, do not hold each other's sides. It touches if it is behind the triangle, d > 0, and that is the
