@@ -42,6 +42,10 @@ ContactForces::ContactForces(const std::vector<Toucher>& bodies, const BodyConta
     trees_.emplace_back(surface.mesh());
     for (const auto& [a, b, c] : surface.mesh().triangles)
       triangles_.push_back({a + first_vertex_.back(), b + first_vertex_.back(), c + first_vertex_.back()});
+    for (std::size_t v = 0; v < surface.size(); ++v) {
+      stiffness_.push_back(omega * omega * surface.mass_per_area(v));
+      area_.push_back(surface.area(v));
+    }
     const int number = int(surfaces_.size()) - 1;
     body_of_vertex_.resize(body_of_vertex_.size() + surface.size(), number);
     body_of_triangle_.resize(triangles_.size(), number);
@@ -51,19 +55,12 @@ ContactForces::ContactForces(const std::vector<Toucher>& bodies, const BodyConta
   }
   forces_.assign(body_of_vertex_.size(), Vec3::Zero());
   planes_.resize(triangles_.size());
-  for (std::size_t a = 0; a < surfaces_.size(); ++a)
-    for (std::size_t b = 0; b < surfaces_.size(); ++b) pairs_.push_back(find_pair(int(a), int(b)));
 }
 
-ContactForces::Pair ContactForces::find_pair(int a, int b) const {
-  const auto per_area = [&](int i) {
-    const double omega = bodies_[std::size_t(i)].omega;
-    return omega * omega * surfaces_[std::size_t(i)].mass_per_area();
-  };
+TouchLengths ContactForces::lengths_of(int a, int b) const {
   const double cell = std::min(bodies_[std::size_t(a)].body->config().cell_size,
                                bodies_[std::size_t(b)].body->config().cell_size);
-  return {rules_.stiffness / 4 * std::min(per_area(a), per_area(b)),
-          {reach_share * cell, layer_share * cell, rim_share_of_cell * cell}};
+  return {reach_share * cell, layer_share * cell, rim_share_of_cell * cell};
 }
 
 std::array<Vec3, 3> ContactForces::corners(int triangle) const {
@@ -147,7 +144,7 @@ void ContactForces::find_candidates() {
 /// Vertices of a body near triangles of another, or of the same.
 void ContactForces::find_candidates(int body, int other, std::vector<Candidate>& found) const {
   const TriangleTree& tree = trees_[std::size_t(other)];
-  const double distance = pair_of(body, other).lengths.reach + skin_;
+  const double distance = lengths_of(body, other).reach + skin_;
   if (!overlap(trees_[std::size_t(body)].bounds(), tree.bounds(), distance)) return;
   for (int v = first_vertex_[std::size_t(body)]; v < first_vertex_[std::size_t(body) + 1]; ++v) {
     const Vec3& x = positions_[std::size_t(v)];
@@ -182,17 +179,21 @@ void ContactForces::find_contacts() {
         (i == 0 || candidates_[i].vertex != candidates_[i - 1].vertex))
       begins.push_back(i);
   begins.push_back(candidates_.size());
-  std::vector<std::vector<Contact>> found(begins.size() - 1);
+  std::vector<Found> found(begins.size() - 1);
   team_.for_each(std::ptrdiff_t(found.size()), [&](std::ptrdiff_t p) {
     add_contacts_of(begins[std::size_t(p)], begins[std::size_t(p) + 1], found[std::size_t(p)]);
   });
   contacts_.clear();
-  for (const std::vector<Contact>& part : found) contacts_.insert(contacts_.end(), part.begin(), part.end());
+  some_wait_ = false;
+  for (const Found& part : found) {
+    contacts_.insert(contacts_.end(), part.touches.begin(), part.touches.end());
+    some_wait_ |= part.some_wait;
+  }
   find_grips();
 }
 
 /// Candidates of a vertex and a body follow each other: the nearest of them counts.
-void ContactForces::add_contacts_of(std::size_t begin, std::size_t end, std::vector<Contact>& found) const {
+void ContactForces::add_contacts_of(std::size_t begin, std::size_t end, Found& found) const {
   const auto belong = [&](const Candidate& a, const Candidate& b) {
     return a.vertex == b.vertex &&
            body_of_triangle_[std::size_t(a.triangle)] == body_of_triangle_[std::size_t(b.triangle)];
@@ -200,11 +201,18 @@ void ContactForces::add_contacts_of(std::size_t begin, std::size_t end, std::vec
   for (std::size_t i = begin; i < end;) {
     std::size_t next = i + 1;
     while (next < end && belong(candidates_[i], candidates_[next])) ++next;
-    if (std::optional<Contact> contact = nearest_of(std::span(candidates_).subspan(i, next - i))) {
-      if (is_in_valley(*contact)) round_off(contact->touch, corners(contact->triangle));
-      if (begins_or_goes_on(*contact)) found.push_back(*contact);
-    }
+    std::optional<Contact> contact = nearest_of(std::span(candidates_).subspan(i, next - i));
     i = next;
+    if (!contact) continue;
+    if (is_in_valley(*contact)) round_off(contact->touch, corners(contact->triangle));
+    contact->trace = trace_of(*contact);
+    if (!contact->trace && !is_within_rim(contact->touch, lengths_of(*contact))) continue;
+    if (contact->trace ? goes_on(*contact) : begins(*contact)) {
+      press(*contact);
+      found.touches.push_back(*contact);
+    } else {
+      found.some_wait = true;
+    }
   }
 }
 
@@ -214,7 +222,7 @@ std::optional<ContactForces::Contact> ContactForces::nearest_of(std::span<const 
   constexpr double rounding = 1e-6;
   const int vertex = candidates[0].vertex, body = body_of_vertex_[std::size_t(vertex)],
             other = body_of_triangle_[std::size_t(candidates[0].triangle)];
-  const TouchLengths& lengths = pair_of(body, other).lengths;
+  const TouchLengths lengths = lengths_of(body, other);
   const Vec3& at = positions_[std::size_t(vertex)];
   std::optional<Vec3> outwards;
   std::optional<Contact> nearest;
@@ -230,7 +238,7 @@ std::optional<ContactForces::Contact> ContactForces::nearest_of(std::span<const 
       if (!now || (nearest && !is_nearer(*now, nearest->touch))) continue;
       if (!is_behind) return std::nullopt;
       farthest = (1 + rounding) * now->from_nearest.norm();
-      nearest = {vertex, candidate.triangle, *now, stiffness_at(vertex, other), 0, nullptr};
+      nearest = {vertex, candidate.triangle, *now, 0, 0, 0, nullptr};
     }
     if (!nearest) return std::nullopt;
   }
@@ -250,7 +258,7 @@ bool ContactForces::is_in_valley(const Contact& contact) const {
   if (ends[1] < 0) ends[1] = ends[0];
   const int touching = body_of_vertex_[std::size_t(contact.vertex)];
   const auto body = std::size_t(body_of_triangle_[std::size_t(contact.triangle)]);
-  const TouchLengths lengths = pair_of(touching, int(body)).lengths;
+  const TouchLengths lengths = lengths_of(touching, int(body));
   if (!(now.from_nearest.norm() < lengths.reach)) return false;
   const Vec3 outwards = outwards_at(contact.vertex);
   const auto is_behind = [&](int triangle) {
@@ -266,42 +274,59 @@ bool ContactForces::is_in_valley(const Contact& contact) const {
   return true;
 }
 
-const ContactForces::Trace* ContactForces::trace_of(int vertex, int body) const {
+const ContactForces::Trace* ContactForces::trace_of(const Contact& contact) const {
+  const int vertex = contact.vertex, body = body_of_triangle_[std::size_t(contact.triangle)];
   const auto found = std::lower_bound(
       traces_.begin(), traces_.end(), std::tie(vertex, body),
       [](const Trace& trace, const auto& key) { return std::tie(trace.vertex, trace.body) < key; });
   return found != traces_.end() && found->vertex == vertex && found->body == body ? &*found : nullptr;
 }
 
-/// Whether a vertex touched where the last step ended, or has come through the triangle since; with what
-/// follows from that.
-bool ContactForces::begins_or_goes_on(Contact& contact) const {
-  if (!(contact.touch.depth > 0)) return false;
-  const int body = body_of_triangle_[std::size_t(contact.triangle)];
-  const TouchLengths lengths = pair_of(body_of_vertex_[std::size_t(contact.vertex)], body).lengths;
-  contact.trace = trace_of(contact.vertex, body);
-  if (contact.trace)
-    contact.touch.growth = most_growth;
-  else if (!is_within_rim(contact.touch, lengths) || was_behind(contact, lengths.layer))
-    return false;
-  contact.pressure = touch_pressure(contact.touch, lengths);
-  return true;
-}
-
-bool ContactForces::was_behind(const Contact& contact, double by) const {
-  if (stepped_from_.empty()) return false;
+/// It was not behind the triangle's plane where the step began.
+bool ContactForces::begins(const Contact& contact) const {
+  if (stepped_from_.empty()) return true;
   const auto& [a, b, c] = triangles_[std::size_t(contact.triangle)];
   const Vec3& corner = stepped_from_[std::size_t(a)];
   const Vec3 area = (stepped_from_[std::size_t(b)] - corner).cross(stepped_from_[std::size_t(c)] - corner);
-  return area.dot(corner - stepped_from_[std::size_t(contact.vertex)]) > by * area.norm();
+  return !(area.dot(corner - stepped_from_[std::size_t(contact.vertex)]) >
+           lengths_of(contact).layer * area.norm());
 }
 
-/// Of a vertex and another body.
-double ContactForces::stiffness_at(int vertex, int other) const {
-  const int body = body_of_vertex_[std::size_t(vertex)];
-  const double area =
-      surfaces_[std::size_t(body)].area(std::size_t(vertex - first_vertex_[std::size_t(body)]));
-  return pair_of(body, other).per_area * area;
+/// Not from a triangle that has let it go to another around a corner, which it is deeper behind.
+bool ContactForces::goes_on(const Contact& contact) const {
+  constexpr double around_corner = 0.7;  // cosine of the angle between normals
+  const int before = contact.trace->triangle;
+  if (before == contact.triangle) return true;
+  const Vec3& at = positions_[std::size_t(contact.vertex)];
+  const auto [a, b, c] = corners(before);
+  const Vec3 normal = normal_of(a, b, c);
+  const TouchLengths lengths = lengths_of(contact);
+  return normal.dot(planes_[std::size_t(contact.triangle)].normal) > around_corner ||
+         contact.touch.depth <= -normal.dot(at - a) + lengths.layer ||
+         touch(at, outwards_at(contact.vertex), {a, b, c}, lengths);
+}
+
+/// 1 / K of its corners.
+std::array<double, 3> ContactForces::compliances(int triangle) const {
+  std::array<double, 3> of{};
+  for (std::size_t i = 0; i < 3; ++i)
+    of[i] = 1 / stiffness_[std::size_t(triangles_[std::size_t(triangle)][i])];
+  return of;
+}
+
+/// How stiffly, and how much.
+void ContactForces::press(Contact& contact) const {
+  const auto vertex = std::size_t(contact.vertex);
+  const std::array<double, 3> corners = compliances(contact.triangle), &weights = contact.touch.nearest;
+  const double own = stiffness_[vertex], share = rules_.stiffness / 4 * area_[vertex];
+  const bool is_even = corners[0] == corners[1] && corners[1] == corners[2];
+  const double at_nearest =
+      1 /
+      (is_even ? corners[0] : weights[0] * corners[0] + weights[1] * corners[1] + weights[2] * corners[2]);
+  contact.stiffness = share * std::min(own, at_nearest);
+  contact.softening = is_even || own <= at_nearest ? 0 : share * at_nearest * at_nearest;
+  if (contact.trace) contact.touch.growth = most_growth;
+  contact.pressure = touch_pressure(contact.touch, lengths_of(contact));
 }
 
 void ContactForces::find_grips() {
@@ -317,7 +342,7 @@ void ContactForces::find_grips() {
 ContactForces::Grip ContactForces::grip_of(const Trace& trace) const {
   Grip grip;
   if (!(trace.limit > 0)) return grip;
-  grip.stiffness = stiffness_at(trace.vertex, trace.body);
+  grip.stiffness = trace.stiffness;
   grip.offset = offset_from(trace.anchor, positions_[std::size_t(trace.vertex)], corners(trace.triangle));
   const double length = grip.offset.along.norm();
   grip.held = length > trace.limit ? trace.limit / length : 1;
@@ -331,14 +356,17 @@ void ContactForces::come_to(Positions<Real> x) {
   std::vector<Trace> traces;
   for (const Contact& contact : contacts_) {
     traces.push_back(trace_after(contact));
-    const Pair pair = pair_of(body_of_vertex_[std::size_t(contact.vertex)], traces.back().body);
-    depth_so_far_ = std::max(depth_so_far_, contact.touch.depth * reach_share / pair.lengths.reach);
-    reach_so_far_ = std::max(reach_so_far_, contact.touch.depth / pair.lengths.reach);
+    const double reach = lengths_of(contact).reach;
+    depth_so_far_ = std::max(depth_so_far_, contact.touch.depth * reach_share / reach);
+    reach_so_far_ = std::max(reach_so_far_, contact.touch.depth / reach);
   }
   traces_ = std::move(traces);
-  for (Contact& contact : contacts_) begins_or_goes_on(contact);
-  find_grips();
+  for (Contact& contact : contacts_) {
+    contact.trace = trace_of(contact);
+    press(contact);
+  }
   watch_motion();
+  some_wait_ ? find_contacts() : find_grips();
 }
 
 /// The anchor of a vertex that slips is as far from it as friction can hold.
@@ -347,7 +375,8 @@ ContactForces::Trace ContactForces::trace_after(const Contact& contact) const {
               .body = body_of_triangle_[std::size_t(contact.triangle)],
               .triangle = contact.triangle,
               .anchor = contact.touch.foot,
-              .limit = rules_.friction * contact.pressure};
+              .limit = rules_.friction * contact.pressure,
+              .stiffness = contact.stiffness};
   const Grip* grip = grip_at(contact);
   if (!grip || !(grip->held > 0)) return trace;
   if (grip->held == 1 && contact.trace->triangle == contact.triangle)
@@ -387,8 +416,25 @@ void ContactForces::watch_motion() {
   for (std::size_t a = 0; a < swept.size() && rules_.bodies; ++a)
     for (std::size_t b = a + 1; b < swept.size(); ++b)
       if (overlap(swept[a].box, swept[b].box, 0))
-        motion_so_far_ = std::max(motion_so_far_, (swept[a].motion - swept[b].motion).norm() /
-                                                      pair_of(int(a), int(b)).lengths.reach);
+        motion_so_far_ = std::max(
+            motion_so_far_, (swept[a].motion - swept[b].motion).norm() / lengths_of(int(a), int(b)).reach);
+}
+
+/// [N], of a touch without friction.
+TouchForces ContactForces::forces_of(const Contact& contact) const {
+  const TouchLengths lengths = lengths_of(contact);
+  TouchForces forces = touch_forces(contact.touch, lengths), slope{};
+  const double falls = contact.softening * touch_energy(contact.touch, lengths);
+  if (falls > 0)
+    slope = slope_at_nearest(contact.touch, positions_[std::size_t(contact.vertex)],
+                             corners(contact.triangle), compliances(contact.triangle));
+  const auto add = [&](Vec3& force, const Vec3& more) {
+    force *= contact.stiffness;
+    if (falls > 0) force -= falls * more;
+  };
+  add(forces.vertex, slope.vertex);
+  for (std::size_t i = 0; i < 3; ++i) add(forces.corners[i], slope.corners[i]);
+  return forces;
 }
 
 /// Forces of all touches, by vertex.
@@ -398,12 +444,9 @@ void ContactForces::add_to_vertices() {
     pushed_.push_back(vertex);
   };
   for (const Contact& contact : contacts_) {
-    const Pair pair = pair_of(body_of_vertex_[std::size_t(contact.vertex)],
-                              body_of_triangle_[std::size_t(contact.triangle)]);
-    const TouchForces forces = touch_forces(contact.touch, pair.lengths);
-    push(contact.vertex, contact.stiffness * forces.vertex);
-    for (std::size_t i = 0; i < 3; ++i)
-      push(triangles_[std::size_t(contact.triangle)][i], contact.stiffness * forces.corners[i]);
+    const TouchForces forces = forces_of(contact);
+    push(contact.vertex, forces.vertex);
+    for (std::size_t i = 0; i < 3; ++i) push(triangles_[std::size_t(contact.triangle)][i], forces.corners[i]);
   }
   for (std::size_t t = 0; t < traces_.size(); ++t) {
     const double friction = grips_[t].stiffness * grips_[t].held;
@@ -447,9 +490,7 @@ void ContactForces::add_accelerations(Fields<Real> accelerations) {
 double ContactForces::energy() const {
   double sum = 0;
   for (const Contact& contact : contacts_) {
-    const Pair pair = pair_of(body_of_vertex_[std::size_t(contact.vertex)],
-                              body_of_triangle_[std::size_t(contact.triangle)]);
-    sum += contact.stiffness * touch_energy(contact.touch, pair.lengths);
+    sum += contact.stiffness * touch_energy(contact.touch, lengths_of(contact));
   }
   for (const Grip& grip : grips_) sum += grip.stiffness * (grip.held * grip.offset.along).squaredNorm() / 2;
   return sum;
@@ -473,7 +514,7 @@ std::vector<ContactForces::Point> ContactForces::points() const {
   for (const Contact& contact : contacts_) {
     const int body = body_of_vertex_[std::size_t(contact.vertex)],
               other = body_of_triangle_[std::size_t(contact.triangle)];
-    Vec3 force = contact.stiffness * touch_forces(contact.touch, pair_of(body, other).lengths).vertex;
+    Vec3 force = forces_of(contact).vertex;
     if (const Grip* grip = grip_at(contact)) force -= grip->stiffness * grip->held * grip->offset.along;
     points.push_back({body, other, positions_[std::size_t(contact.vertex)], force});
   }
@@ -504,9 +545,7 @@ void ContactForces::set_carriers(int vertex, int triangle, const std::array<doub
 
 Eigen::Matrix3d ContactForces::stiffness_of(const Contact& contact, std::vector<Carrier>& carriers) const {
   set_carriers(contact.vertex, contact.triangle, contact.touch.foot, carriers);
-  const Pair pair =
-      pair_of(body_of_vertex_[std::size_t(contact.vertex)], body_of_triangle_[std::size_t(contact.triangle)]);
-  return contact.stiffness * touch_stiffness(contact.touch, pair.lengths);
+  return contact.stiffness * touch_stiffness(contact.touch, lengths_of(contact));
 }
 
 Eigen::Matrix3d ContactForces::stiffness_of_grip(std::size_t index, std::vector<Carrier>& carriers) const {
@@ -527,7 +566,7 @@ void ContactReport::remember(Record& record) {
 }
 
 void ContactForces::Trace::remember(Record& record) {
-  record.keep(vertex, body, triangle, limit);
+  record.keep(vertex, body, triangle, limit, stiffness);
   for (double& weight : anchor) record.keep(weight);
 }
 

@@ -35,13 +35,15 @@ struct ContactReport {
 /// triangles of a body a vertex may touch the nearest. Triangles that are no farther than 1.5 cells from a
 /// vertex of the same body at rest do not touch it.
 ///
-/// Between bodies a and b a vertex with a share A of the surface has the stiffness
-///   k = stiffness / 4 A min(K_a, K_b),  K = omega^2 min_s m_s / A_s,
-/// with a body's bound omega on its frequencies and m_s as in SurfaceContact. The forces of touches,
-/// normal and tangential, are below k (w_a - w_b)^2 with the weights of particles w in the vertex and in the
-/// triangle's point, and (w_a - w_b)^2 <= 2 w_a^2 + 2 w_b^2: as vertices they add at most stiffness / 2
-/// omega^2 to the squared frequencies; as triangles as much, if the vertices behind a triangle have its
-/// area, and twice if they have twice that.
+/// A vertex s with a share A_s of its surface has the stiffness
+///   k = stiffness / 4 A_s min(K_s, K_t),  K_s = omega^2 min(m_s / A_s, c),  1 / K_t = sum_i w_i / K_i,
+/// with its body's bound omega on frequencies, m_s as in SurfaceContact, c the least m / A that the body
+/// would have if all its cells were full, and the weights w_i of the triangle's corners i in its point
+/// nearest to the vertex. So all of a body of full cells is as stiff, and where its cells are nearly empty it
+/// is softer. The forces of touches, normal and tangential, are below k (w_a - w_b)^2 with the weights of
+/// particles w in the vertex and in the triangle's point, and (w_a - w_b)^2 <= 2 w_a^2 + 2 w_b^2: as vertices
+/// they add at most stiffness / 2 omega^2 to the squared frequencies; as triangles as much, if the vertices
+/// behind a triangle have its area, and twice if they have twice that: w_i^2 K_t <= w_i K_i.
 ///
 /// What happens depends on the ends of steps, come_to(), too. A vertex begins to touch a triangle by coming
 /// through it: one that was behind its plane before, beside it, as of a block that passes another, does not
@@ -136,15 +138,21 @@ class ContactForces {
     int vertex = 0, body = 0;
     int triangle = 0;
     std::array<double, 3> anchor{};
-    double limit = 0;  ///< [m]
+    double limit = 0;      ///< [m]
+    double stiffness = 0;  ///< k [N/m]
     void remember(Record& record);
   };
   struct Contact {
     int vertex, triangle;
     Touch touch;
     double stiffness;    ///< k [N/m]
+    double softening;    ///< what k loses for what 1 / K_t gains: 0 where K_s counts [N^2/m^4]
     double pressure;     ///< over k [m]
     const Trace* trace;  ///< nullptr: none
+  };
+  struct Found {
+    std::vector<Contact> touches;
+    bool some_wait = false;  ///< which do not touch for where the step began, and may in the next
   };
   /// How friction holds a vertex until the step ends, whether it still touches or not: so what is held does
   /// not change from one moment to the next.
@@ -153,18 +161,15 @@ class ContactForces {
     Offset offset{};       ///< from the anchor
     double held = 0;       ///< share of the offset that friction can hold
   };
-  struct Pair {
-    double per_area = 0;  ///< k / A [N/m^3]
-    TouchLengths lengths{};
-  };
 
   struct Plane {
     Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
   };
 
-  Pair find_pair(int a, int b) const;
-  const Pair& pair_of(int a, int b) const {
-    return pairs_[std::size_t(a) * surfaces_.size() + std::size_t(b)];
+  TouchLengths lengths_of(int a, int b) const;
+  TouchLengths lengths_of(const Contact& contact) const {
+    return lengths_of(body_of_vertex_[std::size_t(contact.vertex)],
+                      body_of_triangle_[std::size_t(contact.triangle)]);
   }
   std::array<Vec3, 3> corners(int triangle) const;
   Vec3 outwards_at(int vertex) const;
@@ -176,15 +181,17 @@ class ContactForces {
   void find_candidates(int body, int other, std::vector<Candidate>& found) const;
   void find_planes();
   void find_contacts();
-  void add_contacts_of(std::size_t begin, std::size_t end, std::vector<Contact>& found) const;
+  void add_contacts_of(std::size_t begin, std::size_t end, Found& found) const;
   std::optional<Contact> nearest_of(std::span<const Candidate> candidates) const;
   bool is_in_valley(const Contact& contact) const;
-  bool begins_or_goes_on(Contact& contact) const;
-  bool was_behind(const Contact& contact, double by) const;
+  bool begins(const Contact& contact) const;
+  bool goes_on(const Contact& contact) const;
   void find_grips();
   Grip grip_of(const Trace& trace) const;
-  double stiffness_at(int vertex, int other) const;
-  const Trace* trace_of(int vertex, int body) const;
+  void press(Contact& contact) const;
+  TouchForces forces_of(const Contact& contact) const;
+  std::array<double, 3> compliances(int triangle) const;
+  const Trace* trace_of(const Contact& contact) const;
   Trace trace_after(const Contact& contact) const;
   const Grip* grip_at(const Contact& contact) const {
     return contact.trace ? &grips_[std::size_t(contact.trace - traces_.data())] : nullptr;
@@ -207,7 +214,7 @@ class ContactForces {
   std::vector<int> first_vertex_, first_triangle_;  ///< by body, and one more
   std::vector<int> body_of_vertex_, body_of_triangle_;
   std::vector<std::array<int, 3>> triangles_;  ///< of vertices of all
-  std::vector<Pair> pairs_;                    ///< by body, then other
+  std::vector<double> stiffness_, area_;       ///< by vertex: K_s [N/m^3], A_s [m^2]
   double skin_ = 0;  ///< how much farther than they touch candidates are looked for [m]
 
   std::vector<Vec3> positions_, searched_at_, stepped_from_;  ///< by vertex; empty: never
@@ -215,6 +222,7 @@ class ContactForces {
   std::vector<int> near_triangles_;                           ///< of candidates, ascending
   std::vector<Plane> planes_;                                 ///< by triangle, of those near vertices
   std::vector<Contact> contacts_;                             ///< by vertex, then body
+  bool some_wait_ = false;                                    ///< see Found
   std::vector<Trace> traces_;                                 ///< by vertex, then body
   std::vector<Grip> grips_;                                   ///< one for each trace
   std::vector<Vec3> forces_;                                  ///< by vertex

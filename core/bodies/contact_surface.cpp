@@ -81,6 +81,16 @@ void add_parts(const std::array<int, 3>& t, const std::array<int, 3>& middle,
   }
 }
 
+/// With cells that are full of what they hold.
+BodyConfig filled_up(BodyConfig config) {
+  for (CellContent& content : config.contents) {
+    float whole = 0;
+    for (const PartFill& part : content) whole += part.fill.share();
+    for (PartFill& part : content) part.fill = CellFill::even(part.fill.share() / whole);
+  }
+  return config;
+}
+
 }  // namespace
 
 TriangleMesh faces_of_cells(const Body& body) {
@@ -119,17 +129,27 @@ ContactSurface::ContactSurface(const Body& body, const TriangleMesh* mesh)
   constexpr double negligible = 1e-12;
   const EmbeddedSurface surface(mesh_, body.config().voxels, body.config().cell_size, body.config().origin);
   area_ = vertex_areas(mesh_);
-  const std::vector<double> masses = vertex_masses(mesh_, surface, body);
-  mass_per_area_ = std::numeric_limits<double>::infinity();
   first_share_.push_back(0);
   for (std::size_t v = 0; v < size(); ++v) {
     for (int c = 0; c < 8; ++c)
       if (const double weight = surface.weights(v)[std::size_t(c)]; std::abs(weight) > negligible)
         shares_.push_back({surface.site(v) + body.lattice().corner(c), weight});
     first_share_.push_back(shares_.size());
-    if (area_[v] > 0) mass_per_area_ = std::min(mass_per_area_, masses[v] / area_[v]);
   }
+  find_mass_per_area(body, surface);
   find_triangles_around();
+}
+
+void ContactSurface::find_mass_per_area(const Body& body, const EmbeddedSurface& surface) {
+  const std::vector<double> masses = vertex_masses(mesh_, surface, body),
+                            full = body.config().contents.empty()
+                                       ? masses
+                                       : vertex_masses(mesh_, surface, Body(filled_up(body.config())));
+  double most = std::numeric_limits<double>::infinity();
+  for (std::size_t v = 0; v < size(); ++v)
+    if (area_[v] > 0) most = std::min(most, full[v] / area_[v]);
+  for (std::size_t v = 0; v < size(); ++v)
+    mass_per_area_.push_back(area_[v] > 0 ? std::min(most, masses[v] / area_[v]) : most);
 }
 
 void ContactSurface::find_triangles_around() {

@@ -45,8 +45,9 @@ class ContactSurface {
   }
   /// A share of the surface's area [m^2].
   double area(std::size_t vertex) const { return area_[vertex]; }
-  /// The least that any vertex has of mass over area, see SurfaceContact [kg/m^2].
-  double mass_per_area() const { return mass_per_area_; }
+  /// A vertex's mass over area, see SurfaceContact; at most what the body's lightest vertex would have if its
+  /// cells were full [kg/m^2].
+  double mass_per_area(std::size_t vertex) const { return mass_per_area_[vertex]; }
   /// Triangles that a vertex is a corner of.
   std::span<const int> triangles_at(std::size_t vertex) const {
     return std::span(around_).subspan(first_around_[vertex],
@@ -54,13 +55,14 @@ class ContactSurface {
   }
 
  private:
+  void find_mass_per_area(const Body& body, const EmbeddedSurface& surface);
   void find_triangles_around();
 
   TriangleMesh mesh_;
   std::vector<Share> shares_;
   std::vector<std::size_t> first_share_;
   std::vector<double> area_;
-  double mass_per_area_ = 0;
+  std::vector<double> mass_per_area_;
   std::vector<int> around_;
   std::vector<std::size_t> first_around_;
 };

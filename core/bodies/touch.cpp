@@ -36,6 +36,34 @@ double q_of(const Touch& touch, const TouchLengths& lengths) {
   return touch.beside / (rim * rim);
 }
 
+/// Inside the triangle weights have the gradients g_i along it: with a corner's motion u the plane turns by
+/// -g_j (n.u), and the foot moves by d times that.
+TouchForces slope_inside(const Touch& touch, const std::array<Vec3, 3>& corners,
+                         const std::array<double, 3>& values) {
+  const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  std::array<Vec3, 3> gradient;
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < 3; ++i) {
+    gradient[i] = area.cross(corners[(i + 2) % 3] - corners[(i + 1) % 3]) / area.squaredNorm();
+    sum += values[i] * gradient[i];
+  }
+  TouchForces forces{-sum, {}};
+  for (std::size_t i = 0; i < 3; ++i)
+    forces.corners[i] = touch.nearest[i] * sum + touch.depth * sum.dot(gradient[i]) * touch.normal;
+  return forces;
+}
+
+/// From corner i to corner j the weight of j is (p - x_i).e / e^2, e = x_j - x_i.
+TouchForces slope_on_edge(const Touch& touch, const Vec3& point, const std::array<Vec3, 3>& corners,
+                          const std::array<double, 3>& values, std::size_t i, std::size_t j) {
+  const Vec3 e = corners[j] - corners[i];
+  const double rise = (values[j] - values[i]) / e.squaredNorm();
+  TouchForces forces{-rise * e, {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()}};
+  forces.corners[j] = -rise * (point - corners[i] - 2 * touch.nearest[j] * e);
+  forces.corners[i] = -forces.vertex - forces.corners[j];
+  return forces;
+}
+
 }  // namespace
 
 std::array<double, 3> foot_on(const Vec3& point, const std::array<Vec3, 3>& corners) {
@@ -143,6 +171,15 @@ TouchForces touch_forces(const Touch& touch, const TouchLengths& lengths) {
     forces.corners[i] = -press * touch.foot[i] * touch.normal +
                         2 * aside * (touch.nearest[i] * touch.from_nearest + touch.foot[i] * inwards);
   return forces;
+}
+
+TouchForces slope_at_nearest(const Touch& touch, const Vec3& point, const std::array<Vec3, 3>& corners,
+                             const std::array<double, 3>& values) {
+  const auto missing = std::count(touch.nearest.begin(), touch.nearest.end(), 0.0);
+  if (missing == 0) return slope_inside(touch, corners, values);
+  for (std::size_t i = 0; missing == 1 && i < 3; ++i)
+    if (touch.nearest[i] == 0) return slope_on_edge(touch, point, corners, values, (i + 1) % 3, (i + 2) % 3);
+  return {Vec3::Zero(), {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()}};
 }
 
 Offset offset_from(const std::array<double, 3>& anchor, const Vec3& point,

@@ -84,6 +84,11 @@ struct TouchForces {
 };
 TouchForces touch_forces(const Touch& touch, const TouchLengths& lengths);
 
+/// Minus the gradient of a sum of values at the corners, weighted as the triangle's nearest point is, by the
+/// vertex and the corners. They add up to nothing, as do their moments.
+TouchForces slope_at_nearest(const Touch& touch, const Vec3& point, const std::array<Vec3, 3>& corners,
+                             const std::array<double, 3>& values);
+
 /// A vertex held by friction to a point of a triangle, the anchor: its offset along the triangle, and the
 /// gradients that make of a scalar times it forces without momentum and angular momentum. With
 ///   e = p - a,  g = n.(p - x_1),  offset^2 = |e|^2 - g^2

@@ -83,7 +83,7 @@ std::string drop_scene(const DropRun& run) {
   }
   said += "[material]\ndensity = 1000\nyoung = 1e6\npoisson = 0.3\n\n[damping]\nratio = 0.2\n\n";
   said +=
-      "[contact]\nbodies = true\nfriction = 0.3\nstiffness = 2\n\n[environment]\ngravity = [0, 0, -9.81]\n\n";
+      "[contact]\nbodies = true\nfriction = 0.3\nstiffness = 5\n\n[environment]\ngravity = [0, 0, -9.81]\n\n";
   return said + planes_text(columns) + solve_text(run.integrator, run.seconds, frame_step);
 }
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <random>
 
 #include "core/base/record.hpp"
@@ -87,6 +88,46 @@ TEST(Touch, ForcesAreTheGradientOfTheEnergyAndGiveNoMomentum) {
   }
 }
 
+/// By differences, inside triangles and beside them.
+TEST(Touch, SlopeIsThatOfTheNearestPointsWeights) {
+  const TouchLengths lengths{.reach = 0.5, .layer = 0.05, .rim = 0.3};
+  const std::array<double, 3> values{1, 4, 9};
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(-1, 1);
+  std::array<int, 3> seen{};  // on a corner, an edge, inside
+  while (seen[1] < 100 || seen[2] < 100) {
+    std::array<Vec3, 4> x;
+    for (Vec3& point : x) point = Vec3(any(random), any(random), any(random));
+    const auto at = [&](const std::array<Vec3, 4>& y) {
+      const Vec3 area = (y[2] - y[1]).cross(y[3] - y[1]);
+      return touch(y[0], -area, {y[1], y[2], y[3]}, lengths);
+    };
+    const auto value_at = [&](const std::optional<Touch>& now) {
+      return now->nearest[0] * values[0] + now->nearest[1] * values[1] + now->nearest[2] * values[2];
+    };
+    const std::optional<Touch> now = at(x);
+    if (!now || !(now->depth > 0)) continue;
+    ++seen[std::size_t(2 - std::count(now->nearest.begin(), now->nearest.end(), 0.0))];
+    const TouchForces forces = slope_at_nearest(*now, x[0], {x[1], x[2], x[3]}, values);
+    const std::array<Vec3, 4> all{forces.vertex, forces.corners[0], forces.corners[1], forces.corners[2]};
+    EXPECT_LT((all[0] + all[1] + all[2] + all[3]).norm(), 1e-10);
+    Vec3 moment = Vec3::Zero();
+    for (std::size_t i = 0; i < 4; ++i) moment += x[i].cross(all[i]);
+    EXPECT_LT(moment.norm(), 1e-10);
+    for (std::size_t i = 0; i < 4; ++i)
+      for (int axis = 0; axis < 3; ++axis) {
+        constexpr double step = 1e-7;
+        std::array<Vec3, 4> above = x, below = x;
+        above[i][axis] += step;
+        below[i][axis] -= step;
+        const auto a = at(above), b = at(below);
+        if (!a || !b) continue;
+        const double scale = 1 + all[i].norm();
+        EXPECT_NEAR((value_at(b) - value_at(a)) / (2 * step), all[i][axis], 1e-3 * scale);
+      }
+  }
+}
+
 TEST(Touch, IsRoundedOffBehindAValley) {
   const TouchLengths lengths{.reach = 0.5, .layer = 0.05, .rim = 0.1};
   const std::array<Vec3, 3> corners{Vec3(0, -1, 0), Vec3(1, 0, 0.3), Vec3(0, 1, 0)};
@@ -164,6 +205,34 @@ TEST(BodiesSystem, ForcesAreTheGradientOfTheEnergy) {
   State<double> state = disturbed(several.system(), 0.002, 1);
   ASSERT_GT(several.system().contact_at(state)->touches, 8U);
   testing::compare_forces_with_energy(several.system(), state);
+}
+
+/// Cells that are nearly empty are softer, which takes nothing from the laws.
+TEST(BodiesSystem, NearlyEmptyCellsTouchSoftlyAndOthersDoNot) {
+  std::vector<BodyConfig> blocks = two_blocks(0.006);
+  const Body full(blocks[0]);
+  const ContactSurface even(full, nullptr);
+  blocks[0].contents = {{{0, CellFill::even(1)}}, {{0, CellFill::even(0.05F)}}};
+  blocks[0].content_of.assign(4 * 3 * 2, 0);
+  blocks[0].content_of[blocks[0].voxels.index(0, 0, 1)] = 1;
+  const Body uneven(blocks[0]);
+  const ContactSurface surface(uneven, nullptr);
+  double least = 1, most = 0;
+  for (std::size_t v = 0; v < surface.size(); ++v) {
+    const double share = surface.mass_per_area(v) / even.mass_per_area(v);
+    least = std::min(least, share);
+    most = std::max(most, share);
+  }
+  EXPECT_LT(least, 0.999);
+  EXPECT_EQ(most, 1);
+  SeveralBodies<> several(blocks, {.contact = smooth});
+  State<double> state = disturbed(several.system(), 0.002, 1);
+  ASSERT_GT(several.system().contact_at(state)->touches, 8U);
+  testing::compare_forces_with_energy(several.system(), state);
+  Field<double> f(several.system().size());
+  several.system().force(0, state.x, state.v, f);
+  EXPECT_LT(sum_of(several.system(), f).norm(), 1e-12 * f.array().abs().sum());
+  EXPECT_LT(moment_of(several.system(), state.x, f).norm(), 1e-12 * f.array().abs().sum());
 }
 
 TEST(BodiesSystem, FrictionTooKeepsMomentumAndAngularMomentum) {
