@@ -88,4 +88,6 @@ double stopping_distance(double gravity, double speed, double friction) {
   return speed * speed / (2 * friction * gravity);
 }
 
+double capstan_ratio(double friction, double angle) { return std::exp(friction * angle); }
+
 }  // namespace mss::reference

@@ -84,4 +84,8 @@ double slope_distance(double gravity, double angle, double friction, double time
 /// How far a block slides on level ground before it stops [m]: v^2 / (2 mu g).
 double stopping_distance(double gravity, double speed, double friction);
 
+/// Of a rope that slides around a cylinder by an angle: tension where it goes over where it comes from,
+/// exp(mu angle). Euler and Eytelwein.
+double capstan_ratio(double friction, double angle);
+
 }  // namespace mss::reference

@@ -107,8 +107,17 @@ void BoundedSystem::begin(const ImplicitStage& stage) {
   }
   scale_ = std::sqrt(ranks().sum(squares));
   length_ = ranks().largest(length_);
-  for (auto& [site, touch] : touches_)  // what sticks on the edge of the cone goes on to
+  for (auto& [site, touch] : touches_) {  // what sticks on the edge of the cone goes on to
     touch.changes = touch.sticks && touch.changes >= most_changes ? most_changes : 0;
+    if (!met_.empty()) turn(site, touch);
+  }
+}
+
+/// To where an obstacle's surface is nearest now: what slid on it has come to another normal.
+void BoundedSystem::turn(std::ptrdiff_t site, Touch& touch) const {
+  set_directions(site, touch);
+  const Vec3 along = touch.slip * touch.direction;
+  if (!touch.sticks && !along.isZero(0)) touch.direction = along.normalized();
 }
 
 /// An orthonormal basis of the normals of its planes, in free directions.

@@ -138,6 +138,7 @@ class BoundedSystem final : public SystemWrapper<double> {
   Vec3 contact_position(std::ptrdiff_t site, const Field<double>& v) const;
   double gap(std::size_t plane, std::ptrdiff_t site, const Vec3& x) const;
   void set_directions(std::ptrdiff_t site, Touch& touch) const;
+  void turn(std::ptrdiff_t site, Touch& touch) const;
   Eigen::Matrix3d friction_block(std::ptrdiff_t site, const Touch& touch, const Field<double>& v) const;
   bool sticks_at_first(std::ptrdiff_t site, Planes planes) const;
   bool close_deepest(const Field<double>& v);

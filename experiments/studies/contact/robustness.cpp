@@ -13,8 +13,8 @@ namespace mss::studies::contact {
 namespace {
 
 constexpr const char *pile_file = "contact_pile", *incline_file = "contact_incline",
-                     *self_file = "contact_self", *drop_file = "contact_drop",
-                     *random_file = "contact_random";
+                     *capstan_file = "contact_capstan", *self_file = "contact_self",
+                     *drop_file = "contact_drop", *random_file = "contact_random";
 
 /// The table of a result's rows, which stand under the name of their file.
 Json rows_in(const char* file, const Table& rows) { return {{file, rows_of(rows)}}; }
@@ -31,11 +31,8 @@ void add_cases(const std::vector<Run>& runs, const char* file, Table (*empty)(),
 }
 
 std::vector<std::pair<const char*, Table*>> named_tables(RobustnessTables& tables) {
-  return {{pile_file, &tables.pile},
-          {incline_file, &tables.incline},
-          {self_file, &tables.self},
-          {drop_file, &tables.drop},
-          {random_file, &tables.random}};
+  return {{pile_file, &tables.pile}, {incline_file, &tables.incline}, {capstan_file, &tables.capstan},
+          {self_file, &tables.self}, {drop_file, &tables.drop},       {random_file, &tables.random}};
 }
 
 std::string counted(const char* what, const Table& rows) {
@@ -57,15 +54,17 @@ Json names_of(const std::vector<Run>& runs) {
 RobustnessConfig robustness_config(const ExperimentOptions& options) {
   constexpr int all = 1000, few = 10;
   return {.piles = pile_config(options),
+          .ropes = capstan_config(options),
           .self = self_contact_config(options),
           .drops = drop_config(options),
           .random = {.count = options.quick ? few : all}};
 }
 
 Json configuration(const RobustnessConfig& c) {
-  return {{"piles", names_of(c.piles.piles)},         {"inclines", names_of(c.piles.inclines)},
-          {"self_contact", names_of(c.self.runs)},    {"drops", names_of(c.drops.runs)},
-          {"random_first_seed", c.random.first_seed}, {"random_scenes", c.random.count}};
+  return {{"piles", names_of(c.piles.piles)},       {"ropes", names_of(c.ropes)},
+          {"inclines", names_of(c.piles.inclines)}, {"self_contact", names_of(c.self.runs)},
+          {"drops", names_of(c.drops.runs)},        {"random_first_seed", c.random.first_seed},
+          {"random_scenes", c.random.count}};
 }
 
 /// Random scenes several at a time: most take a moment.
@@ -73,6 +72,7 @@ std::vector<Case> robustness_cases(const RobustnessConfig& config) {
   std::vector<Case> cases;
   add_cases(config.piles.piles, pile_file, empty_pile, add_pile_run, cases);
   add_cases(config.piles.inclines, incline_file, empty_incline, add_incline_run, cases);
+  add_cases(config.ropes, capstan_file, empty_capstan, add_capstan_run, cases);
   add_cases(config.self.runs, self_file, empty_self_contact, add_self_contact_run, cases);
   add_cases(config.drops.runs, drop_file, empty_drop, add_drop_run, cases);
   constexpr int at_once = 10;
@@ -116,8 +116,9 @@ void add_robustness_charts(const std::vector<NamedTable>& tables, Drawings& draw
 
 std::string robustness_summary(const RobustnessTables& tables) {
   return counted("piles", tables.pile) + counted("blocks on slopes", tables.incline) +
-         counted("self-contact", tables.self) + counted("drops", tables.drop) +
-         counted("random scenes", tables.random) + random_summary(tables.random);
+         counted("ropes on a cylinder", tables.capstan) + counted("self-contact", tables.self) +
+         counted("drops", tables.drop) + counted("random scenes", tables.random) +
+         random_summary(tables.random);
 }
 
 }  // namespace mss::studies::contact

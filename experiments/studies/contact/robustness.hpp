@@ -4,6 +4,7 @@
 
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/workers.hpp"
+#include "experiments/studies/contact/capstan.hpp"
 #include "experiments/studies/contact/drop.hpp"
 #include "experiments/studies/contact/pile.hpp"
 #include "experiments/studies/contact/random_scenes.hpp"
@@ -14,6 +15,7 @@ namespace mss::studies::contact {
 /// What `mss validate contact` runs of bodies that touch each other or themselves to see whether they hold.
 struct RobustnessConfig {
   PileConfig piles;
+  std::vector<CapstanRun> ropes;
   SelfContactConfig self;
   DropConfig drops;
   RandomScenesConfig random;
@@ -22,8 +24,8 @@ RobustnessConfig robustness_config(const ExperimentOptions& options);
 Json configuration(const RobustnessConfig& config);
 
 struct RobustnessTables {
-  Table pile = empty_pile(), incline = empty_incline(), self = empty_self_contact(), drop = empty_drop(),
-        random = empty_random();
+  Table pile = empty_pile(), incline = empty_incline(), capstan = empty_capstan(),
+        self = empty_self_contact(), drop = empty_drop(), random = empty_random();
 };
 std::vector<Case> robustness_cases(const RobustnessConfig& config);
 /// False if the result of a case is not of these.

@@ -55,6 +55,18 @@ TEST(Robustness, ABlockOnABlockSticksBelowTheFrictionAngleAndSlidesAbove) {
   EXPECT_GT(rows.number(1, "slid"), 0.04);
 }
 
+/// A frame's step takes particles along the cylinder: planes turn with them.
+TEST(Robustness, ARopeOnACylinderHasEulersTensions) {
+  Table rows = empty_capstan();
+  for (const char* method : {"verlet", "backward_euler"})
+    for (const double friction : {0.0, 0.3}) add_capstan_run({method, 32, friction}, rows);
+  ASSERT_EQ(rows.size(), 8U);
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    EXPECT_EQ(rows.text(r, "status"), "ok") << rows.csv();
+    EXPECT_LT(std::abs(rows.number(r, "error")), 0.02) << rows.csv();
+  }
+}
+
 TEST(Robustness, AnArchGoesThroughItselfWithoutContactOnly) {
   Table rows = empty_self_contact();
   for (const bool touches : {true, false}) add_self_contact_run({"arch", "verlet", touches}, rows);
