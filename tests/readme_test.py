@@ -82,6 +82,29 @@ class Readme(unittest.TestCase):
         for picture in (ROOT / "results/view").glob("*.png"):
             self.assertRegex(script, rf"(?m)^(body|view) {picture.stem} ")
 
+    def test_is_short(self):
+        lines = (ROOT / "README.md").read_text().splitlines()
+        self.assertLessEqual(len(lines), 150)
+        self.assertLessEqual(max(map(len, lines)), 400)
+
+    def test_findings_have_charts_and_figures(self):
+        rows = re.findall(r"^\| <a href=.*$", (ROOT / "README.md").read_text(), re.M)
+        self.assertEqual(len(rows), 6)
+        for row in rows:
+            self.assertRegex(row, r'<a href="(results/[^"]*\.png)"><img src="\1"')
+            self.assertRegex(row, r'\]\(results/\S*\.csv "')
+
+    def test_ten_commands_are_commands(self):
+        block = (ROOT / "README.md").read_text().split("## Ten commands\n")[1].split("\n## ")[0]
+        shown = re.findall(r"^    build/release/mss ([a-z-]+)", block, re.M)
+        known = re.findall(r"^\| `mss ([a-z-]+)", (ROOT / "experiments/README.md").read_text(), re.M)
+        self.assertEqual(len(shown), 10)
+        self.assertEqual([word for word in shown if word not in known], [])
+        scenes = re.findall(r"mss (?:view|run|modes|advise|peer export) (\w+)", block)
+        self.assertEqual(len(scenes), 6)
+        for scene in scenes:
+            self.assertTrue((ROOT / f"experiments/scenes/{scene}.toml").exists(), scene)
+
     def test_commands_are_those_of_run_sh(self):
         refused = subprocess.run([ROOT / "run.sh", "no such command"], capture_output=True, text=True)
         self.assertEqual(refused.returncode, 2)
