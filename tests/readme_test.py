@@ -105,6 +105,18 @@ class Readme(unittest.TestCase):
         for scene in scenes:
             self.assertTrue((ROOT / f"experiments/scenes/{scene}.toml").exists(), scene)
 
+    def test_studies_that_ran_beside_other_work_are_named(self):
+        """As TIMING.md says: from a tenth of the cores on; and those whose meta.json does not have it."""
+        beside, unknown = set(), set()
+        for file in (ROOT / "results").glob("*/meta.json"):
+            shares = re.findall(r'"other_work": \{\s*"share": ([\d.e-]+)', file.read_text())
+            if file.parent.name in ("advise", "check", "reproduce") or any(float(share) < 0.1 for share in shares):
+                continue
+            (beside if shares else unknown).add(file.parent.name)
+        text = (ROOT / "experiments/harness/TIMING.md").read_text()
+        for names, pattern in ((beside, r"these ran beside other work: ([^.]*)\."), (unknown, r"before other work was counted:([^;]*);")):
+            self.assertEqual(set(re.findall(r"`(\w+)`", re.search(pattern, text)[1])), names)
+
     def test_commands_are_those_of_run_sh(self):
         refused = subprocess.run([ROOT / "run.sh", "no such command"], capture_output=True, text=True)
         self.assertEqual(refused.returncode, 2)
