@@ -114,7 +114,8 @@ class Readme(unittest.TestCase):
                 continue
             (beside if shares else unknown).add(file.parent.name)
         text = (ROOT / "experiments/harness/TIMING.md").read_text()
-        for names, pattern in ((beside, r"these ran beside other work: ([^.]*)\."), (unknown, r"before other work was counted:([^;]*);")):
+        for names, pattern in ((beside, r"these ran beside other work: ([^.]*)\."),
+                               (unknown, r"before other work was counted: ([^;]*);")):
             self.assertEqual(set(re.findall(r"`(\w+)`", re.search(pattern, text)[1])), names)
 
     def test_commands_are_those_of_run_sh(self):
