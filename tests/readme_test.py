@@ -9,7 +9,8 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 TEXTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("*/README.md"), *ROOT.glob("core/*/README.md"),
-                *ROOT.glob("integrators/*/README.md"), ROOT / "core/GLOSSARY.md", ROOT / "reference/THESIS.md"])
+                *ROOT.glob("integrators/*/README.md"), *ROOT.glob("experiments/*/*.md"), *ROOT.glob("reference/*/README.md"),
+                ROOT / "core/GLOSSARY.md", ROOT / "reference/THESIS.md"])
 LINK = re.compile(r'\]\(([^()\s]+)(?:\s+"[^"]*")?\)|\bsrc="([^"]+)"')
 # Words of the glossary that the first screen uses as it explains them.
 EXPLAINED = {"cell", "spring", "thesis", "sheet", "rope"}
@@ -80,6 +81,42 @@ class Readme(unittest.TestCase):
             self.assertRegex(script, rf"(?m)^body {picture} ")
         for picture in (ROOT / "results/view").glob("*.png"):
             self.assertRegex(script, rf"(?m)^(body|view) {picture.stem} ")
+
+    def test_is_short(self):
+        lines = (ROOT / "README.md").read_text().splitlines()
+        self.assertLessEqual(len(lines), 150)
+        self.assertLessEqual(max(map(len, lines)), 400)
+
+    def test_findings_have_charts_and_figures(self):
+        rows = re.findall(r"^\| <a href=.*$", (ROOT / "README.md").read_text(), re.M)
+        self.assertEqual(len(rows), 6)
+        for row in rows:
+            self.assertRegex(row, r'<a href="(results/[^"]*\.png)"><img src="\1"')
+            self.assertRegex(row, r'\]\(results/\S*\.csv "')
+
+    def test_ten_commands_are_commands(self):
+        block = (ROOT / "README.md").read_text().split("## Ten commands\n")[1].split("\n## ")[0]
+        shown = re.findall(r"^    build/release/mss ([a-z-]+)", block, re.M)
+        known = re.findall(r"^\| `mss ([a-z-]+)", (ROOT / "experiments/README.md").read_text(), re.M)
+        self.assertEqual(len(shown), 10)
+        self.assertEqual([word for word in shown if word not in known], [])
+        scenes = re.findall(r"mss (?:view|run|modes|advise|peer export) (\w+)", block)
+        self.assertEqual(len(scenes), 6)
+        for scene in scenes:
+            self.assertTrue((ROOT / f"experiments/scenes/{scene}.toml").exists(), scene)
+
+    def test_studies_that_ran_beside_other_work_are_named(self):
+        """As TIMING.md says: from a tenth of the cores on; and those whose meta.json does not have it."""
+        beside, unknown = set(), set()
+        for file in (ROOT / "results").glob("*/meta.json"):
+            shares = re.findall(r'"other_work": \{\s*"share": ([\d.e-]+)', file.read_text())
+            if file.parent.name in ("advise", "check", "reproduce") or any(float(share) < 0.1 for share in shares):
+                continue
+            (beside if shares else unknown).add(file.parent.name)
+        text = (ROOT / "experiments/harness/TIMING.md").read_text()
+        for names, pattern in ((beside, r"these ran beside other work: ([^.]*)\."),
+                               (unknown, r"before other work was counted: ([^;]*);")):
+            self.assertEqual(set(re.findall(r"`(\w+)`", re.search(pattern, text)[1])), names)
 
     def test_commands_are_those_of_run_sh(self):
         refused = subprocess.run([ROOT / "run.sh", "no such command"], capture_output=True, text=True)
