@@ -9,7 +9,8 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 TEXTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("*/README.md"), *ROOT.glob("core/*/README.md"),
-                *ROOT.glob("integrators/*/README.md"), ROOT / "core/GLOSSARY.md", ROOT / "reference/THESIS.md"])
+                *ROOT.glob("integrators/*/README.md"), ROOT / "core/GLOSSARY.md", ROOT / "reference/THESIS.md",
+                *ROOT.glob("results/*/README.md"), ROOT / "results/conclusions.md"])
 LINK = re.compile(r'\]\(([^()\s]+)(?:\s+"[^"]*")?\)|\bsrc="([^"]+)"')
 # Words of the glossary that the first screen uses as it explains them.
 EXPLAINED = {"cell", "spring", "thesis", "sheet", "rope"}
@@ -34,7 +35,8 @@ def wrong_links(file):
             continue
         path, _, anchor = link.partition("#")
         target = (file.parent / path) if path else file
-        if not target.exists() or (anchor and anchor not in anchors(target.read_text())):
+        is_figure = path.endswith(".csv")  # whose anchor is a query's name: results/figures.py
+        if not target.exists() or (anchor and not is_figure and anchor not in anchors(target.read_text())):
             wrong.append(link)
     return links, wrong
 
