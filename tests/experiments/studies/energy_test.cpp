@@ -182,6 +182,7 @@ TEST(EnergySpin, DrawsFromItsFiles) {
   expect_same_drawings(find_experiment("energy"), files);
   const Drawings drawn = find_experiment("energy").draw(files);
   ASSERT_EQ(drawn.charts.size(), 2U);
+  EXPECT_EQ(drawn.charts[0].chart.y.names, std::vector<std::string>{"verlet"});
   EXPECT_EQ(drawn.charts[1].name, "energy_spin");
   EXPECT_EQ(drawn.charts[1].chart.y.names.size(), 3U);
 }
