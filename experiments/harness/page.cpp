@@ -53,6 +53,10 @@ constexpr const char* page_frame = R"(<!DOCTYPE html>
 constexpr const char* contents_entry = R"(<li><a href="#{study}">{study}</a>{charts}</li>
 )";
 
+constexpr const char* charts_entry = R"(
+<details><summary>{count}</summary><ul>
+{charts}</ul></details>)";
+
 constexpr const char* summary_frame = R"(<div id="summary">
 {findings}<h2>Find a study</h2>
 <p>{verdict}</p>
@@ -86,9 +90,9 @@ constexpr const char* study_frame = R"(<section id="{study}" aria-labelledby="he
 
 constexpr const char* chart_frame = R"(<figure id="chart-{chart}">
 <h3>{title}</h3>
+<p class="hint">Wider than this screen: move it sideways.</p>
 <div class="scrolls"><a href="{file}"><svg viewBox="0 0 {width} {height}" role="img" aria-label="Chart: {title}"><image id="image-{chart}" width="{width}" height="{height}" href="data:image/svg+xml;base64,{data}"/></svg></a></div>
 <figcaption>
-<p class="hint">Wider than this screen: move it sideways.</p>
 {notice}<p>{subtitle}</p>
 <p class="quiet">By <code>{command}</code></p>
 <ul class="links">
@@ -188,9 +192,13 @@ std::string contents_list(const std::vector<PageStudy>& studies) {
     const auto chart_entry = [&](const DrawnChart& chart) {
       return html_item(html_link("#chart-" + chart.name, page_title(study.report, chart)));
     };
-    const std::string charts = concatenated(study.report.charts, chart_entry);
-    return fmt::format(contents_entry, arg("study", html_text(study.report.name)),
-                       arg("charts", charts.empty() ? "" : "\n<ul>\n" + charts + "</ul>"));
+    const std::size_t count = study.report.charts.size();
+    const std::string charts =
+        count == 0
+            ? ""
+            : fmt::format(charts_entry, arg("count", fmt::format("{} chart{}", count, count == 1 ? "" : "s")),
+                          arg("charts", concatenated(study.report.charts, chart_entry)));
+    return fmt::format(contents_entry, arg("study", html_text(study.report.name)), arg("charts", charts));
   };
   return "<ul>\n" + concatenated(studies, entry) + "</ul>\n";
 }

@@ -37,6 +37,7 @@ figure .scrolls svg { min-width: 46rem; }
 nav ul { margin: 0; padding: 0; list-style: none; }
 nav ul ul { margin-left: 0.8rem; font-size: 0.85rem; }
 nav a { display: block; padding: 0.35rem 0; text-decoration: none; }
+nav li details summary { padding: 0 0 0.2rem; font-size: 0.8rem; color: var(--quiet); }
 nav a:hover { text-decoration: underline; }
 nav.beside { display: none; }
 
@@ -58,7 +59,7 @@ figcaption p { margin: 0.2rem 0; }
   .cards li { display: grid; grid-template-columns: 7.5rem minmax(0, 1fr); }
   .cards li a { grid-row: 1 / 3; }
   .cards svg { border: 0; }
-  .cards span { padding: 0.2rem 0.4rem; }
+  .cards span { padding: 0.2rem 0.4rem; font-size: 0.9rem; }
   .cards p { margin: 0.3rem 0.5rem; }
 }
 @media (max-width: 52rem) {
