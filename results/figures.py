@@ -28,8 +28,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 QUERIES = ROOT / "results/figures.csv"
-TEXTS = ("README.md", "results/README.md", *sorted(f"results/{path.parent.name}/README.md" for path in ROOT.glob("results/*/README.md")),
-         "results/conclusions.md", "reference/THESIS.md")
+PAGES = sorted(f"results/{path.parent.name}/README.md" for path in ROOT.glob("results/*/README.md"))
+TEXTS = "README.md", "results/README.md", *PAGES, "results/conclusions.md", "reference/THESIS.md"
 FIGURE = re.compile(r'\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^() #]+\.csv)(?:#([^() ]+)|\s+"([^"]*)")\)')
 CONDITION = re.compile(r"(\w+)(!=|>=|<=|=|>|<)(.*)")
 TERM = re.compile(r"(?:(min|max|median|sum) of )?(.*?)(?: where (.*))?")
@@ -171,14 +171,15 @@ def written(shown, values):
 
 
 def check(path, write, query_file=QUERIES):
-    """The figures of a text, as its table and its id (None with a title) each, and the problems with them."""
+    """The figures of a text, as table and id each (with a title, the id of the query that it is, or None), and the problems."""
     text, problems, figures = path.read_text(), [], []
     queries = queries_in(query_file) if query_file.exists() else {}
+    names = {(table, query): name for (table, name), query in queries.items()}
 
     def visit(match):
         shown, link, name, query = match.groups()
         table = (path.parent / link).resolve()
-        figures.append((table, name))
+        figures.append((table, name or names.get((table, " ".join(query.split())))))
         try:
             if not table.exists():
                 raise ValueError("there is no such table")
@@ -204,7 +205,8 @@ def check(path, write, query_file=QUERIES):
 
 def unused(used, query_file=QUERIES):
     """Queries that no text uses."""
-    return [f"{query_file}: no text uses '{name}' of {table.name}" for table, name in queries_in(query_file) if (table, name) not in used]
+    return [f"{query_file}: no text uses '{name}' of {table.name}"
+            for table, name in queries_in(query_file) if (table, name) not in used]
 
 
 def main(arguments):

@@ -70,13 +70,17 @@ class Figures(unittest.TestCase):
     def test_have_their_queries_in_a_file(self):
         file = self.queries("b.csv,beam,100 error where body=beam; cells<=8", 'b.csv,long,"error where body=bar, long"',
                             "b.csv,old,error where cells=4")
-        self.text.write_text("[7.6 and 2.2](b.csv#beam) of [1,003](b.csv#long) of [7](b.csv#long) of [9](b.csv#none) [table](b.csv)")
+        self.text.write_text("[7.6 and 2.2](b.csv#beam) of [1,003](b.csv#long) of [7](b.csv#long) of "
+                             "[9](b.csv#none) [table](b.csv)")
         found, problems = figures.check(self.text, False, file)
         self.assertEqual([name for _, name in found], ["beam", "long", "long", "none"])
         self.assertEqual(len(problems), 2)
         self.assertIn("'7' is shown, and b.csv: the table says 1003", problems[0])
         self.assertIn("has no 'none'", problems[1])
         self.assertEqual([problem.split(": ")[1] for problem in figures.unused(found, file)], ["no text uses 'old' of b.csv"])
+        self.text.write_text('[0.0763](b.csv "error where cells=4")')
+        self.assertEqual([name for _, name in figures.check(self.text, False, file)[0]], ["old"])
+        self.text.write_text("[1,003](b.csv#long) of [7](b.csv#long)")
         figures.check(self.text, True, file)
         self.assertIn("[1,003](b.csv#long) of [1,003](b.csv#long)", self.text.read_text())
 
