@@ -4,13 +4,18 @@
     results/figures.py [TEXT ...]           names those that are not, with exit status 1
     results/figures.py --write [TEXT ...]   writes them again from their tables, with as many digits
 
-TEXT is README.md, results/README.md, results/conclusions.md and reference/THESIS.md if left out. A figure is a link to a table with a title that says
-from where, as in
+TEXT is README.md, results/README.md, results/*/README.md, results/conclusions.md, reference/THESIS.md and
+experiments/harness/TIMING.md if left out. A figure
+is a link to a table, and to the row of results/figures.csv with its query: `[7.6 and 2.2](refine/refine.csv#beam)` is
 
-    [7.6 and 2.2](refine/refine.csv "abs 100 raw_error where problem=beam; cells=4|8")
+    table,id,query
+    refine/refine.csv,beam,abs 100 raw_error where problem=beam; cells=4|8
+
+A query belongs to one table (paths are from results/), its id is only that table's, and several texts may use it; one that none
+uses is named too. A link may also give the query as its title, `[7.6](refine/refine.csv "abs 100 raw_error where ...")`.
 
 Its numbers are those of the table, in its order, each rounded to the digits shown; "A to B" are the smallest and the largest,
-"A [B, C]" a median and its quartiles. Title: [min|max|median|sum] [abs] [factor] TERM [over|off TERM], or `count [where
+"A [B, C]" a median and its quartiles. Query: [min|max|median|sum] [abs] [factor] TERM [over|off TERM], or `count [where
 conditions]`. TERM: [min of|max of|median of|sum of] column,column [where conditions]. A condition is a column, one of
 = != >= <= > <, and a value, or several with bars between them; between conditions is "; ". `over` divides, row by row, or by the
 one row there is; `off` is how far the quotient is from 1."""
@@ -23,11 +28,13 @@ import statistics
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-TEXTS = "README.md", "results/README.md", "results/conclusions.md", "reference/THESIS.md"
-FIGURE = re.compile(r'\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^() ]+\.csv)(\s+)"([^"]*)"\)')
+QUERIES = ROOT / "results/figures.csv"
+PAGES = sorted(f"results/{path.parent.name}/README.md" for path in ROOT.glob("results/*/README.md"))
+TEXTS = "README.md", "results/README.md", *PAGES, "results/conclusions.md", "reference/THESIS.md", "experiments/harness/TIMING.md"
+FIGURE = re.compile(r'\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^() #]+\.csv)(?:#([^() ]+)|\s+"([^"]*)")\)')
 CONDITION = re.compile(r"(\w+)(!=|>=|<=|=|>|<)(.*)")
 TERM = re.compile(r"(?:(min|max|median|sum) of )?(.*?)(?: where (.*))?")
-TITLE = re.compile(r"(?:(min|max|median|sum) (?!of ))?(abs )?(?:([-+.0-9e]+) )?(.*)")
+QUERY = re.compile(r"(?:(min|max|median|sum) (?!of ))?(abs )?(?:([-+.0-9e]+) )?(.*)")
 AGGREGATES = {"min": min, "max": max, "median": statistics.median, "sum": sum}
 RELATIONS = {">=": lambda a, b: a >= b, "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, "<": lambda a, b: a < b}
 
@@ -36,6 +43,18 @@ RELATIONS = {">=": lambda a, b: a >= b, "<=": lambda a, b: a <= b, ">": lambda a
 def rows_of(path):
     with open(path, newline="") as file:
         return list(csv.DictReader(file))
+
+
+@functools.cache
+def queries_in(path):
+    """By table and id."""
+    queries = {}
+    for row in rows_of(path):
+        key = (path.parent / row["table"]).resolve(), row["id"]
+        if key in queries:
+            raise ValueError(f"{path}: {row['table']} has two queries '{row['id']}'")
+        queries[key] = row["query"]
+    return queries
 
 
 def number(text):
@@ -90,11 +109,11 @@ def values_of(table, term):
     return [AGGREGATES[aggregate](values)] if aggregate else values
 
 
-def evaluate(title, table):
-    """The numbers that a title asks for."""
-    if title == "count" or title.startswith("count where "):
-        return [len(rows_where(table, title[len("count where "):]))]
-    aggregate, absolute, factor, terms = TITLE.fullmatch(title).groups()
+def evaluate(query, table):
+    """The numbers that a query asks for."""
+    if query == "count" or query.startswith("count where "):
+        return [len(rows_where(table, query[len("count where "):]))]
+    aggregate, absolute, factor, terms = QUERY.fullmatch(query).groups()
     two = re.fullmatch(r"(.*) (over|off) (.*)", terms)
     values = values_of(table, two[1] if two else terms)
     if two:
@@ -152,44 +171,56 @@ def written(shown, values):
     return texts[0] if len(texts) == 1 else ", ".join(texts[:-1]) + " and " + texts[-1]
 
 
-def check(path, write):
-    """Number of figures in a text, and the problems with them."""
-    text, problems, count = path.read_text(), [], 0
+def check(path, write, query_file=QUERIES):
+    """The figures of a text, as table and id each (with a title, the id of the query that it is, or None), and the problems."""
+    text, problems, figures = path.read_text(), [], []
+    queries = queries_in(query_file) if query_file.exists() else {}
+    names = {(table, query): name for (table, name), query in queries.items()}
 
     def visit(match):
-        nonlocal count
-        count += 1
-        shown, link, space, title = match.groups()
-        table = path.parent / link
+        shown, link, name, query = match.groups()
+        table = (path.parent / link).resolve()
+        figures.append((table, name or names.get((table, " ".join(query.split())))))
         try:
             if not table.exists():
                 raise ValueError("there is no such table")
-            values = evaluate(" ".join(title.split()), rows_of(table))
+            if name and (table, name) not in queries:
+                raise ValueError(f"{query_file.name} has no '{name}' of it")
+            query = queries[table, name] if name else " ".join(query.split())
+            values = evaluate(query, rows_of(table))
             problem = problem_with(shown, values)
         except ValueError as error:
             problem, values = str(error), None
         if problem and write and values:
-            return f'[{written(shown, values)}]({link}{space}"{title}")'
+            return match[0].replace(f"[{shown}]", f"[{written(shown, values)}]", 1)
         if problem:
             line = text.count("\n", 0, match.start()) + 1
-            problems.append(f"{path}:{line}: '{shown}' is shown, and {link}: {problem} ({title})")
+            problems.append(f"{path}:{line}: '{shown}' is shown, and {link}: {problem} ({query or name})")
         return match[0]
 
     new = FIGURE.sub(visit, text)
     if new != text:
         path.write_text(new)
-    return count, problems
+    return figures, problems
+
+
+def unused(used, query_file=QUERIES):
+    """Queries that no text uses."""
+    return [f"{query_file}: no text uses '{name}' of {table.name}"
+            for table, name in queries_in(query_file) if (table, name) not in used]
 
 
 def main(arguments):
     write = arguments[:1] == ["--write"]
-    texts = [pathlib.Path(name) for name in arguments[write:]] or [ROOT / name for name in TEXTS]
-    failed = False
-    for text in texts:
-        count, problems = check(text, write)
-        print(*problems, f"{text}: {count} figures, {len(problems)} wrong", sep="\n")
-        failed = failed or problems or count == 0
-    return 1 if failed else 0
+    texts, used, failed = [pathlib.Path(name) for name in arguments[write:]], set(), False
+    for text in texts or [ROOT / name for name in TEXTS]:
+        figures, problems = check(text, write)
+        used.update(figures)
+        print(*problems, f"{text}: {len(figures)} figures, {len(problems)} wrong", sep="\n")
+        failed = failed or problems or not figures
+    left = [] if texts else unused(used)
+    print(*left, sep="\n", end="\n" if left else "")
+    return 1 if failed or left else 0
 
 
 if __name__ == "__main__":

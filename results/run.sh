@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Fills this folder with what `./run.sh reproduce` wrote, study by study; of their charts those stay that a text shows.
+# Fills this folder with what `./run.sh reproduce` wrote, study by study; of their charts those stay that a text shows, and
+# the page of each study, NAME/README.md, stays.
 # Then `mss reproduce --quick`, for how long each study takes both ways: reproduce/study_times.csv, from which
 # `mss reproduce` says beforehand how long it takes.
 #   results/run.sh [DIR]    where the finished studies are; without it they are run first, into out/reproduce
@@ -15,7 +16,8 @@ drop_charts_that_no_text_shows() {
   local chart name
   for chart in "$results/$1"/*.svg; do
     name=$1/$(basename -- "$chart" .svg)
-    grep -qF "$name.png" "$root"/{README.md,results/README.md,reference/THESIS.md} || rm -f -- "$results/$name".{svg,png}
+    grep -qF "$name.png" "$root"/{README.md,results/README.md,reference/THESIS.md} ||
+      grep -qF "]($(basename -- "$name").png)" "$results/$1/README.md" || rm -f -- "$results/$name".{svg,png}
   done
 }
 
@@ -25,8 +27,9 @@ studies=("$from"/*/meta.json)
 studies=("${studies[@]%/meta.json}")
 studies=("${studies[@]##*/}")
 for study in "${studies[@]}"; do
-  rm -rf -- "${results:?}/$study"
-  cp -r -- "$from/$study" "$results/$study"
+  mkdir -p -- "$results/$study"
+  find "$results/$study" -mindepth 1 -maxdepth 1 ! -name README.md -exec rm -rf -- {} +
+  cp -r -- "$from/$study/." "$results/$study"
   drop_charts_that_no_text_shows "$study"
 done
 

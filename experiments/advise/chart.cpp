@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "experiments/advise/advise.hpp"
 
@@ -34,12 +35,24 @@ bool is_drawn(const Table& trials, std::size_t row) {
          trials.number(row, "cost") > 0;
 }
 
-/// A series per family, of the rows that ran to their end.
+/// Those that no other one beats in cost and error, by cost: of thousands of candidates what a chart can
+/// show.
+std::vector<ChartPoint> best_of(std::vector<ChartPoint> points) {
+  std::sort(points.begin(), points.end(), [](const ChartPoint& a, const ChartPoint& b) {
+    return std::pair(a.x, a.y) < std::pair(b.x, b.y);
+  });
+  std::vector<ChartPoint> best;
+  for (const ChartPoint& point : points)
+    if (best.empty() || point.y < best.back().y) best.push_back(point);
+  return best;
+}
+
+/// A series per family, of the best of the rows that ran to their end.
 std::vector<ChartSeries> series_of(const Table& trials, double least) {
   std::vector<ChartSeries> all;
   for (const char* family : {"explicit", "implicit", "quasi-Newton", "xpbd", "vbd", "adaptive",
                              "finite elements", "folds, gains energy, or by luck"}) {
-    ChartSeries series{.label = family, .style = int(all.size()), .joined = false};
+    ChartSeries series{.label = family, .style = int(all.size())};
     const bool rejected = series.label.starts_with("folds");
     series.lines = !rejected;
     for (std::size_t row = 0; row < trials.size(); ++row)
@@ -47,6 +60,7 @@ std::vector<ChartSeries> series_of(const Table& trials, double least) {
           (rejected || family_in_chart(trials, row) == family))
         series.points.push_back(
             {trials.number(row, "cost") * to_frame, std::max(trials.number(row, "error"), least)});
+    series.points = best_of(std::move(series.points));
     all.push_back(series);
   }
   std::erase_if(all, [](const ChartSeries& series) { return series.points.empty(); });
@@ -61,13 +75,13 @@ std::string chosen(const Table& trials, std::size_t row) {
                      trials.number(row, "cell_size"));
 }
 
-/// Marks it over the others, with its place in the legend and its name in the subtitle: beside the point a
-/// label would stand among others.
+/// Marks it over the others, with its place in the legend and its name above it: beside the point a label
+/// would stand among others.
 void mark_chosen(const Table& trials, std::size_t row, double least, const std::string& label, Chart& chart) {
   const ChartPoint point{trials.number(row, "cost") * to_frame, std::max(trials.number(row, "error"), least)};
   chart.series.push_back({.label = label, .points = {point}, .lines = false});
   chart.marks.push_back({.point = point, .label = ""});
-  chart.subtitle += fmt::format("; {}: {}", label, chosen(trials, row));
+  chart.legend_title = fmt::format("{}: {}", label, chosen(trials, row));
 }
 
 bool any_below(const Table& trials, double least) {
@@ -99,12 +113,13 @@ Drawings draw(const std::vector<NamedTable>& tables) {
   if (trials.size() == 0) return {};
   const double error = request.number(0, "error"), budget = request.number(0, "budget");
   const double least = 1e-4 * (error > 0 ? error : 1);  // smaller ones are drawn as that
-  Chart chart{
-      .title = "Error against cost: " + request.text(0, "scene"),
-      .subtitle = fmt::format("candidates that ran to their end, by error of {}", request.text(0, "of")),
-      .x = {.label = "cost of 1/60 s [ms], this machine", .logarithmic = true},
-      .y = {.label = "error", .logarithmic = true},
-      .series = series_of(trials, least)};
+  Chart chart{.title = "Error against cost: " + request.text(0, "scene"),
+              .subtitle = fmt::format(
+                  "error of {}; of each family the candidates that no other of it beats in error and cost",
+                  request.text(0, "of")),
+              .x = {.label = "cost of 1/60 s [ms], this machine", .logarithmic = true},
+              .y = {.label = "error", .logarithmic = true},
+              .series = series_of(trials, least)};
   if (any_below(trials, least)) chart.y.label = fmt::format("error ({:.2g}: that or less)", least);
   set_ranges(chart, error);
   if (error > 0) chart.lines.push_back({ReferenceLine::Direction::horizontal, error, "requested"});

@@ -85,6 +85,18 @@ std::vector<std::string> moving_families(const std::vector<std::string>& named, 
   return able(moving_families(named), !named.empty(), model);
 }
 
+std::vector<std::string> without_variants(const std::vector<std::string>& names) {
+  const auto has = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  std::vector<std::string> kept;
+  for (const std::string& name : names) {
+    const std::string method = name.substr(0, name.find_first_of(":/"));
+    if (method == name ? !has(find_integrator(name).variant_of) : !has(method)) kept.push_back(name);
+  }
+  return kept;
+}
+
 std::vector<std::string> limited_integrators(const std::vector<std::string>& named) {
   std::vector<std::string> limited;
   for (const std::string& name : moving_integrators(named))

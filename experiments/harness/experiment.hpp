@@ -124,6 +124,8 @@ std::vector<std::string> moving_integrators(const std::vector<std::string>& name
 /// The same with the variants of methods beside those that they are of, where none is named.
 std::vector<std::string> moving_families(const std::vector<std::string>& named);
 std::vector<std::string> moving_families(const std::vector<std::string>& named, const std::string& model);
+/// Of these, in their order, those that are no variant of another one among them: not `vbd:5` beside `vbd`.
+std::vector<std::string> without_variants(const std::vector<std::string>& names);
 /// Of moving_integrators(), those with a largest stable step. Throws InputError if one that is named has
 /// none.
 std::vector<std::string> limited_integrators(const std::vector<std::string>& named);

@@ -9,11 +9,14 @@
 #include <cstdint>
 #include <cstdio>
 #include <functional>
+#include <set>
+#include <sstream>
 
 #include "experiments/harness/other_work.hpp"
 #include "experiments/harness/page_style.hpp"
 #include "experiments/harness/provenance.hpp"
 #include "experiments/harness/study_times.hpp"
+#include "experiments/io/installation.hpp"
 #include "experiments/io/output.hpp"
 
 namespace mss {
@@ -50,14 +53,23 @@ constexpr const char* page_frame = R"(<!DOCTYPE html>
 constexpr const char* contents_entry = R"(<li><a href="#{study}">{study}</a>{charts}</li>
 )";
 
+constexpr const char* charts_entry = R"(
+<details><summary>{count}</summary><ul>
+{charts}</ul></details>)";
+
 constexpr const char* summary_frame = R"(<div id="summary">
+{findings}<h2>Find a study</h2>
 <p>{verdict}</p>
-<dl class="facts">
-{facts}</dl>
-<h2>Summary</h2>
 <ul class="cards">
 {cards}</ul>
+<h2>Where these numbers come from</h2>
+<dl class="facts">
+{facts}</dl>
 </div>
+)";
+
+constexpr const char* findings_frame =
+    R"({findings}<p class="quiet">From the results that are kept with the program, of its authors' machine; below is what ran here.</p>
 )";
 
 constexpr const char* card_frame = R"(<li><a href="#{study}">{thumbnail}<span>{study}</span></a>
@@ -78,7 +90,8 @@ constexpr const char* study_frame = R"(<section id="{study}" aria-labelledby="he
 
 constexpr const char* chart_frame = R"(<figure id="chart-{chart}">
 <h3>{title}</h3>
-<a href="{file}"><svg viewBox="0 0 {width} {height}" role="img" aria-label="Chart: {title}"><image id="image-{chart}" width="{width}" height="{height}" href="data:image/svg+xml;base64,{data}"/></svg></a>
+<p class="hint">Wider than this screen: move it sideways.</p>
+<div class="scrolls"><a href="{file}"><svg viewBox="0 0 {width} {height}" role="img" aria-label="Chart: {title}"><image id="image-{chart}" width="{width}" height="{height}" href="data:image/svg+xml;base64,{data}"/></svg></a></div>
 <figcaption>
 {notice}<p>{subtitle}</p>
 <p class="quiet">By <code>{command}</code></p>
@@ -89,7 +102,7 @@ constexpr const char* chart_frame = R"(<figure id="chart-{chart}">
 )";
 
 constexpr const char* thumbnail_frame =
-    R"(<svg viewBox="0 0 {width} {height}" preserveAspectRatio="xMidYMin slice" aria-hidden="true"><use href="#image-{chart}"/></svg>)";
+    R"(<svg viewBox="0 0 {width} {height}" preserveAspectRatio="xMidYMid meet" aria-hidden="true"><use href="#image-{chart}"/></svg>)";
 
 constexpr const char* printed_frame = R"(<details><summary>What it printed</summary>
 <pre>{text}</pre>
@@ -120,6 +133,40 @@ std::string html_link(const std::string& target, const std::string& text) {
 
 std::string html_item(const std::string& content) { return fmt::format("<li>{}</li>\n", content); }
 
+constexpr std::string_view heading = "## Which method when\n";
+
+/// The lines under the heading, up to the next one.
+std::string section_of(const std::string& text) {
+  const std::size_t at = text.find(heading);
+  if (at == std::string::npos) return {};
+  const std::size_t begin = at + heading.size();
+  return text.substr(begin, text.find("\n## ", begin) - begin);
+}
+
+/// A link's text; to its study where that is on the page, which its path names first.
+std::string html_of_link(std::string_view text, std::string_view target,
+                         const std::set<std::string>& studies) {
+  const std::string study(target.substr(0, target.find('/')));
+  if (!studies.contains(study)) return html_text(text);
+  return fmt::format("<a href=\"#{}\">{}</a>", html_text(study), html_text(text));
+}
+
+/// What the committed results say of which method to take when: that section of results/README.md. Its
+/// figures lead to their studies, where these are on the page. Empty if the file or the section is not there.
+std::string page_findings(const std::set<std::string>& studies) {
+  const std::filesystem::path file = shipped_files() / "results" / "README.md";
+  if (!std::filesystem::exists(file)) return {};
+  std::istringstream lines(section_of(read_file(file)));
+  std::string items, before;
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("- "))
+      items += fmt::format("<li>{}</li>\n", html_of_markdown(std::string_view(line).substr(2), studies));
+    else if (!line.empty())
+      before += fmt::format("<p>{}</p>\n", html_of_markdown(line, studies));
+  if (items.empty()) return {};
+  return fmt::format("<h2>Which method when</h2>\n{}<ul class=\"findings\">\n{}</ul>\n", before, items);
+}
+
 /// A study on its way into the page: its folder as seen from there.
 struct PageStudy {
   const Report& report;
@@ -145,9 +192,13 @@ std::string contents_list(const std::vector<PageStudy>& studies) {
     const auto chart_entry = [&](const DrawnChart& chart) {
       return html_item(html_link("#chart-" + chart.name, page_title(study.report, chart)));
     };
-    const std::string charts = concatenated(study.report.charts, chart_entry);
-    return fmt::format(contents_entry, arg("study", html_text(study.report.name)),
-                       arg("charts", charts.empty() ? "" : "\n<ul>\n" + charts + "</ul>"));
+    const std::size_t count = study.report.charts.size();
+    const std::string charts =
+        count == 0
+            ? ""
+            : fmt::format(charts_entry, arg("count", fmt::format("{} chart{}", count, count == 1 ? "" : "s")),
+                          arg("charts", concatenated(study.report.charts, chart_entry)));
+    return fmt::format(contents_entry, arg("study", html_text(study.report.name)), arg("charts", charts));
   };
   return "<ul>\n" + concatenated(studies, entry) + "</ul>\n";
 }
@@ -281,8 +332,14 @@ std::string page_facts(const std::vector<PageStudy>& studies) {
 }
 
 std::string page_summary(const std::vector<PageStudy>& studies) {
-  return fmt::format(summary_frame, arg("verdict", page_verdict(studies)), arg("facts", page_facts(studies)),
-                     arg("cards", concatenated(studies, study_card)));
+  std::set<std::string> names;
+  for (const PageStudy& study : studies) names.insert(study.report.name);
+  const std::string findings = page_findings(names);
+  return fmt::format(
+      summary_frame,
+      arg("findings", findings.empty() ? "" : fmt::format(findings_frame, arg("findings", findings))),
+      arg("verdict", page_verdict(studies)), arg("facts", page_facts(studies)),
+      arg("cards", concatenated(studies, study_card)));
 }
 
 std::string chart_figure(const PageStudy& study, const DrawnChart& chart) {
@@ -358,6 +415,30 @@ std::string html_text(std::string_view text) {
       default:
         out += c;
     }
+  return out;
+}
+
+std::string html_of_markdown(std::string_view line, const std::set<std::string>& studies) {
+  std::string out;
+  while (!line.empty()) {
+    const auto enclosed = [&](std::string_view mark, const char* tag) {
+      const std::size_t end = line.starts_with(mark) ? line.find(mark, mark.size()) : std::string_view::npos;
+      if (end == std::string_view::npos) return false;
+      out += fmt::format("<{0}>{1}</{0}>", tag, html_text(line.substr(mark.size(), end - mark.size())));
+      line.remove_prefix(end + mark.size());
+      return true;
+    };
+    if (enclosed("**", "strong") || enclosed("`", "code")) continue;
+    const std::size_t middle = line.front() == '[' ? line.find("](") : std::string_view::npos,
+                      end = middle == std::string_view::npos ? middle : line.find(')', middle);
+    if (end != std::string_view::npos) {
+      out += html_of_link(line.substr(1, middle - 1), line.substr(middle + 2, end - middle - 2), studies);
+      line.remove_prefix(end + 1);
+      continue;
+    }
+    out += html_text(line.substr(0, 1));
+    line.remove_prefix(1);
+  }
   return out;
 }
 

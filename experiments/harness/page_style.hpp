@@ -24,6 +24,10 @@ td.number { text-align: right; font-variant-numeric: tabular-nums; }
 summary { cursor: pointer; padding: 0.6rem 0; color: var(--link); }
 .page { max-width: 90rem; margin: 0 auto; padding: 0 1rem 3rem; }
 .scrolls { overflow-x: auto; }
+figure .scrolls svg { min-width: 46rem; }
+.hint { display: none; color: var(--quiet); font-size: 0.9rem; }
+.findings { margin: 0.5rem 0; padding-left: 1.2rem; max-width: 85ch; }
+.findings li { margin: 0.35rem 0; }
 .quiet { color: var(--quiet); font-size: 0.9rem; }
 .bad { color: var(--bad); font-weight: bold; }
 .facts { display: grid; grid-template-columns: max-content minmax(0, 1fr); gap: 0.1rem 1rem; margin: 1rem 0; font-size: 0.9rem; }
@@ -33,6 +37,7 @@ summary { cursor: pointer; padding: 0.6rem 0; color: var(--link); }
 nav ul { margin: 0; padding: 0; list-style: none; }
 nav ul ul { margin-left: 0.8rem; font-size: 0.85rem; }
 nav a { display: block; padding: 0.35rem 0; text-decoration: none; }
+nav li details summary { padding: 0 0 0.2rem; font-size: 0.8rem; color: var(--quiet); }
 nav a:hover { text-decoration: underline; }
 nav.beside { display: none; }
 
@@ -49,6 +54,17 @@ figcaption p { margin: 0.2rem 0; }
 .links { display: flex; flex-wrap: wrap; gap: 0.5rem; margin: 0.4rem 0; padding: 0; list-style: none; font-size: 0.9rem; }
 .links a { display: inline-block; padding: 0.35rem 0.7rem; border: 1px solid var(--line); border-radius: 4px; text-decoration: none; }
 
+@media (max-width: 40rem) {
+  .cards { grid-template-columns: minmax(0, 1fr); gap: 0.5rem; }
+  .cards li { display: grid; grid-template-columns: 7.5rem minmax(0, 1fr); }
+  .cards li a { grid-row: 1 / 3; }
+  .cards svg { border: 0; }
+  .cards span { padding: 0.2rem 0.4rem; font-size: 0.9rem; }
+  .cards p { margin: 0.3rem 0.5rem; }
+}
+@media (max-width: 52rem) {
+  .hint { display: block; }
+}
 @media (min-width: 64rem) {
   .page { display: grid; grid-template-columns: 17rem minmax(0, 1fr); gap: 2.5rem; }
   nav.beside { display: block; position: sticky; top: 0; max-height: 100vh; overflow-y: auto; padding: 1.5rem 0; font-size: 0.9rem; }
@@ -57,7 +73,8 @@ figcaption p { margin: 0.2rem 0; }
 }
 @media print {
   .page { display: block; max-width: none; }
-  nav { display: none !important; }
+  nav, .hint { display: none !important; }
+  figure .scrolls svg { min-width: 0; }
   figure, .cards li { break-inside: avoid; }
 }
 )";

@@ -68,3 +68,10 @@ for error in 10% 1% 0.3%; do
   selected free_cube || continue
   "$mss" advise free_cube --error "$error" --of displacement --out "$out/free_cube_${error%\%}"
 done
+
+# In results/ those charts stay that the page of this folder shows.
+if [[ $out -ef $root/results/advise ]]; then
+  for chart in "$out"/*/advise.svg; do
+    grep -qF "]($(basename -- "$(dirname -- "$chart")")/advise.png)" "$out/README.md" || rm -f -- "${chart%.svg}".{svg,png}
+  done
+fi

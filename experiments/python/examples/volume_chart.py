@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs `mss volume` and draws its first chart, results/volume/volume.png, with matplotlib: volume_chart.py FILE.png [--quick].
+"""Runs `mss volume` and draws with matplotlib what results/volume/volume.png shows the error of: volume_chart.py FILE.png [--quick].
 
 In Debian: python3-matplotlib. Exit status 77 without it. The marks of cells are those of editors that run scripts as notebooks.
 """
@@ -25,7 +25,7 @@ stretched = (tables["volume"]["study"] == "cells") & (tables["volume"]["status"]
 rows = {name: column[stretched] for name, column in tables["volume"].items()}
 poisson = dict(zip(tables["volume_models"]["model"], tables["volume_models"]["poisson"]))
 
-# %% Its first chart
+# %% The change of volume
 figure, axes = plt.subplots(figsize=(8, 6))
 elasticity = {}
 styles = ["o-", "s--", "D-", "^-.", "v-", "P--", "X-."]

@@ -69,6 +69,17 @@ void add_cells(const std::vector<MapRow>& rows, const ChartAxis& y, MapPanel& pa
     add_bars(rows[r], r == 0 ? y.low : middle(r - 1), r + 1 == rows.size() ? y.high : middle(r), panel);
 }
 
+/// Without variants, and without methods that choose their own steps where there are others: theirs are
+/// intervals.
+std::vector<std::string> shown_methods(const Table& points) {
+  const std::vector<std::string> names = without_variants(points.distinct("integrator"));
+  std::vector<std::string> fixed = names;
+  std::erase_if(fixed, [](const std::string& name) {
+    return find_integrator(name.substr(0, name.find_first_of(":/"))).stepping == Stepping::adaptive;
+  });
+  return fixed.empty() ? names : fixed;
+}
+
 MapChart map_of(const Table& points, const Table& limits, const Table& parameter) {
   const ChartAxis y = parameter_axis(parameter);
   const double viscosity = points.size() > 0 ? points.number(0, "viscosity") : 0;
@@ -85,7 +96,7 @@ MapChart map_of(const Table& points, const Table& limits, const Table& parameter
                  .y = y,
                  .kinds = outcome_labels(),
                  .line_label = "predicted limit"};
-  for (const std::string& integrator : points.distinct("integrator")) {
+  for (const std::string& integrator : shown_methods(points)) {
     MapPanel panel{.title = integrator};
     add_cells(rows_of(points.where("integrator", integrator), parameter), y, panel);
     const Table predicted = limits.where("integrator", integrator);

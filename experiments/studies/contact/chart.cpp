@@ -61,11 +61,13 @@ Chart laws_chart(const Table& rows) {
                                      {Study::slope, BodyKind::block, "a slope, a block"}};
   std::vector<std::string> names;
   for (const Experiment& e : experiments) names.emplace_back(e.name);
-  Chart chart{.title = "Contact: largest error over all coefficients",
-              .subtitle = fmt::format("restitution, friction of pushes, distance on a slope [m]; {}",
-                                      charted_integrator(rows)),
-              .x = {.label = "largest error", .logarithmic = true},
-              .y = named_rows(names)};
+  Chart chart{
+      .title = "Contact: largest error over all coefficients",
+      .subtitle = fmt::format("of the height of bounces, of the distance after pushes and down a slope, "
+                              "each over that of the law; {}",
+                              charted_integrator(rows)),
+      .x = {.label = "largest relative error", .logarithmic = true},
+      .y = named_rows(names)};
   for (const std::string& law : rows.distinct("law")) {
     ChartSeries series{.label = law, .joined = false};
     for (std::size_t e = 0; e < names.size(); ++e) {

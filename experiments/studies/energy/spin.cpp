@@ -192,8 +192,10 @@ Chart spin_chart(const Table& summary, const Table& settings) {
                                 {.label = "angular momentum", .joined = false}};
   ChartSeries beyond{.label = fmt::format("failed, or more than {}", most_shown), .lines = false};
   std::vector<std::string> names;
+  const std::vector<std::string> shown = without_variants(summary.distinct("integrator"));
   for (std::size_t r = 0; r < summary.size(); ++r) {
-    const double y = double(summary.size() - r);
+    if (std::find(shown.begin(), shown.end(), summary.text(r, "integrator")) == shown.end()) continue;
+    const double y = double(shown.size() - names.size());
     bool all = true;
     for (std::size_t of = 0; of < left.size(); ++of) {
       constexpr std::array columns{"energy", "momentum", "angular_momentum"};

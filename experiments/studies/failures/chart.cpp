@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "experiments/studies/failures/failures.hpp"
 
@@ -54,11 +55,65 @@ Table counted(const Table& rows) {
   return some;
 }
 
+/// Whether a method takes the guard in the scene of a row, and is not refused there.
+bool takes_the_guard(const Table& guarded, const Table& rows, std::size_t r) {
+  for (std::size_t g = 0; g < guarded.size(); ++g)
+    if (guarded.text(g, "integrator") == rows.text(r, "integrator") &&
+        guarded.number(g, "severity") == rows.number(r, "severity"))
+      return guarded.text(g, "status") != "refused";
+  return false;
+}
+
+/// A scene by its label, without the quantity and the unit of its severities.
+std::string name_of(const std::string& label) {
+  std::string name = label.substr(0, label.find(" ["));
+  if (name.ends_with(" to")) name.resize(name.size() - 3);
+  return name;
+}
+
+/// Stable runs of those methods that take the guard, in percent, scene by scene.
+Chart stable_chart(const Table& rows, const Table& scenes) {
+  constexpr double apart = 0.18;  // of markers in a row; rows are 1 apart
+  constexpr std::array labels{"without fold guard", "without, at the step of the guarded body",
+                              "with fold guard"};
+  Chart chart{.title = "Stable runs in hard scenes, without and with the fold guard",
+              .subtitle = "of methods that take the guard and run there; in brackets: runs of each kind",
+              .x = {.label = "stable runs [%]", .low = 0, .high = 101},
+              .y = {}};
+  for (const char* label : labels) chart.series.push_back({.label = label, .joined = false});
+  std::vector<Table> of_scenes;
+  std::vector<std::string> names;
+  for (std::size_t s = 0; s < scenes.size(); ++s)
+    if (Table of_scene = rows.where("scene", scenes.text(s, "scene")); of_scene.size() > 0) {
+      of_scenes.push_back(std::move(of_scene));
+      names.push_back(name_of(scenes.text(s, "label")));
+    }
+  for (std::size_t s = 0; s < of_scenes.size(); ++s) {
+    const Table guarded = rows_of(of_scenes[s], variants.back());
+    for (std::size_t v = 0; v < variants.size(); ++v) {
+      const Table runs = rows_of(of_scenes[s], variants[v]);
+      int all = 0, stable = 0;
+      for (std::size_t r = 0; r < runs.size(); ++r)
+        if (takes_the_guard(guarded, runs, r)) {
+          ++all;
+          stable += runs.text(r, "status") == "stable" ? 1 : 0;
+        }
+      if (all == 0) continue;
+      chart.series[v].points.push_back(
+          {100.0 * stable / all, double(of_scenes.size() - s) + apart * (1 - double(v))});
+      if (v + 1 == variants.size()) names[s] += fmt::format(" ({})", all);
+    }
+  }
+  chart.y = named_rows(names);
+  return chart;
+}
+
 }  // namespace
 
 Drawings draw_failures(const std::vector<NamedTable>& tables) {
   const Table rows = counted(find_table(tables, "failures"));
   const Table& scenes = find_table(tables, "failures_scenes");
+  if (rows.size() == 0) return {};
   const double methods = double(rows.distinct("integrator").size());
   std::vector<std::string> labels;
   for (const FailureStatus& status : failure_statuses()) labels.push_back(status.label);
@@ -74,7 +129,8 @@ Drawings draw_failures(const std::vector<NamedTable>& tables) {
   for (std::size_t s = 0; s < scenes.size(); ++s)
     if (const Table of_scene = rows.where("scene", scenes.text(s, "scene")); of_scene.size() > 0)
       chart.panels.push_back(panel_of(of_scene, scenes.text(s, "label")));
-  return {.maps = {{"failures", std::move(chart)}}};
+  return {.charts = {{"failures", stable_chart(rows, scenes)}},
+          .maps = {{"failures_outcomes", std::move(chart), "failures"}}};
 }
 
 }  // namespace mss::studies::failures

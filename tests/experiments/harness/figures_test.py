@@ -28,9 +28,16 @@ class Figures(unittest.TestCase):
 
     def problem(self, shown, title, write=False):
         self.text.write_text(f'Seen: [{shown}](b.csv "{title}").')
-        count, problems = figures.check(self.text, write)
-        self.assertEqual(count, 1)
+        found, problems = figures.check(self.text, write)
+        self.assertEqual(len(found), 1)
         return " ".join(problems)
+
+    def queries(self, *rows):
+        file = self.text.parent / "figures.csv"
+        file.write_text("\n".join(("table,id,query", *rows)) + "\n")
+        figures.rows_of.cache_clear()
+        figures.queries_in.cache_clear()
+        return file
 
     def test_right_ones_are_found(self):
         for shown, title in (
@@ -60,19 +67,44 @@ class Figures(unittest.TestCase):
             self.assertEqual(self.problem(shown, title, write=True), "")
             self.assertIn(f"[{new}]", self.text.read_text())
 
-    def test_of_our_texts_are_those_of_the_tables(self):
-        for name in figures.TEXTS:
-            count, problems = figures.check(ROOT / name, False)
-            self.assertEqual(problems, [])
-            self.assertGreater(count, 0, name)
+    def test_have_their_queries_in_a_file(self):
+        file = self.queries("b.csv,beam,100 error where body=beam; cells<=8", 'b.csv,long,"error where body=bar, long"',
+                            "b.csv,old,error where cells=4")
+        self.text.write_text("[7.6 and 2.2](b.csv#beam) of [1,003](b.csv#long) of [7](b.csv#long) of "
+                             "[9](b.csv#none) [table](b.csv)")
+        found, problems = figures.check(self.text, False, file)
+        self.assertEqual([name for _, name in found], ["beam", "long", "long", "none"])
+        self.assertEqual(len(problems), 2)
+        self.assertIn("'7' is shown, and b.csv: the table says 1003", problems[0])
+        self.assertIn("has no 'none'", problems[1])
+        self.assertEqual([problem.split(": ")[1] for problem in figures.unused(found, file)], ["no text uses 'old' of b.csv"])
+        self.text.write_text('[0.0763](b.csv "error where cells=4")')
+        self.assertEqual([name for _, name in figures.check(self.text, False, file)[0]], ["old"])
+        self.text.write_text("[1,003](b.csv#long) of [7](b.csv#long)")
+        figures.check(self.text, True, file)
+        self.assertIn("[1,003](b.csv#long) of [1,003](b.csv#long)", self.text.read_text())
 
-    def test_each_study_has_some(self):
-        sections = (ROOT / "results/README.md").read_text().split("\n## ")
+    def test_no_two_queries_have_one_name(self):
+        file = self.queries("b.csv,beam,count", "b.csv,beam,max cells")
+        self.assertRaisesRegex(ValueError, "two queries 'beam'", figures.queries_in, file)
+
+    def test_of_our_texts_are_those_of_the_tables(self):
+        used = set()
+        for name in figures.TEXTS:
+            found, problems = figures.check(ROOT / name, False)
+            self.assertEqual(problems, [])
+            self.assertGreater(len(found), 0, name)
+            used.update(found)
+        self.assertEqual(figures.unused(used), [])
+
+    def test_each_study_has_a_page_with_some(self):
+        front = (ROOT / "results/README.md").read_text()
         folders = [path.parent.name for path in (ROOT / "results").glob("*/meta.json")]
         studies = [name for name in folders if name not in ("check", "reproduce")]
         self.assertGreaterEqual(len(studies), 17)
         for study in studies:
-            self.assertTrue([s for s in sections if s.startswith(f"{study}: ") and figures.FIGURE.search(s)], study)
+            self.assertTrue(figures.FIGURE.search((ROOT / f"results/{study}/README.md").read_text()), study)
+            self.assertIn(f"]({study}/README.md)", front)
 
 
 if __name__ == "__main__":

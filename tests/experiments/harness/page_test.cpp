@@ -98,6 +98,20 @@ TEST_F(PageOfTwo, EveryChartHasItsCaptionDataAndCommand) {
     }
 }
 
+TEST_F(PageOfTwo, OpensWithWhichMethodWhen) {
+  const std::size_t at = page_.find("<h2>Which method when</h2>");
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_LT(at, page_.find("Find a study"));
+  EXPECT_LT(page_.find("Find a study"), page_.find("<section"));
+  EXPECT_GE(count(page_.substr(at, page_.find("Find a study") - at), "<li><strong>"), 5U);
+}
+
+TEST(Page, LinksFindingsToStudiesThatAreThere) {
+  EXPECT_EQ(html_of_markdown("**A & b**: [4](frames/f.csv#a) of `x<1`, [5](timing/t.csv#b)", {"frames"}),
+            "<strong>A &amp; b</strong>: <a href=\"#frames\">4</a> of <code>x&lt;1</code>, 5");
+  EXPECT_EQ(html_of_markdown("a [b] * c", {}), "a [b] * c");
+}
+
 TEST_F(PageOfTwo, NoticesStandAboveTheirSubtitles) {
   EXPECT_NE(figure("whole_7_cells").find("beside &lt;other&gt; work</strong></p>\n<p>bars: quartiles</p>"),
             std::string::npos);

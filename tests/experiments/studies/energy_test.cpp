@@ -71,6 +71,16 @@ TEST(Energy, DrawsFromItsFiles) {
 /// What a step does to the energy of x'' = -w^2 x: explicit Euler multiplies it by 1 + z^2 with z = w dt,
 /// backward Euler divides by that, the midpoint rule keeps it; velocity Verlet's is 1 - z^2 / 4 sin^2(n
 /// theta) after n steps from the largest stretch, with cos theta = 1 - z^2 / 2.
+/// Without what repeats another method of the chart; what stands for itself stays, whatever it is a variant
+/// of.
+TEST(Energy, ChartsHaveEachMethodOnce) {
+  EXPECT_EQ(without_variants(
+                {"semi_implicit_euler", "verlet", "vbd:5", "vbd", "backward_euler/lbfgs:5", "xpbd:20"}),
+            (std::vector<std::string>{"semi_implicit_euler", "vbd", "backward_euler/lbfgs:5", "xpbd:20"}));
+  EXPECT_EQ(without_variants({"verlet", "cvode_bdf_klu"}),
+            (std::vector<std::string>{"verlet", "cvode_bdf_klu"}));
+}
+
 TEST(Energy, OfOneModeIsTheClosedForm) {
   EnergyConfig config = one_mode_config();
   config.integrators = {"explicit_euler", "backward_euler", "implicit_midpoint", "velocity_verlet"};
@@ -182,6 +192,7 @@ TEST(EnergySpin, DrawsFromItsFiles) {
   expect_same_drawings(find_experiment("energy"), files);
   const Drawings drawn = find_experiment("energy").draw(files);
   ASSERT_EQ(drawn.charts.size(), 2U);
+  EXPECT_EQ(drawn.charts[0].chart.y.names, std::vector<std::string>{"verlet"});
   EXPECT_EQ(drawn.charts[1].name, "energy_spin");
   EXPECT_EQ(drawn.charts[1].chart.y.names.size(), 3U);
 }

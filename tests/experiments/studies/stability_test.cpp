@@ -126,7 +126,14 @@ TEST(Stability, DrawsFromItsFiles) {
   Progress progress;
   Journal journal;
   const StabilityTables tables = measure_stability(config, 1, journal, progress);
-  expect_same_drawings(find_experiment("stability"), stability_files(config, tables.rows));
+  const std::vector<NamedTable> files = stability_files(config, tables.rows);
+  expect_same_drawings(find_experiment("stability"), files);
+  const Chart chart = find_experiment("stability").draw(files).charts[0].chart;
+  EXPECT_EQ(chart.y.names, config.integrators);
+  ASSERT_EQ(chart.series.size(), 2U);  // at rest and stretched
+  std::size_t found = 0;
+  for (const ChartSeries& series : chart.series) found += series.points.size();
+  EXPECT_EQ(found, tables.rows.where("status", "ok").size());
 }
 
 TEST(Stability, ComparesMethodsWithALimitOnly) {

@@ -180,7 +180,10 @@ TEST(Volume, DrawsFromItsFiles) {
   std::map<std::string, Chart> charts;
   for (const NamedChart& c : draw_volume(tables).charts) charts.emplace(c.name, c.chart);
   ASSERT_EQ(charts.size(), 5U);
-  EXPECT_EQ(charts.at("volume").lines.size(), 2U);  // elasticity at nu = 0.3 and 0.45
+  const std::vector<ChartSeries>& errors = charts.at("volume").series;
+  ASSERT_FALSE(errors.empty());
+  EXPECT_LT(errors.size(), config.models.size());  // the thesis's springs have no prediction
+  EXPECT_EQ(errors[0].points.size(), 1U);          // a single cell has no particle that is free
   EXPECT_EQ(charts.at("volume_twist").series.size(), config.models.size());
   EXPECT_EQ(charts.at("volume_k_vol").series.size(), 5U);  // four fillings and elasticity
   EXPECT_EQ(charts.at("volume_k_vol").marks.size(), 1U);
