@@ -37,7 +37,9 @@ case $way in
   package)
     install_to_prefix development
     ! configure -DCMAKE_PREFIX_PATH="$prefix" -DCONSUMER_VERSION=99.0 || fail "a version that there is not was found"
-    build_and_run -DCMAKE_PREFIX_PATH="$prefix" -DCONSUMER_VERSION=
+    build_and_run -DCMAKE_PREFIX_PATH="$prefix" -DCONSUMER_VERSION=1.0
+    cmake --build "$directory/build" --target written_for_1_0
+    "$directory/build/written_for_1_0"
     ;;
   subdirectory)
     # To build the libraries again takes minutes: the example and two of their sources are, and BUILD's are linked.
