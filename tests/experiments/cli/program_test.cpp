@@ -167,9 +167,30 @@ TEST(View, RefusesWhatItCannotShow) {
   expect_refused({"view", "cantilever", "--set", "solve.integrator=rk5"}, "did you mean 'rk4'?");
   for (const char* size : {"10x10", "1280", "1280x800x2", "wide", "9000x800"})
     expect_refused({"view", "cantilever", "--size", size}, std::string("--size is ") + size);
-  expect_refused({"view", "cantilever", "--frames", "3"}, "--frames requires --shot");
-  expect_refused({"view", "cantilever", "--plain"}, "--plain requires --shot");
+  expect_refused({"view", "cantilever", "--frames", "3"}, "--frames requires --shot or --record");
+  expect_refused({"view", "cantilever", "--plain"}, "--plain requires --shot or --record");
   expect_refused({"view", "cantilever", "--frames", "-3", "--shot", "a.png"}, "--frames is -3");
+  expect_refused({"view", "cantilever", "--rate", "3", "--shot", "a.png"}, "--rate requires --record");
+}
+
+TEST(View, RefusesWhatItCannotRecord) {
+  const auto expect_record_refused = [](const std::string& file, const std::string& why,
+                                        std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {"view", "cantilever", "--record", file});
+    expect_refused(more, why);
+  };
+  expect_record_refused("a.webp", "excludes", {"--shot", "a.png"});
+  expect_record_refused("a.webp", "--frames is 0", {"--frames", "0"});
+  for (const char* rate : {"0", "-1", "1001", "nan"})
+    expect_record_refused("a.webp", std::string("--rate is ") + rate, {"--rate", rate});
+  expect_record_refused("a.webp", "--size is 8x8", {"--size", "8x8"});
+  if (!MSS_HAS_WINDOW) return;  // it says that first
+  for (const char* file : {"a.gif", "a", "webp"})
+    expect_record_refused(file, std::string("--record is ") + file + "; give a name that ends in .webp");
+  for (const char* file : {"a_%s.png", "a_%d_%d.png", "a%.png", "a_%00d.png"})
+    expect_record_refused(file,
+                          std::string("--record is ") + file + "; give the number of a frame one place");
+  expect_record_refused("/dev/null/a.webp", "/dev/null cannot be written");
 }
 
 TEST(View, SaysWhyThereIsNoWindow) {
