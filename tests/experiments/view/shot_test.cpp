@@ -268,6 +268,16 @@ TEST_F(Shot, RecordsFramesThatDiffer) {
   EXPECT_FALSE(fs::exists(file("a_0005.png")));
 }
 
+// The simulation that is drawn is not the one whose bodies were measured first.
+TEST_F(Shot, RecordsSeveralBodies) {
+  for (const char* scene : {"stack_of_three", "drum"}) {
+    const ProgramRun run = run_program(
+        recorded(file("a_%d.png").string(), {scene, "--frames", "3", "--rate", "4", "--size", "160x120"}));
+    ASSERT_EQ(run.exit_status, 0) << run.output;
+    EXPECT_NE(Picture(file("a_0.png")).pixels, Picture(file("a_2.png")).pixels) << scene;
+  }
+}
+
 TEST_F(Shot, RecordsAsManyFramesAsTheSceneHas) {
   const std::vector<std::string> whole{"free_cube", "--rate", "10", "--set", "solve.duration=0.3"};
   ASSERT_EQ(run_program(recorded(file("a_%d.png").string(), whole)).exit_status, 0);
