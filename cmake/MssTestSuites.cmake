@@ -11,9 +11,6 @@ function(mss_test_suites target)
   math(EXPR count "${count} + 1")
   set_property(TARGET ${target} PROPERTY mss_suite_lists ${count})
   set(list ${CMAKE_CURRENT_BINARY_DIR}/${target}_suites_${count}.cmake)
-  foreach(option LABELS ENVIRONMENT FIRST)
-    string(REPLACE ";" "\\;" arg_${option} "${arg_${option}}")
-  endforeach()
   add_custom_command(TARGET ${target} POST_BUILD BYPRODUCTS ${list} VERBATIM
     COMMAND ${CMAKE_COMMAND} -D "PROGRAM=$<TARGET_FILE:${target}>" -D "FILTER=${arg_FILTER}" -D "LABELS=${arg_LABELS}"
             -D "ENVIRONMENT=${arg_ENVIRONMENT}" -D "FIRST=${arg_FIRST}" -D "LIST=${list}"
