@@ -318,7 +318,7 @@ TEST_F(Shot, KeepsWhatItHasRecordedWhenInterrupted) {
   std::vector<std::string> endless =
       recorded(file("a.webp").string(), {"free_cube", "--frames", "20000", "--set", "body.cells=[1,1,1]",
                                          "--rate", "1000", "--set", "solve.duration=20"});
-  endless.insert(endless.begin(), {MSS_SOURCE_DIR "/tests/experiments/interrupt_after.sh", "6"});
+  endless.insert(endless.begin(), {MSS_SOURCE_DIR "/tests/experiments/interrupt_after.sh", "3"});
   const ProgramRun run = run_program(endless);
   EXPECT_EQ(run.exit_status, 130) << run.output;
   EXPECT_NE(run.output.find("a.webp, "), std::string::npos) << run.output;
