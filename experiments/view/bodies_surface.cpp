@@ -8,12 +8,14 @@
 
 namespace mss::view {
 
-BodiesSurface::BodiesSurface(std::vector<Level> levels, std::vector<std::unique_ptr<DrawnSurface>> parts)
-    : levels_(std::move(levels)), parts_(std::move(parts)) {
+BodiesSurface::BodiesSurface(const std::vector<Level>& levels,
+                             std::vector<std::unique_ptr<DrawnSurface>> parts)
+    : parts_(std::move(parts)) {
+  for (const auto& [body, first] : levels) sites_of_.push_back({first, body.lattice().size});
   std::uint32_t vertices = 0;
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     first_triangle_.push_back(triangles_.size());
-    for (const std::ptrdiff_t site : parts_[b]->sites()) sites_.push_back(levels_[b].first + site);
+    for (const std::ptrdiff_t site : parts_[b]->sites()) sites_.push_back(sites_of_[b].first + site);
     for (const std::uint32_t corner : parts_[b]->triangles()) triangles_.push_back(vertices + corner);
     vertices += std::uint32_t(parts_[b]->vertices().size());
   }
@@ -30,8 +32,7 @@ void BodiesSurface::update(const Field<double>& x, const std::vector<float>& val
   auto of_part = values.begin();
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const auto end = of_part + std::ptrdiff_t(parts_[b]->sites().size());
-    parts_[b]->update(part_of(x, levels_[b].first, levels_[b].body.lattice().size),
-                      std::vector<float>(of_part, end));
+    parts_[b]->update(part_of(x, sites_of_[b].first, sites_of_[b].count), std::vector<float>(of_part, end));
     of_part = end;
   }
   copy_vertices();
@@ -40,7 +41,7 @@ void BodiesSurface::update(const Field<double>& x, const std::vector<float>& val
 std::ptrdiff_t BodiesSurface::site_at(std::size_t triangle, const Vec3& point) const {
   const auto after = std::upper_bound(first_triangle_.begin(), first_triangle_.end(), triangle);
   const auto b = std::size_t(after - first_triangle_.begin()) - 1;
-  return levels_[b].first + parts_[b]->particle_at(triangle - first_triangle_[b], point);
+  return sites_of_[b].first + parts_[b]->particle_at(triangle - first_triangle_[b], point);
 }
 
 std::unique_ptr<DrawnSurface> surface_of_cells(const Scene& scene, const std::vector<Level>& levels) {

@@ -12,8 +12,8 @@ namespace mss::view {
 /// The surfaces of several bodies, each as if it were alone.
 class BodiesSurface final : public DrawnSurface {
  public:
-  /// One of each level's body, which must outlive it.
-  BodiesSurface(std::vector<Level> levels, std::vector<std::unique_ptr<DrawnSurface>> parts);
+  /// One of each level's body.
+  BodiesSurface(const std::vector<Level>& levels, std::vector<std::unique_ptr<DrawnSurface>> parts);
 
   void update(const Field<double>& x, const std::vector<float>& values) override;
   std::optional<Motion> motion() const override { return std::nullopt; }
@@ -22,7 +22,12 @@ class BodiesSurface final : public DrawnSurface {
   std::ptrdiff_t site_at(std::size_t triangle, const Vec3& point) const override;
   void copy_vertices();
 
-  std::vector<Level> levels_;
+  /// Where a body's sites are in fields of all bodies.
+  struct Sites {
+    std::ptrdiff_t first, count;
+  };
+
+  std::vector<Sites> sites_of_;  ///< by part
   std::vector<std::unique_ptr<DrawnSurface>> parts_;
   std::vector<std::size_t> first_triangle_;  ///< by part: its first index in triangles()
 };

@@ -4,10 +4,10 @@
 
 namespace mss::view {
 
-Status show(const Scene&, const ViewOptions&) {
+Shown show(const Scene&, const ViewOptions&) {
   throw InputError(
       "this program was built without a window; install libglfw3-dev, libimgui-dev, libstb-dev, "
-      "libepoxy-dev and libpng-dev, and configure and build it again");
+      "libepoxy-dev, libpng-dev and libwebp-dev, and configure and build it again");
 }
 
 }  // namespace mss::view

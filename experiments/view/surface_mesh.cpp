@@ -39,7 +39,7 @@ bool has_other_cell(const std::vector<Level>& levels, const Level& level, const 
 
 }  // namespace
 
-CrossSection::CrossSection(const Body& body) : body_(body) {
+CrossSection::CrossSection(const Body& body) : body_(body.config()) {
   constexpr double thinnest = 1.0 / 300;
   const BodyConfig& config = body.config();
   const auto [nx, ny, nz] = config.voxels.size();

@@ -8,8 +8,7 @@ namespace mss::view {
 /// What a sheet or a rope is across, which its particles do not say: vectors from its middle to its sides.
 class CrossSection {
  public:
-  /// Of a body of fewer than three dimensions, which must outlive this; drawn no thinner than its largest
-  /// extent over 300.
+  /// Of a body of fewer than three dimensions; drawn no thinner than its largest extent over 300.
   explicit CrossSection(const Body& body);
   /// Along the normal of a sheet, and across a rope as it is least turned from rest.
   void update(const Field<double>& x);
@@ -20,7 +19,7 @@ class CrossSection {
   Vec3 normal_of_sheet(std::ptrdiff_t site, int flat, const Field<double>& x) const;
   Vec3 tangent_of_rope(std::ptrdiff_t site, int along, const Field<double>& x) const;
 
-  const Body& body_;
+  Body body_;
   double half_;                             ///< [m]
   std::array<std::vector<Vec3>, 3> sides_;  ///< by axis and particle, unit vectors; empty: not flat
 };

@@ -9,6 +9,7 @@
 #include <imgui_impl_glfw.h>
 #include <imgui_impl_opengl3.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -25,6 +26,7 @@
 #include "experiments/view/bodies_surface.hpp"
 #include "experiments/view/image.hpp"
 #include "experiments/view/panel.hpp"
+#include "experiments/view/recording.hpp"
 #include "experiments/view/renderer.hpp"
 #include "experiments/view/surface_on_device.hpp"
 
@@ -79,7 +81,7 @@ class Window {
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
     glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
     glfwWindowHint(GLFW_SAMPLES, samples);
-    glfwWindowHint(GLFW_VISIBLE, options.shot.empty() ? GLFW_TRUE : GLFW_FALSE);
+    glfwWindowHint(GLFW_VISIBLE, options.shot.empty() && options.record.empty() ? GLFW_TRUE : GLFW_FALSE);
     for (const int major : {4, 3}) {
       glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, major);
       glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
@@ -198,6 +200,7 @@ class Viewer {
 
   Status show_live();
   Status make_shot();
+  Shown make_recording(Recording& recording);
 
  private:
   void frame();
@@ -210,8 +213,11 @@ class Viewer {
   void apply(const Panel::Requests& requests);
   void apply(PanelCommand command);
   void play_or_pause();
+  void see(const std::vector<Vec3>& points);
   void see_all();
   void fit_colours();
+  long frames_of_recording() const;
+  long simulate_recording(long frames);
   void colour();
   bool move_on_device();
   void move_on_processor();
@@ -294,17 +300,21 @@ void Viewer::play_or_pause() {
   log(display_.playing ? "play" : "pause");
 }
 
-void Viewer::see_all() {
-  Vec3 lower = session_.positions().at(cells_->sites().front()), upper = lower;
-  for (const std::ptrdiff_t site : cells_->sites()) {
-    lower = lower.cwiseMin(session_.positions().at(site));
-    upper = upper.cwiseMax(session_.positions().at(site));
+/// Points the camera at all of these.
+void Viewer::see(const std::vector<Vec3>& points) {
+  Vec3 lower = points.front(), upper = lower;
+  for (const Vec3& point : points) {
+    lower = lower.cwiseMin(point);
+    upper = upper.cwiseMax(point);
   }
   camera_.fit(lower, upper, arrangement().body);
-  if (!options_.plain) return;
+  if (options_.plain) camera_.fill(points, arrangement().body);
+}
+
+void Viewer::see_all() {
   std::vector<Vec3> points;
   for (const std::ptrdiff_t site : cells_->sites()) points.push_back(session_.positions().at(site));
-  camera_.fill(points, arrangement().body);
+  see(points);
 }
 
 /// A plain picture is all body.
@@ -557,7 +567,8 @@ Status Viewer::make_shot() {
   height_ = options_.height;
   const Canvas canvas(width_, height_);
   see_all();  // of a body that flies apart, its start
-  for (; frames_ < options_.frames && session_.status() == Status::ok && !interrupted(); ++frames_) {
+  for (; frames_ < options_.frames.value_or(0) && session_.status() == Status::ok && !interrupted();
+       ++frames_) {
     const auto begin = Clock::now();
     session_.advance(1.0 / 60);
     stepping_seconds_ += seconds_since(begin);
@@ -578,11 +589,72 @@ Status Viewer::make_shot() {
   return session_.status();
 }
 
+/// From the start until the scene ends.
+long Viewer::frames_of_recording() const {
+  const double last = session_.scene().solve.duration * options_.rate;
+  return options_.frames.value_or(1 + std::lround(std::floor(last + 1e-9)));
+}
+
+/// Where the body comes to in these frames, and what its colours cover. Returns how many of them there are.
+long Viewer::simulate_recording(long frames) {
+  TerminalProgress progress("record " + session_.scene().name);
+  std::vector<Vec3> corners;  // of the boxes that it is in
+  long frame = 0;
+  for (; frame < frames && !interrupted(); ++frame) {
+    if (frame > 0) session_.advance(1 / options_.rate);
+    if (session_.status() != Status::ok) break;
+    Eigen::AlignedBox3d box;
+    for (const std::ptrdiff_t site : cells_->sites()) box.extend(session_.positions().at(site));
+    for (int corner = 0; corner < 8; ++corner)
+      corners.push_back(box.corner(Eigen::AlignedBox3d::CornerType(corner)));
+    colour();
+    progress.report(double(frame) / double(2 * frames), "simulates");
+  }
+  if (!corners.empty()) see(corners);
+  return frame;
+}
+
+/// Simulates twice: the first time to see what camera and colours must cover, so that neither changes from
+/// frame to frame unless the simulation fails.
+Shown Viewer::make_recording(Recording& recording) {
+  width_ = options_.width;
+  height_ = options_.height;
+  const long frames = simulate_recording(frames_of_recording());
+  const Status status = session_.status();
+  if (interrupted()) return {Status::interrupted, 0};
+  session_.restart();
+  if (status != Status::ok) {  // of a body that flies apart, its start
+    see_all();
+    fit_colours();
+  }
+  const Canvas canvas(width_, height_);
+  colour();
+  draw_on(canvas);  // Dear ImGui has sizes from the second frame on
+  TerminalProgress progress("record " + session_.scene().name);
+  for (; frames_ < frames && !interrupted(); ++frames_) {
+    if (frames_ > 0) {
+      session_.advance(1 / options_.rate);
+      session_.record();
+      colour();
+    }
+    draw_on(canvas);
+    recording.add(canvas.read());
+    progress.report(0.5 + double(frames_) / double(2 * frames), "draws");
+  }
+  recording.finish();
+  log("record");
+  return {interrupted() ? Status::interrupted : status, frames_};
+}
+
 }  // namespace
 
-Status show(const Scene& scene, const ViewOptions& options) {
+Shown show(const Scene& scene, const ViewOptions& options) {
+  std::unique_ptr<Recording> recording;  // names are refused before anything is opened
+  if (!options.record.empty())
+    recording = make_recording(options.record, options.width, options.height, options.rate);
   Viewer viewer(scene, options);
-  return options.shot.empty() ? viewer.show_live() : viewer.make_shot();
+  if (recording) return viewer.make_recording(*recording);
+  return {options.shot.empty() ? viewer.show_live() : viewer.make_shot()};
 }
 
 }  // namespace mss::view

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <complex>
 #include <cstring>
@@ -18,6 +17,7 @@
 #include "integrators/analysis/modes.hpp"
 #include "integrators/analysis/stable_step.hpp"
 #include "integrators/integrator.hpp"
+#include "tests/dense_eigenvalues.hpp"
 #include "tests/differences.hpp"
 #include "tests/random_bodies.hpp"
 
@@ -355,8 +355,7 @@ TEST(Relaxation, LimitsExplicitStepsAsPredicted) {
   SparseMatrix matrix = resting.tangents()->pattern();
   resting.tangents()->values(0, state.x, state.v, {.stiffness = 1, .kind = Tangent::elastic}, matrix);
   const double mass = body.mass(body.sites().front());
-  const double omega_squared =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(matrix)).eigenvalues().maxCoeff() / mass;
+  const double omega_squared = testing::symmetric_eigenvalues(matrix).maxCoeff() / mass;
   const auto excess = [&](double dt) {
     const double half = dt / config.relaxation.time / 2;
     return omega_squared * dt * dt * (1 + config.relaxation.ratio * std::tanh(half) / half) - 4;

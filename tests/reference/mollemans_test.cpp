@@ -7,6 +7,7 @@
 
 #include "core/base/error.hpp"
 #include "core/measures/measures.hpp"
+#include "tests/dense_eigenvalues.hpp"
 #include "tests/differences.hpp"
 #include "tests/driven.hpp"
 #include "tests/random_bodies.hpp"
@@ -150,8 +151,7 @@ TEST(Mollemans, BoundsItsFrequencies) {
   SparseMatrix k = system.tangents()->pattern(), m = k;
   system.tangents()->values(0, rest.x, rest.v, {.stiffness = 1}, k);
   system.tangents()->values(0, rest.x, rest.v, {.mass = 1}, m);
-  const Eigen::EigenSolver<Eigen::MatrixXd> eigen(Eigen::MatrixXd(m).inverse() * Eigen::MatrixXd(k), false);
-  const double fastest = std::sqrt(eigen.eigenvalues().real().maxCoeff());
+  const double fastest = std::sqrt(testing::any_eigenvalues(k, m).real().maxCoeff());
   EXPECT_GE(system.spectral_bound().omega, fastest);
   EXPECT_LT(system.spectral_bound().omega, 1.5 * fastest);
 }

@@ -12,6 +12,7 @@
 
 #include "core/springs/spring_system.hpp"
 #include "reference/large_strain.hpp"
+#include "tests/dense_eigenvalues.hpp"
 
 namespace mss {
 namespace {
@@ -128,7 +129,7 @@ TEST(Phonons, SidesAreFreeOfStress) {
     if (path.kind == StrainPath::Kind::shear) continue;
     const Matrix3d F = strained_gradient(springs, h, path, 0.3);
     const Matrix3d stress = lattice_stress(springs, h, F);
-    const Eigen::Vector3cd values = Eigen::EigenSolver<Matrix3d>(stress).eigenvalues();
+    const Eigen::VectorXcd values = testing::any_eigenvalues(stress);
     std::array<double, 3> sizes{std::abs(values[0]), std::abs(values[1]), std::abs(values[2])};
     std::sort(sizes.begin(), sizes.end());
     EXPECT_LT(sizes[1], 1e-8 * sizes[2]) << path.name();

@@ -21,6 +21,7 @@ class SceneFolder {
   ~SceneFolder() { std::filesystem::remove_all(path_); }
 
   std::filesystem::path write(const std::string& name, const std::string& text) const {
+    std::filesystem::remove(path_ / name);  // file systems wait for the disk where a file is written over
     std::ofstream(path_ / name) << text;
     return path_ / name;
   }

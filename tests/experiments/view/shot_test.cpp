@@ -1,11 +1,14 @@
-// Pictures that `mss view --shot` makes, from outside. Needs a screen: see with_display.sh.
+// Pictures that `mss view --shot` and `--record` make, from outside. Needs a screen: see with_display.sh.
 #include <gtest/gtest.h>
 #include <png.h>
+#include <webp/demux.h>
 
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <vector>
 
 #include "core/mesh/shapes.hpp"
@@ -197,6 +200,131 @@ TEST_F(Shot, SaysWhereADeviceIsTooOldOrAnother) {
   const ProgramRun second = take("b.png", {"free_cube", "--set", "solve.device='gpu:0'"});
   EXPECT_EQ(second.exit_status, 2);
   EXPECT_NE(second.output.find("in a window"), std::string::npos) << second.output;
+}
+
+/// An animated WebP as it is on disk.
+struct Film {
+  int width = 0, height = 0, loops = -1;
+  std::vector<std::vector<std::uint8_t>> frames;  ///< red, green, blue and opacity of each pixel
+  std::vector<int> ends;                          ///< [ms]
+
+  explicit Film(const fs::path& file) {
+    const std::string bytes = read_file(file);
+    const WebPData data{reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
+    const std::unique_ptr<WebPAnimDecoder, decltype(&WebPAnimDecoderDelete)> decoder(
+        WebPAnimDecoderNew(&data, nullptr), WebPAnimDecoderDelete);
+    WebPAnimInfo info{};
+    EXPECT_TRUE(decoder && WebPAnimDecoderGetInfo(decoder.get(), &info)) << file;
+    width = int(info.canvas_width);
+    height = int(info.canvas_height);
+    loops = int(info.loop_count);
+    while (decoder && WebPAnimDecoderHasMoreFrames(decoder.get()) != 0) {
+      std::uint8_t* pixels = nullptr;
+      EXPECT_NE(WebPAnimDecoderGetNext(decoder.get(), &pixels, &ends.emplace_back()), 0) << file;
+      frames.emplace_back(pixels, pixels + 4 * std::size_t(width * height));
+    }
+  }
+};
+
+/// Mean difference of a frame's colours from those of a picture [of 255].
+double difference(const std::vector<std::uint8_t>& frame, const Picture& picture) {
+  double sum = 0;
+  for (std::size_t pixel = 0; 4 * pixel < frame.size(); ++pixel)
+    for (std::size_t c = 0; c < 3; ++c)
+      sum += std::abs(int(frame[4 * pixel + c]) - int(picture.pixels[3 * pixel + c]));
+  return sum / (3 * double(frame.size() / 4));
+}
+
+const std::vector<std::string> falling{"free_cube", "--rate", "20", "--frames", "5", "--size", "160x120"};
+
+/// What arguments have before others.
+std::vector<std::string> recorded(const std::string& file, std::vector<std::string> more) {
+  more.insert(more.begin(), {MSS_PROGRAM, "view", "--record", file});
+  return more;
+}
+
+// Every frame of a WebP is the PNG of its number, as well as so few bits can say it, and no other.
+TEST_F(Shot, RecordsFramesThatDiffer) {
+  const ProgramRun run = run_program(recorded(file("a.webp").string(), falling));
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  EXPECT_NE(run.output.find("a.webp, 5 frames"), std::string::npos) << run.output;
+  ASSERT_EQ(run_program(recorded(file("a.png").string(), falling)).exit_status, 0);
+  const Film film(file("a.webp"));
+  EXPECT_EQ(film.width, 160);
+  EXPECT_EQ(film.height, 120);
+  EXPECT_EQ(film.loops, 0);  // for ever
+  EXPECT_EQ(film.ends, (std::vector{50, 100, 150, 200, 250}));
+  ASSERT_EQ(film.frames.size(), 5U);
+  for (int of = 0; of < 5; ++of) {
+    std::vector<double> apart;
+    for (const auto& frame : film.frames)
+      apart.push_back(difference(frame, Picture(file("a_000" + std::to_string(of) + ".png"))));
+    EXPECT_LT(apart[std::size_t(of)], 4) << of;
+    for (int other = 0; other < 5; ++other)
+      if (other != of) {
+        EXPECT_GT(apart[std::size_t(other)], apart[std::size_t(of)] + 0.2) << of << " " << other;
+      }
+  }
+  EXPECT_FALSE(fs::exists(file("a_0005.png")));
+}
+
+// The simulation that is drawn is not the one whose bodies were measured first.
+TEST_F(Shot, RecordsSeveralBodies) {
+  for (const char* scene : {"stack_of_three", "drum"}) {
+    const ProgramRun run = run_program(
+        recorded(file("a_%d.png").string(), {scene, "--frames", "3", "--rate", "4", "--size", "160x120"}));
+    ASSERT_EQ(run.exit_status, 0) << run.output;
+    EXPECT_NE(Picture(file("a_0.png")).pixels, Picture(file("a_2.png")).pixels) << scene;
+  }
+}
+
+TEST_F(Shot, RecordsAsManyFramesAsTheSceneHas) {
+  const std::vector<std::string> whole{"free_cube", "--rate", "10", "--set", "solve.duration=0.3"};
+  ASSERT_EQ(run_program(recorded(file("a_%d.png").string(), whole)).exit_status, 0);
+  EXPECT_EQ(Picture(file("a_3.png")).width, 480);  // 0, 0.1, 0.2 and 0.3 s
+  EXPECT_EQ(Picture(file("a_0.png")).height, 360);
+  EXPECT_FALSE(fs::exists(file("a_4.png")));
+  ASSERT_EQ(run_program(recorded(file("frames/").string(), whole)).exit_status, 0);
+  EXPECT_EQ(read_file(file("frames/frame_0003.png")), read_file(file("a_3.png")));
+}
+
+TEST_F(Shot, RecordsTheWindowWhereThereIsRoom) {
+  std::vector<std::string> window = falling;
+  window.back() = "800x500";
+  ASSERT_EQ(run_program(recorded(file("all_%d.png").string(), window)).exit_status, 0);
+  window.emplace_back("--plain");
+  ASSERT_EQ(run_program(recorded(file("plain_%d.png").string(), window)).exit_status, 0);
+  const Picture all(file("all_4.png")), plain(file("plain_4.png"));
+  EXPECT_EQ(all.width, 800);
+  EXPECT_NE(all.pixels, plain.pixels);
+}
+
+TEST_F(Shot, RecordsUntilAFailure) {
+  const ProgramRun run = run_program(recorded(
+      file("a.webp").string(), {"free_cube", "--frames", "600", "--rate", "50", "--set", "solve.dt=0.01"}));
+  EXPECT_EQ(run.exit_status, 3);
+  EXPECT_NE(run.output.find("the simulation failed: non_finite"), std::string::npos) << run.output;
+  const Film film(file("a.webp"));
+  ASSERT_FALSE(film.frames.empty());  // fewer than there were: what does not move is shown for longer
+  EXPECT_EQ(film.ends.back() % 20, 0);
+  EXPECT_NE(run.output.find(", " + std::to_string(film.ends.back() / 20) + " frames"), std::string::npos)
+      << run.output;
+  EXPECT_GT(film.ends.back(), 40);
+  EXPECT_LT(film.ends.back(), 20 * 600);
+}
+
+// Simulating takes a hundredth of the time that drawing does.
+TEST_F(Shot, KeepsWhatItHasRecordedWhenInterrupted) {
+  std::vector<std::string> endless =
+      recorded(file("a.webp").string(), {"free_cube", "--frames", "20000", "--set", "body.cells=[1,1,1]",
+                                         "--rate", "1000", "--set", "solve.duration=20"});
+  endless.insert(endless.begin(), {MSS_SOURCE_DIR "/tests/experiments/interrupt_after.sh", "3"});
+  const ProgramRun run = run_program(endless);
+  EXPECT_EQ(run.exit_status, 130) << run.output;
+  EXPECT_NE(run.output.find("a.webp, "), std::string::npos) << run.output;
+  const std::size_t frames = Film(file("a.webp")).frames.size();
+  EXPECT_GT(frames, 1U);
+  EXPECT_LT(frames, 20000U);
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
@@ -16,6 +15,7 @@
 #include "integrators/analysis/lobpcg.hpp"
 #include "reference/closed_forms.hpp"
 #include "reference/fem/fem_system.hpp"
+#include "tests/dense_eigenvalues.hpp"
 #include "tests/random_bodies.hpp"
 
 namespace mss {
@@ -33,10 +33,7 @@ Eigen::VectorXd dense_frequencies(BodySystem<double>& system, const State<double
   SparseMatrix k = system.tangents()->pattern(), m = k;
   system.tangents()->values(0, state.x, state.v, {.stiffness = 1, .kind = kind}, k);
   system.tangents()->values(0, state.x, state.v, {.mass = 1}, m);
-  return Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(k), Eigen::MatrixXd(m))
-      .eigenvalues()
-      .cwiseMax(0)
-      .cwiseSqrt();
+  return testing::symmetric_eigenvalues(k, m).cwiseMax(0).cwiseSqrt();
 }
 
 /// Each mode solves K q = omega^2 M q, and they are M-orthonormal.

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -11,6 +10,7 @@
 
 #include "core/springs/spring_system.hpp"
 #include "integrators/analysis/modes.hpp"
+#include "tests/dense_eigenvalues.hpp"
 
 namespace mss {
 namespace {
@@ -62,9 +62,7 @@ double bisect(double low, double high, double bound, Function&& largest) {
   return low;
 }
 
-double largest_eigenvalue(const MatrixXd& a) {
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(a, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
-}
+double largest_eigenvalue(const MatrixXd& a) { return testing::symmetric_eigenvalues(a).maxCoeff(); }
 
 TEST(PredictedStep, IsThatOfTheFastestModeWithoutDamping) {
   Cube cube(4, 0);

@@ -129,9 +129,9 @@ TEST_P(InSteps, ABlockRestsAsHighAsItMust) {
   BoundsTrial trial(GetParam().method, GetParam().young, slope(0, 0));
   double sum = 0;
   int count = 0;
-  for (int step = 1; step <= 720; ++step) {
+  for (int step = 1; step <= 480; ++step) {
     trial.advance(step * frame);
-    if (step > 360) sum += 0.2 - trial.mean_at(0.2)[2], ++count;
+    if (step > 240) sum += 0.2 - trial.mean_at(0.2)[2], ++count;
   }
   const double expected = static_sag(GetParam().young);
   EXPECT_NEAR(sum / count, expected, 0.01 * expected);
@@ -140,9 +140,12 @@ TEST_P(InSteps, ABlockRestsAsHighAsItMust) {
 
 TEST_P(InSteps, ABlockSticksToASlope) {
   BoundsTrial trial(GetParam().method, GetParam().young, slope(19, 0.5));
-  trial.advance(8);
+  const bool keeps_vibrations =
+      GetParam().method == "implicit_midpoint" || GetParam().method == "energy_momentum";
+  const double at_rest = keeps_vibrations ? 8 : 5;
+  trial.advance(at_rest);
   const Vec3 before = trial.mean_at(0);
-  trial.advance(9.5);
+  trial.advance(at_rest + 1.5);
   const double creep = (trial.mean_at(0) - before).norm();
   EXPECT_LT(creep, GetParam().method == "vbd:20" ? 5e-4 : 1e-5);
   EXPECT_GT(trial.deepest(), -1e-12);
