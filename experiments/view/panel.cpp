@@ -147,6 +147,8 @@ bool Panel::draw_material(const Session& session, SceneEdit& settings) {
   const std::string& model = session.scene().model;
   const bool springs = has_springs(model);
   std::string title = "Material";
+  if (!session.scene().others.empty())  // sliders change that one alone
+    title += " of " + (session.scene().body_name.empty() ? "the first body" : session.scene().body_name);
   if (model != spring_model) title += ": " + model + (springs ? "" : " finite elements");
   heading(title.c_str());
   bool changed = false;
