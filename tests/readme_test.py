@@ -97,7 +97,7 @@ class Readme(unittest.TestCase):
             self.assertRegex(row, r'\]\(results/\S*\.csv#')
 
     def test_ten_commands_are_commands(self):
-        block = (ROOT / "README.md").read_text().split("## Ten commands\n")[1].split("\n## ")[0]
+        block = (ROOT / "README.md").read_text().split("## Ten commands\n")[1].split("\n##")[0]
         shown = re.findall(r"^    build/release/mss ([a-z-]+)", block, re.M)
         known = re.findall(r"^\| `mss ([a-z-]+)", (ROOT / "experiments/README.md").read_text(), re.M)
         self.assertEqual(len(shown), 10)

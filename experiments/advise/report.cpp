@@ -167,7 +167,10 @@ std::string short_name(const SceneFamily& family, const Trial& trial) {
   if (c.match) name += fmt::format(", moduli matched (\"{}\")", to_string(*c.match));
   if (family.is_calibrated()) name += fmt::format(", face_share {:g}", c.face_share);
   if (family.has_volume_force() && !c.volume_force) name += " without volume force";
-  if (c.dt) name += fmt::format(", {} steps a frame", steps_per_frame(*c.dt));
+  if (c.dt) {
+    const auto steps = steps_per_frame(*c.dt);
+    name += fmt::format(", {} step{} a frame", steps, steps == 1 ? "" : "s");
+  }
   if (c.threads != 1) name += ", on all threads";
   return name;
 }
@@ -180,8 +183,8 @@ std::string error_in_words(const SceneFamily& family, const AdviseRequest& reque
         name_of(request.of));
   const Trial& best = advice.trials[*advice.best];
   std::string text = fmt::format("error of {}: {:.3g} %, ", name_of(request.of), 100 * best.error);
-  text +=
-      request.of_stability ? "said, not required" : fmt::format("requested {:.3g} %", 100 * request.error);
+  text += request.of_stability ? "with no limit asked for"
+                               : fmt::format("requested {:.3g} %", 100 * request.error);
   text += fmt::format(", uncertainty of the reference {:.2g} %", 100 * advice.uncertainty);
   if (std::isfinite(best.error_at_half_step))
     text += fmt::format("; at half the step {:.3g} %", 100 * best.error_at_half_step);
@@ -256,7 +259,12 @@ std::string summary(const SceneFamily& family, const AdviseRequest& request, con
     const Trial& best = advice.trials[*advice.best];
     text += fmt::format("{}: {}\n", family.given().name,
                         advice.within_budget ? "advised" : "the cheapest that meets the error");
-    for (const std::string& setting : family.settings(best.candidate)) text += fmt::format("  {}\n", setting);
+    const std::vector<std::string> settings = family.settings(best.candidate);
+    for (const std::string& setting : settings) text += fmt::format("  {}\n", setting);
+    const auto is_ratio = [](const std::string& s) { return s.find("damping.ratio=") != std::string::npos; };
+    const double change = family.cell_size(best.candidate.level) / family.given().body.cell_size;
+    if (std::abs(change - 1) > 1e-9 && std::any_of(settings.begin(), settings.end(), is_ratio))
+      text += "damping.ratio: of cells of this size it is the same viscosity of the body\n";
     text += error_in_words(family, request, advice);
     if (!advice.errors_rank && advice.finest_level > 0)
       text += "that is too uncertain to tell candidates apart: the size of cells ranked them\n";

@@ -57,11 +57,25 @@ void print_cells(const MeshFill& fill, const MeshReport& report) {
   print_line("their centre", shown(report.filled_centre));
 }
 
-void print_notes(const MeshReport& report) {
+/// What a scene warns of too: a size that nobody simulates in metres.
+std::optional<std::string> other_unit(const CheckMeshChoice& choice, const TriangleMesh& mesh) {
+  constexpr double largest = 50;  // [m]
+  const Box box = bounding_box(mesh);
+  const double extent = (box.upper - box.lower).maxCoeff();
+  if (extent <= largest) return std::nullopt;
+  return fmt::format(
+      "it is {:.3g} m long: if the file is in millimetres, give --scale {:g}, and body.mesh_scale = {:g} in "
+      "a "
+      "scene",
+      extent, choice.scale / 1000, choice.scale / 1000);
+}
+
+void print_notes(const MeshReport& report, const std::optional<std::string>& more) {
   const std::vector<std::string> notes = report.notes();
   for (std::size_t i = 0; i < notes.size(); ++i)
     print_line(i < report.repairs.size() ? "file" : "note", notes[i]);
-  if (notes.empty()) print_line("note", "nothing is wrong with it");
+  if (more) print_line("note", *more);
+  if (notes.empty() && !more) print_line("note", "nothing is wrong with it");
 }
 
 void draw_slices(const CheckMeshChoice& choice, const TriangleMesh& mesh, const MeshFill& fill) {
@@ -86,7 +100,7 @@ void check_mesh(const CheckMeshChoice& choice, int& exit_status) {
   fmt::print("{}\n", choice.file);
   print_mesh(read.mesh, report);
   print_cells(fill, report);
-  print_notes(report);
+  print_notes(report, other_unit(choice, read.mesh));
   draw_slices(choice, read.mesh, fill);
   if (!report.lost.empty()) exit_status = exit_check_failed;
 }

@@ -335,8 +335,13 @@ void report(const Scene& scene, const SimulationResult& result, const fs::path& 
   const std::string step = fixed ? fmt::format("of {:.4g} s", result.dt) : "of its own choice",
                     simulated =
                         is_static(scene) ? "" : fmt::format("{:.4g} s simulated ", result.simulated_seconds);
-  fmt::print("{}: {} after {} steps {}, {}in {:.3g} s; see {}\n", scene.name, to_string(result.status),
-             result.work.steps, step, simulated, result.wall_seconds, directory.string());
+  constexpr double to_frame = 1e3 / 60;  // ms of a frame of 1/60 s, from seconds of a simulated second
+  const std::string frame = is_static(scene) || !(result.simulated_seconds > 0)
+                                ? ""
+                                : fmt::format(", {:.4g} ms a frame of 1/60 s",
+                                              result.wall_seconds / result.simulated_seconds * to_frame);
+  fmt::print("{}: {} after {} steps {}, {}in {:.3g} s{}; see {}\n", scene.name, to_string(result.status),
+             result.work.steps, step, simulated, result.wall_seconds, frame, directory.string());
   if (!result.device.empty())
     fmt::print("{}: on {}; carrying states there and back took {:.3g} s more\n", scene.name, result.device,
                result.transfer_seconds);

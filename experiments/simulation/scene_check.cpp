@@ -75,6 +75,26 @@ void check_contact(const Scene& scene, const IntegratorInfo& method) {
   for (const Obstacle& obstacle : scene.environment.obstacles) check(obstacle.contact);
 }
 
+/// Where there are several bodies, or one that touches itself, "impulse" is a law of particles.
+void check_touching_meshes(const Scene& scene) {
+  const std::vector<const SceneBody*> bodies = bodies_of(scene);
+  if (!has_bodies_system(scene) || std::none_of(bodies.begin(), bodies.end(), [](const SceneBody* one) {
+        return one->contact_surface != nullptr;
+      }))
+    return;
+  const auto check = [](const char* table, std::size_t number, ContactLaw law) {
+    if (law == ContactLaw::impulse)
+      throw InputError(fmt::format(
+          "{}.{}.contact = \"impulse\" touches particles where there are several bodies, or one that touches "
+          "itself, and body.contact_on is \"surface\"; give contact = \"penalty\", or contact_on = "
+          "\"particles\"",
+          table, number));
+  };
+  const auto& [planes, obstacles] = std::tie(scene.environment.planes, scene.environment.obstacles);
+  for (std::size_t i = 0; i < planes.size(); ++i) check("plane", i, planes[i].contact);
+  for (std::size_t i = 0; i < obstacles.size(); ++i) check("obstacle", i, obstacles[i].contact);
+}
+
 /// Local steps take the place of a step's only force.
 void check_local_steps(const Scene& scene, const IntegratorInfo& method) {
   if (!scene.solve.local_steps) return;
@@ -224,7 +244,8 @@ void check_one_body(const Scene& scene, const std::string& what) {
   if (has_bodies_system(scene))
     throw InputError(fmt::format("{}: {} is for one body that does not touch itself, and the scene has {}",
                                  scene.file.string(), what,
-                                 scene.others.empty() ? "[contact]" : "several [[body]]"));
+                                 scene.others.empty() ? "[contact] with self = true; give self = false"
+                                                      : "several [[body]]; give one of them alone"));
 }
 
 void check_solve(const Scene& scene) {
@@ -249,6 +270,7 @@ void check_solve(const Scene& scene) {
     if (scene.solve.device != SolveConfig{}.device) Device::open(scene.solve.device);
   });
   check_table(scene, "plane", [&] { check_contact(scene, find_integrator(scene.solve.integrator)); });
+  check_table(scene, "contact", [&] { check_touching_meshes(scene); });
   if (scene.solve.dt && *scene.solve.dt > scene.solve.duration)
     throw InputError(
         fmt::format("{}: solve.dt = {} s is longer than solve.duration = {} s; give a shorter step",

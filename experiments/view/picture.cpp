@@ -106,15 +106,21 @@ void add_grid(Marks& lines, const GridPlane& plane) {
     }
 }
 
-void add_obstacle(Marks& lines, const ObstacleSurface& obstacle, double t) {
+void add_obstacle(Marks& faces, Marks& lines, const ObstacleSurface& obstacle, double t) {
   const TriangleMesh mesh = obstacle.triangles(t);
-  for (const std::array<int, 3>& triangle : mesh.triangles)
+  for (const std::array<int, 3>& triangle : mesh.triangles) {
+    const auto corner = [&](std::size_t i) { return mesh.vertices[std::size_t(triangle[i])]; };
+    const Vec3 normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+    const auto light = float(0.86 + 0.1 * normal[2] + 0.03 * normal[0]);
+    for (std::size_t i = 0; i < 3; ++i)
+      faces.push_back(mark(corner(i), {0.86F * light, 0.86F * light, 0.88F * light}));
     for (std::size_t i = 0; i < 3; ++i) {
       const auto a = std::size_t(triangle[i]), b = std::size_t(triangle[(i + 1) % 3]);
       if (a > b) continue;  // the triangle on the other side draws it
       lines.push_back(mark(mesh.vertices[a], grid_line, 0.6));
       lines.push_back(mark(mesh.vertices[b], grid_line, 0.6));
     }
+  }
 }
 
 namespace {
@@ -123,10 +129,10 @@ Vec3 size_of(const BodyConfig& body) {
   return body.cell_size * Vec3(body.voxels.nx(), body.voxels.ny(), body.voxels.nz());
 }
 
-GridPlane ground_below(const Body& body, const std::vector<Hold>& holds, double spacing) {
+GridPlane ground_below(const Body& body, const Environment& environment, double spacing) {
   const BodyConfig& config = body.config();
   const Vec3 size = size_of(config);
-  const HeldSites held(body, holds);
+  const HeldSites held(body, environment.holds);
   const bool stands = std::all_of(body.sites().begin(), body.sites().end(), [&](std::ptrdiff_t site) {
     const bool lowest = body.rest_position(site)[2] < config.origin[2] + config.cell_size / 2;
     return !lowest || held.holds(site, 2);
@@ -134,6 +140,9 @@ GridPlane ground_below(const Body& body, const std::vector<Hold>& holds, double 
   const double down =
       size.maxCoeff() * (stands ? 1e-3 : 0.5);  // a hair at least: no lines through what lies on it
   Vec3 point = config.origin + Vec3(size[0] / 2, size[1] / 2, -down);
+  for (const Obstacle& obstacle : environment.obstacles)
+    for (const Vec3& vertex : ObstacleSurface(obstacle).triangles(0).vertices)
+      point[2] = std::min(point[2], vertex[2] - 1e-3 * size.maxCoeff());
   for (const int axis : {0, 1}) point[axis] = spacing * std::round(point[axis] / spacing);
   return {.point = point, .spacing = spacing, .lines = 15};
 }
@@ -143,7 +152,7 @@ GridPlane ground_below(const Body& body, const std::vector<Hold>& holds, double 
 std::vector<GridPlane> grids_of(const Body& body, const Environment& environment) {
   const Vec3 size = size_of(body.config()), centre = body.config().origin + size / 2;
   const double spacing = round_range(0, size.maxCoeff(), 0).step;
-  if (environment.planes.empty()) return {ground_below(body, environment.holds, spacing)};
+  if (environment.planes.empty()) return {ground_below(body, environment, spacing)};
   std::vector<GridPlane> grids;
   for (const Plane& plane : environment.planes)
     grids.push_back({.point = centre - (plane.gap(centre) + 1e-3 * size.maxCoeff()) * plane.normal,

@@ -56,11 +56,13 @@ struct GridPlane {
 
 void add_grid(Marks& lines, const GridPlane& plane);
 
-/// Lines along the edges of an obstacle's triangles, where it is at time t.
-void add_obstacle(Marks& lines, const ObstacleSurface& obstacle, double t);
+/// An obstacle where it is at time t: its triangles, three marks each, paler where they face upwards, and
+/// lines along their edges.
+void add_obstacle(Marks& faces, Marks& lines, const ObstacleSurface& obstacle, double t);
 
-/// The planes that a body may touch. Where there are none, one below it: where it stands, if its whole lowest
-/// layer is held, otherwise so far down that what hangs or falls does not soon pass through.
+/// The planes that a body may touch. Where there are none, one below it and all obstacles: where it stands,
+/// if its whole lowest layer is held, otherwise so far down that what hangs or falls does not soon pass
+/// through.
 std::vector<GridPlane> grids_of(const Body& body, const Environment& environment);
 
 }  // namespace mss::view

@@ -206,6 +206,11 @@ void Renderer::draw_marks(const Picture& picture, const Eigen::Matrix4f& transfo
   glUniform1f(glGetUniformLocation(program, "size"), point_size);
   glUniform1i(glGetUniformLocation(program, "round"), 0);
   glBindVertexArray(mark_array_.name());
+  glEnable(GL_POLYGON_OFFSET_FILL);  // lines along their edges stay in front of them
+  glPolygonOffset(1, 1);
+  fill(GL_ARRAY_BUFFER, marks_, picture.faces, GL_STREAM_DRAW);
+  glDrawArrays(GL_TRIANGLES, 0, GLsizei(picture.faces.size()));
+  glDisable(GL_POLYGON_OFFSET_FILL);
   fill(GL_ARRAY_BUFFER, marks_, picture.lines, GL_STREAM_DRAW);
   glDrawArrays(GL_LINES, 0, GLsizei(picture.lines.size()));
   glUniform1i(glGetUniformLocation(program, "round"), 1);

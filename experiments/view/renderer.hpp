@@ -15,6 +15,7 @@ struct Picture {
   ValueRange range{};     ///< of the mesh's values
   bool surface = true;
   bool edges = true;  ///< of cells, on their faces
+  Marks faces{};      ///< three marks each
   Marks lines{};      ///< two marks each
   Marks points{};
 };

@@ -492,7 +492,8 @@ void Viewer::draw(const Layout& places, int width, int height) {
                   .edges = display_.edges && !display_.shows_mesh};
   if (display_.ground)
     for (const GridPlane& grid : grids_) add_grid(picture.lines, grid);
-  for (const ObstacleSurface& obstacle : obstacles_) add_obstacle(picture.lines, obstacle, session_.time());
+  for (const ObstacleSurface& obstacle : obstacles_)
+    add_obstacle(picture.faces, picture.lines, obstacle, session_.time());
   if (display_.springs)
     for (const Level& level : session_.levels())
       add_springs(picture.lines, level, session_.positions(),

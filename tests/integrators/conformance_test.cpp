@@ -133,6 +133,10 @@ double chain_limit(const IntegratorInfo& info, double beta) {
   return limit;
 }
 
+/// Of a method that no undamped step is stable of: there Heun's, which grows by w^4 dt^4 / 8 a step, is seen
+/// to.
+constexpr double growing = 0.5;  // / omega
+
 TEST_P(LimitedMethod, IsStableUpToThePredictedStep) {
   const double omega = testing::Chain(chain_length, 0).largest_omega();
   // Ranges of resonance are narrow, but motions grow in them at once; elsewhere they may grow slowly at
@@ -141,9 +145,9 @@ TEST_P(LimitedMethod, IsStableUpToThePredictedStep) {
   for (const double ratio : {0.0, 0.05, 0.5, 1.0, 3.0}) {  // of critical damping, for the fastest mode
     const double limit = chain_limit(info(), 2 * ratio / omega);
     if (limit == 0) {
-      EXPECT_FALSE(holds(info(), 2 * ratio / omega, 0.1 / omega))
+      EXPECT_FALSE(holds(info(), 2 * ratio / omega, growing / omega))
           << info().name << " says that no step is stable at damping ratio " << ratio
-          << ", and at dt = 0.1 / omega it does not blow up: IntegratorInfo::limit is too small";
+          << ", and at dt = 0.5 / omega it does not blow up: IntegratorInfo::limit is too small";
       continue;
     }
     const long until_unbounded = bounded_steps(info(), 2 * ratio / omega, beyond * limit, many_steps(info()));
@@ -161,7 +165,7 @@ TEST_P(LimitedMethod, IsStableUpToThePredictedStep) {
 
 TEST_P(LimitedMethod, GrowsAtLongerStepsToo) {
   const double omega = testing::Chain(chain_length, 0).largest_omega();
-  const bool grows = !holds(info(), 0, std::max(1.01 * chain_limit(info(), 0), 0.1 / omega));
+  const bool grows = !holds(info(), 0, std::max(1.01 * chain_limit(info(), 0), growing / omega));
   EXPECT_EQ(grows, !info().resonant_limit)
       << info().name << (grows ? " grows" : " does not grow")
       << " without damping at a step a percent beyond its limit: see IntegratorInfo::resonant_limit";

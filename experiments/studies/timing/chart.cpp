@@ -432,22 +432,57 @@ Drawings draw_timing(const std::vector<NamedTable>& tables) {
   return drawings;
 }
 
+namespace {
+
+/// Of the thesis's figure, if it was measured; else the largest.
+double size_in_text(const std::vector<Curve>& all) {
+  constexpr double of_thesis = 7;
+  double largest = 0;
+  for (const Curve& curve : all)
+    for (const double n : curve.cells) {
+      if (n == of_thesis) return n;
+      largest = std::fmax(largest, n);
+    }
+  return largest;
+}
+
+/// The median time of an update with so many cells an edge, by the method of a row of the summary.
+std::string milliseconds_at(const std::vector<Curve>& all, double cells, const Table& summary,
+                            std::size_t row) {
+  for (const Curve& curve : all) {
+    if (curve.method != summary.text(row, "method") || curve.precision != summary.text(row, "precision") ||
+        curve.threads != int(summary.number(row, "threads")))
+      continue;
+    const auto at = std::find(curve.cells.begin(), curve.cells.end(), cells);
+    if (at != curve.cells.end())
+      return fmt::format("{:.3g}", 1e3 * curve.seconds[std::size_t(at - curve.cells.begin())]);
+  }
+  return "-";
+}
+
+}  // namespace
+
 std::string timing_text(const Table& rows, const Table& summary, double other_work) {
-  std::string out = fmt::format("{:<36} {:>9} {:>22} {:>15}\n", "method", "exponent", "largest n under 40 ms",
-                                "ns per spring");
+  const std::vector<Curve> all = curves(rows);
+  const double cells = size_in_text(all);
+  std::string out = fmt::format("{:<36} {:>9} {:>22} {:>15} {:>15}\n", "method", "exponent",
+                                "largest n under 40 ms", "ns per spring", fmt::format("ms at n = {}", cells));
   bool any_withheld = false;
   for (std::size_t r = 0; r < summary.size(); ++r) {
     const std::string how = summary.text(r, "how") == "extrapolated" ? " (fit)" : "";
     out += fmt::format(
-        "{:<36} {:>9} {:>22} {:>15}\n",
+        "{:<36} {:>9} {:>22} {:>15} {:>15}\n",
         label(summary.text(r, "method"), summary.text(r, "precision"), int(summary.number(r, "threads"))),
         exponent_text(summary, r), largest_text(summary, r) + how,
-        shown(summary.number(r, "ns_per_spring"), 2));
+        shown(summary.number(r, "ns_per_spring"), 2), milliseconds_at(all, cells, summary, r));
     any_withheld = any_withheld || withholds_exponent(summary, r) || withholds_largest(summary, r);
   }
   if (other_work >= spoiling_share)
-    return out + fmt::format("withheld, and ratios of times too: {}; measure again on a quiet machine\n",
-                             beside_text(other_work));
+    return out +
+           fmt::format(
+               "withheld, and ratios of times too: {}; times are as measured, so too long; measure again "
+               "on a quiet machine\n",
+               beside_text(other_work));
   if (any_withheld)
     out += fmt::format(
         "withheld: quartiles are more than a factor of {} apart, or leave the exponent a range wider than "

@@ -321,6 +321,12 @@ TEST(CheckMesh, SaysWhatCellsHaveOfIt) {
   EXPECT_EQ(sound.exit_status, 0) << sound.output;
   for (const std::string part : {"2880 triangles", "closed       yes", "of 0.1 m", "nothing is wrong"})
     EXPECT_NE(sound.output.find(part), std::string::npos) << part << sound.output;
+  const ProgramRun large = mss({"check-mesh", sphere, "--scale", "100", "--out", out});
+  EXPECT_EQ(large.exit_status, 0) << large.output;
+  EXPECT_NE(large.output.find("it is 100 m long: if the file is in millimetres, give --scale 0.1, and"),
+            std::string::npos)
+      << large.output;
+  EXPECT_EQ(large.output.find("nothing is wrong"), std::string::npos) << large.output;
   const ProgramRun lost = mss({"check-mesh", finned, "--cell-size", "0.1", "--out", out});
   EXPECT_EQ(lost.exit_status, 1) << lost.output;
   for (const std::string part :

@@ -4,12 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <sstream>
 
 #include "core/base/error.hpp"
+#include "core/mesh/shapes.hpp"
 #include "experiments/simulation/diagnostics.hpp"
 #include "experiments/simulation/restart.hpp"
 #include "experiments/simulation/result_files.hpp"
+#include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/simulation.hpp"
 #include "tests/core/scene/scene_texts.hpp"
 #include "tests/experiments/stop_after.hpp"
@@ -115,6 +119,30 @@ TEST(RunOfBodies, SaysWhereContactIsTooDeepOrTooSlow) {
                                           "solve.integrator=\"backward_euler\"", "solve.dt=0.01"});
   EXPECT_THAT(diagnostics_of(fast, simulate(fast, progress)),
               ::testing::Contains(HasSubstr("passed through another")));
+}
+
+/// Else they would be touched at places that they do not say.
+TEST(RunOfBodies, RefusesImpulsesOnSurfacesOfMeshes) {
+  const auto folder = std::filesystem::path(::testing::TempDir()) / "mss_impulses_on_meshes";
+  std::filesystem::create_directories(folder);
+  write_obj(folder / "box.obj", box_mesh({0, 0, 0}, {1, 2, 3}));
+  const std::string one = "[[body]]\nmesh = \"box.obj\"\ncells_across = 2\ncontact_on = \"surface\"\n";
+  std::ofstream(folder / "two.toml")
+      << "[material]\ndensity = 1000\nyoung = 1e6\npoisson = 0.3\n[contact]\nbodies = true\n"
+      << one << "mesh_translation = [0, 0, 2]\n"
+      << one << "[[obstacle]]\nshape = \"sphere\"\nradius = 1\ncentre = [0, 0, -5]\n";
+  const auto complaint = [&](const std::vector<std::string>& overrides) -> std::string {
+    try {
+      check_solve(load_scene(folder / "two.toml", overrides));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  EXPECT_THAT(complaint({}),
+              HasSubstr("two.toml: contact: obstacle.0.contact = \"impulse\" touches particles"));
+  EXPECT_EQ(complaint({"obstacle.0.contact=\"penalty\""}), "none");
+  std::filesystem::remove_all(folder);
 }
 
 TEST(RunOfBodies, RefusesWhatTakesOneBody) {

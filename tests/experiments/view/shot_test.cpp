@@ -68,6 +68,23 @@ class Shot : public ::testing::Test {
       ("mss_shot_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
 };
 
+/// A table of lines alone cannot be told from the ground.
+TEST_F(Shot, ShowsObstaclesAsFaces) {
+  std::ofstream(file("table.toml"))
+      << "[body]\ncells = [2, 2, 2]\ncell_size = 0.05\norigin = [-0.05, -0.05, 0.1]\n"
+         "[material]\ndensity = 1000\nyoung = 1e6\npoisson = 0.3\n"
+         "[[obstacle]]\nshape = \"box\"\nsize = [0.8, 0.8, 0.1]\ncentre = [0, 0, 0]\n"
+         "[solve]\nduration = 1\n";
+  const ProgramRun run = take("a.png", {file("table.toml").string(), "--plain"});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  const Picture picture(file("a.png"));
+  int top = 0;  // pixels of its upper face
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x)
+      if (distance(picture.at(x, y), {0.826F, 0.826F, 0.845F}) < 0.02) ++top;
+  EXPECT_GT(top, picture.width * picture.height / 20);
+}
+
 TEST_F(Shot, ShowsBodyPanelAndColourBar) {
   const ProgramRun run = take("a.png", {"voxel_creature", "--frames", "30"});
   ASSERT_EQ(run.exit_status, 0) << run.output;
