@@ -281,7 +281,10 @@ void add_lost(const MeshReport& report, std::vector<std::string>& notes) {
 
 std::vector<std::string> MeshReport::notes() const {
   std::vector<std::string> notes = repairs;
-  const auto percent = [](double share) { return fmt::format("{:.2g} percent", 100 * share); };
+  const auto percent = [](double share) {
+    return share < 0.995 ? fmt::format("{:.2g} percent", 100 * share)
+                         : fmt::format("{:.0f} percent", 100 * share);
+  };
   if (flipped) notes.emplace_back("it is inside out, and was turned around");
   if (open_edges > 0)
     notes.push_back(

@@ -331,7 +331,7 @@ double full_mass(const BodyConfig& body) {
 
 /// Sizes and masses that nobody simulates in metres and kilograms, and many in other units.
 void add_other_units(const SceneBody& scene, std::vector<std::string>& warnings) {
-  constexpr double largest = 50;  // [m]
+  constexpr double largest = 50, smallest = 1e-3;  // [m]
   const VoxelGrid& cells = scene.body.voxels;
   const double extent = scene.body.cell_size * std::max({cells.nx(), cells.ny(), cells.nz()});
   if (extent > largest)
@@ -339,6 +339,12 @@ void add_other_units(const SceneBody& scene, std::vector<std::string>& warnings)
         "the body is {:.3g} m long: scenes are in metres, kilograms and seconds; if it was meant in "
         "millimetres, give {} a thousandth of it",
         extent, scene.mesh ? "body.mesh_scale" : "body.cell_size"));
+  if (extent < smallest)
+    warnings.push_back(
+        fmt::format("the body is {:.3g} m long: scenes are in metres, kilograms and seconds, and so small a "
+                    "body takes very "
+                    "short steps; if it was meant larger, give {} accordingly",
+                    extent, scene.mesh ? "body.mesh_scale" : "body.cell_size"));
   constexpr double heaviest = 1e6;  // [kg]
   const double mass = full_mass(scene.body);
   if (mass > heaviest && extent <= largest)

@@ -185,7 +185,9 @@ std::string error_in_words(const SceneFamily& family, const AdviseRequest& reque
   std::string text = fmt::format("error of {}: {:.3g} %, ", name_of(request.of), 100 * best.error);
   text += request.of_stability ? "with no limit asked for"
                                : fmt::format("requested {:.3g} %", 100 * request.error);
-  text += fmt::format(", uncertainty of the reference {:.2g} %", 100 * advice.uncertainty);
+  text += fmt::format(", uncertainty of the reference {} %",
+                      advice.uncertainty < 0.995 ? fmt::format("{:.2g}", 100 * advice.uncertainty)
+                                                 : fmt::format("{:.0f}", 100 * advice.uncertainty));
   if (std::isfinite(best.error_at_half_step))
     text += fmt::format("; at half the step {:.3g} %", 100 * best.error_at_half_step);
   if (std::isfinite(advice.checked_error))

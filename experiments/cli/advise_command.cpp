@@ -195,7 +195,10 @@ void run_advise(const AdviseChoice& given, int& exit_status) {
   }
   write_advice(family, request, advice, origin, directory);
   say_what_disturbed(name, others);
-  fmt::print("{}see {}\n", summary(family, request, advice), directory.string());
+  fmt::print("{}", summary(family, request, advice));
+  if (const fs::path advised = directory / (name + "_advised.toml"); fs::exists(advised))
+    fmt::print("as a scene: {}\n", advised.string());
+  fmt::print("see {}\n", directory.string());
   say_how_it_ended(name, advice.stopped, advice.explanation, exit_status);
 }
 

@@ -59,9 +59,15 @@ void print_cells(const MeshFill& fill, const MeshReport& report) {
 
 /// What a scene warns of too: a size that nobody simulates in metres.
 std::optional<std::string> other_unit(const CheckMeshChoice& choice, const TriangleMesh& mesh) {
-  constexpr double largest = 50;  // [m]
+  constexpr double largest = 50, smallest = 1e-3;  // [m]
   const Box box = bounding_box(mesh);
   const double extent = (box.upper - box.lower).maxCoeff();
+  if (extent < smallest)
+    return fmt::format(
+        "it is {:.3g} m long: if it was meant larger, give another --scale, and the same body.mesh_scale in "
+        "a "
+        "scene",
+        extent);
   if (extent <= largest) return std::nullopt;
   return fmt::format(
       "it is {:.3g} m long: if the file is in millimetres, give --scale {:g}, and body.mesh_scale = {:g} in "

@@ -193,15 +193,6 @@ std::string agreement_line(const Table& agreement) {
   return line;
 }
 
-std::string summary_lines(const Table& summary) {
-  std::string lines;
-  for (std::size_t r = 0; r < summary.size(); ++r)
-    lines += fmt::format("{:<28} error {:<6g} {:<22} {:>10.3g} s  {}\n", summary.text(r, "scene"),
-                         summary.number(r, "error"), summary.text(r, "integrator"),
-                         summary.number(r, "seconds"), summary.text(r, "comparison"));
-  return lines;
-}
-
 ExperimentResult run_precision(const ExperimentOptions& options, Progress& progress) {
   const PrecisionConfig config = precision_config(options);
   PrecisionTables tables = measure_precision(config, progress);
@@ -209,11 +200,23 @@ ExperimentResult run_precision(const ExperimentOptions& options, Progress& progr
       .status = tables.status, .caption = caption, .configuration = configuration(config)};
   const std::string agreement = agreement_line(tables.agreement);
   result.tables = precision_files(std::move(tables));
-  result.summary = summary_lines(find_table(result.tables, "precision_summary")) + agreement;
+  result.summary = precision_text(find_table(result.tables, "precision_summary")) + agreement;
   return result;
 }
 
 }  // namespace
+
+std::string precision_text(const Table& summary) {
+  std::string lines;
+  for (std::size_t r = 0; r < summary.size(); ++r) {
+    const double seconds = summary.number(r, "seconds");
+    lines += fmt::format("{:<28} error {:<6g} {:<22} {:>12}  {}\n", summary.text(r, "scene"),
+                         summary.number(r, "error"), summary.text(r, "integrator"),
+                         std::isnan(seconds) ? "-" : fmt::format("{:.3g} s", seconds),
+                         summary.text(r, "comparison"));
+  }
+  return lines;
+}
 
 std::vector<NamedTable> precision_files(PrecisionTables tables) {
   Table summary = precision_summary(tables.rows, tables.references);

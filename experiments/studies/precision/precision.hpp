@@ -71,6 +71,8 @@ inline constexpr double precision_certainty = 10;
 /// costs beside it; a tie if their quartiles overlap or their medians differ by less than a tenth. Nothing
 /// where the reference is not that certain.
 Table precision_summary(const Table& rows, const Table& references);
+/// The summary in lines to be read.
+std::string precision_text(const Table& summary);
 
 /// All tables under the names of their files.
 std::vector<NamedTable> precision_files(PrecisionTables tables);

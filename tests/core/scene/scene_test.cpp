@@ -563,6 +563,9 @@ TEST(Scene, WarnsOfMillimetres) {
               ElementsAre(HasSubstr("kg: scenes are in metres")));
   EXPECT_THAT(load_text(plain_scene, {"material.density=1e9"}).warnings,
               ElementsAre(HasSubstr("give it in kg/m^3")));
+  EXPECT_THAT(load_text(plain_scene, {"body.cell_size=1e-5"}).warnings,
+              Contains(HasSubstr(
+                  "so small a body takes very short steps; if it was meant larger, give body.cell_size")));
 }
 
 TEST(Scene, WarnsOfAStartBehindAPlane) {

@@ -327,6 +327,14 @@ TEST(CheckMesh, SaysWhatCellsHaveOfIt) {
             std::string::npos)
       << large.output;
   EXPECT_EQ(large.output.find("nothing is wrong"), std::string::npos) << large.output;
+  const ProgramRun small = mss({"check-mesh", sphere, "--scale", "1e-4", "--out", out});
+  EXPECT_NE(small.output.find("it is 0.0001 m long: if it was meant larger"), std::string::npos)
+      << small.output;
+  const std::string twice = directory / "twice.obj";
+  write_obj(twice, joined(icosphere(0.5, 12), icosphere(0.5, 12)));
+  const ProgramRun doubled = mss({"check-mesh", twice, "--out", out});
+  EXPECT_NE(doubled.output.find("100 percent of the volume is inside more than once"), std::string::npos)
+      << doubled.output;
   const ProgramRun lost = mss({"check-mesh", finned, "--cell-size", "0.1", "--out", out});
   EXPECT_EQ(lost.exit_status, 1) << lost.output;
   for (const std::string part :

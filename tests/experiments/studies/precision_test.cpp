@@ -181,6 +181,14 @@ TEST(PrecisionSummary, NamesTheCheapestAndTheNext) {
   EXPECT_EQ(summary.text(2, "status"), "no runner-up");
 }
 
+TEST(PrecisionSummary, IsReadWithoutNumbersThatAreNone) {
+  const std::string text =
+      precision_text(precision_summary(planted({{"a", 5e-3, 1.0}, {"b", 5e-3, 3.0}}), no_references()));
+  EXPECT_NE(text.find("1 s  next: b, 3 times the cost\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("-  no method reached it in the time allowed\n"), std::string::npos) << text;
+  EXPECT_EQ(text.find("nan"), std::string::npos) << text;
+}
+
 TEST(PrecisionSummary, TheNextIsOfAnotherFamily) {
   const Table summary =
       precision_summary(planted({{"a:5", 5e-3, 1.0}, {"a", 5e-3, 1.5}, {"b", 1e-2, 3.0}}), no_references());
