@@ -203,6 +203,22 @@ std::string error_in_words(const SceneFamily& family, const AdviseRequest& reque
   return text + "\n";
 }
 
+/// Why cells that are smaller than those of what is advised are not.
+std::string smaller_in_words(const SceneFamily& family, const Advice& advice) {
+  const double size = family.cell_size(advice.trials[*advice.best].candidate.level);
+  const auto count = [&](Verdict verdict) {
+    return std::count_if(advice.trials.begin(), advice.trials.end(), [&](const Trial& trial) {
+      return trial.verdict == verdict && family.cell_size(trial.candidate.level) < size * (1 - 1e-9);
+    });
+  };
+  const auto fold = count(Verdict::folds), longer = count(Verdict::over_budget);
+  if (fold == 0) return "";
+  return fmt::format(
+      "in smaller cells {} candidate{} or nearly so, {} of the others take longer than the budget: "
+      "advise.csv\n",
+      fold, fold == 1 ? " folds" : "s fold", longer);
+}
+
 std::string cost_in_words(const SceneFamily& family, const AdviseRequest& request, const Advice& advice) {
   const Trial& best = advice.trials[*advice.best];
   const auto [median, q1, q3] = quartiles(best.costs);
@@ -279,6 +295,7 @@ std::string summary(const SceneFamily& family, const AdviseRequest& request, con
     if (best.candidate.dt)
       text += fmt::format("steps: {} a frame of 1/60 s\n", steps_per_frame(*best.candidate.dt));
     text += cost_in_words(family, request, advice);
+    if (request.of_stability) text += smaller_in_words(family, advice);
   }
   if (!advice.about_matched.empty()) text += fmt::format("matched cells: {}\n", advice.about_matched);
   if (!advice.about_reduced.empty()) text += fmt::format("reduced bodies: {}\n", advice.about_reduced);

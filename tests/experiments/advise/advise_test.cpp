@@ -534,6 +534,24 @@ TEST(FrameAdvice, SaysThatErrorsAreNotKnown) {
   EXPECT_EQ(said.find("nan"), std::string::npos) << said;
 }
 
+/// A budget that is not used up is explained.
+TEST(FrameAdvice, SaysThatSmallerCellsFold) {
+  const SceneFamily cube = family("free_cube");
+  ASSERT_LT(cube.cell_size(2), cube.cell_size(1));
+  Trial best{.candidate = cube.candidate(1), .cost = 0.01, .min_jacobian = 0.9, .max_stretch = 0.1};
+  Trial smaller{.candidate = cube.candidate(2)};
+  smaller.verdict = Verdict::folds;
+  Advice advice;
+  advice.trials = {best, smaller};
+  advice.best = 0;
+  advice.within_budget = true;
+  const AdviseRequest request{.budget = 0.1, .of_stability = true};
+  const std::string said = summary(cube, request, advice);
+  EXPECT_NE(said.find("in smaller cells 1 candidate folds or nearly so"), std::string::npos) << said;
+  advice.trials = {best, best};
+  EXPECT_EQ(summary(cube, request, advice).find("in smaller cells"), std::string::npos);
+}
+
 /// A second search has the same trials, at the same costs.
 TEST(Advice, DependsOnNothingButWhatItCharges) {
   SceneFamily cube = family("free_cube", {"solve.duration=0.1"});
