@@ -29,7 +29,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 QUERIES = ROOT / "results/figures.csv"
-PAGES = sorted(f"results/{path.parent.name}/README.md" for path in ROOT.glob("results/*/README.md"))
+PAGES = sorted(f"results/{path.parent.name}/README.md" for path in ROOT.glob("results/*/README.md") if any(path.parent.glob("*.csv")))
 TEXTS = "README.md", "results/README.md", *PAGES, "results/conclusions.md", "reference/THESIS.md", "experiments/harness/TIMING.md"
 FIGURE = re.compile(r'\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^() #]+\.csv)(?:#([^() ]+)|\s+"([^"]*)")\)')
 CONDITION = re.compile(r"(\w+)(!=|>=|<=|=|>|<)(.*)")
