@@ -49,8 +49,7 @@ Table empty_incline();
 /// by more than a hundredth of what it slides without friction; how the method ended; or `refused`.
 void add_incline_run(const InclineRun& run, Table& rows);
 
-/// Penetration of the stack of three against E, by contact's stiffness; drift of all piles by method.
+/// Penetration of the stack of three against E, by contact's stiffness.
 Chart pile_depth_chart(const Table& rows);
-Chart pile_drift_chart(const Table& rows);
 
 }  // namespace mss::studies::contact

@@ -107,10 +107,7 @@ void add_robustness_charts(const std::vector<NamedTable>& tables, Drawings& draw
   const auto add = [&](const char* name, const Chart& chart) {
     if (has_points(chart)) drawings.charts.push_back({name, chart});
   };
-  if (const Table* piles = rows_of(tables, pile_file)) {
-    add("contact_pile", pile_depth_chart(*piles));
-    add("contact_pile_drift", pile_drift_chart(*piles));
-  }
+  if (const Table* piles = rows_of(tables, pile_file)) add("contact_pile", pile_depth_chart(*piles));
   if (const Table* drops = rows_of(tables, drop_file)) add("contact_drop", drop_chart(*drops));
 }
 
