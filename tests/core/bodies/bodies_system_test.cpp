@@ -50,6 +50,28 @@ Vec3 moment_of(const BodiesSystem<double>& system, const Field<double>& x, const
   return sum;
 }
 
+/// Forces on a vertex and three corners x are minus the gradient of value(at(x)), and give no momentum.
+template <class At, class Value>
+void expect_falling(const std::array<Vec3, 4>& x, const TouchForces& forces, const At& at, const Value& value,
+                    double rounding, double tolerance) {
+  const std::array<Vec3, 4> all{forces.vertex, forces.corners[0], forces.corners[1], forces.corners[2]};
+  EXPECT_LT((all[0] + all[1] + all[2] + all[3]).norm(), rounding);
+  Vec3 moment = Vec3::Zero();
+  for (std::size_t i = 0; i < 4; ++i) moment += x[i].cross(all[i]);
+  EXPECT_LT(moment.norm(), rounding);
+  for (std::size_t i = 0; i < 4; ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      constexpr double step = 1e-7;
+      std::array<Vec3, 4> above = x, below = x;
+      above[i][axis] += step;
+      below[i][axis] -= step;
+      const auto a = at(above), b = at(below);
+      if (!a || !b) continue;
+      const double scale = 1 + all[i].norm();
+      EXPECT_NEAR((value(*b) - value(*a)) / (2 * step), all[i][axis], tolerance * scale);
+    }
+}
+
 TEST(Touch, ForcesAreTheGradientOfTheEnergyAndGiveNoMomentum) {
   const TouchLengths lengths{.reach = 0.5, .layer = 0.05, .rim = 0.1};
   std::mt19937 random(3);
@@ -69,22 +91,8 @@ TEST(Touch, ForcesAreTheGradientOfTheEnergyAndGiveNoMomentum) {
     if (!now || !(now->depth > 0)) continue;
     ++touched;
     beside += now->beside > 1e-6;
-    const TouchForces forces = touch_forces(*now, lengths);
-    const std::array<Vec3, 4> all{forces.vertex, forces.corners[0], forces.corners[1], forces.corners[2]};
-    EXPECT_LT((all[0] + all[1] + all[2] + all[3]).norm(), 1e-13);
-    Vec3 moment = Vec3::Zero();
-    for (std::size_t i = 0; i < 4; ++i) moment += x[i].cross(all[i]);
-    EXPECT_LT(moment.norm(), 1e-13);
-    for (std::size_t i = 0; i < 4; ++i)
-      for (int axis = 0; axis < 3; ++axis) {
-        constexpr double step = 1e-7;
-        std::array<Vec3, 4> above = x, below = x;
-        above[i][axis] += step;
-        below[i][axis] -= step;
-        const auto a = at(above), b = at(below);
-        if (!a || !b) continue;
-        EXPECT_NEAR((touch_energy(*b, lengths) - touch_energy(*a, lengths)) / (2 * step), all[i][axis], 1e-5);
-      }
+    const auto energy = [&](const Touch& other) { return touch_energy(other, lengths); };
+    expect_falling(x, touch_forces(*now, lengths), at, energy, 1e-13, 5e-6);
   }
 }
 
@@ -102,29 +110,14 @@ TEST(Touch, SlopeIsThatOfTheNearestPointsWeights) {
       const Vec3 area = (y[2] - y[1]).cross(y[3] - y[1]);
       return touch(y[0], -area, {y[1], y[2], y[3]}, lengths);
     };
-    const auto value_at = [&](const std::optional<Touch>& now) {
-      return now->nearest[0] * values[0] + now->nearest[1] * values[1] + now->nearest[2] * values[2];
+    const auto value = [&](const Touch& other) {
+      return other.nearest[0] * values[0] + other.nearest[1] * values[1] + other.nearest[2] * values[2];
     };
     const std::optional<Touch> now = at(x);
     if (!now || !(now->depth > 0)) continue;
     ++seen[std::size_t(2 - std::count(now->nearest.begin(), now->nearest.end(), 0.0))];
     const TouchForces forces = slope_at_nearest(*now, x[0], {x[1], x[2], x[3]}, values);
-    const std::array<Vec3, 4> all{forces.vertex, forces.corners[0], forces.corners[1], forces.corners[2]};
-    EXPECT_LT((all[0] + all[1] + all[2] + all[3]).norm(), 1e-10);
-    Vec3 moment = Vec3::Zero();
-    for (std::size_t i = 0; i < 4; ++i) moment += x[i].cross(all[i]);
-    EXPECT_LT(moment.norm(), 1e-10);
-    for (std::size_t i = 0; i < 4; ++i)
-      for (int axis = 0; axis < 3; ++axis) {
-        constexpr double step = 1e-7;
-        std::array<Vec3, 4> above = x, below = x;
-        above[i][axis] += step;
-        below[i][axis] -= step;
-        const auto a = at(above), b = at(below);
-        if (!a || !b) continue;
-        const double scale = 1 + all[i].norm();
-        EXPECT_NEAR((value_at(b) - value_at(a)) / (2 * step), all[i][axis], 1e-3 * scale);
-      }
+    expect_falling(x, forces, at, value, 1e-10, 1e-3);
   }
 }
 
