@@ -50,6 +50,13 @@ SampleGrid grid_around(const std::vector<MeshPart>& parts, const MeshFillConfig&
         fmt::format("{}: cells of {:.3g} m make a lattice of {:.3g} million particles around it; give "
                     "larger cells, at most {:.0f} million particles fit",
                     parts.front().name, h, sites / 1e6, most_sites() / 1e6));
+  constexpr double farthest = 1e10;  // cells: beyond it rounding moves vertices by a millionth of one
+  const double far = std::max(box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff());
+  if (!(far <= farthest * h))
+    throw InputError(fmt::format(
+        "{}: it is {:.3g} m from the origin, where cells of {:.3g} m are lost in rounding; move it "
+        "nearer, to at most {:.3g} m",
+        parts.front().name, far, h, farthest * h));
   return grid;
 }
 

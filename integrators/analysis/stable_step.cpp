@@ -37,12 +37,14 @@ double largest_factor(const std::vector<double>& coefficients, double omega, dou
 // any method: where a method is unstable there, it is at any step.
 double polynomial_limit(const std::vector<double>& coefficients, double omega, double damping) {
   constexpr double shortest = 1.0 / 16, growth = 1.02, rounding = 1e-13;
+  constexpr double fastest = 1e290;  // steps are numbers that a fiftieth still changes
   const double rate = std::max(omega, damping), degree = double(coefficients.size()) - 1;
   const double longest = 4 * degree * degree + 16;  // beyond the interval of any method of this degree
   const auto is_stable = [&](double step) {
     return largest_factor(coefficients, omega * step, damping * step) <= 1 + rounding;
   };
   if (rate == 0) return std::numeric_limits<double>::infinity();
+  if (!(rate < fastest)) return 0;
   double low = 0, high = shortest / rate;
   while (is_stable(high)) {
     if (high * rate > longest) return std::numeric_limits<double>::infinity();

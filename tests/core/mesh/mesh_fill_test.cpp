@@ -313,5 +313,17 @@ TEST(MeshFill, TooManyCellsAreRefused) {
     }
 }
 
+/// Found by the fuzzer: its vertices become one another by rounding.
+TEST(MeshFill, AMeshFarFromTheOriginIsRefused) {
+  for (const double far : {1e12, 1e300}) try {
+      TriangleMesh ball = icosphere(1, 5);
+      for (Vec3& x : ball.vertices) x[0] += far;
+      fill_mesh(ball, {.cell_size = 0.3}, "ball.obj");
+      ADD_FAILURE();
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("m from the origin, where cells of 0.3 m are lost in rounding"));
+    }
+}
+
 }  // namespace
 }  // namespace mss

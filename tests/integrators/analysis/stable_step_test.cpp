@@ -150,6 +150,7 @@ TEST(PolynomialLimit, IsThatOfKnownMethods) {
   EXPECT_EQ(polynomial_limit(euler, 1, 0), 0);
   EXPECT_NEAR(polynomial_limit(euler, 1, 0.5), 0.5, 1e-9);  // c / w^2
   EXPECT_EQ(polynomial_limit(rk4, 0, 0), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(polynomial_limit(rk4, 1e150, 1e303), 0);  // found by the fuzzer: such steps are no numbers
 }
 
 }  // namespace
