@@ -342,8 +342,7 @@ void add_other_units(const SceneBody& scene, std::vector<std::string>& warnings)
   if (extent < smallest)
     warnings.push_back(
         fmt::format("the body is {:.3g} m long: scenes are in metres, kilograms and seconds, and so small a "
-                    "body takes very "
-                    "short steps; if it was meant larger, give {} accordingly",
+                    "body takes very short steps; if it was meant larger, give {} accordingly",
                     extent, scene.mesh ? "body.mesh_scale" : "body.cell_size"));
   constexpr double heaviest = 1e6;  // [kg]
   const double mass = full_mass(scene.body);

@@ -64,15 +64,13 @@ std::optional<std::string> other_unit(const CheckMeshChoice& choice, const Trian
   const double extent = (box.upper - box.lower).maxCoeff();
   if (extent < smallest)
     return fmt::format(
-        "it is {:.3g} m long: if it was meant larger, give another --scale, and the same body.mesh_scale in "
-        "a "
-        "scene",
+        "it is {:.3g} m long: if it was meant larger, give another --scale, and the same body.mesh_scale "
+        "in a scene",
         extent);
   if (extent <= largest) return std::nullopt;
   return fmt::format(
-      "it is {:.3g} m long: if the file is in millimetres, give --scale {:g}, and body.mesh_scale = {:g} in "
-      "a "
-      "scene",
+      "it is {:.3g} m long: if the file is in millimetres, give --scale {:g}, and body.mesh_scale = {:g} "
+      "in a scene",
       extent, choice.scale / 1000, choice.scale / 1000);
 }
 
