@@ -221,7 +221,7 @@ const std::vector<BenchScene>& bench_scenes() {
        .label = "dropped ball",
        .description = "a ball of 0.4 m that comes to the ground at 1.5 m/s; cells a diameter",
        .task = BenchTask::land,
-       .cells = 20,
+       .cells = 14,
        .quick_cells = 8,
        .frames = 12,
        .truth = "semi_implicit_euler",
@@ -231,7 +231,7 @@ const std::vector<BenchScene>& bench_scenes() {
        .label = "landing bear",
        .description = "the mesh of a bear, 0.3 m, that comes to the ground at 1.5 m/s; cells its height",
        .task = BenchTask::land,
-       .cells = 16,
+       .cells = 12,
        .quick_cells = 8,
        .frames = 12,
        .truth = "semi_implicit_euler",
@@ -379,12 +379,13 @@ double seconds_of_truth(const BenchBody& body) {
 
 }  // namespace
 
-TrueMotion find_true_motion(const BenchBody& body, double most_seconds) {
+TrueMotion find_true_motion(const BenchBody& body, double most_seconds, int threads) {
   if (std::isfinite(most_seconds) && seconds_of_truth(body) > most_seconds)
     return failed("the reference of the motion would take too long");
+  const BenchBody mover = body.with_threads(threads);
   const auto motion_with = [&](double share, const FrameObserver& observer) {
     const ExplicitSteps choice = truth_steps(body, share);
-    return measure_motion(body, *choice.info, {.dt = choice.dt}, body.scene.frames,
+    return measure_motion(mover, *choice.info, {.dt = choice.dt}, body.scene.frames,
                           std::numeric_limits<double>::infinity(), observer)
         .motion;
   };

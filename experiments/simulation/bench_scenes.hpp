@@ -84,6 +84,8 @@ BenchSetup bench_setup(const BenchScene& scene, int cells, const BenchMaterial& 
 /// The same as a system at its start.
 struct BenchBody : MovingBody {
   BenchBody(const BenchScene& of, int cells, const BenchMaterial& material, int threads = 1);
+  /// The same at its start, for another number of threads (0: as many as pay).
+  BenchBody with_threads(int threads) const { return {scene, setup, threads}; }
   BenchScene scene;
   BenchSetup setup;
 
@@ -106,9 +108,10 @@ struct TrueMotion {
     return std::sqrt(squared_distance(body, motion, positions) / scale);
   }
 };
-/// Not sought where it would take longer than `most_seconds`.
+/// Not sought where it would take longer than `most_seconds` with one thread. The same for any number of
+/// threads (0: as many as pay).
 TrueMotion find_true_motion(const BenchBody& body,
-                            double most_seconds = std::numeric_limits<double>::infinity());
+                            double most_seconds = std::numeric_limits<double>::infinity(), int threads = 1);
 
 /// Empty if a motion did what its scene is meant to do, or in words what it did instead: a body that fell
 /// beside the ground, slid from a slope or did not turn shows nothing about methods.

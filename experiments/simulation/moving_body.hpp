@@ -14,6 +14,9 @@ namespace mss {
 /// The time between two pictures [s].
 inline constexpr double frame = 1.0 / 60;
 
+/// Of a system whose steps are not timed; results are the same for any number.
+inline constexpr int as_many_threads_as_pay = 0;
+
 /// A body of springs in its environment: its system, how it begins, and distances between its positions.
 struct MovingBody {
   /// It begins undeformed and at rest.

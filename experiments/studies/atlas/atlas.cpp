@@ -126,12 +126,12 @@ Table baseline_table(const BaselineOptions&, Progress& progress) {
 AtlasConfig atlas_config(const ExperimentOptions& options) {
   AtlasConfig config{.parameters = {{"ratio",
                                      "damping ratio of every spring",
-                                     {0, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2},
+                                     {0, 0.02, 0.05, 0.2, 0.5, 1, 2},
                                      0,
                                      [](AtlasBody& body, double value) { body.ratio = value; }},
                                     {"poisson",
                                      "Poisson's ratio",
-                                     {0, 0.1, 0.2, 0.3, 0.4, 0.45, 0.49, 0.499},
+                                     {0, 0.2, 0.3, 0.4, 0.45, 0.49, 0.499},
                                      0,
                                      [](AtlasBody& body, double value) { body.poisson = value; }},
                                     {"strain",
@@ -141,7 +141,7 @@ AtlasConfig atlas_config(const ExperimentOptions& options) {
                                      [](AtlasBody& body, double value) { body.strain = value; }},
                                     {"cells",
                                      "cells per edge",
-                                     {2, 3, 4, 5, 6},
+                                     {2, 3, 4, 5},
                                      0,
                                      [](AtlasBody& body, double value) {
                                        body.cells = int(value);

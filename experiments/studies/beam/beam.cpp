@@ -146,7 +146,7 @@ BeamConfig beam_config(const ExperimentOptions& options) {
       .materials = {{options.settings.empty() ? "as published"
                                               : fmt::format("{}", fmt::join(options.settings, ", "))}},
       .cells = options.quick ? std::vector<int>{3, 6} : std::vector<int>{3, 6, 12},
-      .ringing_cells = options.quick ? std::vector<int>{3} : std::vector<int>{3, 6, 12},
+      .ringing_cells = options.quick ? std::vector<int>{3} : std::vector<int>{3, 6, 9},
       .ringing = beam_loads(),
       .settings = options.settings};
   if (!options.cells.empty()) config.cells = config.ringing_cells = options.cells;

@@ -93,16 +93,19 @@ DropConfig drop_config(const ExperimentOptions& options) {
   const auto has = [&](const char* method) {
     return std::find(methods.begin(), methods.end(), method) != methods.end();
   };
+  const auto in_every_number = [](const std::string& method) {
+    return method == "verlet" || method == "backward_euler";
+  };
   if (options.quick) {
     if (has("verlet"))
       for (const int threads : {1, 2}) config.runs.push_back({5, "verlet", threads, 0.2});
     return config;
   }
-  constexpr int most = 50;
-  for (const int bodies : {5, 10, 20})
-    for (const char* method : {"verlet", "backward_euler"})
-      if (has(method)) config.runs.push_back({bodies, method, 1, drop_seconds});
-  for (const std::string& method : methods) config.runs.push_back({most, method, 1, drop_seconds});
+  constexpr int by_all = 20, most = 50;
+  for (const int bodies : {5, 10, by_all, most})
+    for (const std::string& method : methods)
+      if (bodies == by_all || in_every_number(method))
+        config.runs.push_back({bodies, method, 1, drop_seconds});
   if (has("verlet")) config.runs.push_back({most, "verlet", 2, drop_seconds});
   if (has("backward_euler")) config.runs.push_back({10, "backward_euler", 2, drop_seconds});
   return config;

@@ -59,7 +59,6 @@ struct FloorConfig {
   std::vector<std::string> shapes, integrators;
   std::vector<double> youngs;  ///< [Pa]
   std::vector<FloorStep> steps;
-  bool all_at_safe_steps = true;  ///< methods without a limit too
 };
 FloorConfig floor_config(const ExperimentOptions& options);
 

@@ -49,11 +49,11 @@ void add_failures(Chart& chart, const Table& rows, const std::string& cost) {
 }
 
 Chart motion_chart(const Table& rows) {
-  Chart chart{
-      .title = "Error of a motion against the time it takes",
-      .subtitle = fmt::format("half a second of a cantilevered cube; {}; one thread", description(rows)),
-      .x = {.label = "wall time, set-up included", .logarithmic = true, .unit = "s"},
-      .y = {.label = "error over displacement", .logarithmic = true, .high = 1}};
+  Chart chart{.title = "Error of a motion against the time it takes",
+              .subtitle = fmt::format("a third of a second of a cantilevered cube; {}; one thread",
+                                      description(rows)),
+              .x = {.label = "wall time, set-up included", .logarithmic = true, .unit = "s"},
+              .y = {.label = "error over displacement", .logarithmic = true, .high = 1}};
   for (const std::string& method : rows.distinct("method"))
     if (ChartSeries series{.label = method,
                            .points = envelope(rows.where("method", method), "seconds", "error")};
@@ -94,7 +94,8 @@ Chart scenes_chart(const Table& rows) {
   Chart chart{
       .title = "Time to a motion with an error of 10 percent",
       .subtitle =
-          "half a second of a cantilevered cube; names end in cells an edge; no marker: error not reached",
+          "a third of a second of a cantilevered cube; names end in cells an edge; no marker: error not "
+          "reached",
       .x = {.label = "wall time / that of the fastest explicit method at its safe step", .logarithmic = true},
       .y = named_rows(scenes),
       .lines = {{ReferenceLine::Direction::vertical, 1, ""}}};

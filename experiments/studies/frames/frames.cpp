@@ -1,5 +1,5 @@
-// What a program that draws 60 pictures a second asks of a solver: half a second of motion in steps of a
-// frame or a few a frame, by every implicit family (a method, its solver, and how many iterations it is
+// What a program that draws 60 pictures a second asks of a solver: a third of a second of motion in steps of
+// a frame or a few a frame, by every implicit family (a method, its solver, and how many iterations it is
 // granted) beside explicit methods at their safe steps; and where a body comes to rest. Families are judged
 // by the true motion, and by what backward Euler would answer if it were solved to convergence.
 #include "experiments/studies/frames/frames.hpp"
@@ -14,7 +14,7 @@ namespace mss::studies::frames {
 namespace {
 
 constexpr const char* caption =
-    "Half a second of a cube of 1 m, held at one face and released under gravity. Each run has so many "
+    "A third of a second of a cube of 1 m, held at one face and released under gravity. Each run has so many "
     "steps a frame of 1/60 s and so many iterations a step; of a family that has several the first chart "
     "shows the quickest with an error of at most 10 percent, and curves of the second are envelopes, the "
     "runs that no other of the family beats in both time and error. The error is the root mean square over "

@@ -34,7 +34,7 @@ struct Family {
 struct FramesConfig {
   std::vector<FrameScene> scenes;
   std::vector<Family> families;
-  int frames = 30;
+  int frames = 20;
   int repetitions = 3;
   double seconds_per_row = 1;  ///< after which a row is not repeated
   int threads = 1;

@@ -57,6 +57,7 @@ class Problem {
  public:
   Problem(const FramesConfig& config, const FrameScene& scene)
       : config_(config), cube_(cube_of(scene, config.threads)) {
+    const HeldCube mover = cube_of(scene, as_many_threads_as_pay);
     Run truth = explicit_run(explicit_steps(find_integrator(reference_method), cube_.system.spectral_bound(),
                                             frame, reference_share));
     Run converged{.name = "backward_euler",
@@ -64,8 +65,8 @@ class Problem {
                   .options = {.dt = frame},
                   .steps = 1,
                   .is_explicit = false};
-    true_ = move(truth);
-    converged_ = move(converged);
+    true_ = move(mover, truth);
+    converged_ = move(mover, converged);
     displacement_ = squared_displacement(cube_, true_);
   }
 
@@ -104,7 +105,7 @@ class Problem {
 
   void take(Run& run) const {
     const bool first = run.seconds.empty();
-    const FramePositions motion = move(run);
+    const FramePositions motion = move(cube_, run);
     run.spent += run.seconds.back();
     if (!first || motion.empty()) return;
     run.error = distance(motion, true_);
@@ -156,8 +157,8 @@ class Problem {
   }
 
   /// The motion, its time in run.seconds; empty if a frame failed.
-  FramePositions move(Run& run) const {
-    MeasuredMotion measured = measure_motion(cube_, *run.info, run.options, config_.frames);
+  FramePositions move(const HeldCube& cube, Run& run) const {
+    MeasuredMotion measured = measure_motion(cube, *run.info, run.options, config_.frames);
     run.work = measured.work;
     run.status = measured.status;
     run.seconds.push_back(measured.seconds);

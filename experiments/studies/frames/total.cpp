@@ -23,7 +23,9 @@ namespace {
 /// A scene in cells of one size, with its true motion.
 struct TotalBody {
   TotalBody(const BenchScene& scene, int of_cells, const BenchMaterial& material)
-      : cells(of_cells), body(scene, of_cells, material), truth(find_true_motion(body)) {}
+      : cells(of_cells),
+        body(scene, of_cells, material),
+        truth(find_true_motion(body, std::numeric_limits<double>::infinity(), as_many_threads_as_pay)) {}
   int cells;
   BenchBody body;
   TrueMotion truth;
@@ -293,9 +295,9 @@ TotalConfig total_config(const ExperimentOptions& options) {
     config.most_seconds = 0.1;
     return config;
   }
-  config.problems = {{"held_box", 1e6, 0.01, {4, 8, 16}, 32}, {"held_box", 1e7, 0.5, {4, 8, 16}, 32},
-                     {"bracket", 1e6, 0.01, {2, 4, 8}, 16},   {"bracket", 1e7, 0.5, {2, 4, 8}, 16},
-                     {"ball", 1e5, 0.01, {5, 10, 20}, 40},    {"ball", 1e6, 0.01, {5, 10, 20}, 40}};
+  config.problems = {{"held_box", 1e6, 0.01, {3, 6, 12}, 24}, {"held_box", 1e7, 0.5, {3, 6, 12}, 24},
+                     {"bracket", 1e6, 0.01, {1, 3, 6}, 12},   {"bracket", 1e7, 0.5, {1, 3, 6}, 12},
+                     {"ball", 1e5, 0.01, {4, 8, 16}, 32},     {"ball", 1e6, 0.01, {4, 8, 16}, 32}};
   return config;
 }
 

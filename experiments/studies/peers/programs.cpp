@@ -94,7 +94,7 @@ peer::Result run_adapter(Adapters& adapters, const Family& family, const Setting
   } else {
     if (setting.iterations > 0)
       words.insert(words.end(), {"--iterations", std::to_string(setting.iterations)});
-    const Words how = drag > 0 ? Words{"--drag", fmt::format("{}", drag)} : Words{"--repeat", "8"};
+    const Words how = drag > 0 ? Words{"--drag", fmt::format("{}", drag)} : Words{"--repeat", "4"};
     words.insert(words.end(), how.begin(), how.end());
   }
   const ProgramRun run = run_program(words);
@@ -105,7 +105,7 @@ peer::Result run_adapter(Adapters& adapters, const Family& family, const Setting
 peer::Result run_family_here(const Family& family, const Setting& setting, const peer::Exchange& exchange,
                              const Progress& progress) {
   const Scene scene = own_scene(family, setting, exchange.scene);
-  constexpr int most_repetitions = 8;
+  constexpr int most_repetitions = 4;
   constexpr double enough = 0.5;  // [s]
   peer::Result best = peer::run_own(scene, exchange, progress);
   double spent = best.wall_seconds;
@@ -141,13 +141,11 @@ State<double> rest_here(const Family& family, const Setting& setting, const peer
 }
 
 std::vector<Family> peer_families(bool quick) {
-  const std::vector<Setting> jolt =
-      quick ? std::vector<Setting>{{1, 5}, {1, 40}}
-            : std::vector<Setting>{{1, 2}, {1, 5}, {1, 10}, {1, 20}, {1, 40}, {1, 80}, {1, 320}};
-  const std::vector<Setting> flexes =
-      quick ? std::vector<Setting>{{4}} : std::vector<Setting>{{1}, {2}, {4}, {8}};
+  const std::vector<Setting> jolt = quick ? std::vector<Setting>{{1, 5}, {1, 40}}
+                                          : std::vector<Setting>{{1, 5}, {1, 20}, {1, 40}, {1, 80}, {1, 320}};
+  const std::vector<Setting> flexes = quick ? std::vector<Setting>{{4}} : std::vector<Setting>{{1}, {2}, {4}};
   const std::vector<Setting> bullet =
-      quick ? std::vector<Setting>{{1, 5}} : std::vector<Setting>{{1, 1}, {1, 5}, {2, 5}, {4, 1}, {4, 5}};
+      quick ? std::vector<Setting>{{1, 5}} : std::vector<Setting>{{1, 1}, {1, 5}, {4, 5}};
   const auto pick = [quick](std::vector<Setting> few, std::vector<Setting> all) { return quick ? few : all; };
   return {{.name = "mss Verlet", .adapter = Adapter::own, .settings = {{0}}, .options = {"verlet"}},
           {.name = "mss XPBD",
@@ -176,7 +174,7 @@ std::vector<Family> peer_families(bool quick) {
            .boxes_only = true},
           {.name = "MuJoCo tetrahedra",
            .adapter = Adapter::mujoco,
-           .settings = quick ? std::vector<Setting>{{4}} : std::vector<Setting>{{2}, {4}, {8}},
+           .settings = quick ? std::vector<Setting>{{4}} : std::vector<Setting>{{2}, {4}},
            .options = {"--dof", "full"},
            .in_webassembly = true},
           {.name = "Bullet linear",
@@ -198,7 +196,7 @@ std::vector<Family> peer_families(bool quick) {
            .has_modulus = false},
           {.name = "CalculiX C3D8I",
            .adapter = Adapter::calculix,
-           .settings = pick({{1}}, {{1}, {2}}),
+           .settings = {{1}},
            .options = {"--element", "C3D8I"},
            .has_planes = false}};
 }

@@ -151,17 +151,17 @@ RecoveryConfig recovery_config(const ExperimentOptions& options) {
       config.models.push_back(model);
       config.models.push_back(with_guard(model));
     }
-  // The guard is meant for t = 0.5 and 1: two hundred trials each. Elements take a hundred times as long.
+  // The guard is meant for t = 0.5 and 1: a hundred trials each. Elements take a hundred times as long.
   for (RecoveryModel& model : config.models)
-    model.seeds = options.quick ? 1 : model.guarded() && model.face_share > 0 ? 12 : 9;
-  constexpr int seeds_of_elements = 2;
+    model.seeds = options.quick ? 1 : model.guarded() && model.face_share > 0 ? 6 : 4;
+  constexpr int seeds_of_elements = 1;
   for (const double poisson : {0.25, 0.45}) {
     if (options.quick) break;
     config.models.push_back(
         material_model(Stiffness::corotational_elements, "corotational elements", poisson, 0.5));
     config.models.back().seeds = seeds_of_elements;
   }
-  for (double speed = 5; speed <= 500; speed *= options.quick ? 1.5 : 1.15)
+  for (double speed = 5; speed <= 500; speed *= options.quick ? 1.5 : 1.25)
     config.landing_speeds.push_back(speed);
   return config;
 }

@@ -27,7 +27,7 @@ struct ReduceConfig {
   std::vector<Subject> subjects{};
   std::vector<ReduceScene> scenes{};
   int frames = 30;
-  int repetitions = 5;
+  int repetitions = 3;
   double sample_seconds = 4e-3;  ///< that a sample of a time takes at least
 };
 ReduceConfig reduce_config(const ExperimentOptions& options);

@@ -154,7 +154,7 @@ class SceneRuns {
   static constexpr double truth_share = 0.25;
 
   FramePositions motion(double share) const {
-    const MovingBody moving(on_lattice_.body, on_lattice_.environment, 1);
+    const MovingBody moving(on_lattice_.body, on_lattice_.environment, as_many_threads_as_pay);
     const IntegratorInfo& info = find_integrator("rk4");
     const ExplicitSteps steps = explicit_steps(info, moving.system.spectral_bound(), frame, share);
     const auto method = info.make<double>({.dt = steps.dt});
@@ -211,7 +211,7 @@ class SceneRuns {
                      });
         candidates_.push_back(std::move(c));
       }
-    for (const int steps : {1, 16, 64}) {
+    for (const int steps : {1, 64}) {
       for (const int cells : subject_.cells)
         for (const int width : {1, 2, 4})
           if (!progress.stopped() && own_.cells % cells == 0 && 4 * width <= cells)
@@ -231,10 +231,10 @@ class SceneRuns {
   /// A model without a modulus, with what makes it stiff as it serves the scene best.
   template <class Make>
   void add_best(const std::string& model, int cells, const std::string& setting, Make&& make) {
-    constexpr int halvings = 10;
+    constexpr int quarterings = 5;
     std::optional<Candidate> best;
-    for (int i = 0; i <= halvings; ++i) {
-      const double alpha = std::ldexp(1, -i);
+    for (int i = 0; i <= quarterings; ++i) {
+      const double alpha = std::ldexp(1, -2 * i);
       Candidate c{.model = model,
                   .setting = fmt::format("{}, alpha {:g}", setting, alpha),
                   .lattice = {cells, own_.young, own_.poisson, own_.face_share},

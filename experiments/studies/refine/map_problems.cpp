@@ -104,7 +104,7 @@ MapProblem landing_on_foot() {
           .multiple = 4,
           .coarsest = 4,
           .finest = 32,
-          .most_particles = 20000,
+          .most_particles = 12000,
           .by_hand = {{4, 1}, {4, 2}, {4, 3}}};
 }
 

@@ -186,8 +186,8 @@ MapConfig map_config(const ExperimentOptions& options) {
                                        : std::vector{1, 2, 3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64};
   config.reference_coarsening = options.quick ? 2 : 1;
   config.most_uniform = options.quick ? 2000 : 280000;
-  config.most_particles = options.quick ? 1000 : 20000;
-  config.sample_seconds = options.quick ? 0.005 : 0.05;
+  config.most_particles = options.quick ? 1000 : 12000;
+  config.sample_seconds = options.quick ? 0.005 : 0.03;
   return config;
 }
 

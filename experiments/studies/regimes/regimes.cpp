@@ -247,7 +247,8 @@ std::string summary(const RegimesTables& tables) {
 }
 
 ExperimentResult run_regimes(const ExperimentOptions& options, Progress& progress) {
-  const RegimesConfig config = regimes_config(options);
+  RegimesConfig config = regimes_config(options);
+  if (options.processes > 1) config.reference_threads = 1;
   Journal journal = open_journal(options, configuration(config));
   RegimesTables tables = measure_regimes(config, std::max(1, options.processes), journal, progress);
   ExperimentResult result{

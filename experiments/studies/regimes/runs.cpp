@@ -86,7 +86,7 @@ class Problem {
 
   /// "ok", or why there is no true motion.
   std::string find_motion() {
-    truth_ = find_true_motion(body_, config_.most_reference_seconds);
+    truth_ = find_true_motion(body_, config_.most_reference_seconds, config_.reference_threads);
     return truth_.complaint.empty() ? "ok" : truth_.complaint;
   }
   double uncertainty() const { return truth_.uncertainty; }

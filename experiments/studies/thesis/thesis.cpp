@@ -117,7 +117,7 @@ ThesisConfig thesis_config(const ExperimentOptions& options) {
     std::erase_if(config.deformations, [](const Deformation& d) { return d.turn > 45 || d.shift[0] > 0.5; });
     std::erase_if(config.landing_cases, [](const LandingCase& c) { return c.step < 1; });
   }
-  for (double speed = 5; speed <= 500; speed *= quick ? 4 : 1.1) config.landing_speeds.push_back(speed);
+  for (double speed = 5; speed <= 500; speed *= quick ? 4 : 1.2) config.landing_speeds.push_back(speed);
   config.frame_cells = quick ? std::vector<int>{7} : std::vector<int>{3, 5, 7, 10, 15, 20, 30};
   config.frames = quick ? 10 : 60;
   config.timing_repetitions = quick ? 5 : 25;
