@@ -154,8 +154,13 @@ AtlasConfig atlas_config(const ExperimentOptions& options) {
     config.finest = octave_parts / 8;
     config.finest_without_limit = octave_parts;
     config.parameters[0].values = {0, 0.05, 0.5, 2};
-    config.parameters[1].values = {0, 0.25, 0.45};
-    config.parameters[2].values = {-0.95, -0.5, 0.01, 1, 3};
+    config.parameters[1].values = {0, 0.45};
+    config.parameters[2].values = {-0.5, 0.01, 1};
+    if (options.integrators.empty())
+      config.integrators = {"explicit_euler",  "semi_implicit_euler",
+                            "velocity_verlet", "rk4",
+                            "backward_euler",  "tr_bdf2",
+                            "xpbd:5",          "vbd:5"};
     config.parameters[3].values = {2, 3};
     for (AtlasParameter& parameter : config.parameters) parameter.halvings = 0;
   }

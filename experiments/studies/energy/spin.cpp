@@ -130,7 +130,7 @@ std::string row_name(const Table& summary, std::size_t r) {
 SpinConfig spin_config(const ExperimentOptions& options) {
   SpinConfig config{.model = options.model,
                     .integrators = moving_families(options.integrators, options.model)};
-  if (options.quick) config.frames = 600;
+  if (options.quick) config.frames = 300;
   return config;
 }
 

@@ -217,7 +217,7 @@ FailureConfig failure_config(const ExperimentOptions& options) {
   FailureConfig config{
       .scenes = failure_scenes(), .integrators = moving_families(options.integrators), .seed = options.seed};
   if (!options.quick) return config;
-  config.random_scenes = 100;
+  config.random_scenes = 50;
   if (options.integrators.empty())
     config.integrators = {"explicit_euler",
                           "semi_implicit_euler",

@@ -109,7 +109,7 @@ std::vector<PrecisionScene> smooth_scenes() {
   return all;
 }
 /// How many of them quick runs take, and which of the scenes that people have all runs and quick ones do.
-constexpr std::size_t quick_scenes = 4;
+constexpr std::size_t quick_scenes = 3;
 constexpr std::array taken_cases{"held_box_stiff_damped", "bracket_medium", "ball_medium", "spin_soft"};
 constexpr std::array quick_cases{"ball_medium"};
 
@@ -241,8 +241,8 @@ PrecisionConfig precision_config(const ExperimentOptions& options) {
   config.model = options.model;
   config.scenes = scenes_of(options);
   if (options.quick) {
-    config.seconds_per_run = config.seconds_to_agree = 0.06;
-    config.seconds_per_row = 0.03;
+    config.seconds_per_run = config.seconds_to_agree = 0.03;
+    config.seconds_per_row = 0.02;
   }
   return config;
 }

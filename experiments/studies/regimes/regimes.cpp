@@ -299,9 +299,9 @@ RegimesConfig regimes_config(const ExperimentOptions& options) {
   config.loaded.moduli = {1e5, 1e6, 1e7, 1e8, 1e9, 1e10};
   if (options.quick) {
     config.repetitions = 2;
-    config.most_seconds = 1;
-    config.most_reference_seconds = 4;
-    config.loaded.moduli = {1e6, 1e7, 1e8, 1e9};
+    config.most_seconds = 0.3;
+    config.most_reference_seconds = 2;
+    config.loaded.moduli = {1e6, 1e7, 1e8};
   }
   return config;
 }

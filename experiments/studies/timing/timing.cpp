@@ -373,7 +373,7 @@ ExperimentResult run_timing(const ExperimentOptions& options, Progress& progress
   ShapeTimingConfig shapes;
   MethodTimingConfig methods{.threads = config.core_threads};
   if (options.quick) {
-    features = {.cells = {7, 20}, .repetitions = 9};
+    features = {.cells = {7, 20}, .repetitions = 5};
     shapes = {.cells = {20}, .repetitions = 5, .sample_seconds = 4e-3};
     methods = {.cells = {7, 20}, .threads = {1}, .repetitions = 5, .sample_seconds = 4e-3};
   }
@@ -422,16 +422,16 @@ TimingConfig timing_config(const ExperimentOptions& options) {
   TimingConfig config;
   config.cells = options.cells;
   if (config.cells.empty()) {
-    for (int n = 2; n <= 15; ++n) config.cells.push_back(n);
-    config.cells.insert(config.cells.end(), {20, 30, 50});
-    if (!options.quick) config.cells.push_back(100);
+    for (int n = 2; n <= 15; n += options.quick && n > 2 ? 4 : 1) config.cells.push_back(n);
+    config.cells.insert(config.cells.end(), {20, 30});
+    if (!options.quick) config.cells.insert(config.cells.end(), {50, 100});
   }
   const int most = options.threads > 0 ? options.threads : available_cores();
   if (most > 1) config.core_threads.push_back(most);
   if (options.quick) {
     config.passes = 1;
     config.repetitions = 7;
-    config.seconds_per_size = 2;
+    config.seconds_per_size = 1;
   }
   return config;
 }
