@@ -74,7 +74,7 @@ constexpr const char* caption =
     "on slopes. Charts show one method, the table has all. "
     "A body on the floor, law `impulse`, cells of 0.05 m, 1000 kg/m^3, nu = 0.3, damping ratio 0.1: a "
     "cube of four cells an edge, the same with cells missing, a torus given as a mesh; E = 0.1, 1 and 10 "
-    "MPa. Methods with a stability limit take their safe steps, others three steps; bodies other than the "
+    "MPa. Methods with a stability limit take their safe steps, others two steps; bodies other than the "
     "cube 1/60 s only. Besides the error of its scene, no particle may be more than 1e-12 m behind a "
     "plane, no energy grow by more than 5 percent, and the body must touch all its planes. Cost is "
     "processor time of a step over that without planes. "

@@ -125,7 +125,7 @@ constexpr const char* caption =
     "as the energy itself. Crosses are failures; variants of methods are in the table. The velocities of the "
     "thesis's Verlet and of semi-implicit Euler lag half a step behind the positions, which adds a larger "
     "but bounded error. Not varied: damping, step, body. The free "
-    "spin: a soft undamped cube turns at 10 rad/s and drifts at 0.03 m/s for 10,000 frames of 1/60 s (600 "
+    "spin: a soft undamped cube turns at 10 rad/s and drifts at 0.03 m/s for 3,000 frames of 1/60 s (300 "
     "in quick runs); what is left of its energy, kinetic and stored, of its linear momentum, and of its "
     "angular momentum about the centre of mass, the latter two along their directions at the start. Methods "
     "with a stability limit take the safe step that divides a frame, the others a step a frame, adaptive "
@@ -329,7 +329,7 @@ Table baseline_table(const BaselineOptions& options, Progress& progress) {
 ExperimentInfo experiment() {
   return {
       .name = "energy",
-      .summary = "energy of an undamped body over 100,000 steps, and what is left of a free spin, by method",
+      .summary = "energy of an undamped body over 30,000 steps, and what is left of a free spin, by method",
       .accepts = {.integrators = moving_families, .model = true, .processes = true},
       .run = run_energy,
       .draw = draw_energy,

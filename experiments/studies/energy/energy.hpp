@@ -16,7 +16,7 @@ struct EnergyConfig {
   double stretch = 1.1;      ///< of the body along z, at the start
   double step_share = 0.25;  ///< dt over the limit of central differences
   double dt = 0;             ///< [s]; 0: by step_share
-  long steps = 100000;       ///< of dt; adaptive methods cover the same time
+  long steps = 30000;        ///< of dt; adaptive methods cover the same time
   double tolerance = 1e-6;   ///< of adaptive methods
   std::vector<std::string> integrators;
 };

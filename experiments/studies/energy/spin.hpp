@@ -13,7 +13,7 @@ struct SpinConfig {
   int cells = 4;            ///< an edge of 0.5 m
   double young = 1e5;       ///< [Pa]
   double drift = 0.03;      ///< speed of its centre of mass [m/s]
-  long frames = 10000;      ///< of 1/60 s
+  long frames = 3000;       ///< of 1/60 s
   double tolerance = 1e-6;  ///< of adaptive methods
   std::vector<std::string> integrators;
 };

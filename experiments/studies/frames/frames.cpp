@@ -35,9 +35,9 @@ constexpr const char* caption =
 
 std::vector<FrameScene> scenes(bool quick) {
   if (quick) return {{.name = "small", .cells = 4, .young = 1e5}};
-  return {{.name = "stiff_damped_20", .cells = 20, .young = 1e7, .damping_ratio = 0.5},
-          {.name = "stiff_20", .cells = 20, .young = 1e7},
-          {.name = "medium_20", .cells = 20, .young = 1e6},
+  return {{.name = "stiff_damped_14", .cells = 14, .young = 1e7, .damping_ratio = 0.5},
+          {.name = "stiff_14", .cells = 14, .young = 1e7},
+          {.name = "medium_14", .cells = 14, .young = 1e6},
           {.name = "soft_7", .cells = 7, .young = 1e5},
           {.name = "medium_7", .cells = 7, .young = 1e6},
           {.name = "stiff_7", .cells = 7, .young = 1e7},

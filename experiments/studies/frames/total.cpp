@@ -295,9 +295,9 @@ TotalConfig total_config(const ExperimentOptions& options) {
     config.most_seconds = 0.1;
     return config;
   }
-  config.problems = {{"held_box", 1e6, 0.01, {3, 6, 12}, 24}, {"held_box", 1e7, 0.5, {3, 6, 12}, 24},
-                     {"bracket", 1e6, 0.01, {1, 3, 6}, 12},   {"bracket", 1e7, 0.5, {1, 3, 6}, 12},
-                     {"ball", 1e5, 0.01, {4, 8, 16}, 32},     {"ball", 1e6, 0.01, {4, 8, 16}, 32}};
+  config.problems = {{"held_box", 1e6, 0.01, {3, 6, 12}, 24},
+                     {"bracket", 1e7, 0.5, {1, 3, 6}, 12},
+                     {"ball", 1e6, 0.01, {4, 8, 16}, 32}};
   return config;
 }
 

@@ -68,7 +68,7 @@ struct RegimesConfig {
   std::vector<RegimesGrid> grids;
   int frames = 0;  ///< 0: as the scene has them
   int repetitions = 3;
-  double most_seconds = 2;                         ///< that a run may take
+  double most_seconds = 1;                         ///< that a run may take
   double most_over_best = 1.5;                     ///< times the time of the quickest that meets the same
   double most_reference_seconds = 40;              ///< that the reference of a motion or a rest may take
   int reference_threads = as_many_threads_as_pay;  ///< of that of a motion, which is not timed

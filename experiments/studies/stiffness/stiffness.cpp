@@ -252,8 +252,7 @@ StiffnessConfig stiffness_config(const ExperimentOptions& options) {
   StiffnessConfig config;
   config.cells = options.cells;
   config.model = options.model;
-  if (config.cells.empty())
-    config.cells = options.quick ? std::vector<int>{3, 5} : std::vector<int>{3, 5, 7, 10};
+  if (config.cells.empty()) config.cells = options.quick ? std::vector<int>{3, 5} : std::vector<int>{3, 5, 7};
   for (int decade = 4; decade <= 10; ++decade) config.young.push_back(std::pow(10.0, decade));
   constexpr int any = std::numeric_limits<int>::max();
   for (const std::string& linear : compared_solvers())

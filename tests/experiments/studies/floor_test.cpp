@@ -130,7 +130,7 @@ TEST(Floor, AllShapesAndStepsAreRunOfAllMethods) {
         scenes.insert(run.scene.name);
       }
     EXPECT_EQ(shapes.size(), 3U) << method.name;
-    EXPECT_EQ(steps.size(), method.limit ? 1U : 3U) << method.name;
+    EXPECT_EQ(steps.size(), method.limit ? 1U : 2U) << method.name;
     EXPECT_EQ(scenes.size(), method.has_modulus ? 6U : 4U) << method.name;
   }
 }
