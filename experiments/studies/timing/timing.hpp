@@ -101,7 +101,7 @@ std::string passes_text(const Table& passes);
 /// Settings of the comparison of features of a body, interleaved, on one thread.
 struct FeatureTimingConfig {
   std::vector<int> cells{7, 20, 50};  ///< per edge
-  int repetitions = 25;  ///< many: differences are smaller than the noise of one sample on a busy machine
+  int repetitions = 15;  ///< many: differences are smaller than the noise of one sample on a busy machine
   double sample_seconds = 2e-3;
 };
 
@@ -124,7 +124,7 @@ Chart features_chart(const Table& table);
 /// Settings of the comparison of a ball and of a random body with a box of as many cells per edge, on one
 /// thread.
 struct ShapeTimingConfig {
-  std::vector<int> cells{20, 33, 40, 60};  ///< per edge
+  std::vector<int> cells{20, 33, 40};  ///< per edge
   int repetitions = 15;
   double sample_seconds = 10e-3;
 };
@@ -139,7 +139,7 @@ Chart shapes_chart(const Table& table);
 struct MethodTimingConfig {
   std::vector<int> cells{7, 20, 50};  ///< per edge
   std::vector<int> threads{1};
-  int repetitions = 15;
+  int repetitions = 9;
   double sample_seconds = 10e-3;
 };
 
@@ -156,7 +156,7 @@ double step_of_method(const std::string& method);
 struct PeerTimingConfig {
   std::vector<int> cells{7, 20, 50};  ///< per edge
   std::vector<int> threads{1};        ///< of ours, 1 among them
-  int repetitions = 11;
+  int repetitions = 7;
   double sample_seconds = 20e-3;
 };
 
