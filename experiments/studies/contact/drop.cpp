@@ -74,8 +74,8 @@ std::string drop_scene(const DropRun& run) {
   const int columns = run.bodies > 10 ? 3 : 2, layer_size = columns * columns;
   std::string said;
   for (int i = 0; i < run.bodies; ++i) {
-    const int layer = i / layer_size, place = i % layer_size;
-    const Vec3 at(margin + drop_pitch * (place % columns), margin + drop_pitch * (place / columns),
+    const int layer = i / layer_size, place = i % layer_size, row = place / columns;
+    const Vec3 at(margin + drop_pitch * (place % columns), margin + drop_pitch * row,
                   margin + drop_pitch * layer);
     said += "[[body]]\n" + shape_text((i + layer) % 5, at);
     said += fmt::format("start = {{ angular_velocity = {} }}\n\n",

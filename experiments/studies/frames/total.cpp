@@ -44,9 +44,11 @@ class CommonPlaces {
     for (std::size_t b = 0; b < bodies.size(); ++b)
       for (const std::ptrdiff_t site : bodies[b]->sites())
         by_place[b].emplace(place(bodies[b]->rest_position(site)), site);
-    for (const auto& [at, site] : by_place.front())
+    for (const auto& entry : by_place.front()) {
+      const std::array<long, 3>& at = entry.first;
       if (std::all_of(by_place.begin(), by_place.end(), [&](const auto& all) { return all.contains(at); }))
         for (std::size_t b = 0; b < bodies.size(); ++b) sites_[b].push_back(by_place[b].at(at));
+    }
   }
 
   std::size_t count() const { return sites_.front().size(); }

@@ -117,7 +117,7 @@ void add_runs(const RegimePoint& point, const char* what, double uncertainty, co
 
 /// What went wrong with the references; that nothing holds a body is no fault.
 std::string status_of(const RegimePoint& point, const Json& result) {
-  const std::string motion = result["motion_status"], rest = result["rest_status"];
+  std::string motion = result["motion_status"], rest = result["rest_status"];
   if (rest == "ok" || !find_bench_scene(point.scene).is_held()) return motion;
   return motion == "ok" ? rest : motion + "; " + rest;
 }
