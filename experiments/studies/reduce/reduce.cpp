@@ -210,7 +210,6 @@ ReduceConfig reduce_config(const ExperimentOptions& options) {
     std::erase_if(config.scenes, [&](const ReduceScene& s) {
       return std::find(options.scenes.begin(), options.scenes.end(), s.name) == options.scenes.end();
     });
-  if (options.quick) config.repetitions = 3;
   return config;
 }
 
