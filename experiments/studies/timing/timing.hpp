@@ -23,7 +23,7 @@ struct TimingConfig {
   int repetitions = 12;          ///< samples per method and size, over all passes
   double sample_seconds = 4e-3;  ///< duration of a sample, which consists of several updates
   /// Large bodies get fewer repetitions to stay near this, but at least fewest_repetitions.
-  double seconds_per_size = 4;
+  double seconds_per_size = 3;
   int fewest_repetitions = 5;
   int largest_algorithm1 = 100;  ///< cells per edge up to which Algorithm 1 is built: it needs 1.5 GB there
   int largest_debug_build = 15;  ///< cells per edge up to which its debug build is run; 0: not at all
@@ -101,7 +101,7 @@ std::string passes_text(const Table& passes);
 /// Settings of the comparison of features of a body, interleaved, on one thread.
 struct FeatureTimingConfig {
   std::vector<int> cells{7, 20, 50};  ///< per edge
-  int repetitions = 15;  ///< many: differences are smaller than the noise of one sample on a busy machine
+  int repetitions = 11;  ///< many: differences are smaller than the noise of one sample on a busy machine
   double sample_seconds = 2e-3;
 };
 
