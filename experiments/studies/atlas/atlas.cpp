@@ -123,6 +123,10 @@ Table baseline_table(const BaselineOptions&, Progress& progress) {
 
 }  // namespace
 
+bool chooses_its_steps(const std::string& family) {
+  return find_integrator(family.substr(0, family.find_first_of(":/"))).stepping == Stepping::adaptive;
+}
+
 AtlasConfig atlas_config(const ExperimentOptions& options) {
   AtlasConfig config{.parameters = {{"ratio",
                                      "damping ratio of every spring",
@@ -150,6 +154,8 @@ AtlasConfig atlas_config(const ExperimentOptions& options) {
                                      }}},
                      .integrators = moving_families(options.integrators),
                      .quick = options.quick};
+  if (options.integrators.empty())  // those that choose their own steps have no limit
+    std::erase_if(config.integrators, chooses_its_steps);
   if (options.quick) {
     config.finest = octave_parts / 8;
     config.finest_without_limit = octave_parts;

@@ -46,6 +46,9 @@ struct AtlasConfig {
 };
 AtlasConfig atlas_config(const ExperimentOptions& options);
 
+/// Whether a method, with or without its number of iterations, has no steps but intervals to map.
+bool chooses_its_steps(const std::string& family);
+
 /// One computation: of a body, its spectrum and a reference of its energy; of a method and a body, the
 /// predicted largest step; of a method, a body and a step, the outcome.
 struct AtlasCase {

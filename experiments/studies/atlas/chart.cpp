@@ -74,9 +74,7 @@ void add_cells(const std::vector<MapRow>& rows, const ChartAxis& y, MapPanel& pa
 std::vector<std::string> shown_methods(const Table& points) {
   const std::vector<std::string> names = without_variants(points.distinct("integrator"));
   std::vector<std::string> fixed = names;
-  std::erase_if(fixed, [](const std::string& name) {
-    return find_integrator(name.substr(0, name.find_first_of(":/"))).stepping == Stepping::adaptive;
-  });
+  std::erase_if(fixed, chooses_its_steps);
   return fixed.empty() ? names : fixed;
 }
 

@@ -52,7 +52,7 @@ Json names_of(const std::vector<Run>& runs) {
 }  // namespace
 
 RobustnessConfig robustness_config(const ExperimentOptions& options) {
-  constexpr int all = 500, few = 10;
+  constexpr int all = 300, few = 10;
   return {.piles = pile_config(options),
           .ropes = capstan_config(options),
           .self = self_contact_config(options),

@@ -7,8 +7,8 @@ namespace mss::studies::contact {
 
 inline constexpr double frame_step = 1.0 / 60;  ///< of methods without a stability limit [s]
 
-/// Which of the methods, all if none is named, move bodies that touch with friction: those of fixed step
-/// that move materials by forces.
+/// Which of the methods, all but explicit ones of high order if none is named, move bodies that touch with
+/// friction: those of fixed step that move materials by forces.
 std::vector<std::string> touching_methods(const std::vector<std::string>& named);
 
 /// The lines of [solve] that choose a method and its step: the safe one, or 1/60 s of methods without a

@@ -543,7 +543,6 @@ StepsConfig steps_config(const ExperimentOptions& options) {
       config.scenes.scenes.push_back(
           scene_of_case(which, options.quick ? fewest : find_bench_scene(which.scene).quick_cells));
   }
-  if (options.quick) config.rounds = 5;
   return config;
 }
 

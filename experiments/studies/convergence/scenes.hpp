@@ -44,7 +44,7 @@ struct StepsConfig {
   StepGroup bodies;  ///< by what quasi-Newton methods and conjugate gradients take in place of a matrix
   StepGroup scenes;  ///< those that people have, by all solvers
   int frames = 6;
-  int rounds = 5;  ///< of measurements of costs
+  int rounds = 3;  ///< of measurements of costs
   int threads = 1;
 };
 StepsConfig steps_config(const ExperimentOptions& options);

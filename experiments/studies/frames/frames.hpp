@@ -36,7 +36,7 @@ struct FramesConfig {
   std::vector<Family> families;
   int frames = 20;
   int repetitions = 3;
-  double seconds_per_row = 1;  ///< after which a row is not repeated
+  double seconds_per_row = 0.5;  ///< after which a row is not repeated
   int threads = 1;
 };
 FramesConfig frames_config(const ExperimentOptions& options);

@@ -25,7 +25,7 @@ struct TotalConfig {
   std::vector<Family> families;
   int frames = 0;  ///< 0: as the scenes have them
   int repetitions = 3;
-  double most_seconds = 1;  ///< that a run may take
+  double most_seconds = 0.6;  ///< that a run may take
 };
 TotalConfig total_config(const ExperimentOptions& options);
 

@@ -24,7 +24,7 @@ constexpr const char* caption =
     "iterations are not joined. Volume is over that at rest; spin and momentum are compared with those at "
     "the start, in a second of free flight; motion_error is the distance from the lattice's own motion in "
     "short steps over its largest displacement. Processor time is that of stepping on one thread, the "
-    "cheapest of four runs at most; of CalculiX that of the whole program. MuJoCo and Jolt run in "
+    "cheapest of three runs at most; of CalculiX that of the whole program. MuJoCo and Jolt run in "
     "WebAssembly in Node.js: what they would take natively is not known; of Bullet, natively and in "
     "WebAssembly, the price was 1.15 to 2.2 times the time (measured once, by an earlier prototype that is "
     "not kept), and native_low and native_high are the time over these. Engines that are not installed have "

@@ -94,7 +94,7 @@ peer::Result run_adapter(Adapters& adapters, const Family& family, const Setting
   } else {
     if (setting.iterations > 0)
       words.insert(words.end(), {"--iterations", std::to_string(setting.iterations)});
-    const Words how = drag > 0 ? Words{"--drag", fmt::format("{}", drag)} : Words{"--repeat", "4"};
+    const Words how = drag > 0 ? Words{"--drag", fmt::format("{}", drag)} : Words{"--repeat", "3"};
     words.insert(words.end(), how.begin(), how.end());
   }
   const ProgramRun run = run_program(words);
@@ -105,7 +105,7 @@ peer::Result run_adapter(Adapters& adapters, const Family& family, const Setting
 peer::Result run_family_here(const Family& family, const Setting& setting, const peer::Exchange& exchange,
                              const Progress& progress) {
   const Scene scene = own_scene(family, setting, exchange.scene);
-  constexpr int most_repetitions = 4;
+  constexpr int most_repetitions = 3;
   constexpr double enough = 0.5;  // [s]
   peer::Result best = peer::run_own(scene, exchange, progress);
   double spent = best.wall_seconds;

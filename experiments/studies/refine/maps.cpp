@@ -24,7 +24,7 @@ double seconds_per_step(System<double>& system, State<double> state, double samp
     return seconds_of([&] { system.kick_drift(verlet, 1e-6, steps, state); });
   };
   const SampleLength length = sample_length(sample_seconds, seconds_for);
-  constexpr int repetitions = 5;
+  constexpr int repetitions = 3;
   std::vector<double> samples;
   samples.reserve(repetitions);
   for (int i = 0; i < repetitions; ++i) samples.push_back(seconds_for(length.steps) / double(length.steps));

@@ -224,8 +224,7 @@ ExperimentResult run_stability(const ExperimentOptions& options, Progress& progr
 StabilityConfig stability_config(const ExperimentOptions& options) {
   StabilityConfig config;
   config.cells = options.cells;
-  if (config.cells.empty())
-    config.cells = options.quick ? std::vector<int>{2, 3} : std::vector<int>{2, 3, 4, 5};
+  if (config.cells.empty()) config.cells = options.quick ? std::vector<int>{2, 3} : std::vector<int>{2, 3, 4};
   config.ratios = options.quick ? std::vector<double>{0, 0.5} : std::vector<double>{0, 0.05, 0.2, 0.5, 1};
   config.deformations = {Deformation::stretched, Deformation::compressed, Deformation::bent};
   config.deformed_ratios = options.quick ? std::vector<double>{0.5} : std::vector<double>{0, 0.05, 0.5};

@@ -62,7 +62,7 @@ struct LinearSolveConfig {
   std::vector<std::string> solvers = compared_solvers();
   double tolerance = 1e-6;       ///< of the residual, over the right-hand side
   int repetitions = 3;           ///< at most
-  double seconds_per_row = 0.5;  ///< after which a solver is not repeated
+  double seconds_per_row = 0.2;  ///< after which a solver is not repeated
 };
 LinearSolveConfig linear_solve_config(const ExperimentOptions& options);
 
@@ -85,7 +85,7 @@ struct CrossoverConfig {
   double frame = 1.0 / 60;                                              ///< the implicit step [s]
   std::string implicit = "backward_euler_linear";
   int repetitions = 3;           ///< at most
-  double seconds_per_row = 0.5;  ///< after which a method is not repeated
+  double seconds_per_row = 0.2;  ///< after which a method is not repeated
 };
 CrossoverConfig crossover_config(const ExperimentOptions& options);
 

@@ -20,7 +20,7 @@ struct TimingConfig {
   /// Over all sizes, up and down in turn, so that slow changes of the machine's speed over minutes affect all
   /// sizes alike and do not bias exponents.
   int passes = 2;
-  int repetitions = 12;          ///< samples per method and size, over all passes
+  int repetitions = 9;           ///< samples per method and size, over all passes
   double sample_seconds = 4e-3;  ///< duration of a sample, which consists of several updates
   /// Large bodies get fewer repetitions to stay near this, but at least fewest_repetitions.
   double seconds_per_size = 3;
@@ -101,7 +101,7 @@ std::string passes_text(const Table& passes);
 /// Settings of the comparison of features of a body, interleaved, on one thread.
 struct FeatureTimingConfig {
   std::vector<int> cells{7, 20, 50};  ///< per edge
-  int repetitions = 11;  ///< many: differences are smaller than the noise of one sample on a busy machine
+  int repetitions = 9;  ///< many: differences are smaller than the noise of one sample on a busy machine
   double sample_seconds = 2e-3;
 };
 

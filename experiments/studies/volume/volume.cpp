@@ -299,7 +299,7 @@ VolumeConfig volume_config(const ExperimentOptions& options) {
   VolumeConfig config;
   config.cells = options.cells;
   if (config.cells.empty())
-    config.cells = quick ? std::vector<int>{1, 2, 4} : std::vector<int>{1, 2, 3, 4, 6, 8, 12, 16, 20};
+    config.cells = quick ? std::vector<int>{1, 2, 4} : std::vector<int>{1, 2, 3, 4, 6, 8, 12, 20};
   config.strains = quick ? std::vector<double>{-0.2, 0.3}
                          : std::vector<double>{-0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5};
   config.angles = quick ? std::vector<double>{30} : std::vector<double>{10, 20, 30, 40, 50};
