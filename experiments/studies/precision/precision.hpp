@@ -32,10 +32,9 @@ struct PrecisionConfig {
   std::vector<std::string> integrators;
   std::string model = spring_model;
   double seconds_per_run = 0.15;  ///< a method's next run is left out if it would take longer,
-  double seconds_to_agree =
-      0.35;                      ///< or, in small bodies that do not agree with the reference yet, this long
-  int repetitions = 3;           ///< of every run,
-  double seconds_per_row = 0.1;  ///< until it has taken that long
+  double seconds_to_agree = 0.3;  ///< or, in small bodies that do not agree with the reference yet, this long
+  int repetitions = 3;            ///< of every run,
+  double seconds_per_row = 0.1;   ///< until it has taken that long
   double reference_tolerance = 1e-12;  ///< of both reference methods where no planes are
   int finest_halving = 22;             ///< most runs with steps of duration / 8, / 16, / 32 ...
   int threads = 1;
