@@ -11,8 +11,8 @@ namespace mss::studies::contact {
 
 namespace {
 
-/// Explicit ones that take several evaluations a step for an order that contact, not smooth, does not let
-/// them have.
+/// Symplectic ones of several evaluations a step: contact, which is not smooth, does not let them have their
+/// order. RK4 stays, as the usual one.
 const std::set<std::string> high_order{"pefrl", "srkn6", "srkn8"};
 
 }  // namespace
