@@ -48,7 +48,7 @@ Chart drops_chart(const Table& all, const Table& comsol) {
               .subtitle = fmt::format("{}; springs {:g} cells across, COMSOL where its value is known",
                                       beam_body, cells),
               .x = {.label = "weight at its end: marker", .low = 0.4, .high = double(first.size()) + 0.6},
-              .y = {.label = "drop over the mean of two measured runs, less one [%]"}};
+              .y = {.label = "drop over that measured, less one [%]"}};
   ChartSeries measured{.label = "measured, from run to run", .style = measured_a_style, .joined = false};
   ChartSeries others{.label = "COMSOL", .style = comsol_style, .joined = false};
   for (std::size_t r = 0; r < first.size(); ++r) {

@@ -93,6 +93,14 @@ TEST(Atlas, BackwardEulerLosesEnergyAtEveryLongStep) {
   }
 }
 
+TEST(Atlas, MethodsThatChooseTheirStepsAreMappedWhereTheyAreNamed) {
+  const std::vector<std::string> usual = atlas_config({}).integrators,
+                                 named = atlas_config({.integrators = {"cvode_adams"}}).integrators;
+  EXPECT_EQ(std::count(usual.begin(), usual.end(), "semi_implicit_euler"), 1);
+  EXPECT_EQ(std::count_if(usual.begin(), usual.end(), chooses_its_steps), 0);
+  EXPECT_EQ(named, std::vector<std::string>{"cvode_adams"});
+}
+
 TEST(Atlas, FailuresHaveTheirNames) {
   const AtlasTables tables =
       run(small_atlas({"rk4", "backward_euler", "implicit_midpoint", "cvode_adams"}), 2);

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/bodies/contact_surface.hpp"
 #include "core/mesh/shapes.hpp"
 #include "core/scene/scene.hpp"
@@ -103,6 +105,14 @@ TEST(Robustness, RefusedIsARow) {
   EXPECT_EQ(rows.text(0, "status"), "refused");
   EXPECT_NE(rows.text(0, "reason").find("vbd"), std::string::npos);
   for (const std::string& method : touching_methods({})) EXPECT_NE(method, "vbd");
+}
+
+TEST(Robustness, ExplicitMethodsOfHighOrderRunWhereTheyAreNamed) {
+  const std::vector<std::string> usual = touching_methods({}), named = touching_methods({"srkn8", "pefrl"});
+  EXPECT_EQ(std::count(usual.begin(), usual.end(), "rk4"), 1);
+  for (const char* method : {"pefrl", "srkn6", "srkn8"})
+    EXPECT_EQ(std::count(usual.begin(), usual.end(), method), 0) << method;
+  EXPECT_EQ(named, (std::vector<std::string>{"srkn8", "pefrl"}));
 }
 
 }  // namespace
