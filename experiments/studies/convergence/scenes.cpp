@@ -21,6 +21,7 @@
 #include "experiments/simulation/bench_scenes.hpp"
 #include "experiments/simulation/explicit_steps.hpp"
 #include "integrators/linear/rest_cycle.hpp"
+#include "integrators/nonlinear/implicit_stage.hpp"
 
 namespace mss::studies::convergence {
 

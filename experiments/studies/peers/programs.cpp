@@ -146,7 +146,9 @@ std::vector<Family> peer_families(bool quick) {
   const std::vector<Setting> flexes = quick ? std::vector<Setting>{{4}} : std::vector<Setting>{{1}, {2}, {4}};
   const std::vector<Setting> bullet =
       quick ? std::vector<Setting>{{1, 5}} : std::vector<Setting>{{1, 1}, {1, 5}, {4, 5}};
-  const auto pick = [quick](std::vector<Setting> few, std::vector<Setting> all) { return quick ? few : all; };
+  const auto pick = [quick](const std::vector<Setting>& few, const std::vector<Setting>& all) {
+    return quick ? few : all;
+  };
   return {{.name = "mss Verlet", .adapter = Adapter::own, .settings = {{0}}, .options = {"verlet"}},
           {.name = "mss XPBD",
            .adapter = Adapter::own,

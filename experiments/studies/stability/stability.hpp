@@ -34,7 +34,7 @@ struct StabilityConfig {
 StabilityConfig stability_config(const ExperimentOptions& options);
 
 /// A body in equilibrium.
-struct Specimen {
+struct Specimen {  // NOLINT(clang-analyzer-optin.performance.Padding): the system must follow the body
   Specimen(const StabilityConfig& config, Deformation how, int n, double damping);
   /// The system refers to the body.
   Specimen(const Specimen&) = delete;
