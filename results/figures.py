@@ -163,9 +163,13 @@ def written(shown, values):
     """The figure with other values, in the form and with the digits that it has."""
     significant = [part.replace(".", "").lstrip("0") for part in re.findall(r"\d[\d.]*(?=e|\D|$)", shown.replace(",", ""))]
     digits = min(max(max(len(part) for part in significant), 2 if "." in shown else 1), 4)
-    texts = ["+" * ("+" in shown and value > 0) + rounded(value, digits) for value in values]
+
+    def signed(value):
+        return "+" * ("+" in shown and value > 0) + rounded(value, digits)
+
+    texts = [signed(value) for value in values]
     if is_range(shown):
-        return f"{rounded(min(values), digits)} to {rounded(max(values), digits)}"
+        return f"{signed(min(values))} to {signed(max(values))}"
     if "[" in shown and len(texts) == 3:
         return "{} [{}, {}]".format(*texts)
     return texts[0] if len(texts) == 1 else ", ".join(texts[:-1]) + " and " + texts[-1]

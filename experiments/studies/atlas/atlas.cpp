@@ -124,7 +124,7 @@ Table baseline_table(const BaselineOptions&, Progress& progress) {
 }  // namespace
 
 bool chooses_its_steps(const std::string& family) {
-  return find_integrator(family.substr(0, family.find_first_of(":/"))).stepping == Stepping::adaptive;
+  return find_integrator(family).stepping == Stepping::adaptive;
 }
 
 AtlasConfig atlas_config(const ExperimentOptions& options) {

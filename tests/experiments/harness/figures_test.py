@@ -63,7 +63,9 @@ class Figures(unittest.TestCase):
     def test_are_written_with_as_many_digits(self):
         for shown, title, new in (
                 ("9.9 and 9.9", "100 error where body=beam; cells<=8", "7.6 and 2.2"), ("1", "error where body=bar, long", "1,003"),
-                ("1.11 to 2.22", "100 error where body=beam; status=ok", "2.21 to 7.63")):
+                ("1.11 to 2.22", "100 error where body=beam; status=ok", "2.21 to 7.63"),
+                ("+9.9", "100 error where body=beam; cells=4", "+7.6"), ("0.9", "100 error where body=beam; cells=4", "7.6"),
+                ("+1.1 to +2.2", "100 error where body=beam; status=ok", "+2.2 to +7.6")):
             self.assertEqual(self.problem(shown, title, write=True), "")
             self.assertIn(f"[{new}]", self.text.read_text())
 
