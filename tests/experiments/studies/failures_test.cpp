@@ -173,6 +173,17 @@ TEST(Failures, VaryingStepsCoverTheSameTime) {
   EXPECT_NEAR(double(varying.steps) / double(even.steps), 2 / 1.1, 0.02);
 }
 
+TEST(Failures, LeaveOutTheSlowestMethodAndOtherNamesOfOthersUnlessNamed) {
+  const std::vector<std::string> all = failure_config({}).integrators;
+  const auto runs = [&](const char* name) { return std::count(all.begin(), all.end(), name) == 1; };
+  for (const char* left_out : {"arkode_dirk", "verlet", "cvode_bdf_klu", "cvode_bdf_gmres"})
+    EXPECT_FALSE(runs(left_out)) << left_out;
+  for (const char* kept : {"semi_implicit_euler", "cvode_bdf", "arkode_erk", "backward_euler"})
+    EXPECT_TRUE(runs(kept)) << kept;
+  const std::vector<std::string> named{"verlet", "arkode_dirk"};
+  EXPECT_EQ(failure_config({.integrators = named}).integrators, named);
+}
+
 FailureConfig drops() {
   FailureConfig config = failure_config({.quick = true, .integrators = {"verlet", "backward_euler_linear"}});
   std::erase_if(config.scenes, [](const FailureScene& scene) { return scene.name != "drop"; });

@@ -11,7 +11,7 @@ for program in Xvfb xdotool; do
 done
 
 number=$(mktemp)
-Xvfb -displayfd 3 -screen 0 1400x1000x24 -nolisten tcp 3>"$number" 2>/dev/null &
+Xvfb -displayfd 3 -screen 0 1400x1000x24 -nolisten tcp -noreset 3>"$number" 2>/dev/null &
 screen=$!
 trap 'kill "$screen"; rm -f "$number"' EXIT
 until [[ -s $number ]]; do
