@@ -8,6 +8,8 @@
 #include "core/base/error.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/settings.hpp"
+#include "experiments/peer/exchange.hpp"
+#include "experiments/peer/result.hpp"
 #include "experiments/simulation/matched_scene.hpp"
 #include "experiments/simulation/scene_check.hpp"
 #include "experiments/simulation/scene_files.hpp"
@@ -23,6 +25,7 @@ struct ViewChoice {
   std::string size;
   std::string shot;
   std::string record;
+  std::string result;
   view::ViewOptions options;
 };
 
@@ -48,8 +51,9 @@ void check_pictures(const ViewChoice& choice) {
   const view::ViewOptions& options = choice.options;
   const bool is_recorded = !choice.record.empty();
   if (choice.shot.empty() && !is_recorded)
-    for (const auto& [name, given] :
-         {std::pair("--frames", options.frames.has_value()), {"--plain", options.plain}})
+    for (const auto& [name, given] : {std::pair("--frames", options.frames.has_value()),
+                                      {"--plain", options.plain},
+                                      {"--result", !choice.result.empty()}})
       if (given) throw InputError(fmt::format("{} requires --shot or --record", name));
   if (options.frames && (*options.frames < (is_recorded ? 1 : 0) || double(*options.frames) > most_frames))
     throw InputError(fmt::format("--frames is {}; give a number from {} to {}", *options.frames,
@@ -77,12 +81,31 @@ int tell(const ViewChoice& choice, const view::Shown& shown) {
   return exit_simulation_failed;
 }
 
+/// What another program made of an exported scene.
+void view_result(ViewChoice& choice, int& exit_status) {
+  if (!choice.overrides.empty())
+    throw InputError("--result shows a scene as it was exported, without --set; export it with the setting");
+  const peer::Exchange exchange = peer::read_export(choice.scene);
+  peer::Result result = peer::read_result(choice.result, exchange);
+  if (result.samples.empty())
+    throw InputError(fmt::format("{} has nothing to show: {}", choice.result, result.problem));
+  Scene scene = exchange.scene;
+  scene.name += ", " + result.engine;
+  scene.solve.device = SolveConfig{}.device;  // nothing is computed
+  if (!result.problem.empty())
+    fmt::print(stderr, "mss: warning: {} is shown until t = {:.6g} s: {}\n", choice.result,
+               result.samples.back().t, result.problem);
+  choice.options.motion = std::move(result.samples);
+  exit_status = tell(choice, view::show(scene, choice.options));
+}
+
 void view_scene(ViewChoice& choice, int& exit_status) {
   check_pictures(choice);
   choice.options.shot = choice.shot;
   choice.options.record = choice.record;
   const char* usual = choice.record.empty() ? "1280x800" : "480x360";
   read_size(choice.size.empty() ? usual : choice.size, choice.options);
+  if (!choice.result.empty()) return view_result(choice, exit_status);
   const MatchedScene ready = load_matched_scene(scene_file(choice.scene), choice.overrides);
   const Scene& scene = ready.scene;
   Scene on_processor = scene;  // what draws the window takes the steps, if it can
@@ -120,6 +143,9 @@ void add_picture_options(CLI::App& command, ViewChoice& choice) {
       .add_flag("--every-frame", choice.options.every_frame,
                 "Draw all of these frames, as a window would; --log has the time that takes")
       ->needs(shot);
+  command.add_option("--result", choice.result,
+                     "In a picture: what another program made of the scene, a folder with samples.csv and "
+                     "cost.json; the scene is then the folder of `mss peer export`");
   command.add_flag("--plain", choice.options.plain,
                    "Picture of the body alone, without panel, graphs and colour bar");
 }

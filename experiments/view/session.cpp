@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "core/base/error.hpp"
 #include "experiments/harness/measure.hpp"
 #include "experiments/simulation/reduced_model.hpp"
 #include "experiments/simulation/scene_check.hpp"
@@ -44,7 +46,7 @@ class Simulation {
 namespace {
 
 template <class Real>
-class SimulationIn final : public Simulation {
+class SimulationIn : public Simulation {
  public:
   SimulationIn(const Scene& scene, const Body& body) : run_(scene, body), tethered_(run_.driven()) {
     run_.leave_on_device();
@@ -94,6 +96,36 @@ class SimulationIn final : public Simulation {
   TetheredSystem<Real> tethered_;
 };
 
+/// Moves the body as it was moved before.
+class Playback final : public SimulationIn<double> {
+ public:
+  Playback(const Scene& scene, const Body& body, const Motion& motion)
+      : SimulationIn(scene, body), motion_(motion) {
+    go_to(motion_.front().t);
+  }
+  Status advance(double t_end, Work&) override {
+    go_to(t_end);
+    return Status::ok;
+  }
+
+ private:
+  /// On the straight line between the states before and after; at the last one from its time on.
+  void go_to(double t) {
+    const auto after = std::find_if(motion_.begin(), std::prev(motion_.end()),
+                                    [t](const State<double>& state) { return state.t >= t; });
+    const State<double>&b = *after, &a = after == motion_.begin() ? b : *std::prev(after);
+    const double share = b.t > a.t ? std::clamp((t - a.t) / (b.t - a.t), 0.0, 1.0) : 1.0;
+    Field<double> x = b.x, v = b.v;
+    for (const std::ptrdiff_t site : levels().front().body.sites()) {
+      x.set(site, (1 - share) * a.x.at(site) + share * b.x.at(site));
+      v.set(site, (1 - share) * a.v.at(site) + share * b.v.at(site));
+    }
+    write(t, x, v);
+  }
+
+  const Motion& motion_;
+};
+
 std::unique_ptr<Simulation> simulation_of(const Scene& scene, const Body& body) {
   if (scene.solve.precision == Precision::single) return std::make_unique<SimulationIn<float>>(scene, body);
   return std::make_unique<SimulationIn<double>>(scene, body);
@@ -101,7 +133,10 @@ std::unique_ptr<Simulation> simulation_of(const Scene& scene, const Body& body) 
 
 }  // namespace
 
-Session::Session(const Scene& scene) : scene_(scene), settings_(edit_of(scene)) {
+Session::Session(const Scene& scene) : Session(scene, Motion{}) {}
+
+Session::Session(const Scene& scene, Motion motion)
+    : scene_(scene), settings_(edit_of(scene)), motion_(std::move(motion)) {
   check_solve(scene_);
   body_ = std::make_unique<Body>(scene_.body);
   restart();
@@ -123,7 +158,10 @@ std::size_t Session::particle_count() const { return simulation_->particle_count
 
 void Session::restart() {
   release();
-  simulation_ = simulation_of(scene_, *body_);
+  if (motion_.empty())
+    simulation_ = simulation_of(scene_, *body_);
+  else
+    simulation_ = std::make_unique<Playback>(scene_, *body_, motion_);
   status_ = Status::ok;
   work_ = {};
   x_ = v_ = Field<double>(simulation_->size());
@@ -193,6 +231,7 @@ void Session::step() {
 }
 
 void Session::change(const SceneEdit& settings) {
+  if (!motion_.empty()) throw InputError("a motion that was computed elsewhere has no settings to change");
   Scene scene = edited(scene_, settings);
   check_solve(scene);
   auto body = std::make_unique<Body>(scene.body);
@@ -213,7 +252,7 @@ void Session::change(const SceneEdit& settings) {
 
 bool Session::grab(std::ptrdiff_t site) {
   const HeldSites held(levels(), scene_.environment.holds);
-  if (reduction_named(scene_.model) || !simulation_->moves_by_itself(site)) return false;
+  if (!motion_.empty() || reduction_named(scene_.model) || !simulation_->moves_by_itself(site)) return false;
   if (held.holds(site, 0) && held.holds(site, 1) && held.holds(site, 2)) return false;
   tether_ = simulation_->stable_tether(site);
   pull(positions().at(site));

@@ -5,7 +5,9 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
+#include "core/base/state.hpp"
 #include "core/environment/tethered_system.hpp"
 #include "core/measures/measures.hpp"
 #include "core/scene/scene.hpp"
@@ -22,12 +24,18 @@ namespace mss::view {
 
 class Simulation;
 
+/// States at ascending times, between which particles move straight: at least one.
+using Motion = std::vector<State<double>>;
+
 /// The simulation that a window shows: what `mss run` would compute, but it can be stopped, pulled and
 /// changed. It stays usable when the simulation fails: the body is then shown in its last state.
 class Session {
  public:
   /// Throws InputError as check_solve() does.
   explicit Session(const Scene& scene);
+  /// Shows a motion of the scene's body in place of a simulation, from its first state to its last. It has no
+  /// settings to change, and cannot be pulled. Several levels of cells are not supported.
+  Session(const Scene& scene, Motion motion);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
@@ -107,6 +115,7 @@ class Session {
 
   Scene scene_;
   SceneEdit settings_;
+  Motion motion_{};  ///< empty: a simulation is shown
   std::unique_ptr<Body> body_;
   std::unique_ptr<Simulation> simulation_;
   double t_ = 0;

@@ -181,7 +181,7 @@ class Viewer {
       : options_(options),
         window_(options, "mss view: " + scene.name),
         device_(scene),
-        session_(scene),
+        session_(scene, options.motion),
         gui_(window_),
         panel_(scene),
         cells_(surface_of_cells(scene, session_.levels())),

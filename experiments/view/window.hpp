@@ -2,7 +2,9 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
+#include "core/base/state.hpp"
 #include "core/scene/scene.hpp"
 #include "integrators/integrator.hpp"
 
@@ -20,7 +22,8 @@ struct ViewOptions {
   std::filesystem::path record{};  ///< where to put a moving picture, see make_recording()
   double rate = 25;                ///< of a recording's frames [1/s of simulated time]
   bool plain = false;              ///< in pictures: the body alone, without panel, graphs and colour bar
-  bool log = false;                ///< a line of JSON on stdout for everything that is done in the window
+  std::vector<State<double>> motion{};  ///< in pictures: what is shown in place of a simulation, if any
+  bool log = false;  ///< a line of JSON on stdout for everything that is done in the window
 };
 
 /// How a simulation was when it had been shown.

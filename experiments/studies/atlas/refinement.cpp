@@ -30,7 +30,7 @@ struct Octaves {
 };
 Octaves octaves_of(const IntegratorInfo& method) {
   if (method.stepping == Stepping::adaptive) return {-1, 9};
-  return method.limit ? Octaves{-5, 3} : Octaves{-1, 7};
+  return method.limit ? Octaves{-4, 3} : Octaves{0, 7};
 }
 
 /// The coarse grid of steps.

@@ -8,6 +8,7 @@
 
 #include "core/mesh/mesh_fill.hpp"
 #include "core/mesh/shapes.hpp"
+#include "experiments/studies/contact/touching_methods.hpp"
 
 namespace mss::studies::contact {
 
@@ -34,14 +35,20 @@ BodyConfig torus_of_mesh() {
           .cell_size = cell};
 }
 
-/// All methods of fixed step, each with its variants that are compared.
+/// Of explicit Euler no step is guaranteed; the energy-momentum method takes a third of the time of all, and
+/// is right where implicit midpoint is.
+bool runs_only_if_named(const std::string& name) {
+  return name == "explicit_euler" || name == "energy_momentum" || is_of_high_order(name);
+}
+
+/// Methods of fixed step, each with its variants that are compared.
 std::vector<std::string> floor_integrators(const std::vector<std::string>& named) {
   std::vector<std::string> all;
   for (const std::string& name : named)
     if (find_integrator(name).stepping == Stepping::fixed) all.push_back(name);
   if (!named.empty()) return all;
   for (const IntegratorInfo& info : integrators()) {
-    if (info.stepping != Stepping::fixed) continue;
+    if (info.stepping != Stepping::fixed || runs_only_if_named(info.name)) continue;
     if (info.iterates && info.springs_only)
       for (const char* passes : {":1", ":5", ":20"}) all.push_back(info.name + passes);
     else

@@ -3,25 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
 
 #include "integrators/integrator.hpp"
 
 namespace mss::studies::contact {
 
-namespace {
-
-/// Symplectic ones of several evaluations a step: contact, which is not smooth, does not let them have their
-/// order. RK4 stays, as the usual one.
-const std::set<std::string> high_order{"pefrl", "srkn6", "srkn8"};
-
-}  // namespace
+bool is_of_high_order(const std::string& integrator) {  // RK4 stays, as the usual one
+  return integrator == "pefrl" || integrator == "srkn6" || integrator == "srkn8";
+}
 
 std::vector<std::string> touching_methods(const std::vector<std::string>& named) {
   std::vector<std::string> methods = named;
   if (named.empty())
     for (const IntegratorInfo& info : integrators())
-      if (info.nonlinear_solver.empty() && !high_order.contains(info.name)) methods.push_back(info.name);
+      if (info.nonlinear_solver.empty() && !is_of_high_order(info.name)) methods.push_back(info.name);
   std::erase_if(methods, [](const std::string& name) {
     const IntegratorInfo& info = find_integrator(name);
     return info.stepping != Stepping::fixed || info.needs_springs() || !info.has_modulus ||

@@ -72,8 +72,8 @@ TEST(Atlas, ExplicitMethodsBlowUpWherePredicted) {
 TEST(Atlas, UndampedExplicitEulerIsStableAtNoStep) {
   const AtlasTables tables = run(small_atlas({"explicit_euler"}), 2);
   const auto found = outcomes(tables.points, "explicit_euler", 0);
-  EXPECT_GE(found.size(), 5U);
-  EXPECT_LT(found.begin()->first, 0.02);
+  EXPECT_GE(found.size(), 4U);
+  EXPECT_LT(found.begin()->first, 0.07);
   for (const auto& [step, outcome] : found) EXPECT_EQ(outcome, "blows_up") << step;
   EXPECT_EQ(tables.limits.text(0, "status"), "stable at no step tried");
   EXPECT_TRUE(std::isnan(tables.limits.number(0, "stable_to")));
@@ -110,7 +110,7 @@ TEST(Atlas, FailuresHaveTheirNames) {
   const auto rk4 = outcomes(tables.points, "rk4", 0);
   EXPECT_EQ(rk4.at(0.25), "stable");
   EXPECT_EQ(rk4.at(2), "loses_energy");
-  EXPECT_GE(outcomes(tables.points, "implicit_midpoint", 0).size(), 5U);
+  EXPECT_GE(outcomes(tables.points, "implicit_midpoint", 0).size(), 4U);
   for (const auto& [step, outcome] : outcomes(tables.points, "implicit_midpoint", 0))
     EXPECT_EQ(outcome, "stable") << step;
   const auto adams = outcomes(tables.points, "cvode_adams", 0);

@@ -118,10 +118,12 @@ TEST(Floor, EveryRunIsARowAndIsDrawn) {
 }
 
 TEST(Floor, AllShapesAndStepsAreRunOfAllMethods) {
-  const FloorConfig config = floor_config({});
-  const std::vector<FloorRun> runs = floor_runs(config);
+  const std::set<std::string> only_if_named{"explicit_euler", "energy_momentum", "pefrl", "srkn6", "srkn8"};
   for (const IntegratorInfo& method : integrators()) {
     if (method.stepping != Stepping::fixed) continue;
+    ExperimentOptions options;
+    if (only_if_named.contains(method.name)) options.integrators = {method.name};
+    const std::vector<FloorRun> runs = floor_runs(floor_config(options));
     std::set<std::string> shapes, steps, scenes;
     for (const FloorRun& run : runs)
       if (find_integrator(run.integrator).name.starts_with(method.name)) {
@@ -133,6 +135,8 @@ TEST(Floor, AllShapesAndStepsAreRunOfAllMethods) {
     EXPECT_EQ(steps.size(), method.limit ? 1U : 2U) << method.name;
     EXPECT_EQ(scenes.size(), method.has_modulus ? 6U : 4U) << method.name;
   }
+  for (const FloorRun& run : floor_runs(floor_config({})))
+    EXPECT_FALSE(only_if_named.contains(run.integrator)) << run.integrator;
 }
 
 }  // namespace

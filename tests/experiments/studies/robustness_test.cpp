@@ -5,11 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 
 #include "core/bodies/contact_surface.hpp"
 #include "core/mesh/shapes.hpp"
 #include "core/scene/scene.hpp"
 #include "experiments/studies/contact/crossings.hpp"
+#include "experiments/studies/contact/pile.hpp"
 #include "experiments/studies/contact/touching_methods.hpp"
 
 namespace mss::studies::contact {
@@ -113,6 +115,21 @@ TEST(Robustness, ExplicitMethodsOfHighOrderRunWhereTheyAreNamed) {
   for (const char* method : {"pefrl", "srkn6", "srkn8"})
     EXPECT_EQ(std::count(usual.begin(), usual.end(), method), 0) << method;
   EXPECT_EQ(named, (std::vector<std::string>{"srkn8", "pefrl"}));
+}
+
+TEST(Robustness, PilesAreOfOneExplicitMethodUnlessOthersAreNamed) {
+  std::set<std::string> usual;
+  std::set<double> moduli;
+  for (const PileRun& run : pile_config({}).piles) {
+    if (!find_integrator(run.integrator).limit) continue;
+    usual.insert(run.integrator);
+    moduli.insert(run.young);
+  }
+  EXPECT_EQ(usual, std::set<std::string>{"verlet"});
+  EXPECT_EQ(moduli, (std::set<double>{1e5, 1e6}));
+  const std::vector<PileRun> named = pile_config({.integrators = {"rk4"}}).piles;
+  EXPECT_FALSE(named.empty());
+  for (const PileRun& run : named) EXPECT_EQ(run.integrator, "rk4");
 }
 
 }  // namespace

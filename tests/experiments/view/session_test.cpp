@@ -49,6 +49,30 @@ TEST(Session, SleepsAndIsStruckAsInMssRun) {
     ASSERT_EQ(session.positions().at(session.body().sites()[id]), run.particles[id].x);
 }
 
+// Halfway between two states, then at the last for ever; from the start again.
+TEST(Session, ShowsAMotionInPlaceOfASimulation) {
+  const Scene s = scene("free_cube");
+  const Body body(s.body);
+  const Session simulated(s);
+  State<double> first{.t = 0, .x = simulated.positions(), .v = simulated.velocities()}, last = first;
+  last.t = 0.5;
+  for (const std::ptrdiff_t site : body.sites()) last.x.set(site, first.x.at(site) + Vec3(0, 0, 2));
+  Session session(s, {first, last});
+  const std::ptrdiff_t site = body.sites().back();
+  const Vec3 begin = session.positions().at(site);
+  EXPECT_EQ(begin, first.x.at(site));
+  session.advance(0.25);
+  session.record();
+  EXPECT_NEAR((session.positions().at(site) - begin - Vec3(0, 0, 1)).norm(), 0, 1e-12);
+  session.advance(1);
+  EXPECT_EQ(session.positions().at(site), last.x.at(site));
+  EXPECT_EQ(session.status(), Status::ok);
+  EXPECT_FALSE(session.grab(site));
+  EXPECT_THROW(session.change(session.settings()), InputError);
+  session.restart();
+  EXPECT_EQ(session.positions().at(site), begin);
+}
+
 TEST(Session, ShowsEverySceneAndMethod) {
   int scenes = 0, methods = 0;
   for (const fs::directory_entry& entry :

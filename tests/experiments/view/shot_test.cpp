@@ -316,6 +316,42 @@ TEST_F(Shot, RecordsTheWindowWhereThereIsRoom) {
   EXPECT_NE(all.pixels, plain.pixels);
 }
 
+/// The mean difference of two pictures of one size [of 255].
+double difference(const Picture& a, const Picture& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) sum += std::abs(int(a.pixels[i]) - int(b.pixels[i]));
+  return sum / double(a.pixels.size());
+}
+
+// The reference, given back as a result, looks as the scene does.
+TEST_F(Shot, RecordsWhatAnotherProgramMadeOfAScene) {
+  const std::string scene = file("scene").string(), result = file("result").string();
+  ASSERT_EQ(run_program(
+                {MSS_PROGRAM, "peer", "export", "cantilever", "--set", "solve.duration=0.2", "--out", scene})
+                .exit_status,
+            0);
+  fs::create_directories(result);
+  fs::copy_file(scene + "/reference.csv", result + "/samples.csv");
+  std::ofstream(result + "/cost.json")
+      << R"({"engine": "copy", "version": "1", "step": 0.01, "iterations": null, "precision": "double",
+            "wall_seconds": 0, "cpu_seconds": 0, "threads": 1})";
+  const std::vector<std::string> more{"--rate", "20", "--frames", "5", "--size", "160x120"};
+  const auto record = [&](const std::string& name, std::vector<std::string> what) {
+    what.insert(what.end(), more.begin(), more.end());
+    return run_program(recorded(file(name + "_%d.png").string(), what));
+  };
+  const ProgramRun run = record("shown", {scene, "--result", result});
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  ASSERT_EQ(record("simulated", {scene + "/scene.toml"}).exit_status, 0);
+  const Picture start(file("shown_0.png")), end(file("shown_4.png")), truth(file("simulated_4.png"));
+  EXPECT_GT(difference(start, end), 1);
+  EXPECT_LT(difference(end, truth), 0.1 * difference(start, end));
+  const ProgramRun set = record("a", {scene, "--result", result, "--set", "solve.dt=1e-4"});
+  EXPECT_EQ(set.exit_status, 2);
+  EXPECT_NE(set.output.find("without --set"), std::string::npos) << set.output;
+  EXPECT_EQ(run_program({MSS_PROGRAM, "view", scene, "--result", result}).exit_status, 2);  // no picture
+}
+
 TEST_F(Shot, RecordsUntilAFailure) {
   const ProgramRun run = run_program(recorded(
       file("a.webp").string(), {"free_cube", "--frames", "600", "--rate", "50", "--set", "solve.dt=0.01"}));
