@@ -4,7 +4,8 @@
 set -euo pipefail
 here=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd)
 out=${1:-$here}
-view() { "$here/../../build/release/mss" view "$@"; }
+mss=$here/../../build/release/mss
+view() { "$mss" view "$@"; }
 body() { view "${@:2}" --plain --size 640x480 --shot "$out/$1.png"; }
 film() { view "${@:2}" --record "$out/$1.webp"; }
 
@@ -28,3 +29,17 @@ ball verlet '"safe"'
 ball backward_euler 0.016666666666666666
 ball xpbd 0.016666666666666666 --set solve.iterations=60
 ball vbd 0.016666666666666666 --set solve.iterations=60
+
+# The same soft beam, undamped, by this program and by two engines, whose positions are drawn. Without the engines they are left out.
+peers=$here/../../reference/peers
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+"$mss" peer export "$peers/reports/bar.toml" --set material.young=1e5 --set solve.duration=1.1 --out "$work/beam"
+film beam_mss "$work/beam/scene.toml" --size 320x240
+engine() {
+  if node "$peers/$1.mjs" "$work/beam" "$work/$1" "${@:2}"; then
+    film "beam_$1" "$work/beam" --result "$work/$1" --size 320x240
+  fi
+}
+engine mujoco --step 0.002
+engine jolt --step 0.0166667 --iterations 20
