@@ -12,7 +12,7 @@ namespace mss::studies::peers {
 namespace {
 
 constexpr const char* caption =
-    "Cantilevers and bars of 4 x 1 x 1 m, 2 or 4 cells across, 10 kg/m^3, E = 1 MPa (soft: 0.1 MPa), nu = "
+    "Cantilevers and bars of 4 x 1 x 1 m, 2 or 4 cells across, 10 kg/m^3, E = 1 MPa, nu = "
     "0.3 unless named; a cube and a ball of 1 m, 7 and 8 cells across, E = 0.1 MPa, 1000 kg/m^3; a block on "
     "a slope of 20 degrees, friction 0.2. The same particles and masses for all; lattices get the springs, "
     "elements the hexahedra or tetrahedra. A star: with constants by which the engine's law has the scene's "

@@ -143,7 +143,7 @@ State<double> rest_here(const Family& family, const Setting& setting, const peer
 std::vector<Family> peer_families(bool quick) {
   const std::vector<Setting> jolt = quick ? std::vector<Setting>{{1, 5}, {1, 40}}
                                           : std::vector<Setting>{{1, 5}, {1, 20}, {1, 40}, {1, 80}, {1, 320}};
-  const std::vector<Setting> flexes = quick ? std::vector<Setting>{{4}} : std::vector<Setting>{{1}, {2}, {4}};
+  const std::vector<Setting> flexes = quick ? std::vector<Setting>{{4}} : std::vector<Setting>{{1}, {4}};
   const std::vector<Setting> bullet =
       quick ? std::vector<Setting>{{1, 5}} : std::vector<Setting>{{1, 1}, {1, 5}, {4, 5}};
   const auto pick = [quick](const std::vector<Setting>& few, const std::vector<Setting>& all) {

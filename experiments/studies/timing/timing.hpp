@@ -20,13 +20,13 @@ struct TimingConfig {
   /// Over all sizes, up and down in turn, so that slow changes of the machine's speed over minutes affect all
   /// sizes alike and do not bias exponents.
   int passes = 2;
-  int repetitions = 9;           ///< samples per method and size, over all passes
+  int repetitions = 8;           ///< samples per method and size, over all passes
   double sample_seconds = 4e-3;  ///< duration of a sample, which consists of several updates
   /// Large bodies get fewer repetitions to stay near this, but at least fewest_repetitions.
   double seconds_per_size = 3;
   int fewest_repetitions = 5;
   int largest_algorithm1 = 100;  ///< cells per edge up to which Algorithm 1 is built: it needs 1.5 GB there
-  int largest_debug_build = 15;  ///< cells per edge up to which its debug build is run; 0: not at all
+  int largest_debug_build = 12;  ///< cells per edge up to which its debug build is run; 0: not at all
 };
 
 struct TimingTables {
@@ -139,7 +139,7 @@ Chart shapes_chart(const Table& table);
 struct MethodTimingConfig {
   std::vector<int> cells{7, 20, 50};  ///< per edge
   std::vector<int> threads{1};
-  int repetitions = 9;
+  int repetitions = 5;
   double sample_seconds = 10e-3;
 };
 
