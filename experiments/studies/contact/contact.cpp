@@ -313,7 +313,7 @@ ExperimentInfo experiment() {
           .under = "validate",
           .summary =
               "bounces, slopes, pushes and rest on a plane against the laws of contact; a block on a "
-              "floor by every method and step; bodies that hit each other; elastic spheres",
+              "floor, by method and step; bodies that hit each other; elastic spheres",
           .accepts = {.integrators = moving_integrators, .processes = true},
           .run = run_contact,
           .draw = draw_contact,
