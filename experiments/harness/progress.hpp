@@ -21,6 +21,20 @@ class Progress {
   virtual bool stopped() const { return false; }
 };
 
+/// That of a part of a longer computation, from `begin` to `end` of the whole.
+class PartProgress final : public Progress {
+ public:
+  PartProgress(Progress& whole, double begin, double end) : whole_(whole), begin_(begin), end_(end) {}
+  void report(double done, std::string_view what) override {
+    whole_.report(begin_ + done * (end_ - begin_), what);
+  }
+  bool stopped() const override { return whole_.stopped(); }
+
+ private:
+  Progress& whole_;
+  double begin_, end_;
+};
+
 /// One line on stderr, rewritten in place, and only if that is a terminal; stopped() after Ctrl-C.
 class TerminalProgress final : public Progress {
  public:

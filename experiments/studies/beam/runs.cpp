@@ -5,12 +5,13 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <utility>
 
 #include "core/base/error.hpp"
 #include "core/mesh/embedded_surface.hpp"
+#include "experiments/harness/case_rows.hpp"
 #include "experiments/harness/measure.hpp"
+#include "experiments/harness/workers.hpp"
 #include "experiments/simulation/scene_files.hpp"
 #include "experiments/simulation/scene_run.hpp"
 #include "experiments/studies/beam/beam.hpp"
@@ -308,30 +309,37 @@ void add_motion(const BeamMaterial& material, const BeamLoad& load, int cells, c
 /// One computation, and what it takes beside others.
 struct BeamPart {
   double cost;
-  std::string what;
-  std::function<void()> run;
+  Case run;
 };
 
-void measure_rest(const BeamConfig& config, const BeamMaterial& material, const BeamLoad& load, int cells,
-                  BeamTables& tables) {
-  const Scene scene = beam_scene(config, material, load, cells);
-  const Stopwatch watch;
-  const BeamRest rest = beam_at_rest(scene);
-  add_drops(material, load, cells, rest, watch.seconds(), tables.drops);
+/// On one thread: runs share the cores.
+Scene scene_of_run(const BeamConfig& config, const BeamMaterial& material, const BeamLoad& load, int cells) {
+  Scene scene = beam_scene(config, material, load, cells);
+  scene.solve.threads = 1;
+  return scene;
 }
 
-void measure_ringing(const BeamConfig& config, const BeamMaterial& material, const BeamLoad& load, int cells,
-                     const Progress& progress, BeamTables& tables) {
-  const Scene scene = beam_scene(config, material, load, cells);
+/// Rows of drops.
+Json measure_rest(const Scene& scene, const BeamMaterial& material, const BeamLoad& load, int cells) {
+  const Stopwatch watch;
+  const BeamRest rest = beam_at_rest(scene);
+  Table drops = empty_drops();
+  add_drops(material, load, cells, rest, watch.seconds(), drops);
+  return {{"drops", rows_of(drops)}};
+}
+
+/// Rows of frequency and damping, of turning points and of the motion.
+Json measure_ringing(const Scene& scene, const BeamMaterial& material, const BeamLoad& load, int cells) {
   const BeamRest rest = beam_at_rest(scene);
   const Stopwatch watch;
   const BeamMotion motion = rest.status == Status::ok
-                                ? beam_motion(scene, rest.drops[ringing_marker], progress)
+                                ? beam_motion(scene, rest.drops[ringing_marker], Progress{})
                                 : BeamMotion{.status = std::string(to_string(rest.status))};
-  if (progress.stopped()) return;
-  add_ring_down(material, load, cells, motion, watch.seconds(), tables.ring_down);
-  add_turns(material, load, cells, motion, tables.turns);
-  add_motion(material, load, cells, motion, tables.motion);
+  Table ring_down = empty_ring_down(), turns = empty_turns(), heights = empty_motion();
+  add_ring_down(material, load, cells, motion, watch.seconds(), ring_down);
+  add_turns(material, load, cells, motion, turns);
+  add_motion(material, load, cells, motion, heights);
+  return {{"ring_down", rows_of(ring_down)}, {"turns", rows_of(turns)}, {"motion", rows_of(heights)}};
 }
 
 std::vector<int> of_material(const BeamMaterial& material, const std::vector<int>& cells) {
@@ -340,19 +348,43 @@ std::vector<int> of_material(const BeamMaterial& material, const std::vector<int
 
 /// Equilibria, whose cost grows as that of factorising, n^6, and ring-downs as cells and steps, n^5: steps of
 /// viscous bodies shorten with the square of the cells.
-std::vector<BeamPart> beam_parts(const BeamConfig& config, const Progress& progress, BeamTables& tables) {
+std::vector<BeamPart> beam_parts(const BeamConfig& config) {
   std::vector<BeamPart> parts;
   for (const BeamMaterial& material : config.materials) {
+    const auto name = [&](const BeamLoad& load, const char* what, int n) {
+      return fmt::format("{}, {}, {}, {} cells across", material.name, load.name, what, n);
+    };
     for (const BeamLoad& load : beam_loads())
       for (const int n : of_material(material, config.cells))
-        parts.push_back({1e-6 * std::pow(n, 6), fmt::format("beam at rest, {} cells across", n),
-                         [&, n] { measure_rest(config, material, load, n, tables); }});
+        parts.push_back({1e-6 * std::pow(n, 6),
+                         {name(load, "at rest", n), [=, scene = scene_of_run(config, material, load, n)] {
+                            return measure_rest(scene, material, load, n);
+                          }}});
     for (const BeamLoad& load : config.ringing)
       for (const int n : of_material(material, config.ringing_cells))
-        parts.push_back({6e-4 * std::pow(n, 5), fmt::format("beam ringing, {} cells across", n),
-                         [&, n] { measure_ringing(config, material, load, n, progress, tables); }});
+        parts.push_back({6e-4 * std::pow(n, 5),
+                         {name(load, "ringing", n), [=, scene = scene_of_run(config, material, load, n)] {
+                            return measure_ringing(scene, material, load, n);
+                          }}});
   }
   return parts;
+}
+
+/// The longest first, so that cores are busy to the end.
+std::vector<Case> by_cost(std::vector<BeamPart> parts) {
+  std::stable_sort(parts.begin(), parts.end(),
+                   [](const BeamPart& a, const BeamPart& b) { return a.cost > b.cost; });
+  std::vector<Case> cases;
+  for (BeamPart& part : parts) cases.push_back(std::move(part.run));
+  return cases;
+}
+
+void add_result(const Json& result, BeamTables& tables) {
+  for (const auto& [name, table] : {std::pair{"drops", &tables.drops},
+                                    {"ring_down", &tables.ring_down},
+                                    {"turns", &tables.turns},
+                                    {"motion", &tables.motion}})
+    if (result.contains(name)) add_rows(result[name], *table);
 }
 
 }  // namespace
@@ -363,15 +395,11 @@ BeamTables measure_beam(BeamConfig config, Progress& progress) {
   if (config.fit_cells > 0)
     for (BeamMaterial& material : fit_beam(config.fit_cells, progress, tables.fits))
       config.materials.push_back(std::move(material));
-  const std::vector<BeamPart> parts = beam_parts(config, progress, tables);
-  double whole = 0, done = 0;
-  for (const BeamPart& part : parts) whole += part.cost;
-  for (const BeamPart& part : parts) {
-    progress.report(done / whole, part.what);
-    if (progress.stopped()) break;
-    part.run();
-    done += part.cost;
-  }
+  const std::vector<BeamPart> parts = beam_parts(config);
+  Journal journal;
+  compute_cases(by_cost(parts), 0, journal, progress);
+  for (const BeamPart& part : parts)
+    if (const Json* result = journal.find(part.run.name)) add_result(*result, tables);
   if (progress.stopped()) tables.status = Status::interrupted;
   if (!config.cells.empty())
     tables.comsol = beside_comsol(tables.drops, config.materials.front().name, config.cells.back());

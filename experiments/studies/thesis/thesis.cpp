@@ -54,7 +54,7 @@ Json configuration(const ThesisConfig& c) {
 /// A table of the study and what measures it.
 struct Part {
   const char* name;
-  std::function<Table(const ThesisConfig&, const Progress&)> measure;
+  std::function<Table(const ThesisConfig&, Progress&)> measure;
 };
 
 const std::vector<Part>& parts() {
@@ -77,8 +77,10 @@ ExperimentResult run_thesis(const ExperimentOptions& options, Progress& progress
   ExperimentResult result{.caption = caption, .configuration = configuration(config)};
   std::vector<NamedTable> tables;
   for (const Part& part : parts()) {
-    progress.report(double(tables.size()) / double(parts().size()), part.name);
-    tables.push_back({part.name, part.measure(config, progress)});
+    const double done = double(tables.size()), all = double(parts().size());
+    progress.report(done / all, part.name);
+    PartProgress of_part(progress, done / all, (done + 1) / all);
+    tables.push_back({part.name, part.measure(config, of_part)});
   }
   if (progress.stopped()) result.status = Status::interrupted;
   const Table summary = summary_table(tables);

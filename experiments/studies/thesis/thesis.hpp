@@ -65,8 +65,8 @@ Table measure_twists(const ThesisConfig& config, const Progress& progress);
 Table measure_volume_time(const ThesisConfig& config, const Progress& progress);
 /// Chapter 3 and eq. 1-2: what a volume force does to volume and shape.
 Table measure_shape(const ThesisConfig& config, const Progress& progress);
-/// Fig. 5-4 and section 5.2.2: landings at every speed.
-Table measure_landings(const ThesisConfig& config, const Progress& progress);
+/// Fig. 5-4 and section 5.2.2: landings at every speed, on all cores.
+Table measure_landings(const ThesisConfig& config, Progress& progress);
 /// Section 5.2.1: frames a second of `mss view`.
 Table measure_frames(const ThesisConfig& config, const Progress& progress);
 

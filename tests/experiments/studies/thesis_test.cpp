@@ -96,7 +96,8 @@ TEST(Thesis, StifferSpringsFoldAtSpeedsInProportionToTheRoot) {
   ThesisConfig config = small_config();
   config.landing_cases = {{"Algorithm 2"}, {.name = "all springs x 4", .all = 4}};
   config.landing_speeds = {30, 60, 120};
-  const Table rows = measure_landings(config, Progress());
+  Progress progress;
+  const Table rows = measure_landings(config, progress);
   const auto row = [&](const char* name, const char* landing, double speed) {
     Table found = rows.where("case", name).where("landing", landing).where("speed", speed);
     EXPECT_EQ(found.size(), 1U);
