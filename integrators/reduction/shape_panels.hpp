@@ -17,8 +17,8 @@ class ShapePanelsIn {
 
   ShapePanelsIn() = default;
   explicit ShapePanelsIn(const Eigen::MatrixXd& matrix);
-  ShapePanelsIn(ShapePanelsIn&&) = default;
-  ShapePanelsIn& operator=(ShapePanelsIn&&) = default;
+  ShapePanelsIn(ShapePanelsIn&&) noexcept = default;
+  ShapePanelsIn& operator=(ShapePanelsIn&&) noexcept = default;
 
   /// Rows, and those that pad them: the length of vectors below.
   Eigen::Index padded_rows() const { return panels_.panels * panel_rows; }

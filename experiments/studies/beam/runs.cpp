@@ -375,6 +375,7 @@ std::vector<Case> by_cost(std::vector<BeamPart> parts) {
   std::stable_sort(parts.begin(), parts.end(),
                    [](const BeamPart& a, const BeamPart& b) { return a.cost > b.cost; });
   std::vector<Case> cases;
+  cases.reserve(parts.size());
   for (BeamPart& part : parts) cases.push_back(std::move(part.run));
   return cases;
 }
