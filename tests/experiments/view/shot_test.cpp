@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -346,6 +347,20 @@ TEST_F(Shot, RecordsWhatAnotherProgramMadeOfAScene) {
   const Picture start(file("shown_0.png")), end(file("shown_4.png")), truth(file("simulated_4.png"));
   EXPECT_GT(difference(start, end), 1);
   EXPECT_LT(difference(end, truth), 0.1 * difference(start, end));
+  // A result in which nothing moves is not simulated: every sample has the positions of the first.
+  const std::string still = file("still").string();
+  fs::copy(result, still);
+  std::ifstream reference(scene + "/reference.csv");
+  std::ofstream samples(still + "/samples.csv");
+  std::map<std::string, std::string> first;  // the rest of a line, by particle
+  for (std::string line; std::getline(reference, line);) {
+    const std::size_t id = line.find(',') + 1, rest = line.find(',', id);
+    const std::string& at = first.try_emplace(line.substr(id, rest - id), line.substr(rest)).first->second;
+    samples << line.substr(0, rest) << at << "\n";
+  }
+  samples.close();
+  ASSERT_EQ(record("still", {scene, "--result", still}).exit_status, 0);
+  EXPECT_EQ(Picture(file("still_0.png")).pixels, Picture(file("still_4.png")).pixels);
   const ProgramRun set = record("a", {scene, "--result", result, "--set", "solve.dt=1e-4"});
   EXPECT_EQ(set.exit_status, 2);
   EXPECT_NE(set.output.find("without --set"), std::string::npos) << set.output;
