@@ -393,12 +393,14 @@ void add_result(const Json& result, BeamTables& tables) {
 BeamTables measure_beam(BeamConfig config, Progress& progress) {
   BeamTables tables{empty_drops(), empty_comsol(), empty_ring_down(),
                     empty_turns(), empty_motion(), empty_beam_fits()};
+  const double fitted = config.fit_cells > 0 ? 0.6 : 0;  // share of the time
+  PartProgress of_fits(progress, 0, fitted), of_runs(progress, fitted, 1);
   if (config.fit_cells > 0)
-    for (BeamMaterial& material : fit_beam(config.fit_cells, progress, tables.fits))
+    for (BeamMaterial& material : fit_beam(config.fit_cells, of_fits, tables.fits))
       config.materials.push_back(std::move(material));
   const std::vector<BeamPart> parts = beam_parts(config);
   Journal journal;
-  compute_cases(by_cost(parts), 0, journal, progress);
+  compute_cases(by_cost(parts), 0, journal, of_runs);
   for (const BeamPart& part : parts)
     if (const Json* result = journal.find(part.run.name)) add_result(*result, tables);
   if (progress.stopped()) tables.status = Status::interrupted;
