@@ -112,8 +112,8 @@ inline bool has_bodies_system(const Scene& scene) {
 }
 
 /// Reads a scene (TOML, SI units). `overrides` are "table.key=value" with TOML values, applied before
-/// checking, as in
-/// `--set solve.dt=1e-4`. Throws InputError naming file, line and key.
+/// checking, as in `--set solve.dt=1e-4`; a file they name is looked for in the current folder, then in the
+/// scene's. Throws InputError naming file, line and key.
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
 /// The same of a scene file's text, named "scene"; its relative paths begin at the working directory.

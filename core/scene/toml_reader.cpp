@@ -224,6 +224,21 @@ void TomlFile::rename_keys(const RenamedKeys& renamed) {
   }
 }
 
+namespace {
+
+/// A file named on the command line is looked for in the current folder first, as other programs do; in the
+/// text of a scene it counts from the scene's own folder.
+void find_from_here(const std::string& key, toml::node& value) {
+  if (key != "mesh" && key != "voxels") return;
+  auto* name = value.as_string();
+  if (name == nullptr || name->get().empty()) return;
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(name->get(), ignored))
+    *name = std::filesystem::absolute(name->get()).string();
+}
+
+}  // namespace
+
 void TomlFile::apply(const Override& setting, const std::string& value) {
   toml::table parsed = parse_value(value, setting.text);
   std::vector<std::string> keys = split_at_dots(setting.path);
@@ -236,6 +251,7 @@ void TomlFile::apply(const Override& setting, const std::string& value) {
     target = descend(*target, key, setting);
   }
   toml::node& found = *parsed.get("value");
+  find_from_here(last, found);
   if (toml::table* table = target->as_table()) {
     table->insert_or_assign(last, std::move(found));
   } else {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -81,6 +82,14 @@ int tell(const ViewChoice& choice, const view::Shown& shown) {
   return exit_simulation_failed;
 }
 
+/// Velocities from the positions before and after, for a program that gave none.
+void add_velocities(std::vector<State<double>>& samples) {
+  for (std::size_t k = 0; k < samples.size() && samples.size() > 1; ++k) {
+    const State<double>&a = samples[k == 0 ? 0 : k - 1], &b = samples[std::min(k + 1, samples.size() - 1)];
+    samples[k].v.array() = (b.x.array() - a.x.array()) / (b.t - a.t);
+  }
+}
+
 /// What another program made of an exported scene.
 void view_result(ViewChoice& choice, int& exit_status) {
   if (!choice.overrides.empty())
@@ -95,6 +104,7 @@ void view_result(ViewChoice& choice, int& exit_status) {
   if (!result.problem.empty())
     fmt::print(stderr, "mss: warning: {} is shown until t = {:.6g} s: {}\n", choice.result,
                result.samples.back().t, result.problem);
+  if (!result.has_velocities) add_velocities(result.samples);
   choice.options.motion = std::move(result.samples);
   exit_status = tell(choice, view::show(scene, choice.options));
 }

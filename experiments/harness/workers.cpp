@@ -67,10 +67,12 @@ void work_through(int pipe, const std::vector<const Case*>& cases, SharedCounter
     Json line{{"case", i}};
     try {
       line["result"] = cases[i]->compute();
+    } catch (const InputError& error) {
+      line["refused"] = error.what();
     } catch (const std::exception& error) {
       line["error"] = error.what();
     }
-    if (!write_all(pipe, line.dump() + "\n") || line.contains("error")) return;
+    if (!write_all(pipe, line.dump() + "\n") || !line.contains("result")) return;
   }
 }
 
@@ -183,6 +185,8 @@ bool compute_cases(const std::vector<Case>& cases, int processes, Journal& journ
   std::size_t done = 0;
   const auto take = [&](const Json& line) {
     const std::string& name = open[line["case"].get<std::size_t>()]->name;
+    if (line.contains("refused"))
+      throw InputError(fmt::format("{}: {}", name, line["refused"].get<std::string>()));
     if (line.contains("error"))
       throw std::runtime_error(fmt::format("{}: {}", name, line["error"].get<std::string>()));
     journal.add(name, line["result"]);

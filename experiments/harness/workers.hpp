@@ -23,8 +23,8 @@ std::vector<Case> own_cases(std::vector<Case> cases, const Journal& journal);
 /// Computes all cases that the journal has no result of, over so many processes (0: one per core), and adds
 /// the results in the order in which they finish. A result must depend on its case alone; then it is the same
 /// for any number of processes. Numbers that are not finite become null. False if `progress` stopped it
-/// before the end: results so far are kept. Throws std::runtime_error if a case throws or its process is
-/// killed.
+/// before the end: results so far are kept. Throws InputError if a case does, and std::runtime_error if it
+/// throws anything else or its process is killed.
 ///
 /// Processes are forked, and a fork has none of its parent's threads: create systems inside `compute`, with
 /// one thread.

@@ -7,6 +7,7 @@
 #include "experiments/harness/experiment.hpp"
 #include "experiments/harness/journal.hpp"
 #include "experiments/simulation/outcome.hpp"
+#include "integrators/integrator.hpp"
 
 namespace mss::studies::atlas {
 
@@ -35,6 +36,12 @@ struct AtlasParameter {
 /// Steps of the atlas are dt omega_max = 2^(step / octave_parts), `step` an integer.
 inline constexpr int octave_parts = 32;
 double dt_omega(double step);
+
+/// Whether energy without damping grows at every step by a part (dt w)^2, as with explicit Euler: then slow
+/// motions may be those that grow, and damped bodies have much smaller steps than by other methods.
+inline bool is_slowly_unstable(const IntegratorInfo& method) {
+  return method.order_undamped == 1 && !method.symplectic && method.limit;
+}
 
 struct AtlasConfig {
   std::vector<AtlasParameter> parameters;

@@ -30,7 +30,8 @@ struct Octaves {
 };
 Octaves octaves_of(const IntegratorInfo& method) {
   if (method.stepping == Stepping::adaptive) return {-1, 9};
-  return method.limit ? Octaves{-4, 3} : Octaves{0, 7};
+  if (!method.limit) return {-2, 7};
+  return is_slowly_unstable(method) ? Octaves{-5, 3} : Octaves{-4, 3};
 }
 
 /// The coarse grid of steps.

@@ -110,8 +110,7 @@ Horizon horizon_of(const IntegratorInfo& method, double dt, double omega, double
   const double periods = any_step ? 1.125 : 2;
   const long first = std::max(least, long(std::ceil(periods * period / dt)));
   if (!method.limit) return {first, first};
-  const bool slow_growth = method.order_undamped == 1 && !method.symplectic;
-  const double growing = slow_growth ? 2 * std::numbers::pi / period : omega;
+  const double growing = is_slowly_unstable(method) ? 2 * std::numbers::pi / period : omega;
   return {first, std::max(first, std::clamp(long(growths / std::pow(dt * growing, 2)), fewest, most))};
 }
 

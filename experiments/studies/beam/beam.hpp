@@ -56,8 +56,7 @@ struct BeamMotion {
   std::vector<double> times{};    ///< [s] since it had moved as far as where measured times begin
   std::vector<double> heights{};  ///< [m]
 };
-/// Stopped: its status is that of an interrupted run.
-BeamMotion beam_motion(const Scene& scene, double rest_drop, const Progress& progress);
+BeamMotion beam_motion(const Scene& scene, double rest_drop);
 
 /// Fits materials to the measured runs "none a" and "102 g a", with so many cells across, and adds their
 /// numbers as rows. Stopped: those that are finished.

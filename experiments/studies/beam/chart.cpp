@@ -41,6 +41,15 @@ double comsol_of(const Table& comsol, const std::string& load, double marker) {
 }
 
 /// How far markers sink, over the mean of both runs.
+/// From 1 on, where the load and marker of row `r` stand in `first`; beyond it if they do not.
+double place_of_row(const Table& rows, std::size_t r, const Table& first) {
+  std::size_t place = 0;
+  while (place < first.size() && !(first.text(place, "load") == rows.text(r, "load") &&
+                                   first.number(place, "marker") == rows.number(r, "marker")))
+    ++place;
+  return double(place) + 1;
+}
+
 Chart drops_chart(const Table& all, const Table& comsol) {
   const double cells = finest_cells(all);
   const Table first = of_first_material(all.where("cells", cells));
@@ -69,7 +78,7 @@ Chart drops_chart(const Table& all, const Table& comsol) {
     if (of.number(0, "cells") != cells) series.label += fmt::format(", {:g} cells", of.number(0, "cells"));
     for (std::size_t r = 0; r < of.size(); ++r)
       series.points.push_back(
-          {double(r) + 1 - 0.2 + 0.1 * double(chart.series.size() - 2),
+          {place_of_row(of, r, first) - 0.2 + 0.1 * double(chart.series.size() - 2),
            over_mean(of.number(r, "drop"), of.number(r, "measured_a"), of.number(r, "measured_b"))});
     chart.series.push_back(std::move(series));
   }

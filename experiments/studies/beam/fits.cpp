@@ -79,9 +79,12 @@ Table empty_beam_fits() {
 
 std::vector<BeamMaterial> fit_beam(int cells, Progress& progress, Table& fits) {
   std::vector<BeamMaterial> materials;
+  const auto forms = double(fitted_forms().size());
   for (const FittedForm& form : fitted_forms()) {
+    const auto before = double(materials.size());
+    PartProgress of_form(progress, before / forms, (before + 1) / forms);
     const fit::FitProblem problem = fit_problem(form, cells);
-    const fit::FitResult result = fit::fit(problem, progress);
+    const fit::FitResult result = fit::fit(problem, of_form);
     if (progress.stopped()) break;
     add_rows(form, cells, problem, result, fits);
     std::vector<double> values;

@@ -104,7 +104,7 @@ BeamRest beam_at_rest(const Scene& scene) {
   return rest;
 }
 
-BeamMotion beam_motion(const Scene& scene, double rest_drop, const Progress& progress) {
+BeamMotion beam_motion(const Scene& scene, double rest_drop) {
   const Body body(scene.body);
   SceneRun<double> run(scene, body);
   const EmbeddedSurface points = beam_points(scene.body);
@@ -113,7 +113,7 @@ BeamMotion beam_motion(const Scene& scene, double rest_drop, const Progress& pro
   std::vector<double> drops{0};
   Work work;
   for (int n = 1; n * beam_sample <= scene.solve.duration * (1 + 1e-9); ++n) {
-    const Status status = progress.stopped() ? Status::interrupted : run.advance(n * beam_sample, work);
+    const Status status = run.advance(n * beam_sample, work);
     motion.status = to_string(status);
     if (status != Status::ok) return motion;
     if (run.state().t <= motion.times.back()) continue;  // steps longer than that
@@ -333,7 +333,7 @@ Json measure_ringing(const Scene& scene, const BeamMaterial& material, const Bea
   const BeamRest rest = beam_at_rest(scene);
   const Stopwatch watch;
   const BeamMotion motion = rest.status == Status::ok
-                                ? beam_motion(scene, rest.drops[ringing_marker], Progress{})
+                                ? beam_motion(scene, rest.drops[ringing_marker])
                                 : BeamMotion{.status = std::string(to_string(rest.status))};
   Table ring_down = empty_ring_down(), turns = empty_turns(), heights = empty_motion();
   add_ring_down(material, load, cells, motion, watch.seconds(), ring_down);
@@ -370,13 +370,34 @@ std::vector<BeamPart> beam_parts(const BeamConfig& config) {
   return parts;
 }
 
+/// Counts parts by their cost; they finish about in their order.
+class CostProgress final : public Progress {
+ public:
+  CostProgress(Progress& whole, const std::vector<BeamPart>& parts) : whole_(whole), done_(parts.size() + 1) {
+    for (std::size_t i = 0; i < parts.size(); ++i) done_[i + 1] = done_[i] + parts[i].cost;
+    whole_.report(0, "rest and ring-downs");
+  }
+  void report(double done, std::string_view what) override {
+    const auto finished = std::size_t(std::lround(done * double(done_.size() - 1)));
+    whole_.report(done_[finished] / done_.back(), what);
+  }
+  bool stopped() const override { return whole_.stopped(); }
+
+ private:
+  Progress& whole_;
+  std::vector<double> done_;  ///< cost of so many parts
+};
+
 /// The longest first, so that cores are busy to the end.
-std::vector<Case> by_cost(std::vector<BeamPart> parts) {
+void sort_by_cost(std::vector<BeamPart>& parts) {
   std::stable_sort(parts.begin(), parts.end(),
                    [](const BeamPart& a, const BeamPart& b) { return a.cost > b.cost; });
+}
+
+std::vector<Case> cases_of(const std::vector<BeamPart>& parts) {
   std::vector<Case> cases;
   cases.reserve(parts.size());
-  for (BeamPart& part : parts) cases.push_back(std::move(part.run));
+  for (const BeamPart& part : parts) cases.push_back(part.run);
   return cases;
 }
 
@@ -399,8 +420,11 @@ BeamTables measure_beam(BeamConfig config, Progress& progress) {
     for (BeamMaterial& material : fit_beam(config.fit_cells, of_fits, tables.fits))
       config.materials.push_back(std::move(material));
   const std::vector<BeamPart> parts = beam_parts(config);
+  std::vector<BeamPart> sorted = parts;
+  sort_by_cost(sorted);
+  CostProgress by_cost(of_runs, sorted);
   Journal journal;
-  compute_cases(by_cost(parts), 0, journal, of_runs);
+  compute_cases(cases_of(sorted), 0, journal, by_cost);
   for (const BeamPart& part : parts)
     if (const Json* result = journal.find(part.run.name)) add_result(*result, tables);
   if (progress.stopped()) tables.status = Status::interrupted;

@@ -74,7 +74,7 @@ constexpr const char* caption =
     "on slopes. Charts show one method, the table has all. "
     "A body on the floor, law `impulse`, cells of 0.05 m, 1000 kg/m^3, nu = 0.3, damping ratio 0.1: a "
     "cube of four cells an edge, the same with cells missing, a torus given as a mesh; E = 0.1, 1 and 10 "
-    "MPa; explicit Euler, methods of high order and the energy-momentum method, which takes a third of the "
+    "MPa; explicit Euler, PEFRL, the SRKN methods and the energy-momentum method, which takes a third of the "
     "time of all, run only if named. Methods with a stability limit take their safe steps, others two steps; "
     "bodies other than the "
     "cube 1/60 s, 0.1 and 10 MPa only. Besides the error of its scene, no particle may be more than 1e-12 m "

@@ -205,7 +205,7 @@ Chart drop_chart(const Table& rows) {
   Chart chart{.title = "Soft bodies dropped into a box: time of a frame",
               .subtitle = "cells of 5 cm, 1 MPa, 1/60 s a frame; one thread; error bars: the worst frame",
               .times = true,
-              .x = {.label = "bodies", .logarithmic = true, .ticks = {5, 10, 20, 50}},
+              .x = {.label = "bodies", .logarithmic = true, .low = 4, .high = 63, .ticks = {5, 10, 20, 50}},
               .y = {.label = "time of a frame", .logarithmic = true, .unit = "s"}};
   const Table single = rows.where("threads", 1.0).where("status", "ok");
   for (const std::string& method : single.distinct("integrator")) {

@@ -87,8 +87,8 @@ std::string incline_scene(const InclineRun& run) {
   return said + solve_text(run.integrator, slide_ends, slide_begins / 30);
 }
 
-/// Explicit methods take long: one of them shows every pile, the others a stack. Of implicit ones backward
-/// Euler alone puts up the larger pile in every material.
+/// Explicit methods take long: of them Verlet alone puts up piles, others where they are named. Of implicit
+/// ones backward Euler alone puts up the larger pile in every material.
 PileConfig pile_config(const ExperimentOptions& options) {
   PileConfig config;
   const std::vector<std::string> methods = options.quick && options.integrators.empty()

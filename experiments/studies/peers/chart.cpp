@@ -43,9 +43,9 @@ Chart error_chart(const Table& rows, const std::string& column, const std::strin
   constexpr double least = 0.1, most = 1000;
   Chart chart{
       .title = "Error of a cantilever's " + what + " against the time of a frame",
-      .subtitle = fmt::format("{} particles, E = {} MPa, ν = 0.3; dips: errors of opposite sign cancel; "
+      .subtitle = fmt::format("{} particles, E = 1 MPa, ν = 0.3; dips: errors of opposite sign cancel; "
                               "beyond the ends drawn there; *: recalibrated",
-                              rows.number(0, "particles"), rows.text(0, "scene")[0] == 's' ? 0.1 : 1),
+                              rows.number(0, "particles")),
       .times = true,
       .x = {.label = "processor time of a frame of 1/60 s [ms]", .logarithmic = true},
       .y = {.label = "error, of either sign [%]", .logarithmic = true, .low = least, .high = most}};

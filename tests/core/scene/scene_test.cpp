@@ -341,6 +341,37 @@ TEST(Scene, FindsVoxelFilesBesideItself) {
   EXPECT_FALSE(scene.body.voxels.at(0, 1, 1));
 }
 
+/// Makes `folder` the current one, until it ends.
+class StandingIn {
+ public:
+  explicit StandingIn(const Path& folder) : before_(std::filesystem::current_path()) {
+    std::filesystem::current_path(folder);
+  }
+  ~StandingIn() { std::filesystem::current_path(before_); }
+  StandingIn(const StandingIn&) = delete;
+  StandingIn& operator=(const StandingIn&) = delete;
+
+ private:
+  Path before_;
+};
+
+TEST(Scene, LooksForFilesOfTheCommandLineInTheCurrentFolderFirst) {
+  const SceneFolder scenes, here;
+  const Path file =
+      scenes.write("scene.toml", replaced(plain_scene, "cells = [2, 2, 2]", "voxels = \"a.txt\""));
+  scenes.write("a.txt", "#\n");
+  scenes.write("b.txt", "##\n");
+  here.write("a.txt", "###\n");
+  const StandingIn there(here.path());
+  const auto count = [&](const std::vector<std::string>& settings) {
+    return load_scene(file, settings).body.voxels.count();
+  };
+  EXPECT_EQ(count({}), 1U);
+  EXPECT_EQ(count({"body.voxels=a.txt"}), 3U);
+  EXPECT_EQ(count({"body.voxels=b.txt"}), 2U);
+  EXPECT_THROW(count({"body.voxels=c.txt"}), InputError);
+}
+
 /// Cells of two parts and of tenths.
 const std::string mixed_scene = replaced(plain_scene, "cells = [2, 2, 2]", "voxels = \"mixed.txt\"") +
                                 R"([damping]

@@ -54,12 +54,14 @@ TEST(Workers, ReportErrors) {
   Journal journal;
   Progress progress;
   const auto throws = [](std::size_t i) -> Json {
-    if (i == 3) throw InputError("no such thing");
+    if (i == 3) throw std::range_error("no such thing");
     return square(i);
   };
   try {
     compute_cases(numbers(5, throws), 2, journal, progress);
     FAIL() << "nothing was thrown";
+  } catch (const InputError&) {
+    FAIL() << "the user is blamed";
   } catch (const std::runtime_error& error) {
     EXPECT_STREQ(error.what(), "case 3: no such thing");
   }
@@ -75,6 +77,21 @@ TEST(Workers, ReportErrors) {
   EXPECT_THROW(compute_cases(numbers(5, dies), 2, other, progress), std::runtime_error);
   Journal third;
   EXPECT_THROW(compute_cases(numbers(5, leaves), 2, third, progress), std::runtime_error);
+}
+
+TEST(Workers, RefuseWhatACaseRefuses) {
+  Journal journal;
+  Progress progress;
+  const auto refuses = [](std::size_t i) -> Json {
+    if (i == 3) throw InputError("dt is not a step");
+    return square(i);
+  };
+  try {
+    compute_cases(numbers(5, refuses), 2, journal, progress);
+    FAIL() << "nothing was thrown";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "case 3: dt is not a step");
+  }
 }
 
 TEST(Workers, NumbersThatAreNotFiniteBecomeNull) {
