@@ -28,9 +28,6 @@ endif()
 if(MSS_SANITIZE)
   target_compile_options(mss_options INTERFACE -fsanitize=${MSS_SANITIZE} -fno-omit-frame-pointer
                                                -fno-sanitize-recover=all)
-  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # it takes the checks of a sanitizer for a use of what has no value yet
-    target_compile_options(mss_options INTERFACE -Wno-error=maybe-uninitialized)
-  endif()
   target_link_options(mss_options INTERFACE -fsanitize=${MSS_SANITIZE})
   target_compile_definitions(mss_options INTERFACE MSS_SANITIZED=1)
 else()
