@@ -54,8 +54,7 @@ constexpr const char* beam_caption =
     "frequency; the measured one does not, and the measured rest drifts by up to a tenth of the drop "
     "while it rings: the silicone relaxes. Left out: how the hand let go, how the weight hangs, "
     "markers' masses, other shapes and materials. Runs share the cores, with one thread each, so their "
-    "seconds "
-    "are no measure of cost. One branch makes a material stiffer the faster it moves; "
+    "seconds are no measure of cost. One branch makes a material stiffer the faster it moves; "
     "the square of the measured frequency over ours as published does not grow with frequency, so something "
     "else acts too: a weight that swings on its thread, masses of markers, or strains, which are the largest "
     "where the frequency is lowest.";

@@ -40,7 +40,6 @@ double comsol_of(const Table& comsol, const std::string& load, double marker) {
   return row.size() == 0 ? no_value : row.number(0, "comsol");
 }
 
-/// How far markers sink, over the mean of both runs.
 /// From 1 on, where the load and marker of row `r` stand in `first`; beyond it if they do not.
 double place_of_row(const Table& rows, std::size_t r, const Table& first) {
   std::size_t place = 0;
@@ -50,6 +49,7 @@ double place_of_row(const Table& rows, std::size_t r, const Table& first) {
   return double(place) + 1;
 }
 
+/// How far markers sink, over the mean of both runs.
 Chart drops_chart(const Table& all, const Table& comsol) {
   const double cells = finest_cells(all);
   const Table first = of_first_material(all.where("cells", cells));
