@@ -340,7 +340,7 @@ TEST(Relaxation, LeavesMethodsTheirOrder) {
     EXPECT_NEAR(order, method.order_damped, 0.25) << method.name;
     ++tested;
   }
-  EXPECT_EQ(tested, 10);
+  EXPECT_GE(tested, 10);
 }
 
 /// Verlet multiplies a mode in which all springs relax alike, w^2 at rest, by roots of a cubic; at -1
