@@ -28,6 +28,7 @@ struct MovingBody {
   /// The system refers to the body.
   MovingBody(const MovingBody&) = delete;
   MovingBody& operator=(const MovingBody&) = delete;
+  virtual ~MovingBody() = default;  // a study keeps bodies of several kinds by this type
 
   /// Sum over particles of the squared distances [m^2].
   double squared_distance(const Field<double>& a, const Field<double>& b) const {
