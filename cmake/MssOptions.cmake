@@ -27,7 +27,8 @@ if(MSS_WARNINGS_AS_ERRORS)
 endif()
 if(MSS_SANITIZE)
   target_compile_options(mss_options INTERFACE -fsanitize=${MSS_SANITIZE} -fno-omit-frame-pointer
-                                               -fno-sanitize-recover=all)
+                                               -fno-sanitize-recover=all
+                                               $<$<CXX_COMPILER_ID:Clang>:-Wno-pass-failed>)  # vectorised loops
   target_link_options(mss_options INTERFACE -fsanitize=${MSS_SANITIZE})
   target_compile_definitions(mss_options INTERFACE MSS_SANITIZED=1)
 else()

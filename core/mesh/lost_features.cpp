@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <ranges>
 
 #include "core/mesh/inside_samples.hpp"
 
@@ -109,8 +108,8 @@ std::map<std::size_t, Exposed> lost_cells(const TriangleMesh& surface, std::size
   std::map<std::size_t, Exposed> cells;
   for_each_piece(surface, first_cap, grid, [&](const Cell& cell, const Polygon& piece) {
     if (masks[grid.index(cell)] != 0) return;
-    const auto depth_at = [&](const Vec3& x) { return depth(x, cell, masks, grid); };
-    const double deepest = std::ranges::max(piece | std::views::transform(depth_at));
+    double deepest = 0;
+    for (const Vec3& x : piece) deepest = std::max(deepest, depth(x, cell, masks, grid));
     if (deepest < 1e-6) return;  // against the face of a filled cell
     Exposed& exposed = cells[grid.index(cell)];
     exposed.area += area_of(piece);

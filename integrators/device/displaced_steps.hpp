@@ -98,4 +98,7 @@ class DisplacedSteps : public StepsOnDevice<Real> {
   std::optional<ContactOnDevice<Real>> contact_;
 };
 
+extern template class ContactOnDevice<float>;
+extern template class ContactOnDevice<double>;
+
 }  // namespace mss

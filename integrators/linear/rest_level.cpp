@@ -365,11 +365,11 @@ void RestLevel::constrain(const std::vector<SiteConstraint>& constraints,
   }
   if (!coarse_) return factor_constraints();
   std::map<std::ptrdiff_t, SiteConstraint> around;
-  for (const auto& [site, held, added] : constraints_)
-    for_each_parent(site, [&](std::ptrdiff_t parent, float weight) {
+  for (const SiteConstraint& one : constraints_)
+    for_each_parent(one.site, [&](std::ptrdiff_t parent, float weight) {
       SiteConstraint& sum = around.try_emplace(parent, without_constraint(parent)).first->second;
-      sum.held += weight * held;
-      sum.added += weight * added;
+      sum.held += weight * one.held;
+      sum.added += weight * one.added;
     });
   for (auto& [site, sum] : around)
     sum.held =
@@ -481,8 +481,9 @@ void RestLevel::restrict_residual(const Parallel& parallel) {
     });
     return;
   }
-  auto& [window, values, pinned] = *to_larger_;
-  for (const auto& [site, axis] : pinned) r_[axis][site] = 0;
+  const LatticeWindow& window = to_larger_->window;
+  PaddedArrays& values = to_larger_->values;
+  for (const auto& [site, axis] : to_larger_->pinned) r_[axis][site] = 0;
   for_planes(parallel, window.small(), [&](std::ptrdiff_t plane) {
     for (int c = 0; c < 3; ++c) {
       restrict_plane(values, c, plane);
@@ -499,7 +500,8 @@ void RestLevel::restrict_residual(const Parallel& parallel) {
 void RestLevel::interpolate_correction(const Parallel& parallel) {
   const PaddedArrays* correction = &coarse_->z_;
   if (to_larger_) {
-    auto& [window, values, pinned] = *to_larger_;
+    const LatticeWindow& window = to_larger_->window;
+    PaddedArrays& values = to_larger_->values;
     for_planes(parallel, window.small(), [&](std::ptrdiff_t plane) {
       for (int c = 0; c < 3; ++c)
         window.for_each_row(plane, [&](std::ptrdiff_t first, std::ptrdiff_t in_coarse) {

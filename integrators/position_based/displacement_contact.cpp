@@ -126,7 +126,8 @@ void DisplacementContact<Real>::project(Near& near, const ConstStreams<Real>& x,
 
 template <class Real>
 void DisplacementContact<Real>::project(Near& near, std::size_t p, const Vec3& x, Vec3& u) const {
-  const auto& [plane, velocity, way] = this->plane(near, p);
+  const MovingPlane met = this->plane(near, p);
+  const Plane& plane = met.plane;
   const Vec3& w = near.inverse_mass;
   const double along = plane.normal.dot(w.cwiseProduct(plane.normal)), gap = plane.gap(x + u) - near.gap[p];
   double& normal = near.normal[p];
@@ -137,7 +138,7 @@ void DisplacementContact<Real>::project(Near& near, std::size_t p, const Vec3& x
   const auto tangential = [&](const Vec3& vector) {
     return Vec3(vector - plane.normal.dot(vector) * plane.normal);
   };
-  Vec3 held = near.tangential[p] - tangential(u - way) / w.maxCoeff();
+  Vec3 held = near.tangential[p] - tangential(u - met.moved) / w.maxCoeff();
   const double limit = plane.friction * pressed, size = held.norm();
   if (size > limit) held *= size > 0 ? limit / size : 0;
   u += w.cwiseProduct(held - near.tangential[p]);

@@ -55,7 +55,8 @@ namespace {
 /// A matrix at each Gauss point, number by number, so that the points are computed side by side.
 struct SideBySide {
   static constexpr std::size_t points = std::tuple_size_v<PointMatrices>;
-  std::array<std::array<double, points>, 9> numbers;
+  using OfPoints = std::array<double, points>;
+  std::array<OfPoints, 9> numbers;
 
   explicit SideBySide(const PointMatrices& matrices) {
     for (std::size_t n = 0; n < 9; ++n)
@@ -65,8 +66,9 @@ struct SideBySide {
   /// A step of Newton's iteration for the rotation at every point; returns the largest change's square, not a
   /// number where there is no rotation. As nearest_rotation().
   double step_to_rotation() {
-    std::array<double, points> changes;
-    auto& [a, b, c, d, e, f, g, h, i] = numbers;  // columns (a b c), (d e f), (g h i)
+    OfPoints changes;  // columns (a b c), (d e f), (g h i)
+    const OfPoints &a = numbers[0], &b = numbers[1], &c = numbers[2], &d = numbers[3], &e = numbers[4],
+                   &f = numbers[5], &g = numbers[6], &h = numbers[7], &i = numbers[8];
 #pragma omp simd
     for (std::size_t p = 0; p < points; ++p) {
       const double next[9] = {
