@@ -89,11 +89,13 @@ std::vector<std::uint64_t> samples_of(const MeshPart& part, const SampleGrid& gr
   const double volume = enclosed_volume(surface);
   if (!(std::abs(volume) > 1e-9 * std::pow(surface_area(mesh), 1.5))) {
     refuse_turned(part, report);
-    refuse(part, open.empty()
-                     ? "encloses no volume; give the surface of a solid"
-                     : fmt::format("is an open surface that encloses no volume, {} of its edges have no "
-                                   "partner; close it",
-                                   open.size()));
+    if (!open.empty())
+      refuse(part, fmt::format("is an open surface that encloses no volume, {} of its edges have no "
+                               "partner; close it",
+                               open.size()));
+    refuse(part, report.shells == 1 ? "encloses no volume; give the surface of a solid"
+                                    : "encloses no volume in all; turn around the shells that are inside "
+                                      "out, or give the surface of a solid");
   }
   report.flipped = volume < 0;
   report.true_volume = std::abs(volume);

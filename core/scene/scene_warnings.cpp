@@ -302,6 +302,31 @@ void add_loads_on_held(const Scene& scene, const BodyConfig& body, std::vector<s
     }
 }
 
+/// A hold whose box ends where the mesh does, and so leaves out particles of cells that reach past it.
+void add_holds_short_of_particles(const Scene& scene, const SceneBody& one,
+                                  std::vector<std::string>& warnings) {
+  if (!one.mesh) return;
+  const double h = one.body.cell_size;
+  const Box mesh = bounding_box(one.mesh->surface());
+  for (std::size_t i = 0; i < scene.environment.holds.size(); ++i) {
+    const Hold& hold = scene.environment.holds[i];
+    if (hold.surface) continue;
+    Box past = hold.box;  // a cell longer wherever it reaches the mesh's end
+    for (int axis = 0; axis < 3; ++axis) {
+      if (hold.box.lower[axis] < mesh.lower[axis] + 0.01 * h) past.lower[axis] -= h;
+      if (hold.box.upper[axis] > mesh.upper[axis] - 0.01 * h) past.upper[axis] += h;
+    }
+    bool holds = false, leaves_out = false;
+    for_each_corner_in(past, past, one.body,
+                       [&](const Vec3& x) { (contains(hold.box, x, 1e-9 * h) ? holds : leaves_out) = true; });
+    if (holds && leaves_out)
+      warnings.push_back(fmt::format(
+          "hold.{}: its box ends where the mesh does, and does not hold particles up to a cell outside "
+          "the mesh; make it a cell longer there, or give surface_box",
+          i));
+  }
+}
+
 /// A body that nothing can stop: gravity takes it along or away from every plane.
 void add_endless_fall(const Scene& scene, std::vector<std::string>& warnings) {
   const auto& [gravity, holds, planes] =
@@ -404,6 +429,7 @@ std::vector<std::string> warnings_of_body(const Scene& scene, const SceneBody& o
   add_obstacles(scene, one, warnings);
   add_contradictions(scene, one.body, warnings);
   add_loads_on_held(scene, one.body, warnings);
+  add_holds_short_of_particles(scene, one, warnings);
   if (has_springs(one.model)) add_springs(one, warnings);
   return warnings;
 }

@@ -105,6 +105,8 @@ std::vector<Damaged> damaged_text_files() {
       {"one_face_turned.obj", obj(turned), "1 of its 2880 triangles faced the other way", sphere},
       {"one_shell_inside_out.obj", obj(joined(box(), turned_inside_out(box_mesh({7, 0, 0}, {8, 1, 1})))),
        "inside out"},
+      {"shells_that_cancel.obj", obj(joined(box(), turned_inside_out(far_box))),
+       "turn around the shells that are inside out"},
       {"open_box.obj", obj(open_box), "4 of its edges have no partner"},
       {"flat.obj", vertices + "f 1 2 3 4\n", "encloses no volume"},
       {"flat_twice.obj", vertices + "f 1 2 3 4\nf 4 3 2 1\n", "encloses no volume"},

@@ -47,6 +47,23 @@ TEST(SceneMesh, IsReadPlacedAndFilled) {
   EXPECT_EQ(placed.body.voxels.count(), 8U * 4 * 12);
 }
 
+// Cells of 0.4 m reach 0.1 m past both ends of the 3 m of a mesh, and past 1 m by as much on each side.
+TEST(SceneMesh, SaysThatABoxLeavesOutParticlesOutsideTheMesh) {
+  const testing::SceneFolder folder;
+  const auto warnings_with = [&](const std::string& box, const std::string& size = "0.4") {
+    return read(folder, "mesh = \"box.obj\"\ncell_size = " + size + "\n",
+                material + "[[hold]]\n" + box + "\n")
+        .warnings;
+  };
+  const auto short_of = ::testing::Contains(HasSubstr("hold.0: its box ends where the mesh does"));
+  EXPECT_THAT(warnings_with("box = [[0, 0, 0], [1, 2, 0.5]]"), short_of);
+  EXPECT_THAT(warnings_with("box = [[-0.4, -0.4, 0], [1.4, 2.4, 0.5]]"), short_of);  // below alone
+  EXPECT_THAT(warnings_with("box = [[-0.4, -0.4, -0.4], [1.4, 2.4, 0.5]]"), ::testing::Not(short_of));
+  EXPECT_THAT(warnings_with("box = [[-0.4, -0.4, 1], [1.4, 2.4, 2]]"), ::testing::Not(short_of));
+  EXPECT_THAT(warnings_with("surface_box = [[0, 0, 0], [1, 2, 0]]"), ::testing::Not(short_of));
+  EXPECT_THAT(warnings_with("box = [[0, 0, 0], [1, 2, 0]]", "0.5"), ::testing::Not(short_of));  // they fit
+}
+
 /// Kilograms of the bodies of a sphere of six decimals as it is, and moved far away and back.
 std::pair<double, double> masses_near_and_far(const Vec3& far) {
   const testing::SceneFolder folder;
