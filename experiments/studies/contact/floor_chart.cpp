@@ -129,7 +129,7 @@ MapChart floor_map(const Table& rows) {
       .title = "A block on the floor at 60 steps a second: which methods get it right",
       .subtitle =
           "cube of 20 cm, 4 cells an edge, 1000 kg/m^3; numbers: off by so much, where that is too "
-          "much; * safe steps",
+          "much; * safe steps; white: no law",
       .x = {.label = ""},
       .y = named_rows(names),
       .kinds = kinds,
