@@ -309,7 +309,7 @@ TEST_F(Fitting, TheProgramWritesTablesChartsAndASceneThatRuns) {
   EXPECT_EQ(run_program({MSS_PROGRAM, "redraw", *this / "out"}).exit_status, 0);
 }
 
-// The modes ask for a modulus with which the given step is unstable.
+// The mode asks for a modulus with which the given step is unstable, and nothing else has a say.
 TEST_F(Fitting, ARunThatDivergesHasANameAndEndsTheFit) {
   write("data.toml", R"([[observation]]
 kind = "frequency"
@@ -319,7 +319,7 @@ value = 100
 kind = "static"
 column = "volume_ratio"
 value = 1
-uncertainty = 0.1
+uncertainty = 1e6
 )");
   const ProgramRun run = run_fit("data.toml", {"--parameters", "material.young", "--set", "solve.dt=2e-3"});
   EXPECT_EQ(run.exit_status, 1) << run.output;
