@@ -62,7 +62,8 @@ class NearPoints {
   int find(const std::vector<Vec3>& points, const Vec3& x) const {
     int found = -1;
     for (int i = 0; i < 27; ++i) {
-      const auto cube = cubes_.find(key(x + distance_ * Vec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1)));
+      const Eigen::Vector3i beside(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+      const auto cube = cubes_.find(key(x + distance_ * beside.cast<double>()));
       if (cube == cubes_.end()) continue;
       for (const int p : cube->second)
         if ((points[std::size_t(p)] - x).norm() < distance_ && (found < 0 || p < found)) found = p;

@@ -131,7 +131,7 @@ void SweepCoefficients<Real>::describe(std::size_t first_block, bool springs, Sw
   p.dictionary = dictionary_.data();
   p.entry_size = dictionary_.size() / std::ptrdiff_t(content_.size());
   p.own_dampings = own_dampings_;
-  const std::ptrdiff_t of_bodies = lanes_ * (weights_per_lane - 1);
+  const std::ptrdiff_t of_bodies = std::ptrdiff_t(lanes_) * (weights_per_lane - 1);
   p.volume_weight = cell_weights_ ? p.entry_size - 2 * lanes_ : of_bodies;
   p.guard_weight = cell_weights_ ? p.entry_size - lanes_ : of_bodies;
   p.content = content_.data();

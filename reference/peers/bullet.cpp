@@ -115,7 +115,7 @@ btVector3 vector(double x, double y, double z) { return {btScalar(x), btScalar(y
 btVector3 vector(const Json& v) { return vector(v[0], v[1], v[2]); }
 
 Json read_scene(const fs::path& file) {
-  const Json scene = Json::parse(read_file(file), nullptr, false);
+  Json scene = Json::parse(read_file(file), nullptr, false);
   if (scene.is_discarded()) throw InputError(file.string() + ": is not JSON");
   if (!scene.is_object() || scene.value("format", Json()) != "mss-peer-1")
     throw InputError(file.string() + ": format: \"mss-peer-1\" is expected");
