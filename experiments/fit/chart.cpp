@@ -50,7 +50,7 @@ Chart chart_of_values(const Table& data, const std::string& subtitle) {
 
 Chart chart_of_series(const Table& data, const std::string& name, const std::string& subtitle) {
   const Table rows = data.where("observation", name);
-  const std::string unit = rows.text(0, "unit");
+  const std::string& unit = rows.text(0, "unit");
   Chart chart{.title = fmt::format("Fit beside what was measured: {}", name),
               .subtitle = subtitle,
               .x = {.label = "time [s]"},

@@ -68,7 +68,8 @@ std::optional<DrawnSurface::Motion> TrueSurface::motion() const {
   motion.faces_at.resize(vertices_.size());
   for (std::size_t v = 0; v < vertices_.size(); ++v)
     for (std::size_t c = 0; c < 8; ++c)
-      motion.shares[v].push_back({entry_[8 * point_of_[v] + c], surface_.weights(point_of_[v])[c]});
+      motion.shares[v].push_back(
+          {entry_[8 * std::size_t(point_of_[v]) + c], surface_.weights(point_of_[v])[c]});
   for (std::size_t i = 0; i < triangles_.size(); i += 3) {
     for (std::size_t corner = i; corner < i + 3; ++corner)
       motion.faces_at[triangles_[corner]].push_back(std::uint32_t(motion.faces.size()));

@@ -25,7 +25,7 @@ double largest_factor(const std::vector<double>& coefficients, double omega, dou
   double largest = 0;
   for (const Complex z : {-damping / 2 + root, -damping / 2 - root}) {
     Complex sum = 0;
-    for (auto c = coefficients.rbegin(); c != coefficients.rend(); ++c) sum = sum * z + *c;
+    for (std::size_t n = coefficients.size(); n-- > 0;) sum = sum * z + coefficients[n];
     largest = std::max(largest, std::abs(sum));
   }
   return largest;

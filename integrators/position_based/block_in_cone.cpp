@@ -35,7 +35,7 @@ class Touching {
 
   /// Moves onto the planes and along them as Coulomb's cones let it.
   Vec3 move(std::vector<double>& pressures) const {
-    const Vec3 stuck = onto_ - along_ * (u_ + onto_);
+    Vec3 stuck = onto_ - along_ * (u_ + onto_);
     set_pressures(stuck, pressures);
     const Vec3 held = along_ * reaction(stuck);
     double limit = friction_limit(pressures);

@@ -82,7 +82,8 @@ class AdaptiveShapes final : public Mover {
               edge / 2);
       return;
     }
-    const double h = body_.config().cell_size, margin = (edge + 1) / 2;
+    const double h = body_.config().cell_size;
+    const int margin = (edge + 1) / 2;
     const Vec3 low = h * Vec3(corner[0] - margin, corner[1] - margin, corner[2] - margin);
     Region region{.sites = body_.select(low, low + h * (edge + 2 * margin) * Vec3::Ones())};
     for (const std::ptrdiff_t site : region.sites) {

@@ -225,8 +225,10 @@ MeasuredStep measure_step(const StabilityConfig& config, const IntegratorInfo& m
   constexpr double share = 1e-2, smallest = 1e-3, largest = 1e4;  // of the time through a cell
   const double through_cell = specimen.body.config().cell_size * std::sqrt(config.density / config.young);
   double low = share * through_cell;
-  while (!is_stable(config, method, specimen, low))
-    if ((low /= 4) < smallest * through_cell) return {};
+  while (!is_stable(config, method, specimen, low)) {
+    low /= 4;
+    if (low < smallest * through_cell) return {};
+  }
   double high = 4 * low;
   while (is_stable(config, method, specimen, high)) {
     low = high;
