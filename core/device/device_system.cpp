@@ -254,12 +254,12 @@ void DeviceSystem<Real>::store(State<Real>& state) {
   read(x_, state.x);
   read(v_, state.v);
   if (has_planes()) {
-    given_here_.resize(std::size_t(3 * plane_count_ * stride_));
+    given_here_.resize(3 * std::size_t(plane_count_) * std::size_t(stride_));
     given_.read(given_here_.data(), 0, given_.bytes());
     given_.clear();
   }
   if (device_->is_lost()) throw DeviceLost();
-  for (int p = 0; p < plane_count_; ++p)
+  for (std::ptrdiff_t p = 0; p < plane_count_; ++p)
     for (const std::ptrdiff_t site : springs_.particles()) {
       const double* of_plane = given_here_.data() + 3 * p * stride_ + site;
       const Vec3 impulse(of_plane[0], of_plane[stride_], of_plane[2 * stride_]);

@@ -302,7 +302,8 @@ void add_loads_on_held(const Scene& scene, const BodyConfig& body, std::vector<s
     }
 }
 
-/// A hold whose box ends where the mesh does, and so leaves out particles of cells that reach past it.
+/// A hold whose box ends where the bounding box of the mesh does, and so leaves out particles of cells that
+/// reach past it. Where it holds none of this body it may be meant for another, and nothing is said.
 void add_holds_short_of_particles(const Scene& scene, const SceneBody& one,
                                   std::vector<std::string>& warnings) {
   if (!one.mesh) return;
@@ -322,7 +323,7 @@ void add_holds_short_of_particles(const Scene& scene, const SceneBody& one,
     if (holds && leaves_out)
       warnings.push_back(fmt::format(
           "hold.{}: its box ends where the mesh does, and does not hold particles up to a cell outside "
-          "the mesh; make it a cell longer there, or give surface_box",
+          "the mesh; make it a cell longer there, or give surface_box (in a scene of one [body])",
           i));
   }
 }

@@ -154,7 +154,7 @@ bool FrameSearch::run(const Candidate& candidate) {
 
 /// Runs a method in the smallest cells that fit; where it folds there or costs more than at first, in the
 /// next larger ones.
-void FrameSearch::fit(Candidate method, double share_of_safe) {
+void FrameSearch::fit(const Candidate& method, double share_of_safe) {
   constexpr int tries = 3;
   const std::vector<int> levels = all_levels();
   auto level = std::find(levels.begin(), levels.end(), finest_fitting(method, share_of_safe));
@@ -181,7 +181,7 @@ void FrameSearch::try_lattices() {
 
 /// All methods of fixed steps, at their safe step and half of it, or without a limit at 1, 2, 4 ... steps a
 /// frame.
-void FrameSearch::try_methods(Candidate lattice) {
+void FrameSearch::try_methods(const Candidate& lattice) {
   constexpr int most_steps = 32;
   constexpr double much_larger = 1.5;  // cells, which more steps a frame make larger yet
   const int fits_explicitly = around_;
@@ -404,7 +404,10 @@ Advice FrameSearch::find() {
   try_lattices();
   verify_lattice();
   const auto lattice = best();
-  if (lattice && !stopped()) try_methods(trials()[*lattice].candidate);
+  if (lattice && !stopped()) {
+    const Candidate cheapest = trials()[*lattice].candidate;  // a copy: trials grow meanwhile
+    try_methods(cheapest);
+  }
   verify();
   if (!state_.was_stopped) advice_.best = best();
   advice_.within_budget = advice_.best.has_value();

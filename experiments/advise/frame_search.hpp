@@ -23,11 +23,11 @@ class FrameSearch {
   std::vector<Candidate> lattices() const;
   std::optional<Candidate> in_cells(Candidate method, int level, double share_of_safe);
   double first_cost(const Candidate& method, int level, double share_of_safe);
-  void fit(Candidate method, double share_of_safe = 1);
+  void fit(const Candidate& method, double share_of_safe = 1);
   int finest_fitting(const Candidate& method, double share_of_safe);
   bool run(const Candidate& candidate);
   void try_lattices();
-  void try_methods(Candidate lattice);
+  void try_methods(const Candidate& lattice);
   void judge_at_half_step(std::size_t trial);
   void remeasure();
   bool lasts(std::size_t trial);

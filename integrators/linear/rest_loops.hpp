@@ -167,7 +167,7 @@ inline void restrict_plane(const RestTransfer& t, const float* fine, float* coar
       for (std::ptrdiff_t i = 0; i < row; ++i) line[i] = 0.5F * (from - row)[i];
     line[-1] = line[row] = line[row + 1] = 0;
     float* to = coarse + t.coarse_plane * plane + t.coarse_row * j;
-    for (int i = 0; i <= t.coarse_cells[0]; ++i)
+    for (std::ptrdiff_t i = 0; i <= t.coarse_cells[0]; ++i)
       to[i] = line[2 * i] + 0.5F * (line[2 * i - 1] + line[2 * i + 1]);
   }
 }
@@ -252,7 +252,7 @@ inline void turn(const float* const q[9], const float* const z[3], double scale,
   float turned[some];
   for (std::ptrdiff_t begin = first; begin < last; begin += some) {
     const std::ptrdiff_t count = last - begin < some ? last - begin : some;
-    for (int c = 0; c < 3; ++c) {
+    for (std::ptrdiff_t c = 0; c < 3; ++c) {
       for (std::ptrdiff_t s = 0; s < count; s += width) {
         const std::ptrdiff_t at = begin + s;
         store(turned + s,
@@ -287,7 +287,7 @@ inline void rotations(const RestStencil& a, const float* const x[3], const float
   const std::ptrdiff_t offset[3] = {1, a.row, a.plane};
   for (std::ptrdiff_t s = first; s < last; s += width) {
     Floats f[9];
-    for (int axis = 0; axis < 3; ++axis) {
+    for (std::ptrdiff_t axis = 0; axis < 3; ++axis) {
       const Floats ahead = load(shares[2 * axis] + s), behind = load(shares[2 * axis + 1] + s);
       for (int i = 0; i < 3; ++i) {
         const float* at = x[i] + s;

@@ -38,7 +38,8 @@ struct ProjectedCells {
 
   MSS_INLINE std::ptrdiff_t at(int block, int corner) const { return p.corner[corner] + cell + block * W; }
   MSS_INLINE Real* multiplier(int block, int constraint) const {
-    return p.multipliers + (cell + block * W) * constraints_per_cell + std::ptrdiff_t(W) * constraint;
+    return p.multipliers + (cell + std::ptrdiff_t(W) * block) * constraints_per_cell +
+           std::ptrdiff_t(W) * constraint;
   }
 
   /// Moves two corners apart by the impulse `size` d over their masses.

@@ -146,7 +146,7 @@ Matrix9 CorotatedStress::stiffness(const Matrix3d& f, bool projected) const {
   twist -= mu * Matrix3d::Identity();
   Eigen::Matrix<double, 9, 3> q = Eigen::Matrix<double, 9, 3>::Zero();
   for (int k = 0; k < 3; ++k) {
-    const int i = (k + 1) % 3, j = (k + 2) % 3;  // [e_k]x e_i = e_j, [e_k]x e_j = -e_i
+    const Eigen::Index i = (k + 1) % 3, j = (k + 2) % 3;  // [e_k]x e_i = e_j, [e_k]x e_j = -e_i
     q.block<3, 1>(3 * i, k) = r->col(j);
     q.block<3, 1>(3 * j, k) = -r->col(i);
   }

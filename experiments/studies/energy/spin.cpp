@@ -1,4 +1,4 @@
-// A body that spins freely for ten thousand frames: what methods leave of its energy, momentum and spin.
+// A body that spins freely for thousands of frames: what methods leave of its energy, momentum and spin.
 // Steps of backward Euler take as much of a rotation as of a vibration of the same frequency; methods that
 // project or iterate a few times add what they leave unsolved.
 #include "experiments/studies/energy/spin.hpp"

@@ -112,7 +112,7 @@ Largest largest_under(const Curve& curve, const std::optional<Fit>& law, double 
   while (above > 0 && curve.seconds[above - 1] > budget) --above;
   if (above == 0) return {};
   if (above < curve.cells.size()) {
-    if (const Largest unknown = withheld_between(curve, above); unknown.how == withheld) return unknown;
+    if (Largest unknown = withheld_between(curve, above); unknown.how == withheld) return unknown;
     const PowerLaw between = fit_power_law({curve.cells[above - 1], curve.cells[above]},
                                            {curve.seconds[above - 1], curve.seconds[above]});
     return {.cells = std::floor(between.inverse(budget)), .how = "interpolated"};

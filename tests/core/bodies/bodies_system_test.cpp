@@ -206,7 +206,7 @@ TEST(BodiesSystem, NearlyEmptyCellsTouchSoftlyAndOthersDoNot) {
   const Body full(blocks[0]);
   const ContactSurface even(full, nullptr);
   blocks[0].contents = {{{0, CellFill::even(1)}}, {{0, CellFill::even(0.05F)}}};
-  blocks[0].content_of.assign(4 * 3 * 2, 0);
+  blocks[0].content_of.assign(std::size_t{4} * 3 * 2, 0);
   blocks[0].content_of[blocks[0].voxels.index(0, 0, 1)] = 1;
   const Body uneven(blocks[0]);
   const ContactSurface surface(uneven, nullptr);

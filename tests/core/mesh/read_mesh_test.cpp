@@ -294,7 +294,7 @@ TEST(ReadMesh, DividesPolygonsThatAreNotConvex) {
       sides += fmt::format("f {} {} {} {}\n", 2 * i + 1, 2 * next + 1, 2 * next + 2, 2 * i + 2);
     }
     const TriangleMesh mesh =
-        read_mesh(folder.write("prism.obj", content + top + "\n" + bottom + "\n" + sides)).mesh;
+        read_mesh(folder.write("prism.obj", fmt::format("{}{}\n{}\n{}", content, top, bottom, sides))).mesh;
     EXPECT_TRUE(open_edges(mesh).empty()) << n;
     EXPECT_NEAR(enclosed_volume(mesh), std::abs(area), 1e-12) << n;
     EXPECT_NEAR(surface_area(mesh), 2 * std::abs(area) + perimeter, 1e-9) << n;  // no triangle covers another

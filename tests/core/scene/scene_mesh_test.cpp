@@ -58,6 +58,7 @@ TEST(SceneMesh, SaysThatABoxLeavesOutParticlesOutsideTheMesh) {
   const auto short_of = ::testing::Contains(HasSubstr("hold.0: its box ends where the mesh does"));
   EXPECT_THAT(warnings_with("box = [[0, 0, 0], [1, 2, 0.5]]"), short_of);
   EXPECT_THAT(warnings_with("box = [[-0.4, -0.4, 0], [1.4, 2.4, 0.5]]"), short_of);  // below alone
+  EXPECT_THAT(warnings_with("box = [[-0.4, -0.4, 2.5], [1.4, 2.4, 3]]"), short_of);  // above alone
   EXPECT_THAT(warnings_with("box = [[-0.4, -0.4, -0.4], [1.4, 2.4, 0.5]]"), ::testing::Not(short_of));
   EXPECT_THAT(warnings_with("box = [[-0.4, -0.4, 1], [1.4, 2.4, 2]]"), ::testing::Not(short_of));
   EXPECT_THAT(warnings_with("surface_box = [[0, 0, 0], [1, 2, 0]]"), ::testing::Not(short_of));

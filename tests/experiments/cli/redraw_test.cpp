@@ -124,8 +124,9 @@ TEST_F(Redraw, MakesThePageOfSeveralStudiesAgain) {
 /// Whether a text shows a study's picture: its own page, or one beside the results.
 bool is_shown(const std::string& study, const std::string& picture) {
   const fs::path root = MSS_SOURCE_DIR;
+  const std::string path = study + "/" + picture;
   for (const char* text : {"README.md", "results/README.md", "reference/THESIS.md"})
-    if (read_file(root / text).find(study + "/" + picture) != std::string::npos) return true;
+    if (read_file(root / text).find(path) != std::string::npos) return true;
   return read_file(root / "results" / study / "README.md").find("](" + picture + ")") != std::string::npos;
 }
 

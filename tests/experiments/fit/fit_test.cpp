@@ -63,7 +63,7 @@ class Fitting : public ::testing::Test {
   fs::path operator/(const std::string& name) const { return root_ / name; }
 
   /// What the bar with the true values does, for observations like that one.
-  std::vector<double> truth(Observation o, const std::vector<std::string>& settings = {}) const {
+  std::vector<double> truth(const Observation& o, const std::vector<std::string>& settings = {}) const {
     std::vector<std::string> all{fmt::format("material.young={}", true_young),
                                  fmt::format("damping.viscosity={}", true_viscosity)};
     all.insert(all.end(), settings.begin(), settings.end());
@@ -135,8 +135,8 @@ TEST_F(Fitting, FindsModulusAndViscosityOfASeriesAgain) {
 
 TEST_F(Fitting, FindsThemFromWhereItRestsAndHowItRingsInEightEvaluations) {
   const std::string rings = of_the_end + "from = 0.02\n";
-  const Observation ring{.point = Vec3(0.05, 0.05, 0), .column = "z", .from = 0.02};
-  Observation rest = ring, frequency = ring, damping = ring;
+  const Observation rest{.point = Vec3(0.05, 0.05, 0), .column = "z", .from = 0.02};
+  Observation frequency = rest, damping = rest;
   frequency.kind = Kind::frequency;
   damping.kind = Kind::damping;
   const FitResult found = fit_data(

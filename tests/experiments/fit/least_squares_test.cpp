@@ -92,7 +92,7 @@ VectorXd beam_of(const VectorXd& u) {
   constexpr double turn = 2 * std::numbers::pi;
   const double modulus = std::exp(u[0]), ratio = std::exp(u[1]), time = std::exp(u[2]);
   VectorXd values(6);
-  for (const auto& [run, frequency, drop] : {std::tuple(0, 7.7, 6.5e-3), std::tuple(1, 3.36, 26e-3)}) {
+  for (const auto& [run, frequency, drop] : {std::tuple(0L, 7.7, 6.5e-3), std::tuple(1L, 3.36, 26e-3)}) {
     double omega = 0, real = modulus, imaginary = 0;
     for (int n = 0; n < 50; ++n) {
       omega = turn * frequency * std::sqrt(real);

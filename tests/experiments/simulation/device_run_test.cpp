@@ -99,7 +99,7 @@ SimulationResult run_lost_at(int call) {
   first_lost_call = call;
   epoxy_glGetGraphicsResetStatus = lost_from_a_call_on;
   Progress quiet;
-  const SimulationResult result = simulate(falling_cube("gpu"), quiet);
+  SimulationResult result = simulate(falling_cube("gpu"), quiet);
   epoxy_glGetGraphicsResetStatus = honest;
   return result;
 }

@@ -213,7 +213,8 @@ std::vector<float> bits_after(const std::string& method, const Environment& envi
   Driven<float> driven(testing::mixed_config(VoxelGrid::box(4, 3, 3), 5), environment, method, options);
   testing::randomise(driven.body, driven.state, 0.1, 0.5, 3);
   if (stops_between) {
-    EXPECT_EQ(driven.advance(steps / 2 * dt), Status::ok);
+    const int half = steps / 2;
+    EXPECT_EQ(driven.advance(half * dt), Status::ok);
     Record written;
     driven.method->remember(driven.system, written);
     driven.method = find_integrator(method).make<float>(options);
