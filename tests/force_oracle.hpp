@@ -14,8 +14,7 @@ namespace mss::testing {
 /// Largest difference of a body's forces, in a random state, from those of Algorithm 1, over their largest.
 template <class Real>
 double relative_force_error(const BodyConfig& config, const std::string& kernel, int threads,
-                            double amplitude = 0.4) {
-  const Vec3 gravity(0.3, -0.2, -9.81);
+                            double amplitude = 0.4, const Vec3& gravity = Vec3(0.3, -0.2, -9.81)) {
   const Body body(config);
   SpringSystem<Real> system(body, {.gravity = gravity}, {threads, kernel});
   reference::Algorithm1 oracle(config, gravity, 1);

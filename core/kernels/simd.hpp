@@ -94,19 +94,24 @@ MSS_INLINE bool any(Mask mask) {
 }
 #endif
 
-// Sixteen times the reciprocal square root (in single precision: twice). From a hardware estimate y of
-// 1/sqrt(a) with relative error e, one Newton step without its factor 1/2 gives y (3 - a y^2) = 2/sqrt(a) (1
-// - 3/2 e^2), and a second one 16/sqrt(a) (1 - 3/2 (3/2 e^2)^2). Leaving the factor in saves two
-// multiplications a spring, and it disappears into the spring's coefficients. Both errors are one-sided;
-// raising the constants by half of the largest centres them.
-//   estimate          e        after one step   after two
-//   baseline, AVX2    3.7e-4   2e-7             1.6e-14
-//   the same, centred          1e-7             8e-15
-//   AVX-512           6.1e-5   5.6e-9           below rounding
-// A spring's length is itself known to 1e-14 only where coordinates are fifty times longer than cells. Square
-// root and division would cost as much as the rest of the spring.
+// The reciprocal square root, rsqrt_scale times too large. Of a hardware estimate y = (1 + e) / sqrt(a)
+// Newton's step without its factor 1/2, y (3 - a y^2), makes 2 / sqrt(a) (1 - 3/2 e^2), and Halley's without
+// 1/8, y (15 - a y^2 (10 - 3 a y^2)), 8 / sqrt(a) (1 + 5/2 e^3). Leaving the factors in saves
+// multiplications, and they disappear into the spring's coefficients. Square root and division would cost as
+// much as the rest of the spring.
+//   double           e        first step           then Newton's      scale
+//   baseline, AVX2   3.7e-4   Halley's, 1.3e-10    below rounding     8 * 128
+//   AVX-512          6.1e-5   Newton's, 5.6e-9     below rounding     2 * 8
+//   float            3.7e-4   Newton's, 2e-7       none               2
+// Nothing less will do: a force is the difference of a spring's length and its rest length, so near rest an
+// error of 1e-14 is one of 1e-8 in the force at a strain of 1e-6.
+#if defined(__x86_64__) && !defined(__AVX512F__)
+template <class Real>
+inline constexpr Real rsqrt_scale = sizeof(Real) == 8 ? 1024 : 2;
+#else
 template <class Real>
 inline constexpr Real rsqrt_scale = sizeof(Real) == 8 ? 16 : 2;
+#endif
 
 #if defined(__x86_64__)
 MSS_INLINE Pack<double> rsqrt_estimate(Pack<double> a) {
@@ -128,16 +133,17 @@ MSS_INLINE Pack<float> rsqrt_estimate(Pack<float> a) {
 #endif
 }
 MSS_INLINE Pack<double> scaled_rsqrt(Pack<double> a, Pack<double> y) {
-#if defined(__AVX512F__)
-  constexpr double three = 3, twelve = 12;
-#else
-  constexpr double three = 3 + 2 * 1.02e-7, twelve = 12 + 8 * 0.8e-14;
-#endif
   const Pack<double> ay = a * y;
-  const Pack<double> step = three - ay * y;
+#if defined(__AVX512F__)
+  constexpr double last = 12;
+  const Pack<double> step = 3.0 - ay * y;
+#else
+  constexpr double last = 192;
+  const Pack<double> ay2_first = ay * y, step = 15.0 - ay2_first * (10.0 - 3.0 * ay2_first);
+#endif
   const Pack<double> y2 = y * step,
                      ay2 = ay * step;  // side by side: the chain of dependent operations is what costs
-  return y2 * (twelve - ay2 * y2);
+  return y2 * (last - ay2 * y2);
 }
 MSS_INLINE Pack<float> scaled_rsqrt(Pack<float> a, Pack<float> y) { return y * (3.0F - a * y * y); }
 #else

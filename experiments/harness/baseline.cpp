@@ -46,7 +46,7 @@ std::string violation(const std::string& before, const std::string& now, const C
   const auto a = number(before), b = number(now);
   if (!a || !b) return before == now ? "" : "must be a number, or missing, as it was";
   const double most = std::max(rule->relative * std::abs(*a), rule->absolute);
-  if (std::abs(*b - *a) <= most) return "";
+  if (std::abs(*b - *a) <= most || (*a > rule->failure && *b > rule->failure)) return "";
   return fmt::format("may move by {:.1g} of itself or {:.1g}", rule->relative, rule->absolute);
 }
 

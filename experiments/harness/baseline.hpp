@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,8 @@ struct ColumnRule {
   double relative = 0;
   double absolute = 0;
   std::string only_of{};  ///< the first key of the rows it is for; empty: all that no rule before it is for
+  /// Numbers above are failures, and alike: rounding, which differs between processors, decides how large.
+  double failure = std::numeric_limits<double>::infinity();
 };
 
 struct BaselineOptions {

@@ -365,7 +365,7 @@ ExperimentInfo experiment() {
           .run = run_regimes,
           .draw = draw_regimes,
           .baseline = {.keys = {"young", "what", "method", "setting", "steps_or_tolerance"},
-                       .rules = {{"error", 1e-3, 1e-6}},
+                       .rules = {{.column = "error", .relative = 1e-3, .absolute = 1e-6, .failure = 10}},
                        .table = baseline_table}};
 }
 

@@ -39,6 +39,18 @@ void check_all_forces(double tolerance) {
 TEST(Force, EqualsOracleInDouble) { check_all_forces<double>(1e-12); }
 TEST(Force, EqualsOracleInSingle) { check_all_forces<float>(1e-5); }
 
+/// Springs strained by 1e-6 pull with a difference of two lengths: an error of 1e-14 of a length is one of
+/// 1e-8 of the force.
+TEST(Force, EqualsOracleNearRest) {
+  for (const auto& shape : testing::test_shapes())
+    for (const auto& kernel : runnable_copies<SweepKernel<double>>()) {
+      BodyConfig config = testing::test_config(shape.voxels);
+      config.damping.law = Damping::Law::none;
+      EXPECT_LT(testing::relative_force_error<double>(config, kernel.name, 1, 1e-6, Vec3::Zero()), 2e-9)
+          << shape.name << " kernel " << kernel.name;
+    }
+}
+
 /// With the guard against folding, which acts on few corners at the smallest of these amplitudes and on most
 /// at the largest; with all other contents of a cell, each of which has a sweep of its own.
 template <class Real>

@@ -49,6 +49,16 @@ TEST(Baseline, HasRulesForRowsOfOneKeyBeforeThoseOfAll) {
   EXPECT_EQ(compare(table, planted("0.25,", "0.251,"), of_thesis).size(), 1U);
 }
 
+TEST(Baseline, TakesFailuresForAlike) {
+  Baseline failing = rules;
+  failing.rules.front().failure = 0.2;
+  EXPECT_TRUE(compare(table, planted("0.5,", "0.7,"), failing).empty());
+  EXPECT_EQ(compare(table, planted("0.5,", "0.1,"), failing).size(), 1U);
+  EXPECT_EQ(compare(table, planted("0.5,", "inf,"), failing).size(), 1U);
+  failing.rules.front().failure = 0.3;
+  EXPECT_EQ(compare(table, planted("0.25,", "0.5,"), failing).size(), 1U);
+}
+
 TEST(Baseline, NamesARowThatVanishedOrAppeared) {
   EXPECT_EQ(only(planted("thesis,4,0.25,0.0025,ok\n", "")).row, "model = thesis, cells = 4");
   EXPECT_EQ(only(planted("thesis,4,0.25,0.0025,ok\n", "")).rule, "rows must not vanish");
