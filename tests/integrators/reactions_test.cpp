@@ -48,11 +48,11 @@ double step_of(const IntegratorInfo& method, SolidSystem<Real>& system) {
 template <class Real = double>
 struct ReactionTrial {
   Body body;
+  Work work;
   SpringSystem<Real> system;
   ReactionGauge<Real> gauge;
   State<Real> state;
   std::unique_ptr<Integrator<Real>> method;
-  Work work;
 
   ReactionTrial(const std::string& name, const Environment& environment, const BodyConfig& config = block(),
                 const Execution& execution = {.threads = 1})
